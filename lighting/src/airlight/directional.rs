@@ -1,0 +1,187 @@
+//! The airlight of parallel light, in closed form.
+
+use glam::Vec3;
+
+use crate::emitter::DirectionalEmitter;
+use crate::{Interval, LightPath};
+
+/// The airlight of a directional light over `interval`: elementary, exact to
+/// rounding.
+///
+/// The optical path `(x − x_entry) + l(x)` is linear in `x` between the faces
+/// of a bounded medium, and so is its logarithm's integrand; the interval is
+/// split where the sunlight's entry moves from one face to another, which
+/// happens at most twice.
+pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Interval) -> Vec3 {
+    if !(interval.start < interval.end) {
+        return Vec3::ZERO;
+    }
+    let medium = path.medium();
+    let light = medium.sigma_s() * (sun.irradiance() * medium.phase().value(path.sun_angle(sun)));
+    let sigma_t = medium.sigma_t();
+    let piece = |start: f32, end: f32| {
+        // Exponent at the start, and how fast it grows along the piece.
+        let at = |x: f32| (x - path.entry()) + path.sun_leg(sun, x);
+        let first = at(start);
+        let slope = if medium.bounds().is_none() {
+            1.0
+        } else {
+            (at(end) - first) / (end - start)
+        };
+        let channel =
+            |sigma: f32| (-sigma * first).exp() * integrate_exponential(sigma * slope, end - start);
+        Vec3::new(channel(sigma_t.x), channel(sigma_t.y), channel(sigma_t.z))
+    };
+
+    let mut cuts = [interval.end; 4];
+    cuts[0] = interval.start;
+    let mut count = 1;
+    if medium.bounds().is_some() {
+        for x in face_changes(path, sun) {
+            if cuts[count - 1] < x && x < interval.end {
+                cuts[count] = x;
+                count += 1;
+            }
+        }
+    }
+    let total = (0..count).fold(Vec3::ZERO, |sum, i| sum + piece(cuts[i], cuts[i + 1]));
+    light * total
+}
+
+/// `∫_0^length exp(−k x) dx = (1 − exp(−k length)) / k`, any `k`, no
+/// cancellation; `length` may be infinite if `k > 0`.
+fn integrate_exponential(k: f32, length: f32) -> f32 {
+    let exponent = k * length;
+    if exponent.abs() < 1e-6 {
+        length * (1.0 - 0.5 * exponent)
+    } else {
+        -(-exponent).exp_m1() / k
+    }
+}
+
+/// Positions at which the face of the box through which sunlight entered
+/// changes, in order; `f32::INFINITY` where there are fewer than two.
+///
+/// The distance to the entry is the least of three functions that are linear
+/// in `x`, one per axis, so it is concave and has at most two kinks, each
+/// where two of the three meet.
+fn face_changes(path: &LightPath<'_>, sun: &DirectionalEmitter) -> [f32; 2] {
+    let Some(bounds) = path.medium().bounds() else {
+        return [f32::INFINITY; 2];
+    };
+    let (origin, direction) = (path.ray().origin(), path.ray().direction());
+    let back = -sun.direction();
+    // Distance to the face along one axis: base + slope x.
+    let mut lines = [(0.0_f32, 0.0_f32); 3];
+    let mut count = 0;
+    for axis in 0..3 {
+        if back[axis] != 0.0 {
+            let face = if back[axis] > 0.0 {
+                bounds.max()[axis]
+            } else {
+                bounds.min()[axis]
+            };
+            lines[count] = (
+                (face - origin[axis]) / back[axis],
+                -direction[axis] / back[axis],
+            );
+            count += 1;
+        }
+    }
+    let mut kinks = [f32::INFINITY; 2];
+    let mut found = 0;
+    for i in 0..count {
+        for j in i + 1..count {
+            let x = (lines[j].0 - lines[i].0) / (lines[i].1 - lines[j].1);
+            if !x.is_finite() {
+                continue;
+            }
+            let here = lines[i].0 + lines[i].1 * x;
+            let least = lines[..count]
+                .iter()
+                .map(|(base, slope)| base + slope * x)
+                .fold(f32::INFINITY, f32::min);
+            // The third line must not lie below the crossing, up to rounding.
+            if here <= least + 1e-5 * here.abs() && found < 2 {
+                kinks[found] = x;
+                found += 1;
+            }
+        }
+    }
+    kinks.sort_by(f32::total_cmp);
+    kinks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Bounds, Medium, PhaseFunction};
+    use crate::{Emitter, Ray};
+
+    fn sun(direction: Vec3) -> Emitter {
+        Emitter::directional(direction, Vec3::splat(3.0)).unwrap()
+    }
+
+    fn evaluate(path: &LightPath<'_>, interval: Interval) -> Vec3 {
+        match path.emitter() {
+            Emitter::Directional(sun) => directional(path, sun, interval),
+            Emitter::Point(_) => unreachable!("these tests have suns only"),
+        }
+    }
+
+    #[test]
+    fn in_the_open_it_is_one_exponential() {
+        let medium = Medium::new(
+            Vec3::new(0.1, 0.2, 1e-7),
+            Vec3::new(0.05, 0.0, 0.0),
+            PhaseFunction::Isotropic,
+        )
+        .unwrap();
+        let ray = Ray::new(Vec3::ZERO, Vec3::X, f32::INFINITY).unwrap();
+        let sun = sun(Vec3::NEG_Y);
+        let path = LightPath::new(&ray, &sun, &medium).unwrap();
+        let value = evaluate(&path, Interval::new(2.0, 5.0));
+        let p = 3.0 / (4.0 * std::f64::consts::PI);
+        let expected = |s: f64, t: f64| p * s / t * ((-2.0 * t).exp() - (-5.0 * t).exp());
+        assert!((f64::from(value.x) / expected(0.1, 0.15) - 1.0).abs() < 1e-6);
+        assert!((f64::from(value.y) / expected(0.2, 0.2) - 1.0).abs() < 1e-6);
+        assert!((f64::from(value.z) / (p * 3e-7) - 1.0).abs() < 1e-5);
+        let whole = evaluate(&path, path.span());
+        assert!((f64::from(whole.y) / p - 1.0).abs() < 1e-6, "albedo 1 in y");
+    }
+
+    #[test]
+    fn in_a_box_it_matches_a_fine_sum_and_is_additive() {
+        let bounds = Bounds::new(Vec3::ZERO, Vec3::new(3.0, 2.0, 1.0)).unwrap();
+        let medium = Medium::new(Vec3::ONE, Vec3::splat(0.5), PhaseFunction::Isotropic)
+            .unwrap()
+            .within(bounds);
+        for k in 0..40_u32 {
+            let unit =
+                |i: u32| ((k * 12 + i).wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0;
+            let origin = Vec3::new(4.0 * unit(0) - 0.5, 3.0 * unit(1) - 0.5, -1.0);
+            let target = Vec3::new(3.0 * unit(2), 2.0 * unit(3), 0.9 * unit(4) + 0.05);
+            let sun = sun(Vec3::new(unit(5) - 0.5, unit(6) - 0.5, unit(7) - 0.5));
+            let ray = Ray::new(origin, target - origin, 50.0).unwrap();
+            let Some(path) = LightPath::new(&ray, &sun, &medium) else {
+                continue;
+            };
+            let span = path.span();
+            let value = evaluate(&path, span);
+            let steps = 20_000;
+            let width = f64::from(span.length()) / f64::from(steps);
+            let sum: f64 = (0..steps)
+                .map(|i| f64::from(span.start) + (f64::from(i) + 0.5) * width)
+                .map(|x| f64::from(path.source(x as f32).x) * width)
+                .sum();
+            assert!(
+                (f64::from(value.x) / sum - 1.0).abs() < 1e-4,
+                "{k}: {value} {sum}"
+            );
+            let middle = span.start + 0.3 * span.length();
+            let parts = evaluate(&path, Interval::new(span.start, middle))
+                + evaluate(&path, Interval::new(middle, span.end));
+            assert!((parts.x / value.x - 1.0).abs() < 1e-5, "{k}");
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! How much light arrives from a part of an eye ray.
+//!
+//! The airlight of the interval `[a, b]` of a ray, for one light, is
+//!
+//! ```text
+//! L[a, b] = ∫_a^b σ_s p(cos θ) I exp(−σ_t (x + d)) / d² dx        (point light)
+//! L[a, b] = ∫_a^b σ_s p(cos θ) E exp(−σ_t (x + l)) dx             (sun)
+//! ```
+//!
+//! with `d` the distance to the light and `l` the way of sunlight inside the
+//! medium; see [`LightPath`].
+
+mod directional;
+mod midpoint;
+mod quadrature;
+
+pub use directional::directional;
+pub use midpoint::Midpoint;
+pub use quadrature::{NodeCountError, Quadrature};
+
+use glam::Vec3;
+
+use crate::{Interval, LightPath};
+
+/// Integrates the light that is scattered towards the eye.
+pub trait AirlightEvaluator: Sync {
+    /// Radiance that reaches the eye from `interval` of the path, which lies
+    /// within `path.span()`, if all of it is lit. Never NaN; +∞ for an
+    /// interval that contains a point light (see
+    /// [`LightPath::off_the_light`]).
+    fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3;
+}

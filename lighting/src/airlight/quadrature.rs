@@ -1,0 +1,278 @@
+//! Gauss–Legendre quadrature in the equi-angular variable.
+
+use glam::Vec3;
+
+use super::{AirlightEvaluator, directional};
+use crate::{Emitter, Interval, LightPath};
+
+/// Gauss–Legendre quadrature in the equi-angular variable, for any phase
+/// function, emission and medium.
+///
+/// With `η` the angle at the light between the foot point and the position,
+/// `s = h tan η`, the inverse square cancels and the integrand is bounded:
+///
+/// ```text
+/// L[a, b] = ∫ σ_s p(−sin η) I exp(−σ_t (x + d)) dη / h
+/// ```
+///
+/// Nodes are placed without ever forming `η` itself: a position between two
+/// ends is their convex combination with weights `sin((1−t) Δη)/d_a` and
+/// `sin(t Δη)/d_b`, which keeps its digits for short parts and next to the
+/// axis, and has the light on the line of the ray (`h = 0`) and an infinite
+/// end as limits.
+///
+/// # Accuracy
+///
+/// Converges spectrally where the integrand is smooth over the interval. Few
+/// nodes suffice for optical depths up to about 10 and |g| up to about 0.8;
+/// beyond, the integrand has a narrow peak and the number of nodes must grow:
+/// 16 nodes are 9e-4 off at optical depth 100. The
+/// edge of a spotlight, texels of its slide and the faces of a bounded medium
+/// are kinks, at which convergence falls to second order.
+///
+/// A directional light needs no quadrature: see [`directional`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quadrature {
+    /// Node in (0, 1) and weight; the weights sum to 1.
+    nodes: Vec<(f32, f32)>,
+}
+
+/// A number of nodes that is not supported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a quadrature of {nodes} nodes was asked for, expected 1 to 4096")]
+pub struct NodeCountError {
+    nodes: u32,
+}
+
+impl Quadrature {
+    /// `nodes` nodes per interval, 1 to 4096.
+    ///
+    /// # Errors
+    /// [`NodeCountError`] outside of that range.
+    pub fn new(nodes: u32) -> Result<Self, NodeCountError> {
+        if !(1..=4096).contains(&nodes) {
+            return Err(NodeCountError { nodes });
+        }
+        Ok(Self {
+            nodes: gauss_legendre(nodes as usize),
+        })
+    }
+
+    /// Number of nodes per interval.
+    pub fn nodes(&self) -> u32 {
+        self.nodes.len() as u32
+    }
+}
+
+impl AirlightEvaluator for Quadrature {
+    fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
+        match path.emitter() {
+            Emitter::Directional(sun) => directional(path, sun, interval),
+            Emitter::Point(_) => {
+                let Some(arc) = EquiAngular::new(path, interval) else {
+                    return Vec3::ZERO;
+                };
+                if arc.extent == f32::INFINITY {
+                    return Vec3::INFINITY;
+                }
+                let sum = self.nodes.iter().fold(Vec3::ZERO, |sum, &(t, weight)| {
+                    sum + weight * path.source(arc.position(t))
+                });
+                arc.extent * sum
+            }
+        }
+    }
+}
+
+/// An interval of a path as an arc seen from a point light.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EquiAngular {
+    interval: Interval,
+    /// Distances of the two ends from the light.
+    d_a: f32,
+    d_b: f32,
+    /// Δη, the angle between the two ends at the light.
+    angle: f32,
+    /// Δη / h = ∫ dx / d², 1/m; infinite if the light is on the interval.
+    extent: f32,
+}
+
+impl EquiAngular {
+    /// `None` if the interval is empty.
+    pub(crate) fn new(path: &LightPath<'_>, interval: Interval) -> Option<Self> {
+        if !(interval.start < interval.end) {
+            return None;
+        }
+        let h = path.h();
+        let s_a = interval.start - path.foot();
+        let d_a = s_a.hypot(h);
+        // The tangent of Δη is across / along. For an infinite end both are
+        // divided by its distance.
+        let (across, along, d_b) = if interval.end == f32::INFINITY {
+            (h, s_a, f32::INFINITY)
+        } else {
+            let s_b = interval.end - path.foot();
+            (h * (s_b - s_a), h * h + s_a * s_b, s_b.hypot(h))
+        };
+        let angle = across.atan2(along);
+        let extent = if along > 0.0 && across <= 1e-4 * along {
+            // Δη/h by its series, where h may be 0.
+            let ratio = across / along;
+            let per_h = if d_b == f32::INFINITY {
+                1.0 / s_a
+            } else {
+                (interval.end - interval.start) / along
+            };
+            per_h * (1.0 - ratio * ratio / 3.0)
+        } else {
+            angle / h
+        };
+        Some(Self {
+            interval,
+            d_a,
+            d_b,
+            angle,
+            extent,
+        })
+    }
+
+    /// The distance from the eye at the fraction `t` in (0, 1) of the angle.
+    pub(crate) fn position(&self, t: f32) -> f32 {
+        let Interval { start, end } = self.interval;
+        // sin((1−t)Δη) and sin(tΔη), or their ratio's limit for Δη → 0.
+        let (from_a, from_b) = if self.angle > 1e-3 {
+            (((1.0 - t) * self.angle).sin(), (t * self.angle).sin())
+        } else {
+            (1.0 - t, t)
+        };
+        if self.d_b == f32::INFINITY {
+            start + self.d_a * (from_b / from_a)
+        } else {
+            let weight_a = from_a * self.d_b;
+            let weight_b = from_b * self.d_a;
+            (start + (end - start) * (weight_b / (weight_a + weight_b))).clamp(start, end)
+        }
+    }
+}
+
+/// Nodes in (0, 1) and weights that sum to 1, by Newton's method on the
+/// Legendre polynomials.
+fn gauss_legendre(n: usize) -> Vec<(f32, f32)> {
+    let mut nodes = Vec::with_capacity(n);
+    for i in 0..n {
+        let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+        let mut derivative = 1.0;
+        for _ in 0..100 {
+            let (mut p, mut previous) = (1.0, 0.0);
+            for k in 0..n {
+                let k = k as f64;
+                (p, previous) = (((2.0 * k + 1.0) * x * p - k * previous) / (k + 1.0), p);
+            }
+            derivative = n as f64 * (x * p - previous) / (x * x - 1.0);
+            let step = p / derivative;
+            x -= step;
+            if step.abs() <= 1e-15 {
+                break;
+            }
+        }
+        let weight = 2.0 / ((1.0 - x * x) * derivative * derivative);
+        nodes.push(((0.5 * (x + 1.0)) as f32, (0.5 * weight) as f32));
+    }
+    nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Ray;
+    use crate::emitter::Emission;
+    use crate::scene::{Medium, PhaseFunction};
+
+    #[test]
+    fn the_rule_integrates_polynomials_of_its_degree() {
+        for n in [1, 2, 3, 8, 31, 200] {
+            let nodes = gauss_legendre(n);
+            for degree in 0..(2 * n).min(40) as i32 {
+                let sum: f64 = nodes
+                    .iter()
+                    .map(|&(t, w)| f64::from(w) * f64::from(t).powi(degree))
+                    .sum();
+                let exact = 1.0 / (f64::from(degree) + 1.0);
+                assert!((sum - exact).abs() < 1e-6, "{n} nodes, degree {degree}");
+            }
+        }
+        assert!(Quadrature::new(0).is_err() && Quadrature::new(5000).is_err());
+        assert_eq!(Quadrature::new(7).map(|q| q.nodes()), Ok(7));
+    }
+
+    /// Fog so thin that only the inverse square is left, whose integral is
+    /// known in closed form, here in f64.
+    fn check_thin(light: Vec3, a: f32, b: f32) {
+        let medium = Medium::new(Vec3::splat(1e-9), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+        let lamp = Emitter::point(light, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+        let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, f32::INFINITY).unwrap();
+        let path = LightPath::new(&ray, &lamp, &medium).unwrap();
+        let value = Quadrature::new(4)
+            .unwrap()
+            .radiance(&path, Interval::new(a, b));
+        let (h, foot) = (f64::from(path.h()), f64::from(path.foot()));
+        let (s_a, s_b) = (f64::from(a) - foot, f64::from(b) - foot);
+        let along = if b.is_finite() {
+            h * h + s_a * s_b
+        } else {
+            s_a
+        };
+        let across = if b.is_finite() { h * (s_b - s_a) } else { h };
+        let extent = if h == 0.0 {
+            1.0 / s_a - if b.is_finite() { 1.0 / s_b } else { 0.0 }
+        } else {
+            across.atan2(along) / h
+        };
+        let expected = 1e-9 / (4.0 * std::f64::consts::PI) * extent;
+        let error = (f64::from(value.x) / expected - 1.0).abs();
+        assert!(error < 3e-6, "{light} [{a}, {b}]: {value} {expected}");
+    }
+
+    #[test]
+    fn thin_fog_is_the_arctangent_wherever_the_light_is() {
+        let inf = f32::INFINITY;
+        for light in [
+            Vec3::new(1.0, 0.0, -5.0),
+            Vec3::new(0.0, 1e-5, -5.0),
+            Vec3::new(0.0, 0.0, -5.0),
+            Vec3::new(0.0, 1e-12, 5.0),
+            Vec3::new(3.0, 0.0, 4.0),
+            Vec3::new(1e-6, 0.0, -1e-6),
+        ] {
+            for (a, b) in [
+                (0.0, 1.0),
+                (0.5, 0.500_01),
+                (0.0, 4.9),
+                (5.1, inf),
+                (7.0, 9.0),
+            ] {
+                let holds_light = light.length() == -light.z && (a..=b).contains(&-light.z);
+                if !holds_light {
+                    check_thin(light, a, b);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn through_the_light_is_infinite_and_an_empty_interval_is_dark() {
+        let medium = Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+        let lamp =
+            Emitter::point(Vec3::NEG_Z, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+        let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, 5.0).unwrap();
+        let path = LightPath::new(&ray, &lamp, &medium).unwrap();
+        let rule = Quadrature::new(8).unwrap();
+        assert_eq!(
+            rule.radiance(&path, Interval::new(0.0, 2.0)),
+            Vec3::INFINITY
+        );
+        assert_eq!(rule.radiance(&path, Interval::new(0.5, 0.5)), Vec3::ZERO);
+        let off = path.off_the_light();
+        assert!(rule.radiance(&off, Interval::new(0.0, 2.0)).is_finite());
+    }
+}

@@ -1,0 +1,71 @@
+//! Light and shadow in fog: single scattering along eye rays.
+//!
+//! Everything here answers one of two questions about an eye ray:
+//!
+//! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields
+//!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]) or
+//!    sampled from a shadow map ([`visibility::ShadowMapMarch`]).
+//! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
+//!    integrates the scattered light over intervals
+//!    ([`airlight::Quadrature`], [`airlight::Midpoint`]).
+//!
+//! The light that reaches the eye through the air is (1) × (2), summed over
+//! the lights; [`Gather`] computes it for a bundle of rays. Any source works
+//! with any evaluator.
+//!
+//! ```
+//! use glam::Vec3;
+//! use gpu_backend::{Backend, Cpu, Download};
+//! use lighting::scene::{Medium, PhaseFunction};
+//! use lighting::{Emitter, Gather, Ray, airlight, visibility};
+//! # use lighting::emitter::Emission;
+//!
+//! let cpu = Cpu::new();
+//! let fog = Medium::new(Vec3::splat(0.1), Vec3::splat(0.01), PhaseFunction::Isotropic)?;
+//! let lamp = Emitter::point(Vec3::new(1.0, 0.0, -4.0), Vec3::splat(50.0), f32::INFINITY, Emission::Isotropic)?;
+//! let rays = [Ray::new(Vec3::ZERO, Vec3::NEG_Z, 10.0).expect("a sound ray")];
+//!
+//! let rays = cpu.upload(&rays)?;
+//! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
+//! let nothing_in_the_way = visibility::Unshadowed;
+//! cpu.gather(&rays, &lamp, &fog, &nothing_in_the_way, &airlight::Quadrature::new(16)?, &mut radiance)?;
+//! assert!(cpu.download(&radiance)?[0][0] > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Modules and features
+//!
+//! | module | feature | what |
+//! |---|---|---|
+//! | [`scene`] | | meshes, lights, camera, medium; [`scene::Geometry`] is the checked world-space form |
+//! | [`emitter`] | | lights as algorithms see them |
+//! | [`visibility`] | `march`, `trace` | sources of lit intervals |
+//! | [`airlight`] | | evaluators of intervals |
+//! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
+//! | `trace` | `trace` | a BVH: camera rays, shadow rays |
+//! | `view` | `trace` | the rays of a picture, and its surfaces |
+//! | `procedural` | `procedural` | scenes that need no file |
+//! | `load` | `gltf`, `ply` | scene files |
+//!
+//! # Conventions and limits
+//!
+//! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
+//! Light is linear RGB radiance. The medium is homogeneous and scatters once.
+//! Blockers are opaque. A ray that passes closer to a point light than 1e-4 of
+//! the light's distance counts as one at that distance, where the airlight is
+//! finite.
+
+pub mod airlight;
+pub mod emitter;
+mod gather;
+mod path;
+mod ray;
+pub mod scene;
+pub mod visibility;
+
+pub use airlight::AirlightEvaluator;
+pub use emitter::Emitter;
+pub use gather::Gather;
+pub use path::LightPath;
+pub use ray::{Interval, LitInterval, Ray};
+pub use visibility::VisibilitySource;

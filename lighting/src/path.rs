@@ -1,0 +1,369 @@
+//! An eye ray as one light sees it.
+
+use glam::{DVec3, Vec3};
+
+use crate::emitter::{DirectionalEmitter, Emission, Emitter, PointEmitter};
+use crate::scene::{Medium, ScatteringAngle};
+use crate::{Interval, Ray};
+
+/// An eye ray, a light and a medium together: what a
+/// [`VisibilitySource`](crate::VisibilitySource) is asked about and an
+/// [`AirlightEvaluator`](crate::AirlightEvaluator) integrates over.
+///
+/// ```text
+///                     P  light
+///                   / |
+///             d   /   | h
+///               /     |
+///   E ────────X───────F──────→ ray      s = x − x_F  (here s < 0)
+///   eye       x       foot point
+/// ```
+///
+/// For a light at a point, a position on the ray is described by the distance
+/// `x` from the eye or by `s = x − x_F`, its distance behind the foot point of
+/// the light, and `h` is the distance between light and ray. Both are formed
+/// in f64 from the vectors, `h` by a cross product, so that nothing is lost
+/// near the axis.
+#[derive(Debug, Clone, Copy)]
+pub struct LightPath<'a> {
+    ray: Ray,
+    emitter: &'a Emitter,
+    medium: &'a Medium,
+    /// The part that can be lit: in the medium, in range, in the cone.
+    span: Interval,
+    /// Where the ray enters the medium.
+    entry: f32,
+    foot: f32,
+    h: f32,
+    /// Unit vector from the light to the foot point.
+    to_foot: Vec3,
+}
+
+impl<'a> LightPath<'a> {
+    /// The part of `ray` that `emitter` can light inside `medium`, or `None` if
+    /// there is none: the ray misses the medium's box, the light's range or its
+    /// cone.
+    pub fn new(ray: &Ray, emitter: &'a Emitter, medium: &'a Medium) -> Option<Self> {
+        let whole = Interval::new(0.0, ray.length());
+        let inside = match medium.bounds() {
+            Some(bounds) => bounds.clip(ray.origin(), ray.direction(), whole)?,
+            None => whole,
+        };
+        let mut path = Self {
+            ray: *ray,
+            emitter,
+            medium,
+            span: inside,
+            entry: inside.start,
+            foot: 0.0,
+            h: 0.0,
+            to_foot: Vec3::ZERO,
+        };
+        if let Emitter::Point(point) = emitter {
+            let to_light = (point.position() - ray.origin()).as_dvec3();
+            // The stored direction is a unit vector to f32 precision only.
+            let direction = ray.direction().as_dvec3().normalize();
+            let foot = to_light.dot(direction);
+            let h = to_light.cross(direction).length();
+            let offset = direction * foot - to_light;
+            path.foot = foot as f32;
+            path.h = h as f32;
+            path.to_foot = offset
+                .try_normalize()
+                .unwrap_or_else(|| direction.any_orthonormal_vector())
+                .as_vec3();
+            path.span = clip_to_light(inside, point, foot, h, direction, -to_light)?;
+        }
+        (path.span.start < path.span.end).then_some(path)
+    }
+
+    /// The same path, moved off the light if it runs through it.
+    ///
+    /// Along a ray through a point light the airlight is infinite. Images
+    /// replace it by the value at a distance of 1e-4 of the distance between
+    /// eye and light; every ray that passes closer counts as one at that
+    /// distance.
+    #[must_use]
+    pub fn off_the_light(mut self) -> Self {
+        if self.span.start <= self.foot && self.foot <= self.span.end {
+            self.h = self.h.max(1e-4 * self.foot.hypot(self.h));
+        }
+        self
+    }
+
+    /// The eye ray.
+    pub fn ray(&self) -> &Ray {
+        &self.ray
+    }
+
+    /// The light.
+    pub fn emitter(&self) -> &'a Emitter {
+        self.emitter
+    }
+
+    /// What the ray runs through.
+    pub fn medium(&self) -> &'a Medium {
+        self.medium
+    }
+
+    /// The part of the ray that could be lit if nothing were in the way; its
+    /// end is infinite for a ray to the sky in an unbounded medium.
+    pub fn span(&self) -> Interval {
+        self.span
+    }
+
+    /// Distance `x` of the foot point of a point light; may be negative.
+    pub fn foot(&self) -> f32 {
+        self.foot
+    }
+
+    /// Distance between a point light and the line of the ray.
+    pub fn h(&self) -> f32 {
+        self.h
+    }
+
+    /// Distance `x` at which the ray enters the medium.
+    pub fn entry(&self) -> f32 {
+        self.entry
+    }
+
+    /// Unit vector from a point light towards the position `s` behind the foot
+    /// point on the ray, and the distance.
+    pub fn from_light(&self, s: f32) -> (Vec3, f32) {
+        let d = s.hypot(self.h);
+        let along = self.ray.direction() * (s / d) + self.to_foot * (self.h / d);
+        (along, d)
+    }
+
+    /// Radiant intensity of a point light into the unit `direction`.
+    pub fn intensity(&self, point: &PointEmitter, direction: Vec3) -> Vec3 {
+        match point.emission() {
+            Emission::Isotropic => point.intensity(),
+            emission => point.intensity() * emission.factor(direction),
+        }
+    }
+
+    /// Light scattered towards the eye per metre of ray at distance `x`, times
+    /// the squared distance to a point light:
+    /// `σ_s p(cos θ) I exp(−σ_t (x + d))` (for the sun: `σ_s p E exp(−σ_t (x + l))`).
+    ///
+    /// This is the integrand of the airlight with the inverse square taken
+    /// out, which is what stays bounded in the equi-angular variable.
+    pub fn source(&self, x: f32) -> Vec3 {
+        let eye_leg = x - self.entry;
+        match self.emitter {
+            Emitter::Point(point) => {
+                let s = x - self.foot;
+                let (direction, d) = self.from_light(s);
+                let light_leg = self.medium.length_inside(point.position(), direction, d);
+                let phase = self
+                    .medium
+                    .phase()
+                    .value(ScatteringAngle::from_foot(s, self.h));
+                self.scattered(phase, self.intensity(point, direction), eye_leg + light_leg)
+            }
+            Emitter::Directional(sun) => {
+                let phase = self.medium.phase().value(self.sun_angle(sun));
+                let light_leg = self.sun_leg(sun, x);
+                self.scattered(phase, sun.irradiance(), eye_leg + light_leg)
+            }
+        }
+    }
+
+    /// How far sunlight has travelled inside the medium to the point at `x`: 0
+    /// in an unbounded medium.
+    pub fn sun_leg(&self, sun: &DirectionalEmitter, x: f32) -> f32 {
+        match self.medium.bounds() {
+            None => 0.0,
+            Some(_) => self
+                .medium
+                .length_inside(self.ray.at(x), -sun.direction(), f32::INFINITY),
+        }
+    }
+
+    /// The angle between sunlight and the way to the eye.
+    pub fn sun_angle(&self, sun: &DirectionalEmitter) -> ScatteringAngle {
+        ScatteringAngle::from_cos(-self.ray.direction().dot(sun.direction()))
+    }
+
+    fn scattered(&self, phase: f32, light: Vec3, optical_length: f32) -> Vec3 {
+        let transmittance = (-self.medium.sigma_t() * optical_length).exp();
+        self.medium.sigma_s() * (phase * light) * transmittance
+    }
+}
+
+/// The part of `inside` within the range and the cone of a point light.
+/// `from_light` points from the light to the ray's origin.
+fn clip_to_light(
+    inside: Interval,
+    point: &PointEmitter,
+    foot: f64,
+    h: f64,
+    direction: DVec3,
+    from_light: DVec3,
+) -> Option<Interval> {
+    let mut clipped = inside;
+    let mut intersect = |start: f64, end: f64| {
+        clipped.start = clipped.start.max(start as f32);
+        clipped.end = clipped.end.min(end as f32);
+    };
+    let range = f64::from(point.range());
+    if range.is_finite() {
+        let half = (range * range - h * h).max(0.0).sqrt();
+        intersect(foot - half, foot + half);
+    }
+    match point.emission() {
+        Emission::Isotropic => {}
+        Emission::Cosine { normal } => {
+            let (start, end) = clip_to_cone(from_light, direction, normal.as_dvec3(), 0.0)?;
+            intersect(start, end);
+        }
+        Emission::Spot(spot) => {
+            let cos = f64::from(spot.cos_outer());
+            let (start, end) = clip_to_cone(from_light, direction, spot.axis().as_dvec3(), cos)?;
+            intersect(start, end);
+        }
+    }
+    (clipped.start < clipped.end).then_some(clipped)
+}
+
+/// Where the line `v + x w` runs inside the cone of all `p` with
+/// `p·axis ≥ cos |p|`, for 0 ≤ cos < 1. The cone is convex, so this is one
+/// interval, possibly unbounded.
+fn clip_to_cone(v: DVec3, w: DVec3, axis: DVec3, cos: f64) -> Option<(f64, f64)> {
+    let inside = |x: f64| {
+        let p = v + x * w;
+        p.dot(axis) >= cos * p.length()
+    };
+    // Where the line crosses the double cone (p·axis)² = cos² p², and where it
+    // crosses the plane through the apex that keeps its two halves apart.
+    let (va, wa) = (v.dot(axis), w.dot(axis));
+    let c2 = cos * cos;
+    let a = wa * wa - c2 * w.length_squared();
+    let b = va * wa - c2 * v.dot(w);
+    let c = va * va - c2 * v.length_squared();
+    let mut cuts = Vec::with_capacity(5);
+    cuts.push(f64::NEG_INFINITY);
+    let discriminant = b * b - a * c;
+    if discriminant >= 0.0 {
+        let q = -(b + discriminant.sqrt().copysign(b));
+        cuts.extend([q / a, c / q].into_iter().filter(|x| x.is_finite()));
+    }
+    if wa != 0.0 {
+        cuts.push(-va / wa);
+    }
+    cuts.push(f64::INFINITY);
+    cuts.sort_by(f64::total_cmp);
+    let scale = 1.0 + v.length();
+    let mut result: Option<(f64, f64)> = None;
+    for pair in cuts.windows(2) {
+        let (start, end) = (pair[0], pair[1]);
+        let probe = match (start.is_finite(), end.is_finite()) {
+            (true, true) => 0.5 * (start + end),
+            (true, false) => start + scale,
+            (false, true) => end - scale,
+            (false, false) => 0.0,
+        };
+        if start < end && inside(probe) {
+            result = Some((result.map_or(start, |(first, _)| first), end));
+        }
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+    use crate::scene::{Bounds, Cone, PhaseFunction};
+
+    fn fog() -> Medium {
+        Medium::new(Vec3::splat(0.1), Vec3::ZERO, PhaseFunction::Isotropic).unwrap()
+    }
+
+    #[test]
+    fn the_cone_of_a_spotlight_clips_rays_wherever_they_run() {
+        for outer in [0.1_f32, 0.7, 1.4, std::f32::consts::FRAC_PI_2] {
+            let cone = Cone { inner: 0.0, outer };
+            let rotation = Quat::from_rotation_x(0.3) * Quat::from_rotation_y(-1.0);
+            let emission = Emission::spot(rotation, cone, None).unwrap();
+            let position = Vec3::new(0.2, 1.0, -3.0);
+            let light = Emitter::point(position, Vec3::ONE, 20.0, emission).unwrap();
+            let axis = rotation * Vec3::NEG_Z;
+            let medium = fog();
+            for i in 0..500_u32 {
+                let unit = |k: u32| {
+                    ((i * 7 + k).wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 - 0.5
+                };
+                let origin = 12.0 * Vec3::new(unit(1), unit(2), unit(3));
+                let direction = Vec3::new(unit(4), unit(5), unit(6));
+                let ray = Ray::new(origin, direction, 30.0).unwrap();
+                let span = LightPath::new(&ray, &light, &medium).map(|p| p.span());
+                for k in 0..300 {
+                    let x = 30.0 * (k as f32 + 0.5) / 300.0;
+                    let offset = ray.at(x) - position;
+                    let margin = axis.dot(offset.normalize()) - outer.cos();
+                    let near_border = margin.abs() < 1e-4 || (offset.length() - 20.0).abs() < 1e-3;
+                    let lit = margin > 0.0 && offset.length() < 20.0;
+                    let claimed = span.is_some_and(|s| s.start <= x && x <= s.end);
+                    assert!(near_border || lit == claimed, "{outer} {i} {x} {span:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_ray_along_the_cone_and_through_its_apex_is_clipped_too() {
+        let axis = DVec3::NEG_Z;
+        assert_eq!(
+            clip_to_cone(DVec3::Z, DVec3::NEG_Z, axis, 0.5),
+            Some((1.0, f64::INFINITY))
+        );
+        assert_eq!(clip_to_cone(DVec3::Z, DVec3::X, axis, 0.5), None);
+        let (start, end) = clip_to_cone(DVec3::NEG_Z, DVec3::X, axis, 0.5).unwrap();
+        assert!((start + 3_f64.sqrt()).abs() < 1e-12 && (end - 3_f64.sqrt()).abs() < 1e-12);
+        let along_edge = DVec3::new(3_f64.sqrt(), 0.0, -1.0);
+        assert!(clip_to_cone(DVec3::NEG_Z * 2.0, along_edge, axis, 0.5).is_some());
+    }
+
+    #[test]
+    fn positions_keep_their_digits_next_to_the_axis() {
+        let light = Emitter::point(
+            Vec3::new(0.0, 1e-4, -100.0),
+            Vec3::ONE,
+            f32::INFINITY,
+            Emission::Isotropic,
+        )
+        .unwrap();
+        let medium = fog();
+        let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, f32::INFINITY).unwrap();
+        let path = LightPath::new(&ray, &light, &medium).unwrap();
+        assert_eq!((path.foot(), path.h()), (100.0, 1e-4));
+        assert!(path.off_the_light().h() > 0.99e-2);
+        let away = Ray::new(Vec3::ZERO, Vec3::Z, f32::INFINITY).unwrap();
+        let path = LightPath::new(&away, &light, &medium).unwrap();
+        assert_eq!(path.off_the_light().h(), 1e-4, "not near the light");
+    }
+
+    #[test]
+    fn light_is_attenuated_only_inside_a_box() {
+        let bounds = Bounds::new(Vec3::splat(-1.0), Vec3::ONE).unwrap();
+        let medium = fog().within(bounds);
+        let ray = Ray::new(Vec3::new(0.0, 0.0, 5.0), Vec3::NEG_Z, 20.0).unwrap();
+        let light = Emitter::point(
+            Vec3::new(0.0, 10.0, 0.0),
+            Vec3::ONE,
+            f32::INFINITY,
+            Emission::Isotropic,
+        )
+        .unwrap();
+        let path = LightPath::new(&ray, &light, &medium).unwrap();
+        assert_eq!(path.span(), Interval::new(4.0, 6.0));
+        let expected = 0.1 / (4.0 * std::f32::consts::PI) * (-0.1_f32 * 2.0).exp();
+        assert!((path.source(5.0).x / expected - 1.0).abs() < 1e-6);
+        let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
+        let path = LightPath::new(&ray, &sun, &medium).unwrap();
+        assert!((path.source(5.0).x / expected - 1.0).abs() < 1e-6);
+    }
+}

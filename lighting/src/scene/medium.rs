@@ -1,0 +1,331 @@
+//! The homogeneous participating medium.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::SceneError;
+use crate::Interval;
+
+/// A homogeneous medium that scatters light once.
+///
+/// `sigma_t = sigma_s + sigma_a` in 1/m per colour channel; transmittance over
+/// a distance `x` inside is `exp(-sigma_t x)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Medium {
+    sigma_s: Vec3,
+    sigma_a: Vec3,
+    phase: PhaseFunction,
+    bounds: Option<Bounds>,
+}
+
+impl Medium {
+    /// An unbounded medium of scattering `sigma_s` and absorption `sigma_a`, 1/m.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] if a coefficient is negative or not finite, or
+    /// the phase function's parameter is out of its range.
+    pub fn new(sigma_s: Vec3, sigma_a: Vec3, phase: PhaseFunction) -> Result<Self, SceneError> {
+        let coefficient = |what, value: Vec3| {
+            if value.is_finite() && value.min_element() >= 0.0 {
+                Ok(())
+            } else {
+                Err(SceneError::bad_value(
+                    "medium",
+                    what,
+                    value,
+                    "finite coefficients, each at least 0",
+                ))
+            }
+        };
+        coefficient("sigma_s", sigma_s)?;
+        coefficient("sigma_a", sigma_a)?;
+        coefficient("sigma_s + sigma_a", sigma_s + sigma_a)?;
+        phase.check()?;
+        Ok(Self {
+            sigma_s,
+            sigma_a,
+            phase,
+            bounds: None,
+        })
+    }
+
+    /// The same medium, but only inside a box; a vacuum outside.
+    #[must_use]
+    pub fn within(self, bounds: Bounds) -> Self {
+        Self {
+            bounds: Some(bounds),
+            ..self
+        }
+    }
+
+    /// Scattering coefficient, 1/m.
+    pub fn sigma_s(&self) -> Vec3 {
+        self.sigma_s
+    }
+
+    /// Absorption coefficient, 1/m.
+    pub fn sigma_a(&self) -> Vec3 {
+        self.sigma_a
+    }
+
+    /// Extinction coefficient, 1/m.
+    pub fn sigma_t(&self) -> Vec3 {
+        self.sigma_s + self.sigma_a
+    }
+
+    /// How scattered light spreads over directions.
+    pub fn phase(&self) -> PhaseFunction {
+        self.phase
+    }
+
+    /// The box that holds the medium, `None` if it is everywhere.
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.bounds
+    }
+
+    /// True if nothing is scattered: the airlight is 0 everywhere.
+    pub fn scatters_nothing(&self) -> bool {
+        self.sigma_s == Vec3::ZERO
+    }
+
+    /// The length of the segment from `start` along the unit vector
+    /// `direction` over `length` that lies inside the medium. `length` may be
+    /// infinite.
+    pub fn length_inside(&self, start: Vec3, direction: Vec3, length: f32) -> f32 {
+        match &self.bounds {
+            None => length,
+            Some(bounds) => bounds
+                .clip(start, direction, Interval::new(0.0, length))
+                .map_or(0.0, Interval::length),
+        }
+    }
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    min: Vec3,
+    max: Vec3,
+}
+
+impl Bounds {
+    /// The box between two corners.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] if a coordinate is not finite or `min` is not
+    /// below `max` on every axis.
+    pub fn new(min: Vec3, max: Vec3) -> Result<Self, SceneError> {
+        if !(min.is_finite() && max.is_finite() && min.cmplt(max).all()) {
+            return Err(SceneError::bad_value(
+                "box",
+                "corners",
+                format!("{min} to {max}"),
+                "finite corners, the first below the second on each axis",
+            ));
+        }
+        Ok(Self { min, max })
+    }
+
+    /// The corner with the least coordinates.
+    pub fn min(&self) -> Vec3 {
+        self.min
+    }
+
+    /// The corner with the greatest coordinates.
+    pub fn max(&self) -> Vec3 {
+        self.max
+    }
+
+    /// The part of `interval` of the ray `start + x direction` inside the box,
+    /// `None` if it is empty or a single point.
+    pub fn clip(&self, start: Vec3, direction: Vec3, interval: Interval) -> Option<Interval> {
+        let (mut near, mut far) = (interval.start, interval.end);
+        for axis in 0..3 {
+            let (origin, slope) = (start[axis], direction[axis]);
+            let (low, high) = (self.min[axis], self.max[axis]);
+            if slope == 0.0 {
+                if origin < low || origin > high {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((low - origin) / slope, (high - origin) / slope);
+            near = near.max(a.min(b));
+            far = far.min(a.max(b));
+        }
+        (near < far).then(|| Interval::new(near, far))
+    }
+}
+
+/// Phase function p(cos θ), 1/sr, normalised over the sphere; `cos θ = 1` is
+/// light that goes straight on.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub enum PhaseFunction {
+    /// `1 / 4π`.
+    #[default]
+    Isotropic,
+    /// `(1 - g²) / (4π (1 + g² - 2 g cos θ)^{3/2})`, |g| < 1.
+    HenyeyGreenstein {
+        /// Mean cosine.
+        g: f32,
+    },
+    /// `3 (1 + cos² θ) / 16π`.
+    Rayleigh,
+}
+
+impl PhaseFunction {
+    fn check(self) -> Result<(), SceneError> {
+        match self {
+            Self::HenyeyGreenstein { g } if !(g.abs() < 1.0) => Err(SceneError::bad_value(
+                "Henyey-Greenstein phase function",
+                "g",
+                g,
+                "a number between -1 and 1, both excluded",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// p(cos θ) in 1/sr.
+    pub fn value(self, angle: ScatteringAngle) -> f32 {
+        match self {
+            Self::Isotropic => 0.25 / PI,
+            Self::HenyeyGreenstein { g } => {
+                // 1 + g² - 2 g cos θ, without cancellation at either peak.
+                let distance2 = if g >= 0.0 {
+                    (1.0 - g) * (1.0 - g) + 2.0 * g * angle.one_minus_cos
+                } else {
+                    (1.0 + g) * (1.0 + g) - 2.0 * g * angle.one_plus_cos
+                };
+                0.25 / PI * ((1.0 - g) * (1.0 + g)) / (distance2 * distance2.sqrt())
+            }
+            Self::Rayleigh => {
+                let cos = 0.5 * (angle.one_plus_cos - angle.one_minus_cos);
+                3.0 / (16.0 * PI) * (1.0 + cos * cos)
+            }
+        }
+    }
+}
+
+/// The angle θ between the directions before and after scattering, kept so
+/// that sharp forward and backward peaks lose no digits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScatteringAngle {
+    one_minus_cos: f32,
+    one_plus_cos: f32,
+}
+
+impl ScatteringAngle {
+    /// From a cosine in [-1, 1].
+    pub fn from_cos(cos: f32) -> Self {
+        Self {
+            one_minus_cos: 1.0 - cos,
+            one_plus_cos: 1.0 + cos,
+        }
+    }
+
+    /// At distance `s` along the ray behind the foot point of a point light
+    /// that is `h` away from the ray: `cos θ = -s / √(s² + h²)`.
+    pub fn from_foot(s: f32, h: f32) -> Self {
+        let d = s.hypot(h);
+        let large = 1.0 + s.abs() / d;
+        let small = (h / d) * (h / d) / large;
+        if s < 0.0 {
+            Self {
+                one_minus_cos: small,
+                one_plus_cos: large,
+            }
+        } else {
+            Self {
+                one_minus_cos: large,
+                one_plus_cos: small,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn medium(s: f32, a: f32, phase: PhaseFunction) -> Result<Medium, SceneError> {
+        Medium::new(Vec3::splat(s), Vec3::splat(a), phase)
+    }
+
+    #[test]
+    fn bad_coefficients_are_named() {
+        for (s, a) in [
+            (-1.0, 0.0),
+            (0.0, f32::NAN),
+            (f32::INFINITY, 0.0),
+            (3e38, 3e38),
+        ] {
+            assert!(medium(s, a, PhaseFunction::Isotropic).is_err());
+        }
+        for g in [1.0, -1.0, 2.0, f32::NAN] {
+            let error = medium(1.0, 0.0, PhaseFunction::HenyeyGreenstein { g }).unwrap_err();
+            assert!(error.to_string().contains("g is"), "{error}");
+        }
+    }
+
+    #[test]
+    fn phase_functions_are_normalised_with_the_right_mean_cosine() {
+        let phases = [
+            (PhaseFunction::Isotropic, 0.0),
+            (PhaseFunction::Rayleigh, 0.0),
+            (PhaseFunction::HenyeyGreenstein { g: 0.0 }, 0.0),
+            (PhaseFunction::HenyeyGreenstein { g: 0.85 }, 0.85),
+            (PhaseFunction::HenyeyGreenstein { g: -0.6 }, -0.6),
+        ];
+        let steps = 100_000;
+        for (phase, mean_cosine) in phases {
+            let (mut total, mut cosine) = (0.0_f64, 0.0_f64);
+            for i in 0..steps {
+                let cos = -1.0 + 2.0 * (f64::from(i) + 0.5) / f64::from(steps);
+                let weight = 2.0 * std::f64::consts::PI * 2.0 / f64::from(steps);
+                let value = f64::from(phase.value(ScatteringAngle::from_cos(cos as f32)));
+                total += weight * value;
+                cosine += weight * value * cos;
+            }
+            assert!(
+                (total - 1.0).abs() < 1e-5,
+                "{phase:?} integrates to {total}"
+            );
+            assert!((cosine - mean_cosine).abs() < 1e-5, "{phase:?}: {cosine}");
+        }
+    }
+
+    #[test]
+    fn a_sharp_peak_keeps_its_digits_next_to_the_axis() {
+        // Half-width of the peak is 1 - g; 1e-4 rad away f32 cosines are 1.
+        let phase = PhaseFunction::HenyeyGreenstein { g: 0.9999 };
+        let (s, h) = (-1.0_f32, 1e-4_f32);
+        let theta = f64::from(h).atan2(f64::from(-s));
+        let g = f64::from(0.9999_f32);
+        let expected = (1.0 - g * g)
+            / (4.0 * std::f64::consts::PI * (1.0 + g * g - 2.0 * g * theta.cos()).powf(1.5));
+        let value = f64::from(phase.value(ScatteringAngle::from_foot(s, h)));
+        assert!((value / expected - 1.0).abs() < 2e-3, "{value} {expected}");
+    }
+
+    #[test]
+    fn a_box_clips_rays_and_paths() {
+        let bounds = Bounds::new(Vec3::ZERO, Vec3::ONE).unwrap();
+        let whole = Interval::new(0.0, f32::INFINITY);
+        let start = Vec3::new(0.5, 0.5, 3.0);
+        assert_eq!(
+            bounds.clip(start, Vec3::NEG_Z, whole),
+            Some(Interval::new(2.0, 3.0))
+        );
+        assert_eq!(bounds.clip(start, Vec3::Z, whole), None);
+        assert_eq!(bounds.clip(start, Vec3::X, whole), None);
+        let fog = medium(1.0, 0.0, PhaseFunction::Isotropic)
+            .unwrap()
+            .within(bounds);
+        assert_eq!(fog.length_inside(start, Vec3::NEG_Z, 2.5), 0.5);
+        assert!(Bounds::new(Vec3::ONE, Vec3::ZERO).is_err());
+        assert!(Bounds::new(Vec3::NAN, Vec3::ONE).is_err());
+    }
+}

@@ -1,0 +1,155 @@
+//! What is in the world: meshes and their instances, a camera, lights, a medium.
+
+mod camera;
+mod complete;
+mod geometry;
+mod light;
+mod medium;
+mod texture;
+
+pub use camera::Camera;
+pub use complete::Placement;
+pub use geometry::{Geometry, MAX_TRIANGLES, Source};
+pub use light::{AreaLight, Cone, DirectionalLight, Light, PointLight, SpotLight};
+pub use medium::{Bounds, Medium, PhaseFunction, ScatteringAngle};
+pub use texture::Texture;
+
+use glam::{Affine3A, Vec2, Vec3};
+
+/// A scene as it was loaded or generated.
+///
+/// The fields are plain data and may hold anything; [`Geometry::new`] and
+/// [`Light::emitters`] check what they take over. A scene without a camera or
+/// without lights can be given sensible ones by [`Scene::complete`].
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// A name for reports.
+    pub name: String,
+    /// Triangle meshes in their own space.
+    pub meshes: Vec<Mesh>,
+    /// Surface materials that meshes refer to.
+    pub materials: Vec<Material>,
+    /// Meshes placed in the world.
+    pub instances: Vec<Instance>,
+    /// The view, if the scene brings one.
+    pub camera: Option<Camera>,
+    /// The lights, possibly none.
+    pub lights: Vec<Light>,
+    /// What fills the air; `None` is a vacuum.
+    pub medium: Option<Medium>,
+}
+
+/// A triangle mesh in its own space, metres.
+#[derive(Debug, Clone, Default)]
+pub struct Mesh {
+    /// A name for error messages.
+    pub name: String,
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Texture coordinates, one per position, or empty. (0, 0) is the upper
+    /// left corner of the image.
+    pub texture_coordinates: Vec<Vec2>,
+    /// Corners of each triangle, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into [`Scene::materials`]; `None` is [`Material::default`].
+    pub material: Option<usize>,
+}
+
+/// A mesh placed in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instance {
+    /// Index into [`Scene::meshes`].
+    pub mesh: usize,
+    /// From the mesh's space to the world's.
+    pub transform: Affine3A,
+}
+
+/// A Lambertian surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Diffuse albedo in linear RGB, multiplied by the texture.
+    pub base_color: Vec3,
+    /// Diffuse albedo over the surface.
+    pub base_color_texture: Option<Texture>,
+    /// Emitted radiance in linear RGB.
+    pub emitted: Vec3,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            base_color: Vec3::splat(0.8),
+            base_color_texture: None,
+            emitted: Vec3::ZERO,
+        }
+    }
+}
+
+/// Why a scene cannot be used. Every message names the offending value.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// No triangle is left to look at.
+    #[error("the scene has no triangles")]
+    Empty,
+    /// Too many triangles for one scene once instances are expanded.
+    #[error("the scene has {triangles} triangles after instancing, the limit is {limit}")]
+    TooManyTriangles {
+        /// Triangles after instancing.
+        triangles: u64,
+        /// [`MAX_TRIANGLES`].
+        limit: u64,
+    },
+    /// An index points past the end of what it indexes.
+    #[error("{owner}: {what} index {index} is out of range, there are {count}")]
+    IndexOutOfRange {
+        /// The object that holds the index.
+        owner: String,
+        /// What is indexed.
+        what: &'static str,
+        /// The index.
+        index: u64,
+        /// Number of things it could point to.
+        count: u64,
+    },
+    /// Two arrays that belong together differ in length.
+    #[error("{owner}: {what} has {actual} entries, but {expected} were expected")]
+    LengthMismatch {
+        /// The object that holds the arrays.
+        owner: String,
+        /// The array at fault.
+        what: &'static str,
+        /// Entries it has.
+        actual: usize,
+        /// Entries it should have.
+        expected: usize,
+    },
+    /// A number outside its domain, NaN and infinity included.
+    #[error("{owner}: {what} is {value}, expected {expected}")]
+    BadValue {
+        /// The object that holds the number.
+        owner: String,
+        /// Which number.
+        what: &'static str,
+        /// The number as text.
+        value: String,
+        /// Its domain in words.
+        expected: &'static str,
+    },
+}
+
+impl SceneError {
+    pub(crate) fn bad_value(
+        owner: impl Into<String>,
+        what: &'static str,
+        value: impl ToString,
+        expected: &'static str,
+    ) -> Self {
+        Self::BadValue {
+            owner: owner.into(),
+            what,
+            value: value.to_string(),
+            expected,
+        }
+    }
+}
