@@ -130,6 +130,12 @@ impl SpotEmission {
         self.cos_outer
     }
 
+    /// Half the side of the slide at distance 1 in front of the light: the
+    /// tangent of the half angle at which the light ends.
+    pub fn tan_outer(&self) -> f32 {
+        self.tan_outer
+    }
+
     /// The slide in front of the light.
     pub fn texture(&self) -> Option<&Texture> {
         self.texture.as_ref()

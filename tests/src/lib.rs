@@ -1,0 +1,3 @@
+//! What judges the crates of this workspace.
+pub mod metrics;
+pub mod oracle;

@@ -1,0 +1,94 @@
+//! The triangles near a planar region, by a bounding volume hierarchy.
+
+use std::time::Duration;
+
+use glam::{DVec3, Vec3};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+
+use super::visibility::Region;
+
+/// A hierarchy of boxes around triangles.
+pub(super) struct Tree {
+    bvh: Bvh2,
+    /// The size of the coordinates, to which rounding is relative.
+    scale: f64,
+}
+
+impl std::fmt::Debug for Tree {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tree")
+            .field("nodes", &self.bvh.nodes.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Tree {
+    pub(super) fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let boxes: Vec<_> = triangles
+            .iter()
+            .map(|corners| Aabb::from_points(&corners.map(Into::into)))
+            .collect();
+        let scale = triangles.iter().flatten().fold(0.0_f32, |scale, corner| {
+            scale.max(corner.abs().max_element())
+        });
+        let mut build_time = Duration::default();
+        Self {
+            bvh: build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut build_time),
+            scale: f64::from(scale),
+        }
+    }
+
+    /// Calls `visit` with the index of every triangle whose box may meet the
+    /// region, until it returns true.
+    pub(super) fn search(&self, region: &Region, visit: &mut impl FnMut(usize) -> bool) {
+        let origin = region.origin();
+        let slack = 1e-12 * (self.scale + origin.abs().max_element());
+        let tests: Vec<Test> = region
+            .half_spaces()
+            .iter()
+            .map(|half| Test {
+                normal: half.normal,
+                spread: half.normal.abs(),
+                limit: half.limit + half.normal.dot(origin) + slack + 1e-12 * half.limit.abs(),
+            })
+            .collect();
+        let mut stack = vec![0_usize];
+        while let Some(index) = stack.pop() {
+            let Some(node) = self.bvh.nodes.get(index) else {
+                continue;
+            };
+            let (low, high) = (node.aabb().min.as_dvec3(), node.aabb().max.as_dvec3());
+            let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+            if tests.iter().any(|test| test.misses(centre, half)) {
+                continue;
+            }
+            let first = node.first_index as usize;
+            if node.is_leaf() {
+                for slot in first..first + node.prim_count as usize {
+                    if visit(self.bvh.primitive_indices[slot] as usize) {
+                        return;
+                    }
+                }
+            } else {
+                stack.extend([first, first + 1]);
+            }
+        }
+    }
+}
+
+/// A half-space and what a box needs to be compared with it.
+struct Test {
+    normal: DVec3,
+    spread: DVec3,
+    limit: f64,
+}
+
+impl Test {
+    /// True if the box lies outside as a whole.
+    fn misses(&self, centre: DVec3, half: DVec3) -> bool {
+        self.normal.dot(centre) - self.spread.dot(half) > self.limit
+    }
+}
