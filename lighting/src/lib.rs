@@ -61,6 +61,12 @@ mod gather;
 mod path;
 mod ray;
 pub mod scene;
+#[cfg(feature = "march")]
+pub mod shadow_map;
+#[cfg(feature = "trace")]
+pub mod trace;
+#[cfg(feature = "trace")]
+pub mod view;
 pub mod visibility;
 
 pub use airlight::AirlightEvaluator;
