@@ -75,3 +75,8 @@ pub use gather::Gather;
 pub use path::LightPath;
 pub use ray::{Interval, LitInterval, Ray};
 pub use visibility::VisibilitySource;
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;
