@@ -60,6 +60,8 @@ pub mod emitter;
 mod gather;
 mod path;
 mod ray;
+#[cfg(feature = "procedural")]
+pub mod procedural;
 pub mod scene;
 #[cfg(feature = "march")]
 pub mod shadow_map;
