@@ -60,7 +60,15 @@ pub mod emitter;
 mod gather;
 mod path;
 mod ray;
+#[cfg(feature = "procedural")]
+pub mod procedural;
 pub mod scene;
+#[cfg(feature = "march")]
+pub mod shadow_map;
+#[cfg(feature = "trace")]
+pub mod trace;
+#[cfg(feature = "trace")]
+pub mod view;
 pub mod visibility;
 
 pub use airlight::AirlightEvaluator;
@@ -69,3 +77,8 @@ pub use gather::Gather;
 pub use path::LightPath;
 pub use ray::{Interval, LitInterval, Ray};
 pub use visibility::VisibilitySource;
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;

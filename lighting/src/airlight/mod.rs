@@ -18,6 +18,11 @@ pub use directional::directional;
 pub use midpoint::Midpoint;
 pub use quadrature::{NodeCountError, Quadrature};
 
+#[cfg(feature = "march")]
+pub(crate) use midpoint::far_end;
+#[cfg(feature = "march")]
+pub(crate) use quadrature::EquiAngular;
+
 use glam::Vec3;
 
 use crate::{Interval, LightPath};

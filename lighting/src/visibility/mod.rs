@@ -1,7 +1,15 @@
 //! Which parts of an eye ray see the light.
 
+#[cfg(feature = "trace")]
+mod exact;
+#[cfg(feature = "march")]
+mod march;
 mod merge;
 
+#[cfg(feature = "trace")]
+pub use exact::Exact;
+#[cfg(feature = "march")]
+pub use march::{ShadowMapMarch, Spacing};
 pub use merge::MergeTouching;
 
 use crate::{LightPath, LitInterval};

@@ -1,0 +1,412 @@
+//! Shadow maps of all kinds of lights, and the step that renders them.
+
+use glam::{Quat, Vec3};
+use gpu_backend::{Backend, Cpu, Error, Host, Memory};
+
+use super::raster::{Face, Footprint, Rays};
+use crate::Emitter;
+use crate::emitter::Emission;
+use crate::scene::Geometry;
+
+/// Depth of a texel in which the light sees nothing. Shaders must not meet an
+/// infinity.
+pub const EMPTY: f32 = f32::MAX;
+
+/// A map larger than this is refused: 4 GiB.
+const MAX_BYTES: u64 = 1 << 32;
+
+/// Spotlights wider than this (tangent of 75°) get a cube of maps.
+const WIDEST_TAN: f32 = 3.732;
+
+/// Rows that are rendered as one unit of work.
+const BAND: u32 = 16;
+
+/// Why a shadow map could not be rendered.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShadowMapError {
+    /// The resolution is 0 or above 65536.
+    #[error("a shadow map of {resolution} texels per side was asked for, expected 1 to 65536")]
+    Resolution {
+        /// Texels per side asked for.
+        resolution: u32,
+    },
+    /// The backend failed.
+    #[error(transparent)]
+    Backend(#[from] Error),
+}
+
+/// Triangles that cast shadows, where a backend can render them.
+#[derive(Debug)]
+pub struct Casters<M: Memory> {
+    triangles: M::Buffer<[Vec3; 3]>,
+    corners: [Vec3; 2],
+}
+
+impl<M: Memory> Casters<M> {
+    /// Copies the triangles of a scene to a backend.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if they do not fit.
+    pub fn upload<B: Backend<Memory = M>>(backend: &B, geometry: &Geometry) -> Result<Self, Error> {
+        let bounds = geometry.bounds();
+        Ok(Self {
+            triangles: backend.upload(geometry.triangles())?,
+            corners: [bounds.min(), bounds.max()],
+        })
+    }
+
+    /// The triangles, in the order of [`Geometry::triangles`].
+    pub fn triangles(&self) -> &M::Buffer<[Vec3; 3]> {
+        &self.triangles
+    }
+}
+
+/// The depth of the first blocker in every direction from a light.
+#[derive(Debug)]
+pub struct ShadowMap<M: Memory> {
+    faces: Vec<Face>,
+    resolution: u32,
+    depth: M::Buffer<f32>,
+}
+
+impl<M: Memory> ShadowMap<M> {
+    /// One face, or six in the order +X −X +Y −Y +Z −Z.
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// Texels per side of each face.
+    pub fn resolution(&self) -> u32 {
+        self.resolution
+    }
+
+    /// Depths, face by face, each row by row from the top; [`EMPTY`] where the
+    /// light sees nothing.
+    pub fn depth(&self) -> &M::Buffer<f32> {
+        &self.depth
+    }
+
+    /// Memory used, bytes.
+    pub fn bytes(&self) -> u64 {
+        map_bytes(self.faces.len(), self.resolution)
+    }
+}
+
+fn map_bytes(faces: usize, resolution: u32) -> u64 {
+    4 * faces as u64 * u64::from(resolution) * u64::from(resolution)
+}
+
+impl ShadowMap<Host> {
+    /// True if nothing lies between the light and `point`. Points outside of
+    /// the picture are lit: an orthographic map holds all casters, and a
+    /// spotlight does not light them anyway.
+    #[inline]
+    pub fn is_lit(&self, point: Vec3) -> bool {
+        let face_index = match self.faces.len() {
+            1 => 0,
+            _ => cube_face(point - self.faces[0].origin),
+        };
+        let face = &self.faces[face_index];
+        let v = point - face.origin;
+        let (x, y, z) = (v.dot(face.right), v.dot(face.up), v.dot(face.forward));
+        let (u, w, depth) = match face.rays {
+            Rays::Parallel {
+                half_width,
+                half_height,
+            } => (x / half_width, y / half_height, z),
+            Rays::Central { tan } => {
+                if z <= 0.0 {
+                    return true;
+                }
+                let scale = 1.0 / (z * tan);
+                (x * scale, y * scale, v.length())
+            }
+        };
+        let n = self.resolution as f32;
+        let (column, row) = (0.5 * n * (1.0 + u), 0.5 * n * (1.0 - w));
+        if !(column >= 0.0 && column <= n && row >= 0.0 && row <= n) {
+            return true;
+        }
+        // The far border belongs to the last texel.
+        let last = self.resolution - 1;
+        let (column, row) = ((column as u32).min(last), (row as u32).min(last));
+        let side = self.resolution as usize;
+        let index = (face_index * side + row as usize) * side + column as usize;
+        depth <= self.depth[index]
+    }
+}
+
+/// Which face of a cube the direction points at.
+fn cube_face(v: Vec3) -> usize {
+    let a = v.abs();
+    let (axis, value) = if a.x >= a.y && a.x >= a.z {
+        (0, v.x)
+    } else if a.y >= a.z {
+        (2, v.y)
+    } else {
+        (4, v.z)
+    };
+    axis + usize::from(value < 0.0)
+}
+
+/// Renders shadow maps.
+pub trait RenderShadowMap: Backend {
+    /// The map of `emitter` with `resolution` texels per side and face.
+    ///
+    /// # Errors
+    /// [`ShadowMapError::Resolution`] if the resolution is 0 or above 65536,
+    /// [`Error::TooLarge`] if the map would exceed 4 GiB or what the device can
+    /// hold.
+    fn shadow_map(
+        &self,
+        casters: &Casters<Self::Memory>,
+        emitter: &Emitter,
+        resolution: u32,
+    ) -> Result<ShadowMap<Self::Memory>, ShadowMapError>;
+}
+
+impl RenderShadowMap for Cpu {
+    fn shadow_map(
+        &self,
+        casters: &Casters<Host>,
+        emitter: &Emitter,
+        resolution: u32,
+    ) -> Result<ShadowMap<Host>, ShadowMapError> {
+        let faces = faces(casters.corners, emitter);
+        check_size(faces.len(), resolution)?;
+        let mut depth = self.zeros::<f32>(faces.len() * (resolution as usize).pow(2))?;
+        for (face, texels) in faces
+            .iter()
+            .zip(depth.chunks_exact_mut((resolution as usize).pow(2)))
+        {
+            render_face(self, face, &casters.triangles, resolution, texels);
+        }
+        Ok(ShadowMap {
+            faces,
+            resolution,
+            depth,
+        })
+    }
+}
+
+fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapError> {
+    if !(1..=65536).contains(&resolution) {
+        return Err(ShadowMapError::Resolution { resolution });
+    }
+    let requested = map_bytes(faces, resolution);
+    if requested > MAX_BYTES {
+        return Err(ShadowMapError::Backend(Error::TooLarge {
+            what: "a shadow map",
+            requested,
+            limit: MAX_BYTES,
+        }));
+    }
+    Ok(())
+}
+
+/// Nearest depth per texel. Bands of rows are independent of each other and
+/// the minimum does not depend on order, so neither does the result on threads.
+fn render_face(
+    cpu: &Cpu,
+    face: &Face,
+    triangles: &[[Vec3; 3]],
+    resolution: u32,
+    texels: &mut [f32],
+) {
+    const CHUNK: usize = 4096;
+    let footprints: Vec<Vec<Footprint>> = cpu.map(triangles.len().div_ceil(CHUNK), |chunk| {
+        triangles[chunk * CHUNK..]
+            .iter()
+            .take(CHUNK)
+            .filter_map(|triangle| Footprint::new(face, triangle, resolution))
+            .collect()
+    });
+    let mut bands = vec![Vec::new(); resolution.div_ceil(BAND) as usize];
+    for footprint in footprints.iter().flatten() {
+        let (first, end) = footprint.rows();
+        for band in &mut bands[(first / BAND) as usize..end.div_ceil(BAND) as usize] {
+            band.push(footprint);
+        }
+    }
+    let width = resolution as usize;
+    cpu.for_each_chunk(texels, BAND as usize * width, |first, chunk| {
+        chunk.fill(EMPTY);
+        let first_row = (first / width) as u32;
+        let end_row = first_row + (chunk.len() / width) as u32;
+        for footprint in &bands[(first_row / BAND) as usize] {
+            footprint.for_each(first_row, end_row, |x, y, depth| {
+                let texel = &mut chunk[(y - first_row) as usize * width + x as usize];
+                *texel = texel.min(depth);
+            });
+        }
+    });
+}
+
+/// The picture planes of a light that can see casters between two corners.
+fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
+    match emitter {
+        Emitter::Directional(sun) => vec![orthographic(corners, sun.direction())],
+        Emitter::Point(point) => match point.emission() {
+            Emission::Spot(spot) if tangent(spot.cos_outer()) <= WIDEST_TAN => {
+                let rotation = spot.rotation();
+                vec![Face {
+                    origin: point.position(),
+                    right: rotation * Vec3::X,
+                    up: rotation * Vec3::Y,
+                    forward: rotation * Vec3::NEG_Z,
+                    rays: Rays::Central {
+                        tan: tangent(spot.cos_outer()),
+                    },
+                }]
+            }
+            _ => cube(point.position()),
+        },
+    }
+}
+
+fn tangent(cos: f32) -> f32 {
+    (1.0 - cos * cos).max(0.0).sqrt() / cos
+}
+
+fn cube(origin: Vec3) -> Vec<Face> {
+    [
+        (Vec3::X, Vec3::Y),
+        (Vec3::NEG_X, Vec3::Y),
+        (Vec3::Y, Vec3::NEG_Z),
+        (Vec3::NEG_Y, Vec3::Z),
+        (Vec3::Z, Vec3::Y),
+        (Vec3::NEG_Z, Vec3::Y),
+    ]
+    .map(|(forward, up)| Face {
+        origin,
+        right: forward.cross(up),
+        up,
+        forward,
+        rays: Rays::Central { tan: 1.0 },
+    })
+    .into()
+}
+
+/// The tightest picture along `direction` around the box of the casters.
+fn orthographic([min, max]: [Vec3; 2], direction: Vec3) -> Face {
+    let centre = 0.5 * (min + max);
+    let half = 0.5 * (max - min);
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
+    let (right, up) = (rotation * Vec3::X, rotation * Vec3::Y);
+    // How far the box reaches from its centre along an axis.
+    let reach = |axis: Vec3| axis.abs().dot(half) * (1.0 + 1e-6);
+    Face {
+        origin: centre - reach(direction) * direction,
+        right,
+        up,
+        forward: direction,
+        rays: Rays::Parallel {
+            half_width: reach(right),
+            half_height: reach(up),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Affine3A;
+
+    use super::*;
+    use crate::scene::{Cone, Instance, Mesh, Scene};
+
+    /// A square of side 2 in the plane z = −2 and a far larger one at z = −6.
+    fn casters() -> Casters<Host> {
+        let square = |half: f32, z: f32| {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| Vec3::new(half * x, half * y, z))
+        };
+        let mesh = Mesh {
+            positions: [square(1.0, -2.0), square(40.0, -6.0)].concat(),
+            triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+            ..Mesh::default()
+        };
+        let scene = Scene {
+            meshes: vec![mesh],
+            instances: vec![Instance {
+                mesh: 0,
+                transform: Affine3A::IDENTITY,
+            }],
+            ..Scene::default()
+        };
+        Casters::upload(&Cpu::new(), &Geometry::new(&scene).unwrap()).unwrap()
+    }
+
+    fn lights() -> Vec<Emitter> {
+        let point =
+            |emission| Emitter::point(Vec3::ZERO, Vec3::ONE, f32::INFINITY, emission).unwrap();
+        let spot = |outer| {
+            let cone = Cone { inner: 0.1, outer };
+            Emission::spot(Quat::IDENTITY, cone, None).unwrap()
+        };
+        vec![
+            point(Emission::Isotropic),
+            point(spot(0.9)),
+            point(spot(1.5)),
+            Emitter::directional(Vec3::NEG_Z, Vec3::ONE).unwrap(),
+        ]
+    }
+
+    #[test]
+    fn points_are_lit_up_to_the_first_blocker_and_no_farther() {
+        let cpu = Cpu::new();
+        for light in lights() {
+            for resolution in [1, 7, 64] {
+                let map = cpu.shadow_map(&casters(), &light, resolution).unwrap();
+                let context = format!("{light:?} {resolution}");
+                assert!(map.is_lit(Vec3::new(0.0, 0.0, -1.9)), "{context}");
+                // A texel holds the depth at its centre only.
+                if resolution == 64 {
+                    assert!(!map.is_lit(Vec3::new(0.1, 0.1, -2.1)), "{context}");
+                    assert!(!map.is_lit(Vec3::new(2.9, 0.0, -6.1)), "{context}");
+                    assert!(map.is_lit(Vec3::new(4.0, 0.0, -5.9)), "{context}");
+                }
+                assert!(map.is_lit(Vec3::new(0.0, 0.0, 3.0)), "{context}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_direction_belongs_to_the_face_that_sees_it() {
+        let faces = cube(Vec3::ZERO);
+        for i in 0..400 {
+            let golden = i as f32 * 2.399_963;
+            let y = 1.0 - 2.0 * (i as f32 + 0.5) / 400.0;
+            let ring = (1.0 - y * y).sqrt();
+            let v = Vec3::new(ring * golden.cos(), y, ring * golden.sin());
+            let face = faces[cube_face(v)];
+            let z = v.dot(face.forward);
+            assert!(v.dot(face.right).abs() <= z && v.dot(face.up).abs() <= z);
+            assert!((face.up.cross(face.right) - face.forward).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn threads_do_not_change_a_bit() {
+        let one = Cpu::single_threaded();
+        for light in lights() {
+            let a = one.shadow_map(&casters(), &light, 45).unwrap();
+            let b = Cpu::new().shadow_map(&casters(), &light, 45).unwrap();
+            assert_eq!(a.depth(), b.depth());
+        }
+    }
+
+    #[test]
+    fn senseless_sizes_are_refused_before_they_are_allocated() {
+        let cpu = Cpu::new();
+        let point = &lights()[0];
+        for resolution in [0, 65537, u32::MAX] {
+            assert_eq!(
+                cpu.shadow_map(&casters(), point, resolution).unwrap_err(),
+                ShadowMapError::Resolution { resolution }
+            );
+        }
+        let error = cpu.shadow_map(&casters(), point, 65536).unwrap_err();
+        assert!(error.to_string().contains("limit"), "{error}");
+    }
+}

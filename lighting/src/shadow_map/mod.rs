@@ -1,0 +1,16 @@
+//! What a light sees: the depth of the first blocker in every direction.
+//!
+//! * A **directional** light gets one orthographic map over all casters; depth
+//!   is the distance along the light.
+//! * A **spotlight** of up to 75° half angle gets one perspective map; depth
+//!   is the Euclidean distance from the light.
+//! * A **point** light, a wider spotlight or a cosine emitter gets six
+//!   perspective maps, the faces of a cube, of Euclidean distance.
+//!
+//! Lookups take the nearest texel and compare without a bias: points in the
+//! air have no surface of their own to be shadowed by.
+
+mod map;
+pub mod raster;
+
+pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError};

@@ -1,0 +1,183 @@
+//! Visibility sampled from a shadow map in steps along the ray.
+
+use gpu_backend::{Host, Memory};
+
+use super::VisibilitySource;
+use crate::airlight::{EquiAngular, far_end};
+use crate::shadow_map::ShadowMap;
+use crate::{Emitter, Interval, LightPath, LitInterval};
+
+/// How a march divides a ray.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    /// Steps of equal length. A ray to the sky is marched for ten mean free
+    /// paths (of the thinnest colour channel), and what lies behind is left
+    /// out: 4.5e-5 of the light of a sun.
+    Distance,
+    /// Steps of equal angle at a point light, which are steps of equal share
+    /// of the inverse-square falloff (equi-angular sampling: Kulla and
+    /// Fajardo, Importance Sampling Techniques for Path Tracing in
+    /// Participating Media, EGSR 2012). For a directional light, which has no
+    /// such angle, the same as [`Spacing::Distance`].
+    EquiAngular,
+}
+
+/// Marches a ray in `samples` steps and asks the shadow map at the middle of
+/// each whether the step is lit.
+///
+/// Yields one interval per lit step. With [`Midpoint`] this is brute-force ray
+/// marching; with [`Quadrature`] of one node and equi-angular steps it is
+/// equi-angular sampling; with [`MergeTouching`] in between, the samples find
+/// the ends of the lit runs and the evaluator does the rest.
+///
+/// Cost: `samples` lookups per ray. The ends of lit intervals are off by at
+/// most half a step and by what the resolution of the map adds.
+///
+/// [`Midpoint`]: crate::airlight::Midpoint
+/// [`Quadrature`]: crate::airlight::Quadrature
+/// [`MergeTouching`]: crate::visibility::MergeTouching
+#[derive(Debug)]
+pub struct ShadowMapMarch<'a, M: Memory> {
+    map: &'a ShadowMap<M>,
+    samples: u32,
+    spacing: Spacing,
+}
+
+impl<'a, M: Memory> ShadowMapMarch<'a, M> {
+    /// A march of `samples` steps (0 counts as 1) through `map`, which must be
+    /// the map of the light that is gathered.
+    pub fn new(map: &'a ShadowMap<M>, samples: u32, spacing: Spacing) -> Self {
+        Self {
+            map,
+            samples: samples.max(1),
+            spacing,
+        }
+    }
+
+    /// The map that is sampled.
+    pub fn map(&self) -> &'a ShadowMap<M> {
+        self.map
+    }
+
+    /// Number of steps per ray.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// How the steps are spread.
+    pub fn spacing(&self) -> Spacing {
+        self.spacing
+    }
+}
+
+impl VisibilitySource for ShadowMapMarch<'_, Host> {
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
+        let span = path.span();
+        let arc = match (self.spacing, path.emitter()) {
+            (Spacing::EquiAngular, Emitter::Point(_)) => EquiAngular::new(path, span),
+            _ => None,
+        };
+        match arc {
+            Some(arc) => self.march(path, span, |t| arc.position(t), lit),
+            None => {
+                let end = span.end.min(span.start + far_end(path));
+                let length = end - span.start;
+                let position = |t: f32| span.start + t * length;
+                self.march(path, Interval::new(span.start, end), position, lit);
+            }
+        }
+    }
+}
+
+impl ShadowMapMarch<'_, Host> {
+    /// Steps between `position(i / n)` and `position((i + 1) / n)`, sampled at
+    /// `position((i + ½) / n)`.
+    fn march(
+        &self,
+        path: &LightPath<'_>,
+        span: Interval,
+        position: impl Fn(f32) -> f32,
+        lit: &mut Vec<LitInterval>,
+    ) {
+        let step = 1.0 / self.samples as f32;
+        let mut start = span.start;
+        for i in 0..self.samples {
+            let end = if i + 1 == self.samples {
+                span.end
+            } else {
+                position((i + 1) as f32 * step)
+            };
+            let middle = position((i as f32 + 0.5) * step);
+            if start < end && self.map.is_lit(path.ray().at(middle)) {
+                lit.push(LitInterval::unshadowed(start, end));
+            }
+            start = start.max(end);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Affine3A, Vec3};
+    use gpu_backend::Cpu;
+
+    use super::*;
+    use crate::emitter::Emission;
+    use crate::scene::{Geometry, Instance, Medium, Mesh, PhaseFunction, Scene};
+    use crate::shadow_map::{Casters, RenderShadowMap};
+    use crate::visibility::MergeTouching;
+    use crate::{Ray, VisibilitySource};
+
+    #[test]
+    fn samples_find_the_shadow_to_half_a_step_and_merge_into_runs() {
+        let cpu = Cpu::new();
+        let scene = Scene {
+            meshes: vec![Mesh {
+                positions: vec![
+                    Vec3::new(-1.0, 1.0, -9.0),
+                    Vec3::new(1.0, 1.0, -9.0),
+                    Vec3::new(0.0, 1.0, 9000.0),
+                ],
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            }],
+            instances: vec![Instance {
+                mesh: 0,
+                transform: Affine3A::IDENTITY,
+            }],
+            ..Scene::default()
+        };
+        let casters = Casters::upload(&cpu, &Geometry::new(&scene).unwrap()).unwrap();
+        let position = Vec3::new(0.0, 2.0, 0.0);
+        let light =
+            Emitter::point(position, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+        let map = cpu.shadow_map(&casters, &light, 2048).unwrap();
+        let fog = Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+        let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X, 10.0).unwrap();
+        let path = LightPath::new(&ray, &light, &fog).unwrap();
+        for spacing in [Spacing::Distance, Spacing::EquiAngular] {
+            for samples in [1_u32, 10, 100, 1000] {
+                let march = ShadowMapMarch::new(&map, samples, spacing);
+                let mut steps = Vec::new();
+                march.lit_intervals(&path, &mut steps);
+                assert!(
+                    steps
+                        .windows(2)
+                        .all(|w| w[0].interval.end <= w[1].interval.start)
+                );
+                let mut runs = Vec::new();
+                MergeTouching(march).lit_intervals(&path, &mut runs);
+                if samples < 10 {
+                    continue;
+                }
+                assert_eq!(runs.len(), 2, "{spacing:?} {samples}");
+                // The shadow of the plate is [-2, 2], seen from x = -5.
+                let tolerance = 10.0 / samples as f32 + 0.02;
+                assert!((runs[0].interval.end - 3.0).abs() < tolerance);
+                assert!((runs[1].interval.start - 7.0).abs() < tolerance);
+                assert_eq!(runs[0].interval.start, 0.0);
+                assert_eq!(runs[1].interval.end, 10.0);
+            }
+        }
+    }
+}
