@@ -142,9 +142,11 @@ impl<'a> Airlight<'a> {
                     suns.value += DVec3::INFINITY;
                     return;
                 }
-                pieces.push(Piece::new(term, a, b, &|term, t| {
-                    points[term].integrand(&line, fog, t)
-                }));
+                points[term].layers(fog, a, b, |a, b| {
+                    pieces.push(Piece::new(term, a, b, &|term, t| {
+                        points[term].integrand(&line, fog, t)
+                    }));
+                });
             });
         }
     }
@@ -218,7 +220,8 @@ impl NearLight {
     }
 
     /// The range of the variable over a piece on one side of the foot point:
-    /// ±w, negative in front of the light.
+    /// ±w, negative in front of the light. (Rounding may leave the piece a hair
+    /// over the foot point.)
     fn variable(&self, piece: Span) -> [f64; 2] {
         let w = |distance: f64| {
             let distance = distance.max(0.0);
@@ -229,11 +232,37 @@ impl NearLight {
             }
         };
         let (a, b) = (piece.start - self.foot, piece.end - self.foot);
-        if 0.5 * (piece.start - self.foot) + 0.5 * (piece.end - self.foot) < 0.0 {
+        if b <= 0.0 || -a > b {
             [-w(-b), -w(-a)]
         } else {
             [w(b), w(a)]
         }
+    }
+
+    /// Divides a range of the variable so that extinction far from a light that
+    /// is near the line, at `|w|` from about σ_t on downwards, is not a layer
+    /// too thin to be noticed: its deficit falls like σ_t / w.
+    fn layers(&self, fog: &Fog, a: f64, b: f64, mut part: impl FnMut(f64, f64)) {
+        const RATIO: f64 = 32.0;
+        const MOST: usize = 8;
+        let (low, high) = (a.abs().min(b.abs()), a.abs().max(b.abs()));
+        let mut part = |low: f64, high: f64| {
+            if a < 0.0 {
+                part(-high, -low);
+            } else {
+                part(low, high);
+            }
+        };
+        let thinnest = low.max(0.3 * fog.sigma_t.min_element());
+        let mut top = high;
+        for _ in 0..MOST {
+            if top < RATIO * thinnest {
+                break;
+            }
+            part(top / RATIO, top);
+            top /= RATIO;
+        }
+        part(low, top);
     }
 
     /// `L = ∫ integrand |dw|`.

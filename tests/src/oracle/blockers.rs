@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -26,18 +26,15 @@ impl std::fmt::Debug for Tree {
 }
 
 impl Tree {
-    pub(super) fn new(triangles: &[[Vec3; 3]]) -> Self {
-        let boxes: Vec<_> = triangles
-            .iter()
-            .map(|corners| Aabb::from_points(&corners.map(Into::into)))
-            .collect();
-        let scale = triangles.iter().flatten().fold(0.0_f32, |scale, corner| {
+    pub(super) fn new(triangles: &[[DVec3; 3]]) -> Self {
+        let boxes: Vec<_> = triangles.iter().map(enclose).collect();
+        let scale = triangles.iter().flatten().fold(0.0_f64, |scale, corner| {
             scale.max(corner.abs().max_element())
         });
         let mut build_time = Duration::default();
         Self {
             bvh: build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut build_time),
-            scale: f64::from(scale),
+            scale,
         }
     }
 
@@ -77,6 +74,31 @@ impl Tree {
             }
         }
     }
+}
+
+/// The smallest box of f32 coordinates around a triangle.
+fn enclose([a, b, c]: &[DVec3; 3]) -> Aabb {
+    let (low, high) = (a.min(*b).min(*c), a.max(*b).max(*c));
+    let down = |x: f64| {
+        let near = x as f32;
+        if f64::from(near) > x {
+            near.next_down()
+        } else {
+            near
+        }
+    };
+    let up = |x: f64| {
+        let near = x as f32;
+        if f64::from(near) < x {
+            near.next_up()
+        } else {
+            near
+        }
+    };
+    Aabb::new(
+        Vec3A::from_array(low.to_array().map(down)),
+        Vec3A::from_array(high.to_array().map(up)),
+    )
 }
 
 /// A half-space and what a box needs to be compared with it.

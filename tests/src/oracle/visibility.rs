@@ -45,17 +45,27 @@ pub enum Search {
 }
 
 impl Blockers {
-    /// Builds the hierarchy over all triangles.
+    /// The triangles of a scene.
     pub fn new(geometry: &Geometry) -> Self {
-        let triangles: Vec<_> = geometry
-            .triangles()
-            .iter()
-            .map(|corners| corners.map(|corner| corner.as_dvec3()))
-            .collect();
+        let triangles = geometry.triangles().iter();
+        Self::from_triangles(
+            triangles
+                .map(|corners| corners.map(|corner| corner.as_dvec3()))
+                .collect(),
+        )
+    }
+
+    /// Builds the hierarchy over triangles with coordinates of at most 1e30.
+    pub fn from_triangles(triangles: Vec<[DVec3; 3]>) -> Self {
         Self {
-            tree: Tree::new(geometry.triangles()),
+            tree: Tree::new(&triangles),
             triangles,
         }
+    }
+
+    /// The triangles.
+    pub fn triangles(&self) -> &[[DVec3; 3]] {
+        &self.triangles
     }
 
     /// Appends the parts of `span` of `line` that see `lamp`, in order.
