@@ -81,18 +81,18 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         what: Allowed::Quadrature,
-        error: 64.0 * ULP32,
-        derivation: "Relative to the airlight, per e-folding of its exponent plus one: exp(-tau) \
-            in f32 has the relative error tau × (rounding of tau), and tau is a product and a sum \
-            of three rounded lengths, 4 units of 2^-24. Position on the ray, phase function (cube \
-            of a root), falloff of a cone and the sum over nodes add about 40 units.",
+        error: 256.0 * ULP32,
+        derivation: "Relative to the airlight of the light without its cone and range, whose \
+            edges f32 resolves no better. 512 nodes, summed in f32: up to 256 half roundings on \
+            average of one sign, which outweighs those of exp(-tau) (tau × 2^-24, and where tau \
+            exceeds 20 the light is outshone by nearer parts) and of the phase function. A kink \
+            inside the interval costs 512^-2 = 4e-6 besides.",
     },
     Tolerance {
         what: Allowed::ExactImage,
-        error: 1e-4,
-        derivation: "Relative to the mean radiance, for the root mean square. f32 ends of \
-            intervals and f32 sums, each 1e-6 of a pixel, and rays that graze an edge where an \
-            interval shorter than f32 resolves is lost: 1e-4 of the ray at most.",
+        error: 1e-5,
+        derivation: "Root mean square relative to the mean radiance. 512 nodes: 512^-2 = 4e-6 at \
+            the kinks of cones; f32 ends of intervals and f32 sums: 1e-6 of a pixel.",
     },
     Tolerance {
         what: Allowed::Order,
