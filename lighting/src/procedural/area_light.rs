@@ -40,7 +40,11 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     stage.seen(
         look(Vec3::new(0.0, 3.4, 9.5), Vec3::new(0.0, 2.9, 0.0), 45.0),
         vec![Light::Area(panel)],
-        fog(Vec3::splat(0.07), Vec3::splat(0.007), PhaseFunction::Isotropic),
+        fog(
+            Vec3::splat(0.07),
+            Vec3::splat(0.007),
+            PhaseFunction::Isotropic,
+        ),
     )
 }
 

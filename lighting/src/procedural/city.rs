@@ -35,9 +35,17 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let props = Props {
         walls,
         roof: stage.shape("roof box", unit_box(), paint(0.40, 0.40, 0.42)),
-        trunk: stage.shape("trunk", frustum(5, 0.22, 0.14, 1.0), paint(0.25, 0.18, 0.12)),
+        trunk: stage.shape(
+            "trunk",
+            frustum(5, 0.22, 0.14, 1.0),
+            paint(0.25, 0.18, 0.12),
+        ),
         crown: stage.shape("crown", icosphere(1), paint(0.22, 0.36, 0.14)),
-        pole: stage.shape("pole", frustum(5, POLE_RADIUS, POLE_RADIUS, 1.0), paint(0.3, 0.3, 0.3)),
+        pole: stage.shape(
+            "pole",
+            frustum(5, POLE_RADIUS, POLE_RADIUS, 1.0),
+            paint(0.3, 0.3, 0.3),
+        ),
     };
 
     let half = 0.5 * PITCH * BLOCKS as f32 + 10.0;
@@ -88,7 +96,11 @@ impl Props {
             self.building(stage, random, lot);
             let corner = block + (HALF_BLOCK + 3.0) * Vec3::new(x, 0.0, z);
             let height = random.between(7.0, 9.0);
-            let pole = upright(Vec3::new(1.0, height + 0.5, 1.0), 0.0, corner - 0.5 * Vec3::Y);
+            let pole = upright(
+                Vec3::new(1.0, height + 0.5, 1.0),
+                0.0,
+                corner - 0.5 * Vec3::Y,
+            );
             stage.place(self.pole, pole);
         }
         // Two trees in front of each side of the block.
