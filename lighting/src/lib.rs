@@ -59,9 +59,9 @@ pub mod airlight;
 pub mod emitter;
 mod gather;
 mod path;
-mod ray;
 #[cfg(feature = "procedural")]
 pub mod procedural;
+mod ray;
 pub mod scene;
 #[cfg(feature = "march")]
 pub mod shadow_map;
