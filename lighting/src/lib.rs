@@ -58,6 +58,8 @@
 pub mod airlight;
 pub mod emitter;
 mod gather;
+#[cfg(any(feature = "gltf", feature = "ply"))]
+pub mod load;
 mod path;
 #[cfg(feature = "procedural")]
 pub mod procedural;
