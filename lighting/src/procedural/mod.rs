@@ -21,6 +21,7 @@ mod area_light;
 mod city;
 mod coil;
 mod fence;
+mod figures;
 mod hairball;
 mod landscape;
 mod primitives;
@@ -28,9 +29,12 @@ mod random;
 mod smoke;
 mod stage;
 mod stiff;
+#[cfg(test)]
+mod tests;
 mod textured_spot;
 mod topology;
 
+pub use figures::{Figures, MAX_RESOLUTION, ResolutionError, figures};
 pub use smoke::{Puff, smoke_puffs};
 
 use crate::scene::Scene;

@@ -217,6 +217,17 @@ pub(super) fn append(mesh: &mut Mesh, part: &Mesh) {
     );
 }
 
+/// The volume a closed mesh holds, negative if it is inside out: a sixth of the
+/// sum of the triple products of the corners.
+#[cfg(test)]
+pub(super) fn volume(mesh: &Mesh) -> f32 {
+    let product = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize].as_dvec3());
+        a.dot(b.cross(c)) / 6.0
+    };
+    mesh.triangles.iter().map(product).sum::<f64>() as f32
+}
+
 /// Triangles between `rings` rings of `sides` positions each, and two lids.
 /// The rings run counter-clockwise seen from the far end.
 fn stacked_rings(rings: u32, sides: u32) -> Vec<[u32; 3]> {
@@ -241,15 +252,6 @@ fn stacked_rings(rings: u32, sides: u32) -> Vec<[u32; 3]> {
 mod tests {
     use super::*;
     use crate::procedural::topology::closed_components;
-
-    /// Six times the signed volume is the sum of the triple products.
-    fn volume(mesh: &Mesh) -> f32 {
-        let product = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| mesh.positions[i as usize].as_dvec3());
-            a.dot(b.cross(c)) / 6.0
-        };
-        mesh.triangles.iter().map(product).sum::<f64>() as f32
-    }
 
     fn check(mesh: &Mesh, triangles: usize, expected: f32) {
         assert_eq!(closed_components(mesh), 1);
