@@ -121,3 +121,17 @@ impl Allowed {
         self.row().error
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_the_only_one_of_its_kind_and_gives_a_reason() {
+        for (index, row) in TABLE.iter().enumerate() {
+            assert!(TABLE[..index].iter().all(|other| other.what != row.what));
+            assert!(row.error >= 0.0 && row.derivation.len() > 40, "{row:?}");
+            assert_eq!(row.what.error(), row.error);
+        }
+    }
+}

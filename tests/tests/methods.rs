@@ -1,5 +1,7 @@
 //! `lighting`'s methods against the truth, on every backend.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
 use crepuscular_tests::generators::{bulb, ray, solids, soup, sun};
 use crepuscular_tests::hard_cases::hard_cases;
 use crepuscular_tests::metrics::image_error;
@@ -28,7 +30,13 @@ crepuscular_tests::on_every_backend!(
 );
 
 /// The radiance of rays without shadows.
-fn unshadowed<B, A>(backend: &B, rays: &[Ray], emitter: &Emitter, medium: &Medium, airlight: &A) -> Vec<[f32; 4]>
+fn unshadowed<B, A>(
+    backend: &B,
+    rays: &[Ray],
+    emitter: &Emitter,
+    medium: &Medium,
+    airlight: &A,
+) -> Vec<[f32; 4]>
 where
     B: Subject + Gather<Unshadowed, A>,
 {
@@ -58,7 +66,13 @@ fn quadrature_converges_to_the_oracle_on_every_hard_case<B: Subject>(backend: &B
     let quadrature = Quadrature::new(512).unwrap();
     let mut failures = Vec::new();
     for case in hard_cases() {
-        let found = unshadowed(backend, &[case.ray], &case.emitter, &case.medium, &quadrature)[0];
+        let found = unshadowed(
+            backend,
+            &[case.ray],
+            &case.emitter,
+            &case.medium,
+            &quadrature,
+        )[0];
         let expected = truth(&case.ray, &case.emitter, &case.medium);
         let bare = truth(&case.ray, &bare(&case.emitter), &case.medium);
         for channel in 0..3 {
@@ -66,7 +80,10 @@ fn quadrature_converges_to_the_oracle_on_every_hard_case<B: Subject>(backend: &B
             let scale = bare[channel].max(f64::from(f32::MIN_POSITIVE));
             let error = (found - expected).abs() / scale;
             if error > Allowed::Quadrature.error() {
-                failures.push(format!("{}, channel {channel}: {found:e} instead of {expected:e}, {error:.1e}", case.name));
+                failures.push(format!(
+                    "{}, channel {channel}: {found:e} instead of {expected:e}, {error:.1e}",
+                    case.name
+                ));
             }
         }
     }
@@ -87,21 +104,42 @@ fn bare(emitter: &Emitter) -> Emitter {
 fn exact_intervals_with_quadrature_are_the_reference_image<B: Subject>(backend: &B) {
     for embedded in Embedded::ALL {
         // 64 texels across a slide are 64 kinks.
-        let nodes = if embedded == Embedded::TexturedSpot { 4096 } else { 512 };
+        let nodes = if embedded == Embedded::TexturedSpot {
+            4096
+        } else {
+            512
+        };
         let quadrature = Quadrature::new(nodes).unwrap();
         let stage = Stage::new(embedded, 24, 13);
-        let truth = reference(&stage.rays, &stage.emitters, &stage.medium, &stage.geometry, Options::default());
+        let truth = reference(
+            &stage.rays,
+            &stage.emitters,
+            &stage.medium,
+            &stage.geometry,
+            Options::default(),
+        );
         let rays = backend.upload(&stage.rays).unwrap();
         let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
         for emitter in &stage.emitters {
             let exact = Exact::new(&stage.tracer);
             backend
-                .gather(&rays, emitter, &stage.medium, &exact, &quadrature, &mut radiance)
+                .gather(
+                    &rays,
+                    emitter,
+                    &stage.medium,
+                    &exact,
+                    &quadrature,
+                    &mut radiance,
+                )
                 .unwrap();
         }
         let error = image_error(&backend.download(&radiance).unwrap(), &truth);
         println!("{} {error:?}", stage.name);
-        assert!(error.rmse <= Allowed::ExactImage.error(), "{}: {error:?}", stage.name);
+        assert!(
+            error.rmse <= Allowed::ExactImage.error(),
+            "{}: {error:?}",
+            stage.name
+        );
     }
 }
 
@@ -109,7 +147,10 @@ fn nothing_to_gather_leaves_the_buffer_alone<B: Subject>(backend: &B) {
     let vacuum = Medium::new(Vec3::ZERO, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
     let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
     let ray = Ray::new(Vec3::ZERO, Vec3::X, f32::INFINITY).unwrap();
-    assert_eq!(unshadowed(backend, &[ray], &sun, &vacuum, &Midpoint), [[0.0; 4]]);
+    assert_eq!(
+        unshadowed(backend, &[ray], &sun, &vacuum, &Midpoint),
+        [[0.0; 4]]
+    );
     assert!(unshadowed(backend, &[], &sun, &vacuum, &Midpoint).is_empty());
 }
 
@@ -136,11 +177,15 @@ fn exact_lit_intervals_are_the_oracles() {
                 .iter()
                 .map(|part| [f64::from(part.interval.start), f64::from(part.interval.end)])
                 .collect();
-            let expected: Vec<[f64; 2]> = expected.iter().map(|part| [part.start, part.end]).collect();
+            let expected: Vec<[f64; 2]> =
+                expected.iter().map(|part| [part.start, part.end]).collect();
             for (a, b) in [(&found, &expected), (&expected, &found)] {
                 for (x, apart) in uncovered(a, b) {
                     let allowed = 2.0 * Allowed::ExactEnds.error() * x.max(20.0);
-                    prop_assert!(apart <= allowed, "{apart} at {x}: {found:?} {expected:?} {ray:?} {emitter:?}");
+                    prop_assert!(
+                        apart <= allowed,
+                        "{apart} at {x}: {found:?} {expected:?} {ray:?} {emitter:?}"
+                    );
                 }
             }
         }
@@ -162,49 +207,4 @@ fn uncovered(parts: &[[f64; 2]], cover: &[[f64; 2]]) -> Vec<(f64, f64)> {
         gaps.push((end, end - from));
     }
     gaps
-}
-
-#[test]
-fn a_light_in_view_is_smoother_in_equi_angular_steps() {
-    // 16 steps of equal angle against 64 of equal length, both one sample each.
-    let medium = Medium::new(Vec3::splat(0.1), Vec3::splat(0.02), PhaseFunction::Isotropic).unwrap();
-    let lamp = Emitter::point(Vec3::new(0.4, 0.3, -4.0), Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
-    let rays: Vec<Ray> = (0..400)
-        .map(|i| {
-            let (x, y) = ((i % 20) as f32 / 20.0 - 0.475, (i / 20) as f32 / 20.0 - 0.475);
-            Ray::new(Vec3::ZERO, Vec3::new(x, y, -1.0), 10.0).unwrap()
-        })
-        .collect();
-    let truth = reference(&rays, std::slice::from_ref(&lamp), &medium, &shapes::nothing(), Options::default());
-    let march = |steps: u32, equi_angular: bool| {
-        let mut image = vec![[0.0_f32; 4]; rays.len()];
-        for (ray, pixel) in rays.iter().zip(&mut image) {
-            *pixel = stepped(ray, &lamp, &medium, steps, equi_angular);
-        }
-        image_error(&image, &truth)
-    };
-    let (fine, coarse) = (march(16, true), march(64, false));
-    assert!(fine.rmse < coarse.rmse && fine.max < coarse.max, "{fine:?} {coarse:?}");
-}
-
-/// The unshadowed march as the methods do it, by hand.
-fn stepped(ray: &Ray, lamp: &Emitter, medium: &Medium, steps: u32, equi_angular: bool) -> [f32; 4] {
-    use crepuscular_tests::shapes::nothing;
-    use gpu_backend::{Backend, Cpu};
-    use lighting::shadow_map::{Casters, RenderShadowMap};
-    use lighting::visibility::{ShadowMapMarch, Spacing};
-    let cpu = Cpu::single_threaded();
-    let casters = Casters::upload(&cpu, &nothing()).unwrap();
-    let map = cpu.shadow_map(&casters, lamp, 4).unwrap();
-    let rays = cpu.upload(&[*ray]).unwrap();
-    let mut radiance = cpu.zeros::<[f32; 4]>(1).unwrap();
-    if equi_angular {
-        let march = ShadowMapMarch::new(&map, steps, Spacing::EquiAngular);
-        let one = Quadrature::new(1).unwrap();
-        cpu.gather(&rays, lamp, medium, &march, &one, &mut radiance).unwrap();
-    } else {
-        let march = ShadowMapMarch::new(&map, steps, Spacing::Distance);
-        cpu.gather(&rays, lamp, medium, &march, &Midpoint, &mut radiance).unwrap();
-    }
-    radiance[0]
 }

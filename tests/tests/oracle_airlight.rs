@@ -1,5 +1,7 @@
 //! The oracle's airlight against closed forms and against itself.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
 use crepuscular_tests::generators::{fog, log_uniform, medium, neighbour, ray_near};
 use crepuscular_tests::oracle::airlight::{Airlight, Estimate, Tolerance, reach};
 use crepuscular_tests::oracle::{Fog, Lamp, Line, Span, closed_form};

@@ -1,6 +1,8 @@
 //! The oracle's lit intervals against analytic shadows, against single shadow
 //! rays, and against themselves.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
 use crepuscular_tests::generators::{
     bulb, log_uniform, neighbour, ray, ray_near, solids, soup, sun,
 };

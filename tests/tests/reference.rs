@@ -1,5 +1,7 @@
 //! The reference image: identities that no rendering method enters into.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
 use crepuscular_tests::generators::{bulb, direction, fog, point, ray, rotation, solids, sun};
 use crepuscular_tests::oracle::airlight::{Airlight, NEAREST, Tolerance};
 use crepuscular_tests::oracle::image::{Options, Reference, reference};
