@@ -38,7 +38,7 @@ fn without_blockers_every_pixel_is_the_closed_form() {
     holds_for(50, world, |(rays, emitter, sigma)| {
         let image = image(
             &rays,
-            &[emitter.clone()],
+            std::slice::from_ref(&emitter),
             &grey_fog(sigma),
             &shapes::nothing(),
         );

@@ -8,6 +8,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
+use super::span::Dark;
 use super::visibility::Region;
 
 /// A hierarchy of boxes around triangles.
@@ -39,8 +40,14 @@ impl Tree {
     }
 
     /// Calls `visit` with the index of every triangle whose box may meet the
-    /// region, until it returns true.
-    pub(super) fn search(&self, region: &Region, visit: &mut impl FnMut(usize) -> bool) {
+    /// region, those near the light first, until it returns true. Boxes that
+    /// are all in the `dark` are skipped.
+    pub(super) fn search(
+        &self,
+        region: &Region,
+        dark: &mut Dark,
+        mut visit: impl FnMut(&mut Dark, usize) -> bool,
+    ) {
         let origin = region.origin();
         let slack = 1e-12 * (self.scale + origin.abs().max_element());
         let tests: Vec<Test> = region
@@ -52,25 +59,39 @@ impl Tree {
                 limit: half.limit + half.normal.dot(origin) + slack + 1e-12 * half.limit.abs(),
             })
             .collect();
+        let extent = |index: usize| {
+            let bounds = self.bvh.nodes[index].aabb();
+            let (low, high) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+            (0.5 * (low + high), 0.5 * (high - low))
+        };
         let mut stack = vec![0_usize];
         while let Some(index) = stack.pop() {
-            let Some(node) = self.bvh.nodes.get(index) else {
-                continue;
-            };
-            let (low, high) = (node.aabb().min.as_dvec3(), node.aabb().max.as_dvec3());
-            let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+            let (centre, half) = extent(index);
             if tests.iter().any(|test| test.misses(centre, half)) {
                 continue;
             }
+            if let Some(shadow) = region.shadow_of_box(centre, half)
+                && dark.contains(shadow)
+            {
+                continue;
+            }
+            let node = &self.bvh.nodes[index];
             let first = node.first_index as usize;
             if node.is_leaf() {
                 for slot in first..first + node.prim_count as usize {
-                    if visit(self.bvh.primitive_indices[slot] as usize) {
+                    if visit(dark, self.bvh.primitive_indices[slot] as usize) {
                         return;
                     }
                 }
             } else {
-                stack.extend([first, first + 1]);
+                // What is nearer to the light has the larger shadow.
+                let depth = |child: usize| region.depth(extent(child).0);
+                let second = first + 1;
+                if depth(first) < depth(second) {
+                    stack.extend([second, first]);
+                } else {
+                    stack.extend([first, second]);
+                }
             }
         }
     }

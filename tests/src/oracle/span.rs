@@ -21,30 +21,55 @@ impl Span {
         let (start, end) = (self.start.max(other.start), self.end.min(other.end));
         (start < end).then_some(Self { start, end })
     }
+}
 
-    /// Appends to `out` what is left of `self` without the `holes`, in order.
-    /// The holes may overlap and come in any order; they are sorted here.
+/// A union of spans: what is known to be dark.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Dark {
+    /// In order, apart from each other.
+    parts: Vec<Span>,
+}
+
+impl Dark {
+    /// Adds a span.
+    pub(super) fn add(&mut self, span: Span) {
+        let first = self.parts.partition_point(|part| part.end < span.start);
+        let last = self.parts.partition_point(|part| part.start <= span.end);
+        let mut union = span;
+        if first < last {
+            union.start = union.start.min(self.parts[first].start);
+            union.end = union.end.max(self.parts[last - 1].end);
+        }
+        self.parts.splice(first..last, [union]);
+    }
+
+    /// True if all of `span` is dark.
+    pub(super) fn contains(&self, span: Span) -> bool {
+        let after = self.parts.partition_point(|part| part.start <= span.start);
+        after > 0 && span.end <= self.parts[after - 1].end
+    }
+
+    /// Appends to `lit` what is left of `whole`, in order.
     ///
-    /// What is left between two holes is dropped if it is not longer than
+    /// What is left between two dark parts is dropped if it is not longer than
     /// `crack`: two triangles that share an edge leave no light between them,
     /// however their ends were rounded.
-    pub fn without(self, holes: &mut [Self], crack: f64, out: &mut Vec<Self>) {
-        holes.sort_by(|a, b| a.start.total_cmp(&b.start));
-        let mut lit_from = self.start;
-        for hole in holes {
-            if hole.start >= self.end {
-                break;
-            }
-            if hole.end <= lit_from {
+    pub(super) fn leave(&self, whole: Span, crack: f64, lit: &mut Vec<Span>) {
+        let mut from = whole.start;
+        for part in &self.parts {
+            if part.end <= from {
                 continue;
             }
-            if hole.start - lit_from > crack {
-                out.push(Self::new(lit_from, hole.start));
+            if part.start >= whole.end {
+                break;
             }
-            lit_from = lit_from.max(hole.end);
+            if part.start - from > crack {
+                lit.push(Span::new(from, part.start));
+            }
+            from = part.end;
         }
-        if self.end - lit_from > crack || (lit_from == self.start && lit_from < self.end) {
-            out.push(Self::new(lit_from, self.end));
+        if whole.end - from > crack || (from == whole.start && from < whole.end) {
+            lit.push(Span::new(from, whole.end));
         }
     }
 }
@@ -53,27 +78,47 @@ impl Span {
 mod tests {
     use super::*;
 
+    fn left(whole: Span, holes: &[Span]) -> Vec<Span> {
+        let (mut dark, mut lit) = (Dark::default(), Vec::new());
+        for hole in holes {
+            dark.add(*hole);
+            assert!(dark.contains(*hole));
+        }
+        dark.leave(whole, 1e-12, &mut lit);
+        lit
+    }
+
     #[test]
-    fn holes_may_overlap_touch_and_stick_out() {
-        let mut holes = [
+    fn shadows_may_overlap_touch_and_stick_out() {
+        let holes = [
             Span::new(4.0, 5.0),
             Span::new(-3.0, 1.0),
             Span::new(2.0, 4.0),
             Span::new(2.5, 3.0),
             Span::new(9.0, f64::INFINITY),
+            Span::new(20.0, 21.0),
         ];
-        let mut lit = Vec::new();
-        Span::new(0.0, 10.0).without(&mut holes, 1e-12, &mut lit);
+        let lit = left(Span::new(0.0, 10.0), &holes);
         assert_eq!(lit, [Span::new(1.0, 2.0), Span::new(5.0, 9.0)]);
+        assert_eq!(left(Span::new(2.0, 5.0), &holes), []);
     }
 
     #[test]
     fn cracks_are_dark_but_a_short_span_of_its_own_is_not() {
-        let mut lit = Vec::new();
-        let mut holes = [Span::new(0.0, 1.0), Span::new(1.0 + 1e-13, 3.0)];
-        Span::new(0.5, 2.0).without(&mut holes, 1e-12, &mut lit);
-        assert_eq!(lit, []);
-        Span::new(0.0, 1e-15).without(&mut [], 1e-12, &mut lit);
-        assert_eq!(lit, [Span::new(0.0, 1e-15)]);
+        let holes = [Span::new(0.0, 1.0), Span::new(1.0 + 1e-13, 3.0)];
+        assert_eq!(left(Span::new(0.5, 2.0), &holes), []);
+        let short = Span::new(0.0, 1e-15);
+        assert_eq!(left(short, &[]), [short]);
+    }
+
+    #[test]
+    fn only_what_one_part_covers_is_contained() {
+        let mut dark = Dark::default();
+        assert!(!dark.contains(Span::new(0.0, 1.0)));
+        dark.add(Span::new(0.0, 1.0));
+        dark.add(Span::new(2.0, 3.0));
+        assert!(dark.contains(Span::new(2.0, 3.0)) && !dark.contains(Span::new(0.5, 2.5)));
+        dark.add(Span::new(1.0, 2.0));
+        assert!(dark.contains(Span::new(0.5, 2.5)));
     }
 }

@@ -23,6 +23,7 @@ use lighting::Ray;
 use lighting::scene::Geometry;
 
 use super::blockers::Tree;
+use super::span::Dark;
 use super::{Lamp, Line, Span};
 
 /// Less than this, relative to the size of the numbers at hand, is rounding.
@@ -71,24 +72,25 @@ impl Blockers {
     /// Appends the parts of `span` of `line` that see `lamp`, in order.
     pub fn lit(&self, line: &Line, lamp: &Lamp, span: Span, search: Search, lit: &mut Vec<Span>) {
         let region = Region::new(line, lamp, span);
-        let mut shadows = Vec::new();
-        let mut visit = |index: usize| {
-            let shadow = region.shadow(&self.triangles[index]);
-            shadows.extend(shadow);
+        let mut dark = Dark::default();
+        let visit = |dark: &mut Dark, index: usize| {
+            if let Some(shadow) = region.shadow(&self.triangles[index]) {
+                dark.add(shadow);
+            }
             // Nothing more to learn once all of the span is dark.
-            shadow.is_some_and(|s| s.start <= span.start && s.end >= span.end)
+            dark.contains(span)
         };
         match search {
-            Search::Tree => self.tree.search(&region, &mut visit),
+            Search::Tree => self.tree.search(&region, &mut dark, visit),
             Search::BruteForce => {
                 for index in 0..self.triangles.len() {
-                    visit(index);
+                    visit(&mut dark, index);
                 }
             }
         }
         let end = if span.end.is_finite() { span.end } else { 0.0 };
         let scale = line.origin.abs().max_element() + end.max(span.start).max(region.foot.abs());
-        span.without(&mut shadows, ROUNDING * scale, lit);
+        dark.leave(span, ROUNDING * scale, lit);
     }
 
     /// The lit parts of the whole ray, whatever the light's emission and range.
@@ -291,6 +293,44 @@ impl Region {
             add(t.y * self.u - t.x * self.v, t.y * high);
         }
         all
+    }
+
+    /// A part of the span that holds the shadow of whatever is in the box of
+    /// this centre and half extent, if the box stays below the light.
+    pub(super) fn shadow_of_box(&self, centre: DVec3, half: DVec3) -> Option<Span> {
+        let offset = centre - self.origin;
+        let extent = |axis: DVec3| {
+            let (middle, reach) = (axis.dot(offset), axis.abs().dot(half));
+            let slack = 1e-9 * (offset.length() + half.length());
+            [middle - reach - slack, middle + reach + slack]
+        };
+        let (u, v) = (extent(self.u), extent(self.v).map(|v| v.max(0.0)));
+        let cast = |u: f64, v: f64| match self.light {
+            Place::Height(h) if v < h * (1.0 - 1e-9) => Some(u + (u - self.foot) * (v / (h - v))),
+            Place::Slant(slant) => Some(u - v * slant),
+            _ => None,
+        };
+        // Monotone in u and in v, so that the corners are the extremes.
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (u, v) in [(u[0], v[0]), (u[0], v[1]), (u[1], v[0]), (u[1], v[1])] {
+            let x = cast(u, v)?;
+            (low, high) = (low.min(x), high.max(x));
+        }
+        let slack = 1e-9 * low.abs().max(high.abs());
+        Some(Span::new(
+            (low - slack).max(self.span.start),
+            (high + slack).min(self.span.end),
+        ))
+    }
+
+    /// How far a point is from the light; for a sun, from any plane across it.
+    pub(super) fn depth(&self, point: DVec3) -> f64 {
+        let offset = point - self.origin;
+        match self.light {
+            Place::Height(h) => (offset - self.foot * self.u - h * self.v).length_squared(),
+            Place::Slant(slant) => -offset.dot(slant * self.u + self.v),
+            Place::OnLine | Place::AlongLine(_) => 0.0,
+        }
     }
 
     pub(super) fn origin(&self) -> DVec3 {
