@@ -22,7 +22,8 @@ const EYE: Vec3 = Vec3::new(-3.0, 6.0, 95.0);
 
 /// Each block has four buildings with two or three boxes on their roofs,
 /// eight trees of a trunk and a crown, and four lamp posts: at least 32
-/// solids. Roof boxes are sunk into the roofs, trunks end inside the crowns,
+/// solids. Eight blocks in the middle are a park of trees, with towers behind
+/// it. Roof boxes are sunk into the roofs, trunks end inside the crowns,
 /// and everything stands a little in the ground.
 pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let mut random = Random::new(seed);

@@ -164,6 +164,18 @@ fn the_stiff_scene_is_as_stiff_as_it_says() {
         .collect();
     assert!((1e-3..1e-2).contains(&distances[0]), "{distances:?}");
     assert!((distances[1] / 1e4 - 1.0).abs() < 0.01, "{distances:?}");
+    // The wall that the distant light grazes most closely, but not edge-on.
+    let Light::Point(distant) = &scene.lights[1] else {
+        panic!("both lights are points");
+    };
+    let towards = distant.position.as_dvec3().normalize();
+    let geometry = Geometry::new(&scene).unwrap();
+    let grazing = geometry.triangles().iter().map(|triangle| {
+        let [a, b, c] = triangle.map(|corner| corner.as_dvec3());
+        (b - a).cross(c - a).normalize().dot(towards).abs()
+    });
+    let least = grazing.fold(1.0, f64::min);
+    assert!(least > 1e-5 && least < 1e-4, "{least}");
 }
 
 #[test]
@@ -180,7 +192,7 @@ fn figures_are_those_on_record() {
         (AreaLight, 3, 103_704, 1.0, 4_212.0, 1.366_425),
         (Coil, 2, 20_208, 1.0, 6_180.0, 1.577_061),
         (Fence, 137, 2_300, 0.673_492, 16_619.0, 1.238_292),
-        (Stiff, 26, 312, 0.804_367, 3_537.0, 1.205_947),
+        (Stiff, 32, 384, 0.826_984, 4_443.0, 1.211_076),
     ];
     assert_eq!(record.map(|entry| entry.0), Embedded::ALL);
     for (which, solids, triangles, covered_share, silhouette_length, depth_complexity) in record {
