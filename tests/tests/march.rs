@@ -6,7 +6,7 @@ use crepuscular_tests::metrics::image_error;
 use crepuscular_tests::oracle::image::{Options, Reference, reference};
 use crepuscular_tests::scenes::Stage;
 use crepuscular_tests::shapes;
-use crepuscular_tests::suite::Subject;
+use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
 use crepuscular_tests::tolerances::Allowed;
 use glam::Vec3;
 use gpu_backend::Cpu;
@@ -54,6 +54,24 @@ fn maps<B: Subject>(backend: &B, stage: &Stage, resolution: u32) -> Vec<ShadowMa
     let casters = Casters::upload(backend, &stage.geometry).unwrap();
     let render = |emitter| backend.shadow_map(&casters, emitter, resolution).unwrap();
     stage.emitters.iter().map(render).collect()
+}
+
+#[test]
+fn threads_change_no_bit_of_a_map_or_a_march() {
+    for embedded in [Embedded::City, Embedded::Smoke, Embedded::Coil] {
+        let stage = Stage::new(embedded, 32, 18);
+        let images = |backend: &Cpu| {
+            let maps = maps(backend, &stage, 256);
+            let depths: Vec<Vec<f32>> = maps.iter().map(|map| map.depth().clone()).collect();
+            let march = |spacing| march(backend, &stage, &maps, 32, spacing);
+            (depths, SPACINGS.map(march))
+        };
+        assert!(
+            images(&cpu_alone()) == images(&cpu_with_threads()),
+            "{}",
+            stage.name
+        );
+    }
 }
 
 /// An image as something to compare with.
