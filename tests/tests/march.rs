@@ -92,17 +92,11 @@ const COARSEST: u32 = 64;
 ///
 /// An order is what errors do in the end, when steps are finer than what they
 /// sample. So rays are left out that pass a light closer than one of the
-/// coarsest steps (unless all do), and lights of which the map covers the
-/// scene with a handful of texels, being fitted to the light and not to the
-/// casters: the one 10 km away.
+/// coarsest steps, unless all do.
 fn resolvable(embedded: Embedded) -> Stage {
     let mut stage = Stage::new(embedded, 32, 18);
     let bounds = stage.geometry.bounds();
     let size = bounds.min().distance(bounds.max());
-    stage.emitters.retain(|emitter| match emitter {
-        Emitter::Point(point) => point.position().distance(bounds.min()) < 20.0 * size,
-        _ => true,
-    });
     let far_enough = |ray: &Ray| {
         stage.emitters.iter().all(|emitter| {
             LightPath::new(ray, emitter, &stage.medium).is_none_or(|path| {
