@@ -243,6 +243,13 @@ fn render_face(
     });
 }
 
+/// Number of faces that the shadow map of `emitter` has in a scene: one or
+/// six. A map takes 4 bytes × faces × resolution².
+pub fn face_count(geometry: &Geometry, emitter: &Emitter) -> usize {
+    let bounds = geometry.bounds();
+    faces([bounds.min(), bounds.max()], emitter).len()
+}
+
 /// The picture planes of a light that can see casters between two corners.
 fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
     let point = match emitter {

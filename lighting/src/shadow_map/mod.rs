@@ -17,4 +17,4 @@ pub mod raster;
 
 #[cfg(feature = "procedural")]
 pub(crate) use map::orthographic;
-pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError};
+pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
