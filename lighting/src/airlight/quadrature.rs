@@ -26,9 +26,10 @@ use crate::{Emitter, Interval, LightPath};
 /// Converges spectrally where the integrand is smooth over the interval. Few
 /// nodes suffice for optical depths up to about 10 and |g| up to about 0.8;
 /// beyond, the integrand has a narrow peak and the number of nodes must grow:
-/// 16 nodes are 9e-4 off at optical depth 100. The
-/// edge of a spotlight, texels of its slide and the faces of a bounded medium
-/// are kinks, at which convergence falls to second order.
+/// 16 nodes are 9e-4 off at optical depth 100. The interval is divided at the
+/// [kinks](LightPath::kinks) that it contains, and each part has all the nodes;
+/// the texels of a slide are kinks too, at which it is not, and convergence
+/// falls to second order.
 ///
 /// A directional light needs no quadrature: see [`directional`].
 #[derive(Debug, Clone, PartialEq)]
@@ -69,18 +70,33 @@ impl AirlightEvaluator for Quadrature {
         match path.emitter() {
             Emitter::Directional(sun) => directional(path, sun, interval),
             Emitter::Point(_) => {
-                let Some(arc) = EquiAngular::new(path, interval) else {
-                    return Vec3::ZERO;
-                };
-                if arc.extent == f32::INFINITY {
-                    return Vec3::INFINITY;
+                let mut total = Vec3::ZERO;
+                let mut start = interval.start;
+                for kink in path.kinks() {
+                    if start < kink && kink < interval.end {
+                        total += self.smooth(path, Interval::new(start, kink));
+                        start = kink;
+                    }
                 }
-                let sum = self.nodes.iter().fold(Vec3::ZERO, |sum, &(t, weight)| {
-                    sum + weight * path.source(arc.position(t))
-                });
-                arc.extent * sum
+                total + self.smooth(path, Interval::new(start, interval.end))
             }
         }
+    }
+}
+
+impl Quadrature {
+    /// The radiance of an interval without a kink inside.
+    fn smooth(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
+        let Some(arc) = EquiAngular::new(path, interval) else {
+            return Vec3::ZERO;
+        };
+        if arc.extent == f32::INFINITY {
+            return Vec3::INFINITY;
+        }
+        let sum = self.nodes.iter().fold(Vec3::ZERO, |sum, &(t, weight)| {
+            sum + weight * path.source(arc.position(t))
+        });
+        arc.extent * sum
     }
 }
 
@@ -201,7 +217,7 @@ mod tests {
     use super::*;
     use crate::Ray;
     use crate::emitter::Emission;
-    use crate::scene::{Medium, PhaseFunction};
+    use crate::scene::{Bounds, Cone, Medium, PhaseFunction};
 
     #[test]
     fn the_rule_integrates_polynomials_of_its_degree() {
@@ -271,6 +287,43 @@ mod tests {
                     check_thin(light, a, b);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn kinks_do_not_slow_convergence() {
+        let fog = Medium::new(Vec3::splat(0.3), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+        let bounds = Bounds::new(Vec3::new(-2.0, -1.0, -6.0), Vec3::new(2.0, 1.5, -1.0)).unwrap();
+        let cone = Cone {
+            inner: 0.3,
+            outer: 0.5,
+        };
+        let spot = Emission::spot(glam::Quat::IDENTITY, cone, None).unwrap();
+        let lamp = |position, emission| {
+            Emitter::point(position, Vec3::ONE, f32::INFINITY, emission).unwrap()
+        };
+        let cases = [
+            (lamp(Vec3::new(0.1, 0.2, 0.0), spot), fog),
+            (
+                lamp(Vec3::new(-4.0, 5.0, 1.0), Emission::Isotropic),
+                fog.within(bounds),
+            ),
+        ];
+        for (lamp, medium) in &cases {
+            let mut most = 0;
+            for i in 0..100 {
+                let towards = Vec3::new(1.0, 0.01 * i as f32 - 0.4, -0.03 * i as f32);
+                let origin = Vec3::new(-3.0, 0.1, -2.0);
+                let ray = Ray::new(origin, towards, 9.0).unwrap();
+                let Some(path) = LightPath::new(&ray, lamp, medium) else {
+                    continue;
+                };
+                most = most.max(path.kinks().count());
+                let value = |n| Quadrature::new(n).unwrap().radiance(&path, path.span()).x;
+                let (few, many) = (value(12), value(800));
+                assert!((few / many - 1.0).abs() < 2e-5, "{few} {many} {ray:?}");
+            }
+            assert!(most >= 2, "{most}");
         }
     }
 

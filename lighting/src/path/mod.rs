@@ -1,6 +1,10 @@
 //! An eye ray as one light sees it.
 
-use glam::{DVec3, Vec3};
+mod clip;
+
+use glam::Vec3;
+
+use clip::Clip;
 
 use crate::emitter::{DirectionalEmitter, Emission, Emitter, PointEmitter};
 use crate::scene::{Medium, ScatteringAngle};
@@ -37,7 +41,12 @@ pub struct LightPath<'a> {
     h: f32,
     /// Unit vector from the light to the foot point.
     to_foot: Vec3,
+    /// Kinks of the integrand, in order; infinite where there are fewer.
+    kinks: [f32; MOST_KINKS],
 }
+
+/// A spotlight has two kinks, the faces of a box three.
+const MOST_KINKS: usize = 5;
 
 impl<'a> LightPath<'a> {
     /// The part of `ray` that `emitter` can light inside `medium`, or `None` if
@@ -58,6 +67,7 @@ impl<'a> LightPath<'a> {
             foot: 0.0,
             h: 0.0,
             to_foot: Vec3::ZERO,
+            kinks: [f32::INFINITY; MOST_KINKS],
         };
         if let Emitter::Point(point) = emitter {
             let to_light = (point.position() - ray.origin()).as_dvec3();
@@ -72,7 +82,15 @@ impl<'a> LightPath<'a> {
                 .try_normalize()
                 .unwrap_or_else(|| direction.any_orthonormal_vector())
                 .as_vec3();
-            path.span = clip_to_light(inside, point, foot, h, direction, -to_light)?;
+            let clip = Clip {
+                point,
+                from_light: -to_light,
+                direction,
+                foot,
+                h,
+            };
+            path.span = clip.span(inside)?;
+            path.kinks = clip.kinks(medium, path.span);
         }
         (path.span.start < path.span.end).then_some(path)
     }
@@ -110,6 +128,14 @@ impl<'a> LightPath<'a> {
     /// end is infinite for a ray to the sky in an unbounded medium.
     pub fn span(&self) -> Interval {
         self.span
+    }
+
+    /// Positions inside of the span, in order, where the light of a point light
+    /// changes with a kink: at the inner cone of a spotlight, and where the
+    /// light's way enters a bounded medium through another face. (The texels of
+    /// a slide are not among them.) Quadrature should stop at each.
+    pub fn kinks(&self) -> impl Iterator<Item = f32> {
+        self.kinks.into_iter().take_while(|x| x.is_finite())
     }
 
     /// Distance `x` of the foot point of a point light; may be negative.
@@ -200,85 +226,6 @@ impl<'a> LightPath<'a> {
     }
 }
 
-/// The part of `inside` within the range and the cone of a point light.
-/// `from_light` points from the light to the ray's origin.
-fn clip_to_light(
-    inside: Interval,
-    point: &PointEmitter,
-    foot: f64,
-    h: f64,
-    direction: DVec3,
-    from_light: DVec3,
-) -> Option<Interval> {
-    let mut clipped = inside;
-    let mut intersect = |start: f64, end: f64| {
-        clipped.start = clipped.start.max(start as f32);
-        clipped.end = clipped.end.min(end as f32);
-    };
-    let range = f64::from(point.range());
-    if range.is_finite() {
-        let half = (range * range - h * h).max(0.0).sqrt();
-        intersect(foot - half, foot + half);
-    }
-    match point.emission() {
-        Emission::Isotropic => {}
-        Emission::Cosine { normal } => {
-            let (start, end) = clip_to_cone(from_light, direction, normal.as_dvec3(), 0.0)?;
-            intersect(start, end);
-        }
-        Emission::Spot(spot) => {
-            let cos = f64::from(spot.cos_outer());
-            let (start, end) = clip_to_cone(from_light, direction, spot.axis().as_dvec3(), cos)?;
-            intersect(start, end);
-        }
-    }
-    (clipped.start < clipped.end).then_some(clipped)
-}
-
-/// Where the line `v + x w` runs inside the cone of all `p` with
-/// `p·axis ≥ cos |p|`, for 0 ≤ cos < 1. The cone is convex, so this is one
-/// interval, possibly unbounded.
-fn clip_to_cone(v: DVec3, w: DVec3, axis: DVec3, cos: f64) -> Option<(f64, f64)> {
-    let inside = |x: f64| {
-        let p = v + x * w;
-        p.dot(axis) >= cos * p.length()
-    };
-    // Where the line crosses the double cone (p·axis)² = cos² p², and where it
-    // crosses the plane through the apex that keeps its two halves apart.
-    let (va, wa) = (v.dot(axis), w.dot(axis));
-    let c2 = cos * cos;
-    let a = wa * wa - c2 * w.length_squared();
-    let b = va * wa - c2 * v.dot(w);
-    let c = va * va - c2 * v.length_squared();
-    let mut cuts = Vec::with_capacity(5);
-    cuts.push(f64::NEG_INFINITY);
-    let discriminant = b * b - a * c;
-    if discriminant >= 0.0 {
-        let q = -(b + discriminant.sqrt().copysign(b));
-        cuts.extend([q / a, c / q].into_iter().filter(|x| x.is_finite()));
-    }
-    if wa != 0.0 {
-        cuts.push(-va / wa);
-    }
-    cuts.push(f64::INFINITY);
-    cuts.sort_by(f64::total_cmp);
-    let scale = 1.0 + v.length();
-    let mut result: Option<(f64, f64)> = None;
-    for pair in cuts.windows(2) {
-        let (start, end) = (pair[0], pair[1]);
-        let probe = match (start.is_finite(), end.is_finite()) {
-            (true, true) => 0.5 * (start + end),
-            (true, false) => start + scale,
-            (false, true) => end - scale,
-            (false, false) => 0.0,
-        };
-        if start < end && inside(probe) {
-            result = Some((result.map_or(start, |(first, _)| first), end));
-        }
-    }
-    result
-}
-
 #[cfg(test)]
 mod tests {
     use glam::Quat;
@@ -319,20 +266,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn a_ray_along_the_cone_and_through_its_apex_is_clipped_too() {
-        let axis = DVec3::NEG_Z;
-        assert_eq!(
-            clip_to_cone(DVec3::Z, DVec3::NEG_Z, axis, 0.5),
-            Some((1.0, f64::INFINITY))
-        );
-        assert_eq!(clip_to_cone(DVec3::Z, DVec3::X, axis, 0.5), None);
-        let (start, end) = clip_to_cone(DVec3::NEG_Z, DVec3::X, axis, 0.5).unwrap();
-        assert!((start + 3_f64.sqrt()).abs() < 1e-12 && (end - 3_f64.sqrt()).abs() < 1e-12);
-        let along_edge = DVec3::new(3_f64.sqrt(), 0.0, -1.0);
-        assert!(clip_to_cone(DVec3::NEG_Z * 2.0, along_edge, axis, 0.5).is_some());
     }
 
     #[test]

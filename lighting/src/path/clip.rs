@@ -1,0 +1,164 @@
+//! Which part of a ray a point light can reach, and where its light has kinks.
+
+use glam::DVec3;
+
+use super::MOST_KINKS;
+use crate::Interval;
+use crate::emitter::{Emission, PointEmitter};
+use crate::scene::Medium;
+
+/// The line of a ray as a point light sees it, in f64.
+pub(super) struct Clip<'a> {
+    pub(super) point: &'a PointEmitter,
+    /// From the light to the ray's origin.
+    pub(super) from_light: DVec3,
+    pub(super) direction: DVec3,
+    pub(super) foot: f64,
+    pub(super) h: f64,
+}
+
+impl Clip<'_> {
+    /// The part of `inside` within the range and the cone of the light.
+    pub(super) fn span(&self, inside: Interval) -> Option<Interval> {
+        let Self {
+            point,
+            from_light,
+            direction,
+            foot,
+            h,
+        } = *self;
+        let mut clipped = inside;
+        let mut intersect = |start: f64, end: f64| {
+            clipped.start = clipped.start.max(start as f32);
+            clipped.end = clipped.end.min(end as f32);
+        };
+        let range = f64::from(point.range());
+        if range.is_finite() {
+            let half = (range * range - h * h).max(0.0).sqrt();
+            intersect(foot - half, foot + half);
+        }
+        match point.emission() {
+            Emission::Isotropic => {}
+            Emission::Cosine { normal } => {
+                let (start, end) = clip_to_cone(from_light, direction, normal.as_dvec3(), 0.0)?;
+                intersect(start, end);
+            }
+            Emission::Spot(spot) => {
+                let cos = f64::from(spot.cos_outer());
+                let (start, end) =
+                    clip_to_cone(from_light, direction, spot.axis().as_dvec3(), cos)?;
+                intersect(start, end);
+            }
+        }
+        (clipped.start < clipped.end).then_some(clipped)
+    }
+
+    /// Positions inside of `span` where the light changes with a kink, in
+    /// order, then infinities.
+    pub(super) fn kinks(&self, medium: &Medium, span: Interval) -> [f32; MOST_KINKS] {
+        let mut kinks = [f32::INFINITY; MOST_KINKS];
+        let mut count = 0;
+        let mut add = |x: f64| {
+            let x = x as f32;
+            if span.start < x && x < span.end {
+                kinks[count] = x;
+                count += 1;
+            }
+        };
+        if let Emission::Spot(spot) = self.point.emission()
+            && spot.cos_inner() < 1.0
+        {
+            let (axis, cos) = (spot.axis().as_dvec3(), f64::from(spot.cos_inner()));
+            let full = clip_to_cone(self.from_light, self.direction, axis, cos);
+            if let Some((start, end)) = full {
+                add(start);
+                add(end);
+            }
+        }
+        if let Some(bounds) = medium.bounds() {
+            // Light enters through the face that it meets last. Along the ray
+            // the shares of its way at which it meets two faces are equal
+            // where a linear equation says so. A light between the two faces
+            // of an axis meets neither on its way in.
+            let light = self.point.position().as_dvec3();
+            let (min, max) = (bounds.min().as_dvec3(), bounds.max().as_dvec3());
+            let to_face = DVec3::select(light.cmplt(min), min - light, DVec3::ZERO)
+                + DVec3::select(light.cmpgt(max), max - light, DVec3::ZERO);
+            for axis in 0..3 {
+                let next = (axis + 1) % 3;
+                if to_face[axis] != 0.0 && to_face[next] != 0.0 {
+                    let slope =
+                        to_face[next] * self.direction[axis] - to_face[axis] * self.direction[next];
+                    let offset = to_face[axis] * self.from_light[next]
+                        - to_face[next] * self.from_light[axis];
+                    add(offset / slope);
+                }
+            }
+        }
+        kinks.sort_by(f32::total_cmp);
+        kinks
+    }
+}
+
+/// Where the line `v + x w` runs inside the cone of all `p` with
+/// `p·axis ≥ cos |p|`, for 0 ≤ cos < 1. The cone is convex, so this is one
+/// interval, possibly unbounded.
+fn clip_to_cone(v: DVec3, w: DVec3, axis: DVec3, cos: f64) -> Option<(f64, f64)> {
+    let inside = |x: f64| {
+        let p = v + x * w;
+        p.dot(axis) >= cos * p.length()
+    };
+    // Where the line crosses the double cone (p·axis)² = cos² p², and where it
+    // crosses the plane through the apex that keeps its two halves apart.
+    let (va, wa) = (v.dot(axis), w.dot(axis));
+    let c2 = cos * cos;
+    let a = wa * wa - c2 * w.length_squared();
+    let b = va * wa - c2 * v.dot(w);
+    let c = va * va - c2 * v.length_squared();
+    let mut cuts = Vec::with_capacity(5);
+    cuts.push(f64::NEG_INFINITY);
+    let discriminant = b * b - a * c;
+    if discriminant >= 0.0 {
+        let q = -(b + discriminant.sqrt().copysign(b));
+        cuts.extend([q / a, c / q].into_iter().filter(|x| x.is_finite()));
+    }
+    if wa != 0.0 {
+        cuts.push(-va / wa);
+    }
+    cuts.push(f64::INFINITY);
+    cuts.sort_by(f64::total_cmp);
+    let scale = 1.0 + v.length();
+    let mut result: Option<(f64, f64)> = None;
+    for pair in cuts.windows(2) {
+        let (start, end) = (pair[0], pair[1]);
+        let probe = match (start.is_finite(), end.is_finite()) {
+            (true, true) => 0.5 * (start + end),
+            (true, false) => start + scale,
+            (false, true) => end - scale,
+            (false, false) => 0.0,
+        };
+        if start < end && inside(probe) {
+            result = Some((result.map_or(start, |(first, _)| first), end));
+        }
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_along_the_cone_and_through_its_apex_is_clipped_too() {
+        let axis = DVec3::NEG_Z;
+        assert_eq!(
+            clip_to_cone(DVec3::Z, DVec3::NEG_Z, axis, 0.5),
+            Some((1.0, f64::INFINITY))
+        );
+        assert_eq!(clip_to_cone(DVec3::Z, DVec3::X, axis, 0.5), None);
+        let (start, end) = clip_to_cone(DVec3::NEG_Z, DVec3::X, axis, 0.5).unwrap();
+        assert!((start + 3_f64.sqrt()).abs() < 1e-12 && (end - 3_f64.sqrt()).abs() < 1e-12);
+        let along_edge = DVec3::new(3_f64.sqrt(), 0.0, -1.0);
+        assert!(clip_to_cone(DVec3::NEG_Z * 2.0, along_edge, axis, 0.5).is_some());
+    }
+}
