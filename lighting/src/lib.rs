@@ -58,10 +58,12 @@
 pub mod airlight;
 pub mod emitter;
 mod gather;
+#[cfg(any(feature = "gltf", feature = "ply"))]
+pub mod load;
 mod path;
-mod ray;
 #[cfg(feature = "procedural")]
 pub mod procedural;
+mod ray;
 pub mod scene;
 #[cfg(feature = "march")]
 pub mod shadow_map;

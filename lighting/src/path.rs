@@ -130,7 +130,7 @@ impl<'a> LightPath<'a> {
     /// Unit vector from a point light towards the position `s` behind the foot
     /// point on the ray, and the distance.
     pub fn from_light(&self, s: f32) -> (Vec3, f32) {
-        let d = s.hypot(self.h);
+        let d = (s * s + self.h * self.h).sqrt();
         let along = self.ray.direction() * (s / d) + self.to_foot * (self.h / d);
         (along, d)
     }
@@ -187,7 +187,13 @@ impl<'a> LightPath<'a> {
     }
 
     fn scattered(&self, phase: f32, light: Vec3, optical_length: f32) -> Vec3 {
-        let transmittance = (-self.medium.sigma_t() * optical_length).exp();
+        let sigma_t = self.medium.sigma_t();
+        // Grey media are common and an exponential is most of the work.
+        let transmittance = if sigma_t == Vec3::splat(sigma_t.x) {
+            Vec3::splat((-sigma_t.x * optical_length).exp())
+        } else {
+            (-sigma_t * optical_length).exp()
+        };
         self.medium.sigma_s() * (phase * light) * transmittance
     }
 }

@@ -167,33 +167,49 @@ impl Tracer {
         }
     }
 
-    /// Calls `leaf` for the triangles of all nodes that `enter` lets pass;
-    /// `true` from `leaf` ends the walk.
+    /// Walks the hierarchy for shadows. `shadow_of_box` says which interval a
+    /// box (centre and half extent) could hide, if any; `is_dark` whether an
+    /// interval is hidden already, so that the box can be skipped; `leaf` takes
+    /// the triangles of the boxes that remain, larger intervals first.
     pub(crate) fn walk(
         &self,
-        enter: impl Fn(DVec3, DVec3) -> bool,
-        mut leaf: impl FnMut(&[Vec3; 3]) -> bool,
+        shadow_of_box: impl Fn(DVec3, DVec3) -> Option<(f64, f64)>,
+        is_dark: impl Fn((f64, f64)) -> bool,
+        mut leaf: impl FnMut(&[Vec3; 3]),
     ) {
+        let enter = |index: usize| {
+            let (min, max) = corners(&self.nodes[index]);
+            shadow_of_box(0.5 * (min + max), 0.5 * (max - min))
+        };
         let mut stack = Vec::with_capacity(64);
-        stack.push(0_usize);
-        while let Some(index) = stack.pop() {
-            let Some(node) = self.nodes.get(index) else {
-                return;
-            };
-            let (min, max) = corners(node);
-            // Centre and half extent.
-            if !enter(0.5 * (min + max), 0.5 * (max - min)) {
+        if !self.nodes.is_empty()
+            && let Some(shadow) = enter(0)
+        {
+            stack.push((0, shadow));
+        }
+        while let Some((index, shadow)) = stack.pop() {
+            if is_dark(shadow) {
                 continue;
             }
+            let node = &self.nodes[index];
             let first = node.first_index as usize;
             if node.prim_count > 0 {
                 for triangle in &self.triangles[first..first + node.prim_count as usize] {
-                    if leaf(triangle) {
-                        return;
-                    }
+                    leaf(triangle);
                 }
-            } else {
-                stack.extend([first + 1, first]);
+                continue;
+            }
+            match (enter(first), enter(first + 1)) {
+                (Some(left), Some(right)) => {
+                    let mut children = [(first, left), (first + 1, right)];
+                    if left.1 - left.0 > right.1 - right.0 {
+                        children.swap(0, 1);
+                    }
+                    stack.extend(children);
+                }
+                (Some(left), None) => stack.push((first, left)),
+                (None, Some(right)) => stack.push((first + 1, right)),
+                (None, None) => {}
             }
         }
     }

@@ -140,7 +140,8 @@ impl EquiAngular {
     pub(crate) fn position(&self, t: f32) -> f32 {
         let Interval { start, end } = self.interval;
         // sin((1−t)Δη) and sin(tΔη), or their ratio's limit for Δη → 0.
-        let (from_a, from_b) = if self.angle > 1e-3 {
+        // In the middle they are equal: the bisector needs no sines.
+        let (from_a, from_b) = if self.angle > 1e-3 && t != 0.5 {
             (((1.0 - t) * self.angle).sin(), (t * self.angle).sin())
         } else {
             (1.0 - t, t)

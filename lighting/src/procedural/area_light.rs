@@ -17,30 +17,29 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let floor = cuboid(Vec3::new(-12.0, -0.3, -12.0), Vec3::new(12.0, 0.0, 12.0));
     stage.add("floor", floor, paint(0.55, 0.55, 0.55));
 
-    let (corner, edges) = (Vec3::new(-0.9, 6.0, -0.6), [Vec3::X * 1.8, Vec3::Z * 1.2]);
-    // u × v points down; the casing of the light is behind it.
-    let (light, edges) = (corner + edges[1], [edges[0], -edges[1]]);
-    let radiance = Vec3::splat(30.0);
+    // The light faces down, X × Z = −Y; its casing is behind it.
+    let corner = Vec3::new(-0.6, 5.2, -0.45);
+    let radiance = Vec3::splat(320.0);
     let casing = cuboid(
         corner + Vec3::new(0.0, 0.01, 0.0),
-        corner + Vec3::new(1.8, 0.09, 1.2),
+        corner + Vec3::new(1.2, 0.09, 0.9),
     );
     let glow = Material {
         base_color: Vec3::ZERO,
-        emitted: 0.1 * radiance,
+        emitted: 0.008 * radiance,
         ..Material::default()
     };
     stage.add("light", casing, glow);
     let panel = AreaLight {
-        corner: light,
-        edges,
+        corner,
+        edges: [1.2 * Vec3::X, 0.9 * Vec3::Z],
         radiance,
         texture: Some(warm_to_cold()),
     };
     stage.seen(
-        look(Vec3::new(0.0, 3.4, 9.5), Vec3::new(0.0, 2.9, 0.0), 45.0),
+        look(Vec3::new(0.0, 3.6, 7.6), Vec3::new(0.0, 2.55, 0.0), 46.0),
         vec![Light::Area(panel)],
-        fog(Vec3::splat(0.07), Vec3::splat(0.007), PhaseFunction::Isotropic),
+        fog(Vec3::splat(0.10), Vec3::splat(0.01), PhaseFunction::Isotropic),
     )
 }
 

@@ -17,6 +17,8 @@ const HALF_BLOCK: f32 = 15.0;
 /// Radius of a lamp post, m. The light map of the whole city at 2048 texels
 /// a side has texels of about half a metre.
 const POLE_RADIUS: f32 = 0.07;
+/// The eye stands at the edge of the park, m.
+const EYE: Vec3 = Vec3::new(-3.0, 6.0, 95.0);
 
 /// Each block has four buildings with two or three boxes on their roofs,
 /// eight trees of a trunk and a crown, and four lamp posts: at least 32
@@ -47,20 +49,26 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         for column in 0..BLOCKS {
             let centre = |index: u32| PITCH * (index as f32 + 0.5 - 0.5 * BLOCKS as f32);
             let block = Vec3::new(centre(column), 0.0, centre(row));
-            props.block(&mut stage, &mut random, block);
+            let middle = (7..=10).contains(&column);
+            if middle && (9..=10).contains(&row) {
+                props.park(&mut stage, &mut random, block);
+            } else {
+                let towers = if middle && row < 9 { 0.45 } else { 0.15 };
+                props.block(&mut stage, &mut random, block, towers);
+            }
         }
     }
 
     let sun = DirectionalLight {
-        direction: Vec3::new(0.55, -0.55, 1.0),
-        irradiance: Vec3::new(3.4, 2.9, 2.3),
+        direction: Vec3::new(0.255, -0.37, 1.0),
+        irradiance: Vec3::new(2.3, 1.95, 1.5),
     };
     let phase = PhaseFunction::HenyeyGreenstein { g: 0.6 };
     stage.seen(
         look(
-            Vec3::new(2.5, 5.0, 200.0),
-            Vec3::new(-4.0, 17.0, 100.0),
-            55.0,
+            EYE,
+            Vec3::new(-6.0, 22.0, 0.0),
+            52.0,
         ),
         vec![Light::Directional(sun)],
         fog(
@@ -82,10 +90,10 @@ struct Props {
 }
 
 impl Props {
-    fn block(&self, stage: &mut Stage, random: &mut Random, block: Vec3) {
+    fn block(&self, stage: &mut Stage, random: &mut Random, block: Vec3, towers: f32) {
         for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             let lot = block + 0.5 * HALF_BLOCK * Vec3::new(x, 0.0, z);
-            self.building(stage, random, lot);
+            self.building(stage, random, lot, towers);
             let corner = block + (HALF_BLOCK + 3.0) * Vec3::new(x, 0.0, z);
             let height = random.between(7.0, 9.0);
             let pole = upright(Vec3::new(1.0, height + 0.5, 1.0), 0.0, corner - 0.5 * Vec3::Y);
@@ -103,8 +111,21 @@ impl Props {
         }
     }
 
-    fn building(&self, stage: &mut Stage, random: &mut Random, lot: Vec3) {
-        let tower = random.unit() < 0.15;
+    /// Up to sixteen trees in two rows, none right in front of the eye.
+    fn park(&self, stage: &mut Stage, random: &mut Random, block: Vec3) {
+        for i in 0..16 {
+            let (row, place) = ((i / 8) as f32, (i % 8) as f32);
+            let shift = Vec3::new(random.between(-2.0, 2.0), 0.0, random.between(-1.5, 1.5));
+            let foot = Vec3::new(5.5 * place - 19.0, 0.0, 24.0 * row - 12.0);
+            let foot = block + foot + shift;
+            if foot.distance(EYE) > 34.0 {
+                self.tree(stage, random, foot);
+            }
+        }
+    }
+
+    fn building(&self, stage: &mut Stage, random: &mut Random, lot: Vec3, towers: f32) {
+        let tower = random.unit() < towers;
         let height = if tower {
             random.between(38.0, 70.0)
         } else {

@@ -29,11 +29,11 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
 
     let lamp = PointLight {
         position: Vec3::new(0.0, 1.75, 0.0) + 0.05 * random.in_ball(),
-        intensity: Vec3::new(11.0, 9.0, 6.5),
+        intensity: Vec3::new(32.0, 26.0, 18.0),
         range: f32::INFINITY,
     };
     stage.seen(
-        look(Vec3::new(0.0, 2.9, 6.2), Vec3::new(0.0, 1.6, 0.0), 48.0),
+        look(Vec3::new(0.0, 2.7, 5.4), Vec3::new(0.0, 1.55, 0.0), 46.0),
         vec![Light::Point(lamp)],
         fog(Vec3::splat(0.14), Vec3::splat(0.01), PhaseFunction::Isotropic),
     )

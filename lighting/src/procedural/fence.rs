@@ -40,12 +40,12 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     stage.add("floor", floor, paint(0.5, 0.5, 0.5));
 
     let lamp = PointLight {
-        position: Vec3::new(0.4, 1.35, -1.8),
-        intensity: Vec3::new(16.0, 13.0, 9.5),
+        position: Vec3::new(0.44, 1.35, -1.8),
+        intensity: Vec3::new(42.0, 34.0, 25.0),
         range: f32::INFINITY,
     };
     stage.seen(
-        look(Vec3::new(-1.6, 1.5, 4.6), Vec3::new(0.1, 1.15, 0.0), 50.0),
+        look(Vec3::new(-1.3, 1.45, 3.9), Vec3::new(0.15, 1.2, 0.0), 50.0),
         vec![Light::Point(lamp)],
         fog(
             Vec3::splat(0.12),

@@ -22,16 +22,16 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         append(&mut hair, &strand(&mut random));
     }
     stage.add("strands", hair, paint(0.75, 0.50, 0.30));
-    let floor = cuboid(Vec3::new(-6.0, -1.5, -6.0), Vec3::new(6.0, -1.35, 6.0));
+    let floor = cuboid(Vec3::new(-6.0, -1.75, -6.0), Vec3::new(6.0, -1.6, 6.0));
     stage.add("floor", floor, paint(0.5, 0.5, 0.5));
 
     let lamp = PointLight {
-        position: Vec3::new(0.30, 0.40, -0.75),
-        intensity: Vec3::new(9.0, 7.6, 6.0),
+        position: Vec3::new(0.45, 0.45, 0.30),
+        intensity: Vec3::new(20.0, 16.0, 12.0),
         range: f32::INFINITY,
     };
     stage.seen(
-        look(Vec3::new(0.3, 0.7, 3.9), Vec3::new(0.0, 0.0, 0.0), 50.0),
+        look(Vec3::new(0.2, 0.6, 3.4), Vec3::new(0.1, 0.05, 0.0), 45.0),
         vec![Light::Point(lamp)],
         fog(
             Vec3::splat(0.18),
@@ -44,7 +44,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
 fn strand(random: &mut Random) -> Mesh {
     let start = random.direction();
     let curl = 0.45 * random.direction();
-    let reach = random.between(0.75, 1.05);
+    let reach = random.between(0.9, 1.3);
     let step = reach / SEGMENTS as f32;
     let mut heading = start;
     let mut position = 0.12 * start;

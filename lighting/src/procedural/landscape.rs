@@ -22,7 +22,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let eye = Vec3::new(eye.x, ground(eye) + 260.0, eye.y);
     let sun = DirectionalLight {
         direction: Vec3::new(0.35, -0.30, 1.0),
-        irradiance: Vec3::new(4.2, 3.3, 2.4),
+        irradiance: Vec3::new(7.5, 5.9, 4.4),
     };
     let half = 0.5 * SIZE;
     let air = Bounds::new(

@@ -45,12 +45,12 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
 
     let near = PointLight {
         position: EYE + Vec3::new(-0.004, 0.002, -0.002),
-        intensity: Vec3::splat(2e-4),
+        intensity: Vec3::splat(3e-4),
         range: f32::INFINITY,
     };
     let distant = PointLight {
         position: 1e4 * towards,
-        intensity: 1e8 * Vec3::new(5.0, 4.3, 3.5),
+        intensity: 1e8 * Vec3::new(40.0, 33.0, 24.0),
         range: f32::INFINITY,
     };
     let air = Bounds::new(Vec3::new(-0.8, -1.2, -20.0), Vec3::new(0.8, 1.2, 1.2))

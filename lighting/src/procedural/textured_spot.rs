@@ -16,11 +16,11 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let floor = cuboid(Vec3::new(-12.0, -0.3, -12.0), Vec3::new(12.0, 0.0, 12.0));
     stage.add("floor", floor, paint(0.6, 0.6, 0.6));
 
-    let position = Vec3::new(-2.6, 7.0, -1.4);
+    let position = Vec3::new(-3.6, 6.4, -1.6);
     let spot = SpotLight {
         position,
         rotation: aim(position, Vec3::new(0.0, 1.0, 0.0)),
-        intensity: Vec3::splat(420.0),
+        intensity: Vec3::splat(1500.0),
         range: f32::INFINITY,
         cone: Cone {
             inner: 0.40,
@@ -29,7 +29,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         texture: Some(window(seed)),
     };
     stage.seen(
-        look(Vec3::new(3.2, 2.6, 9.0), Vec3::new(-0.4, 2.9, 0.0), 45.0),
+        look(Vec3::new(2.4, 3.8, 8.8), Vec3::new(0.0, 2.2, 0.0), 46.0),
         vec![Light::Spot(spot)],
         fog(
             Vec3::splat(0.05),
@@ -54,12 +54,12 @@ fn window(seed: u64) -> Texture {
     let mut random = Random::new(seed);
     // The pane in the middle is a site on the axis of symmetry.
     let mut sites = vec![(Vec2::ZERO, GLASS[random.below(6) as usize])];
-    while sites.len() < 9 {
-        let site = Vec2::new(random.between(0.25, 1.0), random.between(0.0, 1.0));
-        let apart = |&(other, _): &(Vec2, Vec3)| site.distance(other) > 0.22;
+    for _ in 0..300 {
+        let site = Vec2::new(random.between(0.2, 1.0), random.between(0.0, 1.0));
+        let apart = |&(other, _): &(Vec2, Vec3)| site.distance(other) > 0.15;
         // Below the diagonal, and not so close that a pane is all lead.
         if site.y <= site.x && sites.iter().all(apart) {
-            sites.push((site, GLASS[random.below(6) as usize]));
+            sites.push((site, GLASS[sites.len() % GLASS.len()]));
         }
     }
     let texel = |index: u32| {
@@ -76,7 +76,7 @@ fn window(seed: u64) -> Texture {
                 second = second.min(distance);
             }
         }
-        let lead = ((second - nearest) / 0.07).min(1.0);
+        let lead = ((second - nearest) / 0.05).min(1.0);
         colour * (lead * lead * (3.0 - 2.0 * lead))
     };
     Texture::new(SLIDE, SLIDE, (0..SLIDE * SLIDE).map(texel).collect())

@@ -229,7 +229,7 @@ impl ScatteringAngle {
     /// At distance `s` along the ray behind the foot point of a point light
     /// that is `h` away from the ray: `cos θ = -s / √(s² + h²)`.
     pub fn from_foot(s: f32, h: f32) -> Self {
-        let d = s.hypot(h);
+        let d = (s * s + h * h).sqrt();
         let large = 1.0 + s.abs() / d;
         let small = (h / d) * (h / d) / large;
         if s < 0.0 {

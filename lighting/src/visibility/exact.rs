@@ -1,5 +1,7 @@
 //! Lit intervals whose ends are computed, not sampled.
 
+use std::cell::RefCell;
+
 use glam::{DVec3, Vec3};
 
 use super::VisibilitySource;
@@ -16,7 +18,8 @@ use crate::{Emitter, Interval, LightPath, LitInterval};
 /// an f32 distance.
 ///
 /// Cost: one walk of the hierarchy per ray, along the whole planar triangle;
-/// proportional to the number of blockers, not to a number of samples. A
+/// it grows with the number of blockers, not with a number of samples. Parts of
+/// the hierarchy whose whole shadow is already known to be dark are skipped. A
 /// triangle that contains the light's direction exactly (seen edge-on)
 /// blocks nothing.
 #[derive(Debug, Clone, Copy)]
@@ -30,35 +33,31 @@ impl<'a> Exact<'a> {
         Self { tracer }
     }
 
-    fn shadows(&self, path: &LightPath<'_>) -> Vec<(f64, f64)> {
-        let span = path.span();
-        let (start, end) = (f64::from(span.start), f64::from(span.end));
-        let mut shadows = Vec::new();
+    fn shadow(&self, path: &LightPath<'_>) -> Shadow {
+        let mut shadow = Shadow::new(path.span());
         let Some(plane) = Plane::new(path) else {
-            self.collinear(path, start, end, &mut shadows);
-            return shadows;
+            self.collinear(path, &mut shadow);
+            return shadow;
         };
+        // The closures of the walk share the shadow found so far.
+        let shadow = RefCell::new(shadow);
         self.tracer.walk(
-            |centre, half| plane.may_meet(centre, half),
+            |centre, half| {
+                let (a, b) = plane.shadow_of_box(centre, half)?;
+                shadow.borrow().clip(a, b)
+            },
+            |(a, b)| shadow.borrow().covers(a, b),
             |triangle| {
-                let Some((a, b)) = plane.shadow(triangle) else {
-                    return false;
-                };
-                if a >= end || b <= start || a >= b {
-                    return false;
+                if let Some((a, b)) = plane.shadow_of_triangle(triangle) {
+                    shadow.borrow_mut().insert(a, b);
                 }
-                if a <= start && b >= end {
-                    shadows.clear();
-                }
-                shadows.push((a, b));
-                a <= start && b >= end
             },
         );
-        shadows
+        shadow.into_inner()
     }
 
     /// The light lies on the line of the ray: the planar triangle is a line.
-    fn collinear(&self, path: &LightPath<'_>, start: f64, end: f64, shadows: &mut Vec<(f64, f64)>) {
+    fn collinear(&self, path: &LightPath<'_>, shadow: &mut Shadow) {
         let line = Line::new(path.ray().origin(), path.ray().direction());
         // Where the light is on the line: at a distance, or infinitely far
         // ahead or behind.
@@ -72,18 +71,20 @@ impl<'a> Exact<'a> {
                 }
             }
         };
+        let everything = (f64::NEG_INFINITY, f64::INFINITY);
         self.tracer.walk(
-            |centre, half| line.touches(centre, half),
+            |centre, half| line.touches(centre, half).then_some(everything),
+            |_| false,
             |triangle| {
                 if let Some((t, _, _)) = line.meets(triangle) {
                     // What is on the far side of the blocker, as the light
                     // sees it, is dark.
-                    let (a, b) = if t < light { (start, t) } else { (t, end) };
-                    if a < b {
-                        shadows.push((a, b));
+                    if t < light {
+                        shadow.insert(f64::NEG_INFINITY, t);
+                    } else {
+                        shadow.insert(t, f64::INFINITY);
                     }
                 }
-                false
             },
         );
     }
@@ -91,11 +92,9 @@ impl<'a> Exact<'a> {
 
 impl VisibilitySource for Exact<'_> {
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
-        let mut shadows = self.shadows(path);
-        shadows.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.total_cmp(&y.1)));
         let Interval { start, end } = path.span();
         let mut lit_from = start;
-        for (a, b) in shadows {
+        for (a, b) in self.shadow(path).intervals {
             let dark_from = (a as f32).min(end);
             if lit_from < dark_from {
                 lit.push(LitInterval::unshadowed(lit_from, dark_from));
@@ -108,6 +107,50 @@ impl VisibilitySource for Exact<'_> {
     }
 }
 
+/// The dark part of a span: intervals in order that do not touch.
+struct Shadow {
+    start: f64,
+    end: f64,
+    intervals: Vec<(f64, f64)>,
+}
+
+impl Shadow {
+    fn new(span: Interval) -> Self {
+        Self {
+            start: f64::from(span.start),
+            end: f64::from(span.end),
+            intervals: Vec::new(),
+        }
+    }
+
+    /// The part of `[a, b]` in the span.
+    fn clip(&self, a: f64, b: f64) -> Option<(f64, f64)> {
+        let (a, b) = (a.max(self.start), b.min(self.end));
+        (a < b).then_some((a, b))
+    }
+
+    /// True if all of `[a, b]`, a part of the span, is dark.
+    fn covers(&self, a: f64, b: f64) -> bool {
+        let next = self.intervals.partition_point(|dark| dark.1 < a);
+        self.intervals
+            .get(next)
+            .is_some_and(|dark| dark.0 <= a && b <= dark.1)
+    }
+
+    fn insert(&mut self, a: f64, b: f64) {
+        let Some((mut a, mut b)) = self.clip(a, b) else {
+            return;
+        };
+        let first = self.intervals.partition_point(|dark| dark.1 < a);
+        let after = self.intervals.partition_point(|dark| dark.0 <= b);
+        if first < after {
+            a = a.min(self.intervals[first].0);
+            b = b.max(self.intervals[after - 1].1);
+        }
+        self.intervals.splice(first..after, [(a, b)]);
+    }
+}
+
 /// The plane of a ray and a light, with coordinates: `u` along the ray, `v`
 /// towards the light.
 struct Plane {
@@ -115,7 +158,6 @@ struct Plane {
     normal: DVec3,
     along: DVec3,
     up: DVec3,
-    end: f64,
     light: PlaneLight,
 }
 
@@ -147,7 +189,6 @@ impl Plane {
             normal,
             along,
             up: normal.cross(along),
-            end: f64::from(path.span().end),
             light: match path.emitter() {
                 Emitter::Point(_) => PlaneLight::Point { foot, h },
                 Emitter::Directional(_) => PlaneLight::Sun { slope: foot / h },
@@ -155,47 +196,54 @@ impl Plane {
         })
     }
 
-    /// False only if no point of the box (centre and half extent) lies in the
-    /// planar triangle.
-    fn may_meet(&self, centre: DVec3, half: DVec3) -> bool {
+    /// An interval of the ray's line that contains everything the box (centre
+    /// and half extent) can hide from the light; `None` if it hides nothing.
+    fn shadow_of_box(&self, centre: DVec3, half: DVec3) -> Option<(f64, f64)> {
         let offset = centre - self.eye;
-        // The box reaches `radius(axis)` from its centre along an axis.
-        let margin = 1e-12 * (offset.length() + half.length());
-        let radius = |axis: DVec3| axis.abs().dot(half) + margin;
-        if self.normal.dot(offset).abs() > radius(self.normal) {
-            return false;
+        // How far the box reaches from its centre along an axis.
+        let margin = 1e-12 * (offset.abs().max_element() + half.max_element());
+        let reach = |axis: DVec3| axis.abs().dot(half) + margin;
+        if self.normal.dot(offset).abs() > reach(self.normal) {
+            return None;
         }
         let (u, v) = (self.along.dot(offset), self.up.dot(offset));
-        if v < -radius(self.up) {
-            return false;
+        let (reach_u, reach_v) = (reach(self.along), reach(self.up));
+        let high = v + reach_v;
+        if high < 0.0 {
+            return None;
         }
-        // Outside of an edge with the outward normal `(nu, nv)` in the plane,
-        // at the signed distance `value` of the centre?
-        let beyond = |nu: f64, nv: f64, value: f64| value > radius(nu * self.along + nv * self.up);
+        let low = (v - reach_v).max(0.0);
+        // The box lies in a rectangle of the plane, whose shadow is that of its
+        // corners; where it reaches the light's height the shadow is unbounded.
+        let (left, right) = (u - reach_u, u + reach_u);
         match self.light {
-            PlaneLight::Point { foot, h } => {
-                // Edge from the eye to the light, and from the end to it.
-                let start_side = beyond(-h, foot, foot * v - h * u);
-                let end_side = self.end.is_finite()
-                    && beyond(
-                        h,
-                        self.end - foot,
-                        h * (u - self.end) + (self.end - foot) * v,
-                    );
-                let top = beyond(0.0, 1.0, v - h);
-                !(start_side || end_side || top)
-            }
             PlaneLight::Sun { slope } => {
-                let start_side = beyond(-1.0, slope, slope * v - u);
-                let end_side =
-                    self.end.is_finite() && beyond(1.0, -slope, u - self.end - slope * v);
-                !(start_side || end_side)
+                let (near, far) = (slope * low, slope * high);
+                Some((left - near.max(far), right - near.min(far)))
+            }
+            PlaneLight::Point { foot, h } => {
+                if low >= h {
+                    return None;
+                }
+                let near = h / (h - low);
+                let far = if high < h {
+                    h / (h - high)
+                } else {
+                    f64::INFINITY
+                };
+                let (left, right) = (left - foot, right - foot);
+                let a = left * if left < 0.0 { far } else { near };
+                let b = right * if right > 0.0 { far } else { near };
+                // 0 · ∞: the edge of the box is straight below the light.
+                let a = if a.is_nan() { 0.0 } else { a };
+                let b = if b.is_nan() { 0.0 } else { b };
+                Some((foot + a, foot + b))
             }
         }
     }
 
     /// The interval of the ray's line that the triangle hides from the light.
-    fn shadow(&self, triangle: &[Vec3; 3]) -> Option<(f64, f64)> {
+    fn shadow_of_triangle(&self, triangle: &[Vec3; 3]) -> Option<(f64, f64)> {
         let corners = triangle.map(|corner| corner.as_dvec3() - self.eye);
         let side = corners.map(|corner| self.normal.dot(corner));
         let above = side.map(|distance| distance >= 0.0);

@@ -1,0 +1,142 @@
+//! Files and decoded data of bounded size, and notes of bounded number.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use super::LoadError;
+
+/// Scene files and the files they refer to are at most this long, bytes.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
+
+/// What is decoded from a file takes at most this much memory, bytes. Without
+/// a limit a small file could ask for any amount by using its data repeatedly.
+pub const MAX_DECODED_BYTES: u64 = 4 << 30;
+
+/// More notes than this help nobody.
+const MAX_NOTES: usize = 50;
+
+/// The contents of a regular file of at most [`MAX_FILE_BYTES`].
+pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
+    let io_error = |source| LoadError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let too_large = |bytes| LoadError::TooLarge {
+        what: format!("file {}", path.display()),
+        bytes,
+        limit: MAX_FILE_BYTES,
+    };
+    let metadata = std::fs::metadata(path).map_err(io_error)?;
+    if !metadata.is_file() {
+        // Devices and pipes may never end.
+        return Err(io_error(io::Error::other("not a regular file")));
+    }
+    if metadata.len() > MAX_FILE_BYTES {
+        return Err(too_large(metadata.len()));
+    }
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    // The file may grow while it is read.
+    File::open(path)
+        .map_err(io_error)?
+        .take(MAX_FILE_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(io_error)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(too_large(bytes.len() as u64));
+    }
+    Ok(bytes)
+}
+
+/// Memory that decoded data may still take.
+#[derive(Debug)]
+pub(super) struct Budget {
+    limit: u64,
+    left: u64,
+}
+
+impl Budget {
+    pub(super) fn new(limit: u64) -> Self {
+        Self { limit, left: limit }
+    }
+
+    /// Sets `count` items of `size` bytes aside, before they are allocated.
+    pub(super) fn take(&mut self, what: &str, count: u64, size: usize) -> Result<(), LoadError> {
+        let bytes = count.saturating_mul(size as u64);
+        match self.left.checked_sub(bytes) {
+            Some(left) => {
+                self.left = left;
+                Ok(())
+            }
+            None => Err(LoadError::TooLarge {
+                what: format!("the decoded scene, at {what},"),
+                bytes: bytes.saturating_add(self.limit - self.left),
+                limit: self.limit,
+            }),
+        }
+    }
+}
+
+/// Sentences for the user, each only once.
+#[derive(Debug, Default)]
+pub(super) struct Notes {
+    notes: Vec<String>,
+    left_out: u64,
+}
+
+impl Notes {
+    pub(super) fn add(&mut self, note: impl Into<String>) {
+        let note = note.into();
+        if self.notes.contains(&note) {
+            return;
+        }
+        if self.notes.len() < MAX_NOTES {
+            self.notes.push(note);
+        } else {
+            self.left_out += 1;
+        }
+    }
+
+    pub(super) fn into_vec(mut self) -> Vec<String> {
+        if self.left_out > 0 {
+            self.notes
+                .push(format!("{} more notes of this kind", self.left_out));
+        }
+        self.notes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_budget_is_spent_once() {
+        let mut budget = Budget::new(80);
+        assert!(budget.take("half", 10, 4).is_ok());
+        assert!(budget.take("everything", u64::MAX, 16).is_err());
+        assert!(budget.take("half", 10, 4).is_ok());
+        let error = budget.take("meshes", 1, 1).unwrap_err();
+        assert!(error.to_string().contains("at meshes"), "{error}");
+    }
+
+    #[test]
+    fn notes_are_not_repeated_and_not_endless() {
+        let mut notes = Notes::default();
+        for i in 0..100 {
+            notes.add(format!("{i}"));
+            notes.add("0");
+        }
+        let notes = notes.into_vec();
+        assert_eq!(notes.len(), MAX_NOTES + 1);
+        assert!(notes[MAX_NOTES].starts_with("50 more"));
+    }
+
+    #[test]
+    fn only_regular_files_are_read() {
+        let error = read_file(&std::env::temp_dir()).unwrap_err();
+        assert!(error.to_string().contains("regular"), "{error}");
+        let error = read_file(Path::new("no/such/file.glb")).unwrap_err();
+        assert!(error.to_string().contains("file.glb"), "{error}");
+    }
+}
