@@ -130,6 +130,11 @@ impl SpotEmission {
         self.cos_outer
     }
 
+    /// Tangent of that angle, to which the slide is scaled.
+    pub fn tan_outer(&self) -> f32 {
+        self.tan_outer
+    }
+
     /// The slide in front of the light.
     pub fn texture(&self) -> Option<&Texture> {
         self.texture.as_ref()

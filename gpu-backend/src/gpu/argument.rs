@@ -10,6 +10,7 @@ pub struct Argument<'a>(Value<'a>);
 #[derive(Debug)]
 enum Value<'a> {
     Uniform(Vec<u8>),
+    Table(Vec<u8>),
     Read(&'a wgpu::Buffer),
     Write(&'a wgpu::Buffer),
 }
@@ -32,6 +33,15 @@ impl<'a> Argument<'a> {
         Self(Value::Uniform(bytes))
     }
 
+    /// A few values that are read, `var<storage>`, and uploaded for this
+    /// dispatch alone. May be empty.
+    pub fn table<T: Element>(values: &[T]) -> Self {
+        let mut bytes = bytemuck::cast_slice(values).to_vec();
+        // A binding holds at least one element.
+        bytes.resize(bytes.len().max(size_of::<T>()), 0);
+        Self(Value::Table(bytes))
+    }
+
     /// A buffer that is read: `var<storage>`.
     pub fn read<T: Element>(buffer: &'a GpuBuffer<T>) -> Self {
         Self(Value::Read(buffer.as_wgpu()))
@@ -45,7 +55,7 @@ impl<'a> Argument<'a> {
     pub(super) fn kind(&self) -> Kind {
         match self.0 {
             Value::Uniform(_) => Kind::Uniform,
-            Value::Read(_) => Kind::Read,
+            Value::Table(_) | Value::Read(_) => Kind::Read,
             Value::Write(_) => Kind::Write,
         }
     }
@@ -65,6 +75,11 @@ impl<'a> Argument<'a> {
                     size: wgpu::BufferSize::new(bytes.len() as u64),
                 })
             }
+            Value::Table(bytes) => Ok(Place {
+                buffer: GpuBuffer::new(context, bytes.len(), Some(bytes))?.into_wgpu(),
+                offset: 0,
+                size: None,
+            }),
             Value::Read(buffer) | Value::Write(buffer) => Ok(Place {
                 buffer: (*buffer).clone(),
                 offset: 0,
@@ -114,6 +129,7 @@ pub(super) fn check(
     for argument in all() {
         let (requested, limit) = match &argument.0 {
             Value::Uniform(bytes) => (bytes.len() as u64, limits.max_uniform_buffer_binding_size),
+            Value::Table(bytes) => (bytes.len() as u64, limits.max_storage_buffer_binding_size),
             Value::Read(buffer) | Value::Write(buffer) => {
                 (buffer.size(), limits.max_storage_buffer_binding_size)
             }
@@ -132,7 +148,7 @@ pub(super) fn check(
         };
         let twice = all().enumerate().any(|(j, other)| match other.0 {
             Value::Read(buffer) | Value::Write(buffer) => i != j && buffer == written,
-            Value::Uniform(_) => false,
+            Value::Uniform(_) | Value::Table(_) => false,
         });
         if twice {
             return Err(Error::Aliased { what });

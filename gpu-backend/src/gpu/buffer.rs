@@ -72,6 +72,10 @@ impl<T: Element> GpuBuffer<T> {
         &self.buffer
     }
 
+    pub(super) fn into_wgpu(self) -> wgpu::Buffer {
+        self.buffer
+    }
+
     /// Bytes of the elements, rounded up to what copies need.
     pub(super) fn copy_size(&self) -> u64 {
         (self.len as u64 * size_of::<T>() as u64).next_multiple_of(4)

@@ -98,6 +98,18 @@ fn map_bytes(faces: usize, resolution: u32) -> u64 {
 }
 
 impl ShadowMap<Host> {
+    /// The same map on another backend.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if it does not fit there.
+    pub fn upload<B: Backend>(&self, backend: &B) -> Result<ShadowMap<B::Memory>, Error> {
+        Ok(ShadowMap {
+            faces: self.faces.clone(),
+            resolution: self.resolution,
+            depth: backend.upload(&self.depth)?,
+        })
+    }
+
     /// True if nothing lies between the light and `point`. Points outside of
     /// the picture are lit: an orthographic map holds all casters, and a
     /// spotlight does not light them anyway.

@@ -1,0 +1,345 @@
+//! The gather on a GPU against the CPU, which defines the result.
+
+use glam::{Affine3A, Quat, Vec3};
+use gpu_backend::gpu::{Gpu, Queued};
+use gpu_backend::{Backend, Cpu, Download, Error, testing};
+use lighting::airlight::{Midpoint, Quadrature};
+use lighting::emitter::Emission;
+use lighting::scene::{
+    Bounds, Cone, Geometry, Instance, Medium, Mesh, PhaseFunction, Scene, Texture,
+};
+use lighting::shadow_map::{Casters, RenderShadowMap};
+use lighting::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
+use lighting::{AirlightEvaluator, Emitter, Gather, Ray, VisibilitySource};
+
+/// Numbers in [0, 1) that are the same on every run.
+struct Sequence(u32);
+
+impl Sequence {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let word = ((self.0 >> ((self.0 >> 28) + 4)) ^ self.0).wrapping_mul(277_803_737);
+        ((word >> 22) ^ word) as f32 / 4_294_967_296.0
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        2.0 * Vec3::new(self.next(), self.next(), self.next()) - 1.0
+    }
+}
+
+const LIGHT: Vec3 = Vec3::new(1.0, 2.0, -4.0);
+
+fn lights() -> Vec<(&'static str, Emitter)> {
+    let point = |range, emission| {
+        Emitter::point(LIGHT, Vec3::new(50.0, 30.0, 5.0), range, emission).unwrap()
+    };
+    let spot = |inner, outer, slide| {
+        let rotation = Quat::from_rotation_y(0.4) * Quat::from_rotation_x(-0.7);
+        Emission::spot(rotation, Cone { inner, outer }, slide).unwrap()
+    };
+    let texels = (0..35)
+        .map(|i| Vec3::new(i as f32, 1.0, (i % 3) as f32))
+        .collect();
+    let slide = Texture::new(7, 5, texels).unwrap();
+    vec![
+        ("point", point(f32::INFINITY, Emission::Isotropic)),
+        ("range", point(3.0, Emission::Isotropic)),
+        (
+            "cosine",
+            point(
+                f32::INFINITY,
+                Emission::Cosine {
+                    normal: Vec3::new(0.6, -0.8, 0.0),
+                },
+            ),
+        ),
+        ("spot", point(f32::INFINITY, spot(0.2, 0.6, None))),
+        (
+            "half space",
+            point(9.0, spot(0.0, std::f32::consts::FRAC_PI_2, None)),
+        ),
+        ("slide", point(f32::INFINITY, spot(0.1, 0.8, Some(slide)))),
+        (
+            "sun",
+            Emitter::directional(Vec3::new(0.3, -1.0, 0.2), Vec3::splat(4.0)).unwrap(),
+        ),
+        (
+            "sun along an axis",
+            Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap(),
+        ),
+    ]
+}
+
+fn media() -> Vec<(&'static str, Medium)> {
+    let medium = |s: Vec3, a: Vec3, phase| Medium::new(s, a, phase).unwrap();
+    let thin = medium(
+        Vec3::splat(0.02),
+        Vec3::new(0.0, 0.01, 0.02),
+        PhaseFunction::Isotropic,
+    );
+    let forward = PhaseFunction::HenyeyGreenstein { g: 0.8 };
+    let bounds = Bounds::new(Vec3::new(-3.0, -1.0, -8.0), Vec3::new(4.0, 3.0, 1.0)).unwrap();
+    vec![
+        ("thin", thin),
+        (
+            "dense",
+            medium(
+                Vec3::new(1.0, 0.5, 2.0),
+                Vec3::ZERO,
+                PhaseFunction::Rayleigh,
+            ),
+        ),
+        (
+            "forward",
+            medium(Vec3::splat(0.1), Vec3::splat(0.1), forward),
+        ),
+        (
+            "backward",
+            medium(
+                Vec3::splat(0.1),
+                Vec3::ZERO,
+                PhaseFunction::HenyeyGreenstein { g: -0.5 },
+            ),
+        ),
+        (
+            "box",
+            medium(Vec3::splat(0.3), Vec3::splat(0.1), forward).within(bounds),
+        ),
+    ]
+}
+
+/// A third passes the light at `closest` to 1 of its distance.
+fn rays(count: usize, closest: f32) -> Vec<Ray> {
+    let mut sequence = Sequence(7);
+    (0..count)
+        .map(|i| {
+            let origin = 5.0 * sequence.vector();
+            let direction = match i % 3 {
+                0 => {
+                    let to_light = LIGHT - origin;
+                    let aside = to_light.cross(sequence.vector()).normalize_or(Vec3::X);
+                    to_light + to_light.length() * closest.powf(sequence.next()) * aside
+                }
+                _ => sequence.vector(),
+            };
+            let length = match i % 5 {
+                0 => f32::INFINITY,
+                1 => 0.0,
+                _ => 30.0 * sequence.next(),
+            };
+            Ray::new(origin, direction, length).unwrap()
+        })
+        .collect()
+}
+
+fn gathered<B, V, A>(
+    backend: &B,
+    rays: &[Ray],
+    light: &Emitter,
+    medium: &Medium,
+    (visibility, airlight): (&V, &A),
+) -> Vec<[f32; 4]>
+where
+    B: Gather<V, A> + Download,
+{
+    let before = vec![[0.0, 0.0, 0.0, 9.0]; rays.len()];
+    let rays = backend.upload(rays).unwrap();
+    let mut radiance = backend.upload(&before).unwrap();
+    backend
+        .gather(&rays, light, medium, visibility, airlight, &mut radiance)
+        .unwrap();
+    backend.download(&radiance).unwrap()
+}
+
+/// What a light that shines everywhere would give, which is what errors at the
+/// border of a cone are measured by.
+fn without_borders(light: &Emitter) -> Emitter {
+    match light {
+        Emitter::Point(point) => Emitter::point(
+            point.position(),
+            point.intensity(),
+            f32::INFINITY,
+            Emission::Isotropic,
+        )
+        .unwrap(),
+        sun => sun.clone(),
+    }
+}
+
+/// The relative error that is allowed for a ray.
+///
+/// With ε = 2^-24. Terms that do not depend on the ray: rounding in the
+/// evaluation, 3 + 2τ ULP of the exponential (τ ≤ 10 where the value matters),
+/// and the error 2ε of cos θ, which the peak of a Henyey–Greenstein function
+/// multiplies by 3g/(1−g)², 60 at g = 0.8: 256 ε in all. The distance h between
+/// ray and light is a cross product of vectors of the length D with an error of
+/// about 4 ε D on the GPU, where the CPU has f64; the radiance is inversely
+/// proportional to it and the phase function and emission turn with it, up to
+/// a few times as fast: 16 ε D/h.
+fn allowed(ray: &Ray, light: &Emitter) -> f32 {
+    let epsilon = 0.5_f32.powi(24);
+    let Emitter::Point(point) = light else {
+        return 256.0 * epsilon;
+    };
+    let to_light = (point.position() - ray.origin()).as_dvec3();
+    let h = to_light.cross(ray.direction().as_dvec3()).length();
+    let ratio = (to_light.length() / h).min(1e4) as f32;
+    epsilon * (256.0 + 16.0 * ratio)
+}
+
+fn compare<V, A>(gpu: &Gpu<Queued>, name: &str, pair: (&V, &A), closest: f32)
+where
+    V: VisibilitySource,
+    A: AirlightEvaluator,
+    Gpu<Queued>: Gather<V, A>,
+{
+    let cpu = Cpu::new();
+    let rays = rays(3000, closest);
+    let reference = Quadrature::new(8).unwrap();
+    let mut worst = 0.0_f32;
+    for (light_name, light) in lights() {
+        for (medium_name, medium) in media() {
+            let expected = gathered(&cpu, &rays, &light, &medium, pair);
+            let actual = gathered(gpu, &rays, &light, &medium, pair);
+            let everywhere = without_borders(&light);
+            let scale = gathered(&cpu, &rays, &everywhere, &medium, (&Unshadowed, &reference));
+            for (i, ray) in rays.iter().enumerate() {
+                assert_eq!(actual[i][3], 9.0, "the fourth component is left alone");
+                for c in 0..3 {
+                    let (e, g) = (expected[i][c], actual[i][c]);
+                    let scale = scale[i][c].max(e).max(f32::MIN_POSITIVE);
+                    let ratio = (e - g).abs() / scale / allowed(ray, &light);
+                    worst = worst.max(ratio);
+                    assert!(
+                        ratio <= 1.0,
+                        "{name} {light_name} {medium_name}: {e} on the CPU, {g} on the GPU, \
+                         {ratio} of the allowed error for {ray:?}"
+                    );
+                }
+            }
+        }
+    }
+    println!("{name}: {worst} of the allowed error");
+}
+
+#[test]
+fn the_gpu_agrees_with_the_cpu_for_all_lights_media_and_pairs() {
+    let Some(gpu) = testing::gpu() else { return };
+    let quadrature = Quadrature::new(8).unwrap();
+    compare(&gpu, "quadrature", (&Unshadowed, &quadrature), 1e-4);
+    compare(&gpu, "midpoint", (&Unshadowed, &Midpoint), 1e-4);
+    compare(
+        &gpu,
+        "merged",
+        (&MergeTouching(Unshadowed), &quadrature),
+        1e-4,
+    );
+}
+
+/// Two hundred triangles in the space around the light.
+fn casters() -> Geometry {
+    let mut sequence = Sequence(99);
+    let positions: Vec<Vec3> = (0..200)
+        .flat_map(|_| {
+            let corner = 6.0 * sequence.vector();
+            [
+                corner,
+                corner + sequence.vector(),
+                corner + sequence.vector(),
+            ]
+        })
+        .collect();
+    let mesh = Mesh {
+        triangles: (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        positions,
+        ..Mesh::default()
+    };
+    let scene = Scene {
+        meshes: vec![mesh],
+        instances: vec![Instance {
+            mesh: 0,
+            transform: Affine3A::IDENTITY,
+        }],
+        ..Scene::default()
+    };
+    Geometry::new(&scene).unwrap()
+}
+
+/// Share of the rays that may differ because a sample within rounding of the
+/// border of a texel fell to its other side.
+///
+/// A texel coordinate of a map of 256 is off by about 4 ε × 256 = 6e-5, so the
+/// chance that a sample lies that close to one of four borders is 2.4e-4. A
+/// ray has 16 samples, and at most every tenth is next to a texel of a different
+/// answer.
+const OTHER_TEXEL: f32 = 4e-4;
+
+#[test]
+fn marches_through_the_same_map_agree_but_for_samples_on_the_border_of_a_texel() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let casters = Casters::upload(&cpu, &casters()).unwrap();
+    let quadrature = Quadrature::new(2).unwrap();
+    let rays = rays(4000, 1e-3);
+    let (mut all, mut different) = (0, 0);
+    for (_, light) in lights() {
+        let map = cpu.shadow_map(&casters, &light, 256).unwrap();
+        let map_there = map.upload(&gpu).unwrap();
+        for spacing in [Spacing::Distance, Spacing::EquiAngular] {
+            for (_, medium) in media() {
+                let here = ShadowMapMarch::new(&map, 16, spacing);
+                let there = ShadowMapMarch::new(&map_there, 16, spacing);
+                let scale = {
+                    let everywhere = without_borders(&light);
+                    let pair = (&Unshadowed, &quadrature);
+                    gathered(&cpu, &rays, &everywhere, &medium, pair)
+                };
+                let mut count = |expected: Vec<[f32; 4]>, actual: Vec<[f32; 4]>| {
+                    for (i, ray) in rays.iter().enumerate() {
+                        let agrees = (0..3).all(|c| {
+                            let (e, g) = (expected[i][c], actual[i][c]);
+                            let scale = scale[i][c].max(e).max(f32::MIN_POSITIVE);
+                            (e - g).abs() <= scale * allowed(ray, &light)
+                        });
+                        all += 1;
+                        different += u32::from(!agrees);
+                    }
+                };
+                count(
+                    gathered(&cpu, &rays, &light, &medium, (&here, &Midpoint)),
+                    gathered(&gpu, &rays, &light, &medium, (&there, &Midpoint)),
+                );
+                let (here, there) = (MergeTouching(here), MergeTouching(there));
+                count(
+                    gathered(&cpu, &rays, &light, &medium, (&here, &quadrature)),
+                    gathered(&gpu, &rays, &light, &medium, (&there, &quadrature)),
+                );
+            }
+        }
+    }
+    let share = different as f32 / all as f32;
+    println!("{different} of {all} rays differ");
+    assert!(share <= OTHER_TEXEL, "{different} of {all} rays differ");
+}
+
+#[test]
+fn empty_bundles_and_wrong_lengths_are_handled_as_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let (_, light) = lights().swap_remove(0);
+    let (_, medium) = media().swap_remove(0);
+    let pair = (&Unshadowed, &Midpoint);
+    assert!(gathered(&gpu, &[], &light, &medium, pair).is_empty());
+    let buffer = gpu.upload(&rays(3, 1.0)).unwrap();
+    let mut short = gpu.zeros::<[f32; 4]>(2).unwrap();
+    let error = gpu
+        .gather(&buffer, &light, &medium, pair.0, pair.1, &mut short)
+        .unwrap_err();
+    assert!(matches!(
+        error,
+        Error::LengthMismatch {
+            expected: 3,
+            actual: 2,
+            ..
+        }
+    ));
+}
