@@ -24,20 +24,19 @@ impl<T: Element> Buffer<T> for Vec<T> {
 /// elements are divided.
 #[derive(Debug, Default)]
 pub struct Cpu {
+    #[cfg(feature = "rayon")]
     threads: Threads,
 }
 
+#[cfg(feature = "rayon")]
 #[derive(Debug, Default)]
 enum Threads {
     /// The calling thread only.
-    #[cfg_attr(not(feature = "rayon"), default)]
     Calling,
     /// Rayon's global pool, or the pool the caller is running in.
-    #[cfg(feature = "rayon")]
     #[default]
     Ambient,
     /// A pool of our own.
-    #[cfg(feature = "rayon")]
     Own(rayon::ThreadPool),
 }
 
@@ -50,6 +49,7 @@ impl Cpu {
     /// Only the calling thread.
     pub fn single_threaded() -> Self {
         Self {
+            #[cfg(feature = "rayon")]
             threads: Threads::Calling,
         }
     }

@@ -130,7 +130,8 @@ impl SpotEmission {
         self.cos_outer
     }
 
-    /// Tangent of that angle, to which the slide is scaled.
+    /// Half the side of the slide at distance 1 in front of the light: the
+    /// tangent of the half angle at which the light ends.
     pub fn tan_outer(&self) -> f32 {
         self.tan_outer
     }

@@ -44,7 +44,7 @@
 //! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
 //! | `trace` | `trace` | a BVH: camera rays, shadow rays |
 //! | `view` | `trace` | the rays of a picture, and its surfaces |
-//! | `procedural` | `procedural` | scenes that need no file |
+//! | `procedural` | `procedural` | scenes that need no file, and the figures of any scene |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
 //! | `load` | `gltf`, `ply` | scene files |
 //!

@@ -155,7 +155,9 @@ impl<'a> LightPath<'a> {
             Emitter::Point(point) => {
                 let s = x - self.foot;
                 let (direction, d) = self.from_light(s);
-                let light_leg = self.medium.length_inside(point.position(), direction, d);
+                // Measured from the ray: seen from a light far away, f32 could
+                // not tell the faces of the box apart.
+                let light_leg = self.medium.length_inside(self.ray.at(x), -direction, d);
                 let phase = self
                     .medium
                     .phase()

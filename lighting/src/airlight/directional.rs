@@ -97,6 +97,7 @@ fn face_changes(path: &LightPath<'_>, sun: &DirectionalEmitter) -> [f32; 2] {
                 continue;
             }
             let here = lines[i].0 + lines[i].1 * x;
+            // The third line must not lie below the crossing, up to rounding.
             let least = (0..count)
                 .filter(|k| *k != i && *k != j)
                 .map(|k| lines[k].0 + lines[k].1 * x)

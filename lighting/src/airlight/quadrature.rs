@@ -99,6 +99,9 @@ pub(crate) struct EquiAngular {
     d_b: f32,
     /// Δη, the angle between the two ends at the light.
     angle: f32,
+    /// π − Δη. Next to a half turn, where the ray all but meets the light, an
+    /// f32 near π has lost what the sine there depends on.
+    supplement: f32,
     /// Δη / h = ∫ dx / d², 1/m; infinite if the light is on the interval.
     extent: f32,
 }
@@ -138,6 +141,7 @@ impl EquiAngular {
             d_a,
             d_b,
             angle,
+            supplement: across.atan2(-along),
             extent,
         })
     }
@@ -148,7 +152,7 @@ impl EquiAngular {
         // sin((1−t)Δη) and sin(tΔη), or their ratio's limit for Δη → 0.
         // In the middle they are equal: the bisector needs no sines.
         let (from_a, from_b) = if self.angle > 1e-3 && t != 0.5 {
-            (((1.0 - t) * self.angle).sin(), (t * self.angle).sin())
+            (self.sine(1.0 - t, t), self.sine(t, 1.0 - t))
         } else {
             (1.0 - t, t)
         };
@@ -158,6 +162,16 @@ impl EquiAngular {
             let weight_a = from_a * self.d_b;
             let weight_b = from_b * self.d_a;
             (start + (end - start) * (weight_b / (weight_a + weight_b))).clamp(start, end)
+        }
+    }
+
+    /// `sin(part Δη)`; `part` and `rest` add up to 1.
+    fn sine(&self, part: f32, rest: f32) -> f32 {
+        let angle = part * self.angle;
+        if angle > std::f32::consts::FRAC_PI_2 {
+            (self.supplement + rest * self.angle).sin()
+        } else {
+            angle.sin()
         }
     }
 }

@@ -9,6 +9,9 @@ struct light_Arc {
     d_b: f32,
     // The angle at the light.
     angle: f32,
+    // π − angle. Next to a half turn an f32 near π has lost what the sine there
+    // depends on.
+    supplement: f32,
     // ∫ dx / d², light_FAR if the light is on the interval.
     extent: f32,
 }
@@ -35,7 +38,8 @@ fn light_arc(path: light_Path, start: f32, end: f32) -> light_Arc {
     } else if h > 0.0 {
         extent = angle / h;
     }
-    return light_Arc(start, end, sqrt(s_a * s_a + h * h), d_b, angle, extent);
+    let supplement = light_angle(across, -along);
+    return light_Arc(start, end, sqrt(s_a * s_a + h * h), d_b, angle, supplement, extent);
 }
 
 // The distance from the eye at the fraction t in (0, 1) of the angle.
@@ -43,8 +47,8 @@ fn light_arc_position(arc: light_Arc, t: f32) -> f32 {
     var from_a = 1.0 - t;
     var from_b = t;
     if arc.angle > 1e-3 && t != 0.5 {
-        from_a = light_sin(from_a * arc.angle);
-        from_b = light_sin(from_b * arc.angle);
+        from_a = light_arc_sine(arc, 1.0 - t, t);
+        from_b = light_arc_sine(arc, t, 1.0 - t);
     }
     if arc.d_b == light_FAR {
         return arc.start + arc.d_a * (from_b / from_a);
@@ -53,4 +57,13 @@ fn light_arc_position(arc: light_Arc, t: f32) -> f32 {
     let weight_b = from_b * arc.d_a;
     let share = weight_b / (weight_a + weight_b);
     return clamp(arc.start + (arc.end - arc.start) * share, arc.start, arc.end);
+}
+
+// sin(part angle); part and rest add up to 1.
+fn light_arc_sine(arc: light_Arc, part: f32, rest: f32) -> f32 {
+    let angle = part * arc.angle;
+    if angle > 0.5 * light_PI {
+        return light_sin(arc.supplement + rest * arc.angle);
+    }
+    return light_sin(angle);
 }

@@ -309,8 +309,10 @@ fn light_source(path: light_Path, x: f32) -> vec3<f32> {
     }
     let s = x - path.foot;
     let from_light = light_from_light(path, s);
-    let optical_length =
-        eye_leg + light_length_inside(emitter.position, from_light.xyz, from_light.w);
+    // Measured from the ray: seen from a light far away, f32 could not tell the
+    // faces of the box apart.
+    let point = path.origin + x * path.direction;
+    let optical_length = eye_leg + light_length_inside(point, -from_light.xyz, from_light.w);
     return medium.sigma_s * emitter.intensity * light_factor(emitter, from_light.xyz)
         * light_phase_from_foot(medium, s, path.h) * exp(-medium.sigma_t * optical_length);
 }

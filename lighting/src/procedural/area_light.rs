@@ -39,7 +39,11 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     stage.seen(
         look(Vec3::new(0.0, 3.6, 7.6), Vec3::new(0.0, 2.55, 0.0), 46.0),
         vec![Light::Area(panel)],
-        fog(Vec3::splat(0.10), Vec3::splat(0.01), PhaseFunction::Isotropic),
+        fog(
+            Vec3::splat(0.10),
+            Vec3::splat(0.01),
+            PhaseFunction::Isotropic,
+        ),
     )
 }
 
@@ -60,7 +64,7 @@ fn knot(phase: f32) -> Mesh {
         let out = (centre - core).reject_from_normalized(along).normalize();
         let rib = circle(60.0 * u).x * 0.018 + circle(6.0 * v + 9.0 * u).x * 0.02;
         let p = (0.27 + rib) * circle(v);
-        centre + p.x * out + p.y * along.cross(out)
+        centre + p.x * out + p.y * out.cross(along)
     })
 }
 

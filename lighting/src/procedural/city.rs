@@ -22,7 +22,8 @@ const EYE: Vec3 = Vec3::new(-3.0, 6.0, 95.0);
 
 /// Each block has four buildings with two or three boxes on their roofs,
 /// eight trees of a trunk and a crown, and four lamp posts: at least 32
-/// solids. Roof boxes are sunk into the roofs, trunks end inside the crowns,
+/// solids. Eight blocks in the middle are a park of trees, with towers behind
+/// it. Roof boxes are sunk into the roofs, trunks end inside the crowns,
 /// and everything stands a little in the ground.
 pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let mut random = Random::new(seed);
@@ -37,9 +38,17 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let props = Props {
         walls,
         roof: stage.shape("roof box", unit_box(), paint(0.40, 0.40, 0.42)),
-        trunk: stage.shape("trunk", frustum(5, 0.22, 0.14, 1.0), paint(0.25, 0.18, 0.12)),
+        trunk: stage.shape(
+            "trunk",
+            frustum(5, 0.22, 0.14, 1.0),
+            paint(0.25, 0.18, 0.12),
+        ),
         crown: stage.shape("crown", icosphere(1), paint(0.22, 0.36, 0.14)),
-        pole: stage.shape("pole", frustum(5, POLE_RADIUS, POLE_RADIUS, 1.0), paint(0.3, 0.3, 0.3)),
+        pole: stage.shape(
+            "pole",
+            frustum(5, POLE_RADIUS, POLE_RADIUS, 1.0),
+            paint(0.3, 0.3, 0.3),
+        ),
     };
 
     let half = 0.5 * PITCH * BLOCKS as f32 + 10.0;
@@ -65,11 +74,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     };
     let phase = PhaseFunction::HenyeyGreenstein { g: 0.6 };
     stage.seen(
-        look(
-            EYE,
-            Vec3::new(-6.0, 22.0, 0.0),
-            52.0,
-        ),
+        look(EYE, Vec3::new(-6.0, 22.0, 0.0), 52.0),
         vec![Light::Directional(sun)],
         fog(
             Vec3::new(0.0060, 0.0064, 0.0070),
@@ -96,7 +101,11 @@ impl Props {
             self.building(stage, random, lot, towers);
             let corner = block + (HALF_BLOCK + 3.0) * Vec3::new(x, 0.0, z);
             let height = random.between(7.0, 9.0);
-            let pole = upright(Vec3::new(1.0, height + 0.5, 1.0), 0.0, corner - 0.5 * Vec3::Y);
+            let pole = upright(
+                Vec3::new(1.0, height + 0.5, 1.0),
+                0.0,
+                corner - 0.5 * Vec3::Y,
+            );
             stage.place(self.pole, pole);
         }
         // Two trees in front of each side of the block.

@@ -35,6 +35,10 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     stage.seen(
         look(Vec3::new(0.0, 2.7, 5.4), Vec3::new(0.0, 1.55, 0.0), 46.0),
         vec![Light::Point(lamp)],
-        fog(Vec3::splat(0.14), Vec3::splat(0.01), PhaseFunction::Isotropic),
+        fog(
+            Vec3::splat(0.14),
+            Vec3::splat(0.01),
+            PhaseFunction::Isotropic,
+        ),
     )
 }

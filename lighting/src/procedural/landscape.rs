@@ -16,7 +16,11 @@ const RELIEF: f32 = 1100.0;
 /// as high as the last, folded at the middle so that summits become ridges.
 pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let ground = |p: Vec2| height(seed, p);
-    stage.add("terrain", terrain_block(256, SIZE, -200.0, ground), paint(0.42, 0.40, 0.36));
+    stage.add(
+        "terrain",
+        terrain_block(256, SIZE, -200.0, ground),
+        paint(0.42, 0.40, 0.36),
+    );
 
     let eye = Vec2::new(150.0, 2300.0);
     let eye = Vec3::new(eye.x, ground(eye) + 260.0, eye.y);

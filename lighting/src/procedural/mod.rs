@@ -21,6 +21,7 @@ mod area_light;
 mod city;
 mod coil;
 mod fence;
+mod figures;
 mod hairball;
 mod landscape;
 mod primitives;
@@ -28,9 +29,12 @@ mod random;
 mod smoke;
 mod stage;
 mod stiff;
+#[cfg(test)]
+mod tests;
 mod textured_spot;
 mod topology;
 
+pub use figures::{Figures, MAX_RESOLUTION, ResolutionError, figures};
 pub use smoke::{Puff, smoke_puffs};
 
 use crate::scene::Scene;
@@ -39,7 +43,7 @@ use crate::scene::Scene;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Embedded {
-    /// Streets between buildings against a low sun: more than 10,000 closed
+    /// A city seen from its park against a low sun: more than 10,000 closed
     /// solids, many of which intersect, and poles thinner than a texel.
     City,
     /// Fractal mountains, closed by sides and a bottom, in bluish haze that
@@ -102,7 +106,7 @@ impl Embedded {
     /// One line for a list of scenes.
     pub const fn description(self) -> &'static str {
         match self {
-            Self::City => "10,000 closed solids and thin poles in a street against a low sun",
+            Self::City => "10,000 closed solids, trees and thin poles against a low sun",
             Self::Landscape => "fractal mountains in a box of bluish haze, low sun",
             Self::Hairball => "1,500 curling strands around a point light",
             Self::Smoke => "three columns of small opaque puffs against a spotlight",

@@ -59,7 +59,12 @@ pub(super) fn frustum(sides: u32, bottom: f32, top: f32, height: f32) -> Mesh {
 pub(super) fn icosphere(level: u32) -> Mesh {
     let golden = 0.5 * (1.0 + 5.0_f32.sqrt());
     let mut positions = Vec::with_capacity(12);
-    for (one, long) in [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)] {
+    for (one, long) in [
+        (1.0, golden),
+        (1.0, -golden),
+        (-1.0, golden),
+        (-1.0, -golden),
+    ] {
         positions.push(Vec3::new(0.0, one, long).normalize());
         positions.push(Vec3::new(one, long, 0.0).normalize());
         positions.push(Vec3::new(long, 0.0, one).normalize());
@@ -205,8 +210,22 @@ pub(super) fn terrain_block(
 pub(super) fn append(mesh: &mut Mesh, part: &Mesh) {
     let first = mesh.positions.len() as u32;
     mesh.positions.extend_from_slice(&part.positions);
-    mesh.triangles
-        .extend(part.triangles.iter().map(|t| t.map(|corner| first + corner)));
+    mesh.triangles.extend(
+        part.triangles
+            .iter()
+            .map(|t| t.map(|corner| first + corner)),
+    );
+}
+
+/// The volume a closed mesh holds, negative if it is inside out: a sixth of the
+/// sum of the triple products of the corners.
+#[cfg(test)]
+pub(super) fn volume(mesh: &Mesh) -> f32 {
+    let product = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize].as_dvec3());
+        a.dot(b.cross(c)) / 6.0
+    };
+    mesh.triangles.iter().map(product).sum::<f64>() as f32
 }
 
 /// Triangles between `rings` rings of `sides` positions each, and two lids.
@@ -234,20 +253,14 @@ mod tests {
     use super::*;
     use crate::procedural::topology::closed_components;
 
-    /// Six times the signed volume is the sum of the triple products.
-    fn volume(mesh: &Mesh) -> f32 {
-        let product = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| mesh.positions[i as usize].as_dvec3());
-            a.dot(b.cross(c)) / 6.0
-        };
-        mesh.triangles.iter().map(product).sum::<f64>() as f32
-    }
-
     fn check(mesh: &Mesh, triangles: usize, expected: f32) {
         assert_eq!(closed_components(mesh), 1);
         assert_eq!(mesh.triangles.len(), triangles);
         let volume = volume(mesh);
-        assert!((volume / expected - 1.0).abs() < 0.03, "{volume} {expected}");
+        assert!(
+            (volume / expected - 1.0).abs() < 0.03,
+            "{volume} {expected}"
+        );
     }
 
     #[test]

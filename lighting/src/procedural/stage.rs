@@ -72,11 +72,7 @@ pub(super) fn paint(red: f32, green: f32, blue: f32) -> Material {
 /// Scaled, turned about +Y by a fraction of a full turn, and moved.
 pub(super) fn upright(scale: Vec3, turns: f32, position: Vec3) -> Affine3A {
     let p = circle(turns);
-    let turn = Mat3::from_cols(
-        Vec3::new(p.x, 0.0, -p.y),
-        Vec3::Y,
-        Vec3::new(p.y, 0.0, p.x),
-    );
+    let turn = Mat3::from_cols(Vec3::new(p.x, 0.0, -p.y), Vec3::Y, Vec3::new(p.y, 0.0, p.x));
     Affine3A::from_mat3_translation(turn * Mat3::from_diagonal(scale), position)
 }
 

@@ -97,7 +97,9 @@ impl Light {
     /// The light as emitters that algorithms work with: itself, or about
     /// `samples` virtual point lights in a regular grid over an area light,
     /// each with the share of radiance × area that its cell emits and a cosine
-    /// emission. At least one, at most 65536.
+    /// emission. At least one, at most 65536. They float in front of the
+    /// rectangle by 1e-3 of its shorter edge, so that a mesh in the same place
+    /// does not hide them.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if a number is out of its domain.
@@ -147,20 +149,20 @@ impl AreaLight {
         let (columns, rows) = (columns as u32, rows as u32);
         let cell = glam::Vec2::new(1.0 / columns as f32, 1.0 / rows as f32);
         let share = area * cell.x * cell.y;
+        let normal = normal / area;
+        let lift = 1e-3 * u.length().min(v.length()) * normal;
         let mut emitters = Vec::with_capacity((columns * rows) as usize);
         for row in 0..rows {
             for column in 0..columns {
                 let origin = glam::Vec2::new(column as f32, row as f32) * cell;
                 let centre = origin + 0.5 * cell;
-                let position = self.corner + centre.x * u + centre.y * v;
+                let position = self.corner + centre.x * u + centre.y * v + lift;
                 let radiance = self.radiance * self.mean_texture(origin, cell);
                 emitters.push(Emitter::point(
                     position,
                     radiance * share,
                     f32::INFINITY,
-                    Emission::Cosine {
-                        normal: normal / area,
-                    },
+                    Emission::Cosine { normal },
                 )?);
             }
         }

@@ -301,7 +301,7 @@ fn cube(origin: Vec3) -> Vec<Face> {
 }
 
 /// The tightest picture along `direction` around the box of the casters.
-fn orthographic([min, max]: [Vec3; 2], direction: Vec3) -> Face {
+pub(crate) fn orthographic([min, max]: [Vec3; 2], direction: Vec3) -> Face {
     let centre = 0.5 * (min + max);
     let half = 0.5 * (max - min);
     let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);

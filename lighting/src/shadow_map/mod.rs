@@ -13,4 +13,6 @@
 mod map;
 pub mod raster;
 
+#[cfg(feature = "procedural")]
+pub(crate) use map::orthographic;
 pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError};

@@ -1,0 +1,116 @@
+//! Airlight of a picture by every pair of visibility and airlight, with the
+//! quality swept.
+
+use std::time::Duration;
+
+use crepuscular_tests::scenes::Stage;
+use crepuscular_tests::suite::Subject;
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use gpu_backend::Cpu;
+use lighting::Gather;
+use lighting::airlight::{Midpoint, Quadrature};
+use lighting::procedural::Embedded;
+use lighting::shadow_map::{Casters, ShadowMap};
+use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing};
+
+/// A sun, a spotlight and a point light.
+const SCENES: [Embedded; 3] = [Embedded::City, Embedded::Smoke, Embedded::Coil];
+const SIZE: (u32, u32) = (160, 90);
+const MAP: u32 = 1024;
+
+/// One gather of `visibility` × `airlight` over all emitters of the stage.
+fn gather<B, V, A>(backend: &B, stage: &Stage, sources: &[V], airlight: &A)
+where
+    B: Subject + Gather<V, A>,
+{
+    let rays = backend.upload(&stage.rays).expect("memory");
+    let mut radiance = backend.zeros(stage.rays.len()).expect("memory");
+    for (emitter, source) in stage.emitters.iter().zip(sources) {
+        backend
+            .gather(
+                &rays,
+                emitter,
+                &stage.medium,
+                source,
+                airlight,
+                &mut radiance,
+            )
+            .expect("buffers of one length");
+    }
+    backend.wait().expect("a backend that works");
+}
+
+fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
+    for embedded in SCENES {
+        let stage = Stage::new(embedded, SIZE.0, SIZE.1);
+        let casters = Casters::upload(backend, &stage.geometry).expect("memory");
+        let maps: Vec<ShadowMap<B::Memory>> = stage
+            .emitters
+            .iter()
+            .map(|emitter| backend.shadow_map(&casters, emitter, MAP).expect("memory"))
+            .collect();
+        let rays = Throughput::Elements(stage.rays.len() as u64);
+        let id =
+            |quality: u32| BenchmarkId::new(format!("{}/{}", backend.name(), stage.name), quality);
+
+        let mut group = criterion.benchmark_group("exact x quadrature");
+        group.throughput(rays.clone());
+        for nodes in [2, 8] {
+            let quadrature = Quadrature::new(nodes).expect("a legal number");
+            let exact = vec![Exact::new(&stage.tracer); stage.emitters.len()];
+            group.bench_function(id(nodes), |b| {
+                b.iter(|| gather(backend, &stage, &exact, &quadrature));
+            });
+        }
+        group.finish();
+
+        let march = |samples, spacing| -> Vec<_> {
+            let new = |map| ShadowMapMarch::new(map, samples, spacing);
+            maps.iter().map(new).collect()
+        };
+        let one = Quadrature::new(1).expect("a legal number");
+        let eight = Quadrature::new(8).expect("a legal number");
+        for samples in [16, 64, 256] {
+            let mut group = criterion.benchmark_group("march x midpoint");
+            group.throughput(rays.clone());
+            let steps = march(samples, Spacing::Distance);
+            group.bench_function(id(samples), |b| {
+                b.iter(|| gather(backend, &stage, &steps, &Midpoint));
+            });
+            group.finish();
+
+            let mut group = criterion.benchmark_group("merged march x quadrature 8");
+            group.throughput(rays.clone());
+            let runs: Vec<_> = march(samples, Spacing::Distance)
+                .into_iter()
+                .map(MergeTouching)
+                .collect();
+            group.bench_function(id(samples), |b| {
+                b.iter(|| gather(backend, &stage, &runs, &eight));
+            });
+            group.finish();
+
+            let mut group = criterion.benchmark_group("equi-angular march x quadrature 1");
+            group.throughput(rays.clone());
+            let steps = march(samples, Spacing::EquiAngular);
+            group.bench_function(id(samples), |b| {
+                b.iter(|| gather(backend, &stage, &steps, &one));
+            });
+            group.finish();
+        }
+    }
+}
+
+fn on_every_backend(criterion: &mut Criterion) {
+    bench(criterion, &Cpu::new());
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1));
+    targets = on_every_backend
+}
+criterion_main!(benches);

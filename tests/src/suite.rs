@@ -1,0 +1,101 @@
+//! One test body for every backend, and one loop for every property.
+
+use std::fmt::Debug;
+
+use gpu_backend::{Backend, Cpu, Download};
+use lighting::Gather;
+use lighting::airlight::{Midpoint, Quadrature};
+use lighting::shadow_map::RenderShadowMap;
+use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Unshadowed};
+use proptest::strategy::Strategy;
+use proptest::test_runner::{Config, RngAlgorithm, TestCaseResult, TestRng, TestRunner};
+
+/// What a backend must be able to do to be tested: every step there is.
+pub trait Subject:
+    Download
+    + RenderShadowMap
+    + Gather<Unshadowed, Midpoint>
+    + Gather<Unshadowed, Quadrature>
+    + for<'a> Gather<Exact<'a>, Quadrature>
+    + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Midpoint>
+    + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Quadrature>
+    + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, Quadrature>
+{
+}
+
+impl<B> Subject for B where
+    B: Download
+        + RenderShadowMap
+        + Gather<Unshadowed, Midpoint>
+        + Gather<Unshadowed, Quadrature>
+        + for<'a> Gather<Exact<'a>, Quadrature>
+        + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Midpoint>
+        + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Quadrature>
+        + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, Quadrature>
+{
+}
+
+/// One thread.
+pub fn cpu_alone() -> Cpu {
+    Cpu::single_threaded()
+}
+
+/// Three threads: results must be the same as with one.
+pub fn cpu_with_threads() -> Cpu {
+    Cpu::with_threads(3).expect("three threads")
+}
+
+/// Makes a test of each body for each backend. A body is a function
+/// `fn name<B: Subject>(backend: &B)`.
+///
+/// This is the one place where backends are listed; a new one is a new line
+/// `module => constructor` below.
+#[macro_export]
+macro_rules! on_every_backend {
+    ($($body:ident),+ $(,)?) => {
+        $crate::on_every_backend! { @for [$($body),+]
+            cpu_alone => $crate::suite::cpu_alone,
+            cpu_with_threads => $crate::suite::cpu_with_threads,
+        }
+    };
+    (@for $bodies:tt $($backend:ident => $new:path,)+) => {
+        $($crate::on_every_backend! { @module $backend $new, $bodies })+
+    };
+    (@module $backend:ident $new:path, [$($body:ident),+]) => {
+        mod $backend {
+            $(
+                #[test]
+                fn $body() {
+                    super::$body(&$new());
+                }
+            )+
+        }
+    };
+}
+
+/// Tries a property on `cases` values of `strategy` and panics with the
+/// simplest one that fails.
+///
+/// The values are the same on every run and every machine, so that a failure
+/// can be repeated; the environment variable `PROPTEST_CASES` overrides
+/// `cases` for longer hunts.
+pub fn holds_for<S>(cases: u32, strategy: S, property: impl Fn(S::Value) -> TestCaseResult)
+where
+    S: Strategy,
+    S::Value: Debug,
+{
+    let cases = std::env::var("PROPTEST_CASES")
+        .ok()
+        .and_then(|value| value.parse().ok())
+        .unwrap_or(cases);
+    let config = Config {
+        cases,
+        failure_persistence: None,
+        ..Config::default()
+    };
+    let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let mut runner = TestRunner::new_with_rng(config, rng);
+    if let Err(failure) = runner.run(&strategy, property) {
+        panic!("{failure}");
+    }
+}

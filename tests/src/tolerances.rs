@@ -1,0 +1,137 @@
+//! Every error that a test allows, with the reason why it is that large.
+
+/// The rounding of one f32 operation, 2⁻²⁴.
+pub const ULP32: f64 = 0.5 * f32::EPSILON as f64;
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Allowed {
+    /// The oracle's airlight and the closed form.
+    ClosedForm,
+    /// The oracle in a scene and in the same scene moved, turned or scaled.
+    Symmetry,
+    /// The oracle on a ray and on the parts of it.
+    Additivity,
+    /// The ends of the oracle's lit intervals found with and without the tree.
+    SearchEnds,
+    /// The ends of the oracle's lit intervals and analytic ones.
+    AnalyticEnds,
+    /// The ends of `Exact`'s lit intervals and the oracle's.
+    ExactEnds,
+    /// The airlight by quadrature with many nodes and the oracle's.
+    Quadrature,
+    /// An image by exact intervals and quadrature, and the reference.
+    ExactImage,
+    /// Order of convergence expected of a march minus the measured one.
+    Order,
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, Copy)]
+pub struct Tolerance {
+    /// What is compared.
+    pub what: Allowed,
+    /// Largest allowed error; relative to what, the derivation says.
+    pub error: f64,
+    /// Where the number comes from.
+    pub derivation: &'static str,
+}
+
+/// The table.
+pub const TABLE: &[Tolerance] = &[
+    Tolerance {
+        what: Allowed::ClosedForm,
+        error: 1e-9,
+        derivation: "Relative to the sum of the two terms of the closed form, whose difference \
+            cancels. Its E(z) is good to 1e-13 of the modulus, and Im E can be smaller than the \
+            modulus by h/(s + d), 1e-3 in the test: 1e-10. The quadrature is asked for 1e-11.",
+    },
+    Tolerance {
+        what: Allowed::Symmetry,
+        error: 1e-8,
+        derivation: "Relative to the unshadowed airlight. Turning a scene of size 10 in f64 moves \
+            a shadow's end by 1e-15 × 10, magnified by at most (distance to the light) / (distance \
+            of light and blocker) and by 1 / sin of the angle between ray and light, 1e5 together \
+            for what the generator makes: 1e-9. Quadrature is asked for 1e-10 on either side.",
+    },
+    Tolerance {
+        what: Allowed::Additivity,
+        error: 1e-9,
+        derivation: "Relative to the whole. Each of three integrals is asked for 1e-10; the \
+            parts' ends are the same f64.",
+    },
+    Tolerance {
+        what: Allowed::SearchEnds,
+        error: 0.0,
+        derivation: "The same triangles, the same arithmetic, a union that does not depend on \
+            their order: the same bits.",
+    },
+    Tolerance {
+        what: Allowed::AnalyticEnds,
+        error: 1e-9,
+        derivation: "Metres. Coordinates of size 10 and analytic values in f64, magnification at \
+            most 1e4: 1e-11, and as much again for the other side.",
+    },
+    Tolerance {
+        what: Allowed::ExactEnds,
+        error: 4.0 * ULP32,
+        derivation: "Relative to the distance of the end from the eye, or the size of the scene if \
+            that is more. Both compute in f64 and one rounds the end to f32 (1 unit of 2^-24); \
+            the f64 parts differ by 1e-15 magnified at most 1e7 (grazing), 1e-8.",
+    },
+    Tolerance {
+        what: Allowed::Quadrature,
+        error: 256.0 * ULP32,
+        derivation: "Relative to the airlight of the light without its cone and range, whose \
+            edges f32 resolves no better. 512 nodes, summed in f32: up to 256 half roundings on \
+            average of one sign, which outweighs those of exp(-tau) (tau × 2^-24, and where tau \
+            exceeds 20 the light is outshone by nearer parts) and of the phase function. A kink \
+            inside the interval costs 512^-2 = 4e-6 besides.",
+    },
+    Tolerance {
+        what: Allowed::ExactImage,
+        error: 1e-5,
+        derivation: "Root mean square relative to the mean radiance. 512 nodes: 512^-2 = 4e-6 at \
+            the kinks of cones; f32 ends of intervals and f32 sums: 1e-6 of a pixel.",
+    },
+    Tolerance {
+        what: Allowed::Order,
+        error: 0.25,
+        derivation: "Slope of log error over log samples, fitted over a factor of 16. Errors at \
+            shadow edges are pseudo-random with a spread that falls by the expected order; over \
+            1000 rays the mean square of the error scatters by about 10 % per sample count, which \
+            tilts the fit by 0.05; features smaller than a step tilt it by more at the coarse end.",
+    },
+];
+
+impl Allowed {
+    /// The row of this comparison.
+    ///
+    /// # Panics
+    /// If the table has no such row, which a test excludes.
+    pub fn row(self) -> &'static Tolerance {
+        TABLE
+            .iter()
+            .find(|row| row.what == self)
+            .expect("a row for every comparison")
+    }
+
+    /// The largest allowed error.
+    pub fn error(self) -> f64 {
+        self.row().error
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_the_only_one_of_its_kind_and_gives_a_reason() {
+        for (index, row) in TABLE.iter().enumerate() {
+            assert!(TABLE[..index].iter().all(|other| other.what != row.what));
+            assert!(row.error >= 0.0 && row.derivation.len() > 40, "{row:?}");
+            assert_eq!(row.what.error(), row.error);
+        }
+    }
+}

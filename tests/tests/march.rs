@@ -1,0 +1,243 @@
+//! Both marches converge, at the order that theory gives them.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
+use crepuscular_tests::metrics::image_error;
+use crepuscular_tests::oracle::image::{Options, Reference, reference};
+use crepuscular_tests::scenes::Stage;
+use crepuscular_tests::shapes;
+use crepuscular_tests::suite::Subject;
+use crepuscular_tests::tolerances::Allowed;
+use glam::Vec3;
+use gpu_backend::Cpu;
+use lighting::airlight::{Midpoint, Quadrature};
+use lighting::emitter::Emission;
+use lighting::procedural::Embedded;
+use lighting::scene::{Medium, PhaseFunction};
+use lighting::shadow_map::{Casters, ShadowMap};
+use lighting::trace::Tracer;
+use lighting::visibility::{ShadowMapMarch, Spacing};
+use lighting::{Emitter, LightPath, Ray};
+
+/// The image of a stage by marching `maps` in `samples` steps.
+fn march<B: Subject>(
+    backend: &B,
+    stage: &Stage,
+    maps: &[ShadowMap<B::Memory>],
+    samples: u32,
+    spacing: Spacing,
+) -> Vec<[f32; 4]> {
+    let rays = backend.upload(&stage.rays).unwrap();
+    let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
+    let one = Quadrature::new(1).unwrap();
+    for (emitter, map) in stage.emitters.iter().zip(maps) {
+        let march = ShadowMapMarch::new(map, samples, spacing);
+        match spacing {
+            Spacing::Distance => backend.gather(
+                &rays,
+                emitter,
+                &stage.medium,
+                &march,
+                &Midpoint,
+                &mut radiance,
+            ),
+            Spacing::EquiAngular => {
+                backend.gather(&rays, emitter, &stage.medium, &march, &one, &mut radiance)
+            }
+        }
+        .unwrap();
+    }
+    backend.download(&radiance).unwrap()
+}
+
+fn maps<B: Subject>(backend: &B, stage: &Stage, resolution: u32) -> Vec<ShadowMap<B::Memory>> {
+    let casters = Casters::upload(backend, &stage.geometry).unwrap();
+    let render = |emitter| backend.shadow_map(&casters, emitter, resolution).unwrap();
+    stage.emitters.iter().map(render).collect()
+}
+
+/// An image as something to compare with.
+fn limit(image: &[[f32; 4]]) -> Reference {
+    Reference {
+        radiance: image
+            .iter()
+            .map(|p| [p[0], p[1], p[2]].map(f64::from))
+            .collect(),
+        bound: vec![0.0; image.len()],
+    }
+}
+
+/// Steps of the coarsest march.
+const COARSEST: u32 = 64;
+
+/// An embedded scene as far as steps and maps can resolve it.
+///
+/// An order is what errors do in the end, when steps are finer than what they
+/// sample. So rays are left out that pass a light closer than one of the
+/// coarsest steps (unless all do), and lights of which the map covers the
+/// scene with a handful of texels, being fitted to the light and not to the
+/// casters: the one 10 km away.
+fn resolvable(embedded: Embedded) -> Stage {
+    let mut stage = Stage::new(embedded, 32, 18);
+    let bounds = stage.geometry.bounds();
+    let size = bounds.min().distance(bounds.max());
+    stage.emitters.retain(|emitter| match emitter {
+        Emitter::Point(point) => point.position().distance(bounds.min()) < 20.0 * size,
+        _ => true,
+    });
+    let far_enough = |ray: &Ray| {
+        stage.emitters.iter().all(|emitter| {
+            LightPath::new(ray, emitter, &stage.medium).is_none_or(|path| {
+                matches!(emitter, Emitter::Directional(_))
+                    || path.h() * COARSEST as f32 > path.span().length().min(10.0 * size)
+            })
+        })
+    };
+    let rays: Vec<Ray> = stage.rays.iter().copied().filter(far_enough).collect();
+    if !rays.is_empty() {
+        stage.rays = rays;
+    }
+    stage
+}
+
+/// The slope of log error over log 1/samples, by least squares.
+fn order(errors: &[(u32, f64)]) -> f64 {
+    let points = errors.iter().map(|(n, e)| (-f64::from(*n).ln(), e.ln()));
+    let count = errors.len() as f64;
+    let (x, y) = points
+        .clone()
+        .fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
+    let (x, y) = (x / count, y / count);
+    let (above, below) = points.fold((0.0, 0.0), |sum, p| {
+        (sum.0 + (p.0 - x) * (p.1 - y), sum.1 + (p.0 - x).powi(2))
+    });
+    above / below
+}
+
+const SPACINGS: [Spacing; 2] = [Spacing::Distance, Spacing::EquiAngular];
+
+#[test]
+fn marches_converge_to_the_limit_of_their_map_at_first_order_on_every_scene() {
+    // Visibility is binary: a step that contains a shadow's edge is wrong by a
+    // share of itself, which is first order. Smooth parts converge faster, and
+    // where they dominate the order may be higher.
+    let backend = Cpu::new();
+    for embedded in Embedded::ALL {
+        let stage = resolvable(embedded);
+        let maps = maps(&backend, &stage, 512);
+        for spacing in SPACINGS {
+            let limit = limit(&march(&backend, &stage, &maps, 8192, spacing));
+            let errors = [1, 2, 4, 8, 16].map(|finer| {
+                let samples = COARSEST * finer;
+                let image = march(&backend, &stage, &maps, samples, spacing);
+                (samples, image_error(&image, &limit).rmse)
+            });
+            let measured = order(&errors);
+            assert!(
+                measured >= 1.0 - Allowed::Order.error(),
+                "{}, {spacing:?}: order {measured:.2}, {errors:?}",
+                stage.name
+            );
+        }
+    }
+}
+
+#[test]
+fn with_the_map_refined_along_marches_converge_to_the_reference() {
+    let backend = Cpu::new();
+    for embedded in Embedded::ALL {
+        let stage = resolvable(embedded);
+        let truth = reference(
+            &stage.rays,
+            &stage.emitters,
+            &stage.medium,
+            &stage.geometry,
+            Options::default(),
+        );
+        let mut errors = SPACINGS.map(|_| Vec::new());
+        for finer in [1, 2, 4, 8] {
+            let maps = maps(&backend, &stage, 128 * finer);
+            for (spacing, errors) in SPACINGS.into_iter().zip(&mut errors) {
+                let samples = COARSEST * finer;
+                let image = march(&backend, &stage, &maps, samples, spacing);
+                errors.push((samples, image_error(&image, &truth).rmse));
+            }
+        }
+        for (spacing, errors) in SPACINGS.into_iter().zip(errors) {
+            let measured = order(&errors);
+            assert!(
+                measured >= 1.0 - Allowed::Order.error(),
+                "{}, {spacing:?}: order {measured:.2}, {errors:?}",
+                stage.name
+            );
+        }
+    }
+}
+
+#[test]
+fn without_shadows_marches_converge_at_second_order() {
+    let backend = Cpu::new();
+    let stage = unshadowed_lamp_in_view();
+    let maps = maps(&backend, &stage, 16);
+    let truth = reference(
+        &stage.rays,
+        &stage.emitters,
+        &stage.medium,
+        &stage.geometry,
+        Options::default(),
+    );
+    // Equal steps must be finer than the light's distance from the ray, 0.1 m.
+    for (spacing, coarsest) in [(Spacing::Distance, 128), (Spacing::EquiAngular, 64)] {
+        let errors = [1, 2, 4, 8].map(|finer| {
+            let image = march(&backend, &stage, &maps, coarsest * finer, spacing);
+            (coarsest * finer, image_error(&image, &truth).rmse)
+        });
+        let measured = order(&errors);
+        assert!(
+            (measured - 2.0).abs() <= Allowed::Order.error(),
+            "{spacing:?}: order {measured:.2}, {errors:?}"
+        );
+    }
+}
+
+#[test]
+fn without_shadows_16_equi_angular_steps_beat_64_of_equal_length() {
+    let backend = Cpu::new();
+    let stage = unshadowed_lamp_in_view();
+    let maps = maps(&backend, &stage, 16);
+    let truth = reference(
+        &stage.rays,
+        &stage.emitters,
+        &stage.medium,
+        &stage.geometry,
+        Options::default(),
+    );
+    let error =
+        |samples, spacing| image_error(&march(&backend, &stage, &maps, samples, spacing), &truth);
+    let few = error(16, Spacing::EquiAngular);
+    let many = error(64, Spacing::Distance);
+    assert!(few.rmse < many.rmse, "{few:?} {many:?}");
+    assert!(few.max < many.max, "{few:?} {many:?}");
+}
+
+/// A lamp 4 m in front of the eye, and nothing in its light.
+fn unshadowed_lamp_in_view() -> Stage {
+    let grey = Vec3::splat(0.1);
+    let lamp = Vec3::new(0.013, 0.021, -4.0);
+    // Pixels of 0.2 m around the lamp, none closer to it than 0.1 m.
+    let rays = (0..400).map(|i| {
+        let (x, y) = ((i % 20) as f32 - 9.5, (i / 20) as f32 - 9.5);
+        Ray::new(Vec3::ZERO, Vec3::new(0.05 * x, 0.05 * y, -1.0), 10.0).unwrap()
+    });
+    let geometry = shapes::nothing();
+    Stage {
+        name: "lamp in view",
+        tracer: Tracer::new(&geometry),
+        geometry,
+        emitters: vec![
+            Emitter::point(lamp, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap(),
+        ],
+        medium: Medium::new(grey, 0.2 * grey, PhaseFunction::Isotropic).unwrap(),
+        rays: rays.collect(),
+    }
+}

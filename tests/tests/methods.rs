@@ -1,0 +1,210 @@
+//! `lighting`'s methods against the truth, on every backend.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
+use crepuscular_tests::generators::{bulb, ray, solids, soup, sun};
+use crepuscular_tests::hard_cases::hard_cases;
+use crepuscular_tests::metrics::image_error;
+use crepuscular_tests::oracle::airlight::{Airlight, Tolerance, reach};
+use crepuscular_tests::oracle::image::{Options, reference};
+use crepuscular_tests::oracle::visibility::{Blockers, Search};
+use crepuscular_tests::oracle::{Fog, Lamp, Line};
+use crepuscular_tests::scenes::Stage;
+use crepuscular_tests::shapes;
+use crepuscular_tests::suite::{Subject, holds_for};
+use crepuscular_tests::tolerances::Allowed;
+use glam::{DVec3, Vec3};
+use lighting::airlight::{Midpoint, Quadrature};
+use lighting::emitter::Emission;
+use lighting::procedural::Embedded;
+use lighting::scene::{Medium, PhaseFunction};
+use lighting::trace::Tracer;
+use lighting::visibility::{Exact, Unshadowed};
+use lighting::{Emitter, Gather, LightPath, Ray, VisibilitySource};
+use proptest::prelude::*;
+
+crepuscular_tests::on_every_backend!(
+    quadrature_converges_to_the_oracle_on_every_hard_case,
+    exact_intervals_with_quadrature_are_the_reference_image,
+    nothing_to_gather_leaves_the_buffer_alone,
+);
+
+/// The radiance of rays without shadows.
+fn unshadowed<B, A>(
+    backend: &B,
+    rays: &[Ray],
+    emitter: &Emitter,
+    medium: &Medium,
+    airlight: &A,
+) -> Vec<[f32; 4]>
+where
+    B: Subject + Gather<Unshadowed, A>,
+{
+    let rays = backend.upload(rays).unwrap();
+    let mut radiance = backend.zeros::<[f32; 4]>(rays_len::<B>(&rays)).unwrap();
+    backend
+        .gather(&rays, emitter, medium, &Unshadowed, airlight, &mut radiance)
+        .unwrap();
+    backend.download(&radiance).unwrap()
+}
+
+fn rays_len<B: Subject>(rays: &gpu_backend::BufferOf<B, Ray>) -> usize {
+    use gpu_backend::Buffer;
+    rays.len()
+}
+
+fn truth(ray: &Ray, emitter: &Emitter, medium: &Medium) -> DVec3 {
+    let (line, fog, lamp) = (Line::new(ray), Fog::new(medium), Lamp::new(emitter));
+    let mut airlight = Airlight::new(&line, &fog);
+    if let Some(reach) = reach(&line, &lamp, &fog) {
+        airlight.add_off_the_light(&lamp, reach, &[reach]);
+    }
+    airlight.total(Tolerance::relative(1e-10)).value
+}
+
+fn quadrature_converges_to_the_oracle_on_every_hard_case<B: Subject>(backend: &B) {
+    let quadrature = Quadrature::new(512).unwrap();
+    let mut failures = Vec::new();
+    for case in hard_cases() {
+        let found = unshadowed(
+            backend,
+            &[case.ray],
+            &case.emitter,
+            &case.medium,
+            &quadrature,
+        )[0];
+        let expected = truth(&case.ray, &case.emitter, &case.medium);
+        let bare = truth(&case.ray, &bare(&case.emitter), &case.medium);
+        for channel in 0..3 {
+            let (found, expected) = (f64::from(found[channel]), expected[channel]);
+            let scale = bare[channel].max(f64::from(f32::MIN_POSITIVE));
+            let error = (found - expected).abs() / scale;
+            if error > Allowed::Quadrature.error() {
+                failures.push(format!(
+                    "{}, channel {channel}: {found:e} instead of {expected:e}, {error:.1e}",
+                    case.name
+                ));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The light without its cone and its range.
+fn bare(emitter: &Emitter) -> Emitter {
+    match emitter {
+        Emitter::Point(point) => {
+            let (position, intensity) = (point.position(), point.intensity());
+            Emitter::point(position, intensity, f32::INFINITY, Emission::Isotropic).unwrap()
+        }
+        other => other.clone(),
+    }
+}
+
+fn exact_intervals_with_quadrature_are_the_reference_image<B: Subject>(backend: &B) {
+    for embedded in Embedded::ALL {
+        // 64 texels across a slide are 64 kinks.
+        let nodes = if embedded == Embedded::TexturedSpot {
+            4096
+        } else {
+            512
+        };
+        let quadrature = Quadrature::new(nodes).unwrap();
+        let stage = Stage::new(embedded, 24, 13);
+        let truth = reference(
+            &stage.rays,
+            &stage.emitters,
+            &stage.medium,
+            &stage.geometry,
+            Options::default(),
+        );
+        let rays = backend.upload(&stage.rays).unwrap();
+        let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
+        for emitter in &stage.emitters {
+            let exact = Exact::new(&stage.tracer);
+            backend
+                .gather(
+                    &rays,
+                    emitter,
+                    &stage.medium,
+                    &exact,
+                    &quadrature,
+                    &mut radiance,
+                )
+                .unwrap();
+        }
+        let error = image_error(&backend.download(&radiance).unwrap(), &truth);
+        println!("{} {error:?}", stage.name);
+        assert!(
+            error.rmse <= Allowed::ExactImage.error(),
+            "{}: {error:?}",
+            stage.name
+        );
+    }
+}
+
+fn nothing_to_gather_leaves_the_buffer_alone<B: Subject>(backend: &B) {
+    let vacuum = Medium::new(Vec3::ZERO, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+    let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
+    let ray = Ray::new(Vec3::ZERO, Vec3::X, f32::INFINITY).unwrap();
+    assert_eq!(
+        unshadowed(backend, &[ray], &sun, &vacuum, &Midpoint),
+        [[0.0; 4]]
+    );
+    assert!(unshadowed(backend, &[], &sun, &vacuum, &Midpoint).is_empty());
+}
+
+#[test]
+fn exact_lit_intervals_are_the_oracles() {
+    let medium = Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+    let triangles = prop_oneof![soup(10.0, 40).boxed(), solids(10.0, 5).boxed()];
+    let emitter = prop_oneof![2 => bulb(10.0).boxed(), 1 => sun().boxed()];
+    let rays = prop::collection::vec((ray(10.0), emitter), 20);
+    holds_for(400, (triangles, rays), |(triangles, rays)| {
+        let geometry = shapes::geometry(&triangles);
+        let (tracer, blockers) = (Tracer::new(&geometry), Blockers::new(&geometry));
+        for (ray, emitter) in rays {
+            let Some(path) = LightPath::new(&ray, &emitter, &medium) else {
+                prop_assert_eq!(ray.length(), 0.0);
+                continue;
+            };
+            let mut found = Vec::new();
+            Exact::new(&tracer).lit_intervals(&path, &mut found);
+            let expected = blockers.lit_parts(&ray, &Lamp::new(&emitter), Search::Tree);
+            // The total length on which the two disagree, as if infinity were
+            // 1e4: slivers that one of them lacks are then no matter.
+            let found: Vec<[f64; 2]> = found
+                .iter()
+                .map(|part| [f64::from(part.interval.start), f64::from(part.interval.end)])
+                .collect();
+            let expected: Vec<[f64; 2]> =
+                expected.iter().map(|part| [part.start, part.end]).collect();
+            for (a, b) in [(&found, &expected), (&expected, &found)] {
+                for (x, apart) in uncovered(a, b) {
+                    let allowed = 2.0 * Allowed::ExactEnds.error() * x.max(20.0);
+                    prop_assert!(
+                        apart <= allowed,
+                        "{apart} at {x}: {found:?} {expected:?} {ray:?} {emitter:?}"
+                    );
+                }
+            }
+        }
+        Ok(())
+    });
+}
+
+/// The gaps of `cover` within `parts`: where each ends, and its length.
+fn uncovered(parts: &[[f64; 2]], cover: &[[f64; 2]]) -> Vec<(f64, f64)> {
+    let mut gaps = Vec::new();
+    for [start, end] in parts.iter().map(|part| part.map(|x| x.min(1e4))) {
+        let mut from = start;
+        for [a, b] in cover.iter().map(|part| part.map(|x| x.min(1e4))) {
+            if b > from && a < end {
+                gaps.push((a, a - from));
+                from = from.max(b);
+            }
+        }
+        gaps.push((end, end - from));
+    }
+    gaps
+}
