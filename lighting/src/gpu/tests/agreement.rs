@@ -1,16 +1,14 @@
 //! The gather on a GPU against the CPU, which defines the result.
 
+use crate::airlight::{Midpoint, Quadrature};
+use crate::emitter::Emission;
+use crate::scene::{Bounds, Cone, Geometry, Instance, Medium, Mesh, PhaseFunction, Scene, Texture};
+use crate::shadow_map::{Casters, RenderShadowMap};
+use crate::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
+use crate::{AirlightEvaluator, Emitter, Gather, Ray, VisibilitySource};
 use glam::{Affine3A, Quat, Vec3};
 use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, Cpu, Download, Error, testing};
-use lighting::airlight::{Midpoint, Quadrature};
-use lighting::emitter::Emission;
-use lighting::scene::{
-    Bounds, Cone, Geometry, Instance, Medium, Mesh, PhaseFunction, Scene, Texture,
-};
-use lighting::shadow_map::{Casters, RenderShadowMap};
-use lighting::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
-use lighting::{AirlightEvaluator, Emitter, Gather, Ray, VisibilitySource};
 
 /// Numbers in [0, 1) that are the same on every run.
 struct Sequence(u32);

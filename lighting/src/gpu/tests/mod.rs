@@ -1,5 +1,8 @@
 //! Shaders without a device, and steps against the CPU with one.
 
+#[cfg(feature = "march")]
+mod agreement;
+
 use gpu_backend::assert_same_layout;
 use gpu_backend::testing::Shader;
 
