@@ -3,7 +3,8 @@
 use super::{Context, GpuBuffer};
 use crate::{Element, Error};
 
-/// One binding of a [`Kernel`](super::Kernel).
+/// One binding of a [`Kernel`](super::Kernel), or of a pass of the caller's own
+/// ([`Context::bind_group`]).
 #[derive(Debug)]
 pub struct Argument<'a>(Value<'a>);
 
@@ -13,6 +14,7 @@ enum Value<'a> {
     Table(Vec<u8>),
     Read(&'a wgpu::Buffer),
     Write(&'a wgpu::Buffer),
+    Texture(&'a wgpu::TextureView),
 }
 
 /// How a binding is declared in the shader.
@@ -21,6 +23,7 @@ pub(super) enum Kind {
     Uniform,
     Read,
     Write,
+    Texture,
 }
 
 impl<'a> Argument<'a> {
@@ -52,48 +55,146 @@ impl<'a> Argument<'a> {
         Self(Value::Write(buffer.as_wgpu()))
     }
 
+    /// A two-dimensional texture that is read texel by texel:
+    /// `var texture: texture_2d<f32>`.
+    pub fn texture(view: &'a wgpu::TextureView) -> Self {
+        Self(Value::Texture(view))
+    }
+
     pub(super) fn kind(&self) -> Kind {
         match self.0 {
             Value::Uniform(_) => Kind::Uniform,
             Value::Table(_) | Value::Read(_) => Kind::Read,
             Value::Write(_) => Kind::Write,
+            Value::Texture(_) => Kind::Texture,
         }
     }
 
-    pub(super) fn is_uniform(&self) -> bool {
-        self.kind() == Kind::Uniform
-    }
-
-    /// The buffer and the place in it to bind.
-    pub(super) fn place(&self, context: &Context) -> Result<Place, Error> {
-        match &self.0 {
+    /// The buffer and the place in it to bind, or the texture.
+    fn resource(&self, context: &Context) -> Result<Resource, Error> {
+        Ok(match &self.0 {
             Value::Uniform(bytes) => {
                 let (buffer, offset) = context.uniform(bytes)?;
-                Ok(Place {
-                    buffer,
-                    offset,
-                    size: wgpu::BufferSize::new(bytes.len() as u64),
-                })
+                Resource::Buffer(buffer, offset, wgpu::BufferSize::new(bytes.len() as u64))
             }
-            Value::Table(bytes) => Ok(Place {
-                buffer: GpuBuffer::new(context, bytes.len(), Some(bytes))?.into_wgpu(),
-                offset: 0,
-                size: None,
-            }),
-            Value::Read(buffer) | Value::Write(buffer) => Ok(Place {
-                buffer: (*buffer).clone(),
-                offset: 0,
-                size: None,
-            }),
+            Value::Table(bytes) => {
+                let buffer = GpuBuffer::new(context, bytes.len(), Some(bytes))?;
+                Resource::Buffer(buffer.into_wgpu(), 0, None)
+            }
+            Value::Read(buffer) | Value::Write(buffer) => {
+                Resource::Buffer((*buffer).clone(), 0, None)
+            }
+            Value::Texture(view) => Resource::Texture((*view).clone()),
+        })
+    }
+}
+
+impl Kind {
+    fn layout(self) -> wgpu::BindingType {
+        let buffer = |ty| wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        match self {
+            Self::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+            Self::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+            Self::Write => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            Self::Texture => wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
         }
     }
 }
 
 /// A resolved binding.
-pub(super) struct Place {
-    pub(super) buffer: wgpu::Buffer,
-    pub(super) offset: u64,
-    pub(super) size: Option<wgpu::BufferSize>,
+enum Resource {
+    Buffer(wgpu::Buffer, u64, Option<wgpu::BufferSize>),
+    Texture(wgpu::TextureView),
+}
+
+impl Context {
+    /// The layout of a group of such arguments: the `i`-th is `@binding(i)`.
+    ///
+    /// To be called from within [`Context::cached`] or [`Context::scoped`].
+    pub fn bind_group_layout(
+        &self,
+        label: &str,
+        stages: wgpu::ShaderStages,
+        arguments: &[Argument<'_>],
+    ) -> wgpu::BindGroupLayout {
+        let entries: Vec<_> = (0..)
+            .zip(arguments)
+            .map(|(binding, argument)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: stages,
+                ty: argument.kind().layout(),
+                count: None,
+            })
+            .collect();
+        self.device()
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries: &entries,
+            })
+    }
+
+    /// The arguments as a bind group, for passes of the caller's own. Uniforms and
+    /// tables are uploaded; limits are checked as for a dispatch.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::dispatch`](super::Gpu::dispatch) but for its workgroups.
+    pub fn bind_group(
+        &self,
+        label: &'static str,
+        layout: &wgpu::BindGroupLayout,
+        arguments: &[Argument<'_>],
+    ) -> Result<wgpu::BindGroup, Error> {
+        check(self, label, &[arguments])?;
+        self.bind_checked(label, layout, arguments)
+    }
+
+    /// The same for arguments that have been checked.
+    pub(super) fn bind_checked(
+        &self,
+        label: &'static str,
+        layout: &wgpu::BindGroupLayout,
+        arguments: &[Argument<'_>],
+    ) -> Result<wgpu::BindGroup, Error> {
+        let resources = arguments
+            .iter()
+            .map(|argument| argument.resource(self))
+            .collect::<Result<Vec<_>, Error>>()?;
+        // Storing a uniform has shown already that the device is there.
+        if !arguments.iter().any(|a| a.kind() == Kind::Uniform) {
+            self.check_alive()?;
+        }
+        let entries: Vec<_> = (0..)
+            .zip(&resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry {
+                binding,
+                resource: match resource {
+                    Resource::Buffer(buffer, offset, size) => {
+                        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                            buffer,
+                            offset: *offset,
+                            size: *size,
+                        })
+                    }
+                    Resource::Texture(view) => wgpu::BindingResource::TextureView(view),
+                },
+            })
+            .collect();
+        self.scoped(label, || {
+            self.device().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout,
+                entries: &entries,
+            })
+        })
+    }
 }
 
 /// The checks that the device would make later, where its error would reach
@@ -123,7 +224,7 @@ pub(super) fn check(
     )?;
     within(
         "storage bindings",
-        count(|kind| kind != Kind::Uniform),
+        count(|kind| matches!(kind, Kind::Read | Kind::Write)),
         limits.max_storage_buffers_per_shader_stage,
     )?;
     for argument in all() {
@@ -133,6 +234,7 @@ pub(super) fn check(
             Value::Read(buffer) | Value::Write(buffer) => {
                 (buffer.size(), limits.max_storage_buffer_binding_size)
             }
+            Value::Texture(_) => continue,
         };
         if requested > limit {
             return Err(Error::TooLarge {
@@ -148,7 +250,7 @@ pub(super) fn check(
         };
         let twice = all().enumerate().any(|(j, other)| match other.0 {
             Value::Read(buffer) | Value::Write(buffer) => i != j && buffer == written,
-            Value::Uniform(_) | Value::Table(_) => false,
+            Value::Uniform(_) | Value::Table(_) | Value::Texture(_) => false,
         });
         if twice {
             return Err(Error::Aliased { what });

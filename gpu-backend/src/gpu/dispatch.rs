@@ -1,6 +1,6 @@
 //! Compute kernels: assembled from text, built once, dispatched anywhere.
 
-use super::argument::{self, Kind, Place};
+use super::argument::{self, Kind};
 use super::{Argument, Context, Encode, Gpu, lock};
 use crate::Error;
 
@@ -134,24 +134,24 @@ impl<E: Encode> Gpu<E> {
         let Some([x, y, z]) = workgroups.resolve(label, limit)? else {
             return context.check_alive();
         };
-        let pipeline = context.cached(label, Key::new(kernel, groups), |device| {
-            Ok(build(device, kernel, groups))
+        let pipeline = context.cached(label, Key::new(kernel, groups), |_| {
+            Ok(build(context, kernel, groups))
         })?;
-        let places = groups
+        let bind_groups = pipeline
+            .layouts
             .iter()
-            .map(|group| group.iter().map(|a| a.place(context)).collect())
-            .collect::<Result<Vec<Vec<Place>>, Error>>()?;
-        // Storing parameters has shown already that the device is there.
-        if !groups.iter().copied().flatten().any(Argument::is_uniform) {
+            .zip(groups)
+            .map(|(layout, arguments)| {
+                layout
+                    .as_ref()
+                    .map(|layout| context.bind_checked(label, layout, arguments))
+                    .transpose()
+            })
+            .collect::<Result<Vec<_>, Error>>()?;
+        if bind_groups.iter().all(Option::is_none) {
             context.check_alive()?;
         }
         self.with_encoder(label, |encoder| {
-            let bind_groups: Vec<_> = pipeline
-                .layouts
-                .iter()
-                .zip(&places)
-                .map(|(layout, places)| Some(bind(context, label, layout.as_ref()?, places)))
-                .collect();
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(label),
                 timestamp_writes: None,
@@ -191,39 +191,19 @@ impl Key {
     }
 }
 
-fn build(device: &wgpu::Device, kernel: &Kernel<'_>, groups: &[&[Argument<'_>]]) -> Pipeline {
+fn build(context: &Context, kernel: &Kernel<'_>, groups: &[&[Argument<'_>]]) -> Pipeline {
+    let device = context.device();
     let label = Some(kernel.label);
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label,
         // A part may end in a comment.
         source: wgpu::ShaderSource::Wgsl(kernel.parts.join("\n").into()),
     });
+    let stages = wgpu::ShaderStages::COMPUTE;
     let layouts: Vec<_> = groups
         .iter()
         .map(|group| {
-            let entries: Vec<_> = (0..)
-                .zip(group.iter())
-                .map(|(binding, argument)| wgpu::BindGroupLayoutEntry {
-                    binding,
-                    visibility: wgpu::ShaderStages::COMPUTE,
-                    ty: wgpu::BindingType::Buffer {
-                        ty: match argument.kind() {
-                            Kind::Uniform => wgpu::BufferBindingType::Uniform,
-                            Kind::Read => wgpu::BufferBindingType::Storage { read_only: true },
-                            Kind::Write => wgpu::BufferBindingType::Storage { read_only: false },
-                        },
-                        has_dynamic_offset: false,
-                        min_binding_size: None,
-                    },
-                    count: None,
-                })
-                .collect();
-            (!entries.is_empty()).then(|| {
-                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                    label,
-                    entries: &entries,
-                })
-            })
+            (!group.is_empty()).then(|| context.bind_group_layout(kernel.label, stages, group))
         })
         .collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -245,32 +225,6 @@ fn build(device: &wgpu::Device, kernel: &Kernel<'_>, groups: &[&[Argument<'_>]])
         }),
         layouts,
     }
-}
-
-fn bind(
-    context: &Context,
-    label: &'static str,
-    layout: &wgpu::BindGroupLayout,
-    places: &[Place],
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0..)
-        .zip(places)
-        .map(|(binding, place)| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer: &place.buffer,
-                offset: place.offset,
-                size: place.size,
-            }),
-        })
-        .collect();
-    context
-        .device()
-        .create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(label),
-            layout,
-            entries: &entries,
-        })
 }
 
 #[cfg(test)]

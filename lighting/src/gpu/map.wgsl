@@ -6,18 +6,6 @@
 //   fn light_map_face(index: u32) -> light_Face
 //   fn light_map_depth(index: u32) -> f32
 
-struct light_Face {
-    origin: vec3<f32>,
-    // 0 for parallel rays, else the tangent of half the opening angle.
-    tan: f32,
-    right: vec3<f32>,
-    half_width: f32,
-    up: vec3<f32>,
-    half_height: f32,
-    forward: vec3<f32>,
-    padding: f32,
-}
-
 // Which of six faces a direction points at, in the order +X −X +Y −Y +Z −Z.
 fn light_cube_face(v: vec3<f32>) -> u32 {
     let a = abs(v);

@@ -38,6 +38,8 @@
 mod airlight;
 mod gather;
 mod scene;
+#[cfg(feature = "march")]
+mod shadow_map;
 #[cfg(test)]
 pub(crate) mod tests;
 mod visibility;
@@ -55,5 +57,7 @@ pub const ARC: &str = include_str!("arc.wgsl");
 pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
 /// Lit parts of a path, and what a visibility source must define.
 pub const LIT: &str = include_str!("lit.wgsl");
+/// A picture plane of a light.
+pub const FACE: &str = include_str!("face.wgsl");
 /// Lookup in a shadow map.
 pub const MAP: &str = include_str!("map.wgsl");

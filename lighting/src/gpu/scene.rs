@@ -135,10 +135,8 @@ impl MediumRecord {
     }
 }
 
-#[cfg(all(test, feature = "march"))]
-pub(super) use map::FaceRecord;
 #[cfg(feature = "march")]
-pub(super) use map::Map;
+pub(super) use map::{FaceRecord, Map};
 
 #[cfg(feature = "march")]
 mod map {

@@ -58,6 +58,7 @@ mod march {
     impl WgslVisibility for ShadowMapMarch<'_, GpuMemory> {
         fn parts() -> &'static [&'static str] {
             &[
+                crate::gpu::FACE,
                 crate::gpu::MAP,
                 include_str!("march.wgsl"),
                 include_str!("march_bindings.wgsl"),

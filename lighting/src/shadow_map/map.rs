@@ -56,6 +56,12 @@ impl<M: Memory> Casters<M> {
         })
     }
 
+    /// Two opposite corners of a box around all of them.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn corners(&self) -> [Vec3; 2] {
+        self.corners
+    }
+
     /// The triangles, in the order of [`Geometry::triangles`].
     pub fn triangles(&self) -> &M::Buffer<[Vec3; 3]> {
         &self.triangles
@@ -71,6 +77,15 @@ pub struct ShadowMap<M: Memory> {
 }
 
 impl<M: Memory> ShadowMap<M> {
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn from_depth(faces: Vec<Face>, resolution: u32, depth: M::Buffer<f32>) -> Self {
+        Self {
+            faces,
+            resolution,
+            depth,
+        }
+    }
+
     /// One face, or six in the order +X −X +Y −Y +Z −Z.
     pub fn faces(&self) -> &[Face] {
         &self.faces
@@ -202,7 +217,7 @@ impl RenderShadowMap for Cpu {
     }
 }
 
-fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapError> {
+pub(crate) fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapError> {
     if !(1..=65536).contains(&resolution) {
         return Err(ShadowMapError::Resolution { resolution });
     }
@@ -256,7 +271,7 @@ fn render_face(
 }
 
 /// The picture planes of a light that can see casters between two corners.
-fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
+pub(crate) fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
     match emitter {
         Emitter::Directional(sun) => vec![orthographic(corners, sun.direction())],
         Emitter::Point(point) => match point.emission() {

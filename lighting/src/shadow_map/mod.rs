@@ -16,3 +16,5 @@ pub mod raster;
 #[cfg(feature = "procedural")]
 pub(crate) use map::orthographic;
 pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError};
+#[cfg(feature = "wgpu")]
+pub(crate) use map::{check_size, faces};

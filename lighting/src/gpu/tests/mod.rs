@@ -81,6 +81,31 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
     );
 }
 
+#[cfg(feature = "march")]
+#[test]
+fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {
+    use super::shadow_map::{COPY, RENDER, Tile};
+
+    for parts in [RENDER, COPY] {
+        let shader = Shader::new(&parts).unwrap();
+        assert_same_layout!(
+            shader,
+            "Tile",
+            Tile {
+                face,
+                scale,
+                offset,
+                first,
+                size,
+                resolution,
+                index,
+                far,
+                near
+            }
+        );
+    }
+}
+
 #[test]
 fn structures_and_constants_are_those_of_rust() {
     let shader = complete::<Unshadowed, Midpoint>();
