@@ -2,6 +2,10 @@
 
 #[cfg(feature = "march")]
 mod agreement;
+#[cfg(feature = "march")]
+mod maps;
+#[cfg(feature = "march")]
+mod scenes;
 
 use gpu_backend::assert_same_layout;
 use gpu_backend::testing::Shader;
