@@ -41,6 +41,7 @@
 //! | [`emitter`] | | lights as algorithms see them |
 //! | [`visibility`] | `march`, `trace` | sources of lit intervals |
 //! | [`airlight`] | | evaluators of intervals |
+//! | [`plan`] | | which passes a picture needs, and why the others do not run |
 //! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
 //! | `trace` | `trace` | a BVH: camera rays, shadow rays |
 //! | `view` | `trace` | the rays of a picture, and its surfaces |
@@ -64,6 +65,7 @@ pub mod gpu;
 #[cfg(any(feature = "gltf", feature = "ply"))]
 pub mod load;
 mod path;
+pub mod plan;
 #[cfg(feature = "procedural")]
 pub mod procedural;
 mod ray;

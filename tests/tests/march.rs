@@ -6,7 +6,7 @@ use crepuscular_tests::metrics::image_error;
 use crepuscular_tests::oracle::image::{Options, Reference, reference};
 use crepuscular_tests::scenes::Stage;
 use crepuscular_tests::shapes;
-use crepuscular_tests::suite::Subject;
+use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
 use crepuscular_tests::tolerances::Allowed;
 use glam::Vec3;
 use gpu_backend::Cpu;
@@ -56,6 +56,24 @@ fn maps<B: Subject>(backend: &B, stage: &Stage, resolution: u32) -> Vec<ShadowMa
     stage.emitters.iter().map(render).collect()
 }
 
+#[test]
+fn threads_change_no_bit_of_a_map_or_a_march() {
+    for embedded in [Embedded::City, Embedded::Smoke, Embedded::Coil] {
+        let stage = Stage::new(embedded, 32, 18);
+        let images = |backend: &Cpu| {
+            let maps = maps(backend, &stage, 256);
+            let depths: Vec<Vec<f32>> = maps.iter().map(|map| map.depth().clone()).collect();
+            let march = |spacing| march(backend, &stage, &maps, 32, spacing);
+            (depths, SPACINGS.map(march))
+        };
+        assert!(
+            images(&cpu_alone()) == images(&cpu_with_threads()),
+            "{}",
+            stage.name
+        );
+    }
+}
+
 /// An image as something to compare with.
 fn limit(image: &[[f32; 4]]) -> Reference {
     Reference {
@@ -74,17 +92,11 @@ const COARSEST: u32 = 64;
 ///
 /// An order is what errors do in the end, when steps are finer than what they
 /// sample. So rays are left out that pass a light closer than one of the
-/// coarsest steps (unless all do), and lights of which the map covers the
-/// scene with a handful of texels, being fitted to the light and not to the
-/// casters: the one 10 km away.
+/// coarsest steps, unless all do.
 fn resolvable(embedded: Embedded) -> Stage {
     let mut stage = Stage::new(embedded, 32, 18);
     let bounds = stage.geometry.bounds();
     let size = bounds.min().distance(bounds.max());
-    stage.emitters.retain(|emitter| match emitter {
-        Emitter::Point(point) => point.position().distance(bounds.min()) < 20.0 * size,
-        _ => true,
-    });
     let far_enough = |ray: &Ray| {
         stage.emitters.iter().all(|emitter| {
             LightPath::new(ray, emitter, &stage.medium).is_none_or(|path| {

@@ -270,26 +270,73 @@ fn render_face(
     });
 }
 
+/// Number of faces that the shadow map of `emitter` has in a scene: one or
+/// six. A map takes 4 bytes × faces × resolution².
+pub fn face_count(geometry: &Geometry, emitter: &Emitter) -> usize {
+    let bounds = geometry.bounds();
+    faces([bounds.min(), bounds.max()], emitter).len()
+}
+
 /// The picture planes of a light that can see casters between two corners.
 pub(crate) fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
-    match emitter {
-        Emitter::Directional(sun) => vec![orthographic(corners, sun.direction())],
-        Emitter::Point(point) => match point.emission() {
-            Emission::Spot(spot) if tangent(spot.cos_outer()) <= WIDEST_TAN => {
-                let rotation = spot.rotation();
-                vec![Face {
-                    origin: point.position(),
-                    right: rotation * Vec3::X,
-                    up: rotation * Vec3::Y,
-                    forward: rotation * Vec3::NEG_Z,
-                    rays: Rays::Central {
-                        tan: tangent(spot.cos_outer()),
-                    },
-                }]
-            }
-            _ => cube(point.position()),
-        },
+    let point = match emitter {
+        Emitter::Directional(sun) => return vec![orthographic(corners, sun.direction())],
+        Emitter::Point(point) => point,
+    };
+    let cone = match point.emission() {
+        Emission::Spot(spot) => tangent(spot.cos_outer()),
+        _ => f32::INFINITY,
+    };
+    match (point.emission(), fitted(corners, point.position())) {
+        (_, Some((face, tan))) if tan < cone => vec![face],
+        (Emission::Spot(spot), _) if cone <= WIDEST_TAN => {
+            let rotation = spot.rotation();
+            vec![Face {
+                origin: point.position(),
+                right: rotation * Vec3::X,
+                up: rotation * Vec3::Y,
+                forward: rotation * Vec3::NEG_Z,
+                rays: Rays::Central { tan: cone },
+            }]
+        }
+        _ => cube(point.position()),
     }
+}
+
+/// One picture of all casters from a light outside of their box, and its
+/// tangent, if that is narrower than the face of a cube. The texels of a
+/// distant light would be wasted on empty space otherwise.
+fn fitted([min, max]: [Vec3; 2], origin: Vec3) -> Option<(Face, f32)> {
+    let forward = (0.5 * (min + max) - origin).try_normalize()?;
+    let right = forward.any_orthonormal_vector();
+    let up = right.cross(forward);
+    let mut tan = 0.0_f32;
+    for corner in 0..8 {
+        let pick = |axis: usize| {
+            if corner >> axis & 1 == 0 {
+                min[axis]
+            } else {
+                max[axis]
+            }
+        };
+        let v = Vec3::new(pick(0), pick(1), pick(2)) - origin;
+        let across = v.dot(right).abs().max(v.dot(up).abs());
+        let z = v.dot(forward);
+        if z <= across {
+            return None;
+        }
+        tan = tan.max(across / z);
+    }
+    // The corners are rounded; nothing may fall off the edge.
+    let tan = tan * (1.0 + 1e-4);
+    let face = Face {
+        origin,
+        right,
+        up,
+        forward,
+        rays: Rays::Central { tan },
+    };
+    Some((face, tan))
 }
 
 fn tangent(cos: f32) -> f32 {
@@ -396,6 +443,24 @@ mod tests {
                 assert!(map.is_lit(Vec3::new(0.0, 0.0, 3.0)), "{context}");
             }
         }
+    }
+
+    #[test]
+    fn the_map_of_a_distant_light_is_spent_on_the_casters() {
+        let cpu = Cpu::new();
+        let position = Vec3::new(0.0, 300.0, 9e3);
+        let light =
+            Emitter::point(position, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+        let map = cpu.shadow_map(&casters(), &light, 256).unwrap();
+        assert_eq!(map.faces().len(), 1);
+        let covered = map.depth().iter().filter(|&&depth| depth < EMPTY).count();
+        assert!(covered > 256 * 256 / 4, "{covered}");
+        assert!(!map.is_lit(Vec3::new(0.0, 0.0, -3.0)));
+        assert!(map.is_lit(Vec3::new(3.0, 0.0, -3.0)));
+        assert!(
+            map.is_lit(Vec3::new(500.0, 0.0, -30.0)),
+            "beside the casters"
+        );
     }
 
     #[test]

@@ -6,6 +6,8 @@
 //!   is the Euclidean distance from the light.
 //! * A **point** light, a wider spotlight or a cosine emitter gets six
 //!   perspective maps, the faces of a cube, of Euclidean distance.
+//! * Any of these outside of the casters' bounding box gets one perspective
+//!   map around the box instead where that is narrower.
 //!
 //! Lookups take the nearest texel and compare without a bias: points in the
 //! air have no surface of their own to be shadowed by.
@@ -15,6 +17,6 @@ pub mod raster;
 
 #[cfg(feature = "procedural")]
 pub(crate) use map::orthographic;
-pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError};
 #[cfg(feature = "wgpu")]
 pub(crate) use map::{check_size, faces};
+pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};

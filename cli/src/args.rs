@@ -1,0 +1,243 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::Vec3;
+use lighting::scene::Bounds;
+
+use crate::methods::{Airlight, Visibility};
+use crate::parse::{self, Size};
+
+const EXAMPLES: &str = "\
+Examples:
+  crepuscular compare
+      Compare all methods on an embedded scene; the report is in crepuscular-report/.
+  crepuscular compare street.glb --size 960x540 --time-budget 600 --out street-report
+      The same on your scene, with more pixels and more time.
+  crepuscular compare city --quick --plan
+      Print what would run and what would not, and why.
+  crepuscular render city --visibility exact -o city.png
+      One picture with exact shadows.
+  crepuscular render street.glb --sigma-s 0.02,0.03,0.05 --phase hg --g 0.6 \\
+      --visibility equi-angular --samples 64 -o street.exr
+      Bluish haze that scatters forward, 64 equi-angular samples per ray.
+
+Scenes are glTF, GLB or PLY files, or names of embedded ones (`crepuscular scenes`). \
+A scene without a camera, a light or a medium is given one, and the output says so. \
+Lengths are metres, coefficients 1/m, light is linear RGB.";
+
+/// Light and shadow in fog: which method, at which quality, is worth its time?
+///
+/// A picture of fog is made of two answers per eye ray: which parts of it see
+/// the light, and how much light arrives from these parts. This program
+/// measures ways to answer them against a converged reference, on your scene,
+/// and renders with any of them.
+#[derive(Debug, Parser)]
+#[command(name = "crepuscular", version, after_long_help = EXAMPLES, max_term_width = 100)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Compare(Compare),
+    Render(Render),
+    /// List the methods: what each is for and who described it
+    Methods,
+    Scenes(Scenes),
+}
+
+/// Measure every method at every quality: error against run time
+///
+/// Runs every method that applies to the scene at every quality setting, on
+/// every backend that is present, and measures its time and its error against
+/// a converged reference. Writes a folder with index.html, which needs nothing
+/// but a browser, and results.csv.
+///
+/// Errors are those of the airlight (surfaces are the same for all methods), in
+/// linear radiance, divided by the reference's mean radiance.
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// A glTF, GLB or PLY file, or the name of an embedded scene
+    #[arg(default_value = "city")]
+    pub(crate) scene: String,
+
+    /// Folder of the report; an earlier report there is replaced
+    #[arg(short, long, value_name = "DIR", default_value = "crepuscular-report")]
+    pub(crate) out: PathBuf,
+
+    /// Largest picture; made smaller if the time budget asks for it
+    /// [default: 480x270, 160x90 with --quick]
+    #[arg(long, value_name = "WxH", value_parser = parse::size, allow_hyphen_values = true)]
+    pub(crate) size: Option<Size>,
+
+    /// Seconds for everything, from start to report
+    /// [default: 150, 14 with --quick]
+    #[arg(long, value_name = "SECONDS", value_parser = parse::duration, allow_negative_numbers = true)]
+    pub(crate) time_budget: Option<f64>,
+
+    /// A small picture and few qualities
+    #[arg(long)]
+    pub(crate) quick: bool,
+
+    /// Only methods whose name contains one of these (see `crepuscular methods`)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) methods: Vec<String>,
+
+    /// Backends to measure [default: all that are present]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) backend: Vec<BackendName>,
+
+    /// Relative error that a pixel of the reference may have
+    #[arg(long, value_name = "SHARE", default_value = "1e-6", value_parser = parse::tolerance)]
+    pub(crate) tolerance: f64,
+
+    /// Print what would run and what would not, with reasons, and stop
+    #[arg(long)]
+    pub(crate) plan: bool,
+
+    #[command(flatten)]
+    pub(crate) options: SceneOptions,
+}
+
+/// Where steps run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackendName {
+    /// The processor, all threads
+    Cpu,
+}
+
+/// Render one picture: surfaces and airlight
+///
+/// Surfaces are Lambertian with traced shadows, whatever the method; the
+/// method is that of the airlight. An EXR file holds linear radiance as 32-bit
+/// floats. A PNG file is tone-mapped: radiance times 2^exposure, then
+/// 1 - exp(-x) per channel, then sRGB.
+#[derive(Debug, Args)]
+pub(crate) struct Render {
+    /// A glTF, GLB or PLY file, or the name of an embedded scene
+    pub(crate) scene: String,
+
+    /// File to write: .png or .exr
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+
+    /// Which parts of a ray see the light
+    #[arg(long, value_enum, default_value = "exact")]
+    pub(crate) visibility: Visibility,
+
+    /// How much light arrives from a part
+    #[arg(long, value_enum, default_value = "quadrature")]
+    pub(crate) airlight: Airlight,
+
+    /// Steps per ray of a march
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(crate) samples: u32,
+
+    /// Nodes of the quadrature per lit interval
+    /// [default: 8, 1 for march and equi-angular, whose intervals are steps]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) nodes: Option<u32>,
+
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse::size, allow_hyphen_values = true)]
+    pub(crate) size: Size,
+
+    /// Stops for the PNG [default: the 95th percentile at two thirds of white]
+    #[arg(long, value_name = "STOPS", value_parser = parse::finite, allow_negative_numbers = true)]
+    pub(crate) exposure: Option<f32>,
+
+    #[command(flatten)]
+    pub(crate) options: SceneOptions,
+}
+
+/// List the embedded scenes and how hard they are
+#[derive(Debug, Args)]
+pub(crate) struct Scenes {
+    /// Seed of the scenes
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+
+    /// Resolution of the light map that the figures are counted in
+    #[arg(long, value_name = "TEXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) map: u32,
+}
+
+/// What is in the scene and how its lights are treated.
+#[derive(Debug, Args)]
+pub(crate) struct SceneOptions {
+    /// Seed of an embedded scene
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+
+    /// Points that stand for an area light
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) lights: u32,
+
+    /// Texels per side of a shadow map [default: 1024, 512 with --quick]
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub(crate) map: Option<u32>,
+
+    #[command(flatten)]
+    pub(crate) medium: MediumOptions,
+}
+
+/// Overrides of the scene's medium.
+#[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Medium")]
+pub(crate) struct MediumOptions {
+    /// Scattering coefficient, 1/m: one number or R,G,B
+    #[arg(long, value_name = "PER_METRE", value_parser = parse::coefficient, allow_hyphen_values = true)]
+    pub(crate) sigma_s: Option<Vec3>,
+
+    /// Absorption coefficient, 1/m: one number or R,G,B
+    #[arg(long, value_name = "PER_METRE", value_parser = parse::coefficient, allow_hyphen_values = true)]
+    pub(crate) sigma_a: Option<Vec3>,
+
+    /// Phase function
+    #[arg(long, value_enum)]
+    pub(crate) phase: Option<Phase>,
+
+    /// Mean cosine of the Henyey-Greenstein phase function (--phase hg)
+    #[arg(long, value_name = "COSINE", value_parser = parse::mean_cosine, allow_negative_numbers = true)]
+    pub(crate) g: Option<f32>,
+
+    /// Only inside a box, given by two corners
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse::bounds, allow_hyphen_values = true)]
+    pub(crate) medium_box: Option<Bounds>,
+}
+
+/// Phase functions by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Phase {
+    /// The same in all directions
+    Isotropic,
+    /// Air molecules: forward and backward alike
+    Rayleigh,
+    /// Henyey-Greenstein with the mean cosine --g
+    Hg,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_explains_itself() {
+        let mut command = Arguments::command();
+        let text = command.render_long_help().to_string();
+        assert!(text.contains("Examples:") && text.contains("compare"));
+        for sub in command.get_subcommands() {
+            assert!(sub.get_about().is_some(), "{}", sub.get_name());
+        }
+    }
+}

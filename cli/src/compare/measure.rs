@@ -1,0 +1,261 @@
+//! Time and error of every candidate on one backend.
+
+use std::time::Instant;
+
+use crepuscular_tests::metrics::image_error;
+use crepuscular_tests::oracle::image::Reference;
+use gpu_backend::BufferOf;
+use lighting::scene::{Geometry, Medium};
+use lighting::shadow_map::{Casters, ShadowMap};
+use lighting::trace::Tracer;
+use lighting::{Emitter, Ray};
+
+use super::budget::Budget;
+use super::results::{Errors, LeftOut, Measurement, MethodPicture, Times};
+use super::selection::Candidate;
+use crate::engine::{Renderer, Stage, shadow_maps};
+use crate::failure::Failure;
+use crate::methods::{Method, Visibility};
+use crate::parse::Size;
+use crate::picture::Picture;
+use crate::progress;
+
+/// What is measured, whatever the backend.
+#[derive(Clone, Copy)]
+pub(crate) struct Job<'a> {
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) tracer: &'a Tracer,
+    pub(crate) seconds_tracer: f64,
+    pub(crate) medium: &'a Medium,
+    /// Those that the plan keeps.
+    pub(crate) emitters: &'a [Emitter],
+    /// Texels per side of a shadow map.
+    pub(crate) map: u32,
+    pub(crate) budget: Budget,
+}
+
+/// What came out on one backend.
+#[derive(Debug, Default)]
+pub(crate) struct Outcome {
+    pub(crate) measurements: Vec<Measurement>,
+    /// Their indices count from the first of `measurements`.
+    pub(crate) pictures: Vec<MethodPicture>,
+    pub(crate) left_out: Vec<LeftOut>,
+}
+
+/// A backend with its shadow maps, whichever it is.
+pub(crate) trait Measure {
+    /// Its name in reports.
+    fn backend(&self) -> &str;
+
+    /// Seconds that each candidate takes per ray, from a few rays.
+    fn probe(&self, rays: &[Ray], candidates: &[Candidate]) -> Result<Vec<f64>, Failure>;
+
+    /// Runs the candidates in turns, all of them once and then again as long
+    /// as `budget` allows. `per_ray` is what [`Measure::probe`] returned.
+    fn measure(
+        &self,
+        view: (&[Ray], Size),
+        candidates: &[Candidate],
+        per_ray: &[f64],
+        reference: &Reference,
+        budget: Budget,
+    ) -> Result<Outcome, Failure>;
+}
+
+/// A backend with what has to exist before a frame.
+pub(crate) struct Session<'a, B: Renderer> {
+    backend: B,
+    job: Job<'a>,
+    maps: Vec<ShadowMap<B::Memory>>,
+    seconds_maps: f64,
+}
+
+/// No more repetitions than this: the median has settled.
+const MAX_REPETITIONS: usize = 9;
+
+impl<'a, B: Renderer> Session<'a, B> {
+    /// Renders the shadow maps if a candidate needs them; if that is quick,
+    /// three times for the median of its time.
+    pub(crate) fn new(backend: B, job: Job<'a>, candidates: &[Candidate]) -> Result<Self, Failure> {
+        let mut maps = Vec::new();
+        let mut seconds = Vec::new();
+        if candidates
+            .iter()
+            .any(|c| c.method.visibility.needs_shadow_map())
+        {
+            let bar = progress::bar("shadow maps", job.emitters.len() as u64);
+            while seconds.is_empty() || (seconds.len() < 3 && seconds[0] < 0.02 * job.budget.left())
+            {
+                let clock = Instant::now();
+                let casters = Casters::upload(&backend, job.geometry)?;
+                bar.set_position(0);
+                maps = shadow_maps(&backend, &casters, job.emitters, job.map, || bar.inc(1))?;
+                backend.wait()?;
+                seconds.push(clock.elapsed().as_secs_f64());
+            }
+            bar.finish_and_clear();
+        }
+        let seconds_maps = if seconds.is_empty() {
+            0.0
+        } else {
+            Times::of(&seconds).median
+        };
+        Ok(Self {
+            backend,
+            job,
+            maps,
+            seconds_maps,
+        })
+    }
+
+    fn stage(&self, rays: &[Ray]) -> Result<Stage<'_, B>, Failure> {
+        Ok(Stage {
+            backend: &self.backend,
+            tracer: self.job.tracer,
+            medium: self.job.medium,
+            emitters: self.job.emitters,
+            maps: &self.maps,
+            rays: self.backend.upload(rays)?,
+            count: rays.len(),
+        })
+    }
+
+    /// A measurement of one frame that took `time`.
+    fn measurement(
+        &self,
+        candidate: &Candidate,
+        time: f64,
+        radiance: &[[f32; 4]],
+        reference: &Reference,
+    ) -> Measurement {
+        let error = image_error(radiance, reference);
+        let (seconds_build, bytes) = match candidate.method.visibility {
+            Visibility::None => (0.0, 0),
+            Visibility::Exact => (self.job.seconds_tracer, self.job.tracer.bytes() as u64),
+            _ => (
+                self.seconds_maps,
+                self.maps.iter().map(ShadowMap::bytes).sum(),
+            ),
+        };
+        Measurement {
+            method: candidate.method,
+            backend: self.backend.name().into(),
+            quality: candidate.quality,
+            error: Errors {
+                rmse: error.rmse,
+                max: error.max,
+                rel_p99: error.rel_p99,
+            },
+            seconds_build,
+            frame: Times::of(&[time]),
+            bytes,
+        }
+    }
+}
+
+impl<B: Renderer> Measure for Session<'_, B> {
+    fn backend(&self) -> &str {
+        self.backend.name()
+    }
+
+    fn probe(&self, rays: &[Ray], candidates: &[Candidate]) -> Result<Vec<f64>, Failure> {
+        let stage = self.stage(rays)?;
+        let mut per_ray = Vec::with_capacity(candidates.len());
+        for candidate in candidates {
+            let (seconds, _) = timed(&stage, candidate)?;
+            per_ray.push(seconds / rays.len().max(1) as f64);
+        }
+        Ok(per_ray)
+    }
+
+    fn measure(
+        &self,
+        (rays, size): (&[Ray], Size),
+        candidates: &[Candidate],
+        per_ray: &[f64],
+        reference: &Reference,
+        budget: Budget,
+    ) -> Result<Outcome, Failure> {
+        let stage = self.stage(rays)?;
+        let mut outcome = Outcome::default();
+        let mut seconds: Vec<Vec<f64>> = Vec::new();
+        let bar = progress::bar("measuring", candidates.len() as u64);
+        for (candidate, per_ray) in candidates.iter().zip(per_ray) {
+            let expected = per_ray * rays.len() as f64;
+            if expected > budget.left() {
+                outcome.left_out.push(LeftOut {
+                    what: candidate.name(),
+                    why: format!(
+                        "no time left for a frame of about {} (--time-budget)",
+                        crate::format::seconds(expected)
+                    ),
+                });
+            } else {
+                let (time, radiance) = timed(&stage, candidate)?;
+                let radiance = self.backend.download(&radiance)?;
+                if candidate.quality == pictured(candidate.method, candidates) {
+                    outcome.pictures.push(MethodPicture {
+                        measurement: outcome.measurements.len(),
+                        airlight: Picture::new(size, &radiance),
+                    });
+                }
+                let measurement = self.measurement(candidate, time, &radiance, reference);
+                outcome.measurements.push(measurement);
+                seconds.push(vec![time]);
+            }
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        repeat(&stage, budget, &mut outcome.measurements, &mut seconds)?;
+        Ok(outcome)
+    }
+}
+
+/// Measures everything again and again until the time is up.
+fn repeat<B: Renderer>(
+    stage: &Stage<'_, B>,
+    budget: Budget,
+    measurements: &mut [Measurement],
+    seconds: &mut [Vec<f64>],
+) -> Result<(), Failure> {
+    let bar = progress::bar("repeating", MAX_REPETITIONS as u64 - 1);
+    for _ in 1..MAX_REPETITIONS {
+        for (measurement, seconds) in measurements.iter().zip(seconds.iter_mut()) {
+            if seconds[0] < budget.left() {
+                let candidate = Candidate {
+                    method: measurement.method,
+                    quality: measurement.quality,
+                };
+                seconds.push(timed(stage, &candidate)?.0);
+            }
+        }
+        bar.inc(1);
+    }
+    for (measurement, seconds) in measurements.iter_mut().zip(seconds) {
+        measurement.frame = Times::of(seconds);
+    }
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// The quality of `method` whose picture is shown, of those that are measured.
+fn pictured(method: &Method, candidates: &[Candidate]) -> u32 {
+    let own = candidates
+        .iter()
+        .filter(|c| std::ptr::eq(c.method, method))
+        .map(|c| c.quality);
+    own.min_by_key(|quality| quality.abs_diff(method.pictured))
+        .unwrap_or(method.pictured)
+}
+
+type Radiance<B> = BufferOf<B, [f32; 4]>;
+
+fn timed<B: Renderer>(
+    stage: &Stage<'_, B>,
+    candidate: &Candidate,
+) -> Result<(f64, Radiance<B>), Failure> {
+    let clock = Instant::now();
+    let radiance = stage.airlight(candidate.setting())?;
+    Ok((clock.elapsed().as_secs_f64(), radiance))
+}

@@ -1,0 +1,155 @@
+//! The comparison: every applicable method at every quality, its error against
+//! the converged reference and its time.
+
+mod budget;
+mod csv;
+mod measure;
+mod prepare;
+pub(crate) mod results;
+mod selection;
+mod trial;
+
+use gpu_backend::Cpu;
+
+use crate::args::Compare;
+use crate::engine::affordable_resolution;
+use crate::failure::Failure;
+use crate::format::{count, seconds};
+use crate::input::describe_medium;
+use crate::output::PendingFolder;
+use crate::picture::Picture;
+use crate::{progress, report};
+use budget::Budget;
+use prepare::Prepared;
+use results::{Pictures, Results};
+use selection::check_names;
+use trial::{Found, try_out};
+
+/// The files of a report; the first one carries the mark.
+const FILES: [&str; 2] = ["index.html", "results.csv"];
+
+/// Runs `crepuscular compare`.
+pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
+    let default = if args.quick { 14.0 } else { 150.0 };
+    let budget = Budget::new(args.time_budget.unwrap_or(default));
+    check_names(&args.methods)?;
+    if args.plan {
+        print!("{}", Prepared::new(args)?.describe(args));
+        return Ok(());
+    }
+    let folder = PendingFolder::create(&args.out, &FILES, report::MARK)?;
+    let results = compare(args, Prepared::new(args)?, budget)?;
+    let spinner = progress::spinner("writing the report");
+    folder.write(FILES[0], report::page(&results)?.as_bytes())?;
+    folder.write(FILES[1], csv::write(&results).as_bytes())?;
+    let place = folder.finish()?;
+    spinner.finish_and_clear();
+    for note in &results.notes {
+        println!("note: {note}");
+    }
+    for sentence in report::sentences(&results) {
+        println!("{sentence}");
+    }
+    println!(
+        "{} and {} left out; {} after {}",
+        count(results.measurements.len(), "measurement"),
+        count(results.left_out.len(), "item"),
+        place.join(FILES[0]).display(),
+        seconds(budget.elapsed())
+    );
+    Ok(())
+}
+
+fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Results, Failure> {
+    let candidates = prepared.selection.candidates.clone();
+    let mut notes = Vec::new();
+    let mut shadow_maps = "none".to_owned();
+    let mut found = Found::nothing(&prepared);
+    if let (Some(medium), false) = (prepared.input.scene.medium, candidates.is_empty()) {
+        let map = map_resolution(args, &prepared, &mut notes);
+        shadow_maps = format!("{map} texels per side");
+        let asked = prepared.frame.size;
+        // The estimate of the first pass may reduce the picture; the second
+        // pass takes it as it is.
+        let mut fitted = false;
+        found = loop {
+            match try_out(args, &mut prepared, &medium, map, budget, fitted)? {
+                Some(found) => break found,
+                None => fitted = true,
+            }
+        };
+        if prepared.frame.size != asked {
+            notes.push(format!(
+                "the picture is {} instead of {asked}, so that everything fits into {} (--time-budget)",
+                prepared.frame.size,
+                seconds(budget.total())
+            ));
+        }
+    }
+    let Prepared { input, frame, .. } = &prepared;
+    let size = frame.size;
+    let surfaces = frame.view.surface_radiance(
+        &Cpu::new(),
+        &input.scene,
+        &input.geometry,
+        &input.tracer,
+        &input.emitters,
+        input.scene.medium.as_ref(),
+    );
+    let mut left_out = prepared.selection.left_out.clone();
+    left_out.extend(found.outcome.left_out);
+    Ok(Results {
+        scene: input.scene.name.clone(),
+        light: input.light_kinds(),
+        lights: input.lights(),
+        medium: describe_medium(input.scene.medium.as_ref()),
+        triangles: input.geometry.triangles().len(),
+        size,
+        shadow_maps,
+        notes: input.notes.iter().cloned().chain(notes).collect(),
+        ran: prepared.passes(args),
+        left_out,
+        machine: machine(),
+        backends: found.backends,
+        reference: found.facts,
+        pictures: Pictures {
+            surfaces: Picture::new(size, &surfaces),
+            airlight: found.airlight,
+            methods: found.outcome.pictures,
+        },
+        measurements: found.outcome.measurements,
+        seconds_total: budget.elapsed(),
+    })
+}
+
+/// Texels per side of the shadow maps, reduced if there are many lights.
+fn map_resolution(args: &Compare, prepared: &Prepared, notes: &mut Vec<String>) -> u32 {
+    let asked = args
+        .options
+        .map
+        .unwrap_or(if args.quick { 512 } else { 1024 });
+    let emitters = prepared.emitters();
+    let map = affordable_resolution(asked, &prepared.input.geometry, &emitters);
+    if map < asked {
+        notes.push(format!(
+            "shadow maps have {map} texels per side instead of {asked}, so that those of {} fit into 512 MiB",
+            count(emitters.len(), "emitter")
+        ));
+    }
+    map
+}
+
+/// The processor, as the system names it, and the threads in use.
+fn machine() -> String {
+    let threads = count(rayon::current_num_threads(), "thread");
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"))
+        .map(|rest| rest.trim_start_matches([' ', '\t', ':']).trim())
+        .filter(|name| !name.is_empty());
+    match model {
+        Some(name) => format!("{name}, {threads}"),
+        None => format!("{} processor, {threads}", std::env::consts::ARCH),
+    }
+}

@@ -1,0 +1,246 @@
+//! What a comparison found: plain data between measuring and reporting.
+
+use crate::methods::Method;
+use crate::parse::Size;
+use crate::picture::Picture;
+
+/// Everything a report says.
+#[derive(Debug)]
+pub(crate) struct Results {
+    /// The scene's name.
+    pub(crate) scene: String,
+    /// Kinds and numbers of lights, short.
+    pub(crate) light: String,
+    /// The same as a noun.
+    pub(crate) lights: String,
+    /// The medium in words.
+    pub(crate) medium: String,
+    /// Number of triangles.
+    pub(crate) triangles: usize,
+    /// Size of the picture that was measured.
+    pub(crate) size: Size,
+    /// Shadow maps in words.
+    pub(crate) shadow_maps: String,
+    /// What was placed, assumed or reduced.
+    pub(crate) notes: Vec<String>,
+    /// What ran.
+    pub(crate) ran: Vec<String>,
+    /// What did not, and why.
+    pub(crate) left_out: Vec<LeftOut>,
+    /// Processor and threads.
+    pub(crate) machine: String,
+    /// Names of the backends that were measured.
+    pub(crate) backends: Vec<String>,
+    pub(crate) reference: ReferenceFacts,
+    pub(crate) measurements: Vec<Measurement>,
+    /// None if there is no airlight.
+    pub(crate) pictures: Pictures,
+    /// Wall time of everything.
+    pub(crate) seconds_total: f64,
+}
+
+/// Something that the scene or the budget made pointless.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct LeftOut {
+    pub(crate) what: String,
+    pub(crate) why: String,
+}
+
+/// The truth that errors are against.
+#[derive(Debug, Clone)]
+pub(crate) struct ReferenceFacts {
+    pub(crate) seconds: f64,
+    /// Relative tolerance asked for per pixel.
+    pub(crate) tolerance: f64,
+    /// The largest proven error of a pixel, in units of the mean (or absolute).
+    pub(crate) bound: f64,
+    /// Mean radiance of the airlight.
+    pub(crate) mean: f64,
+    /// True if the mean is 0 and errors are plain radiances.
+    pub(crate) absolute: bool,
+}
+
+/// One method at one quality on one backend.
+#[derive(Debug, Clone)]
+pub(crate) struct Measurement {
+    pub(crate) method: &'static Method,
+    pub(crate) backend: String,
+    pub(crate) quality: u32,
+    pub(crate) error: Errors,
+    /// Building what the frame needs: a BVH, shadow maps.
+    pub(crate) seconds_build: f64,
+    /// The airlight of one picture.
+    pub(crate) frame: Times,
+    /// Memory of what was built.
+    pub(crate) bytes: u64,
+}
+
+/// Errors of the airlight, divided by the reference's mean radiance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Errors {
+    pub(crate) rmse: f64,
+    pub(crate) max: f64,
+    /// 99th percentile of the relative error of a pixel.
+    pub(crate) rel_p99: f64,
+}
+
+/// Repeated measurements of one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Times {
+    pub(crate) median: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    pub(crate) repetitions: usize,
+}
+
+impl Times {
+    /// From any number of durations above 0 in any order.
+    pub(crate) fn of(seconds: &[f64]) -> Self {
+        let mut sorted = seconds.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let n = sorted.len();
+        assert!(n > 0, "a time is measured at least once");
+        Self {
+            median: 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+            low: sorted[0],
+            high: sorted[n - 1],
+            repetitions: n,
+        }
+    }
+}
+
+/// The pictures of a report.
+#[derive(Debug)]
+pub(crate) struct Pictures {
+    /// Surfaces seen through the medium, without airlight.
+    pub(crate) surfaces: Picture,
+    /// The reference's airlight.
+    pub(crate) airlight: Picture,
+    /// Airlight by some of the measurements.
+    pub(crate) methods: Vec<MethodPicture>,
+}
+
+/// The airlight of one measurement as a picture.
+#[derive(Debug)]
+pub(crate) struct MethodPicture {
+    /// Index into [`Results::measurements`].
+    pub(crate) measurement: usize,
+    pub(crate) airlight: Picture,
+}
+
+/// Which of the points (time, error) no other point beats: true if none is at
+/// least as good in both and better in one.
+pub(crate) fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
+    let beaten = |(time, error): (f64, f64)| {
+        points
+            .iter()
+            .any(|&(t, e)| t <= time && e <= error && (t < time || e < error))
+    };
+    points.iter().map(|&point| !beaten(point)).collect()
+}
+
+/// The fastest measurement of `method` (of any, if `None`) whose error is at
+/// most `target`, by its frame time.
+pub(crate) fn fastest_within<'a>(
+    measurements: &'a [Measurement],
+    method: Option<&Method>,
+    target: f64,
+) -> Option<&'a Measurement> {
+    measurements
+        .iter()
+        .filter(|m| method.is_none_or(|method| std::ptr::eq(m.method, method)))
+        .filter(|m| m.error.rmse <= target)
+        .min_by(|a, b| a.frame.median.total_cmp(&b.frame.median))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::methods::METHODS;
+
+    /// Results with a made-up error of 1/quality and a time of quality ms.
+    pub(crate) fn example() -> Results {
+        let size = Size {
+            width: 4,
+            height: 2,
+        };
+        let flat = |value: f32| Picture::new(size, &[[value; 4]; 8]);
+        let mut measurements = Vec::new();
+        for (slot, method) in METHODS.iter().enumerate() {
+            for &quality in method.qualities {
+                let error = 0.5 / f64::from(quality).powi(1 + (slot % 2) as i32);
+                measurements.push(Measurement {
+                    method,
+                    backend: "cpu".into(),
+                    quality,
+                    error: Errors {
+                        rmse: error,
+                        max: 10.0 * error,
+                        rel_p99: 2.0 * error,
+                    },
+                    seconds_build: 0.004,
+                    frame: Times::of(&[1e-3 * f64::from(quality), 1.2e-3 * f64::from(quality)]),
+                    bytes: 24 << 20,
+                });
+            }
+        }
+        Results {
+            scene: "a <test>, \"quoted\"".into(),
+            light: "point".into(),
+            lights: "point light".into(),
+            medium: "sigma_s 0.1".into(),
+            triangles: 12,
+            size,
+            shadow_maps: "one cube map".into(),
+            notes: vec!["the scene has no camera: placed one".into()],
+            ran: vec!["airlight of light 0 (point)".into()],
+            left_out: vec![LeftOut {
+                what: "light 3".into(),
+                why: "it never meets the view".into(),
+            }],
+            machine: "a processor, 2 threads".into(),
+            backends: vec!["cpu".into()],
+            reference: ReferenceFacts {
+                seconds: 1.5,
+                tolerance: 1e-6,
+                bound: 3e-7,
+                mean: 0.2,
+                absolute: false,
+            },
+            pictures: Pictures {
+                surfaces: flat(0.2),
+                airlight: flat(0.3),
+                methods: vec![MethodPicture {
+                    measurement: 1,
+                    airlight: flat(0.31),
+                }],
+            },
+            measurements,
+            seconds_total: 20.0,
+        }
+    }
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        let times = Times::of(&[3.0, 1.0, 2.0, 10.0]);
+        assert_eq!((times.median, times.low, times.high), (2.5, 1.0, 10.0));
+        assert_eq!(Times::of(&[7.0]).median, 7.0);
+    }
+
+    #[test]
+    fn the_front_holds_what_nothing_beats() {
+        let points = [(1.0, 9.0), (2.0, 5.0), (2.0, 6.0), (3.0, 5.0), (4.0, 1.0)];
+        assert_eq!(pareto(&points), [true, true, false, false, true]);
+        assert_eq!(pareto(&[(1.0, 1.0), (1.0, 1.0)]), [true, true], "equals");
+    }
+
+    #[test]
+    fn the_fastest_within_an_error_is_found_per_method() {
+        let results = example();
+        let all = &results.measurements;
+        let march = &METHODS[2];
+        assert_eq!(fastest_within(all, Some(march), 0.04).unwrap().quality, 16);
+        assert!(fastest_within(all, Some(march), 1e-9).is_none());
+        assert!(fastest_within(all, None, 0.04).unwrap().quality <= 16);
+    }
+}

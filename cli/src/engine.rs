@@ -1,0 +1,182 @@
+//! The airlight of a picture by any setting, on any backend.
+
+use gpu_backend::{Backend, BufferOf, Download};
+use lighting::airlight::{Midpoint, Quadrature};
+use lighting::scene::{Geometry, Medium};
+use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
+use lighting::trace::Tracer;
+use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
+use lighting::{Emitter, Gather, Ray};
+
+use crate::failure::Failure;
+use crate::methods::{Airlight, Setting, Visibility};
+
+/// A backend that gathers every visibility source with the evaluator `A`.
+pub(crate) trait GatherEverything<A>:
+    Backend
+    + Gather<Unshadowed, A>
+    + for<'a> Gather<Exact<'a>, A>
+    + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, A>
+    + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, A>
+{
+}
+
+impl<B, A> GatherEverything<A> for B where
+    B: Backend
+        + Gather<Unshadowed, A>
+        + for<'a> Gather<Exact<'a>, A>
+        + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, A>
+        + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, A>
+{
+}
+
+/// A backend that can do all that the program needs.
+pub(crate) trait Renderer:
+    Download + RenderShadowMap + GatherEverything<Midpoint> + GatherEverything<Quadrature>
+{
+}
+
+impl<B> Renderer for B where
+    B: Download + RenderShadowMap + GatherEverything<Midpoint> + GatherEverything<Quadrature>
+{
+}
+
+/// Lights and rays on a backend, ready to be gathered.
+pub(crate) struct Stage<'a, B: Backend> {
+    pub(crate) backend: &'a B,
+    pub(crate) tracer: &'a Tracer,
+    pub(crate) medium: &'a Medium,
+    pub(crate) emitters: &'a [Emitter],
+    /// One per emitter, or none if no setting needs them.
+    pub(crate) maps: &'a [ShadowMap<B::Memory>],
+    pub(crate) rays: BufferOf<B, Ray>,
+    pub(crate) count: usize,
+}
+
+impl<B: Renderer> Stage<'_, B> {
+    /// The airlight of every ray, all work done.
+    pub(crate) fn airlight(&self, setting: Setting) -> Result<BufferOf<B, [f32; 4]>, Failure> {
+        let mut radiance = self.backend.zeros::<[f32; 4]>(self.count)?;
+        match setting.airlight {
+            Airlight::Midpoint => self.gather(setting, &Midpoint, &mut radiance)?,
+            Airlight::Quadrature => {
+                let quadrature = Quadrature::new(setting.nodes)?;
+                self.gather(setting, &quadrature, &mut radiance)?;
+            }
+        }
+        self.backend.wait()?;
+        Ok(radiance)
+    }
+
+    fn gather<A>(
+        &self,
+        setting: Setting,
+        evaluator: &A,
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), Failure>
+    where
+        B: GatherEverything<A>,
+    {
+        let Self {
+            backend,
+            rays,
+            medium,
+            ..
+        } = self;
+        for (index, emitter) in self.emitters.iter().enumerate() {
+            let march = |spacing| ShadowMapMarch::new(&self.maps[index], setting.steps, spacing);
+            match setting.visibility {
+                Visibility::None => {
+                    backend.gather(rays, emitter, medium, &Unshadowed, evaluator, radiance)?;
+                }
+                Visibility::Exact => {
+                    let exact = Exact::new(self.tracer);
+                    backend.gather(rays, emitter, medium, &exact, evaluator, radiance)?;
+                }
+                Visibility::March => {
+                    let march = march(Spacing::Distance);
+                    backend.gather(rays, emitter, medium, &march, evaluator, radiance)?;
+                }
+                Visibility::EquiAngular => {
+                    let march = march(Spacing::EquiAngular);
+                    backend.gather(rays, emitter, medium, &march, evaluator, radiance)?;
+                }
+                Visibility::MarchMerged => {
+                    let merged = MergeTouching(march(Spacing::Distance));
+                    backend.gather(rays, emitter, medium, &merged, evaluator, radiance)?;
+                }
+                Visibility::EquiAngularMerged => {
+                    let merged = MergeTouching(march(Spacing::EquiAngular));
+                    backend.gather(rays, emitter, medium, &merged, evaluator, radiance)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The shadow maps of all emitters, in order.
+pub(crate) fn shadow_maps<B: RenderShadowMap>(
+    backend: &B,
+    casters: &Casters<B::Memory>,
+    emitters: &[Emitter],
+    resolution: u32,
+    mut done: impl FnMut(),
+) -> Result<Vec<ShadowMap<B::Memory>>, Failure> {
+    let mut maps = Vec::with_capacity(emitters.len());
+    for emitter in emitters {
+        maps.push(backend.shadow_map(casters, emitter, resolution)?);
+        done();
+    }
+    Ok(maps)
+}
+
+/// Memory that the shadow maps of all lights may take together.
+const MAX_MAP_BYTES: u64 = 1 << 29;
+
+/// The resolution asked for, or less if the maps of all `emitters` would take
+/// more than 512 MiB.
+pub(crate) fn affordable_resolution(asked: u32, geometry: &Geometry, emitters: &[Emitter]) -> u32 {
+    let faces: u64 = emitters
+        .iter()
+        .map(|e| face_count(geometry, e) as u64)
+        .sum();
+    let bytes = |side: u32| 4 * faces * u64::from(side) * u64::from(side);
+    let mut side = asked;
+    while side > 16 && bytes(side) > MAX_MAP_BYTES {
+        side /= 2;
+    }
+    side
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use gpu_backend::Cpu;
+    use lighting::emitter::Emission;
+    use lighting::procedural::Embedded;
+
+    use super::*;
+
+    #[test]
+    fn the_maps_of_many_lights_stay_within_their_memory() {
+        let geometry = Geometry::new(&Embedded::Fence.build(1)).unwrap();
+        let bounds = geometry.bounds();
+        let centre = 0.5 * (bounds.min() + bounds.max());
+        let light = Emitter::point(centre, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+        assert_eq!(
+            affordable_resolution(1024, &geometry, std::slice::from_ref(&light)),
+            1024
+        );
+        let many = vec![light; 100];
+        let side = affordable_resolution(1024, &geometry, &many);
+        let backend = Cpu::new();
+        let casters = Casters::upload(&backend, &geometry).unwrap();
+        let map = backend.shadow_map(&casters, &many[0], side).unwrap();
+        let total = 100 * map.bytes();
+        assert!(
+            total <= MAX_MAP_BYTES && 4 * total > MAX_MAP_BYTES,
+            "{total}"
+        );
+    }
+}

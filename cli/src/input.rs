@@ -1,0 +1,210 @@
+//! A scene from the command line, ready to be measured or rendered.
+
+use std::path::Path;
+use std::time::Instant;
+
+use lighting::Emitter;
+use lighting::load::{Loaded, scene_from_path};
+use lighting::procedural::Embedded;
+use lighting::scene::{Camera, Geometry, Medium, PhaseFunction, Scene};
+use lighting::trace::Tracer;
+
+use crate::args::{MediumOptions, Phase, SceneOptions};
+use crate::failure::Failure;
+use crate::format::count;
+use crate::progress;
+
+/// A checked scene with everything that does not depend on the picture.
+pub(crate) struct Input {
+    pub(crate) scene: Scene,
+    pub(crate) geometry: Geometry,
+    pub(crate) tracer: Tracer,
+    /// Seconds that the tracer took to build.
+    pub(crate) seconds_tracer: f64,
+    /// Every light as emitters, area lights as several.
+    pub(crate) emitters: Vec<Emitter>,
+    /// What was placed, assumed or ignored.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Input {
+    /// Reads or builds the scene that `name` stands for.
+    pub(crate) fn load(name: &str, options: &SceneOptions) -> Result<Self, Failure> {
+        let spinner = progress::spinner("loading the scene");
+        let Loaded {
+            mut scene,
+            mut notes,
+            ..
+        } = read(name, options.seed)?;
+        let about = |failure: Failure| failure.about(name);
+        let geometry = Geometry::new(&scene).map_err(|error| about(error.into()))?;
+        if geometry.dropped() > 0 {
+            notes.push(format!(
+                "{} without area left out",
+                count(geometry.dropped(), "triangle")
+            ));
+        }
+        let placed = scene
+            .complete(geometry.bounds())
+            .map_err(|error| about(error.into()))?;
+        notes.extend(placed.iter().map(ToString::to_string));
+        set_medium(&mut scene, &geometry, &options.medium, &mut notes)?;
+        let mut emitters = Vec::new();
+        for light in &scene.lights {
+            let found = light.emitters(options.lights);
+            emitters.extend(found.map_err(|error| about(error.into()))?);
+        }
+        let clock = Instant::now();
+        let tracer = Tracer::new(&geometry);
+        let seconds_tracer = clock.elapsed().as_secs_f64();
+        spinner.finish_and_clear();
+        Ok(Self {
+            scene,
+            geometry,
+            tracer,
+            seconds_tracer,
+            emitters,
+            notes,
+        })
+    }
+
+    /// The scene's camera.
+    pub(crate) fn camera(&self) -> Result<Camera, Failure> {
+        self.scene
+            .camera
+            .ok_or_else(|| Failure::new("the scene has no camera, and none could be placed"))
+    }
+
+    /// [`Input::light_kinds`] as a noun: `point light`, `165 spot lights`.
+    pub(crate) fn lights(&self) -> String {
+        let plural = if self.scene.lights.len() == 1 {
+            ""
+        } else {
+            "s"
+        };
+        format!("{} light{plural}", self.light_kinds())
+    }
+
+    /// Kinds of lights with their numbers: `point`, `165 spot`, `1 directional
+    /// + 4 spot`.
+    pub(crate) fn light_kinds(&self) -> String {
+        let mut kinds: Vec<(&str, usize)> = Vec::new();
+        for light in &self.scene.lights {
+            match kinds.iter_mut().find(|(kind, _)| *kind == light.kind()) {
+                Some((_, number)) => *number += 1,
+                None => kinds.push((light.kind(), 1)),
+            }
+        }
+        match kinds[..] {
+            [] => "no".into(),
+            [(kind, 1)] => kind.into(),
+            _ => {
+                let texts = kinds
+                    .iter()
+                    .map(|(kind, number)| format!("{number} {kind}"));
+                texts.collect::<Vec<_>>().join(" + ")
+            }
+        }
+    }
+}
+
+/// The embedded scene of that name, or else the file.
+fn read(name: &str, seed: u64) -> Result<Loaded, Failure> {
+    if let Some(embedded) = Embedded::from_name(name) {
+        return Ok(Loaded {
+            scene: embedded.build(seed),
+            notes: Vec::new(),
+        });
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let names: Vec<&str> = Embedded::ALL.iter().map(|scene| scene.name()).collect();
+        return Err(Failure::new(format!(
+            "there is no file {name}, and no embedded scene of that name; embedded scenes are {}",
+            names.join(", ")
+        )));
+    }
+    let mut loaded = scene_from_path(path).map_err(|error| Failure::from(error).about(name))?;
+    if let Some(stem) = path.file_name() {
+        loaded.scene.name = stem.to_string_lossy().into_owned();
+    }
+    Ok(loaded)
+}
+
+/// Applies the options; fills a scene that has no medium with fog unless they
+/// say what it holds.
+fn set_medium(
+    scene: &mut Scene,
+    geometry: &Geometry,
+    options: &MediumOptions,
+    notes: &mut Vec<String>,
+) -> Result<(), Failure> {
+    let coefficients_given = options.sigma_s.is_some() || options.sigma_a.is_some();
+    if scene.medium.is_none() {
+        if coefficients_given {
+            let zero = glam::Vec3::ZERO;
+            scene.medium = Some(Medium::new(zero, zero, PhaseFunction::Isotropic)?);
+        } else if let Some(placement) = scene.fill_with_fog(geometry.bounds())? {
+            notes.push(placement.to_string());
+        }
+    }
+    let Some(old) = scene.medium else {
+        return Ok(());
+    };
+    let phase = phase_function(options, old.phase())?;
+    let sigma_s = options.sigma_s.unwrap_or(old.sigma_s());
+    let sigma_a = options.sigma_a.unwrap_or(old.sigma_a());
+    let medium = Medium::new(sigma_s, sigma_a, phase)?;
+    let vacuum = sigma_s == glam::Vec3::ZERO && sigma_a == glam::Vec3::ZERO;
+    scene.medium = match options.medium_box.or(old.bounds()) {
+        _ if vacuum => None,
+        Some(bounds) => Some(medium.within(bounds)),
+        None => Some(medium),
+    };
+    Ok(())
+}
+
+fn phase_function(options: &MediumOptions, old: PhaseFunction) -> Result<PhaseFunction, Failure> {
+    match (options.phase, options.g) {
+        (None, None) => Ok(old),
+        (None | Some(Phase::Hg), Some(g)) => Ok(PhaseFunction::HenyeyGreenstein { g }),
+        (Some(Phase::Hg), None) => match old {
+            PhaseFunction::HenyeyGreenstein { .. } => Ok(old),
+            _ => Err(Failure::new("--phase hg needs its mean cosine: --g")),
+        },
+        (Some(Phase::Isotropic), None) => Ok(PhaseFunction::Isotropic),
+        (Some(Phase::Rayleigh), None) => Ok(PhaseFunction::Rayleigh),
+        (Some(_), Some(_)) => Err(Failure::new("--g goes with --phase hg only")),
+    }
+}
+
+/// The medium in words.
+pub(crate) fn describe_medium(medium: Option<&Medium>) -> String {
+    let Some(medium) = medium else {
+        return "vacuum".into();
+    };
+    let coefficient = |value: glam::Vec3| {
+        let text = |v: f32| crate::format::significant(f64::from(v));
+        if value.x == value.y && value.y == value.z {
+            text(value.x)
+        } else {
+            format!("({}, {}, {})", text(value.x), text(value.y), text(value.z))
+        }
+    };
+    let phase = match medium.phase() {
+        PhaseFunction::Isotropic => "isotropic".into(),
+        PhaseFunction::Rayleigh => "Rayleigh".into(),
+        PhaseFunction::HenyeyGreenstein { g } => format!("Henyey-Greenstein, g = {g}"),
+        other => format!("{other:?}"),
+    };
+    let place = if medium.bounds().is_some() {
+        "in a box"
+    } else {
+        "everywhere"
+    };
+    format!(
+        "fog of σ_s {} and σ_a {} per metre ({phase}) {place}",
+        coefficient(medium.sigma_s()),
+        coefficient(medium.sigma_a())
+    )
+}

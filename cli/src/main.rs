@@ -1,0 +1,45 @@
+//! The `crepuscular` program: measures and renders light and shadow in fog.
+
+mod args;
+mod compare;
+mod engine;
+mod failure;
+mod format;
+mod input;
+mod list;
+mod methods;
+mod output;
+mod parse;
+mod picture;
+mod progress;
+mod render;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+
+/// What the program returns for anything that the user can set right; clap
+/// returns the same for a wrong command line.
+const USER_ERROR: u8 = 2;
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Compare(args) => compare::run(&args),
+        Command::Render(args) => render::run(&args),
+        Command::Methods => {
+            list::methods();
+            Ok(())
+        }
+        Command::Scenes(args) => list::scenes(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(USER_ERROR)
+        }
+    }
+}

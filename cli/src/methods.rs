@@ -1,0 +1,241 @@
+//! The one list of methods: which parts of a ray see the light × how much
+//! light arrives from a part.
+
+use clap::ValueEnum;
+
+/// A source of lit intervals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Visibility {
+    /// Nothing is in the way: no volumetric shadows
+    None,
+    /// Interval ends computed from the triangles that block the ray
+    Exact,
+    /// Steps of equal length through a shadow map
+    March,
+    /// The same, runs of lit steps joined to one interval
+    MarchMerged,
+    /// Steps of equal angle as seen from the light
+    EquiAngular,
+    /// The same, runs of lit steps joined to one interval
+    EquiAngularMerged,
+}
+
+impl Visibility {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Exact => "exact",
+            Self::March => "march",
+            Self::MarchMerged => "march-merged",
+            Self::EquiAngular => "equi-angular",
+            Self::EquiAngularMerged => "equi-angular-merged",
+        }
+    }
+
+    /// True if it looks into a shadow map.
+    pub(crate) fn needs_shadow_map(self) -> bool {
+        !matches!(self, Self::None | Self::Exact)
+    }
+
+    /// True if its steps are equal angles as seen from a point light.
+    pub(crate) fn is_equi_angular(self) -> bool {
+        matches!(self, Self::EquiAngular | Self::EquiAngularMerged)
+    }
+}
+
+/// An evaluator of a lit interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Airlight {
+    /// Gauss-Legendre quadrature in the equi-angular variable
+    Quadrature,
+    /// One sample in the middle
+    Midpoint,
+}
+
+/// A pair with its numbers fixed: what a picture is made with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Setting {
+    pub(crate) visibility: Visibility,
+    /// Steps per ray of a march.
+    pub(crate) steps: u32,
+    pub(crate) airlight: Airlight,
+    /// Nodes of a quadrature per lit interval.
+    pub(crate) nodes: u32,
+}
+
+/// What a method's quality is a number of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Quality {
+    /// Steps of the march; the quadrature has so many nodes.
+    Steps { nodes: u32 },
+    /// Nodes of the quadrature.
+    Nodes,
+}
+
+/// A method of the comparison.
+#[derive(Debug)]
+pub(crate) struct Method {
+    pub(crate) visibility: Visibility,
+    pub(crate) airlight: Airlight,
+    pub(crate) quality: Quality,
+    /// Every quality that is compared, in rising order.
+    pub(crate) qualities: &'static [u32],
+    /// Those of a quick comparison.
+    pub(crate) quick: &'static [u32],
+    /// The one whose picture is shown.
+    pub(crate) pictured: u32,
+    /// What it is, in a few words.
+    pub(crate) title: &'static str,
+    /// What it is for.
+    pub(crate) purpose: &'static str,
+    /// Who described it.
+    pub(crate) paper: &'static str,
+}
+
+const STEPS: &[u32] = &[4, 8, 16, 32, 64, 128, 256];
+const QUICK_STEPS: &[u32] = &[8, 32, 128];
+
+/// All methods, in the order of reports.
+pub(crate) static METHODS: &[Method] = &[
+    Method {
+        visibility: Visibility::None,
+        airlight: Airlight::Quadrature,
+        quality: Quality::Nodes,
+        qualities: &[8],
+        quick: &[8],
+        pictured: 8,
+        title: "no shadows",
+        purpose: "what leaving the shadows out would cost; the floor of the run time",
+        paper: "Sun et al., A Practical Analytic Single Scattering Model, SIGGRAPH 2005 (the integral)",
+    },
+    Method {
+        visibility: Visibility::Exact,
+        airlight: Airlight::Quadrature,
+        quality: Quality::Nodes,
+        qualities: &[2, 4, 8, 16],
+        quick: &[2, 8],
+        pictured: 8,
+        title: "exact intervals",
+        purpose: "truth at the price of tracing; sharp shafts from thin blockers",
+        paper: "the shadow-volume half of Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008",
+    },
+    Method {
+        visibility: Visibility::March,
+        airlight: Airlight::Midpoint,
+        quality: Quality::Steps { nodes: 1 },
+        qualities: STEPS,
+        quick: QUICK_STEPS,
+        pictured: 32,
+        title: "ray marching",
+        purpose: "the classical baseline: any light, any medium, least code",
+        paper: "folklore; as the comparison in Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013",
+    },
+    Method {
+        visibility: Visibility::MarchMerged,
+        airlight: Airlight::Quadrature,
+        quality: Quality::Steps { nodes: 8 },
+        qualities: STEPS,
+        quick: QUICK_STEPS,
+        pictured: 32,
+        title: "marched visibility",
+        purpose: "as ray marching, but the light of a lit run does not depend on the steps",
+        paper: "Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008 (march between shadow bounds)",
+    },
+    Method {
+        visibility: Visibility::EquiAngular,
+        airlight: Airlight::Quadrature,
+        quality: Quality::Steps { nodes: 1 },
+        qualities: STEPS,
+        quick: QUICK_STEPS,
+        pictured: 32,
+        title: "equi-angular sampling",
+        purpose: "point lights in view: steps gather where the inverse square is large",
+        paper: "Kulla and Fajardo, Importance Sampling Techniques for Path Tracing in Participating Media, EGSR 2012",
+    },
+    Method {
+        visibility: Visibility::EquiAngularMerged,
+        airlight: Airlight::Quadrature,
+        quality: Quality::Steps { nodes: 8 },
+        qualities: STEPS,
+        quick: QUICK_STEPS,
+        pictured: 32,
+        title: "equi-angular visibility",
+        purpose: "point lights in view, with runs of lit steps integrated as one",
+        paper: "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
+    },
+];
+
+impl Method {
+    /// The evaluator's name, with its number of nodes where that is fixed.
+    pub(crate) fn airlight_name(&self) -> String {
+        match (self.airlight, self.quality) {
+            (Airlight::Midpoint, _) => "midpoint".into(),
+            (Airlight::Quadrature, Quality::Nodes) => "quadrature".into(),
+            (Airlight::Quadrature, Quality::Steps { nodes }) => format!("quadrature-{nodes}"),
+        }
+    }
+
+    /// The pair that it is: `march x midpoint`.
+    pub(crate) fn name(&self) -> String {
+        format!("{} x {}", self.visibility.name(), self.airlight_name())
+    }
+
+    /// What its quality counts.
+    pub(crate) fn quality_name(&self) -> &'static str {
+        match self.quality {
+            Quality::Steps { .. } => "steps",
+            Quality::Nodes => "nodes",
+        }
+    }
+
+    /// The method at one quality.
+    pub(crate) fn at(&self, quality: u32) -> Setting {
+        let (steps, nodes) = match self.quality {
+            Quality::Steps { nodes } => (quality, nodes),
+            Quality::Nodes => (0, quality),
+        };
+        Setting {
+            visibility: self.visibility,
+            steps,
+            airlight: self.airlight,
+            nodes,
+        }
+    }
+
+    /// True if `filter` names it: its pair, its visibility or its title, or a
+    /// part of these.
+    pub(crate) fn matches(&self, filter: &str) -> bool {
+        let filter = filter.trim().to_lowercase();
+        !filter.is_empty()
+            && (self.visibility.name() == filter
+                || self.name().contains(&filter)
+                || self.title.contains(&filter))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_distinct_and_qualities_rise() {
+        for (index, method) in METHODS.iter().enumerate() {
+            assert!(METHODS[..index].iter().all(|m| m.name() != method.name()));
+            assert!(METHODS[..index].iter().all(|m| m.title != method.title));
+            assert!(method.qualities.is_sorted());
+            for list in [method.quick, &[method.pictured]] {
+                assert!(list.iter().all(|q| method.qualities.contains(q)));
+            }
+        }
+    }
+
+    #[test]
+    fn filters_find_methods_by_any_of_their_names() {
+        let found = |filter: &str| METHODS.iter().filter(|m| m.matches(filter)).count();
+        assert_eq!(found("march x midpoint"), 1);
+        assert_eq!(found("exact"), 1);
+        assert_eq!(found("Equi-Angular"), 2);
+        assert_eq!(found("no such thing"), 0);
+        assert_eq!(found(""), 0);
+    }
+}

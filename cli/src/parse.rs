@@ -1,0 +1,146 @@
+//! Values on the command line that are more than one number.
+
+use glam::Vec3;
+use lighting::scene::Bounds;
+
+/// The largest side of a picture.
+pub(crate) const MAX_SIDE: u32 = 16384;
+
+/// Width and height of a picture, `320x180`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Size {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+}
+
+impl Size {
+    pub(crate) fn pixels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+pub(crate) fn size(text: &str) -> Result<Size, String> {
+    let expected = "expected WIDTHxHEIGHT, such as 320x180";
+    let (width, height) = text.split_once(['x', 'X', '×']).ok_or(expected)?;
+    let side = |text: &str| text.trim().parse::<u32>().map_err(|_| expected);
+    let (width, height) = (side(width)?, side(height)?);
+    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
+        return Err(format!("both sides must be 1 to {MAX_SIDE} pixels"));
+    }
+    Ok(Size { width, height })
+}
+
+/// A coefficient per channel: one number, or three separated by commas.
+pub(crate) fn coefficient(text: &str) -> Result<Vec3, String> {
+    let numbers = numbers(text)?;
+    let value = match numbers[..] {
+        [all] => Vec3::splat(all),
+        [r, g, b] => Vec3::new(r, g, b),
+        _ => return Err("expected a number, or three as R,G,B".into()),
+    };
+    if !(value.min_element() >= 0.0) {
+        return Err("must not be negative".into());
+    }
+    Ok(value)
+}
+
+pub(crate) fn bounds(text: &str) -> Result<Bounds, String> {
+    let numbers = numbers(text)?;
+    let [ax, ay, az, bx, by, bz] = numbers[..] else {
+        return Err("expected two corners as X,Y,Z,X,Y,Z".into());
+    };
+    Bounds::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)).map_err(|error| error.to_string())
+}
+
+/// A duration above 0, in seconds, at most a day.
+pub(crate) fn duration(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number of seconds")?;
+    if !(value > 0.0 && value <= 86400.0) {
+        return Err("expected above 0 and at most 86400 seconds".into());
+    }
+    Ok(value)
+}
+
+/// The relative error that the reference may have per pixel.
+pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number")?;
+    if !(1e-10..=1e-2).contains(&value) {
+        return Err("expected 1e-10 to 1e-2".into());
+    }
+    Ok(value)
+}
+
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
+    let value: f32 = text.parse().map_err(|_| "expected a number")?;
+    if !value.is_finite() {
+        return Err("expected a finite number".into());
+    }
+    Ok(value)
+}
+
+/// The mean cosine of the Henyey-Greenstein phase function.
+pub(crate) fn mean_cosine(text: &str) -> Result<f32, String> {
+    let value = finite(text)?;
+    if !(value.abs() < 1.0) {
+        return Err("expected a number between -1 and 1, both excluded".into());
+    }
+    Ok(value)
+}
+
+fn numbers(text: &str) -> Result<Vec<f32>, String> {
+    text.split(',').map(|part| finite(part.trim())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_checked() {
+        let expected = Size {
+            width: 320,
+            height: 180,
+        };
+        assert_eq!(size("320x180"), Ok(expected));
+        assert_eq!(size(" 320 × 180"), Ok(expected));
+        for bad in [
+            "",
+            "0x0",
+            "1x0",
+            "16385x1",
+            "-1x4",
+            "3",
+            "axb",
+            "99999999999x1",
+        ] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn numbers_must_be_in_their_domain() {
+        assert_eq!(coefficient("0.5"), Ok(Vec3::splat(0.5)));
+        assert_eq!(coefficient("1,2,3"), Ok(Vec3::new(1.0, 2.0, 3.0)));
+        for bad in ["", "-1", "nan", "inf", "1,2", "1,-2,3", "1e99"] {
+            assert!(coefficient(bad).is_err(), "{bad}");
+        }
+        assert!(bounds("0,0,0,1,1,1").is_ok());
+        for bad in ["0,0,0", "0,0,0,1,1,0", "0,0,0,1,1,nan"] {
+            assert!(bounds(bad).is_err(), "{bad}");
+        }
+        assert!(duration("10").is_ok());
+        assert!(
+            ["0", "-1", "nan", "1e9"]
+                .iter()
+                .all(|t| duration(t).is_err())
+        );
+        assert!(["0", "nan", "1"].iter().all(|t| tolerance(t).is_err()));
+        assert!(["1", "-1", "nan"].iter().all(|t| mean_cosine(t).is_err()));
+    }
+}

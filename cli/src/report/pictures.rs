@@ -1,0 +1,140 @@
+//! The reference as a picture, and each method's difference to it.
+
+use std::fmt::Write;
+
+use crate::compare::results::{Measurement, Results};
+use crate::failure::Failure;
+use crate::format::{error, escape, significant};
+use crate::picture::{Picture, data_uri};
+
+use super::summary::setting;
+
+pub(super) fn write(html: &mut String, results: &Results) -> Result<(), Failure> {
+    let pictures = &results.pictures;
+    let composite = pictures.surfaces.plus(&pictures.airlight);
+    let exposure = composite.automatic_exposure();
+    let _ = write!(
+        html,
+        "<h2>Pictures</h2>\n<p class=\"soft\">Radiance times 2<sup>{exposure:.1}</sup>, then 1 − exp(−x) per channel, then sRGB: the same for every picture.</p>\n<div class=\"pictures\">\n"
+    );
+    for (title, picture) in [
+        ("Reference: surfaces and airlight", &composite),
+        ("Reference: airlight alone", &pictures.airlight),
+    ] {
+        let _ = writeln!(
+            html,
+            "<figure><figcaption>{title}</figcaption>{}</figure>",
+            image(&picture.png(exposure)?, picture, title)
+        );
+    }
+    html.push_str("</div>\n");
+    if pictures.methods.is_empty() {
+        return Ok(());
+    }
+    let scale = difference_scale(results);
+    let of_the_mean = if results.reference.absolute || results.reference.mean <= 0.0 {
+        String::new()
+    } else {
+        let share = f64::from(scale) / results.reference.mean;
+        format!(", {} of the mean radiance", error(share, false))
+    };
+    let _ = write!(
+        html,
+        "<h3>Airlight by method, and its difference to the reference</h3>\n\
+<p class=\"soft\">Differences of luminance: too dark <span class=\"scale\" aria-hidden=\"true\"></span> too bright. Full colour is ±{}{of_the_mean}, or more; \
+the ramp is a square root, so that small differences show. The scale is the same for all.</p>\n<div class=\"pairs\">\n",
+        significant(f64::from(scale)),
+    );
+    for shown in &pictures.methods {
+        let m = &results.measurements[shown.measurement];
+        let caption = caption(results, m);
+        let difference = shown.airlight.difference_png(&pictures.airlight, scale)?;
+        let _ = writeln!(
+            html,
+            "<figure class=\"pair\"><figcaption>{caption}</figcaption>{}{}</figure>",
+            image(
+                &shown.airlight.png(exposure)?,
+                &shown.airlight,
+                m.method.title
+            ),
+            image(&difference, &shown.airlight, "difference"),
+        );
+    }
+    html.push_str("</div>\n");
+    Ok(())
+}
+
+fn caption(results: &Results, m: &Measurement) -> String {
+    let backend = if results.backends.len() > 1 {
+        format!(" on {}", escape(&m.backend))
+    } else {
+        String::new()
+    };
+    format!(
+        "<b>{}</b>{backend}: RMSE {}",
+        setting(m),
+        error(m.error.rmse, results.reference.absolute)
+    )
+}
+
+/// The geometric mean, over the pictures of methods that sample a shadow map,
+/// of the 99th percentile of their differences, rounded up to 1, 2 or 5 times
+/// a power of ten. Good and bad methods can both be told apart at it.
+fn difference_scale(results: &Results) -> f32 {
+    let pictures = &results.pictures;
+    let sampled = |m: &Measurement| m.method.visibility.needs_shadow_map();
+    let mut logs = Vec::new();
+    for sampling_only in [true, false] {
+        for shown in &pictures.methods {
+            if sampling_only && !sampled(&results.measurements[shown.measurement]) {
+                continue;
+            }
+            let sorted = shown.airlight.sorted_differences(&pictures.airlight);
+            let value = sorted[(sorted.len() - 1) * 99 / 100];
+            if value > 0.0 && value.is_finite() {
+                logs.push(value.log10());
+            }
+        }
+        if !logs.is_empty() {
+            break;
+        }
+    }
+    if logs.is_empty() {
+        return 1e-6_f32.max(results.reference.mean as f32 * 1e-6);
+    }
+    let mean = logs.iter().sum::<f32>() / logs.len() as f32;
+    let power = 10_f32.powf(mean.floor());
+    let step = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|step| *step * power >= 10_f32.powf(mean))
+        .unwrap_or(10.0);
+    step * power
+}
+
+fn image(png: &[u8], picture: &Picture, description: &str) -> String {
+    format!(
+        "<img src=\"{}\" width=\"{}\" height=\"{}\" alt=\"{description}\">",
+        data_uri(png),
+        picture.size.width,
+        picture.size.height
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::results::tests::example;
+
+    #[test]
+    fn the_scale_of_differences_is_a_round_number() {
+        let mut results = example();
+        // The picture is 0.01 brighter than the reference.
+        assert!((difference_scale(&results) / 0.02 - 1.0).abs() < 0.6);
+        results.pictures.methods[0].airlight = results.pictures.airlight.clone();
+        assert!(difference_scale(&results) > 0.0);
+        let mut html = String::new();
+        write(&mut html, &results).unwrap();
+        assert_eq!(html.matches("<img").count(), 4);
+        assert!(!html.contains("NaN"));
+    }
+}

@@ -1,0 +1,156 @@
+//! The answer in a few sentences.
+
+use std::fmt::Write;
+
+use crate::compare::results::{Measurement, Results, fastest_within};
+use crate::format::{error, seconds, significant};
+use crate::methods::{Airlight, METHODS, Method, Visibility};
+
+/// Errors at which methods are compared.
+pub(super) const TARGETS: [f64; 7] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001];
+
+pub(super) fn write(html: &mut String, results: &Results) {
+    html.push_str("<div class=\"summary\">\n");
+    for sentence in sentences(results) {
+        let _ = writeln!(html, "<p>{sentence}</p>");
+    }
+    html.push_str("</div>\n");
+}
+
+/// The sentences of the summary, as HTML without paragraphs.
+fn sentences(results: &Results) -> Vec<String> {
+    let all = &results.measurements;
+    let absolute = results.reference.absolute;
+    let shown = |m: &Measurement| format!("<b>{}</b>", setting(m));
+    if all.is_empty() {
+        return vec!["Nothing was measured; the report lists what was left out and why.".into()];
+    }
+    let mut sentences = Vec::new();
+    for target in decisive_targets(results) {
+        let Some(best) = fastest_within(all, None, target) else {
+            continue;
+        };
+        let mut text = format!(
+            "For an error of {}, {} is the fastest: {} a frame",
+            error(target, absolute),
+            shown(best),
+            seconds(best.frame.median)
+        );
+        if !is_baseline(best.method) {
+            match fastest_within(all, Some(baseline()), target) {
+                Some(march) => {
+                    let ratio = march.frame.median / best.frame.median;
+                    let _ = write!(
+                        text,
+                        ", against {} by plain {} with {} steps ({} times as long)",
+                        seconds(march.frame.median),
+                        march.method.title,
+                        march.quality,
+                        significant(ratio)
+                    );
+                }
+                None if all.iter().any(|m| is_baseline(m.method)) => {
+                    text.push_str("; plain ray marching does not get there");
+                }
+                None => {}
+            }
+        }
+        text.push('.');
+        sentences.push(text);
+    }
+    if let Some(best) = all
+        .iter()
+        .min_by(|a, b| a.error.rmse.total_cmp(&b.error.rmse))
+    {
+        sentences.push(format!(
+            "The least error is {}, by {} in {} a frame.",
+            error(best.error.rmse, absolute),
+            shown(best),
+            seconds(best.frame.median)
+        ));
+    }
+    let shadowless = all.iter().find(|m| m.method.visibility == Visibility::None);
+    if let Some(m) = shadowless {
+        sentences.push(format!(
+            "Leaving the shadows out altogether would be an error of {}.",
+            error(m.error.rmse, absolute)
+        ));
+    }
+    sentences
+}
+
+/// The summary as plain text for the terminal.
+pub(crate) fn plain(results: &Results) -> Vec<String> {
+    sentences(results)
+        .iter()
+        .map(|sentence| sentence.replace("<b>", "").replace("</b>", ""))
+        .collect()
+}
+
+/// A measurement's method and quality in words.
+pub(super) fn setting(m: &Measurement) -> String {
+    format!(
+        "{} with {} {}",
+        m.method.title,
+        m.quality,
+        m.method.quality_name()
+    )
+}
+
+/// At most two errors at which there is a choice: the coarsest that at least
+/// two methods with shadows reach, and the finest such.
+fn decisive_targets(results: &Results) -> Vec<f64> {
+    if results.reference.absolute {
+        return Vec::new();
+    }
+    let reached = |target: f64| {
+        METHODS
+            .iter()
+            .filter(|method| method.visibility != Visibility::None)
+            .filter(|method| fastest_within(&results.measurements, Some(method), target).is_some())
+            .count()
+            >= 2
+    };
+    let all: Vec<f64> = TARGETS[2..]
+        .iter()
+        .copied()
+        .filter(|t| reached(*t))
+        .collect();
+    match all[..] {
+        [] => TARGETS[..2]
+            .iter()
+            .rev()
+            .copied()
+            .find(|t| reached(*t))
+            .into_iter()
+            .collect(),
+        [only] => vec![only],
+        [first, .., last] => vec![first, last],
+    }
+}
+
+fn baseline() -> &'static Method {
+    METHODS
+        .iter()
+        .find(|method| is_baseline(method))
+        .expect("the registry has plain ray marching")
+}
+
+fn is_baseline(method: &Method) -> bool {
+    method.visibility == Visibility::March && method.airlight == Airlight::Midpoint
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::results::tests::example;
+
+    #[test]
+    fn the_fastest_within_an_error_is_named_with_its_price() {
+        let text = plain(&example()).join("\n");
+        assert!(text.contains("For an error of 10 %"), "{text}");
+        assert!(text.contains("against"), "{text}");
+        assert!(text.contains("The least error is"), "{text}");
+        assert!(text.contains("Leaving the shadows out"), "{text}");
+    }
+}

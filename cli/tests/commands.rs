@@ -1,0 +1,183 @@
+//! What the commands write when nothing is wrong.
+
+#![allow(clippy::unwrap_used, reason = "what does not unwrap is a failed test")]
+
+use std::path::Path;
+use std::process::Command;
+
+fn succeeds(place: &Path, arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_crepuscular"))
+        .current_dir(place)
+        .args(arguments)
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {message}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+const SMALL: [&str; 7] = [
+    "--quick",
+    "--size",
+    "40x24",
+    "--map",
+    "128",
+    "--time-budget",
+    "6",
+];
+
+fn names(place: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(place).unwrap();
+    let mut names: Vec<_> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
+    let place = tempfile::tempdir().unwrap();
+    let text = succeeds(place.path(), &[&["compare", "fence"][..], &SMALL].concat());
+    assert!(text.contains("crepuscular-report"), "{text}");
+    assert_eq!(names(place.path()), ["crepuscular-report"]);
+    let report = place.path().join("crepuscular-report");
+    assert_eq!(names(&report), ["index.html", "results.csv"]);
+
+    let csv = std::fs::read_to_string(report.join("results.csv")).unwrap();
+    let mut lines = csv.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "scene,light,visibility,airlight,backend,quality,error_rmse,error_max,error_rel_p99,seconds_build,seconds_frame,bytes"
+        )
+    );
+    let mut pairs = Vec::new();
+    for line in lines {
+        let columns: Vec<&str> = line.split(',').collect();
+        assert_eq!(columns.len(), 12, "{line}");
+        pairs.push(format!("{} x {}", columns[2], columns[3]));
+        for number in &columns[5..] {
+            let value: f64 = number.parse().unwrap();
+            assert!(value.is_finite() && value >= 0.0, "{line}");
+        }
+        assert!(columns[10].parse::<f64>().unwrap() > 0.0, "{line}");
+    }
+    pairs.dedup();
+    assert_eq!(
+        pairs,
+        [
+            "none x quadrature",
+            "exact x quadrature",
+            "march x midpoint",
+            "march-merged x quadrature-8",
+            "equi-angular x quadrature-1",
+            "equi-angular-merged x quadrature-8"
+        ]
+    );
+
+    let html = std::fs::read_to_string(report.join("index.html")).unwrap();
+    for absent in ["http://", "https://", "<script", "NaN", ">inf"] {
+        assert!(!html.contains(absent), "{absent}");
+    }
+    for present in [
+        "<svg",
+        "data:image/png;base64,",
+        "Left out",
+        "Error against run time",
+    ] {
+        assert!(html.contains(present), "{present}");
+    }
+
+    // A second run replaces the first.
+    succeeds(place.path(), &[&["compare", "fence"][..], &SMALL].concat());
+    assert_eq!(names(place.path()), ["crepuscular-report"]);
+}
+
+#[test]
+fn more_quality_is_less_error() {
+    let place = tempfile::tempdir().unwrap();
+    succeeds(place.path(), &[&["compare", "coil"][..], &SMALL].concat());
+    let csv = std::fs::read_to_string(place.path().join("crepuscular-report/results.csv")).unwrap();
+    let error = |visibility: &str, quality: &str| -> f64 {
+        let mut rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let row = rows
+            .find(|c| c[2] == visibility && c[5] == quality)
+            .unwrap();
+        row[6].parse().unwrap()
+    };
+    assert!(error("exact", "8") < 1e-2);
+    assert!(error("march", "128") < error("march", "8"));
+    assert!(error("equi-angular", "128") < error("equi-angular", "8"));
+    assert!(error("exact", "8") < error("march-merged", "128"));
+}
+
+#[test]
+fn a_vacuum_is_reported_as_one() {
+    let place = tempfile::tempdir().unwrap();
+    let vacuum = ["--sigma-s", "0", "--sigma-a", "0"];
+    let arguments = [&["compare", "fence"][..], &SMALL, &vacuum].concat();
+    succeeds(place.path(), &arguments);
+    let report = place.path().join("crepuscular-report");
+    let html = std::fs::read_to_string(report.join("index.html")).unwrap();
+    assert!(html.contains("no medium"));
+    let csv = std::fs::read_to_string(report.join("results.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1, "only the header");
+
+    let plan = succeeds(place.path(), &[&arguments[..], &["--plan"]].concat());
+    assert!(plan.contains("left out: airlight (no medium)"), "{plan}");
+}
+
+#[test]
+fn a_plan_says_why_a_sun_is_not_sampled_by_angle() {
+    let place = tempfile::tempdir().unwrap();
+    let plan = succeeds(place.path(), &["compare", "city", "--quick", "--plan"]);
+    assert!(plan.contains("no equi-angular variable"), "{plan}");
+    assert!(
+        plan.contains("runs: ray marching with 8, 32, 128 steps on cpu"),
+        "{plan}"
+    );
+    assert_eq!(
+        names(place.path()),
+        Vec::<String>::new(),
+        "nothing is written"
+    );
+}
+
+#[test]
+fn a_mesh_without_anything_else_is_lit_and_filled_and_said_so() {
+    let place = tempfile::tempdir().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    std::fs::write(place.path().join("a.ply"), ply).unwrap();
+    let common = ["a.ply", "--size", "32x18", "-o"];
+    let text = succeeds(
+        place.path(),
+        &[&["render"][..], &common, &["a.png"]].concat(),
+    );
+    for what in ["no camera", "no light", "no medium"] {
+        assert!(text.contains(what), "{text}");
+    }
+    let marched = ["a.exr", "--visibility", "equi-angular", "--samples", "16"];
+    succeeds(place.path(), &[&["render"][..], &common, &marched].concat());
+    assert_eq!(names(place.path()), ["a.exr", "a.ply", "a.png"]);
+    let start = |name: &str| std::fs::read(place.path().join(name)).unwrap()[..4].to_vec();
+    assert_eq!(start("a.png"), b"\x89PNG");
+    assert_eq!(start("a.exr"), [0x76, 0x2f, 0x31, 0x01]);
+}
+
+#[test]
+fn lists_name_everything() {
+    let place = tempfile::tempdir().unwrap();
+    let methods = succeeds(place.path(), &["methods"]);
+    assert!(methods.contains("equi-angular × quadrature-1") && methods.contains("HPG 2013"));
+    let scenes = succeeds(place.path(), &["scenes", "--map", "64"]);
+    for name in ["city", "landscape", "hairball", "smoke", "stiff"] {
+        assert!(
+            scenes.lines().any(|line| line.starts_with(name)),
+            "{scenes}"
+        );
+    }
+    assert!(scenes.contains("solids"), "{scenes}");
+}
