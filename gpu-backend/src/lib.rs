@@ -14,6 +14,11 @@
 //!   only record work for somebody else to submit are a `Backend` without
 //!   being a `Download`: reading too early is then a compile error.
 //! * [`Cpu`] is the backend that defines every result. It is always there.
+//! * `gpu::Gpu` (feature `wgpu`) runs steps on a GPU: on the user's device, into
+//!   the user's command encoder, or on an adapter that it picks itself.
+//! * `testing` (feature `testing`) is for tests of steps: shaders checked
+//!   without a device, layouts compared with Rust, a device or the reason why
+//!   there is none.
 //!
 //! # A step for any backend
 //!
@@ -59,6 +64,10 @@
 
 mod cpu;
 mod error;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
+#[cfg(feature = "testing")]
+pub mod testing;
 
 pub use cpu::{Cpu, Host};
 pub use error::Error;

@@ -46,6 +46,7 @@
 //! | `trace` | `trace` | a BVH: camera rays, shadow rays |
 //! | `view` | `trace` | the rays of a picture, and its surfaces |
 //! | `procedural` | `procedural` | scenes that need no file, and the figures of any scene |
+//! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
 //! | `load` | `gltf`, `ply` | scene files |
 //!
 //! # Conventions and limits
@@ -59,6 +60,8 @@
 pub mod airlight;
 pub mod emitter;
 mod gather;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
 #[cfg(any(feature = "gltf", feature = "ply"))]
 pub mod load;
 mod path;

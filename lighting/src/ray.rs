@@ -106,3 +106,23 @@ impl LitInterval {
         }
     }
 }
+
+#[cfg(all(test, feature = "wgpu"))]
+mod layout {
+    use super::*;
+
+    #[test]
+    fn shaders_see_rays_as_they_are() {
+        let shader = crate::gpu::tests::path_shader();
+        gpu_backend::assert_same_layout!(
+            shader,
+            "light_Ray",
+            Ray {
+                origin,
+                length,
+                direction,
+                padding
+            }
+        );
+    }
+}

@@ -97,11 +97,11 @@ fn face_changes(path: &LightPath<'_>, sun: &DirectionalEmitter) -> [f32; 2] {
                 continue;
             }
             let here = lines[i].0 + lines[i].1 * x;
-            let least = lines[..count]
-                .iter()
-                .map(|(base, slope)| base + slope * x)
-                .fold(f32::INFINITY, f32::min);
             // The third line must not lie below the crossing, up to rounding.
+            let least = (0..count)
+                .filter(|k| *k != i && *k != j)
+                .map(|k| lines[k].0 + lines[k].1 * x)
+                .fold(f32::INFINITY, f32::min);
             if here <= least + 1e-5 * here.abs() && found < 2 {
                 kinks[found] = x;
                 found += 1;
@@ -182,6 +182,42 @@ mod tests {
             let parts = evaluate(&path, Interval::new(span.start, middle))
                 + evaluate(&path, Interval::new(middle, span.end));
             assert!((parts.x / value.x - 1.0).abs() < 1e-5, "{k}");
+        }
+    }
+
+    #[test]
+    fn sunlight_along_the_faces_of_a_box_and_corners_keep_their_accuracy() {
+        let bounds = Bounds::new(Vec3::new(-3.0, -1.0, -8.0), Vec3::new(4.0, 3.0, 1.0)).unwrap();
+        let medium = Medium::new(Vec3::splat(0.3), Vec3::splat(0.1), PhaseFunction::Isotropic)
+            .unwrap()
+            .within(bounds);
+        let suns = [
+            Vec3::NEG_Y,
+            Vec3::new(0.3, -1.0, 0.2),
+            Vec3::new(0.0, -1.0, 0.2),
+        ];
+        for k in 0..3000_u32 {
+            let unit =
+                |i: u32| ((k * 12 + i).wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0;
+            let origin = 10.0 * Vec3::new(unit(0) - 0.5, unit(1) - 0.5, unit(2) - 0.5);
+            let direction = Vec3::new(unit(3) - 0.5, unit(4) - 0.5, unit(5) - 0.5);
+            let sun = sun(suns[k as usize % 3]);
+            let ray = Ray::new(origin, direction, 50.0).unwrap();
+            let Some(path) = LightPath::new(&ray, &sun, &medium) else {
+                continue;
+            };
+            let span = path.span();
+            let value = evaluate(&path, span);
+            let steps = 500;
+            let width = f64::from(span.length()) / f64::from(steps);
+            let sum: f64 = (0..steps)
+                .map(|i| f64::from(span.start) + (f64::from(i) + 0.5) * width)
+                .map(|x| f64::from(path.source(x as f32).x) * width)
+                .sum();
+            assert!(
+                (f64::from(value.x) / sum - 1.0).abs() < 1e-3,
+                "{k}: {value} {sum} {ray:?}"
+            );
         }
     }
 }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::AirlightEvaluator;
+use crate::scene::Medium;
 use crate::{Emitter, Interval, LightPath};
 
 /// The integrand at the middle of the interval times its length.
@@ -20,7 +21,7 @@ pub struct Midpoint;
 impl AirlightEvaluator for Midpoint {
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         let start = interval.start;
-        let end = interval.end.min(start + far_end(path));
+        let end = interval.end.min(start + far_end(path.medium()));
         if !(start < end) {
             return Vec3::ZERO;
         }
@@ -39,6 +40,6 @@ impl AirlightEvaluator for Midpoint {
 /// Distance after which a ray to the sky is cut off by methods that need an
 /// end: ten mean free paths of the thinnest channel that scatters, where
 /// 4.5e-5 of the light of a sun is left.
-pub(crate) fn far_end(path: &LightPath<'_>) -> f32 {
-    10.0 / path.medium().sigma_t().min_element().max(f32::MIN_POSITIVE)
+pub(crate) fn far_end(medium: &Medium) -> f32 {
+    10.0 / medium.sigma_t().min_element().max(f32::MIN_POSITIVE)
 }

@@ -18,7 +18,7 @@ pub use directional::directional;
 pub use midpoint::Midpoint;
 pub use quadrature::{NodeCountError, Quadrature};
 
-#[cfg(feature = "march")]
+#[cfg(any(feature = "march", feature = "wgpu"))]
 pub(crate) use midpoint::far_end;
 #[cfg(feature = "march")]
 pub(crate) use quadrature::EquiAngular;

@@ -59,6 +59,12 @@ impl Quadrature {
         })
     }
 
+    /// Nodes and weights.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn rule(&self) -> &[(f32, f32)] {
+        &self.nodes
+    }
+
     /// Number of nodes per interval.
     pub fn nodes(&self) -> u32 {
         self.nodes.len() as u32

@@ -203,9 +203,12 @@ impl<'a> LightPath<'a> {
     pub fn sun_leg(&self, sun: &DirectionalEmitter, x: f32) -> f32 {
         match self.medium.bounds() {
             None => 0.0,
-            Some(_) => self
-                .medium
-                .length_inside(self.ray.at(x), -sun.direction(), f32::INFINITY),
+            Some(bounds) => {
+                // A position on a face may be rounded out of the box.
+                let point = self.ray.at(x).clamp(bounds.min(), bounds.max());
+                self.medium
+                    .length_inside(point, -sun.direction(), f32::INFINITY)
+            }
         }
     }
 

@@ -56,6 +56,12 @@ impl<M: Memory> Casters<M> {
         })
     }
 
+    /// Two opposite corners of a box around all of them.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn corners(&self) -> [Vec3; 2] {
+        self.corners
+    }
+
     /// The triangles, in the order of [`Geometry::triangles`].
     pub fn triangles(&self) -> &M::Buffer<[Vec3; 3]> {
         &self.triangles
@@ -71,6 +77,15 @@ pub struct ShadowMap<M: Memory> {
 }
 
 impl<M: Memory> ShadowMap<M> {
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn from_depth(faces: Vec<Face>, resolution: u32, depth: M::Buffer<f32>) -> Self {
+        Self {
+            faces,
+            resolution,
+            depth,
+        }
+    }
+
     /// One face, or six in the order +X −X +Y −Y +Z −Z.
     pub fn faces(&self) -> &[Face] {
         &self.faces
@@ -98,6 +113,18 @@ fn map_bytes(faces: usize, resolution: u32) -> u64 {
 }
 
 impl ShadowMap<Host> {
+    /// The same map on another backend.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if it does not fit there.
+    pub fn upload<B: Backend>(&self, backend: &B) -> Result<ShadowMap<B::Memory>, Error> {
+        Ok(ShadowMap {
+            faces: self.faces.clone(),
+            resolution: self.resolution,
+            depth: backend.upload(&self.depth)?,
+        })
+    }
+
     /// True if nothing lies between the light and `point`. Points outside of
     /// the picture are lit: an orthographic map holds all casters, and a
     /// spotlight does not light them anyway.
@@ -190,7 +217,7 @@ impl RenderShadowMap for Cpu {
     }
 }
 
-fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapError> {
+pub(crate) fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapError> {
     if !(1..=65536).contains(&resolution) {
         return Err(ShadowMapError::Resolution { resolution });
     }
@@ -251,7 +278,7 @@ pub fn face_count(geometry: &Geometry, emitter: &Emitter) -> usize {
 }
 
 /// The picture planes of a light that can see casters between two corners.
-fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
+pub(crate) fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
     let point = match emitter {
         Emitter::Directional(sun) => return vec![orthographic(corners, sun.direction())],
         Emitter::Point(point) => point,

@@ -17,4 +17,6 @@ pub mod raster;
 
 #[cfg(feature = "procedural")]
 pub(crate) use map::orthographic;
+#[cfg(feature = "wgpu")]
+pub(crate) use map::{check_size, faces};
 pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};

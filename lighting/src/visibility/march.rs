@@ -80,7 +80,7 @@ impl VisibilitySource for ShadowMapMarch<'_, Host> {
         match arc {
             Some(arc) => self.march(path, span, |t| arc.position(t), lit),
             None => {
-                let end = span.end.min(span.start + far_end(path));
+                let end = span.end.min(span.start + far_end(path.medium()));
                 let length = end - span.start;
                 let position = |t: f32| span.start + t * length;
                 self.march(path, Interval::new(span.start, end), position, lit);

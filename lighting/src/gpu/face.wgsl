@@ -1,0 +1,13 @@
+// A picture plane of a light: the shader's side of `Face`.
+
+struct light_Face {
+    origin: vec3<f32>,
+    // 0 for parallel rays, else the tangent of half the opening angle.
+    tan: f32,
+    right: vec3<f32>,
+    half_width: f32,
+    up: vec3<f32>,
+    half_height: f32,
+    forward: vec3<f32>,
+    padding: f32,
+}

@@ -1,0 +1,66 @@
+// The airlight of a bundle of rays: entry point. One invocation per ray.
+
+struct Scene {
+    emitter: light_Emitter,
+    medium: light_Medium,
+    rays: u32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
+}
+
+@group(0) @binding(0) var<uniform> scene: Scene;
+@group(0) @binding(1) var<storage> rays: array<light_Ray>;
+@group(0) @binding(2) var<storage> slide: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read_write> radiance: array<vec4<f32>>;
+
+// Whether lit intervals that touch are joined before they are evaluated.
+override MERGE: bool = false;
+
+fn light_emitter() -> light_Emitter {
+    return scene.emitter;
+}
+
+fn light_medium() -> light_Medium {
+    return scene.medium;
+}
+
+fn light_slide(index: u32) -> vec3<f32> {
+    return slide[index].xyz;
+}
+
+@compute @workgroup_size(64)
+fn gather(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = gpu_index(workgroup, workgroups, local, 64u);
+    if i >= scene.rays {
+        return;
+    }
+    let unmoved = light_path(rays[i]);
+    if !(unmoved.start < unmoved.end) {
+        return;
+    }
+    let path = light_off_the_light(unmoved);
+    var state = light_look(path);
+    // The last interval that was found and has not been evaluated yet.
+    var part = light_Lit(0.0, 0.0, 0.0);
+    var sum = vec3(0.0);
+    loop {
+        let next = light_next_lit(&state, path);
+        if MERGE && next.visibility > 0.0 && next.visibility == part.visibility && next.start == part.end {
+            part.end = next.end;
+            continue;
+        }
+        if part.visibility > 0.0 {
+            sum += part.visibility * light_airlight(path, part.start, part.end);
+        }
+        if next.visibility <= 0.0 {
+            break;
+        }
+        part = next;
+    }
+    radiance[i] = vec4(radiance[i].xyz + sum, radiance[i].w);
+}

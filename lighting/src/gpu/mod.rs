@@ -1,0 +1,63 @@
+//! Single scattering on a GPU.
+//!
+//! The shader of a [`Gather`](crate::Gather) is assembled from the parts of its
+//! visibility source and of its airlight evaluator, and from those that all
+//! share:
+//!
+//! ```text
+//! NUMERIC  PATH  ARC  DIRECTIONAL  LIT     what every part may use
+//! visibility                               light_look, light_next_lit
+//! airlight                                 light_airlight
+//! gather.wgsl                              entry point, rays, light, medium
+//! ```
+//!
+//! A new source is a type that implements [`WgslVisibility`], a new evaluator
+//! one that implements [`WgslAirlight`]; each works with all the others.
+//!
+//! # Agreement with the CPU
+//!
+//! The CPU forms foot point and distance `h` of a light in f64, shaders in
+//! f32: `h` is off by a few ε of the eye-light distance `D`, so a ray that
+//! passes the light at a hundredth of that distance agrees to about 100 ε.
+//! Apart from that the two differ by rounding and by what WGSL grants `exp`
+//! (3 + 2|x| ULP), division and square roots; angles are computed by
+//! polynomials here, because WGSL's own trigonometry may be off by thousands of
+//! ULP. Which texel of a shadow map a sample falls into differs where it is
+//! within rounding of the border.
+//!
+//! Distances are at most 1e18 m. Rays that run into a point light give
+//! `f32::MAX` where the CPU gives infinity.
+//!
+//! # Limits
+//!
+//! Three storage buffers, and one more for each of the two questions that
+//! needs one. A spotlight's slide is uploaded with every gather.
+//! Some software drivers end loops after 65,535 iterations per ray: steps ×
+//! nodes stay below that.
+
+mod airlight;
+mod gather;
+mod scene;
+#[cfg(feature = "march")]
+mod shadow_map;
+#[cfg(test)]
+pub(crate) mod tests;
+mod visibility;
+
+pub use airlight::WgslAirlight;
+pub use visibility::WgslVisibility;
+
+/// Own trigonometry and exponentials.
+pub const NUMERIC: &str = include_str!("numeric.wgsl");
+/// Rays, lights, media, and a ray as a light sees it.
+pub const PATH: &str = include_str!("path.wgsl");
+/// The equi-angular variable.
+pub const ARC: &str = include_str!("arc.wgsl");
+/// Parallel light in closed form.
+pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
+/// Lit parts of a path, and what a visibility source must define.
+pub const LIT: &str = include_str!("lit.wgsl");
+/// A picture plane of a light.
+pub const FACE: &str = include_str!("face.wgsl");
+/// Lookup in a shadow map.
+pub const MAP: &str = include_str!("map.wgsl");

@@ -1,0 +1,318 @@
+// An eye ray as one light sees it: the shader's side of `LightPath`.
+//
+// Needs, from whoever assembles the shader:
+//   fn light_emitter() -> light_Emitter
+//   fn light_medium() -> light_Medium
+//   fn light_slide(index: u32) -> vec3<f32>     texels of the emitter's slide
+
+const light_POINT: u32 = 0u;
+const light_DIRECTIONAL: u32 = 1u;
+
+const light_ISOTROPIC: u32 = 0u;
+const light_COSINE: u32 = 1u;
+const light_SPOT: u32 = 2u;
+
+const light_HENYEY_GREENSTEIN: u32 = 1u;
+const light_RAYLEIGH: u32 = 2u;
+
+struct light_Emitter {
+    // Direction of travel for a directional light.
+    position: vec3<f32>,
+    kind: u32,
+    // Irradiance for a directional light.
+    intensity: vec3<f32>,
+    range: f32,
+    // Normal of a cosine emitter, axis of a spotlight.
+    axis: vec3<f32>,
+    emission: u32,
+    right: vec3<f32>,
+    cos_outer: f32,
+    up: vec3<f32>,
+    // cos_inner − cos_outer, at least 0.001.
+    edge: f32,
+    // The slide of a spotlight; no texels, no slide.
+    slide_width: u32,
+    slide_height: u32,
+    tan_outer: f32,
+    padding: f32,
+}
+
+struct light_Medium {
+    sigma_s: vec3<f32>,
+    phase: u32,
+    sigma_t: vec3<f32>,
+    g: f32,
+    low: vec3<f32>,
+    bounded: u32,
+    high: vec3<f32>,
+    // Where methods that need an end cut off a ray to the sky.
+    far_end: f32,
+}
+
+struct light_Ray {
+    origin: vec3<f32>,
+    length: f32,
+    direction: vec3<f32>,
+    padding: f32,
+}
+
+struct light_Path {
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+    // The part that can be lit, empty unless start < end.
+    start: f32,
+    end: f32,
+    entry: f32,
+    foot: f32,
+    h: f32,
+    to_foot: vec3<f32>,
+}
+
+fn light_path(ray: light_Ray) -> light_Path {
+    let emitter = light_emitter();
+    var path: light_Path;
+    path.origin = ray.origin;
+    path.direction = normalize(ray.direction);
+    let inside = light_inside(ray.origin, path.direction, vec2(0.0, ray.length));
+    path.start = inside.x;
+    path.end = inside.y;
+    path.entry = inside.x;
+    if emitter.kind == light_DIRECTIONAL || !(inside.x < inside.y) {
+        return path;
+    }
+    let to_light = emitter.position - ray.origin;
+    let across = cross(to_light, path.direction);
+    path.foot = dot(to_light, path.direction);
+    path.h = length(across);
+    if path.h > 0.0 {
+        path.to_foot = cross(across / path.h, path.direction);
+    } else {
+        path.to_foot = light_any_normal(path.direction);
+    }
+    let part = light_within_reach(path, emitter);
+    path.start = part.x;
+    path.end = part.y;
+    return path;
+}
+
+fn light_any_normal(v: vec3<f32>) -> vec3<f32> {
+    let axis = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(v.x) > 0.5);
+    return normalize(cross(v, axis));
+}
+
+// Rays closer to a point light than 1e-4 of its distance count as that close.
+fn light_off_the_light(path: light_Path) -> light_Path {
+    var moved = path;
+    if path.start <= path.foot && path.foot <= path.end {
+        moved.h = max(path.h, 1e-4 * length(vec2(path.foot, path.h)));
+    }
+    return moved;
+}
+
+// The part of an interval of a ray that runs in the medium.
+fn light_inside(start: vec3<f32>, direction: vec3<f32>, interval: vec2<f32>) -> vec2<f32> {
+    let medium = light_medium();
+    if medium.bounded == 0u {
+        return interval;
+    }
+    var part = interval;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let low = medium.low[axis] - start[axis];
+        let high = medium.high[axis] - start[axis];
+        if direction[axis] == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return vec2(0.0, 0.0);
+            }
+        } else {
+            let a = low / direction[axis];
+            let b = high / direction[axis];
+            part = vec2(max(part.x, min(a, b)), min(part.y, max(a, b)));
+        }
+    }
+    return part;
+}
+
+fn light_length_inside(start: vec3<f32>, direction: vec3<f32>, length: f32) -> f32 {
+    let part = light_inside(start, direction, vec2(0.0, length));
+    return max(part.y - part.x, 0.0);
+}
+
+// The part of the path within the range and the cone of a point light.
+fn light_within_reach(path: light_Path, emitter: light_Emitter) -> vec2<f32> {
+    var part = vec2(path.start, path.end);
+    if emitter.range < light_FAR {
+        let half = sqrt(max((emitter.range - path.h) * (emitter.range + path.h), 0.0));
+        part = vec2(max(part.x, path.foot - half), min(part.y, path.foot + half));
+    }
+    if emitter.emission != light_ISOTROPIC {
+        let cone = light_in_cone(path, emitter);
+        part = vec2(max(part.x, cone.x), min(part.y, cone.y));
+    }
+    return part;
+}
+
+// Where the ray runs inside the cone p·axis ≥ cos |p| around the light; the
+// cone is convex, so this is one interval, perhaps unbounded.
+//
+// In units of h behind the foot point, p = to_foot + s direction, and the two
+// unit vectors are at right angles: no term is large where the ray passes close
+// to the light.
+fn light_in_cone(path: light_Path, emitter: light_Emitter) -> vec2<f32> {
+    let cos = select(0.0, emitter.cos_outer, emitter.emission == light_SPOT);
+    let c2 = cos * cos;
+    let wa = dot(path.direction, emitter.axis);
+    let ta = dot(path.to_foot, emitter.axis);
+    // Crossings of the double cone, (wa² − c²) s² + 2 wa ta s + ta² − c² = 0,
+    // and of the plane between its halves.
+    let a = (wa - cos) * (wa + cos);
+    let b = wa * ta;
+    let discriminant = c2 * (wa * wa + ta * ta - c2);
+    var cuts = vec3(light_FAR);
+    if discriminant >= 0.0 {
+        let root = sqrt(discriminant);
+        let q = -(b + select(-root, root, b >= 0.0));
+        if abs(q) < 1e30 * abs(a) {
+            cuts.x = path.h * (q / a);
+        }
+        if q != 0.0 {
+            cuts.y = path.h * ((ta - cos) * (ta + cos) / q);
+        }
+    }
+    if wa != 0.0 {
+        cuts.z = path.h * (-ta / wa);
+    }
+    let low = min(cuts.x, min(cuts.y, cuts.z));
+    let high = max(cuts.x, max(cuts.y, cuts.z));
+    let middle = max(min(cuts.x, cuts.y), min(max(cuts.x, cuts.y), cuts.z));
+    let ends = array<f32, 5>(-light_FAR, low, middle, high, light_FAR);
+    let scale = max(path.h, 1.0);
+    var result = vec2(0.0, 0.0);
+    var found = false;
+    for (var i = 0u; i < 4u; i++) {
+        let start = ends[i];
+        let end = ends[i + 1u];
+        if !(start < end) {
+            continue;
+        }
+        // A position well inside.
+        var s = 0.5 * start + 0.5 * end;
+        if start == -light_FAR {
+            s = select(end - scale, 0.0, end == light_FAR);
+        } else if end == light_FAR {
+            s = start + scale;
+        }
+        let p = path.h * path.to_foot + s * path.direction;
+        if dot(p, emitter.axis) >= cos * length(p) {
+            result = vec2(select(start, result.x, found), end);
+            found = true;
+        }
+    }
+    return select(result, result + path.foot, abs(result) < vec2(light_FAR));
+}
+
+// Unit vector from a point light to the position s behind the foot point, and
+// the distance.
+fn light_from_light(path: light_Path, s: f32) -> vec4<f32> {
+    let d = sqrt(s * s + path.h * path.h);
+    return vec4(path.direction * (s / d) + path.to_foot * (path.h / d), d);
+}
+
+// What the emission makes of the intensity into a unit direction.
+fn light_factor(emitter: light_Emitter, direction: vec3<f32>) -> vec3<f32> {
+    let cos = dot(emitter.axis, direction);
+    switch emitter.emission {
+        case light_COSINE: {
+            return vec3(max(cos, 0.0));
+        }
+        case light_SPOT: {
+            let edge = clamp((cos - emitter.cos_outer) / emitter.edge, 0.0, 1.0);
+            if emitter.slide_width == 0u || edge <= 0.0 {
+                return vec3(edge * edge);
+            }
+            let plane = vec2(dot(emitter.right, direction), -dot(emitter.up, direction))
+                / (cos * emitter.tan_outer);
+            return edge * edge * light_slide_at(emitter, 0.5 + 0.5 * plane);
+        }
+        default: {
+            return vec3(1.0);
+        }
+    }
+}
+
+// Bilinear, holding the border.
+fn light_slide_at(emitter: light_Emitter, uv: vec2<f32>) -> vec3<f32> {
+    let size = vec2(f32(emitter.slide_width), f32(emitter.slide_height));
+    let position = clamp(uv, vec2(0.0), vec2(1.0)) * size - 0.5;
+    let base = floor(position);
+    let f = position - base;
+    let last = vec2<i32>(size) - 1;
+    let low = clamp(vec2<i32>(base), vec2(0), last);
+    let high = clamp(vec2<i32>(base) + 1, vec2(0), last);
+    let width = i32(emitter.slide_width);
+    let top = mix(light_slide(u32(low.y * width + low.x)), light_slide(u32(low.y * width + high.x)), f.x);
+    let bottom = mix(light_slide(u32(high.y * width + low.x)), light_slide(u32(high.y * width + high.x)), f.x);
+    return mix(top, bottom, f.y);
+}
+
+// The phase function, from 1 − cos θ and 1 + cos θ, which keep the digits of
+// sharp peaks.
+fn light_phase(medium: light_Medium, one_minus_cos: f32, one_plus_cos: f32) -> f32 {
+    switch medium.phase {
+        case light_HENYEY_GREENSTEIN: {
+            let g = abs(medium.g);
+            let away = select(one_plus_cos, one_minus_cos, medium.g >= 0.0);
+            let distance2 = (1.0 - g) * (1.0 - g) + 2.0 * g * away;
+            return 0.25 / light_PI * ((1.0 - g) * (1.0 + g)) / (distance2 * sqrt(distance2));
+        }
+        case light_RAYLEIGH: {
+            let cos = 0.5 * (one_plus_cos - one_minus_cos);
+            return 3.0 / (16.0 * light_PI) * (1.0 + cos * cos);
+        }
+        default: {
+            return 0.25 / light_PI;
+        }
+    }
+}
+
+fn light_phase_from_foot(medium: light_Medium, s: f32, h: f32) -> f32 {
+    let d = sqrt(s * s + h * h);
+    let large = 1.0 + abs(s) / d;
+    let small = (h / d) * (h / d) / large;
+    return light_phase(medium, select(large, small, s < 0.0), select(small, large, s < 0.0));
+}
+
+fn light_sun_phase(path: light_Path) -> f32 {
+    let cos = -dot(path.direction, light_emitter().position);
+    return light_phase(light_medium(), 1.0 - cos, 1.0 + cos);
+}
+
+// How far sunlight has travelled inside the medium to the position x.
+fn light_sun_leg(path: light_Path, x: f32) -> f32 {
+    let medium = light_medium();
+    if medium.bounded == 0u {
+        return 0.0;
+    }
+    // A position on a face may be rounded out of the box.
+    let point = clamp(path.origin + x * path.direction, medium.low, medium.high);
+    return light_length_inside(point, -light_emitter().position, light_FAR);
+}
+
+// σ_s p I exp(−σ_t (x + d)): the integrand without the inverse square.
+fn light_source(path: light_Path, x: f32) -> vec3<f32> {
+    let emitter = light_emitter();
+    let medium = light_medium();
+    let eye_leg = x - path.entry;
+    if emitter.kind == light_DIRECTIONAL {
+        let optical_length = eye_leg + light_sun_leg(path, x);
+        return medium.sigma_s * emitter.intensity * light_sun_phase(path)
+            * exp(-medium.sigma_t * optical_length);
+    }
+    let s = x - path.foot;
+    let from_light = light_from_light(path, s);
+    // Measured from the ray: seen from a light far away, f32 could not tell the
+    // faces of the box apart.
+    let point = path.origin + x * path.direction;
+    let optical_length = eye_leg + light_length_inside(point, -from_light.xyz, from_light.w);
+    return medium.sigma_s * emitter.intensity * light_factor(emitter, from_light.xyz)
+        * light_phase_from_foot(medium, s, path.h) * exp(-medium.sigma_t * optical_length);
+}

@@ -1,0 +1,213 @@
+//! Lights, media and maps as shaders see them.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use crate::Emitter;
+use crate::airlight::far_end;
+use crate::emitter::Emission;
+use crate::scene::{Medium, PhaseFunction};
+
+/// `light_Emitter` of `path.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(super) struct EmitterRecord {
+    pub(super) position: Vec3,
+    pub(super) kind: u32,
+    pub(super) intensity: Vec3,
+    pub(super) range: f32,
+    pub(super) axis: Vec3,
+    pub(super) emission: u32,
+    pub(super) right: Vec3,
+    pub(super) cos_outer: f32,
+    pub(super) up: Vec3,
+    pub(super) edge: f32,
+    pub(super) slide_width: u32,
+    pub(super) slide_height: u32,
+    pub(super) tan_outer: f32,
+    pub(super) padding: f32,
+}
+
+/// `light_Medium` of `path.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(super) struct MediumRecord {
+    pub(super) sigma_s: Vec3,
+    pub(super) phase: u32,
+    pub(super) sigma_t: Vec3,
+    pub(super) g: f32,
+    pub(super) low: Vec3,
+    pub(super) bounded: u32,
+    pub(super) high: Vec3,
+    pub(super) far_end: f32,
+}
+
+/// `Scene` of `gather.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(super) struct Scene {
+    pub(super) emitter: EmitterRecord,
+    pub(super) medium: MediumRecord,
+    pub(super) rays: u32,
+    pub(super) padding_a: u32,
+    pub(super) padding_b: u32,
+    pub(super) padding_c: u32,
+}
+
+pub(super) const POINT: u32 = 0;
+pub(super) const DIRECTIONAL: u32 = 1;
+pub(super) const ISOTROPIC: u32 = 0;
+pub(super) const COSINE: u32 = 1;
+pub(super) const SPOT: u32 = 2;
+pub(super) const UNIFORM_PHASE: u32 = 0;
+pub(super) const HENYEY_GREENSTEIN: u32 = 1;
+pub(super) const RAYLEIGH: u32 = 2;
+
+impl EmitterRecord {
+    /// The light, and the texels of its slide.
+    pub(super) fn new(emitter: &Emitter) -> (Self, Vec<[f32; 4]>) {
+        let mut record = Self {
+            intensity: emitter.intensity(),
+            ..Self::zeroed()
+        };
+        let point = match emitter {
+            Emitter::Directional(sun) => {
+                record.kind = DIRECTIONAL;
+                record.position = sun.direction();
+                return (record, Vec::new());
+            }
+            Emitter::Point(point) => point,
+        };
+        record.kind = POINT;
+        record.position = point.position();
+        record.range = point.range().min(f32::MAX);
+        let mut texels = Vec::new();
+        match point.emission() {
+            Emission::Isotropic => record.emission = ISOTROPIC,
+            Emission::Cosine { normal } => {
+                record.emission = COSINE;
+                record.axis = *normal;
+            }
+            Emission::Spot(spot) => {
+                record.emission = SPOT;
+                record.axis = spot.axis();
+                record.right = spot.rotation() * Vec3::X;
+                record.up = spot.rotation() * Vec3::Y;
+                record.cos_outer = spot.cos_outer();
+                record.edge = (spot.cos_inner() - spot.cos_outer()).max(0.001);
+                record.tan_outer = spot.tan_outer().min(f32::MAX);
+                if let Some(slide) = spot.texture() {
+                    record.slide_width = slide.width();
+                    record.slide_height = slide.height();
+                    texels = slide
+                        .texels()
+                        .iter()
+                        .map(|t| t.extend(0.0).into())
+                        .collect();
+                }
+            }
+        }
+        (record, texels)
+    }
+}
+
+impl MediumRecord {
+    pub(super) fn new(medium: &Medium) -> Self {
+        let (phase, g) = match medium.phase() {
+            PhaseFunction::Isotropic => (UNIFORM_PHASE, 0.0),
+            PhaseFunction::HenyeyGreenstein { g } => (HENYEY_GREENSTEIN, g),
+            PhaseFunction::Rayleigh => (RAYLEIGH, 0.0),
+        };
+        let (low, high) = match medium.bounds() {
+            Some(bounds) => (bounds.min(), bounds.max()),
+            None => (Vec3::ZERO, Vec3::ZERO),
+        };
+        Self {
+            sigma_s: medium.sigma_s(),
+            phase,
+            sigma_t: medium.sigma_t(),
+            g,
+            low,
+            bounded: u32::from(medium.bounds().is_some()),
+            high,
+            far_end: far_end(medium).min(f32::MAX),
+        }
+    }
+}
+
+#[cfg(feature = "march")]
+pub(super) use map::{FaceRecord, Map};
+
+#[cfg(feature = "march")]
+mod map {
+    use bytemuck::{Pod, Zeroable};
+    use glam::Vec3;
+    use gpu_backend::gpu::GpuMemory;
+
+    use crate::shadow_map::raster::{Face, Rays};
+    use crate::visibility::{ShadowMapMarch, Spacing};
+
+    /// `light_Face` of `map.wgsl`.
+    #[repr(C)]
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(in crate::gpu) struct FaceRecord {
+        pub(in crate::gpu) origin: Vec3,
+        pub(in crate::gpu) tan: f32,
+        pub(in crate::gpu) right: Vec3,
+        pub(in crate::gpu) half_width: f32,
+        pub(in crate::gpu) up: Vec3,
+        pub(in crate::gpu) half_height: f32,
+        pub(in crate::gpu) forward: Vec3,
+        pub(in crate::gpu) padding: f32,
+    }
+
+    impl FaceRecord {
+        pub(in crate::gpu) fn new(face: &Face) -> Self {
+            let (tan, half_width, half_height) = match face.rays {
+                Rays::Parallel {
+                    half_width,
+                    half_height,
+                } => (0.0, half_width, half_height),
+                Rays::Central { tan } => (tan, 0.0, 0.0),
+            };
+            Self {
+                origin: face.origin,
+                tan,
+                right: face.right,
+                half_width,
+                up: face.up,
+                half_height,
+                forward: face.forward,
+                padding: 0.0,
+            }
+        }
+    }
+
+    /// `Map` of `march_bindings.wgsl`.
+    #[repr(C)]
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(in crate::gpu) struct Map {
+        pub(in crate::gpu) faces: [FaceRecord; 6],
+        pub(in crate::gpu) face_count: u32,
+        pub(in crate::gpu) resolution: u32,
+        pub(in crate::gpu) samples: u32,
+        pub(in crate::gpu) equi_angular: u32,
+    }
+
+    impl Map {
+        pub(in crate::gpu) fn new(march: &ShadowMapMarch<'_, GpuMemory>) -> Self {
+            let map = march.map();
+            let mut faces = [FaceRecord::zeroed(); 6];
+            for (record, face) in faces.iter_mut().zip(map.faces()) {
+                *record = FaceRecord::new(face);
+            }
+            Self {
+                faces,
+                face_count: map.faces().len() as u32,
+                resolution: map.resolution(),
+                samples: march.samples(),
+                equi_angular: u32::from(march.spacing() == Spacing::EquiAngular),
+            }
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The gather on a GPU against the CPU, which defines the result.
+
+use gpu_backend::gpu::{Gpu, Queued};
+use gpu_backend::{Backend, Cpu, Download, Error, testing};
+
+use super::scenes::{casters, lights, media, rays};
+use crate::airlight::{Midpoint, Quadrature};
+use crate::emitter::Emission;
+use crate::scene::Medium;
+use crate::shadow_map::{Casters, RenderShadowMap};
+use crate::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
+use crate::{AirlightEvaluator, Emitter, Gather, Ray, VisibilitySource};
+
+fn gathered<B, V, A>(
+    backend: &B,
+    rays: &[Ray],
+    light: &Emitter,
+    medium: &Medium,
+    (visibility, airlight): (&V, &A),
+) -> Vec<[f32; 4]>
+where
+    B: Gather<V, A> + Download,
+{
+    let before = vec![[0.0, 0.0, 0.0, 9.0]; rays.len()];
+    let rays = backend.upload(rays).unwrap();
+    let mut radiance = backend.upload(&before).unwrap();
+    backend
+        .gather(&rays, light, medium, visibility, airlight, &mut radiance)
+        .unwrap();
+    backend.download(&radiance).unwrap()
+}
+
+/// What a light that shines everywhere would give, which is what errors at the
+/// border of a cone are measured by.
+fn without_borders(light: &Emitter) -> Emitter {
+    match light {
+        Emitter::Point(point) => Emitter::point(
+            point.position(),
+            point.intensity(),
+            f32::INFINITY,
+            Emission::Isotropic,
+        )
+        .unwrap(),
+        sun => sun.clone(),
+    }
+}
+
+/// The relative error that is allowed for a ray.
+///
+/// With ε = 2^-24. Terms that do not depend on the ray: rounding in the
+/// evaluation, 3 + 2τ ULP of the exponential (τ ≤ 10 where the value matters),
+/// and the error 2ε of cos θ, which the peak of a Henyey–Greenstein function
+/// multiplies by 3g/(1−g)², 60 at g = 0.8: 256 ε in all. The distance h between
+/// ray and light is a cross product of vectors of the length D with an error of
+/// about 4 ε D on the GPU, where the CPU has f64; the radiance is inversely
+/// proportional to it and the phase function and emission turn with it, up to
+/// a few times as fast: 16 ε D/h.
+fn allowed(ray: &Ray, light: &Emitter) -> f32 {
+    let epsilon = 0.5_f32.powi(24);
+    let Emitter::Point(point) = light else {
+        return 256.0 * epsilon;
+    };
+    let to_light = (point.position() - ray.origin()).as_dvec3();
+    let h = to_light.cross(ray.direction().as_dvec3()).length();
+    let ratio = (to_light.length() / h).min(1e4) as f32;
+    epsilon * (256.0 + 16.0 * ratio)
+}
+
+fn compare<V, A>(gpu: &Gpu<Queued>, name: &str, pair: (&V, &A), closest: f32)
+where
+    V: VisibilitySource,
+    A: AirlightEvaluator,
+    Gpu<Queued>: Gather<V, A>,
+{
+    let cpu = Cpu::new();
+    let rays = rays(3000, closest);
+    let reference = Quadrature::new(8).unwrap();
+    let mut worst = 0.0_f32;
+    for (light_name, light) in lights() {
+        for (medium_name, medium) in media() {
+            let expected = gathered(&cpu, &rays, &light, &medium, pair);
+            let actual = gathered(gpu, &rays, &light, &medium, pair);
+            let everywhere = without_borders(&light);
+            let scale = gathered(&cpu, &rays, &everywhere, &medium, (&Unshadowed, &reference));
+            for (i, ray) in rays.iter().enumerate() {
+                assert_eq!(actual[i][3], 9.0, "the fourth component is left alone");
+                for c in 0..3 {
+                    let (e, g) = (expected[i][c], actual[i][c]);
+                    let scale = scale[i][c].max(e).max(f32::MIN_POSITIVE);
+                    let ratio = (e - g).abs() / scale / allowed(ray, &light);
+                    worst = worst.max(ratio);
+                    assert!(
+                        ratio <= 1.0,
+                        "{name} {light_name} {medium_name}: {e} on the CPU, {g} on the GPU, \
+                         {ratio} of the allowed error for {ray:?}"
+                    );
+                }
+            }
+        }
+    }
+    println!("{name}: {worst} of the allowed error");
+}
+
+#[test]
+fn the_gpu_agrees_with_the_cpu_for_all_lights_media_and_pairs() {
+    let Some(gpu) = testing::gpu() else { return };
+    let quadrature = Quadrature::new(8).unwrap();
+    compare(&gpu, "quadrature", (&Unshadowed, &quadrature), 1e-4);
+    compare(&gpu, "midpoint", (&Unshadowed, &Midpoint), 1e-4);
+    compare(
+        &gpu,
+        "merged",
+        (&MergeTouching(Unshadowed), &quadrature),
+        1e-4,
+    );
+}
+
+/// Share of the rays that may differ because a sample within rounding of the
+/// border of a texel fell to its other side.
+///
+/// A texel coordinate of a map of 256 is off by about 4 ε × 256 = 6e-5, so the
+/// chance that a sample lies that close to one of four borders is 2.4e-4. A
+/// ray has 16 samples, and at most every tenth is next to a texel of a different
+/// answer.
+const OTHER_TEXEL: f32 = 4e-4;
+
+#[test]
+fn marches_through_the_same_map_agree_but_for_samples_on_the_border_of_a_texel() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let casters = Casters::upload(&cpu, &casters()).unwrap();
+    let quadrature = Quadrature::new(2).unwrap();
+    let rays = rays(4000, 1e-3);
+    let (mut all, mut different) = (0, 0);
+    for (_, light) in lights() {
+        let map = cpu.shadow_map(&casters, &light, 256).unwrap();
+        let map_there = map.upload(&gpu).unwrap();
+        for spacing in [Spacing::Distance, Spacing::EquiAngular] {
+            for (_, medium) in media() {
+                let here = ShadowMapMarch::new(&map, 16, spacing);
+                let there = ShadowMapMarch::new(&map_there, 16, spacing);
+                let scale = {
+                    let everywhere = without_borders(&light);
+                    let pair = (&Unshadowed, &quadrature);
+                    gathered(&cpu, &rays, &everywhere, &medium, pair)
+                };
+                let mut count = |expected: Vec<[f32; 4]>, actual: Vec<[f32; 4]>| {
+                    for (i, ray) in rays.iter().enumerate() {
+                        let agrees = (0..3).all(|c| {
+                            let (e, g) = (expected[i][c], actual[i][c]);
+                            let scale = scale[i][c].max(e).max(f32::MIN_POSITIVE);
+                            (e - g).abs() <= scale * allowed(ray, &light)
+                        });
+                        all += 1;
+                        different += u32::from(!agrees);
+                    }
+                };
+                count(
+                    gathered(&cpu, &rays, &light, &medium, (&here, &Midpoint)),
+                    gathered(&gpu, &rays, &light, &medium, (&there, &Midpoint)),
+                );
+                let (here, there) = (MergeTouching(here), MergeTouching(there));
+                count(
+                    gathered(&cpu, &rays, &light, &medium, (&here, &quadrature)),
+                    gathered(&gpu, &rays, &light, &medium, (&there, &quadrature)),
+                );
+            }
+        }
+    }
+    let share = different as f32 / all as f32;
+    println!("{different} of {all} rays differ");
+    assert!(share <= OTHER_TEXEL, "{different} of {all} rays differ");
+}
+
+#[test]
+fn empty_bundles_and_wrong_lengths_are_handled_as_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let (_, light) = lights().swap_remove(0);
+    let (_, medium) = media().swap_remove(0);
+    let pair = (&Unshadowed, &Midpoint);
+    assert!(gathered(&gpu, &[], &light, &medium, pair).is_empty());
+    let buffer = gpu.upload(&rays(3, 1.0)).unwrap();
+    let mut short = gpu.zeros::<[f32; 4]>(2).unwrap();
+    let error = gpu
+        .gather(&buffer, &light, &medium, pair.0, pair.1, &mut short)
+        .unwrap_err();
+    assert!(matches!(
+        error,
+        Error::LengthMismatch {
+            expected: 3,
+            actual: 2,
+            ..
+        }
+    ));
+}

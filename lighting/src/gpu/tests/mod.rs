@@ -1,0 +1,175 @@
+//! Shaders without a device, and steps against the CPU with one.
+
+#[cfg(feature = "march")]
+mod agreement;
+#[cfg(feature = "march")]
+mod maps;
+#[cfg(feature = "march")]
+mod scenes;
+
+use gpu_backend::assert_same_layout;
+use gpu_backend::testing::Shader;
+
+use super::gather::parts;
+use super::scene::{self, EmitterRecord, MediumRecord, Scene};
+use super::*;
+use crate::airlight::{Midpoint, Quadrature};
+use crate::visibility::{MergeTouching, Unshadowed};
+
+/// Stands for the entry point.
+const CONTRACT: &str = "
+    fn light_emitter() -> light_Emitter { return light_Emitter(); }
+    fn light_medium() -> light_Medium { return light_Medium(); }
+    fn light_slide(index: u32) -> vec3<f32> { return vec3(f32(index)); }";
+
+pub(crate) fn path_shader() -> Shader {
+    Shader::new(&[NUMERIC, PATH, ARC, DIRECTIONAL, LIT, CONTRACT]).unwrap()
+}
+
+fn complete<V: WgslVisibility, A: WgslAirlight>() -> Shader {
+    let shader = Shader::new(&parts::<V, A>()).unwrap();
+    for merge in [0.0, 1.0] {
+        shader.specialise(&[("MERGE", merge)]).unwrap();
+    }
+    shader
+}
+
+#[test]
+fn all_parts_are_fit_for_other_shaders() {
+    path_shader().require_part("light_").unwrap();
+}
+
+#[test]
+fn every_pair_compiles() {
+    complete::<Unshadowed, Midpoint>();
+    complete::<Unshadowed, Quadrature>();
+    complete::<MergeTouching<Unshadowed>, Quadrature>();
+    let merge = MergeTouching(Unshadowed).constants();
+    assert_eq!(merge, [("MERGE", 1.0)]);
+}
+
+#[cfg(feature = "march")]
+#[test]
+fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
+    use gpu_backend::gpu::GpuMemory;
+
+    use super::scene::{FaceRecord, Map};
+    use crate::visibility::ShadowMapMarch;
+
+    complete::<ShadowMapMarch<'_, GpuMemory>, Midpoint>();
+    let shader = complete::<ShadowMapMarch<'_, GpuMemory>, Quadrature>();
+    assert_same_layout!(
+        shader,
+        "light_Face",
+        FaceRecord {
+            origin,
+            tan,
+            right,
+            half_width,
+            up,
+            half_height,
+            forward,
+            padding
+        }
+    );
+    assert_same_layout!(
+        shader,
+        "Map",
+        Map {
+            faces,
+            face_count,
+            resolution,
+            samples,
+            equi_angular
+        }
+    );
+}
+
+#[cfg(feature = "march")]
+#[test]
+fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {
+    use super::shadow_map::{COPY, RENDER, Tile};
+
+    for parts in [RENDER, COPY] {
+        let shader = Shader::new(&parts).unwrap();
+        assert_same_layout!(
+            shader,
+            "Tile",
+            Tile {
+                face,
+                scale,
+                offset,
+                first,
+                size,
+                resolution,
+                index,
+                far,
+                near
+            }
+        );
+    }
+}
+
+#[test]
+fn structures_and_constants_are_those_of_rust() {
+    let shader = complete::<Unshadowed, Midpoint>();
+    assert_same_layout!(
+        shader,
+        "light_Emitter",
+        EmitterRecord {
+            position,
+            kind,
+            intensity,
+            range,
+            axis,
+            emission,
+            right,
+            cos_outer,
+            up,
+            edge,
+            slide_width,
+            slide_height,
+            tan_outer,
+            padding,
+        }
+    );
+    assert_same_layout!(
+        shader,
+        "light_Medium",
+        MediumRecord {
+            sigma_s,
+            phase,
+            sigma_t,
+            g,
+            low,
+            bounded,
+            high,
+            far_end,
+        }
+    );
+    assert_same_layout!(
+        shader,
+        "Scene",
+        Scene {
+            emitter,
+            medium,
+            rays,
+            padding_a,
+            padding_b,
+            padding_c,
+        }
+    );
+    let constant = |name: &str, value: u32| {
+        assert_eq!(shader.values(name).unwrap(), [f64::from(value)], "{name}");
+    };
+    constant("light_POINT", scene::POINT);
+    constant("light_DIRECTIONAL", scene::DIRECTIONAL);
+    constant("light_ISOTROPIC", scene::ISOTROPIC);
+    constant("light_COSINE", scene::COSINE);
+    constant("light_SPOT", scene::SPOT);
+    constant("light_HENYEY_GREENSTEIN", scene::HENYEY_GREENSTEIN);
+    constant("light_RAYLEIGH", scene::RAYLEIGH);
+    assert_eq!(shader.values("light_FAR").unwrap(), [f64::from(f32::MAX)]);
+    let pi = f64::from(std::f32::consts::PI);
+    assert_eq!(shader.values("light_PI").unwrap(), [pi]);
+}

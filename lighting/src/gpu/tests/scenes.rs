@@ -1,0 +1,156 @@
+//! Lights, media, rays and casters of every kind.
+
+use glam::{Affine3A, Quat, Vec3};
+
+use crate::emitter::Emission;
+use crate::scene::{Bounds, Cone, Geometry, Instance, Medium, Mesh, PhaseFunction, Scene, Texture};
+use crate::{Emitter, Ray};
+
+/// Numbers in [0, 1) that are the same on every run.
+struct Sequence(u32);
+
+impl Sequence {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let word = ((self.0 >> ((self.0 >> 28) + 4)) ^ self.0).wrapping_mul(277_803_737);
+        ((word >> 22) ^ word) as f32 / 4_294_967_296.0
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        2.0 * Vec3::new(self.next(), self.next(), self.next()) - 1.0
+    }
+}
+
+const LIGHT: Vec3 = Vec3::new(1.0, 2.0, -4.0);
+
+pub(super) fn lights() -> Vec<(&'static str, Emitter)> {
+    let point = |range, emission| {
+        Emitter::point(LIGHT, Vec3::new(50.0, 30.0, 5.0), range, emission).unwrap()
+    };
+    let spot = |inner, outer, slide| {
+        let rotation = Quat::from_rotation_y(0.4) * Quat::from_rotation_x(-0.7);
+        Emission::spot(rotation, Cone { inner, outer }, slide).unwrap()
+    };
+    let texels = (0..35)
+        .map(|i| Vec3::new(i as f32, 1.0, (i % 3) as f32))
+        .collect();
+    let slide = Texture::new(7, 5, texels).unwrap();
+    vec![
+        ("point", point(f32::INFINITY, Emission::Isotropic)),
+        ("range", point(3.0, Emission::Isotropic)),
+        (
+            "cosine",
+            point(
+                f32::INFINITY,
+                Emission::Cosine {
+                    normal: Vec3::new(0.6, -0.8, 0.0),
+                },
+            ),
+        ),
+        ("spot", point(f32::INFINITY, spot(0.2, 0.6, None))),
+        (
+            "half space",
+            point(9.0, spot(0.0, std::f32::consts::FRAC_PI_2, None)),
+        ),
+        ("slide", point(f32::INFINITY, spot(0.1, 0.8, Some(slide)))),
+        (
+            "sun",
+            Emitter::directional(Vec3::new(0.3, -1.0, 0.2), Vec3::splat(4.0)).unwrap(),
+        ),
+        (
+            "sun along an axis",
+            Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap(),
+        ),
+    ]
+}
+
+pub(super) fn media() -> Vec<(&'static str, Medium)> {
+    let medium = |s: Vec3, a: Vec3, phase| Medium::new(s, a, phase).unwrap();
+    let thin = medium(
+        Vec3::splat(0.02),
+        Vec3::new(0.0, 0.01, 0.02),
+        PhaseFunction::Isotropic,
+    );
+    let forward = PhaseFunction::HenyeyGreenstein { g: 0.8 };
+    let bounds = Bounds::new(Vec3::new(-3.0, -1.0, -8.0), Vec3::new(4.0, 3.0, 1.0)).unwrap();
+    vec![
+        ("thin", thin),
+        (
+            "dense",
+            medium(
+                Vec3::new(1.0, 0.5, 2.0),
+                Vec3::ZERO,
+                PhaseFunction::Rayleigh,
+            ),
+        ),
+        (
+            "forward",
+            medium(Vec3::splat(0.1), Vec3::splat(0.1), forward),
+        ),
+        (
+            "backward",
+            medium(
+                Vec3::splat(0.1),
+                Vec3::ZERO,
+                PhaseFunction::HenyeyGreenstein { g: -0.5 },
+            ),
+        ),
+        (
+            "box",
+            medium(Vec3::splat(0.3), Vec3::splat(0.1), forward).within(bounds),
+        ),
+    ]
+}
+
+/// A third passes the light at `closest` to 1 of its distance.
+pub(super) fn rays(count: usize, closest: f32) -> Vec<Ray> {
+    let mut sequence = Sequence(7);
+    (0..count)
+        .map(|i| {
+            let origin = 5.0 * sequence.vector();
+            let direction = match i % 3 {
+                0 => {
+                    let to_light = LIGHT - origin;
+                    let aside = to_light.cross(sequence.vector()).normalize_or(Vec3::X);
+                    to_light + to_light.length() * closest.powf(sequence.next()) * aside
+                }
+                _ => sequence.vector(),
+            };
+            let length = match i % 5 {
+                0 => f32::INFINITY,
+                1 => 0.0,
+                _ => 30.0 * sequence.next(),
+            };
+            Ray::new(origin, direction, length).unwrap()
+        })
+        .collect()
+}
+
+/// Two hundred triangles in the space around the light.
+pub(super) fn casters() -> Geometry {
+    let mut sequence = Sequence(99);
+    let positions: Vec<Vec3> = (0..200)
+        .flat_map(|_| {
+            let corner = 6.0 * sequence.vector();
+            [
+                corner,
+                corner + sequence.vector(),
+                corner + sequence.vector(),
+            ]
+        })
+        .collect();
+    let mesh = Mesh {
+        triangles: (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        positions,
+        ..Mesh::default()
+    };
+    let scene = Scene {
+        meshes: vec![mesh],
+        instances: vec![Instance {
+            mesh: 0,
+            transform: Affine3A::IDENTITY,
+        }],
+        ..Scene::default()
+    };
+    Geometry::new(&scene).unwrap()
+}

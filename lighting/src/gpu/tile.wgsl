@@ -1,0 +1,18 @@
+// A part of a face of a shadow map that is rendered in one pass.
+
+struct Tile {
+    face: light_Face,
+    // From the clip space of the face to that of the tile.
+    scale: vec2<f32>,
+    offset: vec2<f32>,
+    // First texel of the tile in the face, and its size.
+    first: vec2<u32>,
+    size: vec2<u32>,
+    // Texels per side of the face, and which face it is.
+    resolution: u32,
+    index: u32,
+    // All casters are closer than this.
+    far: f32,
+    // Nothing closer than this casts a shadow.
+    near: f32,
+}

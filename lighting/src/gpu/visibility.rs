@@ -1,0 +1,75 @@
+//! Visibility sources with a shader part.
+
+use gpu_backend::gpu::Argument;
+
+use crate::visibility::{MergeTouching, Unshadowed};
+
+/// A visibility source that brings its part of a shader.
+pub trait WgslVisibility {
+    /// WGSL that defines `light_Look`, `light_look` and `light_next_lit`; see
+    /// [`LIT`](super::LIT) for what they must do. Its bindings are in
+    /// `@group(1)`.
+    fn parts() -> &'static [&'static str];
+
+    /// Values of `override` constants.
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// What is bound to `@group(1)`.
+    fn arguments(&self) -> Vec<Argument<'_>>;
+}
+
+impl WgslVisibility for Unshadowed {
+    fn parts() -> &'static [&'static str] {
+        &[include_str!("unshadowed.wgsl")]
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        Vec::new()
+    }
+}
+
+/// The entry point joins the parts.
+impl<V: WgslVisibility> WgslVisibility for MergeTouching<V> {
+    fn parts() -> &'static [&'static str] {
+        V::parts()
+    }
+
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        let mut constants = self.0.constants();
+        constants.push(("MERGE", 1.0));
+        constants
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        self.0.arguments()
+    }
+}
+
+#[cfg(feature = "march")]
+mod march {
+    use gpu_backend::gpu::{Argument, GpuMemory};
+
+    use super::WgslVisibility;
+    use crate::gpu::scene::Map;
+    use crate::visibility::ShadowMapMarch;
+
+    impl WgslVisibility for ShadowMapMarch<'_, GpuMemory> {
+        fn parts() -> &'static [&'static str] {
+            &[
+                crate::gpu::FACE,
+                crate::gpu::MAP,
+                include_str!("march.wgsl"),
+                include_str!("march_bindings.wgsl"),
+            ]
+        }
+
+        fn arguments(&self) -> Vec<Argument<'_>> {
+            vec![
+                Argument::uniform(Map::new(self)),
+                Argument::read(self.map().depth()),
+            ]
+        }
+    }
+}
