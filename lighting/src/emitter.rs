@@ -125,6 +125,13 @@ impl SpotEmission {
         self.cos_inner
     }
 
+    /// Cosine of the half angle up to which the intensity is in fact full: that
+    /// of the inner cone, or 0.001 more than that of the outer one if they are
+    /// closer to each other.
+    pub fn cos_full(&self) -> f32 {
+        self.cos_outer + (self.cos_inner - self.cos_outer).max(0.001)
+    }
+
     /// Cosine of the half angle at which the light ends, at least 0.
     pub fn cos_outer(&self) -> f32 {
         self.cos_outer

@@ -15,6 +15,9 @@ const light_SPOT: u32 = 2u;
 const light_HENYEY_GREENSTEIN: u32 = 1u;
 const light_RAYLEIGH: u32 = 2u;
 
+// A spotlight has two kinks, the faces of a box three.
+const light_KINKS: u32 = 5u;
+
 struct light_Emitter {
     // Direction of travel for a directional light.
     position: vec3<f32>,
@@ -66,6 +69,8 @@ struct light_Path {
     foot: f32,
     h: f32,
     to_foot: vec3<f32>,
+    // Where the light changes with a kink, in order, then light_FAR.
+    kinks: array<f32, light_KINKS>,
 }
 
 fn light_path(ray: light_Ray) -> light_Path {
@@ -92,7 +97,45 @@ fn light_path(ray: light_Ray) -> light_Path {
     let part = light_within_reach(path, emitter);
     path.start = part.x;
     path.end = part.y;
+    path.kinks = light_find_kinks(path, emitter);
     return path;
+}
+
+// Kinks between start and end: at the inner cone of a spotlight, and where the
+// light enters a bounded medium through another face.
+fn light_find_kinks(path: light_Path, emitter: light_Emitter) -> array<f32, light_KINKS> {
+    var kinks = array<f32, light_KINKS>(light_FAR, light_FAR, light_FAR, light_FAR, light_FAR);
+    if emitter.emission == light_SPOT && emitter.cos_outer + emitter.edge < 1.0 {
+        let full = light_in_cone(path, emitter.axis, emitter.cos_outer + emitter.edge);
+        kinks[0] = full.x;
+        kinks[1] = full.y;
+    }
+    let medium = light_medium();
+    if medium.bounded != 0u {
+        let light = emitter.position;
+        // A light between the two faces of an axis meets neither on its way in.
+        let to_face = select(vec3(0.0), medium.low - light, light < medium.low)
+            + select(vec3(0.0), medium.high - light, light > medium.high);
+        let offset = path.origin - light;
+        for (var axis = 0u; axis < 3u; axis++) {
+            let next = (axis + 1u) % 3u;
+            let slope = to_face[next] * path.direction[axis] - to_face[axis] * path.direction[next];
+            if to_face[axis] != 0.0 && to_face[next] != 0.0 && slope != 0.0 {
+                kinks[2u + axis] = (to_face[axis] * offset[next] - to_face[next] * offset[axis]) / slope;
+            }
+        }
+    }
+    for (var i = 0u; i < light_KINKS; i++) {
+        if !(path.start < kinks[i] && kinks[i] < path.end) {
+            kinks[i] = light_FAR;
+        }
+        for (var j = i; j > 0u; j--) {
+            let low = min(kinks[j - 1u], kinks[j]);
+            kinks[j] = max(kinks[j - 1u], kinks[j]);
+            kinks[j - 1u] = low;
+        }
+    }
+    return kinks;
 }
 
 fn light_any_normal(v: vec3<f32>) -> vec3<f32> {
@@ -145,7 +188,8 @@ fn light_within_reach(path: light_Path, emitter: light_Emitter) -> vec2<f32> {
         part = vec2(max(part.x, path.foot - half), min(part.y, path.foot + half));
     }
     if emitter.emission != light_ISOTROPIC {
-        let cone = light_in_cone(path, emitter);
+        let cos = select(0.0, emitter.cos_outer, emitter.emission == light_SPOT);
+        let cone = light_in_cone(path, emitter.axis, cos);
         part = vec2(max(part.x, cone.x), min(part.y, cone.y));
     }
     return part;
@@ -157,11 +201,10 @@ fn light_within_reach(path: light_Path, emitter: light_Emitter) -> vec2<f32> {
 // In units of h behind the foot point, p = to_foot + s direction, and the two
 // unit vectors are at right angles: no term is large where the ray passes close
 // to the light.
-fn light_in_cone(path: light_Path, emitter: light_Emitter) -> vec2<f32> {
-    let cos = select(0.0, emitter.cos_outer, emitter.emission == light_SPOT);
+fn light_in_cone(path: light_Path, axis: vec3<f32>, cos: f32) -> vec2<f32> {
     let c2 = cos * cos;
-    let wa = dot(path.direction, emitter.axis);
-    let ta = dot(path.to_foot, emitter.axis);
+    let wa = dot(path.direction, axis);
+    let ta = dot(path.to_foot, axis);
     // Crossings of the double cone, (wa² − c²) s² + 2 wa ta s + ta² − c² = 0,
     // and of the plane between its halves.
     let a = (wa - cos) * (wa + cos);
@@ -202,7 +245,7 @@ fn light_in_cone(path: light_Path, emitter: light_Emitter) -> vec2<f32> {
             s = start + scale;
         }
         let p = path.h * path.to_foot + s * path.direction;
-        if dot(p, emitter.axis) >= cos * length(p) {
+        if dot(p, axis) >= cos * length(p) {
             result = vec2(select(start, result.x, found), end);
             found = true;
         }

@@ -8,6 +8,20 @@ fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if light_emitter().kind == light_DIRECTIONAL {
         return light_directional(path, start, end);
     }
+    var total = vec3(0.0);
+    var from_here = start;
+    for (var i = 0u; i < light_KINKS; i++) {
+        let kink = path.kinks[i];
+        if from_here < kink && kink < end {
+            total += light_smooth_airlight(path, from_here, kink);
+            from_here = kink;
+        }
+    }
+    return total + light_smooth_airlight(path, from_here, end);
+}
+
+// The airlight of an interval without a kink inside.
+fn light_smooth_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if !(start < end) {
         return vec3(0.0);
     }

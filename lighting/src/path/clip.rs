@@ -66,9 +66,9 @@ impl Clip<'_> {
             }
         };
         if let Emission::Spot(spot) = self.point.emission()
-            && spot.cos_inner() < 1.0
+            && spot.cos_full() < 1.0
         {
-            let (axis, cos) = (spot.axis().as_dvec3(), f64::from(spot.cos_inner()));
+            let (axis, cos) = (spot.axis().as_dvec3(), f64::from(spot.cos_full()));
             let full = clip_to_cone(self.from_light, self.direction, axis, cos);
             if let Some((start, end)) = full {
                 add(start);
