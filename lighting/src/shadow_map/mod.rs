@@ -17,6 +17,6 @@ pub mod raster;
 
 #[cfg(feature = "procedural")]
 pub(crate) use map::orthographic;
+pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 #[cfg(feature = "wgpu")]
 pub(crate) use map::{check_size, faces};
-pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
