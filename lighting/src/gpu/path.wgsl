@@ -107,8 +107,10 @@ fn light_find_kinks(path: light_Path, emitter: light_Emitter) -> array<f32, ligh
     var kinks = array<f32, light_KINKS>(light_FAR, light_FAR, light_FAR, light_FAR, light_FAR);
     if emitter.emission == light_SPOT && emitter.cos_outer + emitter.edge < 1.0 {
         let full = light_in_cone(path, emitter.axis, emitter.cos_outer + emitter.edge);
-        kinks[0] = full.x;
-        kinks[1] = full.y;
+        if full.x < full.y {
+            kinks[0] = full.x;
+            kinks[1] = full.y;
+        }
     }
     let medium = light_medium();
     if medium.bounded != 0u {
