@@ -4,9 +4,9 @@
 use std::time::Duration;
 
 use crepuscular_tests::scenes::Stage;
-use crepuscular_tests::suite::Subject;
+use crepuscular_tests::suite::{self, Subject};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use gpu_backend::Cpu;
+use gpu_backend::{Backend, Cpu, Download};
 use lighting::Gather;
 use lighting::airlight::{Midpoint, Quadrature};
 use lighting::procedural::Embedded;
@@ -21,7 +21,7 @@ const MAP: u32 = 1024;
 /// One gather of `visibility` × `airlight` over all emitters of the stage.
 fn gather<B, V, A>(backend: &B, stage: &Stage, sources: &[V], airlight: &A)
 where
-    B: Subject + Gather<V, A>,
+    B: Download + Gather<V, A>,
 {
     let rays = backend.upload(&stage.rays).expect("memory");
     let mut radiance = backend.zeros(stage.rays.len()).expect("memory");
@@ -40,6 +40,26 @@ where
     backend.wait().expect("a backend that works");
 }
 
+/// Exact visibility, which is traced on the CPU.
+fn traced(criterion: &mut Criterion, backend: &Cpu) {
+    for embedded in SCENES {
+        let stage = Stage::new(embedded, SIZE.0, SIZE.1);
+        let rays = Throughput::Elements(stage.rays.len() as u64);
+        let id =
+            |quality: u32| BenchmarkId::new(format!("{}/{}", backend.name(), stage.name), quality);
+        let mut group = criterion.benchmark_group("exact x quadrature");
+        group.throughput(rays);
+        for nodes in [2, 8] {
+            let quadrature = Quadrature::new(nodes).expect("a legal number");
+            let exact = vec![Exact::new(&stage.tracer); stage.emitters.len()];
+            group.bench_function(id(nodes), |b| {
+                b.iter(|| gather(backend, &stage, &exact, &quadrature));
+            });
+        }
+        group.finish();
+    }
+}
+
 fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
     for embedded in SCENES {
         let stage = Stage::new(embedded, SIZE.0, SIZE.1);
@@ -52,17 +72,6 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
         let rays = Throughput::Elements(stage.rays.len() as u64);
         let id =
             |quality: u32| BenchmarkId::new(format!("{}/{}", backend.name(), stage.name), quality);
-
-        let mut group = criterion.benchmark_group("exact x quadrature");
-        group.throughput(rays.clone());
-        for nodes in [2, 8] {
-            let quadrature = Quadrature::new(nodes).expect("a legal number");
-            let exact = vec![Exact::new(&stage.tracer); stage.emitters.len()];
-            group.bench_function(id(nodes), |b| {
-                b.iter(|| gather(backend, &stage, &exact, &quadrature));
-            });
-        }
-        group.finish();
 
         let march = |samples, spacing| -> Vec<_> {
             let new = |map| ShadowMapMarch::new(map, samples, spacing);
@@ -102,7 +111,11 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
 }
 
 fn on_every_backend(criterion: &mut Criterion) {
+    traced(criterion, &Cpu::new());
     bench(criterion, &Cpu::new());
+    if let Some(gpu) = suite::gpu() {
+        bench(criterion, &gpu);
+    }
 }
 
 criterion_group! {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crepuscular_tests::oracle::visibility::Blockers;
 use crepuscular_tests::scenes::Stage;
-use crepuscular_tests::suite::Subject;
+use crepuscular_tests::suite::{self, Subject};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use gpu_backend::Cpu;
 use lighting::procedural::Embedded;
@@ -51,6 +51,9 @@ fn hierarchies(criterion: &mut Criterion) {
 
 fn on_every_backend(criterion: &mut Criterion) {
     shadow_maps(criterion, &Cpu::new());
+    if let Some(gpu) = suite::gpu() {
+        shadow_maps(criterion, &gpu);
+    }
 }
 
 criterion_group! {

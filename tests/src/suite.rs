@@ -2,21 +2,22 @@
 
 use std::fmt::Debug;
 
-use gpu_backend::{Backend, Cpu, Download};
+use gpu_backend::gpu::{Gpu, Queued};
+use gpu_backend::{Backend, Cpu, Download, testing};
 use lighting::Gather;
 use lighting::airlight::{Midpoint, Quadrature};
 use lighting::shadow_map::RenderShadowMap;
-use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Unshadowed};
+use lighting::visibility::{MergeTouching, ShadowMapMarch, Unshadowed};
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseResult, TestRng, TestRunner};
 
-/// What a backend must be able to do to be tested: every step there is.
+/// What a backend must be able to do to be tested: every step there is but
+/// exact visibility, which is traced on the CPU.
 pub trait Subject:
     Download
     + RenderShadowMap
     + Gather<Unshadowed, Midpoint>
     + Gather<Unshadowed, Quadrature>
-    + for<'a> Gather<Exact<'a>, Quadrature>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Midpoint>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Quadrature>
     + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, Quadrature>
@@ -28,7 +29,6 @@ impl<B> Subject for B where
         + RenderShadowMap
         + Gather<Unshadowed, Midpoint>
         + Gather<Unshadowed, Quadrature>
-        + for<'a> Gather<Exact<'a>, Quadrature>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Midpoint>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Quadrature>
         + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, Quadrature>
@@ -36,26 +36,45 @@ impl<B> Subject for B where
 }
 
 /// One thread.
-pub fn cpu_alone() -> Cpu {
-    Cpu::single_threaded()
+pub fn cpu_alone() -> Option<Cpu> {
+    Some(Cpu::single_threaded())
 }
 
 /// Three threads: results must be the same as with one.
-pub fn cpu_with_threads() -> Cpu {
-    Cpu::with_threads(3).expect("three threads")
+pub fn cpu_with_threads() -> Option<Cpu> {
+    Some(Cpu::with_threads(3).expect("three threads"))
+}
+
+/// The GPU, if there is one; see [`testing::gpu`].
+pub fn gpu() -> Option<Gpu<Queued>> {
+    testing::gpu()
 }
 
 /// Makes a test of each body for each backend. A body is a function
 /// `fn name<B: Subject>(backend: &B)`.
 ///
 /// This is the one place where backends are listed; a new one is a new line
-/// `module => constructor` below.
+/// `module => constructor` below. `heavy` bodies leave out the single thread,
+/// and `traced` ones the GPU.
 #[macro_export]
 macro_rules! on_every_backend {
+    (heavy: $($body:ident),+ $(,)?) => {
+        $crate::on_every_backend! { @for [$($body),+]
+            heavy_on_cpu => $crate::suite::cpu_with_threads,
+            heavy_on_gpu => $crate::suite::gpu,
+        }
+    };
+    (traced: $($body:ident),+ $(,)?) => {
+        $crate::on_every_backend! { @for [$($body),+]
+            traced_alone => $crate::suite::cpu_alone,
+            traced_with_threads => $crate::suite::cpu_with_threads,
+        }
+    };
     ($($body:ident),+ $(,)?) => {
         $crate::on_every_backend! { @for [$($body),+]
             cpu_alone => $crate::suite::cpu_alone,
             cpu_with_threads => $crate::suite::cpu_with_threads,
+            gpu => $crate::suite::gpu,
         }
     };
     (@for $bodies:tt $($backend:ident => $new:path,)+) => {
@@ -66,7 +85,9 @@ macro_rules! on_every_backend {
             $(
                 #[test]
                 fn $body() {
-                    super::$body(&$new());
+                    if let Some(backend) = $new() {
+                        super::$body(&backend);
+                    }
                 }
             )+
         }

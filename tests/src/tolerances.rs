@@ -24,6 +24,16 @@ pub enum Allowed {
     ExactImage,
     /// Order of convergence expected of a march minus the measured one.
     Order,
+    /// The radiance of a ray on the GPU and on the CPU, given the same map.
+    GpuRadiance,
+    /// The same for a light nearly on the ray, times h / D.
+    GpuRadianceNearTheAxis,
+    /// Share of rays whose radiance differs by more than that.
+    GpuRays,
+    /// A texel of a shadow map on the GPU and on the CPU.
+    GpuTexel,
+    /// Share of the texels on an edge that differ by more than that.
+    GpuEdgeTexels,
 }
 
 /// A row of the table.
@@ -101,6 +111,43 @@ pub const TABLE: &[Tolerance] = &[
             shadow edges are pseudo-random with a spread that falls by the expected order; over \
             1000 rays the mean square of the error scatters by about 10 % per sample count, which \
             tilts the fit by 0.05; features smaller than a step tilt it by more at the coarse end.",
+    },
+    Tolerance {
+        what: Allowed::GpuRadiance,
+        error: 256.0 * ULP32,
+        derivation: "Relative to the unshadowed airlight of the light without its cone. Rounding \
+            in the evaluation, 3 + 2 tau ULP of WGSL's exponential (tau up to 10 where the value \
+            matters), and the error 2 units of cos theta times the steepest phase function, \
+            3 g / (1 - g)^2 = 60 at g = 0.8.",
+    },
+    Tolerance {
+        what: Allowed::GpuRadianceNearTheAxis,
+        error: 16.0 * ULP32,
+        derivation: "Times D / h. The distance h of light and ray is a cross product of vectors \
+            of the length D, which f32 gets to 4 units of D and the CPU forms in f64; radiance \
+            goes like 1 / h, and phase and emission turn with it, up to a few times as fast.",
+    },
+    Tolerance {
+        what: Allowed::GpuRays,
+        error: 0.01,
+        derivation: "A sample within rounding of the border of a texel falls to its other side. \
+            A texel coordinate of a map of 256 is off by about 4 units x 256 = 6e-5, so a \
+            sample is that close to one of four borders with a chance of 2.4e-4. A ray has 32 \
+            samples, and up to all of them lie next to a texel of another answer (hair, \
+            fences): 0.8 %.",
+    },
+    Tolerance {
+        what: Allowed::GpuTexel,
+        error: 4096.0 * ULP32,
+        derivation: "Relative. Corners are off by 2 units of the coordinates, which are up to \
+            ten times the depth, on triangles seen at angles down to a third of a degree, 200 \
+            times as steep as face on: 4000 units.",
+    },
+    Tolerance {
+        what: Allowed::GpuEdgeTexels,
+        error: 0.0625,
+        derivation: "Rasterisers snap corners to 1/16 of a texel or finer (256 steps on most), \
+            which moves an edge by up to half of that, to either side of a texel's centre.",
     },
 ];
 

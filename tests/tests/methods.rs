@@ -25,9 +25,9 @@ use proptest::prelude::*;
 
 crepuscular_tests::on_every_backend!(
     quadrature_converges_to_the_oracle_on_every_hard_case,
-    exact_intervals_with_quadrature_are_the_reference_image,
     nothing_to_gather_leaves_the_buffer_alone,
 );
+crepuscular_tests::on_every_backend!(traced: exact_intervals_with_quadrature_are_the_reference_image);
 
 /// The radiance of rays without shadows.
 fn unshadowed<B, A>(
@@ -101,7 +101,10 @@ fn bare(emitter: &Emitter) -> Emitter {
     }
 }
 
-fn exact_intervals_with_quadrature_are_the_reference_image<B: Subject>(backend: &B) {
+fn exact_intervals_with_quadrature_are_the_reference_image<B>(backend: &B)
+where
+    B: Subject + for<'a> Gather<Exact<'a>, Quadrature>,
+{
     for embedded in Embedded::ALL {
         // 64 texels across a slide are 64 kinks.
         let nodes = if embedded == Embedded::TexturedSpot {

@@ -10,8 +10,7 @@ use crate::{Interval, LightPath};
 ///
 /// The optical path `(x − x_entry) + l(x)` is linear in `x` between the faces
 /// of a bounded medium, and so is its logarithm's integrand; the interval is
-/// split where the sunlight's entry moves from one face to another, which
-/// happens at most twice.
+/// split at the [kinks](LightPath::kinks) between.
 pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Interval) -> Vec3 {
     if !(interval.start < interval.end) {
         return Vec3::ZERO;
@@ -33,19 +32,15 @@ pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Int
         Vec3::new(channel(sigma_t.x), channel(sigma_t.y), channel(sigma_t.z))
     };
 
-    let mut cuts = [interval.end; 4];
-    cuts[0] = interval.start;
-    let mut count = 1;
-    if medium.bounds().is_some() {
-        for x in face_changes(path, sun) {
-            if cuts[count - 1] < x && x < interval.end {
-                cuts[count] = x;
-                count += 1;
-            }
+    let mut total = Vec3::ZERO;
+    let mut start = interval.start;
+    for kink in path.kinks() {
+        if start < kink && kink < interval.end {
+            total += piece(start, kink);
+            start = kink;
         }
     }
-    let total = (0..count).fold(Vec3::ZERO, |sum, i| sum + piece(cuts[i], cuts[i + 1]));
-    light * total
+    light * (total + piece(start, interval.end))
 }
 
 /// `∫_0^length exp(−k x) dx = (1 − exp(−k length)) / k`, any `k`, no
@@ -57,59 +52,6 @@ fn integrate_exponential(k: f32, length: f32) -> f32 {
     } else {
         -(-exponent).exp_m1() / k
     }
-}
-
-/// Positions at which the face of the box through which sunlight entered
-/// changes, in order; `f32::INFINITY` where there are fewer than two.
-///
-/// The distance to the entry is the least of three functions that are linear
-/// in `x`, one per axis, so it is concave and has at most two kinks, each
-/// where two of the three meet.
-fn face_changes(path: &LightPath<'_>, sun: &DirectionalEmitter) -> [f32; 2] {
-    let Some(bounds) = path.medium().bounds() else {
-        return [f32::INFINITY; 2];
-    };
-    let (origin, direction) = (path.ray().origin(), path.ray().direction());
-    let back = -sun.direction();
-    // Distance to the face along one axis: base + slope x.
-    let mut lines = [(0.0_f32, 0.0_f32); 3];
-    let mut count = 0;
-    for axis in 0..3 {
-        if back[axis] != 0.0 {
-            let face = if back[axis] > 0.0 {
-                bounds.max()[axis]
-            } else {
-                bounds.min()[axis]
-            };
-            lines[count] = (
-                (face - origin[axis]) / back[axis],
-                -direction[axis] / back[axis],
-            );
-            count += 1;
-        }
-    }
-    let mut kinks = [f32::INFINITY; 2];
-    let mut found = 0;
-    for i in 0..count {
-        for j in i + 1..count {
-            let x = (lines[j].0 - lines[i].0) / (lines[i].1 - lines[j].1);
-            if !x.is_finite() {
-                continue;
-            }
-            let here = lines[i].0 + lines[i].1 * x;
-            // The third line must not lie below the crossing, up to rounding.
-            let least = (0..count)
-                .filter(|k| *k != i && *k != j)
-                .map(|k| lines[k].0 + lines[k].1 * x)
-                .fold(f32::INFINITY, f32::min);
-            if here <= least + 1e-5 * here.abs() && found < 2 {
-                kinks[found] = x;
-                found += 1;
-            }
-        }
-    }
-    kinks.sort_by(f32::total_cmp);
-    kinks
 }
 
 #[cfg(test)]

@@ -69,7 +69,8 @@ struct light_Path {
     foot: f32,
     h: f32,
     to_foot: vec3<f32>,
-    // Where the light changes with a kink, in order, then light_FAR.
+    // Where the light changes with a kink, in order, then light_FAR; for a sun
+    // anywhere on the line of the ray.
     kinks: array<f32, light_KINKS>,
 }
 
@@ -82,7 +83,14 @@ fn light_path(ray: light_Ray) -> light_Path {
     path.start = inside.x;
     path.end = inside.y;
     path.entry = inside.x;
-    if emitter.kind == light_DIRECTIONAL || !(inside.x < inside.y) {
+    path.kinks = array<f32, light_KINKS>(light_FAR, light_FAR, light_FAR, light_FAR, light_FAR);
+    if !(inside.x < inside.y) {
+        return path;
+    }
+    if emitter.kind == light_DIRECTIONAL {
+        let kinks = light_face_changes(path);
+        path.kinks[0] = kinks.x;
+        path.kinks[1] = kinks.y;
         return path;
     }
     let to_light = emitter.position - ray.origin;
@@ -99,6 +107,48 @@ fn light_path(ray: light_Ray) -> light_Path {
     path.end = part.y;
     path.kinks = light_find_kinks(path, emitter);
     return path;
+}
+
+// Where sunlight begins to enter a bounded medium through another face, in
+// order; light_FAR where there are fewer than two such positions.
+fn light_face_changes(path: light_Path) -> vec2<f32> {
+    let medium = light_medium();
+    if medium.bounded == 0u {
+        return vec2(light_FAR);
+    }
+    let back = -light_emitter().position;
+    // The distance to the face along one axis is base + slope x; absent for
+    // light along that face.
+    var base = vec3(light_FAR);
+    var slope = vec3(0.0);
+    for (var axis = 0u; axis < 3u; axis++) {
+        if back[axis] != 0.0 {
+            let face = select(medium.low[axis], medium.high[axis], back[axis] > 0.0);
+            base[axis] = (face - path.origin[axis]) / back[axis];
+            slope[axis] = -path.direction[axis] / back[axis];
+        }
+    }
+    var kinks = vec2(light_FAR);
+    for (var i = 0u; i < 3u; i++) {
+        let j = (i + 1u) % 3u;
+        let k = (i + 2u) % 3u;
+        let relative = slope[i] - slope[j];
+        if back[i] == 0.0 || back[j] == 0.0 || relative == 0.0 {
+            continue;
+        }
+        let x = (base[j] - base[i]) / relative;
+        let here = base[i] + slope[i] * x;
+        let third = base[k] + slope[k] * x;
+        // The third line must not lie below the crossing, up to rounding.
+        if back[k] == 0.0 || here <= third + 1e-5 * abs(here) {
+            if x < kinks.x {
+                kinks = vec2(x, kinks.x);
+            } else if x < kinks.y {
+                kinks.y = x;
+            }
+        }
+    }
+    return kinks;
 }
 
 // Kinks between start and end: at the inner cone of a spotlight, and where the
@@ -160,21 +210,19 @@ fn light_inside(start: vec3<f32>, direction: vec3<f32>, interval: vec2<f32>) -> 
     if medium.bounded == 0u {
         return interval;
     }
-    var part = interval;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let low = medium.low[axis] - start[axis];
-        let high = medium.high[axis] - start[axis];
-        if direction[axis] == 0.0 {
-            if low > 0.0 || high < 0.0 {
-                return vec2(0.0, 0.0);
-            }
-        } else {
-            let a = low / direction[axis];
-            let b = high / direction[axis];
-            part = vec2(max(part.x, min(a, b)), min(part.y, max(a, b)));
-        }
+    let low = medium.low - start;
+    let high = medium.high - start;
+    let parallel = direction == vec3(0.0);
+    if any(parallel & ((low > vec3(0.0)) | (high < vec3(0.0)))) {
+        return vec2(0.0, 0.0);
     }
-    return part;
+    let slope = select(direction, vec3(1.0), parallel);
+    let near = select(min(low / slope, high / slope), vec3(-light_FAR), parallel);
+    let far = select(max(low / slope, high / slope), vec3(light_FAR), parallel);
+    return vec2(
+        max(max(interval.x, near.x), max(near.y, near.z)),
+        min(min(interval.y, far.x), min(far.y, far.z)),
+    );
 }
 
 fn light_length_inside(start: vec3<f32>, direction: vec3<f32>, length: f32) -> f32 {

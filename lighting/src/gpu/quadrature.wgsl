@@ -12,7 +12,10 @@ fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     var from_here = start;
     for (var i = 0u; i < light_KINKS; i++) {
         let kink = path.kinks[i];
-        if from_here < kink && kink < end {
+        if kink >= end {
+            break;
+        }
+        if from_here < kink {
             total += light_smooth_airlight(path, from_here, kink);
             from_here = kink;
         }

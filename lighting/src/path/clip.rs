@@ -1,11 +1,11 @@
-//! Which part of a ray a point light can reach, and where its light has kinks.
+//! Which part of a ray a light can reach, and where its light has kinks.
 
 use glam::DVec3;
 
 use super::MOST_KINKS;
-use crate::Interval;
-use crate::emitter::{Emission, PointEmitter};
-use crate::scene::Medium;
+use crate::emitter::{DirectionalEmitter, Emission, PointEmitter};
+use crate::scene::{Bounds, Medium};
+use crate::{Interval, Ray};
 
 /// The line of a ray as a point light sees it, in f64.
 pub(super) struct Clip<'a> {
@@ -142,6 +142,56 @@ fn clip_to_cone(v: DVec3, w: DVec3, axis: DVec3, cos: f64) -> Option<(f64, f64)>
         }
     }
     result
+}
+
+/// Positions at which the face of the box through which sunlight has entered
+/// changes, in order; `f32::INFINITY` where there are fewer than two.
+///
+/// The distance to the entry is the least of three functions that are linear
+/// in `x`, one per axis, so it is concave and has at most two kinks, each
+/// where two of the three meet.
+pub(super) fn face_changes(bounds: Bounds, ray: &Ray, sun: &DirectionalEmitter) -> [f32; 2] {
+    let (origin, direction) = (ray.origin(), ray.direction());
+    let back = -sun.direction();
+    // Distance to the face along one axis: base + slope x.
+    let mut lines = [(0.0_f32, 0.0_f32); 3];
+    let mut count = 0;
+    for axis in 0..3 {
+        if back[axis] != 0.0 {
+            let face = if back[axis] > 0.0 {
+                bounds.max()[axis]
+            } else {
+                bounds.min()[axis]
+            };
+            lines[count] = (
+                (face - origin[axis]) / back[axis],
+                -direction[axis] / back[axis],
+            );
+            count += 1;
+        }
+    }
+    let mut kinks = [f32::INFINITY; 2];
+    let mut found = 0;
+    for i in 0..count {
+        for j in i + 1..count {
+            let x = (lines[j].0 - lines[i].0) / (lines[i].1 - lines[j].1);
+            if !x.is_finite() {
+                continue;
+            }
+            let here = lines[i].0 + lines[i].1 * x;
+            // The third line must not lie below the crossing, up to rounding.
+            let least = (0..count)
+                .filter(|k| *k != i && *k != j)
+                .map(|k| lines[k].0 + lines[k].1 * x)
+                .fold(f32::INFINITY, f32::min);
+            if here <= least + 1e-5 * here.abs() && found < 2 {
+                kinks[found] = x;
+                found += 1;
+            }
+        }
+    }
+    kinks.sort_by(f32::total_cmp);
+    kinks
 }
 
 #[cfg(test)]

@@ -69,28 +69,35 @@ impl<'a> LightPath<'a> {
             to_foot: Vec3::ZERO,
             kinks: [f32::INFINITY; MOST_KINKS],
         };
-        if let Emitter::Point(point) = emitter {
-            let to_light = (point.position() - ray.origin()).as_dvec3();
-            // The stored direction is a unit vector to f32 precision only.
-            let direction = ray.direction().as_dvec3().normalize();
-            let foot = to_light.dot(direction);
-            let h = to_light.cross(direction).length();
-            let offset = direction * foot - to_light;
-            path.foot = foot as f32;
-            path.h = h as f32;
-            path.to_foot = offset
-                .try_normalize()
-                .unwrap_or_else(|| direction.any_orthonormal_vector())
-                .as_vec3();
-            let clip = Clip {
-                point,
-                from_light: -to_light,
-                direction,
-                foot,
-                h,
-            };
-            path.span = clip.span(inside)?;
-            path.kinks = clip.kinks(medium, path.span);
+        match emitter {
+            Emitter::Directional(sun) => {
+                if let Some(bounds) = medium.bounds() {
+                    path.kinks[..2].copy_from_slice(&clip::face_changes(bounds, ray, sun));
+                }
+            }
+            Emitter::Point(point) => {
+                let to_light = (point.position() - ray.origin()).as_dvec3();
+                // The stored direction is a unit vector to f32 precision only.
+                let direction = ray.direction().as_dvec3().normalize();
+                let foot = to_light.dot(direction);
+                let h = to_light.cross(direction).length();
+                let offset = direction * foot - to_light;
+                path.foot = foot as f32;
+                path.h = h as f32;
+                path.to_foot = offset
+                    .try_normalize()
+                    .unwrap_or_else(|| direction.any_orthonormal_vector())
+                    .as_vec3();
+                let clip = Clip {
+                    point,
+                    from_light: -to_light,
+                    direction,
+                    foot,
+                    h,
+                };
+                path.span = clip.span(inside)?;
+                path.kinks = clip.kinks(medium, path.span);
+            }
         }
         (path.span.start < path.span.end).then_some(path)
     }
@@ -130,10 +137,10 @@ impl<'a> LightPath<'a> {
         self.span
     }
 
-    /// Positions inside of the span, in order, where the light of a point light
-    /// changes with a kink: at the inner cone of a spotlight, and where the
-    /// light's way enters a bounded medium through another face. (The texels of
-    /// a slide are not among them.) Quadrature should stop at each.
+    /// Positions on the line of the ray, in order, where the light changes with
+    /// a kink: at the inner cone of a spotlight, and where the light's way
+    /// enters a bounded medium through another face. (The texels of a slide are
+    /// not among them.) Quadrature should stop at each.
     pub fn kinks(&self) -> impl Iterator<Item = f32> {
         self.kinks.into_iter().take_while(|x| x.is_finite())
     }

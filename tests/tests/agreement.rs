@@ -1,0 +1,189 @@
+//! The GPU agrees with the CPU, which defines the result, on every embedded
+//! scene.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
+use crepuscular_tests::scenes::Stage;
+use crepuscular_tests::suite::{self, Subject};
+use crepuscular_tests::tolerances::Allowed;
+use gpu_backend::{Cpu, Download};
+use lighting::airlight::{Midpoint, Quadrature};
+use lighting::emitter::Emission;
+use lighting::procedural::Embedded;
+use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
+use lighting::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
+use lighting::{Emitter, Gather, Ray};
+
+fn gathered<B, V, A>(
+    backend: &B,
+    stage: &Stage,
+    emitter: &Emitter,
+    (visibility, airlight): (&V, &A),
+) -> Vec<[f32; 4]>
+where
+    B: Gather<V, A> + Download,
+{
+    let rays = backend.upload(&stage.rays).unwrap();
+    let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
+    backend
+        .gather(
+            &rays,
+            emitter,
+            &stage.medium,
+            visibility,
+            airlight,
+            &mut radiance,
+        )
+        .unwrap();
+    backend.download(&radiance).unwrap()
+}
+
+/// Four ways to march, in 32 steps.
+fn marches<B: Subject>(
+    backend: &B,
+    stage: &Stage,
+    emitter: &Emitter,
+    map: &ShadowMap<B::Memory>,
+) -> [Vec<[f32; 4]>; 4] {
+    let march = |spacing| ShadowMapMarch::new(map, 32, spacing);
+    let nodes = |n| Quadrature::new(n).unwrap();
+    let merged = |spacing| MergeTouching(march(spacing));
+    [
+        gathered(
+            backend,
+            stage,
+            emitter,
+            (&march(Spacing::Distance), &Midpoint),
+        ),
+        gathered(
+            backend,
+            stage,
+            emitter,
+            (&march(Spacing::EquiAngular), &nodes(1)),
+        ),
+        gathered(
+            backend,
+            stage,
+            emitter,
+            (&merged(Spacing::Distance), &nodes(8)),
+        ),
+        gathered(
+            backend,
+            stage,
+            emitter,
+            (&merged(Spacing::EquiAngular), &nodes(8)),
+        ),
+    ]
+}
+
+/// What a light that shines everywhere would give: the measure of errors at
+/// the border of a cone.
+fn without_borders(emitter: &Emitter) -> Emitter {
+    match emitter {
+        Emitter::Point(point) => Emitter::point(
+            point.position(),
+            point.intensity(),
+            f32::INFINITY,
+            Emission::Isotropic,
+        )
+        .unwrap(),
+        other => other.clone(),
+    }
+}
+
+fn allowed(ray: &Ray, emitter: &Emitter) -> f64 {
+    let Emitter::Point(point) = emitter else {
+        return Allowed::GpuRadiance.error();
+    };
+    let to_light = (point.position() - ray.origin()).as_dvec3();
+    let h = to_light.cross(ray.direction().as_dvec3()).length();
+    // Images put a light no closer to a ray than this.
+    let ratio = (to_light.length() / h).min(1e4);
+    Allowed::GpuRadiance.error() + ratio * Allowed::GpuRadianceNearTheAxis.error()
+}
+
+#[test]
+fn marches_through_the_same_map_agree_on_every_scene() {
+    let Some(gpu) = suite::gpu() else { return };
+    let cpu = Cpu::new();
+    let reference = Quadrature::new(8).unwrap();
+    for embedded in Embedded::ALL {
+        let stage = Stage::new(embedded, 48, 27);
+        let casters = Casters::upload(&cpu, &stage.geometry).unwrap();
+        let (mut all, mut different) = (0, 0);
+        for emitter in &stage.emitters {
+            let map = cpu.shadow_map(&casters, emitter, 256).unwrap();
+            let expected = marches(&cpu, &stage, emitter, &map);
+            let actual = marches(&gpu, &stage, emitter, &map.upload(&gpu).unwrap());
+            let bare = without_borders(emitter);
+            let scale = gathered(&cpu, &stage, &bare, (&Unshadowed, &reference));
+            for (expected, actual) in expected.iter().zip(&actual) {
+                for (i, ray) in stage.rays.iter().enumerate() {
+                    let agrees = (0..3).all(|c| {
+                        let (e, g) = (f64::from(expected[i][c]), f64::from(actual[i][c]));
+                        let scale = f64::from(scale[i][c].max(f32::MIN_POSITIVE)).max(e);
+                        (e - g).abs() <= scale * allowed(ray, emitter)
+                    });
+                    all += 1;
+                    different += u32::from(!agrees);
+                }
+            }
+        }
+        let share = f64::from(different) / f64::from(all);
+        println!("{}: {different} of {all} rays differ", stage.name);
+        assert!(
+            share <= Allowed::GpuRays.error(),
+            "{}: {different} of {all} rays differ",
+            stage.name
+        );
+    }
+}
+
+#[test]
+fn shadow_maps_agree_but_for_texels_on_an_edge_on_every_scene() {
+    const SIDE: usize = 256;
+    let Some(gpu) = suite::gpu() else { return };
+    let cpu = Cpu::new();
+    for embedded in Embedded::ALL {
+        let stage = Stage::new(embedded, 1, 1);
+        let here = Casters::upload(&cpu, &stage.geometry).unwrap();
+        let there = Casters::upload(&gpu, &stage.geometry).unwrap();
+        for emitter in &stage.emitters {
+            let expected = cpu.shadow_map(&here, emitter, SIDE as u32).unwrap();
+            let actual = gpu.shadow_map(&there, emitter, SIDE as u32).unwrap();
+            let actual = gpu.download(actual.depth()).unwrap();
+            let expected = expected.depth();
+            let agree = |a: f32, b: f32, error: f64| {
+                f64::from((a - b).abs()) <= error * f64::from(a.max(b))
+            };
+            // Texels with a neighbour of clearly another depth lie on an edge.
+            let is_edge = |i: usize| {
+                let (x, y) = (i % SIDE, i / SIDE % SIDE);
+                let near = [
+                    (x > 0).then(|| i - 1),
+                    (x + 1 < SIDE).then(|| i + 1),
+                    (y > 0).then(|| i - SIDE),
+                    (y + 1 < SIDE).then(|| i + SIDE),
+                ];
+                near.into_iter()
+                    .flatten()
+                    .any(|j| !agree(expected[i], expected[j], 0.05))
+            };
+            let edges = (0..expected.len()).filter(|&i| is_edge(i)).count();
+            let different = (0..expected.len())
+                .filter(|&i| !agree(expected[i], actual[i], Allowed::GpuTexel.error()))
+                .count();
+            println!(
+                "{}: {different} texels differ, {edges} on edges",
+                stage.name
+            );
+            // Triangles smaller than a texel have edges that no pair shows.
+            assert!(
+                different as f64 <= 2.0 + Allowed::GpuEdgeTexels.error() * edges as f64,
+                "{}: {different} of {} texels differ, {edges} lie on edges",
+                stage.name,
+                expected.len()
+            );
+        }
+    }
+}
