@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::{Quat, Vec2, Vec3};
 
-use crate::scene::{Cone, SceneError, Texture};
+use crate::scene::{Cone, MAX_COORDINATE, SceneError, Texture};
 
 /// A light that reaches any point of space from exactly one direction.
 ///
@@ -169,20 +169,21 @@ impl Emitter {
     /// `emission`) that lights nothing farther away than `range`.
     ///
     /// # Errors
-    /// [`SceneError::BadValue`] if the position is not finite, an intensity is
-    /// negative or not finite, or the range is not above 0 (it may be infinite).
+    /// [`SceneError::BadValue`] if the position is not finite or beyond 1e9 m, an
+    /// intensity is neither 0 nor from 1e-20 to 1e20, or the range is not above
+    /// 0 (it may be infinite).
     pub fn point(
         position: Vec3,
         intensity: Vec3,
         range: f32,
         emission: Emission,
     ) -> Result<Self, SceneError> {
-        if !position.is_finite() {
+        if !(position.abs().max_element() <= MAX_COORDINATE) {
             return Err(SceneError::bad_value(
                 "light",
                 "position",
                 position,
-                "finite coordinates",
+                "coordinates within 1e9 m",
             ));
         }
         check_power("intensity", intensity)?;
@@ -206,7 +207,7 @@ impl Emitter {
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if the direction is 0 or not finite, or an
-    /// irradiance is negative or not finite.
+    /// irradiance is neither 0 nor from 1e-20 to 1e20.
     pub fn directional(direction: Vec3, irradiance: Vec3) -> Result<Self, SceneError> {
         check_power("irradiance", irradiance)?;
         match direction.try_normalize() {
@@ -267,13 +268,14 @@ impl DirectionalEmitter {
 }
 
 fn check_power(what: &'static str, value: Vec3) -> Result<(), SceneError> {
-    if value.is_finite() && value.min_element() >= 0.0 {
+    let sound = |channel: &f32| *channel == 0.0 || (1e-20..=1e20).contains(channel);
+    if value.to_array().iter().all(sound) {
         return Ok(());
     }
     Err(SceneError::bad_value(
         "light",
         what,
         value,
-        "finite, not negative",
+        "0, or 1e-20 to 1e20, in each channel",
     ))
 }

@@ -38,7 +38,7 @@ impl fmt::Debug for Tracer {
 /// Where a ray meets a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// Distance from the origin of the ray.
+    /// Distance from the origin of the ray, rounded towards it.
     pub distance: f32,
     /// Index into [`Geometry::triangles`].
     pub triangle: u32,
@@ -99,7 +99,7 @@ impl Tracer {
                 return far;
             }
             best = Some(Hit {
-                distance: t as f32,
+                distance: toward_zero(t),
                 triangle,
                 u: u as f32,
                 v: v as f32,
@@ -212,6 +212,17 @@ impl Tracer {
                 (None, None) => {}
             }
         }
+    }
+}
+
+/// The largest f32 that is not above a distance: the end of a ray stays on
+/// the eye's side of what it hits, so that no light leaks in from behind.
+fn toward_zero(t: f64) -> f32 {
+    let nearest = t as f32;
+    if f64::from(nearest) > t {
+        nearest.next_down()
+    } else {
+        nearest
     }
 }
 
@@ -386,7 +397,7 @@ mod tests {
                 .map(|(t, _, _)| t)
                 .filter(|&t| t > 0.0)
                 .min_by(f64::total_cmp)
-                .map(|t| t as f32);
+                .map(toward_zero);
             let found = tracer.closest_hit(&ray).map(|hit| hit.distance);
             assert_eq!(found, expected);
         }

@@ -185,6 +185,12 @@ fn media(list: &mut List) {
         fog(60.0),
         along_x(10.0),
     );
+    list.add(
+        "light exactly at the eye",
+        point(0.0, 0.0, 0.0),
+        fog(0.3),
+        along_x(8.0),
+    );
     list.add("thin fog", near(), fog(1e-8), along_x(8.0));
     let extremes = scattering(
         Vec3::new(1e-8, 1.0, 1e3),
@@ -236,6 +242,14 @@ fn media(list: &mut List) {
         fog(0.8).within(ahead),
         along_x(SKY),
     );
+    let deep = room(Vec3::splat(-50.0), Vec3::splat(50.0));
+    for (name, travel) in [
+        ("deep box, towards the sun", Vec3::new(-1.0, -0.02, 0.01)),
+        ("deep box, away from the sun", Vec3::new(1.0, -0.02, 0.01)),
+    ] {
+        let sun = Emitter::directional(travel, Vec3::ONE).expect("a sun");
+        list.add(name, sun, fog(10.0).within(deep), along_x(SKY));
+    }
     list.add(
         "box, light inside",
         point(3.0, 0.5, 0.5),

@@ -46,7 +46,8 @@ pub fn image_error(test: &[[f32; 4]], reference: &Reference) -> ImageError {
     for (pixel, truth) in test.iter().zip(&reference.radiance) {
         let mut worst = 0.0_f64;
         for (value, truth) in pixel.iter().zip(truth) {
-            let difference = (f64::from(*value) - truth).abs();
+            // Divided first: squares of tiny radiances would vanish.
+            let difference = (f64::from(*value) - truth).abs() / unit;
             // A NaN must not hide behind a comparison.
             let difference = if difference.is_nan() {
                 f64::INFINITY
@@ -61,14 +62,14 @@ pub fn image_error(test: &[[f32; 4]], reference: &Reference) -> ImageError {
         let floor = if absolute {
             1.0
         } else {
-            brightest.max(DARKEST * mean)
+            (brightest / unit).max(DARKEST)
         };
         relative.push(worst / floor);
     }
     let channels = (3 * test.len()).max(1) as f64;
     ImageError {
-        rmse: (squares / channels).sqrt() / unit,
-        max: max / unit,
+        rmse: (squares / channels).sqrt(),
+        max,
         rel_p99: percentile_99(&mut relative),
         mean,
         absolute,
@@ -93,6 +94,16 @@ mod tests {
             radiance: values.iter().map(|v| [*v; 3]).collect(),
             bound: vec![0.0; values.len()],
         }
+    }
+
+    #[test]
+    fn tiny_radiances_have_errors_too() {
+        let reference = grey(&[1e-200, 3e-200]);
+        let error = image_error(&[[0.0; 4]; 2], &reference);
+        assert!((error.rmse - 1.25_f64.sqrt()).abs() < 1e-12, "{error:?}");
+        assert!((error.max - 1.5).abs() < 1e-12 && (error.rel_p99 - 1.0).abs() < 1e-12);
+        let infinite = image_error(&[[1.0; 4]], &grey(&[f64::INFINITY]));
+        assert!(infinite.rmse.is_infinite() && infinite.max.is_infinite());
     }
 
     #[test]

@@ -19,17 +19,22 @@ pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Int
     let light = medium.sigma_s() * (sun.irradiance() * medium.phase().value(path.sun_angle(sun)));
     let sigma_t = medium.sigma_t();
     let piece = |start: f32, end: f32| {
-        // Exponent at the start, and how fast it grows along the piece.
+        // The optical length, without σ_t, is linear between the two ends. It
+        // may fall, where the sun stands behind: the lesser end counts.
         let at = |x: f32| (x - path.entry()) + path.sun_leg(sun, x);
         let first = at(start);
-        let slope = if medium.bounds().is_none() {
-            1.0
-        } else {
-            (at(end) - first) / (end - start)
-        };
-        let channel =
-            |sigma: f32| (-sigma * first).exp() * integrate_exponential(sigma * slope, end - start);
-        Vec3::new(channel(sigma_t.x), channel(sigma_t.y), channel(sigma_t.z))
+        sigma_t.map(|sigma| {
+            if end.is_finite() {
+                let last = at(end);
+                let least = (-sigma * first.min(last)).exp();
+                least * mean_exponential(sigma * (last - first).abs()) * (end - start)
+            } else if sigma > 0.0 {
+                (-sigma * first).exp() / sigma
+            } else {
+                // Nothing is scattered in this channel either.
+                0.0
+            }
+        })
     };
 
     let mut total = Vec3::ZERO;
@@ -43,14 +48,13 @@ pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Int
     light * (total + piece(start, interval.end))
 }
 
-/// `∫_0^length exp(−k x) dx = (1 − exp(−k length)) / k`, any `k`, no
-/// cancellation; `length` may be infinite if `k > 0`.
-fn integrate_exponential(k: f32, length: f32) -> f32 {
-    let exponent = k * length;
-    if exponent.abs() < 1e-6 {
-        length * (1.0 - 0.5 * exponent)
+/// The mean of `exp(−y)` for `y` from 0 to `x ≥ 0`: `(1 − exp(−x)) / x`
+/// without cancellation.
+fn mean_exponential(x: f32) -> f32 {
+    if x < 1e-6 {
+        1.0 - 0.5 * x
     } else {
-        -(-exponent).exp_m1() / k
+        -(-x).exp_m1() / x
     }
 }
 
@@ -90,6 +94,28 @@ mod tests {
         assert!((f64::from(value.z) / (p * 3e-7) - 1.0).abs() < 1e-5);
         let whole = evaluate(&path, path.span());
         assert!((f64::from(whole.y) / p - 1.0).abs() < 1e-6, "albedo 1 in y");
+    }
+
+    #[test]
+    fn a_deep_box_with_the_sun_behind_is_finite_and_bright_near_the_sun() {
+        let bounds = Bounds::new(Vec3::splat(-50.0), Vec3::splat(50.0)).unwrap();
+        let medium = Medium::new(Vec3::splat(10.0), Vec3::ZERO, PhaseFunction::Isotropic)
+            .unwrap()
+            .within(bounds);
+        // Towards the sun, from a box of optical depth 1000.
+        let ray = Ray::new(Vec3::ZERO, Vec3::X, f32::INFINITY).unwrap();
+        for direction in [Vec3::NEG_X, Vec3::X, Vec3::new(-1.0, -0.3, 0.2)] {
+            let sun = sun(direction);
+            let path = LightPath::new(&ray, &sun, &medium).unwrap();
+            let value = evaluate(&path, path.span());
+            assert!(value.is_finite() && value.min_element() >= 0.0, "{value}");
+        }
+        // From outside, with the sun behind the eye: σ_s / 2σ_t of it.
+        let ray = Ray::new(Vec3::X * -60.0, Vec3::X, f32::INFINITY).unwrap();
+        let sun = sun(Vec3::X);
+        let path = LightPath::new(&ray, &sun, &medium).unwrap();
+        let expected = 3.0 / (8.0 * std::f32::consts::PI);
+        assert!((evaluate(&path, path.span()).x / expected - 1.0).abs() < 1e-5);
     }
 
     #[test]

@@ -21,7 +21,9 @@ fn light_directional(path: light_Path, start: f32, end: f32) -> vec3<f32> {
         if begin < to {
             let first = (begin - path.entry) + light_sun_leg(path, begin);
             let last = (to - path.entry) + light_sun_leg(path, to);
-            total += light_directional_piece(medium, first, (last - first) / (to - begin), begin, to);
+            // It may fall, where the sun stands behind: the lesser end counts.
+            let rise = abs(last - first) / (to - begin);
+            total += light_directional_piece(medium, min(first, last), rise, begin, to);
             begin = to;
         }
     }

@@ -199,7 +199,7 @@ fn light_any_normal(v: vec3<f32>) -> vec3<f32> {
 fn light_off_the_light(path: light_Path) -> light_Path {
     var moved = path;
     if path.start <= path.foot && path.foot <= path.end {
-        moved.h = max(path.h, 1e-4 * length(vec2(path.foot, path.h)));
+        moved.h = max(max(path.h, 1e-4 * length(vec2(path.foot, path.h))), 1e-12);
     }
     return moved;
 }

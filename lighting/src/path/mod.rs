@@ -107,11 +107,11 @@ impl<'a> LightPath<'a> {
     /// Along a ray through a point light the airlight is infinite. Images
     /// replace it by the value at a distance of 1e-4 of the distance between
     /// eye and light; every ray that passes closer counts as one at that
-    /// distance.
+    /// distance, and at 1e-12 m if the eye is at the light itself.
     #[must_use]
     pub fn off_the_light(mut self) -> Self {
         if self.span.start <= self.foot && self.foot <= self.span.end {
-            self.h = self.h.max(1e-4 * self.foot.hypot(self.h));
+            self.h = self.h.max(1e-4 * self.foot.hypot(self.h)).max(1e-12);
         }
         self
     }

@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::SceneError;
+use super::{MAX_COORDINATE, SceneError};
 
 /// A pinhole camera that looks along its local −Z with +Y up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,15 +17,15 @@ impl Camera {
     /// view `vertical_fov` in radians.
     ///
     /// # Errors
-    /// [`SceneError::BadValue`] if the eye or the rotation is not finite, the
+    /// [`SceneError::BadValue`] if the eye is not within 1e9 m, the rotation is not finite, the
     /// rotation is 0, or the field of view is not inside (0, 3.1).
     pub fn new(eye: Vec3, rotation: Quat, vertical_fov: f32) -> Result<Self, SceneError> {
-        if !eye.is_finite() {
+        if !(eye.abs().max_element() <= MAX_COORDINATE) {
             return Err(SceneError::bad_value(
                 "camera",
                 "position",
                 eye,
-                "finite coordinates",
+                "coordinates within 1e9 m",
             ));
         }
         let length = rotation.length();

@@ -2,14 +2,11 @@
 
 use glam::Vec3;
 
-use super::{Bounds, Material, Mesh, Scene, SceneError};
+use super::{Bounds, MAX_COORDINATE, Material, Mesh, Scene, SceneError};
 
 /// The largest number of triangles a scene may have once its instances are
 /// expanded: 2²⁶, which is 3 GiB with its bookkeeping.
 pub const MAX_TRIANGLES: u64 = 1 << 26;
-
-/// Coordinates farther out than this leave f32 no digits for light transport.
-const MAX_COORDINATE: f32 = 1e9;
 
 /// All triangles of a scene in world space, known to be finite.
 ///

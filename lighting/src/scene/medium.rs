@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::SceneError;
+use super::{MAX_COORDINATE, SceneError};
 use crate::Interval;
 
 /// A homogeneous medium that scatters light once.
@@ -23,24 +23,24 @@ impl Medium {
     /// An unbounded medium of scattering `sigma_s` and absorption `sigma_a`, 1/m.
     ///
     /// # Errors
-    /// [`SceneError::BadValue`] if a coefficient is negative or not finite, or
-    /// the phase function's parameter is out of its range.
+    /// [`SceneError::BadValue`] if a coefficient is neither 0 nor from 1e-15 to
+    /// 1e15 per metre, or the phase function's parameter is out of its range.
     pub fn new(sigma_s: Vec3, sigma_a: Vec3, phase: PhaseFunction) -> Result<Self, SceneError> {
         let coefficient = |what, value: Vec3| {
-            if value.is_finite() && value.min_element() >= 0.0 {
+            let sound = |sigma: &f32| *sigma == 0.0 || (1e-15..=1e15).contains(sigma);
+            if value.to_array().iter().all(sound) {
                 Ok(())
             } else {
                 Err(SceneError::bad_value(
                     "medium",
                     what,
                     value,
-                    "finite coefficients, each at least 0",
+                    "coefficients of 0, or of 1e-15 to 1e15 per metre",
                 ))
             }
         };
         coefficient("sigma_s", sigma_s)?;
         coefficient("sigma_a", sigma_a)?;
-        coefficient("sigma_s + sigma_a", sigma_s + sigma_a)?;
         phase.check()?;
         Ok(Self {
             sigma_s,
@@ -113,15 +113,16 @@ impl Bounds {
     /// The box between two corners.
     ///
     /// # Errors
-    /// [`SceneError::BadValue`] if a coordinate is not finite or `min` is not
-    /// below `max` on every axis.
+    /// [`SceneError::BadValue`] if a coordinate is not finite or beyond 1e9 m, or
+    /// `min` is not below `max` on every axis.
     pub fn new(min: Vec3, max: Vec3) -> Result<Self, SceneError> {
-        if !(min.is_finite() && max.is_finite() && min.cmplt(max).all()) {
+        let sound = |v: Vec3| v.abs().max_element() <= MAX_COORDINATE;
+        if !(sound(min) && sound(max) && min.cmplt(max).all()) {
             return Err(SceneError::bad_value(
                 "box",
                 "corners",
                 format!("{min} to {max}"),
-                "finite corners, the first below the second on each axis",
+                "corners within 1e9 m, the first below the second on each axis",
             ));
         }
         Ok(Self { min, max })
@@ -261,6 +262,7 @@ mod tests {
             (0.0, f32::NAN),
             (f32::INFINITY, 0.0),
             (3e38, 3e38),
+            (1e-40, 0.0),
         ] {
             assert!(medium(s, a, PhaseFunction::Isotropic).is_err());
         }

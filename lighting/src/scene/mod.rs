@@ -16,6 +16,9 @@ pub use texture::Texture;
 
 use glam::{Affine3A, Vec2, Vec3};
 
+/// Coordinates farther out than this leave f32 no digits for light transport.
+pub(crate) const MAX_COORDINATE: f32 = 1e9;
+
 /// A scene as it was loaded or generated.
 ///
 /// The fields are plain data and may hold anything; [`Geometry::new`] and

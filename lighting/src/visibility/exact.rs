@@ -20,8 +20,7 @@ use crate::{Emitter, Interval, LightPath, LitInterval};
 /// Cost: one walk of the hierarchy per ray, along the whole planar triangle;
 /// it grows with the number of blockers, not with a number of samples. Parts of
 /// the hierarchy whose whole shadow is already known to be dark are skipped. A
-/// triangle that contains the light's direction exactly (seen edge-on)
-/// blocks nothing.
+/// triangle whose plane contains the light is seen edge-on and blocks nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct Exact<'a> {
     tracer: &'a Tracer,
@@ -287,13 +286,17 @@ impl Plane {
                 } else {
                     // The segment reaches the light's height: its shadow has
                     // no end on the side where it does.
-                    let crossing = at_height(h).0;
-                    (crossing - foot) * f64::INFINITY
+                    let aside = at_height(h).0 - foot;
+                    if aside.abs() <= 1e-12 * (h + foot.abs()) {
+                        // A surface through the light hides a single point.
+                        return None;
+                    }
+                    aside * f64::INFINITY
                 };
                 (from_light(low), x_high)
             }
         };
-        (!x_high.is_nan()).then_some((x_low.min(x_high), x_low.max(x_high)))
+        Some((x_low.min(x_high), x_low.max(x_high)))
     }
 }
 

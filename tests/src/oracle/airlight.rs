@@ -30,6 +30,9 @@ pub use super::quadrature::{Estimate, Tolerance};
 /// between eye and light, count as passing at this distance in an image.
 pub const NEAREST: f64 = 1e-4;
 
+/// The same in metres, for an eye at the light itself.
+pub const NEAREST_METRES: f64 = 1e-12;
+
 /// The part of `line` that `lamp` could light in `fog` if nothing were in the
 /// way: in the medium, in range, in the cone. All of these are convex, so it
 /// is one part; `None` if it is empty.
@@ -95,7 +98,7 @@ impl<'a> Airlight<'a> {
         if let Lamp::Point(point) = lamp {
             let (foot, offset) = self.line.nearest(point.position);
             let h = offset.length();
-            let nearest = NEAREST * foot.hypot(h);
+            let nearest = (NEAREST * foot.hypot(h)).max(NEAREST_METRES);
             if reach.start <= foot && foot <= reach.end && h < nearest {
                 let aside = offset
                     .try_normalize()

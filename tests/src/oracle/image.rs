@@ -75,7 +75,7 @@ impl Reference {
 /// Along a ray through a point light the airlight is infinite. If the foot
 /// point of the light lies in the part of the ray that the light could reach
 /// without blockers, its distance `h` from the ray counts as at least 1e-4 of
-/// the distance between eye and light.
+/// the distance between eye and light, and as 1e-12 m at an eye at the light.
 ///
 /// The result does not depend on the number of threads.
 pub fn reference(

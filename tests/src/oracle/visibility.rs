@@ -223,7 +223,7 @@ impl Region {
         let aside = u - self.foot;
         if v < h {
             Some(u + aside * (v / (h - v)))
-        } else if aside == 0.0 {
+        } else if aside.abs() <= ROUNDING * (h + self.foot.abs()) {
             None
         } else {
             Some(aside * f64::INFINITY)
