@@ -87,6 +87,11 @@ pub(crate) struct Compare {
     pub(crate) methods: Vec<String>,
 
     /// Backends to measure [default: all that are present]
+    ///
+    /// A GPU has to be present if it is asked for here, or if the environment
+    /// variable REQUIRE_GPU is 1. CREPUSCULAR_ADAPTER chooses among several by
+    /// a part of the name. Times of a software adapter, where the processor
+    /// plays the GPU, are measured but represent nothing; the report says so.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) backend: Vec<BackendName>,
 
@@ -107,6 +112,8 @@ pub(crate) struct Compare {
 pub(crate) enum BackendName {
     /// The processor, all threads
     Cpu,
+    /// The graphics processor, through Vulkan, Metal or Direct3D 12
+    Gpu,
 }
 
 /// Render one picture: surfaces and airlight

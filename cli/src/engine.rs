@@ -1,30 +1,82 @@
 //! The airlight of a picture by any setting, on any backend.
 
-use gpu_backend::{Backend, BufferOf, Download};
+use gpu_backend::gpu::{Gpu, Queued};
+use gpu_backend::{Backend, BufferOf, Cpu, Download};
 use lighting::airlight::{Midpoint, Quadrature};
 use lighting::scene::{Geometry, Medium};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 use lighting::trace::Tracer;
 use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
-use lighting::{Emitter, Gather, Ray};
+use lighting::{AirlightEvaluator, Emitter, Gather, Ray};
 
 use crate::failure::Failure;
 use crate::methods::{Airlight, Setting, Visibility};
 
-/// A backend that gathers every visibility source with the evaluator `A`.
-pub(crate) trait GatherEverything<A>:
+/// Why exact visibility is left out on a GPU.
+pub(crate) const EXACT_IS_TRACED: &str = "exact visibility is traced on the CPU; it has no shader";
+
+/// Whether a backend finds exact visibility, which takes a tracer.
+pub(crate) trait Tracing: Backend {
+    /// False if [`Tracing::gather_exact`] always fails.
+    const TRACES: bool;
+
+    /// [`Gather::gather`] with exact visibility.
+    fn gather_exact<A: AirlightEvaluator>(
+        &self,
+        rays: &BufferOf<Self, Ray>,
+        emitter: &Emitter,
+        medium: &Medium,
+        visibility: &Exact<'_>,
+        airlight: &A,
+        radiance: &mut BufferOf<Self, [f32; 4]>,
+    ) -> Result<(), Failure>;
+}
+
+impl Tracing for Cpu {
+    const TRACES: bool = true;
+
+    fn gather_exact<A: AirlightEvaluator>(
+        &self,
+        rays: &BufferOf<Self, Ray>,
+        emitter: &Emitter,
+        medium: &Medium,
+        visibility: &Exact<'_>,
+        airlight: &A,
+        radiance: &mut BufferOf<Self, [f32; 4]>,
+    ) -> Result<(), Failure> {
+        Ok(self.gather(rays, emitter, medium, visibility, airlight, radiance)?)
+    }
+}
+
+impl Tracing for Gpu<Queued> {
+    const TRACES: bool = false;
+
+    fn gather_exact<A: AirlightEvaluator>(
+        &self,
+        _: &BufferOf<Self, Ray>,
+        _: &Emitter,
+        _: &Medium,
+        _: &Exact<'_>,
+        _: &A,
+        _: &mut BufferOf<Self, [f32; 4]>,
+    ) -> Result<(), Failure> {
+        Err(Failure::new(EXACT_IS_TRACED))
+    }
+}
+
+/// A backend that gathers every marched visibility source, and none, with the
+/// evaluator `A`.
+pub(crate) trait GatherMarched<A>:
     Backend
     + Gather<Unshadowed, A>
-    + for<'a> Gather<Exact<'a>, A>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, A>
     + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, A>
 {
 }
 
-impl<B, A> GatherEverything<A> for B where
+impl<B, A> GatherMarched<A> for B where
     B: Backend
         + Gather<Unshadowed, A>
-        + for<'a> Gather<Exact<'a>, A>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, A>
         + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, A>
 {
@@ -32,12 +84,12 @@ impl<B, A> GatherEverything<A> for B where
 
 /// A backend that can do all that the program needs.
 pub(crate) trait Renderer:
-    Download + RenderShadowMap + GatherEverything<Midpoint> + GatherEverything<Quadrature>
+    Download + RenderShadowMap + Tracing + GatherMarched<Midpoint> + GatherMarched<Quadrature>
 {
 }
 
 impl<B> Renderer for B where
-    B: Download + RenderShadowMap + GatherEverything<Midpoint> + GatherEverything<Quadrature>
+    B: Download + RenderShadowMap + Tracing + GatherMarched<Midpoint> + GatherMarched<Quadrature>
 {
 }
 
@@ -75,7 +127,8 @@ impl<B: Renderer> Stage<'_, B> {
         radiance: &mut BufferOf<B, [f32; 4]>,
     ) -> Result<(), Failure>
     where
-        B: GatherEverything<A>,
+        A: AirlightEvaluator,
+        B: GatherMarched<A>,
     {
         let Self {
             backend,
@@ -91,7 +144,7 @@ impl<B: Renderer> Stage<'_, B> {
                 }
                 Visibility::Exact => {
                     let exact = Exact::new(self.tracer);
-                    backend.gather(rays, emitter, medium, &exact, evaluator, radiance)?;
+                    backend.gather_exact(rays, emitter, medium, &exact, evaluator, radiance)?;
                 }
                 Visibility::March => {
                     let march = march(Spacing::Distance);

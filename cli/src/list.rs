@@ -25,6 +25,14 @@ pub(crate) fn methods() {
             method.quality_name(),
             qualities.join(", ")
         );
+        println!(
+            "    on       {}",
+            if method.visibility.is_traced() {
+                "cpu (it traces; there is no shader)"
+            } else {
+                "cpu, gpu"
+            }
+        );
         if method.visibility.is_equi_angular() {
             println!("    not for  scenes whose only lights are directional");
         }

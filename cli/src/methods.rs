@@ -37,6 +37,11 @@ impl Visibility {
         !matches!(self, Self::None | Self::Exact)
     }
 
+    /// True if it is found by tracing, which only the CPU does.
+    pub(crate) fn is_traced(self) -> bool {
+        self == Self::Exact
+    }
+
     /// True if its steps are equal angles as seen from a point light.
     pub(crate) fn is_equi_angular(self) -> bool {
         matches!(self, Self::EquiAngular | Self::EquiAngularMerged)

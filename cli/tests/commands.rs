@@ -16,7 +16,7 @@ fn succeeds(place: &Path, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-const SMALL: [&str; 7] = [
+const SMALL: [&str; 9] = [
     "--quick",
     "--size",
     "40x24",
@@ -24,6 +24,8 @@ const SMALL: [&str; 7] = [
     "128",
     "--time-budget",
     "6",
+    "--backend",
+    "cpu",
 ];
 
 fn names(place: &Path) -> Vec<String> {

@@ -28,10 +28,9 @@ impl Budget {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// A budget that ends when an equal share of what is left is used up by
-    /// the first of `parties`.
-    pub(crate) fn share(&self, parties: usize) -> Self {
-        let end = self.elapsed() + self.left() / parties.max(1) as f64;
+    /// A budget that ends when the given share of what is left is used up.
+    pub(crate) fn share(&self, share: f64) -> Self {
+        let end = self.elapsed() + self.left() * share;
         Self {
             start: self.start,
             total: Duration::from_secs_f64(end / USED),

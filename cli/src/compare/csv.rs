@@ -49,7 +49,7 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::results::tests::example;
+    use crate::compare::results::tests::{example, example_with_software};
 
     #[test]
     fn every_line_has_every_column() {
@@ -66,5 +66,15 @@ mod tests {
             }
         }
         assert_eq!(text.lines().count(), 1 + results.measurements.len());
+    }
+
+    #[test]
+    fn a_backend_whose_name_has_commas_is_one_column() {
+        let text = write(&example_with_software());
+        let last = text.lines().last().unwrap();
+        assert!(
+            last.contains(",\"gpu (a, \"\"b\"\", software)\","),
+            "{last}"
+        );
     }
 }

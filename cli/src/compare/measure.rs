@@ -10,6 +10,7 @@ use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::trace::Tracer;
 use lighting::{Emitter, Ray};
 
+use super::backends::Present;
 use super::budget::Budget;
 use super::results::{Errors, LeftOut, Measurement, MethodPicture, Times};
 use super::selection::Candidate;
@@ -43,21 +44,34 @@ pub(crate) struct Outcome {
     pub(crate) left_out: Vec<LeftOut>,
 }
 
+/// An estimate of the seconds that a candidate takes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cost {
+    /// Whatever the number of rays.
+    pub(crate) start: f64,
+    pub(crate) per_ray: f64,
+}
+
+impl Cost {
+    fn of(&self, rays: usize) -> f64 {
+        self.start + self.per_ray * rays as f64
+    }
+}
+
 /// A backend with its shadow maps, whichever it is.
 pub(crate) trait Measure {
-    /// Its name in reports.
-    fn backend(&self) -> &str;
+    /// What it runs on.
+    fn backend(&self) -> &Present;
 
-    /// Seconds that each candidate takes per ray, from a few rays.
-    fn probe(&self, rays: &[Ray], candidates: &[Candidate]) -> Result<Vec<f64>, Failure>;
+    /// What each of its candidates takes, from a few rays.
+    fn probe(&self, rays: &[Ray]) -> Result<Vec<Cost>, Failure>;
 
     /// Runs the candidates in turns, all of them once and then again as long
-    /// as `budget` allows. `per_ray` is what [`Measure::probe`] returned.
+    /// as `budget` allows. `costs` is what [`Measure::probe`] returned.
     fn measure(
         &self,
         view: (&[Ray], Size),
-        candidates: &[Candidate],
-        per_ray: &[f64],
+        costs: &[Cost],
         reference: &Reference,
         budget: Budget,
     ) -> Result<Outcome, Failure>;
@@ -66,7 +80,10 @@ pub(crate) trait Measure {
 /// A backend with what has to exist before a frame.
 pub(crate) struct Session<'a, B: Renderer> {
     backend: B,
+    present: &'a Present,
     job: Job<'a>,
+    /// Those that the backend runs.
+    candidates: Vec<Candidate>,
     maps: Vec<ShadowMap<B::Memory>>,
     seconds_maps: f64,
 }
@@ -77,13 +94,24 @@ const MAX_REPETITIONS: usize = 9;
 impl<'a, B: Renderer> Session<'a, B> {
     /// Renders the shadow maps if a candidate needs them; if that is quick,
     /// three times for the median of its time.
-    pub(crate) fn new(backend: B, job: Job<'a>, candidates: &[Candidate]) -> Result<Self, Failure> {
+    pub(crate) fn new(
+        backend: B,
+        present: &'a Present,
+        job: Job<'a>,
+        candidates: Vec<Candidate>,
+    ) -> Result<Self, Failure> {
         let mut maps = Vec::new();
         let mut seconds = Vec::new();
         if candidates
             .iter()
             .any(|c| c.method.visibility.needs_shadow_map())
         {
+            // Pipelines are built at their first use, which is not timed.
+            let casters = Casters::upload(&backend, job.geometry)?;
+            let first = &job.emitters[..job.emitters.len().min(1)];
+            shadow_maps(&backend, &casters, first, 1, || ())?;
+            backend.wait()?;
+            drop(casters);
             let bar = progress::bar("shadow maps", job.emitters.len() as u64);
             while seconds.is_empty() || (seconds.len() < 3 && seconds[0] < 0.02 * job.budget.left())
             {
@@ -103,22 +131,39 @@ impl<'a, B: Renderer> Session<'a, B> {
         };
         Ok(Self {
             backend,
+            present,
             job,
+            candidates,
             maps,
             seconds_maps,
         })
     }
 
+    /// Everything that frames of these rays need, on the backend.
     fn stage(&self, rays: &[Ray]) -> Result<Stage<'_, B>, Failure> {
+        let uploaded = self.backend.upload(rays)?;
+        self.backend.wait()?;
         Ok(Stage {
             backend: &self.backend,
             tracer: self.job.tracer,
             medium: self.job.medium,
             emitters: self.job.emitters,
             maps: &self.maps,
-            rays: self.backend.upload(rays)?,
+            rays: uploaded,
             count: rays.len(),
         })
+    }
+
+    /// Indices of the candidates, those whose picture is shown first: if the
+    /// time is short, every method has one.
+    fn most_telling_first(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.candidates.len()).collect();
+        order.sort_by_key(|index| !self.is_pictured(&self.candidates[*index]));
+        order
+    }
+
+    fn is_pictured(&self, candidate: &Candidate) -> bool {
+        candidate.quality == pictured(candidate.method, &self.candidates)
     }
 
     /// A measurement of one frame that took `time`.
@@ -140,7 +185,8 @@ impl<'a, B: Renderer> Session<'a, B> {
         };
         Measurement {
             method: candidate.method,
-            backend: self.backend.name().into(),
+            backend: self.present.label.clone(),
+            representative: self.present.representative,
             quality: candidate.quality,
             error: Errors {
                 rmse: error.rmse,
@@ -155,37 +201,45 @@ impl<'a, B: Renderer> Session<'a, B> {
 }
 
 impl<B: Renderer> Measure for Session<'_, B> {
-    fn backend(&self) -> &str {
-        self.backend.name()
+    fn backend(&self) -> &Present {
+        self.present
     }
 
-    fn probe(&self, rays: &[Ray], candidates: &[Candidate]) -> Result<Vec<f64>, Failure> {
-        let stage = self.stage(rays)?;
-        let mut per_ray = Vec::with_capacity(candidates.len());
-        for candidate in candidates {
-            let (seconds, _) = timed(&stage, candidate)?;
-            per_ray.push(seconds / rays.len().max(1) as f64);
+    fn probe(&self, rays: &[Ray]) -> Result<Vec<Cost>, Failure> {
+        let one = self.stage(&rays[..rays.len().min(1)])?;
+        let all = self.stage(rays)?;
+        let mut costs = Vec::with_capacity(self.candidates.len());
+        for candidate in &self.candidates {
+            // The first run builds the pipeline.
+            timed(&one, candidate)?;
+            let (start, _) = timed(&one, candidate)?;
+            let (seconds, _) = timed(&all, candidate)?;
+            let more = rays.len().saturating_sub(1).max(1);
+            costs.push(Cost {
+                start,
+                per_ray: (seconds - start).max(0.0) / more as f64,
+            });
         }
-        Ok(per_ray)
+        Ok(costs)
     }
 
     fn measure(
         &self,
         (rays, size): (&[Ray], Size),
-        candidates: &[Candidate],
-        per_ray: &[f64],
+        costs: &[Cost],
         reference: &Reference,
         budget: Budget,
     ) -> Result<Outcome, Failure> {
         let stage = self.stage(rays)?;
         let mut outcome = Outcome::default();
-        let mut seconds: Vec<Vec<f64>> = Vec::new();
-        let bar = progress::bar("measuring", candidates.len() as u64);
-        for (candidate, per_ray) in candidates.iter().zip(per_ray) {
-            let expected = per_ray * rays.len() as f64;
+        let mut runs: Vec<Option<Run>> = self.candidates.iter().map(|_| None).collect();
+        let bar = progress::bar("measuring", self.candidates.len() as u64);
+        for index in self.most_telling_first() {
+            let candidate = &self.candidates[index];
+            let expected = costs[index].of(rays.len());
             if expected > budget.left() {
                 outcome.left_out.push(LeftOut {
-                    what: candidate.name(),
+                    what: format!("{} on {}", candidate.name(), self.present.label),
                     why: format!(
                         "no time left for a frame of about {} (--time-budget)",
                         crate::format::seconds(expected)
@@ -194,22 +248,38 @@ impl<B: Renderer> Measure for Session<'_, B> {
             } else {
                 let (time, radiance) = timed(&stage, candidate)?;
                 let radiance = self.backend.download(&radiance)?;
-                if candidate.quality == pictured(candidate.method, candidates) {
-                    outcome.pictures.push(MethodPicture {
-                        measurement: outcome.measurements.len(),
-                        airlight: Picture::new(size, &radiance),
-                    });
-                }
-                let measurement = self.measurement(candidate, time, &radiance, reference);
-                outcome.measurements.push(measurement);
-                seconds.push(vec![time]);
+                runs[index] = Some(Run {
+                    time,
+                    measurement: self.measurement(candidate, time, &radiance, reference),
+                    picture: self
+                        .is_pictured(candidate)
+                        .then(|| Picture::new(size, &radiance)),
+                });
             }
             bar.inc(1);
         }
         bar.finish_and_clear();
+        let mut seconds = Vec::new();
+        for run in runs.into_iter().flatten() {
+            if let Some(airlight) = run.picture {
+                outcome.pictures.push(MethodPicture {
+                    measurement: outcome.measurements.len(),
+                    airlight,
+                });
+            }
+            outcome.measurements.push(run.measurement);
+            seconds.push(vec![run.time]);
+        }
         repeat(&stage, budget, &mut outcome.measurements, &mut seconds)?;
         Ok(outcome)
     }
+}
+
+/// The first run of a candidate.
+struct Run {
+    time: f64,
+    measurement: Measurement,
+    picture: Option<Picture>,
 }
 
 /// Measures everything again and again until the time is up.

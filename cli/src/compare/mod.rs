@@ -1,6 +1,7 @@
 //! The comparison: every applicable method at every quality, its error against
 //! the converged reference and its time.
 
+mod backends;
 mod budget;
 mod csv;
 mod measure;
@@ -34,7 +35,7 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     let budget = Budget::new(args.time_budget.unwrap_or(default));
     check_names(&args.methods)?;
     if args.plan {
-        print!("{}", Prepared::new(args)?.describe(args));
+        print!("{}", Prepared::new(args)?.describe());
         return Ok(());
     }
     let folder = PendingFolder::create(&args.out, &FILES, report::MARK)?;
@@ -107,7 +108,7 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
         size,
         shadow_maps,
         notes: input.notes.iter().cloned().chain(notes).collect(),
-        ran: prepared.passes(args),
+        ran: prepared.passes(),
         left_out,
         machine: machine(),
         backends: found.backends,

@@ -6,12 +6,14 @@ use lighting::plan::Plan;
 use lighting::scene::Camera;
 use lighting::view::View;
 
+use super::backends::Backends;
 use super::results::LeftOut;
 use super::selection::{Candidate, Selection, select};
-use crate::args::{BackendName, Compare};
+use crate::args::Compare;
 use crate::failure::Failure;
 use crate::format::count;
 use crate::input::{Input, describe_medium};
+use crate::methods::Method;
 use crate::parse::Size;
 
 /// The scene and what is to be done with it.
@@ -20,6 +22,7 @@ pub(crate) struct Prepared {
     pub(crate) camera: Camera,
     pub(crate) frame: Frame,
     pub(crate) selection: Selection,
+    pub(crate) backends: Backends,
 }
 
 /// A picture of the scene and the passes it needs.
@@ -65,12 +68,18 @@ impl Prepared {
         let size = args.size.unwrap_or(Size { width, height });
         let camera = input.camera()?;
         let frame = Frame::new(&input, &camera, size)?;
-        let selection = select(args, &frame.plan);
+        let mut selection = select(args, &frame.plan);
+        let backends = Backends::find(args)?;
+        selection.left_out.extend(backends.left_out.clone());
+        selection
+            .left_out
+            .extend(backends.gaps(&selection.candidates));
         Ok(Self {
             input,
             camera,
             frame,
             selection,
+            backends,
         })
     }
 
@@ -82,7 +91,7 @@ impl Prepared {
     }
 
     /// What `--plan` prints.
-    pub(crate) fn describe(&self, args: &Compare) -> String {
+    pub(crate) fn describe(&self) -> String {
         let input = &self.input;
         let mut text = format!(
             "{}: {} as {}, {}, {}\n",
@@ -95,7 +104,7 @@ impl Prepared {
         for note in &input.notes {
             text += &format!("note: {note}\n");
         }
-        for line in self.passes(args) {
+        for line in self.passes() {
             text += &format!("runs: {line}\n");
         }
         for LeftOut { what, why } in &self.selection.left_out {
@@ -105,55 +114,36 @@ impl Prepared {
     }
 
     /// One line per pass that runs.
-    pub(crate) fn passes(&self, args: &Compare) -> Vec<String> {
+    pub(crate) fn passes(&self) -> Vec<String> {
         let mut passes = vec![format!("view of {} rays", self.frame.size)];
         if self.selection.candidates.is_empty() {
             return passes;
         }
         passes.push("reference: exact intervals × quadrature with a bound on its error".into());
         passes.extend(self.frame.plan.passes().iter().map(ToString::to_string));
-        let backends: Vec<&str> = backends(args).iter().map(|b| b.name()).collect();
-        let mut methods: Vec<(&str, &str, Vec<String>)> = Vec::new();
+        let mut methods: Vec<(&Method, Vec<String>)> = Vec::new();
         for Candidate { method, quality } in &self.selection.candidates {
             match methods.last_mut() {
-                Some((title, _, qualities)) if *title == method.title => {
+                Some((last, qualities)) if std::ptr::eq(*last, *method) => {
                     qualities.push(quality.to_string());
                 }
                 _ => {
-                    let first = vec![quality.to_string()];
-                    methods.push((method.title, method.quality_name(), first));
+                    methods.push((method, vec![quality.to_string()]));
                 }
             }
         }
-        for (title, unit, qualities) in methods {
-            passes.push(format!(
-                "{title} with {} {unit} on {}",
-                qualities.join(", "),
-                backends.join(", ")
-            ));
+        for (method, qualities) in methods {
+            let backends = self.backends.running(method);
+            if !backends.is_empty() {
+                passes.push(format!(
+                    "{} with {} {} on {}",
+                    method.title,
+                    qualities.join(", "),
+                    method.quality_name(),
+                    backends.join(", ")
+                ));
+            }
         }
         passes
     }
-}
-
-impl BackendName {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Cpu => "cpu",
-        }
-    }
-}
-
-/// The backends asked for, or all that are present.
-pub(crate) fn backends(args: &Compare) -> Vec<BackendName> {
-    let mut all: Vec<BackendName> = Vec::new();
-    for name in &args.backend {
-        if !all.contains(name) {
-            all.push(*name);
-        }
-    }
-    if all.is_empty() {
-        all.push(BackendName::Cpu);
-    }
-    all
 }

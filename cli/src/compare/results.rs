@@ -29,7 +29,7 @@ pub(crate) struct Results {
     pub(crate) left_out: Vec<LeftOut>,
     /// Processor and threads.
     pub(crate) machine: String,
-    /// Names of the backends that were measured.
+    /// Labels of the backends that were measured.
     pub(crate) backends: Vec<String>,
     pub(crate) reference: ReferenceFacts,
     pub(crate) measurements: Vec<Measurement>,
@@ -37,6 +37,19 @@ pub(crate) struct Results {
     pub(crate) pictures: Pictures,
     /// Wall time of everything.
     pub(crate) seconds_total: f64,
+}
+
+impl Results {
+    /// What may win: measurements whose times mean something.
+    pub(crate) fn representative(&self) -> impl Iterator<Item = &Measurement> + Clone {
+        self.measurements.iter().filter(|m| m.representative)
+    }
+
+    /// The backend whose times mean nothing, if there is one.
+    pub(crate) fn software(&self) -> Option<&str> {
+        let mut all = self.measurements.iter();
+        all.find(|m| !m.representative).map(|m| m.backend.as_str())
+    }
 }
 
 /// Something that the scene or the budget made pointless.
@@ -64,7 +77,10 @@ pub(crate) struct ReferenceFacts {
 #[derive(Debug, Clone)]
 pub(crate) struct Measurement {
     pub(crate) method: &'static Method,
+    /// Label of the backend.
     pub(crate) backend: String,
+    /// False on a software adapter: the time says nothing about a GPU.
+    pub(crate) representative: bool,
     pub(crate) quality: u32,
     pub(crate) error: Errors,
     /// Building what the frame needs: a BVH, shadow maps.
@@ -129,25 +145,29 @@ pub(crate) struct MethodPicture {
 }
 
 /// Which of the points (time, error) no other point beats: true if none is at
-/// least as good in both and better in one.
-pub(crate) fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
+/// least as good in both and better in one. `None` does not take part.
+pub(crate) fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
     let beaten = |(time, error): (f64, f64)| {
         points
             .iter()
+            .flatten()
             .any(|&(t, e)| t <= time && e <= error && (t < time || e < error))
     };
-    points.iter().map(|&point| !beaten(point)).collect()
+    points
+        .iter()
+        .map(|point| point.is_some_and(|point| !beaten(point)))
+        .collect()
 }
 
 /// The fastest measurement of `method` (of any, if `None`) whose error is at
 /// most `target`, by its frame time.
 pub(crate) fn fastest_within<'a>(
-    measurements: &'a [Measurement],
+    measurements: impl IntoIterator<Item = &'a Measurement>,
     method: Option<&Method>,
     target: f64,
 ) -> Option<&'a Measurement> {
     measurements
-        .iter()
+        .into_iter()
         .filter(|m| method.is_none_or(|method| std::ptr::eq(m.method, method)))
         .filter(|m| m.error.rmse <= target)
         .min_by(|a, b| a.frame.median.total_cmp(&b.frame.median))
@@ -172,6 +192,7 @@ pub(crate) mod tests {
                 measurements.push(Measurement {
                     method,
                     backend: "cpu".into(),
+                    representative: true,
                     quality,
                     error: Errors {
                         rmse: error,
@@ -220,6 +241,23 @@ pub(crate) mod tests {
         }
     }
 
+    /// The same with a GPU in software that is faster and better than all.
+    pub(crate) fn example_with_software() -> Results {
+        let mut results = example();
+        let label = "gpu (a, \"b\", software)";
+        let mut more = results.measurements.clone();
+        more.retain(|m| !m.method.visibility.is_traced());
+        for m in &mut more {
+            m.backend = label.into();
+            m.representative = false;
+            m.frame = Times::of(&[1e-3 * m.frame.median]);
+            m.error.rmse *= 0.5;
+        }
+        results.measurements.extend(more);
+        results.backends.push(label.into());
+        results
+    }
+
     #[test]
     fn the_median_is_in_the_middle() {
         let times = Times::of(&[3.0, 1.0, 2.0, 10.0]);
@@ -230,8 +268,11 @@ pub(crate) mod tests {
     #[test]
     fn the_front_holds_what_nothing_beats() {
         let points = [(1.0, 9.0), (2.0, 5.0), (2.0, 6.0), (3.0, 5.0), (4.0, 1.0)];
+        let mut points = points.map(Some).to_vec();
         assert_eq!(pareto(&points), [true, true, false, false, true]);
-        assert_eq!(pareto(&[(1.0, 1.0), (1.0, 1.0)]), [true, true], "equals");
+        points[4] = None;
+        assert_eq!(pareto(&points), [true, true, false, false, false]);
+        assert_eq!(pareto(&[Some((1.0, 1.0)); 2]), [true, true], "equals");
     }
 
     #[test]

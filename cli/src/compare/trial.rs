@@ -3,16 +3,14 @@
 use std::time::Instant;
 
 use crepuscular_tests::oracle::image::{Options, Reference, reference};
-use gpu_backend::Cpu;
 use lighting::Ray;
 use lighting::scene::Medium;
 
 use super::budget::{Budget, affordable_size};
-use super::measure::{Job, Measure, Outcome, Session};
-use super::prepare::{Prepared, backends};
+use super::measure::{Cost, Job, Measure, Outcome};
+use super::prepare::Prepared;
 use super::results::ReferenceFacts;
-use super::selection::Candidate;
-use crate::args::{BackendName, Compare};
+use crate::args::Compare;
 use crate::failure::Failure;
 use crate::picture::Picture;
 use crate::progress;
@@ -23,6 +21,10 @@ const PROBE_RAYS: usize = 512;
 /// Share of the time left that the reference and one round of all methods may
 /// take; the rest is for repetitions and for what the estimate gets wrong.
 const FIRST_ROUND: f64 = 0.5;
+
+/// Parts of the time that a backend gets whose times mean something, and one
+/// whose times do not.
+const PARTS: [f64; 2] = [3.0, 1.0];
 
 /// The reference and all measurements.
 pub(crate) struct Found {
@@ -77,6 +79,7 @@ pub(crate) fn try_out(
         camera,
         frame,
         selection,
+        backends,
     } = prepared;
     let candidates = &selection.candidates;
     let job = Job {
@@ -88,17 +91,31 @@ pub(crate) fn try_out(
         map,
         budget,
     };
-    let sessions = sessions(args, job, candidates)?;
-
     let few = every_so_often(frame.view.rays());
-    let mut estimates = Vec::new();
-    for session in &sessions {
-        estimates.push(session.probe(&few, candidates)?);
+    let mut outcome = Outcome::default();
+    let mut sessions: Vec<(Box<dyn Measure + '_>, Vec<Cost>)> = Vec::new();
+    for backend in &backends.present {
+        let probed = backend.session(job, candidates).and_then(|session| {
+            let costs = session.probe(&few)?;
+            Ok((session, costs))
+        });
+        match probed {
+            Ok(probed) => sessions.push(probed),
+            Err(failure) => outcome.left_out.push(backend.excuse(failure)?),
+        }
     }
     if !fitted {
         let truth = reference_per_ray(&job, &few, args.tolerance);
-        let per_ray = truth + estimates.iter().flatten().sum::<f64>();
-        let size = affordable_size(frame.size, per_ray, FIRST_ROUND * budget.left());
+        // A picture is not made smaller for times that mean nothing.
+        let costs = sessions
+            .iter()
+            .filter(|(session, _)| session.backend().representative || sessions.len() == 1)
+            .flat_map(|(_, costs)| costs);
+        let (start, per_ray) = costs.fold((0.0, truth), |(start, per_ray), cost| {
+            (start + cost.start, per_ray + cost.per_ray)
+        });
+        let seconds = (FIRST_ROUND * budget.left() - start).max(0.0);
+        let size = affordable_size(frame.size, per_ray, seconds);
         if size != frame.size && frame.shrink(input, camera, size)? {
             return Ok(None);
         }
@@ -108,33 +125,28 @@ pub(crate) fn try_out(
     let mut found = Found {
         facts,
         airlight: Picture::of_reference(frame.size, &truth.radiance),
-        outcome: Outcome::default(),
+        outcome,
         backends: Vec::new(),
     };
-    let backends_left = (1..=sessions.len()).rev();
-    for ((session, per_ray), sharing) in sessions.iter().zip(&estimates).zip(backends_left) {
-        let view = (frame.view.rays(), frame.size);
-        let share = budget.share(sharing);
-        let outcome = session.measure(view, candidates, per_ray, &truth, share)?;
-        found.backends.push(session.backend().into());
-        found.add(outcome);
+    let view = (frame.view.rays(), frame.size);
+    let parts = |session: &dyn Measure| PARTS[usize::from(!session.backend().representative)];
+    let mut parts_left: f64 = sessions.iter().map(|(s, _)| parts(s.as_ref())).sum();
+    for (session, costs) in &sessions {
+        let own = parts(session.as_ref());
+        let share = budget.share(own / parts_left);
+        parts_left -= own;
+        match session.measure(view, costs, &truth, share) {
+            Ok(outcome) => {
+                found.backends.push(session.backend().label.clone());
+                found.add(outcome);
+            }
+            Err(failure) => {
+                let left_out = session.backend().excuse(failure)?;
+                found.outcome.left_out.push(left_out);
+            }
+        }
     }
     Ok(Some(found))
-}
-
-/// One session per backend.
-fn sessions<'a>(
-    args: &Compare,
-    job: Job<'a>,
-    candidates: &[Candidate],
-) -> Result<Vec<Box<dyn Measure + 'a>>, Failure> {
-    let mut sessions: Vec<Box<dyn Measure + 'a>> = Vec::new();
-    for name in backends(args) {
-        sessions.push(match name {
-            BackendName::Cpu => Box::new(Session::new(Cpu::new(), job, candidates)?),
-        });
-    }
-    Ok(sessions)
 }
 
 /// About [`PROBE_RAYS`] of the rays, spread over all of them.

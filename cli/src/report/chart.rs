@@ -20,6 +20,8 @@ pub(crate) struct Curve {
     pub(crate) slot: usize,
     /// Second and further backends have dashed lines.
     pub(crate) dashed: bool,
+    /// False if its points may not be on the front.
+    pub(crate) competes: bool,
     pub(crate) points: Vec<Point>,
 }
 
@@ -140,15 +142,18 @@ struct Front {
 
 /// The staircase of the best errors within a time.
 fn front(curves: &[Curve], x: &LogAxis, y: &LogAxis) -> Front {
-    let points: Vec<(f64, f64)> = curves
+    let points: Vec<Option<(f64, f64)>> = curves
         .iter()
-        .flat_map(|curve| curve.points.iter().map(|p| (p.time, p.error)))
+        .flat_map(|curve| {
+            let point = |p: &Point| curve.competes.then_some((p.time, p.error));
+            curve.points.iter().map(point)
+        })
         .collect();
     let mut flags = pareto(&points);
     let mut steps: Vec<(f64, f64)> = points
         .iter()
         .zip(&flags)
-        .filter_map(|(point, on_front)| on_front.then_some(*point))
+        .filter_map(|(point, on_front)| point.filter(|_| *on_front))
         .collect();
     steps.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut path = String::new();
@@ -327,6 +332,7 @@ mod tests {
             .map(|slot| Curve {
                 slot,
                 dashed: slot == 3,
+                competes: true,
                 points: (0..7)
                     .map(|i| point(1e-3 * 2_f64.powi(i), 0.3 * 0.2_f64.powi(i)))
                     .collect(),
@@ -345,6 +351,7 @@ mod tests {
         let curve = |points| Curve {
             slot: 1,
             dashed: false,
+            competes: true,
             points,
         };
         let svg = draw(&[curve(vec![point(1.0, 0.1), point(2.0, 0.0)])]).unwrap();
@@ -358,6 +365,7 @@ mod tests {
         let curve = Curve {
             slot: 0,
             dashed: false,
+            competes: true,
             points: vec![point(1.0, 0.1), point(2.0, 0.2), point(3.0, 0.01)],
         };
         assert_eq!(draw(&[curve]).unwrap().matches("class=\"ring\"").count(), 2);

@@ -102,6 +102,18 @@ fn how_measured(html: &mut String, results: &Results) {
         (Some(a), Some(b)) => format!("{a} to {b} runs"),
         _ => "no runs".into(),
     };
+    let gpu = if results.backends.iter().any(|backend| backend != "cpu") {
+        "On a GPU a frame is recorded, submitted and waited for; pipelines were built, and rays and shadow maps uploaded, before the first one, and the picture is read back after the clock has stopped. "
+    } else {
+        ""
+    };
+    let software = match results.software() {
+        Some(backend) => format!(
+            "<b>Times of {} are not representative</b>: the processor plays the GPU. They are shown with an asterisk, and neither the summary nor the front nor the shaded cells count them. ",
+            escape(backend)
+        ),
+        None => String::new(),
+    };
     let _ = write!(
         html,
         "<h2>How this was measured</h2>\n<ul>\n\
@@ -112,7 +124,7 @@ Asked for {} per pixel; the largest bound of a pixel is {}. Took {}. Mean radian
 <li><b>Errors</b>: linear radiance over all pixels and colour channels. {unit} RMSE is the root of the mean square, max the largest difference; \
 p99 is the 99th percentile of the error relative to the pixel itself.</li>\n\
 <li><b>Times</b>: the frame is the airlight of one picture from given rays, the median of {repetitions} taken in turns, with the fastest and the slowest as bars; \
-build is what has to exist first: the tracing structure, or the shadow maps ({}). Both grow with the picture or the map, so compare ratios, and only within one report.</li>\n\
+build is what has to exist first: the tracing structure, or the shadow maps ({}). {gpu}{software}Both grow with the picture or the map, so compare ratios, and only within one report.</li>\n\
 <li><b>Shadow maps</b> set a floor: marches converge to what their map shows, not to the reference. Where a curve turns flat, more steps are wasted and a finer map is needed (<code>--map</code>). \
 A quadrature with a fixed number of nodes has a floor of its own where the light along a lit run has kinks: the edge of a spotlight, the faces of a bounded medium.</li>\n\
 <li><b>Total</b>: {}.</li>\n</ul>\n",
@@ -128,7 +140,7 @@ A quadrature with a fixed number of nodes has a floor of its own where the light
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::results::tests::example;
+    use crate::compare::results::tests::{example, example_with_software};
 
     /// Opening tags without a closing one, in order.
     fn unbalanced(html: &str) -> Vec<String> {
@@ -160,6 +172,16 @@ mod tests {
         assert!(html[..1000].contains(MARK), "found again when replaced");
         assert!(html.contains("a &lt;test&gt;"), "names are escaped");
         assert!(html.contains("it never meets the view"));
+    }
+
+    #[test]
+    fn times_of_a_software_adapter_are_marked_as_such() {
+        let html = page(&example_with_software()).unwrap();
+        assert_eq!(unbalanced(&html), Vec::<String>::new());
+        assert!(html.contains("(a, &quot;b&quot;, software) are not representative</b>"));
+        assert!(html.contains("ms* <span") || html.contains("µs* <span"));
+        let html = page(&example()).unwrap();
+        assert!(!html.contains("representative"));
     }
 
     #[test]

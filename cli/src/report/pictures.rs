@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use crate::compare::results::{Measurement, Results};
 use crate::failure::Failure;
-use crate::format::{error, escape, significant};
+use crate::format::{error, significant};
 use crate::picture::{Picture, data_uri};
 
+use super::plots::short_name;
 use super::summary::setting;
 
 pub(super) fn write(html: &mut String, results: &Results) -> Result<(), Failure> {
@@ -66,7 +67,7 @@ the ramp is a square root, so that small differences show. The scale is the same
 
 fn caption(results: &Results, m: &Measurement) -> String {
     let backend = if results.backends.len() > 1 {
-        format!(" on {}", escape(&m.backend))
+        format!(" on {}", short_name(results, &m.backend))
     } else {
         String::new()
     };

@@ -51,10 +51,21 @@ pub(super) fn is_dashed(results: &Results, backend: &str) -> bool {
         .is_some_and(|first| first != backend)
 }
 
+/// What a backend is called where there is little space; the head of the page
+/// has its full name.
+pub(super) fn short_name(results: &Results, backend: &str) -> String {
+    let kind = backend.split(" (").next().unwrap_or(backend);
+    if results.software() == Some(backend) {
+        format!("{} (software)", escape(kind))
+    } else {
+        escape(kind)
+    }
+}
+
 /// A method's title, with the backend where there are several.
 pub(super) fn series_name(results: &Results, method: &Method, backend: &str) -> String {
     if results.backends.len() > 1 {
-        format!("{}, {}", method.title, escape(backend))
+        format!("{}, {}", method.title, short_name(results, backend))
     } else {
         method.title.into()
     }
@@ -98,6 +109,7 @@ fn plot(results: &Results, time: &str, build: fn(&Measurement) -> f64) -> Option
         .map(|(slot, method, backend)| Curve {
             slot,
             dashed: is_dashed(results, backend),
+            competes: results.software() != Some(backend),
             points: results
                 .measurements
                 .iter()

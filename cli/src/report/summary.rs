@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::compare::results::{Measurement, Results, fastest_within};
-use crate::format::{error, seconds, significant};
+use crate::format::{error, escape, seconds, significant};
 use crate::methods::{Airlight, METHODS, Method, Visibility};
 
 /// Errors at which methods are compared.
@@ -11,69 +11,87 @@ pub(super) const TARGETS: [f64; 7] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001];
 
 pub(super) fn write(html: &mut String, results: &Results) {
     html.push_str("<div class=\"summary\">\n");
-    for sentence in sentences(results) {
+    for sentence in sentences(results, escape) {
         let _ = writeln!(html, "<p>{sentence}</p>");
     }
     html.push_str("</div>\n");
 }
 
-/// The sentences of the summary, as HTML without paragraphs.
-fn sentences(results: &Results) -> Vec<String> {
-    let all = &results.measurements;
+/// The sentences of the summary, as HTML without paragraphs. `name` writes a
+/// backend's name.
+fn sentences(results: &Results, name: fn(&str) -> String) -> Vec<String> {
+    let several = results.backends.len() > 1;
     let absolute = results.reference.absolute;
     let shown = |m: &Measurement| format!("<b>{}</b>", setting(m));
-    if all.is_empty() {
+    if results.measurements.is_empty() {
         return vec!["Nothing was measured; the report lists what was left out and why.".into()];
     }
-    let mut sentences = Vec::new();
-    for target in decisive_targets(results) {
-        let Some(best) = fastest_within(all, None, target) else {
-            continue;
-        };
-        let mut text = format!(
-            "For an error of {}, {} is the fastest: {} a frame",
-            error(target, absolute),
-            shown(best),
-            seconds(best.frame.median)
-        );
-        if !is_baseline(best.method) {
-            match fastest_within(all, Some(baseline()), target) {
-                Some(march) => {
-                    let ratio = march.frame.median / best.frame.median;
-                    let _ = write!(
-                        text,
-                        ", against {} by plain {} with {} steps ({} times as long)",
-                        seconds(march.frame.median),
-                        march.method.title,
-                        march.quality,
-                        significant(ratio)
-                    );
-                }
-                None if all.iter().any(|m| is_baseline(m.method)) => {
-                    text.push_str("; plain ray marching does not get there");
-                }
-                None => {}
-            }
+    let place = |backend: &str| {
+        if several {
+            format!(" on {}", name(backend))
+        } else {
+            String::new()
         }
-        text.push('.');
-        sentences.push(text);
+    };
+    let mut sentences = Vec::new();
+    for backend in &results.backends {
+        let own = || results.representative().filter(|m| m.backend == *backend);
+        for target in decisive_targets(results, backend) {
+            let Some(best) = fastest_within(own(), None, target) else {
+                continue;
+            };
+            let mut text = format!(
+                "For an error of {}, {} is the fastest{}: {} a frame",
+                error(target, absolute),
+                shown(best),
+                place(backend),
+                seconds(best.frame.median)
+            );
+            if !is_baseline(best.method) {
+                match fastest_within(own(), Some(baseline()), target) {
+                    Some(march) => {
+                        let ratio = march.frame.median / best.frame.median;
+                        let _ = write!(
+                            text,
+                            ", against {} by plain {} with {} steps ({} times as long)",
+                            seconds(march.frame.median),
+                            march.method.title,
+                            march.quality,
+                            significant(ratio)
+                        );
+                    }
+                    None if own().any(|m| is_baseline(m.method)) => {
+                        text.push_str("; plain ray marching does not get there");
+                    }
+                    None => {}
+                }
+            }
+            text.push('.');
+            sentences.push(text);
+        }
     }
-    if let Some(best) = all
-        .iter()
-        .min_by(|a, b| a.error.rmse.total_cmp(&b.error.rmse))
-    {
+    let errors = |a: &&Measurement, b: &&Measurement| a.error.rmse.total_cmp(&b.error.rmse);
+    if let Some(best) = results.representative().min_by(errors) {
         sentences.push(format!(
-            "The least error is {}, by {} in {} a frame.",
+            "The least error is {}, by {}{} in {} a frame.",
             error(best.error.rmse, absolute),
             shown(best),
+            place(&best.backend),
             seconds(best.frame.median)
         ));
     }
-    let shadowless = all.iter().find(|m| m.method.visibility == Visibility::None);
+    let mut all = results.measurements.iter();
+    let shadowless = all.find(|m| m.method.visibility == Visibility::None);
     if let Some(m) = shadowless {
         sentences.push(format!(
             "Leaving the shadows out altogether would be an error of {}.",
             error(m.error.rmse, absolute)
+        ));
+    }
+    if let Some(backend) = results.software() {
+        sentences.push(format!(
+            "Times of {} are not representative: the processor plays the GPU. They decide nothing above.",
+            name(backend)
         ));
     }
     sentences
@@ -81,7 +99,7 @@ fn sentences(results: &Results) -> Vec<String> {
 
 /// The summary as plain text for the terminal.
 pub(crate) fn plain(results: &Results) -> Vec<String> {
-    sentences(results)
+    sentences(results, str::to_owned)
         .iter()
         .map(|sentence| sentence.replace("<b>", "").replace("</b>", ""))
         .collect()
@@ -97,9 +115,9 @@ pub(super) fn setting(m: &Measurement) -> String {
     )
 }
 
-/// At most two errors at which there is a choice: the coarsest that at least
+/// At most two errors at which there is a choice on a backend: the coarsest that at least
 /// two methods with shadows reach, and the finest such.
-fn decisive_targets(results: &Results) -> Vec<f64> {
+fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
     if results.reference.absolute {
         return Vec::new();
     }
@@ -107,7 +125,10 @@ fn decisive_targets(results: &Results) -> Vec<f64> {
         METHODS
             .iter()
             .filter(|method| method.visibility != Visibility::None)
-            .filter(|method| fastest_within(&results.measurements, Some(method), target).is_some())
+            .filter(|method| {
+                let own = results.representative().filter(|m| m.backend == backend);
+                fastest_within(own, Some(method), target).is_some()
+            })
             .count()
             >= 2
     };
@@ -143,7 +164,7 @@ fn is_baseline(method: &Method) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::results::tests::example;
+    use crate::compare::results::tests::{example, example_with_software};
 
     #[test]
     fn the_fastest_within_an_error_is_named_with_its_price() {
@@ -152,5 +173,17 @@ mod tests {
         assert!(text.contains("against"), "{text}");
         assert!(text.contains("The least error is"), "{text}");
         assert!(text.contains("Leaving the shadows out"), "{text}");
+        assert!(!text.contains("representative"), "{text}");
+    }
+
+    #[test]
+    fn a_software_adapter_wins_nothing_and_is_named() {
+        let results = example_with_software();
+        let text = plain(&results);
+        let (last, rest) = text.split_last().unwrap();
+        assert!(last.contains("Times of gpu (a, \"b\", software) are not representative"));
+        assert!(!rest.join("\n").contains("gpu"), "{text:?}");
+        let text = rest.join("\n");
+        assert!(text.contains("is the fastest on cpu"), "{text}");
     }
 }

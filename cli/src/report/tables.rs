@@ -13,18 +13,20 @@ pub(super) fn write_targets(html: &mut String, results: &Results) {
     if results.measurements.is_empty() || results.reference.absolute {
         return;
     }
-    html.push_str("<h2>Time to reach an error</h2>\n<p class=\"soft\">Fastest measured frame whose RMSE is at most the given share of the mean radiance, and the steps or nodes it takes; the fastest method of a column is shaded.</p>\n<div class=\"wide\"><table>\n<tr><th>method</th>");
+    let _ = write!(
+        html,
+        "<h2>Time to reach an error</h2>\n<p class=\"soft\">Fastest measured frame whose RMSE is at most the given share of the mean radiance, and the steps or nodes it takes; the fastest method of a column is shaded.{}</p>\n<div class=\"wide\"><table>\n<tr><th>method</th>",
+        explained(results)
+    );
     for target in TARGETS {
         let _ = write!(html, "<th>{}</th>", error(target, false));
     }
     html.push_str("<th>best error</th></tr>\n");
     for (slot, method, backend) in series(results) {
-        let own: Vec<Measurement> = results
+        let own = results
             .measurements
             .iter()
-            .filter(|m| std::ptr::eq(m.method, method) && m.backend == backend)
-            .cloned()
-            .collect();
+            .filter(|m| std::ptr::eq(m.method, method) && m.backend == backend);
         let _ = write!(
             html,
             "<tr><td><span class=\"name\">{} {}</span></td>",
@@ -32,27 +34,39 @@ pub(super) fn write_targets(html: &mut String, results: &Results) {
             series_name(results, method, backend)
         );
         for target in TARGETS {
-            let winner = fastest_within(&results.measurements, None, target);
-            let Some(m) = fastest_within(&own, None, target) else {
+            let winner = fastest_within(results.representative(), None, target);
+            let Some(m) = fastest_within(own.clone(), None, target) else {
                 html.push_str("<td class=\"soft\">–</td>");
                 continue;
             };
-            let won = winner.is_some_and(|w| w.frame.median == m.frame.median);
+            let won = winner.is_some_and(|w| std::ptr::eq(w, m));
             let class = if won { " class=\"won\"" } else { "" };
             let _ = write!(
                 html,
-                "<td{class}>{} <span class=\"soft\">{}</span></td>",
+                "<td{class}>{}{} <span class=\"soft\">{}</span></td>",
                 seconds(m.frame.median),
+                mark(m),
                 m.quality
             );
         }
-        let best = own
-            .iter()
-            .map(|m| m.error.rmse)
-            .fold(f64::INFINITY, f64::min);
+        let best = own.map(|m| m.error.rmse).fold(f64::INFINITY, f64::min);
         let _ = writeln!(html, "<td>{}</td></tr>", error(best, false));
     }
     html.push_str("</table></div>\n");
+}
+
+/// What stands behind a time that is not representative.
+fn mark(m: &Measurement) -> &'static str {
+    if m.representative { "" } else { "*" }
+}
+
+/// What the mark means, if it is used.
+fn explained(results: &Results) -> &'static str {
+    if results.software().is_some() {
+        " Times with an asterisk are those of a software adapter and not representative."
+    } else {
+        ""
+    }
 }
 
 /// One row per measurement.
@@ -61,11 +75,15 @@ pub(super) fn write_measurements(html: &mut String, results: &Results) {
         return;
     }
     let absolute = results.reference.absolute;
-    html.push_str("<h2>All measurements</h2>\n<p class=\"soft\">The same as in <code>results.csv</code>. Shaded rows are on the front of error against frame time.</p>\n<div class=\"wide\"><table>\n<tr><th>method</th><th>quality</th><th>RMSE</th><th>max</th><th>p99</th><th>build</th><th>frame</th><th>fastest – slowest</th><th>memory</th></tr>\n");
-    let points: Vec<(f64, f64)> = results
+    let _ = write!(
+        html,
+        "<h2>All measurements</h2>\n<p class=\"soft\">The same as in <code>results.csv</code>. Shaded rows are on the front of error against frame time.{}</p>\n<div class=\"wide\"><table>\n<tr><th>method</th><th>quality</th><th>RMSE</th><th>max</th><th>p99</th><th>build</th><th>frame</th><th>fastest – slowest</th><th>memory</th></tr>\n",
+        explained(results)
+    );
+    let points: Vec<Option<(f64, f64)>> = results
         .measurements
         .iter()
-        .map(|m| (m.frame.median, m.error.rmse))
+        .map(|m| m.representative.then_some((m.frame.median, m.error.rmse)))
         .collect();
     let front = pareto(&points);
     for (slot, method, backend) in series(results) {
@@ -92,14 +110,16 @@ pub(super) fn write_measurements(html: &mut String, results: &Results) {
             first = false;
             let _ = writeln!(
                 html,
-                "<tr{class}><td>{name}</td><td>{} {}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"soft\">{} – {}</td><td>{}</td></tr>",
+                "<tr{class}><td>{name}</td><td>{} {}</td><td>{}</td><td>{}</td><td>{}</td><td>{}{}</td><td>{}{}</td><td class=\"soft\">{} – {}</td><td>{}</td></tr>",
                 m.quality,
                 escape(m.method.quality_name()),
                 error(m.error.rmse, absolute),
                 error(m.error.max, absolute),
                 error(m.error.rel_p99, absolute),
                 seconds(m.seconds_build),
+                if m.seconds_build > 0.0 { mark(m) } else { "" },
                 seconds(m.frame.median),
+                mark(m),
                 seconds(m.frame.low),
                 seconds(m.frame.high),
                 bytes(m.bytes),

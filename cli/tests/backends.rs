@@ -1,0 +1,141 @@
+//! Comparisons on several backends.
+
+#![allow(clippy::unwrap_used, reason = "what does not unwrap is a failed test")]
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use gpu_backend::gpu::Context;
+
+const QUICK: [&str; 8] = [
+    "compare",
+    "fence",
+    "--quick",
+    "--size",
+    "32x18",
+    "--map",
+    "64",
+    "--backend",
+];
+
+fn crepuscular(place: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_crepuscular"));
+    command.current_dir(place);
+    command
+}
+
+fn errors_of(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The columns of a line; quotes may hold commas.
+fn columns(line: &str) -> Vec<String> {
+    let mut columns = vec![String::new()];
+    let mut quoted = false;
+    for c in line.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            ',' if !quoted => columns.push(String::new()),
+            _ => columns.last_mut().unwrap().push(c),
+        }
+    }
+    columns
+}
+
+/// The rows of the table in `place`, without the header.
+fn rows(place: &Path) -> Vec<Vec<String>> {
+    let csv = std::fs::read_to_string(place.join("crepuscular-report/results.csv")).unwrap();
+    csv.lines().skip(1).map(columns).collect()
+}
+
+#[test]
+fn both_backends_have_rows_that_agree() {
+    let context = match Context::request() {
+        Ok(context) => context,
+        Err(error) => {
+            let required = std::env::var("REQUIRE_GPU").is_ok_and(|value| value == "1");
+            assert!(!required, "REQUIRE_GPU is 1, but {error}");
+            // Past the capture of the test runner; a closed stderr is no
+            // reason to fail.
+            let skipped = "SKIPPED both_backends_have_rows_that_agree";
+            writeln!(std::io::stderr(), "{skipped}: {error}").ok();
+            return;
+        }
+    };
+    let place = tempfile::tempdir().unwrap();
+    let output = crepuscular(place.path())
+        .args(QUICK)
+        .arg("cpu,gpu")
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", errors_of(&output));
+
+    let rows = rows(place.path());
+    assert!(rows.iter().all(|row| row.len() == 12), "{rows:?}");
+    let software = if context.is_software() {
+        ", software"
+    } else {
+        ""
+    };
+    let gpu = format!("gpu ({}{software})", context.adapter().name);
+    let of = |backend: &str| -> Vec<&Vec<String>> {
+        rows.iter().filter(|row| row[4] == backend).collect()
+    };
+    let (on_cpu, on_gpu) = (of("cpu"), of(&gpu));
+    assert_eq!(on_cpu.len() + on_gpu.len(), rows.len(), "{rows:?}");
+    assert!(on_cpu.iter().any(|row| row[2] == "exact"));
+    for visibility in ["none", "march", "march-merged", "equi-angular"] {
+        assert!(on_gpu.iter().any(|row| row[2] == visibility), "{rows:?}");
+    }
+    for row in on_gpu {
+        assert_ne!(row[2], "exact");
+        let twin = on_cpu
+            .iter()
+            .find(|other| other[2..4] == row[2..4] && other[5] == row[5]);
+        let rmse = |row: &[String]| row[6].parse::<f64>().unwrap();
+        let (a, b) = (rmse(twin.unwrap()), rmse(row));
+        // Texels and steps that fall on the other side of an edge differ.
+        assert!((a - b).abs() < 0.1 * a.max(b), "{row:?} {twin:?}");
+        assert!(row[10].parse::<f64>().unwrap() > 0.0, "{row:?}");
+    }
+
+    let html = std::fs::read_to_string(place.path().join("crepuscular-report/index.html")).unwrap();
+    assert!(html.contains(&gpu) && html.contains("it has no shader"));
+    assert_eq!(
+        html.contains("not representative"),
+        context.is_software(),
+        "the report names a software adapter as such"
+    );
+}
+
+#[test]
+fn without_an_adapter_the_comparison_goes_on_unless_one_is_asked_for() {
+    let place = tempfile::tempdir().unwrap();
+    let without = |arguments: &[&str]| {
+        let mut command = crepuscular(place.path());
+        command
+            .args(arguments)
+            .env("CREPUSCULAR_ADAPTER", "an adapter that nobody has")
+            .env_remove("REQUIRE_GPU");
+        command
+    };
+    let output = without(&QUICK[..7]).output().unwrap();
+    let text = errors_of(&output);
+    assert!(output.status.success(), "{text}");
+    assert_eq!(text.matches("gpu: skipped, ").count(), 1, "{text}");
+    assert!(rows(place.path()).iter().all(|row| row[4] == "cpu"));
+    let html = std::fs::read_to_string(place.path().join("crepuscular-report/index.html")).unwrap();
+    assert_eq!(html.matches("skipped, no GPU adapter").count(), 1);
+
+    let asked = without(&[&QUICK[..], &["gpu"]].concat()).output().unwrap();
+    let required = without(&QUICK[..7])
+        .env("REQUIRE_GPU", "1")
+        .output()
+        .unwrap();
+    for output in [asked, required] {
+        assert_eq!(output.status.code(), Some(2));
+        let text = errors_of(&output);
+        assert!(text.contains("no GPU adapter"), "{text}");
+    }
+}
