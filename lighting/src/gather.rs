@@ -29,6 +29,18 @@ pub trait Gather<V, A>: Backend {
     ) -> Result<(), Error>;
 }
 
+/// One sum per ray.
+pub(crate) fn check_lengths(rays: usize, radiance: usize) -> Result<(), Error> {
+    if rays == radiance {
+        return Ok(());
+    }
+    Err(Error::LengthMismatch {
+        what: "the radiance buffer",
+        expected: rays,
+        actual: radiance,
+    })
+}
+
 impl<V, A> Gather<V, A> for Cpu
 where
     V: VisibilitySource,
@@ -43,13 +55,7 @@ where
         airlight: &A,
         radiance: &mut Vec<[f32; 4]>,
     ) -> Result<(), Error> {
-        if rays.len() != radiance.len() {
-            return Err(Error::LengthMismatch {
-                what: "the radiance buffer",
-                expected: rays.len(),
-                actual: radiance.len(),
-            });
-        }
+        check_lengths(rays.len(), radiance.len())?;
         if medium.scatters_nothing() {
             return Ok(());
         }

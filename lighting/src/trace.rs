@@ -305,24 +305,15 @@ impl Line {
 
 #[cfg(test)]
 mod tests {
-    use glam::Affine3A;
-
     use super::*;
-    use crate::scene::{Instance, Mesh, Scene};
+    use crate::scene::{Mesh, Scene};
 
     fn geometry(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Geometry {
-        let scene = Scene {
-            meshes: vec![Mesh {
-                positions,
-                triangles,
-                ..Mesh::default()
-            }],
-            instances: vec![Instance {
-                mesh: 0,
-                transform: Affine3A::IDENTITY,
-            }],
-            ..Scene::default()
-        };
+        let scene = Scene::from(Mesh {
+            positions,
+            triangles,
+            ..Mesh::default()
+        });
         Geometry::new(&scene).unwrap()
     }
 

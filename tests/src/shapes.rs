@@ -1,27 +1,20 @@
 //! Small scenes whose shadows are known.
 
-use glam::{Affine3A, Vec3};
-use lighting::scene::{Geometry, Instance, Mesh, Scene};
+use glam::Vec3;
+use lighting::scene::{Geometry, Mesh, Scene};
 
 /// The checked form of loose triangles.
 ///
 /// # Panics
 /// If none has an area or a corner is not finite.
 pub fn geometry(triangles: &[[Vec3; 3]]) -> Geometry {
-    let scene = Scene {
-        meshes: vec![Mesh {
-            positions: triangles.iter().flatten().copied().collect(),
-            triangles: (0..triangles.len() as u32)
-                .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-                .collect(),
-            ..Mesh::default()
-        }],
-        instances: vec![Instance {
-            mesh: 0,
-            transform: Affine3A::IDENTITY,
-        }],
-        ..Scene::default()
-    };
+    let scene = Scene::from(Mesh {
+        positions: triangles.iter().flatten().copied().collect(),
+        triangles: (0..triangles.len() as u32)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect(),
+        ..Mesh::default()
+    });
     Geometry::new(&scene).expect("triangles with an area")
 }
 

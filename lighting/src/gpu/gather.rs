@@ -5,6 +5,7 @@ use gpu_backend::{Buffer, Error};
 
 use super::scene::{EmitterRecord, MediumRecord, Scene};
 use super::{ARC, DIRECTIONAL, LIT, NUMERIC, PATH, WgslAirlight, WgslVisibility};
+use crate::gather::check_lengths;
 use crate::scene::Medium;
 use crate::{Emitter, Gather, Ray};
 
@@ -33,13 +34,7 @@ where
         airlight: &A,
         radiance: &mut GpuBuffer<[f32; 4]>,
     ) -> Result<(), Error> {
-        if rays.len() != radiance.len() {
-            return Err(Error::LengthMismatch {
-                what: "the radiance buffer",
-                expected: rays.len(),
-                actual: radiance.len(),
-            });
-        }
+        check_lengths(rays.len(), radiance.len())?;
         if medium.scatters_nothing() {
             return Ok(());
         }

@@ -42,6 +42,20 @@ pub struct Scene {
     pub medium: Option<Medium>,
 }
 
+/// One mesh, where it is.
+impl From<Mesh> for Scene {
+    fn from(mesh: Mesh) -> Self {
+        Self {
+            meshes: vec![mesh],
+            instances: vec![Instance {
+                mesh: 0,
+                transform: Affine3A::IDENTITY,
+            }],
+            ..Self::default()
+        }
+    }
+}
+
 /// A triangle mesh in its own space, metres.
 #[derive(Debug, Clone, Default)]
 pub struct Mesh {

@@ -384,10 +384,8 @@ pub(crate) fn orthographic([min, max]: [Vec3; 2], direction: Vec3) -> Face {
 
 #[cfg(test)]
 mod tests {
-    use glam::Affine3A;
-
     use super::*;
-    use crate::scene::{Cone, Instance, Mesh, Scene};
+    use crate::scene::{Cone, Mesh, Scene};
 
     /// A square of side 2 in the plane z = −2 and a far larger one at z = −6.
     fn casters() -> Casters<Host> {
@@ -400,14 +398,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
             ..Mesh::default()
         };
-        let scene = Scene {
-            meshes: vec![mesh],
-            instances: vec![Instance {
-                mesh: 0,
-                transform: Affine3A::IDENTITY,
-            }],
-            ..Scene::default()
-        };
+        let scene = Scene::from(mesh);
         Casters::upload(&Cpu::new(), &Geometry::new(&scene).unwrap()).unwrap()
     }
 

@@ -302,26 +302,17 @@ impl Plane {
 
 #[cfg(test)]
 mod tests {
-    use glam::Affine3A;
-
     use super::*;
     use crate::Ray;
     use crate::emitter::Emission;
-    use crate::scene::{Geometry, Instance, Medium, Mesh, PhaseFunction, Scene};
+    use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
 
     fn tracer(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Tracer {
-        let scene = Scene {
-            meshes: vec![Mesh {
-                positions,
-                triangles,
-                ..Mesh::default()
-            }],
-            instances: vec![Instance {
-                mesh: 0,
-                transform: Affine3A::IDENTITY,
-            }],
-            ..Scene::default()
-        };
+        let scene = Scene::from(Mesh {
+            positions,
+            triangles,
+            ..Mesh::default()
+        });
         Tracer::new(&Geometry::new(&scene).unwrap())
     }
 

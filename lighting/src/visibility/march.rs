@@ -118,12 +118,12 @@ impl ShadowMapMarch<'_, Host> {
 
 #[cfg(test)]
 mod tests {
-    use glam::{Affine3A, Vec3};
+    use glam::Vec3;
     use gpu_backend::Cpu;
 
     use super::*;
     use crate::emitter::Emission;
-    use crate::scene::{Geometry, Instance, Medium, Mesh, PhaseFunction, Scene};
+    use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
     use crate::shadow_map::{Casters, RenderShadowMap};
     use crate::visibility::MergeTouching;
     use crate::{Ray, VisibilitySource};
@@ -131,22 +131,15 @@ mod tests {
     #[test]
     fn samples_find_the_shadow_to_half_a_step_and_merge_into_runs() {
         let cpu = Cpu::new();
-        let scene = Scene {
-            meshes: vec![Mesh {
-                positions: vec![
-                    Vec3::new(-1.0, 1.0, -9.0),
-                    Vec3::new(1.0, 1.0, -9.0),
-                    Vec3::new(0.0, 1.0, 9000.0),
-                ],
-                triangles: vec![[0, 1, 2]],
-                ..Mesh::default()
-            }],
-            instances: vec![Instance {
-                mesh: 0,
-                transform: Affine3A::IDENTITY,
-            }],
-            ..Scene::default()
-        };
+        let scene = Scene::from(Mesh {
+            positions: vec![
+                Vec3::new(-1.0, 1.0, -9.0),
+                Vec3::new(1.0, 1.0, -9.0),
+                Vec3::new(0.0, 1.0, 9000.0),
+            ],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        });
         let casters = Casters::upload(&cpu, &Geometry::new(&scene).unwrap()).unwrap();
         let position = Vec3::new(0.0, 2.0, 0.0);
         let light =

@@ -1,9 +1,9 @@
 //! Lights, media, rays and casters of every kind.
 
-use glam::{Affine3A, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 use crate::emitter::Emission;
-use crate::scene::{Bounds, Cone, Geometry, Instance, Medium, Mesh, PhaseFunction, Scene, Texture};
+use crate::scene::{Bounds, Cone, Geometry, Medium, Mesh, PhaseFunction, Scene, Texture};
 use crate::{Emitter, Ray};
 
 /// Numbers in [0, 1) that are the same on every run.
@@ -144,13 +144,6 @@ pub(super) fn casters() -> Geometry {
         positions,
         ..Mesh::default()
     };
-    let scene = Scene {
-        meshes: vec![mesh],
-        instances: vec![Instance {
-            mesh: 0,
-            transform: Affine3A::IDENTITY,
-        }],
-        ..Scene::default()
-    };
+    let scene = Scene::from(mesh);
     Geometry::new(&scene).unwrap()
 }

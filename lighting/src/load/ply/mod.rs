@@ -5,13 +5,13 @@ mod header;
 #[cfg(test)]
 mod tests;
 
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 
 use self::body::Body;
 use self::header::{Element, Header, Property};
 use super::limits::{Budget, Notes};
 use super::{LoadError, Loaded, MAX_DECODED_BYTES};
-use crate::scene::{Instance, MAX_TRIANGLES, Mesh, Scene, SceneError};
+use crate::scene::{MAX_TRIANGLES, Mesh, Scene, SceneError};
 
 /// Reads a PLY file as a scene of one mesh; see the [module](super) for what
 /// is understood.
@@ -65,18 +65,11 @@ pub fn ply_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
             }));
         }
     }
-    let scene = Scene {
-        meshes: vec![Mesh {
-            positions,
-            triangles,
-            ..Mesh::default()
-        }],
-        instances: vec![Instance {
-            mesh: 0,
-            transform: Affine3A::IDENTITY,
-        }],
-        ..Scene::default()
-    };
+    let scene = Scene::from(Mesh {
+        positions,
+        triangles,
+        ..Mesh::default()
+    });
     Ok(Loaded {
         scene,
         notes: notes.into_vec(),
