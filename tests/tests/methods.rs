@@ -174,8 +174,8 @@ fn exact_lit_intervals_are_the_oracles() {
             let mut found = Vec::new();
             Exact::new(&tracer).lit_intervals(&path, &mut found);
             let expected = blockers.lit_parts(&ray, &Lamp::new(&emitter), Search::Tree);
-            // The total length on which the two disagree, as if infinity were
-            // 1e4: slivers that one of them lacks are then no matter.
+            // No stretch on which the two disagree is longer than rounding, as
+            // if infinity were 1e4; slivers that one of them lacks pass.
             let found: Vec<[f64; 2]> = found
                 .iter()
                 .map(|part| [f64::from(part.interval.start), f64::from(part.interval.end)])

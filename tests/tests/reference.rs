@@ -75,6 +75,19 @@ fn without_blockers_every_pixel_is_the_closed_form() {
     });
 }
 
+/// Where a ray from outside enters the cube between −1 and 1; infinite if it
+/// misses.
+fn distance_to_unit_cube(origin: Vec3, direction: Vec3) -> f32 {
+    let direction = direction.normalize();
+    let (a, b) = ((-1.0 - origin) / direction, (1.0 - origin) / direction);
+    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+    if enter <= leave && leave > 0.0 {
+        enter.max(0.0)
+    } else {
+        f32::INFINITY
+    }
+}
+
 #[test]
 fn a_light_in_a_closed_box_leaves_the_outside_black() {
     let walls = shapes::geometry(&shapes::cuboid(-Vec3::ONE, Vec3::ONE));
@@ -82,11 +95,11 @@ fn a_light_in_a_closed_box_leaves_the_outside_black() {
     holds_for(50, world, |(rays, position)| {
         let rays: Vec<Ray> = rays
             .iter()
-            // Away from the box, so that no ray enters it.
             .filter(|(origin, _)| origin.abs().max_element() > 1.01)
+            // Past the box, or up to just in front of it.
             .filter_map(|(origin, direction)| {
-                let outward = *origin * direction.dot(*origin).abs();
-                Ray::new(*origin, outward + *origin, f32::INFINITY)
+                let end = 0.999 * distance_to_unit_cube(*origin, *direction);
+                Ray::new(*origin, *direction, end)
             })
             .collect();
         let lamp = Emitter::point(position, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
