@@ -26,18 +26,36 @@ fn sentences(results: &Results) -> Vec<String> {
         return vec!["Nothing was measured; the report lists what was left out and why.".into()];
     }
     let mut sentences = Vec::new();
+    let mut choices: Vec<Choice<'_>> = Vec::new();
     for target in decisive_targets(results) {
         let Some(best) = fastest_within(all, None, target) else {
             continue;
         };
+        let march = fastest_within(all, Some(baseline()), target);
+        let written = error(target, absolute);
+        match choices.last_mut() {
+            Some(last) if last.is(best, march) => last.targets.push(written),
+            _ => choices.push(Choice {
+                targets: vec![written],
+                best,
+                march,
+            }),
+        }
+    }
+    for Choice {
+        targets,
+        best,
+        march,
+    } in choices
+    {
         let mut text = format!(
             "For an error of {}, {} is the fastest: {} a frame",
-            error(target, absolute),
+            targets.join(" or "),
             shown(best),
             seconds(best.frame.median)
         );
         if !is_baseline(best.method) {
-            match fastest_within(all, Some(baseline()), target) {
+            match march {
                 Some(march) => {
                     let ratio = march.frame.median / best.frame.median;
                     let _ = write!(
@@ -58,8 +76,16 @@ fn sentences(results: &Results) -> Vec<String> {
         text.push('.');
         sentences.push(text);
     }
-    if let Some(best) = all
-        .iter()
+    let finite = all.iter().filter(|m| m.error.rmse.is_finite());
+    let odd = all.len() - finite.clone().count();
+    if odd > 0 {
+        sentences.push(format!(
+            "{odd} of {} measurements have no finite error.",
+            all.len()
+        ));
+    }
+    if let Some(best) = finite
+        .clone()
         .min_by(|a, b| a.error.rmse.total_cmp(&b.error.rmse))
     {
         sentences.push(format!(
@@ -69,7 +95,9 @@ fn sentences(results: &Results) -> Vec<String> {
             seconds(best.frame.median)
         ));
     }
-    let shadowless = all.iter().find(|m| m.method.visibility == Visibility::None);
+    let shadowless = finite
+        .clone()
+        .find(|m| m.method.visibility == Visibility::None);
     if let Some(m) = shadowless {
         sentences.push(format!(
             "Leaving the shadows out altogether would be an error of {}.",
@@ -77,6 +105,21 @@ fn sentences(results: &Results) -> Vec<String> {
         ));
     }
     sentences
+}
+
+/// What is the fastest within one or more errors, and what plain ray marching
+/// does there.
+struct Choice<'a> {
+    targets: Vec<String>,
+    best: &'a Measurement,
+    march: Option<&'a Measurement>,
+}
+
+impl Choice<'_> {
+    fn is(&self, best: &Measurement, march: Option<&Measurement>) -> bool {
+        let address = |m: &Measurement| std::ptr::from_ref(m);
+        std::ptr::eq(self.best, best) && self.march.map(address) == march.map(address)
+    }
 }
 
 /// The summary as plain text for the terminal.
@@ -152,5 +195,34 @@ mod tests {
         assert!(text.contains("against"), "{text}");
         assert!(text.contains("The least error is"), "{text}");
         assert!(text.contains("Leaving the shadows out"), "{text}");
+    }
+
+    #[test]
+    fn the_same_answer_for_two_errors_is_given_once() {
+        let mut results = example();
+        for m in &mut results.measurements {
+            m.error.rmse = 1e-4;
+        }
+        let text = plain(&results).join("\n");
+        assert!(text.contains("For an error of 10 % or 0.1 %"), "{text}");
+        assert_eq!(text.matches("is the fastest").count(), 1, "{text}");
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_not_an_error() {
+        let mut results = example();
+        results.measurements[0].error.rmse = -f64::NAN;
+        results.measurements[1].error.rmse = f64::INFINITY;
+        let some = plain(&results).join("\n");
+        assert!(some.contains("2 of"), "{some}");
+        assert!(some.contains("The least error is"), "{some}");
+        for m in &mut results.measurements {
+            m.error.rmse = f64::NAN;
+        }
+        let none = plain(&results).join("\n");
+        for text in [some, none] {
+            assert!(text.contains("no finite error"), "{text}");
+            assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
+        }
     }
 }
