@@ -58,6 +58,14 @@ pub(crate) enum Command {
 ///
 /// Errors are those of the airlight (surfaces are the same for all methods), in
 /// linear radiance, divided by the reference's mean radiance.
+///
+/// A glTF file can bring its medium in the `extras` of its scene: {"medium":
+/// {"sigma_s": 0.02, "sigma_a": [0, 0, 0.01], "phase": "henyey-greenstein",
+/// "g": 0.6, "box": [[-5, 0, -5], [5, 3, 5]]}}; the options of the medium have the last word.
+///
+/// Until it is complete the report is in a folder beside DIR that is called
+/// DIR.tmp- and a few letters. A run that is killed leaves it behind; it can be
+/// deleted.
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
     /// A glTF, GLB or PLY file, or the name of an embedded scene

@@ -50,7 +50,9 @@ pub(crate) fn bytes(value: u64) -> String {
 /// An error of the airlight: a percentage of the reference's mean radiance, or
 /// a plain radiance if that mean is 0.
 pub(crate) fn error(value: f64, absolute: bool) -> String {
-    if absolute {
+    if !value.is_finite() {
+        "not finite".into()
+    } else if absolute {
         significant(value)
     } else {
         format!("{} %", significant(value * 100.0))
@@ -110,6 +112,7 @@ mod tests {
         assert_eq!(bytes(u64::MAX), "16777216.0 TiB");
         assert_eq!(error(0.0123, false), "1.23 %");
         assert_eq!(error(0.0123, true), "0.0123");
+        assert_eq!(error(f64::NAN, false), "not finite");
         assert_eq!(count(1, "light"), "1 light");
         assert_eq!(count(0, "light"), "0 lights");
     }

@@ -7,26 +7,27 @@ use lighting::scene::Geometry;
 use crate::args::Scenes;
 use crate::failure::Failure;
 use crate::methods::METHODS;
+use crate::print::print;
 use crate::progress;
 
 /// Runs `crepuscular methods`.
-pub(crate) fn methods() {
-    println!(
+pub(crate) fn methods() -> Result<(), Failure> {
+    let mut text = String::from(
         "A method is a source of lit intervals × an evaluator of an interval. Qualities are\n\
-         those of `compare`; `render` takes any with --visibility, --samples, --airlight, --nodes.\n"
+         those of `compare`; `render` takes any with --visibility, --samples, --airlight, --nodes.\n\n",
     );
     for method in METHODS {
         let qualities: Vec<String> = method.qualities.iter().map(u32::to_string).collect();
-        println!("{}", method.title);
-        println!("    pair     {}", method.name().replace(" x ", " × "));
-        println!("    for      {}", method.purpose);
-        println!(
-            "    quality  {}: {}",
+        text += &format!("{}\n", method.title);
+        text += &format!("    pair     {}\n", method.name().replace(" x ", " × "));
+        text += &format!("    for      {}\n", method.purpose);
+        text += &format!(
+            "    quality  {}: {}\n",
             method.quality_name(),
             qualities.join(", ")
         );
-        println!(
-            "    on       {}",
+        text += &format!(
+            "    on       {}\n",
             if method.visibility.is_traced() {
                 "cpu (it traces; there is no shader)"
             } else {
@@ -34,10 +35,11 @@ pub(crate) fn methods() {
             }
         );
         if method.visibility.is_equi_angular() {
-            println!("    not for  scenes whose only lights are directional");
+            text += "    not for  scenes whose only lights are directional\n";
         }
-        println!("    paper    {}\n", method.paper);
+        text += &format!("    paper    {}\n\n", method.paper);
     }
+    print(&text)
 }
 
 /// Runs `crepuscular scenes`.
@@ -58,10 +60,9 @@ pub(crate) fn scenes(args: &Scenes) -> Result<(), Failure> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    print!("{text}");
-    println!(
-        "Figures are those of a light map of {0} x {0} texels (--map).",
+    text += &format!(
+        "Figures are those of a light map of {0} x {0} texels (--map).\n",
         args.map
     );
-    Ok(())
+    print(&text)
 }

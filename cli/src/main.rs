@@ -11,6 +11,7 @@ mod methods;
 mod output;
 mod parse;
 mod picture;
+mod print;
 mod progress;
 mod render;
 mod report;
@@ -29,16 +30,13 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Compare(args) => compare::run(&args),
         Command::Render(args) => render::run(&args),
-        Command::Methods => {
-            list::methods();
-            Ok(())
-        }
+        Command::Methods => list::methods(),
         Command::Scenes(args) => list::scenes(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            print::complain(&format!("error: {failure}"));
             ExitCode::from(USER_ERROR)
         }
     }

@@ -210,7 +210,7 @@ impl Method {
     /// True if `filter` names it: its pair, its visibility or its title, or a
     /// part of these.
     pub(crate) fn matches(&self, filter: &str) -> bool {
-        let filter = filter.trim().to_lowercase();
+        let filter = filter.trim().to_lowercase().replace('×', "x");
         !filter.is_empty()
             && (self.visibility.name() == filter
                 || self.name().contains(&filter)
@@ -238,6 +238,7 @@ mod tests {
     fn filters_find_methods_by_any_of_their_names() {
         let found = |filter: &str| METHODS.iter().filter(|m| m.matches(filter)).count();
         assert_eq!(found("march x midpoint"), 1);
+        assert_eq!(found("march × midpoint"), 1, "as `methods` prints it");
         assert_eq!(found("exact"), 1);
         assert_eq!(found("Equi-Angular"), 2);
         assert_eq!(found("no such thing"), 0);

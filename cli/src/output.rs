@@ -54,19 +54,31 @@ impl PendingFile {
 
 /// A folder of files that will replace `path` when it is complete.
 pub(crate) struct PendingFolder {
+    /// As the user wrote it.
+    given: PathBuf,
+    /// Where it leads to.
     path: PathBuf,
     folder: TempDir,
+    ours: &'static [&'static str],
+    mark: &'static str,
 }
 
 impl PendingFolder {
     /// Only a folder that holds nothing but files called `ours` may be
     /// replaced, and the first of them must contain `mark`.
-    pub(crate) fn create(path: &Path, ours: &[&str], mark: &str) -> Result<Self, Failure> {
+    pub(crate) fn create(
+        path: &Path,
+        ours: &'static [&'static str],
+        mark: &'static str,
+    ) -> Result<Self, Failure> {
+        let given = path.to_owned();
         // A link or a path such as `..` stands for the folder it leads to.
         let path = if path.exists() {
             check_replaceable(path, ours, mark)?;
             path.canonicalize()
                 .map_err(|error| cannot_write(path, reason(&error)))?
+        } else if path.symlink_metadata().is_ok() {
+            return Err(cannot_write(path, "it is a link that leads nowhere"));
         } else {
             path.into()
         };
@@ -85,7 +97,13 @@ impl PendingFolder {
         let folder = builder
             .tempdir_in(parent(&path))
             .map_err(|error| cannot_write(&path, reason(&error)))?;
-        Ok(Self { path, folder })
+        Ok(Self {
+            given,
+            path,
+            folder,
+            ours,
+            mark,
+        })
     }
 
     pub(crate) fn write(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
@@ -93,12 +111,21 @@ impl PendingFolder {
             .map_err(|error| cannot_write(&self.path, reason(&error)))
     }
 
-    /// Puts the folder in its place and returns where that is.
+    /// Puts the folder in its place and returns that as the user wrote it. If
+    /// something else has come to lie there in the meantime, that stays, and so
+    /// does the new folder under its temporary name.
     pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
         let fail = |error: std::io::Error| cannot_write(&self.path, reason(&error));
         // The previous report moves into a folder that removes itself.
         let mut retired = None;
         if self.path.exists() {
+            if let Err(failure) = check_replaceable(&self.path, self.ours, self.mark) {
+                let kept = self.folder.keep();
+                return Err(Failure::new(format!(
+                    "{failure}; the new report is in {}",
+                    kept.display()
+                )));
+            }
             let folder = Builder::new()
                 .prefix(".crepuscular-old-")
                 .tempdir_in(parent(&self.path))
@@ -114,7 +141,7 @@ impl PendingFolder {
         }
         // Nothing is left under the temporary name.
         let _ = self.folder.keep();
-        Ok(self.path)
+        Ok(self.given)
     }
 }
 
@@ -222,10 +249,33 @@ mod tests {
         assert!(path.join("thesis.tex").exists());
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "no remains");
 
+        fs::remove_file(path.join("thesis.tex")).unwrap();
+        let pending = PendingFolder::create(&path, &OURS, "marked").unwrap();
+        pending.write("index.html", b"marked fourth").unwrap();
+        fs::write(path.join("notes.txt"), "written during the run").unwrap();
+        let error = pending.finish().unwrap_err().to_string();
+        assert!(path.join("notes.txt").exists());
+        assert!(error.contains("the new report is in"), "{error}");
+        let kept = PathBuf::from(error.rsplit("is in ").next().unwrap());
+        assert!(kept.join("index.html").exists(), "measured in vain");
+
         let unmarked = place.path().join("site");
         fs::create_dir(&unmarked).unwrap();
         report(&unmarked, "into an empty folder").unwrap();
         fs::write(unmarked.join("index.html"), "somebody's page").unwrap();
         assert!(report(&unmarked, "no").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_to_their_folder_or_are_refused() {
+        let place = tempfile::tempdir().unwrap();
+        let (target, link) = (place.path().join("target"), place.path().join("link"));
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        let error = report(&link, "nowhere").unwrap_err().to_string();
+        assert!(error.contains("leads nowhere"), "{error}");
+        fs::create_dir(&target).unwrap();
+        assert_eq!(report(&link, "there").unwrap(), link, "as it was written");
+        assert!(target.join("index.html").exists());
     }
 }

@@ -6,6 +6,10 @@ use lighting::scene::Bounds;
 /// The largest side of a picture.
 pub(crate) const MAX_SIDE: u32 = 16384;
 
+/// Pictures of more pixels are refused: their buffers would take more than a
+/// few GiB. 8K (7680 × 4320) is below.
+const MAX_PIXELS: usize = 1 << 25;
+
 /// Width and height of a picture, `320x180`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Size {
@@ -33,7 +37,14 @@ pub(crate) fn size(text: &str) -> Result<Size, String> {
     if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
         return Err(format!("both sides must be 1 to {MAX_SIDE} pixels"));
     }
-    Ok(Size { width, height })
+    let size = Size { width, height };
+    let pixels = size.pixels();
+    if pixels > MAX_PIXELS {
+        return Err(format!(
+            "{pixels} pixels, at most {MAX_PIXELS} are supported"
+        ));
+    }
+    Ok(size)
 }
 
 /// A coefficient per channel: one number, or three separated by commas.
@@ -118,6 +129,7 @@ mod tests {
             "3",
             "axb",
             "99999999999x1",
+            "16384x16384",
         ] {
             assert!(size(bad).is_err(), "{bad}");
         }

@@ -48,6 +48,11 @@ impl Picture {
         }
     }
 
+    /// The number of pixels with a channel that is not finite.
+    pub(crate) fn non_finite(&self) -> usize {
+        self.pixels.iter().filter(|p| !is_finite(p)).count()
+    }
+
     /// The exposure, in stops, at which the 95th percentile of the luminance
     /// reaches two thirds of the display's light; 0 for a black picture.
     pub(crate) fn automatic_exposure(&self) -> f32 {
@@ -64,10 +69,12 @@ impl Picture {
 
     /// An 8-bit sRGB picture: radiance times 2^`exposure`, then
     /// `1 - exp(-x)` per channel, which is linear in the dark and never clips.
+    /// Pixels that are not finite are magenta.
     pub(crate) fn png(&self, exposure: f32) -> Result<Vec<u8>, Failure> {
         let scale = exposure.exp2();
         let tone = |x: f32| encode_srgb(-(-(x * scale).max(0.0)).exp_m1());
-        let bytes: Vec<u8> = self.pixels.iter().flat_map(|p| p.map(tone)).collect();
+        let colour = |p: &[f32; 3]| if is_finite(p) { p.map(tone) } else { SIGNAL };
+        let bytes: Vec<u8> = self.pixels.iter().flat_map(colour).collect();
         encode_png(self.size, &bytes)
     }
 
@@ -88,9 +95,12 @@ impl Picture {
 
     /// The signed difference in luminance to `reference`: blue where this is
     /// darker, orange where it is brighter, full colour at ± `scale`. What a
-    /// difference of 0 looks like is grey.
+    /// difference of 0 looks like is grey; what is not finite is magenta.
     pub(crate) fn difference_png(&self, reference: &Self, scale: f32) -> Result<Vec<u8>, Failure> {
         let colour = |(a, b): (&[f32; 3], &[f32; 3])| {
+            if !is_finite(a) || !is_finite(b) {
+                return SIGNAL;
+            }
             let t = ((luminance(a) - luminance(b)) / scale).clamp(-1.0, 1.0);
             diverging(if t.is_nan() { 1.0 } else { t })
         };
@@ -116,12 +126,19 @@ pub(crate) fn data_uri(png: &[u8]) -> String {
     format!("data:image/png;base64,{text}")
 }
 
+/// Magenta: no light in fog looks like this by accident.
+const SIGNAL: [u8; 3] = [255, 0, 255];
+
+fn is_finite(pixel: &[f32; 3]) -> bool {
+    pixel.iter().all(|channel| channel.is_finite())
+}
+
 /// Rec. 709 weights.
 fn luminance(pixel: &[f32; 3]) -> f32 {
     0.2126 * pixel[0] + 0.7152 * pixel[1] + 0.0722 * pixel[2]
 }
 
-/// From display-linear [0, 1] to an sRGB byte; NaN is black.
+/// From display-linear [0, 1] to an sRGB byte.
 fn encode_srgb(linear: f32) -> u8 {
     let encoded = if linear <= 0.003_130_8 {
         12.92 * linear
@@ -173,13 +190,22 @@ mod tests {
 
     #[test]
     fn tone_mapping_is_monotonic_and_survives_anything() {
-        let values = [0.0, 1e-9, 0.1, 0.5, 2.0, 1e30, f32::INFINITY];
+        let values = [-1.0, 0.0, 1e-9, 0.1, 0.5, 2.0, 1e30];
         let image = decode(&picture(&values).png(0.0).unwrap());
         let row: Vec<u8> = image.pixels().map(|p| p.0[0]).collect();
         assert!(row.is_sorted(), "{row:?}");
         assert_eq!((row[0], row[6]), (0, 255));
-        let odd = decode(&picture(&[f32::NAN, -1.0]).png(0.0).unwrap());
-        assert!(odd.pixels().all(|p| p.0 == [0; 3]));
+    }
+
+    #[test]
+    fn what_is_not_finite_is_counted_and_seen() {
+        let odd = picture(&[f32::NAN, f32::INFINITY, 1.0]);
+        assert_eq!(odd.non_finite(), 2);
+        let same = decode(&odd.difference_png(&odd, 1.0).unwrap());
+        for image in [decode(&odd.png(0.0).unwrap()), same] {
+            let seen: Vec<bool> = image.pixels().map(|p| p.0 == SIGNAL).collect();
+            assert_eq!(seen, [true, true, false]);
+        }
     }
 
     #[test]

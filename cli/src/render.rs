@@ -17,11 +17,8 @@ use crate::input::{Input, describe_medium};
 use crate::methods::{Airlight, Setting, Visibility};
 use crate::output::PendingFile;
 use crate::picture::Picture;
+use crate::print::{complain, print};
 use crate::progress;
-
-/// Pictures of more pixels are refused: their buffers would take more than a
-/// few GiB. 8K (7680 × 4320) is below.
-const MAX_PIXELS: usize = 1 << 25;
 
 /// Rays between two moves of the progress bar.
 const BATCH: usize = 1 << 13;
@@ -50,13 +47,6 @@ impl Format {
 /// Runs `crepuscular render`.
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let format = Format::of(&args.output)?;
-    let pixels = args.size.pixels();
-    if pixels > MAX_PIXELS {
-        return Err(Failure::new(format!(
-            "a picture of {} has {pixels} pixels, at most {MAX_PIXELS} are supported",
-            args.size
-        )));
-    }
     let file = PendingFile::create(&args.output)?;
     let mut input = Input::load(&args.scene, &args.options)?;
     let cpu = Cpu::new();
@@ -97,6 +87,13 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         let airlight = airlight(args, &mut input, &view, medium, &emitters)?;
         picture = picture.plus(&airlight);
     }
+    let odd = picture.non_finite();
+    if odd > 0 {
+        complain(&format!(
+            "warning: {odd} of {} pixels are not finite; a PNG shows them in magenta",
+            picture.pixels.len()
+        ));
+    }
     let content = match format {
         Format::Exr => picture.exr()?,
         Format::Png => {
@@ -111,17 +108,18 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         }
     };
     file.finish(&content)?;
+    let mut text = String::new();
     for note in &input.notes {
-        println!("note: {note}");
+        text += &format!("note: {note}\n");
     }
-    println!(
-        "{}: {} in {}, {}",
+    text += &format!(
+        "{}: {} in {}, {}\n",
         args.output.display(),
         args.size,
         describe_medium(medium.as_ref()),
         describe(setting(args))
     );
-    Ok(())
+    print(&text)
 }
 
 /// Unless told otherwise, intervals that are single steps get one node.

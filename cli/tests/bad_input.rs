@@ -157,6 +157,10 @@ fn a_picture_without_pixels_or_with_too_many() {
     }
     let huge = ["render", "fence", "-o", "a.exr", "--size", "16384x16384"];
     fails(&[], &huge, "pixels");
+    for plan in [&[][..], &["--plan"]] {
+        let huge = ["compare", "fence", "--size", "16384x16384"];
+        fails(&[], &[&huge[..], plan].concat(), "pixels");
+    }
 }
 
 #[test]

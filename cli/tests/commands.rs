@@ -183,3 +183,72 @@ fn lists_name_everything() {
     }
     assert!(scenes.contains("solids"), "{scenes}");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_reader_that_goes_away_is_no_failure_and_a_full_disk_is_one() {
+    use std::fs::File;
+    use std::process::Stdio;
+
+    let place = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str], out: Stdio| {
+        let output = Command::new(env!("CARGO_BIN_EXE_crepuscular"))
+            .current_dir(place.path())
+            .args(arguments)
+            .stdout(out)
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), message)
+    };
+    let plan = ["compare", "fence", "--quick", "--plan"];
+    let render = ["render", "fence", "--size", "8x8", "-o", "a.png"];
+    for arguments in [&["methods"][..], &plan, &render] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let (code, message) = run(arguments, writer.into());
+        assert_eq!((code, message.as_str()), (Some(0), ""), "{arguments:?}");
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let (code, message) = run(arguments, full.into());
+        assert_eq!(code, Some(2), "{arguments:?}: {message}");
+        assert!(message.contains("standard output"), "{message}");
+    }
+}
+
+#[test]
+fn a_pair_is_accepted_as_it_is_listed() {
+    let place = tempfile::tempdir().unwrap();
+    let only = ["compare", "fence", "--quick", "--plan", "--methods"];
+    for pair in ["march × midpoint", "march x midpoint"] {
+        let plan = succeeds(place.path(), &[&only[..], &[pair]].concat());
+        assert!(plan.contains("runs: ray marching with"), "{plan}");
+    }
+}
+
+#[test]
+fn methods_that_the_scene_rules_out_do_not_cost_an_earlier_report() {
+    let place = tempfile::tempdir().unwrap();
+    let only = |names: &'static str| {
+        let names = ["--methods", names];
+        [&["compare", "city"][..], &SMALL, &names].concat()
+    };
+    succeeds(place.path(), &only("none"));
+    let page = place.path().join("crepuscular-report/index.html");
+    let before = std::fs::read(&page).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_crepuscular"))
+            .current_dir(place.path())
+            .args(arguments)
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), message)
+    };
+    let (code, message) = run(&only("equi-angular"));
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains("no equi-angular variable"), "{message}");
+    assert_eq!(std::fs::read(&page).unwrap(), before);
+    let (code, message) = run(&only("none,equi-angular"));
+    assert_eq!(code, Some(0), "{message}");
+    assert!(message.starts_with("warning: "), "{message}");
+}

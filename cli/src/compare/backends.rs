@@ -10,6 +10,7 @@ use crate::args::{BackendName, Compare};
 use crate::engine::{EXACT_IS_TRACED, Tracing};
 use crate::failure::Failure;
 use crate::methods::Method;
+use crate::print::complain;
 
 /// Turns a missing GPU into a failure if it is `1`.
 const REQUIRE_VARIABLE: &str = "REQUIRE_GPU";
@@ -132,7 +133,7 @@ impl Backends {
 
 /// Says on standard error, too, that a backend is missing from the report.
 fn skipped(label: &str, reason: &str) -> LeftOut {
-    eprintln!("{label}: skipped, {reason}");
+    complain(&format!("{label}: skipped, {reason}"));
     LeftOut {
         what: label.into(),
         why: format!("skipped, {reason}"),

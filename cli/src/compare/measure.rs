@@ -45,7 +45,7 @@ pub(crate) struct Outcome {
 }
 
 /// An estimate of the seconds that a candidate takes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Cost {
     /// Whatever the number of rays.
     pub(crate) start: f64,
@@ -84,41 +84,52 @@ pub(crate) struct Session<'a, B: Renderer> {
     job: Job<'a>,
     /// Those that the backend runs.
     candidates: Vec<Candidate>,
-    maps: Vec<ShadowMap<B::Memory>>,
+    /// None if they would take too long.
+    maps: Option<Vec<ShadowMap<B::Memory>>>,
     seconds_maps: f64,
 }
+
+/// Emitters on which the time of all shadow maps is estimated.
+const PROBE_MAPS: usize = 4;
+
+/// Share of the time left that all shadow maps may take.
+const MAPS_SHARE: f64 = 0.5;
 
 /// No more repetitions than this: the median has settled.
 const MAX_REPETITIONS: usize = 9;
 
 impl<'a, B: Renderer> Session<'a, B> {
-    /// Renders the shadow maps if a candidate needs them; if that is quick,
-    /// three times for the median of its time.
+    /// Renders the shadow maps if a candidate needs them and time allows; if
+    /// that is quick, three times for the median of its time.
     pub(crate) fn new(
         backend: B,
         present: &'a Present,
         job: Job<'a>,
         candidates: Vec<Candidate>,
     ) -> Result<Self, Failure> {
-        let mut maps = Vec::new();
+        let mut maps = Some(Vec::new());
         let mut seconds = Vec::new();
-        if candidates
+        let needed = candidates
             .iter()
-            .any(|c| c.method.visibility.needs_shadow_map())
-        {
+            .any(|c| c.method.visibility.needs_shadow_map());
+        if needed {
             // Pipelines are built at their first use, which is not timed.
             let casters = Casters::upload(&backend, job.geometry)?;
             let first = &job.emitters[..job.emitters.len().min(1)];
             shadow_maps(&backend, &casters, first, 1, || ())?;
             backend.wait()?;
-            drop(casters);
+        }
+        if needed && !affordable_maps(&backend, job)? {
+            maps = None;
+        } else if needed {
             let bar = progress::bar("shadow maps", job.emitters.len() as u64);
             while seconds.is_empty() || (seconds.len() < 3 && seconds[0] < 0.02 * job.budget.left())
             {
                 let clock = Instant::now();
                 let casters = Casters::upload(&backend, job.geometry)?;
                 bar.set_position(0);
-                maps = shadow_maps(&backend, &casters, job.emitters, job.map, || bar.inc(1))?;
+                let all = shadow_maps(&backend, &casters, job.emitters, job.map, || bar.inc(1))?;
+                maps = Some(all);
                 backend.wait()?;
                 seconds.push(clock.elapsed().as_secs_f64());
             }
@@ -148,7 +159,7 @@ impl<'a, B: Renderer> Session<'a, B> {
             tracer: self.job.tracer,
             medium: self.job.medium,
             emitters: self.job.emitters,
-            maps: &self.maps,
+            maps: self.maps.as_deref().unwrap_or_default(),
             rays: uploaded,
             count: rays.len(),
         })
@@ -166,6 +177,11 @@ impl<'a, B: Renderer> Session<'a, B> {
         candidate.quality == pictured(candidate.method, &self.candidates)
     }
 
+    /// True if it needs shadow maps and there was no time for them.
+    fn lacks_maps(&self, candidate: &Candidate) -> bool {
+        self.maps.is_none() && candidate.method.visibility.needs_shadow_map()
+    }
+
     /// A measurement of one frame that took `time`.
     fn measurement(
         &self,
@@ -180,7 +196,7 @@ impl<'a, B: Renderer> Session<'a, B> {
             Visibility::Exact => (self.job.seconds_tracer, self.job.tracer.bytes() as u64),
             _ => (
                 self.seconds_maps,
-                self.maps.iter().map(ShadowMap::bytes).sum(),
+                self.maps.iter().flatten().map(ShadowMap::bytes).sum(),
             ),
         };
         Measurement {
@@ -210,6 +226,10 @@ impl<B: Renderer> Measure for Session<'_, B> {
         let all = self.stage(rays)?;
         let mut costs = Vec::with_capacity(self.candidates.len());
         for candidate in &self.candidates {
+            if self.lacks_maps(candidate) {
+                costs.push(Cost::default());
+                continue;
+            }
             // The first run builds the pipeline.
             timed(&one, candidate)?;
             let (start, _) = timed(&one, candidate)?;
@@ -237,7 +257,15 @@ impl<B: Renderer> Measure for Session<'_, B> {
         for index in self.most_telling_first() {
             let candidate = &self.candidates[index];
             let expected = costs[index].of(rays.len());
-            if expected > budget.left() {
+            if self.lacks_maps(candidate) {
+                outcome.left_out.push(LeftOut {
+                    what: format!("{} on {}", candidate.name(), self.present.label),
+                    why: format!(
+                        "no time for the shadow maps of {} (--time-budget, --lights, --map)",
+                        crate::format::count(self.job.emitters.len(), "emitter")
+                    ),
+                });
+            } else if expected > budget.left() {
                 outcome.left_out.push(LeftOut {
                     what: format!("{} on {}", candidate.name(), self.present.label),
                     why: format!(
@@ -280,6 +308,26 @@ struct Run {
     time: f64,
     measurement: Measurement,
     picture: Option<Picture>,
+}
+
+/// True if the shadow maps of all emitters will be done in their share of the
+/// time, going by the first few.
+fn affordable_maps<B: Renderer>(backend: &B, job: Job<'_>) -> Result<bool, Failure> {
+    if job.emitters.len() <= PROBE_MAPS {
+        return Ok(true);
+    }
+    let casters = Casters::upload(backend, job.geometry)?;
+    let clock = Instant::now();
+    shadow_maps(
+        backend,
+        &casters,
+        &job.emitters[..PROBE_MAPS],
+        job.map,
+        || (),
+    )?;
+    backend.wait()?;
+    let each = clock.elapsed().as_secs_f64() / PROBE_MAPS as f64;
+    Ok(each * job.emitters.len() as f64 <= MAPS_SHARE * job.budget.left())
 }
 
 /// Measures everything again and again until the time is up.

@@ -19,11 +19,12 @@ use crate::format::{count, seconds};
 use crate::input::describe_medium;
 use crate::output::PendingFolder;
 use crate::picture::Picture;
+use crate::print::{complain, print};
 use crate::{progress, report};
 use budget::Budget;
 use prepare::Prepared;
 use results::{Pictures, Results};
-use selection::check_names;
+use selection::{check_names, dropped};
 use trial::{Found, try_out};
 
 /// The files of a report; the first one carries the mark.
@@ -35,30 +36,41 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     let budget = Budget::new(args.time_budget.unwrap_or(default));
     check_names(&args.methods)?;
     if args.plan {
-        print!("{}", Prepared::new(args)?.describe());
-        return Ok(());
+        return print(&Prepared::new(args)?.describe());
     }
     let folder = PendingFolder::create(&args.out, &FILES, report::MARK)?;
-    let results = compare(args, Prepared::new(args)?, budget)?;
+    let prepared = Prepared::new(args)?;
+    let dropped = dropped(&args.methods, &prepared.selection);
+    if !dropped.is_empty() && prepared.selection.candidates.is_empty() {
+        return Err(Failure::new(format!(
+            "nothing to compare: {}",
+            dropped.join("; ")
+        )));
+    }
+    for line in dropped {
+        complain(&format!("warning: {line}"));
+    }
+    let results = compare(args, prepared, budget)?;
     let spinner = progress::spinner("writing the report");
     folder.write(FILES[0], report::page(&results)?.as_bytes())?;
     folder.write(FILES[1], csv::write(&results).as_bytes())?;
     let place = folder.finish()?;
     spinner.finish_and_clear();
+    let mut text = String::new();
     for note in &results.notes {
-        println!("note: {note}");
+        text += &format!("note: {note}\n");
     }
     for sentence in report::sentences(&results) {
-        println!("{sentence}");
+        text += &format!("{sentence}\n");
     }
-    println!(
-        "{} and {} left out; {} after {}",
+    text += &format!(
+        "{} and {} left out; {} after {}\n",
         count(results.measurements.len(), "measurement"),
         count(results.left_out.len(), "item"),
         place.join(FILES[0]).display(),
         seconds(budget.elapsed())
     );
-    Ok(())
+    print(&text)
 }
 
 fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Results, Failure> {

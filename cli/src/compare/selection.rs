@@ -51,6 +51,34 @@ pub(crate) fn check_names(filters: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
+fn title_and_name(method: &Method) -> String {
+    format!("{} ({})", method.title, method.name())
+}
+
+/// One line with the reason for every name of `--methods` of which nothing is
+/// left to run.
+pub(crate) fn dropped(filters: &[String], selection: &Selection) -> Vec<String> {
+    let mut lines = Vec::new();
+    for filter in filters {
+        if selection
+            .candidates
+            .iter()
+            .any(|c| c.method.matches(filter))
+        {
+            continue;
+        }
+        let mut methods = METHODS.iter().filter(|method| method.matches(filter));
+        let part = methods.find_map(|method| {
+            let what = title_and_name(method);
+            selection.left_out.iter().find(|part| part.what == what)
+        });
+        if let Some(part) = part {
+            lines.push(format!("--methods {filter} is left out, {}", part.why));
+        }
+    }
+    lines
+}
+
 /// Chooses from the registry by the options and the plan of the scene.
 pub(crate) fn select(args: &Compare, plan: &Plan) -> Selection {
     let mut selection = Selection::default();
@@ -88,7 +116,7 @@ pub(crate) fn select(args: &Compare, plan: &Plan) -> Selection {
         };
         if let Some(why) = why {
             selection.left_out.push(LeftOut {
-                what: format!("{} ({})", method.title, method.name()),
+                what: title_and_name(method),
                 why,
             });
             continue;

@@ -18,6 +18,11 @@ use crate::progress;
 /// Rays on which the time of everything is estimated.
 const PROBE_RAYS: usize = 512;
 
+/// With more emitters than this there are fewer such rays, but not fewer than
+/// [`LEAST_PROBE_RAYS`].
+const PROBE_EMITTERS: usize = 64;
+const LEAST_PROBE_RAYS: usize = 16;
+
 /// Share of the time left that the reference and one round of all methods may
 /// take; the rest is for repetitions and for what the estimate gets wrong.
 const FIRST_ROUND: f64 = 0.5;
@@ -91,7 +96,7 @@ pub(crate) fn try_out(
         map,
         budget,
     };
-    let few = every_so_often(frame.view.rays());
+    let few = every_so_often(frame.view.rays(), emitters.len());
     let mut outcome = Outcome::default();
     let mut sessions: Vec<(Box<dyn Measure + '_>, Vec<Cost>)> = Vec::new();
     for backend in &backends.present {
@@ -149,10 +154,13 @@ pub(crate) fn try_out(
     Ok(Some(found))
 }
 
-/// About [`PROBE_RAYS`] of the rays, spread over all of them.
-fn every_so_often(rays: &[Ray]) -> Vec<Ray> {
+/// About [`PROBE_RAYS`] of the rays, or fewer if there are many emitters,
+/// spread over all of them.
+fn every_so_often(rays: &[Ray], emitters: usize) -> Vec<Ray> {
+    let wanted = PROBE_RAYS * PROBE_EMITTERS / emitters.max(PROBE_EMITTERS);
+    let wanted = wanted.max(LEAST_PROBE_RAYS);
     // An odd step does not run along the columns of usual widths.
-    let step = (rays.len() / PROBE_RAYS).max(1) | 1;
+    let step = (rays.len() / wanted).max(1) | 1;
     rays.iter().step_by(step).copied().collect()
 }
 

@@ -9,7 +9,8 @@ use crate::format::escape;
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 470.0;
 const LEFT: f64 = 92.0;
-const RIGHT: f64 = 14.0;
+// Half of the label of a tick at the very end fits beside the plot.
+const RIGHT: f64 = 34.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 52.0;
 
@@ -344,6 +345,28 @@ mod tests {
         assert!(numbers.iter().all(|v| (0.0..=WIDTH).contains(v)));
         assert!(svg.contains("&lt;here&gt;") && svg.contains("4 &amp; more"));
         assert_eq!(svg.matches('<').count(), svg.matches('>').count());
+    }
+
+    #[test]
+    fn the_label_of_the_last_tick_is_not_cut_off() {
+        for end in 0..40 {
+            let last = 2e-3 * 1.3_f64.powi(end);
+            let points = vec![point(1e-3, 0.1), point(last, 0.2)];
+            let curve = Curve {
+                slot: 0,
+                dashed: false,
+                competes: true,
+                points,
+            };
+            let svg = draw(&[curve]).unwrap();
+            for label in svg.split("class=\"tick\" x=\"").skip(1) {
+                let (x, rest) = label.split_once('"').unwrap();
+                if rest.contains("middle") {
+                    // At most "100 ms" at 8 units a letter.
+                    assert!(x.parse::<f64>().unwrap() + 24.0 <= WIDTH, "{label}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -119,7 +119,7 @@ fn how_measured(html: &mut String, results: &Results) {
         "<h2>How this was measured</h2>\n<ul>\n\
 <li><b>What is compared</b>: the airlight, that is the light scattered towards the eye along each ray of the picture, summed over the lights. \
 Surfaces are the same for all methods and are left out of every error and every time.</li>\n\
-<li><b>Reference</b>: exact lit intervals of every ray × quadrature in double precision with a bound on its error, by code that shares nothing with the methods. \
+<li><b>Reference</b>: exact lit intervals of every ray × quadrature in double precision with a bound on its error, by code that shares only its input with the methods: rays with their ends, lights, triangles. \
 Asked for {} per pixel; the largest bound of a pixel is {}. Took {}. Mean radiance {}.</li>\n\
 <li><b>Errors</b>: linear radiance over all pixels and colour channels. {unit} RMSE is the root of the mean square, max the largest difference; \
 p99 is the 99th percentile of the error relative to the pixel itself.</li>\n\

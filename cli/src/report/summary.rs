@@ -36,19 +36,37 @@ fn sentences(results: &Results, name: fn(&str) -> String) -> Vec<String> {
     let mut sentences = Vec::new();
     for backend in &results.backends {
         let own = || results.representative().filter(|m| m.backend == *backend);
+        let mut choices: Vec<Choice<'_>> = Vec::new();
         for target in decisive_targets(results, backend) {
             let Some(best) = fastest_within(own(), None, target) else {
                 continue;
             };
+            let march = fastest_within(own(), Some(baseline()), target);
+            let written = error(target, absolute);
+            match choices.last_mut() {
+                Some(last) if last.is(best, march) => last.targets.push(written),
+                _ => choices.push(Choice {
+                    targets: vec![written],
+                    best,
+                    march,
+                }),
+            }
+        }
+        for Choice {
+            targets,
+            best,
+            march,
+        } in choices
+        {
             let mut text = format!(
                 "For an error of {}, {} is the fastest{}: {} a frame",
-                error(target, absolute),
+                targets.join(" or "),
                 shown(best),
                 place(backend),
                 seconds(best.frame.median)
             );
             if !is_baseline(best.method) {
-                match fastest_within(own(), Some(baseline()), target) {
+                match march {
                     Some(march) => {
                         let ratio = march.frame.median / best.frame.median;
                         let _ = write!(
@@ -70,8 +88,17 @@ fn sentences(results: &Results, name: fn(&str) -> String) -> Vec<String> {
             sentences.push(text);
         }
     }
+    let finite = |m: &&Measurement| m.error.rmse.is_finite();
+    let all = &results.measurements;
+    let odd = all.len() - all.iter().filter(finite).count();
+    if odd > 0 {
+        sentences.push(format!(
+            "{odd} of {} measurements have no finite error.",
+            all.len()
+        ));
+    }
     let errors = |a: &&Measurement, b: &&Measurement| a.error.rmse.total_cmp(&b.error.rmse);
-    if let Some(best) = results.representative().min_by(errors) {
+    if let Some(best) = results.representative().filter(finite).min_by(errors) {
         sentences.push(format!(
             "The least error is {}, by {}{} in {} a frame.",
             error(best.error.rmse, absolute),
@@ -80,8 +107,10 @@ fn sentences(results: &Results, name: fn(&str) -> String) -> Vec<String> {
             seconds(best.frame.median)
         ));
     }
-    let mut all = results.measurements.iter();
-    let shadowless = all.find(|m| m.method.visibility == Visibility::None);
+    let shadowless = all
+        .iter()
+        .filter(finite)
+        .find(|m| m.method.visibility == Visibility::None);
     if let Some(m) = shadowless {
         sentences.push(format!(
             "Leaving the shadows out altogether would be an error of {}.",
@@ -95,6 +124,21 @@ fn sentences(results: &Results, name: fn(&str) -> String) -> Vec<String> {
         ));
     }
     sentences
+}
+
+/// What is the fastest within one or more errors, and what plain ray marching
+/// does there.
+struct Choice<'a> {
+    targets: Vec<String>,
+    best: &'a Measurement,
+    march: Option<&'a Measurement>,
+}
+
+impl Choice<'_> {
+    fn is(&self, best: &Measurement, march: Option<&Measurement>) -> bool {
+        let address = |m: &Measurement| std::ptr::from_ref(m);
+        std::ptr::eq(self.best, best) && self.march.map(address) == march.map(address)
+    }
 }
 
 /// The summary as plain text for the terminal.
@@ -185,5 +229,34 @@ mod tests {
         assert!(!rest.join("\n").contains("gpu"), "{text:?}");
         let text = rest.join("\n");
         assert!(text.contains("is the fastest on cpu"), "{text}");
+    }
+
+    #[test]
+    fn the_same_answer_for_two_errors_is_given_once() {
+        let mut results = example();
+        for m in &mut results.measurements {
+            m.error.rmse = 1e-4;
+        }
+        let text = plain(&results).join("\n");
+        assert!(text.contains("For an error of 10 % or 0.1 %"), "{text}");
+        assert_eq!(text.matches("is the fastest").count(), 1, "{text}");
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_not_an_error() {
+        let mut results = example();
+        results.measurements[0].error.rmse = -f64::NAN;
+        results.measurements[1].error.rmse = f64::INFINITY;
+        let some = plain(&results).join("\n");
+        assert!(some.contains("2 of"), "{some}");
+        assert!(some.contains("The least error is"), "{some}");
+        for m in &mut results.measurements {
+            m.error.rmse = f64::NAN;
+        }
+        let none = plain(&results).join("\n");
+        for text in [some, none] {
+            assert!(text.contains("no finite error"), "{text}");
+            assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
+        }
     }
 }
