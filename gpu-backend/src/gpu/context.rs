@@ -106,13 +106,16 @@ impl Context {
     /// # fn main() -> Result<(), gpu_backend::Error> {
     /// use gpu_backend::gpu::Context;
     ///
-    /// struct Shadows { pipeline: wgpu::RenderPipeline }
+    /// struct Slide { sampler: wgpu::Sampler }
     ///
-    /// # fn pipeline_for(_: &wgpu::Device, _: wgpu::TextureFormat) -> wgpu::RenderPipeline { todo!() }
     /// # let context = Context::request()?;
-    /// let format = wgpu::TextureFormat::R32Float;
-    /// let shadows = context.cached("shadow pipeline", format, |device| {
-    ///     Ok(Shadows { pipeline: pipeline_for(device, format) })
+    /// let filter = wgpu::FilterMode::Linear;
+    /// let slide = context.cached("slide sampler", filter, |device| {
+    ///     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+    ///         mag_filter: filter,
+    ///         ..Default::default()
+    ///     });
+    ///     Ok(Slide { sampler })
     /// })?;
     /// # Ok(()) }
     /// ```
