@@ -20,8 +20,6 @@ pub use quadrature::{NodeCountError, Quadrature};
 
 #[cfg(any(feature = "march", feature = "wgpu"))]
 pub(crate) use midpoint::far_end;
-#[cfg(feature = "march")]
-pub(crate) use quadrature::EquiAngular;
 
 use glam::Vec3;
 

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::{AirlightEvaluator, directional};
+use crate::path::EquiAngular;
 use crate::{Emitter, Interval, LightPath};
 
 /// Gauss–Legendre quadrature in the equi-angular variable, for any phase
@@ -96,99 +97,13 @@ impl Quadrature {
         let Some(arc) = EquiAngular::new(path, interval) else {
             return Vec3::ZERO;
         };
-        if arc.extent == f32::INFINITY {
+        if arc.extent() == f32::INFINITY {
             return Vec3::INFINITY;
         }
         let sum = self.nodes.iter().fold(Vec3::ZERO, |sum, &(t, weight)| {
             sum + weight * path.source(arc.position(t))
         });
-        arc.extent * sum
-    }
-}
-
-/// An interval of a path as an arc seen from a point light.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct EquiAngular {
-    interval: Interval,
-    /// Distances of the two ends from the light.
-    d_a: f32,
-    d_b: f32,
-    /// Δη, the angle between the two ends at the light.
-    angle: f32,
-    /// π − Δη. Next to a half turn, where the ray all but meets the light, an
-    /// f32 near π has lost what the sine there depends on.
-    supplement: f32,
-    /// Δη / h = ∫ dx / d², 1/m; infinite if the light is on the interval.
-    extent: f32,
-}
-
-impl EquiAngular {
-    /// `None` if the interval is empty.
-    pub(crate) fn new(path: &LightPath<'_>, interval: Interval) -> Option<Self> {
-        if !(interval.start < interval.end) {
-            return None;
-        }
-        let h = path.h();
-        let s_a = interval.start - path.foot();
-        let d_a = s_a.hypot(h);
-        // The tangent of Δη is across / along. For an infinite end both are
-        // divided by its distance.
-        let (across, along, d_b) = if interval.end == f32::INFINITY {
-            (h, s_a, f32::INFINITY)
-        } else {
-            let s_b = interval.end - path.foot();
-            (h * (s_b - s_a), h * h + s_a * s_b, s_b.hypot(h))
-        };
-        let angle = across.atan2(along);
-        let extent = if along > 0.0 && across <= 1e-4 * along {
-            // Δη/h by its series, where h may be 0.
-            let ratio = across / along;
-            let per_h = if d_b == f32::INFINITY {
-                1.0 / s_a
-            } else {
-                (interval.end - interval.start) / along
-            };
-            per_h * (1.0 - ratio * ratio / 3.0)
-        } else {
-            angle / h
-        };
-        Some(Self {
-            interval,
-            d_a,
-            d_b,
-            angle,
-            supplement: across.atan2(-along),
-            extent,
-        })
-    }
-
-    /// The distance from the eye at the fraction `t` in (0, 1) of the angle.
-    pub(crate) fn position(&self, t: f32) -> f32 {
-        let Interval { start, end } = self.interval;
-        // sin((1−t)Δη) and sin(tΔη), or their ratio's limit for Δη → 0.
-        // In the middle they are equal: the bisector needs no sines.
-        let (from_a, from_b) = if self.angle > 1e-3 && t != 0.5 {
-            (self.sine(1.0 - t, t), self.sine(t, 1.0 - t))
-        } else {
-            (1.0 - t, t)
-        };
-        if self.d_b == f32::INFINITY {
-            start + self.d_a * (from_b / from_a)
-        } else {
-            let weight_a = from_a * self.d_b;
-            let weight_b = from_b * self.d_a;
-            (start + (end - start) * (weight_b / (weight_a + weight_b))).clamp(start, end)
-        }
-    }
-
-    /// `sin(part Δη)`; `part` and `rest` add up to 1.
-    fn sine(&self, part: f32, rest: f32) -> f32 {
-        let angle = part * self.angle;
-        if angle > std::f32::consts::FRAC_PI_2 {
-            (self.supplement + rest * self.angle).sin()
-        } else {
-            angle.sin()
-        }
+        arc.extent() * sum
     }
 }
 

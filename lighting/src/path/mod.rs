@@ -1,9 +1,13 @@
 //! An eye ray as one light sees it.
 
+mod arc;
 mod clip;
 
 use glam::Vec3;
 
+pub(crate) use arc::EquiAngular;
+#[cfg(feature = "march")]
+pub(crate) use arc::Turns;
 use clip::Clip;
 
 use crate::emitter::{DirectionalEmitter, Emission, Emitter, PointEmitter};

@@ -3,7 +3,8 @@
 use gpu_backend::{Host, Memory};
 
 use super::VisibilitySource;
-use crate::airlight::{EquiAngular, far_end};
+use crate::airlight::far_end;
+use crate::path::{EquiAngular, Turns};
 use crate::shadow_map::ShadowMap;
 use crate::{Emitter, Interval, LightPath, LitInterval};
 
@@ -77,37 +78,44 @@ impl VisibilitySource for ShadowMapMarch<'_, Host> {
             (Spacing::EquiAngular, Emitter::Point(_)) => EquiAngular::new(path, span),
             _ => None,
         };
+        let halves = 2.0 * f64::from(self.samples);
         match arc {
-            Some(arc) => self.march(path, span, |t| arc.position(t), lit),
+            Some(arc) => {
+                let mut turns = Turns::new(arc, halves);
+                self.march(path, span, || turns.advance(), lit);
+            }
             None => {
                 let end = span.end.min(span.start + far_end(path.medium()));
-                let length = end - span.start;
-                let position = |t: f32| span.start + t * length;
-                self.march(path, Interval::new(span.start, end), position, lit);
+                let half = f64::from(end - span.start) / halves;
+                let mut count = 0.0;
+                let advance = || {
+                    count += 1.0;
+                    span.start + (count * half) as f32
+                };
+                self.march(path, Interval::new(span.start, end), advance, lit);
             }
         }
     }
 }
 
 impl ShadowMapMarch<'_, Host> {
-    /// Steps between `position(i / n)` and `position((i + 1) / n)`, sampled at
-    /// `position((i + ½) / n)`.
+    /// Marches `span`; `advance` yields the middle and the end of each step in
+    /// turn.
     fn march(
         &self,
         path: &LightPath<'_>,
         span: Interval,
-        position: impl Fn(f32) -> f32,
+        mut advance: impl FnMut() -> f32,
         lit: &mut Vec<LitInterval>,
     ) {
-        let step = 1.0 / self.samples as f32;
         let mut start = span.start;
         for i in 0..self.samples {
+            let middle = advance();
             let end = if i + 1 == self.samples {
                 span.end
             } else {
-                position((i + 1) as f32 * step)
+                advance()
             };
-            let middle = position((i as f32 + 0.5) * step);
             if start < end && self.map.is_lit(path.ray().at(middle)) {
                 lit.push(LitInterval::unshadowed(start, end));
             }
