@@ -7,7 +7,6 @@ use crate::Error;
 /// Phase function p(cos θ), 1/sr, normalised over the sphere; `cos θ = 1` is
 /// light that goes straight on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[non_exhaustive]
 pub enum PhaseFunction {
     /// `1 / 4π`.
     #[default]

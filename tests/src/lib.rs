@@ -9,6 +9,7 @@
 //! | [`metrics`] | the error of an image |
 //! | [`hard_cases`] | named inputs at which methods break |
 //! | [`tolerances`] | every allowed error, with its derivation |
+//! | [`segments`] | parts of rays with the extinction around them, easy and stiff, to judge evaluators by |
 //! | [`generators`] | random inputs that lean towards hard ones |
 //! | [`shapes`], [`scenes`] | small scenes with known shadows; the embedded scenes made ready |
 //! | [`suite`] | one test body for every backend, one loop for every property |
@@ -36,6 +37,7 @@ pub mod hard_cases;
 pub mod metrics;
 pub mod oracle;
 pub mod scenes;
+pub mod segments;
 pub mod shapes;
 pub mod suite;
 pub mod tolerances;

@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
+use airlight::Segment;
 use crepuscular_tests::generators::{fog, log_uniform, medium, neighbour, ray_near};
 use crepuscular_tests::oracle::airlight::{Airlight, Estimate, Tolerance, reach};
-use crepuscular_tests::oracle::{Fog, Lamp, Line, Span, closed_form};
+use crepuscular_tests::oracle::{Fog, Lamp, Line, Span, closed_form, segment};
 use crepuscular_tests::suite::holds_for;
 use crepuscular_tests::tolerances::Allowed;
 use glam::{DVec3, Vec3};
@@ -230,4 +231,51 @@ fn a_ray_through_a_light_is_infinite_and_counts_as_a_near_miss_in_an_image() {
         let near = closed_form::isotropic(1.0, 1.0, 3.0, 1e-4, part.start, part.end);
         assert!((value / near - 1.0).abs() < 1e-3, "{value} {near}");
     }
+}
+
+#[test]
+fn a_segment_by_itself_equals_its_part_of_a_line() {
+    let sizes = (
+        log_uniform(1e-3, 1e2),
+        log_uniform(1e-3, 1e2),
+        log_uniform(1e-3, 1e3),
+        log_uniform(1e-4, 30.0),
+        any::<bool>(),
+        0.0_f32..0.99,
+    );
+    let phases = [
+        PhaseFunction::Isotropic,
+        PhaseFunction::Rayleigh,
+        PhaseFunction::HenyeyGreenstein { g: 0.9 },
+        PhaseFunction::HenyeyGreenstein { g: -0.7 },
+    ];
+    holds_for(500, sizes, |(h, along, length, sigma, behind, from)| {
+        let foot = if behind { -along } else { along };
+        let start = from * length;
+        for phase in phases {
+            let medium = Medium::new(Vec3::splat(sigma), Vec3::ZERO, phase).unwrap();
+            let fog = Fog::new(&medium);
+            let ray = Ray::new(Vec3::ZERO, Vec3::X, length).unwrap();
+            let part = Span::new(f64::from(start), f64::from(length));
+            let bulb = bulb(Vec3::new(foot, h, 0.0));
+            let expected = light(&Line::new(&ray), &bulb, &fog, part, 1e-9).value.x;
+            let segment = Segment {
+                x: start,
+                s: start - foot,
+                h,
+                length: length - start,
+            };
+            let own = segment::airlight(phase, f64::from(sigma), &segment, 1e-9);
+            let value = own.value * f64::from(sigma);
+            // The four lengths are rounded to f32, and so are their differences.
+            let scale = f64::from(foot.abs() + length + h);
+            let shortest = f64::from(length - start).min(f64::from(h));
+            let rounding = 1e-7 * scale * (1.0 / shortest + f64::from(sigma));
+            prop_assert!(
+                (value - expected).abs() <= (1e-8 + 4.0 * rounding) * expected + 1e-300,
+                "{phase:?} {segment:?} {sigma}: {value:e} {expected:e}"
+            );
+        }
+        Ok(())
+    });
 }

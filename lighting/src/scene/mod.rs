@@ -153,6 +153,9 @@ pub enum SceneError {
         /// Its domain in words.
         expected: &'static str,
     },
+    /// A phase function that is none.
+    #[error("medium: {0}")]
+    PhaseFunction(#[from] airlight::Error),
 }
 
 impl SceneError {

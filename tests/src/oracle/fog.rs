@@ -31,26 +31,9 @@ impl Fog {
         }
     }
 
-    /// The phase function for `sin²(θ/2)` and `cos²(θ/2)` of the angle θ
-    /// between the directions before and after scattering. Half angles keep
-    /// the digits of both peaks.
-    ///
-    /// # Panics
-    /// If it is of a kind that has no definition here.
+    /// The medium's [`phase`] function.
     pub fn phase(&self, sin2: f64, cos2: f64) -> f64 {
-        use std::f64::consts::PI;
-        match self.phase {
-            PhaseFunction::Isotropic => 1.0 / (4.0 * PI),
-            PhaseFunction::Rayleigh => 3.0 * (1.0 + (cos2 - sin2).powi(2)) / (16.0 * PI),
-            PhaseFunction::HenyeyGreenstein { g } => {
-                // 1 + g² − 2g cos θ = (1 − |g|)² + 4|g| × (sin² or cos² of θ/2).
-                let g = f64::from(g);
-                let turned = if g < 0.0 { cos2 } else { sin2 };
-                let base = (1.0 - g.abs()).powi(2) + 4.0 * g.abs() * turned;
-                (1.0 - g) * (1.0 + g) / (4.0 * PI * base * base.sqrt())
-            }
-            other => panic!("no definition of {other:?}"),
-        }
+        phase(self.phase, sin2, cos2)
     }
 
     /// The part of `line` inside the medium, `None` if they miss each other.
@@ -164,6 +147,24 @@ fn face_between([low, high]: [DVec3; 2], point: DVec3, axis: usize) -> Option<f6
         Some(high[axis])
     } else {
         None
+    }
+}
+
+/// A phase function for `sin²(θ/2)` and `cos²(θ/2)` of the angle θ between the
+/// directions before and after scattering. Half angles keep the digits of both
+/// peaks.
+pub fn phase(phase: PhaseFunction, sin2: f64, cos2: f64) -> f64 {
+    use std::f64::consts::PI;
+    match phase {
+        PhaseFunction::Isotropic => 1.0 / (4.0 * PI),
+        PhaseFunction::Rayleigh => 3.0 * (1.0 + (cos2 - sin2).powi(2)) / (16.0 * PI),
+        PhaseFunction::HenyeyGreenstein { g } => {
+            // 1 + g² − 2g cos θ = (1 − |g|)² + 4|g| × (sin² or cos² of θ/2).
+            let g = f64::from(g);
+            let turned = if g < 0.0 { cos2 } else { sin2 };
+            let base = (1.0 - g.abs()).powi(2) + 4.0 * g.abs() * turned;
+            (1.0 - g) * (1.0 + g) / (4.0 * PI * base * base.sqrt())
+        }
     }
 }
 

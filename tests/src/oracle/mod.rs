@@ -8,6 +8,7 @@
 //! |---|---|---|
 //! | [`visibility`] | which parts of a ray see a light? | exact intervals |
 //! | [`airlight`] | how much light comes from them? | adaptive quadrature with an error bound |
+//! | [`segment`] | how much from a part of a ray that is given by its own four lengths? | the same, to any shortness |
 //! | [`closed_form`] | the same where a formula exists | checks the quadrature |
 //! | [`image`] | the reference image | the product of the first two, summed over lights |
 
@@ -19,10 +20,11 @@ pub mod image;
 mod lamp;
 mod line;
 mod quadrature;
+pub mod segment;
 mod span;
 pub mod visibility;
 
-pub use fog::Fog;
+pub use fog::{Fog, phase};
 pub use lamp::{Lamp, PointLamp, Sun};
 pub use line::Line;
 pub use span::Span;
