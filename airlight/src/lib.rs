@@ -12,6 +12,7 @@
 
 mod angle;
 mod error;
+pub mod exact;
 pub mod gauss;
 mod phase;
 mod real;
@@ -19,6 +20,7 @@ mod segment;
 
 pub use angle::ScatteringAngle;
 pub use error::Error;
+pub use exact::{Exact, Segment64};
 pub use phase::{Phase, PhaseFunction};
 pub use real::Real;
 pub use segment::Segment;
