@@ -10,12 +10,19 @@
 //! with `x` the distance from the eye and `d` from the light; a [`Segment`]
 //! says which part. Every evaluator here computes `A`, per colour channel.
 
+mod angle;
 mod error;
+pub mod exact;
+pub mod gauss;
 mod phase;
+mod real;
 mod segment;
 
+pub use angle::ScatteringAngle;
 pub use error::Error;
-pub use phase::{PhaseFunction, ScatteringAngle};
+pub use exact::{Exact, Segment64};
+pub use phase::{Phase, PhaseFunction};
+pub use real::Real;
 pub use segment::Segment;
 
 /// Computes the airlight of segments.
