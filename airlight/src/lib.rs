@@ -14,6 +14,8 @@ mod angle;
 mod error;
 pub mod exact;
 pub mod gauss;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
 mod phase;
 mod real;
 mod segment;

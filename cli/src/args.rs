@@ -215,7 +215,7 @@ pub(crate) struct MediumOptions {
     #[arg(long, value_enum)]
     pub(crate) phase: Option<Phase>,
 
-    /// Mean cosine of the Henyey-Greenstein phase function (--phase hg)
+    /// Parameter of the phase function (--phase hg, cornette-shanks, schlick), between -1 and 1
     #[arg(long, value_name = "COSINE", value_parser = parse::mean_cosine, allow_negative_numbers = true)]
     pub(crate) g: Option<f32>,
 
@@ -233,6 +233,10 @@ pub(crate) enum Phase {
     Rayleigh,
     /// Henyey-Greenstein with the mean cosine --g
     Hg,
+    /// Cornette-Shanks with the asymmetry --g: Rayleigh with a peak
+    CornetteShanks,
+    /// Schlick with the eccentricity --g: nearly Henyey-Greenstein
+    Schlick,
 }
 
 #[cfg(test)]

@@ -165,17 +165,45 @@ fn set_medium(
 }
 
 fn phase_function(options: &MediumOptions, old: PhaseFunction) -> Result<PhaseFunction, Failure> {
-    match (options.phase, options.g) {
-        (None, None) => Ok(old),
-        (None | Some(Phase::Hg), Some(g)) => Ok(PhaseFunction::HenyeyGreenstein { g }),
-        (Some(Phase::Hg), None) => match old {
-            PhaseFunction::HenyeyGreenstein { .. } => Ok(old),
-            _ => Err(Failure::new("--phase hg needs its mean cosine: --g")),
-        },
-        (Some(Phase::Isotropic), None) => Ok(PhaseFunction::Isotropic),
-        (Some(Phase::Rayleigh), None) => Ok(PhaseFunction::Rayleigh),
-        (Some(_), Some(_)) => Err(Failure::new("--g goes with --phase hg only")),
+    let own = match old {
+        PhaseFunction::Isotropic => (Phase::Isotropic, None),
+        PhaseFunction::Rayleigh => (Phase::Rayleigh, None),
+        PhaseFunction::HenyeyGreenstein { g } => (Phase::Hg, Some(g)),
+        PhaseFunction::CornetteShanks { g } => (Phase::CornetteShanks, Some(g)),
+        PhaseFunction::Schlick { k } => (Phase::Schlick, Some(k)),
+    };
+    let kind = match (options.phase, options.g) {
+        (None, None) => return Ok(old),
+        (Some(kind), _) => kind,
+        // A parameter alone is that of the scene's function, if it has one.
+        (None, Some(_)) if own.1.is_some() => own.0,
+        (None, Some(_)) => Phase::Hg,
+    };
+    let parameter = options.g.or(own.1.filter(|_| kind == own.0));
+    match (kind, options.g) {
+        (Phase::Isotropic, None) => return Ok(PhaseFunction::Isotropic),
+        (Phase::Rayleigh, None) => return Ok(PhaseFunction::Rayleigh),
+        (Phase::Isotropic | Phase::Rayleigh, Some(_)) => {
+            let message = "--g goes with --phase hg, cornette-shanks and schlick only";
+            return Err(Failure::new(message));
+        }
+        _ => {}
     }
+    let Some(g) = parameter else {
+        let name = match kind {
+            Phase::CornetteShanks => "cornette-shanks",
+            Phase::Schlick => "schlick",
+            _ => "hg",
+        };
+        return Err(Failure::new(format!(
+            "--phase {name} needs its parameter: --g"
+        )));
+    };
+    Ok(match kind {
+        Phase::CornetteShanks => PhaseFunction::CornetteShanks { g },
+        Phase::Schlick => PhaseFunction::Schlick { k: g },
+        _ => PhaseFunction::HenyeyGreenstein { g },
+    })
 }
 
 /// The medium in words.
@@ -195,7 +223,8 @@ pub(crate) fn describe_medium(medium: Option<&Medium>) -> String {
         PhaseFunction::Isotropic => "isotropic".into(),
         PhaseFunction::Rayleigh => "Rayleigh".into(),
         PhaseFunction::HenyeyGreenstein { g } => format!("Henyey-Greenstein, g = {g}"),
-        other => format!("{other:?}"),
+        PhaseFunction::CornetteShanks { g } => format!("Cornette-Shanks, g = {g}"),
+        PhaseFunction::Schlick { k } => format!("Schlick, k = {k}"),
     };
     let place = if medium.bounds().is_some() {
         "in a box"

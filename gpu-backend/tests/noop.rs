@@ -162,6 +162,6 @@ fn the_shaders_of_these_tests_compile() {
         Shader::new(kernel.parts).unwrap();
     }
     Shader::new(&[gpu_backend::gpu::INDEX_WGSL])
-        .and_then(|shader| shader.require_part("gpu_"))
+        .and_then(|shader| shader.require_part(&["gpu_"]))
         .unwrap();
 }

@@ -158,6 +158,8 @@ pub fn phase(peak: f32) -> impl Strategy<Value = PhaseFunction> {
         2 => Just(PhaseFunction::Isotropic),
         1 => Just(PhaseFunction::Rayleigh),
         2 => (-peak..=peak).prop_map(|g| PhaseFunction::HenyeyGreenstein { g }),
+        1 => (-peak..=peak).prop_map(|g| PhaseFunction::CornetteShanks { g }),
+        1 => (-peak..=peak).prop_map(|k| PhaseFunction::Schlick { k }),
     ]
 }
 

@@ -18,7 +18,7 @@
 //! const STEPS: u32 = 64;
 //!
 //! let shader = Shader::new(&[WGSL])?;
-//! shader.require_part("fog_")?;
+//! shader.require_part(&["fog_"])?;
 //! assert_same_layout!(shader, "fog_Medium", Medium { sigma_s, g, sigma_t, far });
 //! assert_eq!(shader.values("fog_STEPS")?, [f64::from(STEPS)]);
 //! # Ok::<(), gpu_backend::testing::ShaderError>(())

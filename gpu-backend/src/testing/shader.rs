@@ -42,7 +42,7 @@ pub enum ShaderError {
     /// may, or a name that could collide.
     #[error("a part with the prefix {prefix} must not have {what}")]
     NotAPart {
-        /// The crate's prefix.
+        /// The crate's prefix, or several.
         prefix: String,
         /// What was found.
         what: String,
@@ -279,15 +279,16 @@ impl Shader {
     }
 
     /// Checks that the module can be pasted into any shader: no entry points, no
-    /// bindings, and every name at module level starts with `prefix`.
+    /// bindings, and every name at module level starts with one of `prefixes`:
+    /// the part's own, and those of the parts that it builds on.
     ///
     /// # Errors
     /// [`ShaderError::NotAPart`].
-    pub fn require_part(&self, prefix: &str) -> Result<(), ShaderError> {
+    pub fn require_part(&self, prefixes: &[&str]) -> Result<(), ShaderError> {
         let module = &self.module;
         let reject = |what: String| {
             Err(ShaderError::NotAPart {
-                prefix: prefix.into(),
+                prefix: prefixes.join(" or "),
                 what,
             })
         };
@@ -309,7 +310,10 @@ impl Shader {
             .chain(module.overrides.iter().map(|(_, o)| &o.name))
             .chain(module.global_variables.iter().map(|(_, v)| &v.name))
             .chain(module.types.iter().map(|(_, t)| &t.name));
-        match names.flatten().find(|name| !name.starts_with(prefix)) {
+        match names
+            .flatten()
+            .find(|name| !prefixes.iter().any(|prefix| name.starts_with(prefix)))
+        {
             Some(name) => reject(format!("the name {name}")),
             None => Ok(()),
         }
@@ -370,7 +374,7 @@ mod tests {
     #[test]
     fn structures_and_constants_are_found_as_written() {
         let shader = Shader::new(&[PART, "const t_LAST: f32 = 1.5;"]).unwrap();
-        shader.require_part("t_").unwrap();
+        shader.require_part(&["t_"]).unwrap();
         assert_same_layout!(shader, "t_Node", Node { depth, colour });
         assert_eq!(shader.values("t_WIDTH").unwrap(), [8.0]);
         assert_eq!(shader.values("t_TWICE").unwrap(), [16.0]);
@@ -461,7 +465,7 @@ mod tests {
             ("@compute @workgroup_size(1) fn t_main() {}", "t_main"),
         ] {
             let error = Shader::new(&[text])
-                .and_then(|shader| shader.require_part("t_"))
+                .and_then(|shader| shader.require_part(&["t_"]))
                 .unwrap_err();
             assert!(error.to_string().ends_with(culprit), "{error}");
         }

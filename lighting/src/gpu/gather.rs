@@ -1,5 +1,6 @@
 //! The step that assembles and runs the shader of a pair.
 
+use airlight::gpu::PHASE;
 use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, INDEX_WGSL, Kernel, Workgroups};
 use gpu_backend::{Buffer, Error};
 
@@ -14,7 +15,7 @@ const GROUP: u32 = 64;
 
 /// All parts of the shader of a pair.
 pub(super) fn parts<V: WgslVisibility, A: WgslAirlight>() -> Vec<&'static str> {
-    let shared = [INDEX_WGSL, NUMERIC, PATH, ARC, DIRECTIONAL, LIT];
+    let shared = [INDEX_WGSL, NUMERIC, PHASE, PATH, ARC, DIRECTIONAL, LIT];
     let entry = [include_str!("gather.wgsl")];
     [&shared, V::parts(), A::parts(), &entry].concat()
 }

@@ -5,6 +5,7 @@
 //! share:
 //!
 //! ```text
+//! airlight::gpu::PHASE                     phase functions
 //! NUMERIC  PATH  ARC  DIRECTIONAL  LIT     what every part may use
 //! visibility                               light_look, light_next_lit
 //! airlight                                 light_airlight

@@ -4,6 +4,7 @@
 //   fn light_emitter() -> light_Emitter
 //   fn light_medium() -> light_Medium
 //   fn light_slide(index: u32) -> vec3<f32>     texels of the emitter's slide
+// and the part PHASE of `airlight`.
 
 const light_POINT: u32 = 0u;
 const light_DIRECTIONAL: u32 = 1u;
@@ -11,9 +12,6 @@ const light_DIRECTIONAL: u32 = 1u;
 const light_ISOTROPIC: u32 = 0u;
 const light_COSINE: u32 = 1u;
 const light_SPOT: u32 = 2u;
-
-const light_HENYEY_GREENSTEIN: u32 = 1u;
-const light_RAYLEIGH: u32 = 2u;
 
 // A spotlight has two kinks, the faces of a box three.
 const light_KINKS: u32 = 5u;
@@ -42,9 +40,10 @@ struct light_Emitter {
 
 struct light_Medium {
     sigma_s: vec3<f32>,
+    // A kind of phase function of `airlight`, and its parameter.
     phase: u32,
     sigma_t: vec3<f32>,
-    g: f32,
+    phase_parameter: f32,
     low: vec3<f32>,
     bounded: u32,
     high: vec3<f32>,
@@ -347,36 +346,10 @@ fn light_slide_at(emitter: light_Emitter, uv: vec2<f32>) -> vec3<f32> {
     return mix(top, bottom, f.y);
 }
 
-// The phase function, from 1 − cos θ and 1 + cos θ, which keep the digits of
-// sharp peaks.
-fn light_phase(medium: light_Medium, one_minus_cos: f32, one_plus_cos: f32) -> f32 {
-    switch medium.phase {
-        case light_HENYEY_GREENSTEIN: {
-            let g = abs(medium.g);
-            let away = select(one_plus_cos, one_minus_cos, medium.g >= 0.0);
-            let distance2 = (1.0 - g) * (1.0 - g) + 2.0 * g * away;
-            return 0.25 / light_PI * ((1.0 - g) * (1.0 + g)) / (distance2 * sqrt(distance2));
-        }
-        case light_RAYLEIGH: {
-            let cos = 0.5 * (one_plus_cos - one_minus_cos);
-            return 3.0 / (16.0 * light_PI) * (1.0 + cos * cos);
-        }
-        default: {
-            return 0.25 / light_PI;
-        }
-    }
-}
-
-fn light_phase_from_foot(medium: light_Medium, s: f32, h: f32) -> f32 {
-    let d = sqrt(s * s + h * h);
-    let large = 1.0 + abs(s) / d;
-    let small = (h / d) * (h / d) / large;
-    return light_phase(medium, select(large, small, s < 0.0), select(small, large, s < 0.0));
-}
-
 fn light_sun_phase(path: light_Path) -> f32 {
     let cos = -dot(path.direction, light_emitter().position);
-    return light_phase(light_medium(), 1.0 - cos, 1.0 + cos);
+    let medium = light_medium();
+    return air_phase(medium.phase, medium.phase_parameter, 1.0 - cos, 1.0 + cos);
 }
 
 // How far sunlight has travelled inside the medium to the position x.
@@ -407,5 +380,6 @@ fn light_source(path: light_Path, x: f32) -> vec3<f32> {
     let point = path.origin + x * path.direction;
     let optical_length = eye_leg + light_length_inside(point, -from_light.xyz, from_light.w);
     return medium.sigma_s * emitter.intensity * light_factor(emitter, from_light.xyz)
-        * light_phase_from_foot(medium, s, path.h) * exp(-medium.sigma_t * optical_length);
+        * air_phase_from_foot(medium.phase, medium.phase_parameter, s, path.h)
+        * exp(-medium.sigma_t * optical_length);
 }

@@ -1,12 +1,13 @@
 //! Lights, media and maps as shaders see them.
 
+use airlight::gpu::PhaseRecord;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::Emitter;
 use crate::airlight::far_end;
 use crate::emitter::Emission;
-use crate::scene::{Medium, PhaseFunction};
+use crate::scene::Medium;
 
 /// `light_Emitter` of `path.wgsl`.
 #[repr(C)]
@@ -35,7 +36,7 @@ pub(super) struct MediumRecord {
     pub(super) sigma_s: Vec3,
     pub(super) phase: u32,
     pub(super) sigma_t: Vec3,
-    pub(super) g: f32,
+    pub(super) phase_parameter: f32,
     pub(super) low: Vec3,
     pub(super) bounded: u32,
     pub(super) high: Vec3,
@@ -59,9 +60,6 @@ pub(super) const DIRECTIONAL: u32 = 1;
 pub(super) const ISOTROPIC: u32 = 0;
 pub(super) const COSINE: u32 = 1;
 pub(super) const SPOT: u32 = 2;
-pub(super) const UNIFORM_PHASE: u32 = 0;
-pub(super) const HENYEY_GREENSTEIN: u32 = 1;
-pub(super) const RAYLEIGH: u32 = 2;
 
 impl EmitterRecord {
     /// The light, and the texels of its slide.
@@ -113,20 +111,16 @@ impl EmitterRecord {
 
 impl MediumRecord {
     pub(super) fn new(medium: &Medium) -> Self {
-        let (phase, g) = match medium.phase() {
-            PhaseFunction::Isotropic => (UNIFORM_PHASE, 0.0),
-            PhaseFunction::HenyeyGreenstein { g } => (HENYEY_GREENSTEIN, g),
-            PhaseFunction::Rayleigh => (RAYLEIGH, 0.0),
-        };
+        let phase = PhaseRecord::from(medium.phase());
         let (low, high) = match medium.bounds() {
             Some(bounds) => (bounds.min(), bounds.max()),
             None => (Vec3::ZERO, Vec3::ZERO),
         };
         Self {
             sigma_s: medium.sigma_s(),
-            phase,
+            phase: phase.kind,
             sigma_t: medium.sigma_t(),
-            g,
+            phase_parameter: phase.parameter,
             low,
             bounded: u32::from(medium.bounds().is_some()),
             high,

@@ -43,8 +43,8 @@
 //!
 //! `sigma_s` and `sigma_a` are in 1/m, per colour channel or one number for
 //! all; one that is missing is 0. `phase` is `isotropic` (also if it is
-//! missing), `rayleigh` or `henyey-greenstein`, which alone has a `g`. Without
-//! a `box` the medium is everywhere.
+//! missing), `rayleigh`, `henyey-greenstein` or `cornette-shanks` with a `g`, or
+//! `schlick` with a `k`. Without a `box` the medium is everywhere.
 //!
 //! # PLY
 //!

@@ -153,9 +153,9 @@ fn face_between([low, high]: [DVec3; 2], point: DVec3, axis: usize) -> Option<f6
 /// A phase function for `sin²(θ/2)` and `cos²(θ/2)` of the angle θ between the
 /// directions before and after scattering. Half angles keep the digits of both
 /// peaks.
-pub fn phase(phase: PhaseFunction, sin2: f64, cos2: f64) -> f64 {
+pub fn phase(function: PhaseFunction, sin2: f64, cos2: f64) -> f64 {
     use std::f64::consts::PI;
-    match phase {
+    match function {
         PhaseFunction::Isotropic => 1.0 / (4.0 * PI),
         PhaseFunction::Rayleigh => 3.0 * (1.0 + (cos2 - sin2).powi(2)) / (16.0 * PI),
         PhaseFunction::HenyeyGreenstein { g } => {
@@ -164,6 +164,17 @@ pub fn phase(phase: PhaseFunction, sin2: f64, cos2: f64) -> f64 {
             let turned = if g < 0.0 { cos2 } else { sin2 };
             let base = (1.0 - g.abs()).powi(2) + 4.0 * g.abs() * turned;
             (1.0 - g) * (1.0 + g) / (4.0 * PI * base * base.sqrt())
+        }
+        PhaseFunction::Schlick { k } => {
+            let k = f64::from(k);
+            let turned = if k < 0.0 { cos2 } else { sin2 };
+            let base = 1.0 - k.abs() + 2.0 * k.abs() * turned;
+            (1.0 - k * k) / (4.0 * PI * base * base)
+        }
+        PhaseFunction::CornetteShanks { g } => {
+            let peak = phase(PhaseFunction::HenyeyGreenstein { g }, sin2, cos2);
+            let g2 = f64::from(g).powi(2);
+            1.5 * peak * (1.0 + (cos2 - sin2).powi(2)) / (2.0 + g2)
         }
     }
 }

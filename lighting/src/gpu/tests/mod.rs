@@ -7,6 +7,7 @@ mod maps;
 #[cfg(feature = "march")]
 mod scenes;
 
+use ::airlight::gpu::PHASE;
 use gpu_backend::assert_same_layout;
 use gpu_backend::testing::Shader;
 
@@ -23,7 +24,7 @@ const CONTRACT: &str = "
     fn light_slide(index: u32) -> vec3<f32> { return vec3(f32(index)); }";
 
 pub(crate) fn path_shader() -> Shader {
-    Shader::new(&[NUMERIC, PATH, ARC, DIRECTIONAL, LIT, CONTRACT]).unwrap()
+    Shader::new(&[NUMERIC, PHASE, PATH, ARC, DIRECTIONAL, LIT, CONTRACT]).unwrap()
 }
 
 fn complete<V: WgslVisibility, A: WgslAirlight>() -> Shader {
@@ -36,7 +37,7 @@ fn complete<V: WgslVisibility, A: WgslAirlight>() -> Shader {
 
 #[test]
 fn all_parts_are_fit_for_other_shaders() {
-    path_shader().require_part("light_").unwrap();
+    path_shader().require_part(&["light_", "air_"]).unwrap();
 }
 
 #[test]
@@ -140,7 +141,7 @@ fn structures_and_constants_are_those_of_rust() {
             sigma_s,
             phase,
             sigma_t,
-            g,
+            phase_parameter,
             low,
             bounded,
             high,
@@ -167,8 +168,6 @@ fn structures_and_constants_are_those_of_rust() {
     constant("light_ISOTROPIC", scene::ISOTROPIC);
     constant("light_COSINE", scene::COSINE);
     constant("light_SPOT", scene::SPOT);
-    constant("light_HENYEY_GREENSTEIN", scene::HENYEY_GREENSTEIN);
-    constant("light_RAYLEIGH", scene::RAYLEIGH);
     assert_eq!(shader.values("light_FAR").unwrap(), [f64::from(f32::MAX)]);
     let pi = f64::from(std::f32::consts::PI);
     assert_eq!(shader.values("light_PI").unwrap(), [pi]);

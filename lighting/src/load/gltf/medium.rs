@@ -20,11 +20,11 @@ pub(super) fn medium(extras: &Extras) -> Result<Option<Medium>, LoadError> {
         return Err(bad("", value, "an object"));
     };
     for name in fields.keys() {
-        if !["sigma_s", "sigma_a", "phase", "g", "box"].contains(&name.as_str()) {
+        if !["sigma_s", "sigma_a", "phase", "g", "k", "box"].contains(&name.as_str()) {
             return Err(LoadError::bad_value(
                 "a field of \"medium\" in the extras",
                 name,
-                "sigma_s, sigma_a, phase, g or box",
+                "sigma_s, sigma_a, phase, g, k or box",
             ));
         }
     }
@@ -40,7 +40,7 @@ pub(super) fn medium(extras: &Extras) -> Result<Option<Medium>, LoadError> {
             .ok_or_else(|| bad(name, value, "one number or three, finite, not negative")),
     };
     let medium = Medium::new(coefficient("sigma_s")?, coefficient("sigma_a")?, {
-        phase(fields.get("phase"), fields.get("g"))?
+        phase(fields.get("phase"), fields.get("g"), fields.get("k"))?
     })?;
     let Some(value) = fields.get("box") else {
         return Ok(Some(medium));
@@ -60,28 +60,60 @@ pub(super) fn medium(extras: &Extras) -> Result<Option<Medium>, LoadError> {
     }
 }
 
-fn phase(name: Option<&Value>, g: Option<&Value>) -> Result<PhaseFunction, LoadError> {
-    let phase = match (name.map(Value::as_str), name) {
-        (None, _) | (Some(Some("isotropic")), _) => PhaseFunction::Isotropic,
-        (Some(Some("rayleigh")), _) => PhaseFunction::Rayleigh,
-        (Some(Some("henyey-greenstein")), _) => {
-            let value = g.unwrap_or(&Value::Null);
-            return match number(value) {
-                Some(g) if g.abs() < 1.0 => Ok(PhaseFunction::HenyeyGreenstein { g }),
-                _ => Err(bad("g", value, "a number between -1 and 1, both excluded")),
-            };
-        }
-        (Some(_), value) => {
-            return Err(bad(
-                "phase",
-                value.unwrap_or(&Value::Null),
-                "\"isotropic\", \"rayleigh\" or \"henyey-greenstein\"",
-            ));
+fn phase(
+    name: Option<&Value>,
+    g: Option<&Value>,
+    k: Option<&Value>,
+) -> Result<PhaseFunction, LoadError> {
+    let unasked = |field, value: Option<&Value>| match value {
+        Some(value) => Err(bad(field, value, "nothing with this phase function")),
+        None => Ok(()),
+    };
+    let parameter = |field, value: Option<&Value>| {
+        let value = value.unwrap_or(&Value::Null);
+        match number(value) {
+            Some(parameter) if parameter.abs() < 1.0 => Ok(parameter),
+            _ => Err(bad(
+                field,
+                value,
+                "a number between -1 and 1, both excluded",
+            )),
         }
     };
-    match g {
-        None => Ok(phase),
-        Some(g) => Err(bad("g", g, "nothing unless phase is \"henyey-greenstein\"")),
+    match name.map_or(Some("isotropic"), Value::as_str) {
+        Some("isotropic") => {
+            unasked("g", g)?;
+            unasked("k", k)?;
+            Ok(PhaseFunction::Isotropic)
+        }
+        Some("rayleigh") => {
+            unasked("g", g)?;
+            unasked("k", k)?;
+            Ok(PhaseFunction::Rayleigh)
+        }
+        Some("henyey-greenstein") => {
+            unasked("k", k)?;
+            Ok(PhaseFunction::HenyeyGreenstein {
+                g: parameter("g", g)?,
+            })
+        }
+        Some("cornette-shanks") => {
+            unasked("k", k)?;
+            Ok(PhaseFunction::CornetteShanks {
+                g: parameter("g", g)?,
+            })
+        }
+        Some("schlick") => {
+            unasked("g", g)?;
+            Ok(PhaseFunction::Schlick {
+                k: parameter("k", k)?,
+            })
+        }
+        _ => Err(bad(
+            "phase",
+            name.unwrap_or(&Value::Null),
+            "\"isotropic\", \"rayleigh\", \"henyey-greenstein\", \"cornette-shanks\" or \"schlick\"",
+        )),
     }
 }
 

@@ -155,6 +155,19 @@ fn the_medium_comes_from_the_extras() {
     assert_eq!(medium.sigma_a(), Vec3::splat(0.5));
     assert_eq!(medium.phase(), PhaseFunction::HenyeyGreenstein { g: -0.3 });
     assert_eq!(medium.bounds().unwrap().max(), Vec3::new(1.0, 2.0, 1.0));
+    for (extras, phase) in [
+        (
+            r#"{"sigma_s":1,"phase":"cornette-shanks","g":0.5}"#,
+            PhaseFunction::CornetteShanks { g: 0.5 },
+        ),
+        (
+            r#"{"sigma_s":1,"phase":"schlick","k":-0.5}"#,
+            PhaseFunction::Schlick { k: -0.5 },
+        ),
+    ] {
+        let medium = with_extras(extras).unwrap().scene.medium.unwrap();
+        assert_eq!(medium.phase(), phase);
+    }
     let medium = with_extras(r#"{"sigma_s":1,"phase":"rayleigh"}"#)
         .unwrap()
         .scene
@@ -222,6 +235,8 @@ fn a_bad_medium_is_refused_by_field() {
             "medium.g",
         ),
         (r#"{"sigma_s":1,"g":0.5}"#, "medium.g"),
+        (r#"{"sigma_s":1,"phase":"schlick","g":0.5}"#, "medium.g"),
+        (r#"{"sigma_s":1,"phase":"schlick","k":2}"#, "medium.k"),
         (r#"{"sigma_s":1,"box":[0,1]}"#, "medium.box"),
         (r#"{"sigma_s":1,"box":[[0,0,0],[1,0,1]]}"#, "medium.box"),
         (
