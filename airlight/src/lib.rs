@@ -11,6 +11,7 @@
 //! says which part. Every evaluator here computes `A`, per colour channel.
 
 mod angle;
+pub mod directional;
 mod error;
 pub mod exact;
 pub mod gauss;
