@@ -54,8 +54,8 @@ const OPAQUE: f64 = 750.0;
 /// The light on the segment gives +∞; a length of 0 gives 0, and so do
 /// numbers that are no lengths or no extinction (NaN, a negative length).
 ///
-/// Isotropic scattering takes a fraction of a microsecond, other functions
-/// some microseconds.
+/// Isotropic scattering takes a fraction of a microsecond, other functions some
+/// twenty times as long.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact<P = PhaseFunction> {
     phase: P,
