@@ -23,6 +23,7 @@ pub mod quadrature;
 mod real;
 mod segment;
 mod side;
+mod step;
 #[cfg(test)]
 mod stiff;
 
@@ -34,6 +35,7 @@ pub use phase::{Phase, PhaseFunction};
 pub use quadrature::Quadrature;
 pub use real::Real;
 pub use segment::Segment;
+pub use step::EvaluateAirlight;
 
 /// Computes the airlight of segments.
 pub trait Evaluator: Sync {

@@ -26,6 +26,7 @@ pub struct Segment {
     pub s: f32,
     /// Distance between the light and the line of the ray, at least 0.
     pub h: f32,
-    /// Length of the part, at least 0, may be infinite.
+    /// Length of the part, at least 0, may be infinite. `f32::MAX` is endless
+    /// too, which is how shaders must be told.
     pub length: f32,
 }
