@@ -17,6 +17,9 @@ pub mod gauss;
 mod phase;
 mod real;
 mod segment;
+mod simd;
+mod sun_table;
+mod table;
 
 pub use angle::ScatteringAngle;
 pub use error::Error;
@@ -24,6 +27,8 @@ pub use exact::{Exact, Segment64};
 pub use phase::{Phase, PhaseFunction};
 pub use real::Real;
 pub use segment::Segment;
+pub use sun_table::SunTable;
+pub use table::Table;
 
 /// Computes the airlight of segments.
 pub trait Evaluator: Sync {
