@@ -13,6 +13,7 @@
 mod angle;
 mod error;
 pub mod exact;
+mod frame_table;
 pub mod gauss;
 mod phase;
 mod real;
@@ -24,6 +25,7 @@ mod table;
 pub use angle::ScatteringAngle;
 pub use error::Error;
 pub use exact::{Exact, Segment64};
+pub use frame_table::FrameTable;
 pub use phase::{Phase, PhaseFunction};
 pub use real::Real;
 pub use segment::Segment;
