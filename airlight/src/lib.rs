@@ -15,8 +15,10 @@ mod error;
 pub mod exact;
 pub mod gauss;
 mod phase;
+pub mod point_spread;
 mod real;
 mod segment;
+mod within;
 
 pub use angle::ScatteringAngle;
 pub use error::Error;
