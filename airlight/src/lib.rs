@@ -18,6 +18,8 @@ mod phase;
 pub mod point_spread;
 mod real;
 mod segment;
+mod spline;
+pub mod surface;
 mod within;
 
 pub use angle::ScatteringAngle;
