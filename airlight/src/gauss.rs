@@ -19,17 +19,23 @@ pub struct Rule {
 /// More nodes are of no use in double precision, and take a second to find.
 const MOST: u32 = 4096;
 
+/// Whether there is a rule of so many nodes.
+pub(crate) fn check(nodes: u32) -> Result<(), Error> {
+    if (1..=MOST).contains(&nodes) {
+        Ok(())
+    } else {
+        Err(Error::bad_value("the number of nodes", nodes, "1 to 4096"))
+    }
+}
+
 impl Rule {
     /// The rule of `nodes` nodes; the time grows with their square.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless there are 1 to 4096 nodes.
     pub fn new(nodes: u32) -> Result<Self, Error> {
-        if (1..=MOST).contains(&nodes) {
-            Ok(Self::of(nodes))
-        } else {
-            Err(Error::bad_value("the number of nodes", nodes, "1 to 4096"))
-        }
+        check(nodes)?;
+        Ok(Self::of(nodes))
     }
 
     /// The rule of `count` nodes, which are known to be 1 to 4096.

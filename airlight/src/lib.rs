@@ -11,21 +11,29 @@
 //! says which part. Every evaluator here computes `A`, per colour channel.
 
 mod angle;
+pub mod directional;
+mod emission;
 mod error;
 pub mod exact;
 pub mod gauss;
 mod phase;
 pub mod point_spread;
+pub mod quadrature;
 mod real;
 mod segment;
+mod side;
 mod spline;
+#[cfg(test)]
+mod stiff;
 pub mod surface;
 mod within;
 
 pub use angle::ScatteringAngle;
+pub use emission::Emission;
 pub use error::Error;
 pub use exact::{Exact, Segment64};
 pub use phase::{Phase, PhaseFunction};
+pub use quadrature::Quadrature;
 pub use real::Real;
 pub use segment::Segment;
 

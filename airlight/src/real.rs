@@ -31,6 +31,15 @@ pub trait Real:
 
     /// The square root.
     fn square_root(self) -> Self;
+
+    /// `e^x`.
+    fn exponential(self) -> Self;
+
+    /// `e^x − 1` without cancellation.
+    fn exponential_minus_one(self) -> Self;
+
+    /// Whether it is an infinity.
+    fn is_infinite(self) -> bool;
 }
 
 impl Real for f32 {
@@ -41,6 +50,18 @@ impl Real for f32 {
     fn square_root(self) -> Self {
         self.sqrt()
     }
+
+    fn exponential(self) -> Self {
+        self.exp()
+    }
+
+    fn exponential_minus_one(self) -> Self {
+        self.exp_m1()
+    }
+
+    fn is_infinite(self) -> bool {
+        self.is_infinite()
+    }
 }
 
 impl Real for f64 {
@@ -50,5 +71,17 @@ impl Real for f64 {
 
     fn square_root(self) -> Self {
         self.sqrt()
+    }
+
+    fn exponential(self) -> Self {
+        self.exp()
+    }
+
+    fn exponential_minus_one(self) -> Self {
+        self.exp_m1()
+    }
+
+    fn is_infinite(self) -> bool {
+        self.is_infinite()
     }
 }

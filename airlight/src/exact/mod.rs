@@ -21,7 +21,6 @@ mod adaptive;
 #[cfg(test)]
 mod references;
 mod segment;
-mod side;
 mod tail;
 #[cfg(test)]
 mod tests;
@@ -33,10 +32,16 @@ pub use tail::tail;
 use std::sync::LazyLock;
 
 use crate::gauss::Rule;
-use crate::{Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment};
+use crate::side::{Extent, Kind, Scaled, Side};
+use crate::{Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment};
 use adaptive::Adaptive;
-use segment::{Extent, Scaled};
-use side::{Side, THIN};
+
+/// Depth `σ_t d` below which absorption behind the foot point changes the
+/// result by less than rounding does.
+const THIN: f64 = 1e-20;
+
+/// Optical depth that leaves nothing, even of the smallest f64.
+const OPAQUE: f64 = 750.0;
 
 /// Computes airlight as exactly as double precision can.
 ///
@@ -49,8 +54,8 @@ use side::{Side, THIN};
 /// The light on the segment gives +∞; a length of 0 gives 0, and so do
 /// numbers that are no lengths or no extinction (NaN, a negative length).
 ///
-/// Isotropic scattering takes a fraction of a microsecond, other functions
-/// some microseconds.
+/// Isotropic scattering takes a fraction of a microsecond, other functions some
+/// twenty times as long.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact<P = PhaseFunction> {
     phase: P,
@@ -78,19 +83,32 @@ impl<P: Phase> Exact<P> {
 
     /// `A` with a bound on its error.
     pub fn estimate(&self, sigma_t: f64, segment: &Segment64) -> Estimate {
-        let (value, bound) = match segment.scaled(sigma_t) {
-            Extent::Empty => (0.0, 0.0),
-            Extent::MeetsLight => (f64::INFINITY, 0.0),
-            Extent::Ordinary(scaled) => {
-                return match self.phase.constant() {
-                    Some(constant) => isotropic(&scaled, constant),
-                    None => numeric(&scaled, self.phase.peaks(), |angle| {
-                        self.phase.value_f64(angle)
-                    }),
-                };
-            }
-        };
-        Estimate { value, bound }
+        match Scaled::of(sigma_t, segment) {
+            Extent::Empty => Estimate::default(),
+            Extent::MeetsLight => MEETS_LIGHT,
+            Extent::Ordinary(scaled) => match self.phase.constant() {
+                Some(constant) => isotropic(&scaled, constant),
+                None => numeric(&scaled, self.phase.peaks(), |angle| {
+                    self.phase.value_f64(angle)
+                }),
+            },
+        }
+    }
+
+    /// [`Exact::estimate`] of a light that is not equally bright in all
+    /// directions, whose `emission` is for the same segment.
+    pub fn estimate_of(&self, sigma_t: f64, segment: &Segment64, emission: &Emission) -> Estimate {
+        let mut total = Estimate::default();
+        for part in emission.parts(segment) {
+            total += match Scaled::of(sigma_t, &part) {
+                Extent::Empty => Estimate::default(),
+                Extent::MeetsLight => MEETS_LIGHT,
+                Extent::Ordinary(scaled) => numeric(&scaled, self.phase.peaks(), |angle| {
+                    self.phase.value_f64(angle) * emission.factor(angle)
+                }),
+            };
+        }
+        total
     }
 }
 
@@ -102,6 +120,12 @@ impl<P: Phase> Evaluator for Exact<P> {
             .value as f32
     }
 }
+
+/// Any part of a ray that contains a light.
+const MEETS_LIGHT: Estimate = Estimate {
+    value: f64::INFINITY,
+    bound: 0.0,
+};
 
 /// The airlight whose integral in units of the distance of the start is this.
 fn finish(segment: &Scaled, integral: Estimate) -> Estimate {
@@ -199,15 +223,27 @@ fn tail_difference(segment: &Scaled) -> Option<f64> {
 /// below 1e-16.
 fn smooth(segment: &Scaled) -> f64 {
     static RULE: LazyLock<Rule> = LazyLock::new(|| Rule::of(16));
-    Side::both(segment, [1.0, 1.0])
+    Side::both(segment, [1.0, 1.0], THIN)
         .map(|side| {
             let sum: f64 = RULE
                 .iter()
-                .map(|(t, weight)| weight * side.at(side.extent * t).1)
+                .map(|(t, weight)| weight * at(&side, side.extent * t).1)
                 .sum();
             side.extent * sum
         })
         .sum()
+}
+
+/// The angle of scattering at an offset, and everything else of the integrand.
+fn at(side: &Side, offset: f64) -> (ScatteringAngle<f64>, f64) {
+    let (a, b) = (side.a, side.b(offset));
+    let angle = if side.kind == Kind::Thin {
+        ScatteringAngle::from_half_tangent(a, b)
+    } else {
+        ScatteringAngle::from_half_tangent(b, a)
+    };
+    let exponential = (-(side.depth + side.rate * offset)).exp();
+    (angle, 2.0 * side.scale * exponential / (a * a + b * b))
 }
 
 /// The airlight for any `weight` in place of the phase function.
@@ -217,12 +253,12 @@ fn numeric(
     weight: impl Fn(ScatteringAngle<f64>) -> f64,
 ) -> Estimate {
     let mut sides = [None; 2];
-    for (slot, side) in sides.iter_mut().zip(Side::both(segment, peaks)) {
+    for (slot, side) in sides.iter_mut().zip(Side::both(segment, peaks, THIN)) {
         *slot = Some(side);
     }
     let integrand = |side: usize, offset: f64| {
         sides[side].map_or(0.0, |side: Side| {
-            let (angle, rest) = side.at(offset);
+            let (angle, rest) = at(&side, offset);
             weight(angle) * rest
         })
     };
@@ -230,7 +266,8 @@ fn numeric(
     for (index, side) in sides.iter().enumerate() {
         let Some(side) = side else { continue };
         let mut start = 0.0;
-        while let Some(end) = side.next(start) {
+        while side.reaches(start, OPAQUE) {
+            let end = side.next(start, 2.0, 6.0);
             pieces.add(index, start, end, &integrand);
             start = end;
         }

@@ -431,3 +431,46 @@ fn scattered_energy_is_conserved() {
         total / expected
     );
 }
+
+#[test]
+fn a_light_far_away_is_a_sun() {
+    // Of intensity D² e^{σ D}, so that its irradiance here is 1.
+    let (sigma, distance, length) = (1e-3, 1e5, 800.0);
+    let phase = PhaseFunction::HenyeyGreenstein { g: 0.7 };
+    let exact = Exact::new(phase).unwrap();
+    for angle in [0.3_f64, 1.5, 3.0] {
+        let segment = Segment64 {
+            x: 0.0,
+            s: -distance * angle.cos(),
+            h: distance * angle.sin(),
+            length,
+        };
+        let intensity = distance * distance * (sigma * distance).exp();
+        let lamp = intensity * exact.airlight(sigma, &segment);
+        // The path of its light shortens along the ray by x cos γ.
+        let last = sigma * length * (1.0 - angle.cos());
+        let scattered = phase.value(ScatteringAngle::from_cos(angle.cos()));
+        let sun = scattered * crate::directional::between(0.0, last, length);
+        // The rays are parallel to within the length over the distance.
+        assert!(
+            (lamp / sun - 1.0).abs() < 4.0 * length / distance,
+            "{lamp} {sun}"
+        );
+    }
+}
+
+#[test]
+fn a_longer_part_is_not_darker() {
+    let exact = Exact::new(PhaseFunction::Schlick { k: 0.9 }).unwrap();
+    for (sigma_t, segment) in crate::stiff::cases(300) {
+        let segment = Segment64::from(segment);
+        let mut last = 0.0;
+        for k in -30..30 {
+            let length = (segment.s.abs() + segment.h) * 2_f64.powi(k);
+            let Estimate { value, bound } =
+                exact.estimate(sigma_t.into(), &Segment64 { length, ..segment });
+            assert!(value >= last - bound, "{segment:?}: {value} after {last}");
+            last = value;
+        }
+    }
+}

@@ -65,8 +65,9 @@ impl LobeTable {
 /// `G_n(T, θ)` for all exponents `n` from 1 to 200, in 444 KiB.
 ///
 /// As [`LobeTable`], with a third axis: the relative error is below 1e-4
-/// (7e-5 was measured) for every exponent, whole or not, and a lookup has 64 neighbours. Where
-/// all surfaces have the same exponent, a [`LobeTable`] is faster.
+/// (7e-5 was measured) for every exponent, whole or not, and a lookup has 64
+/// neighbours. Where all surfaces have the same exponent, a [`LobeTable`] is
+/// faster.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GlossTable {
     coefficients: Vec<f32>,

@@ -1,0 +1,205 @@
+//! Parallel light, in closed form.
+//!
+//! Based on: Hoffman and Preetham, Rendering outdoor light scattering in real
+//! time, Game Developers Conference 2002, for light that is not absorbed
+//! before it is scattered; and without their assumption of one path.
+
+use crate::{Error, PhaseFunction, Real, ScatteringAngle};
+
+/// `∫ exp(−σ_t x) dx` over a part of a ray from `x` on, in m: the airlight of
+/// a sun per unit of `σ_s p E`, in a medium without bounds, which sunlight
+/// reaches undimmed.
+///
+/// Accurate to a few units of the last digit of the exponent `σ_t x`. An
+/// infinite length is allowed; without extinction it counts as nothing, as
+/// there nothing is scattered either.
+pub fn open_air<T: Real>(sigma_t: T, x: T, length: T) -> T {
+    let zero = T::from(0.0);
+    if !(length > zero) || !(sigma_t >= zero) {
+        return zero;
+    }
+    let near = (-(sigma_t * x)).exponential();
+    if length.is_infinite() {
+        return if sigma_t > zero { near / sigma_t } else { zero };
+    }
+    near * length * mean_exponential(sigma_t * length)
+}
+
+/// `∫ exp(−τ(x)) dx` over `length`, in m, for an optical depth that changes
+/// linearly from `first` to `last`: the airlight of a sun per unit of
+/// `σ_s p E` between two kinks of its path, `τ = σ_t (x + l)`, in a medium with
+/// bounds.
+///
+/// Neither depth need be the larger one; no difference of large numbers is
+/// formed but that of the depths. For finite lengths: the part of a ray that
+/// goes on for ever is [`open_air`].
+pub fn between<T: Real>(first: T, last: T, length: T) -> T {
+    let zero = T::from(0.0);
+    if !(length > zero) || length.is_infinite() {
+        return zero;
+    }
+    let (least, most) = if first < last {
+        (first, last)
+    } else {
+        (last, first)
+    };
+    if least.is_infinite() {
+        return zero;
+    }
+    (-least).exponential() * length * mean_exponential(most - least)
+}
+
+/// The mean of `exp(−y)` for `y` from 0 to `x ≥ 0`, `(1 − exp(−x)) / x`.
+fn mean_exponential<T: Real>(x: T) -> T {
+    if x > T::from(0.0) {
+        -(-x).exponential_minus_one() / x
+    } else {
+        T::from(1.0)
+    }
+}
+
+/// Daylight in clear or hazy air: Rayleigh scattering by molecules and
+/// Henyey–Greenstein by dust, per colour channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Daylight {
+    rayleigh: [f32; 3],
+    mie: [f32; 3],
+    g: f32,
+}
+
+impl Daylight {
+    /// For scattering coefficients `β_R` and `β_M`, 1/m, and the mean cosine
+    /// `g` of dust. Nothing is absorbed.
+    ///
+    /// # Errors
+    /// [`Error::BadValue`] unless coefficients are finite and not negative and
+    /// -1 < g < 1.
+    pub fn new(rayleigh: [f32; 3], mie: [f32; 3], g: f32) -> Result<Self, Error> {
+        for beta in rayleigh.into_iter().chain(mie) {
+            if !(beta >= 0.0 && beta.is_finite()) {
+                let what = "a scattering coefficient";
+                return Err(Error::bad_value(what, beta, "at least 0 and finite"));
+            }
+        }
+        PhaseFunction::HenyeyGreenstein { g }.checked()?;
+        Ok(Self { rayleigh, mie, g })
+    }
+
+    /// Radiance scattered towards the eye over the first `distance` metres:
+    ///
+    /// ```text
+    /// L_in = E (β_R(θ) + β_M(θ)) / (β_R + β_M) · (1 − exp(−(β_R + β_M) x))
+    /// ```
+    ///
+    /// for the irradiance `E` on a plane that faces the sun.
+    pub fn in_scattered(
+        &self,
+        irradiance: [f32; 3],
+        angle: ScatteringAngle<f32>,
+        distance: f32,
+    ) -> [f32; 3] {
+        let molecules = PhaseFunction::Rayleigh.value(angle);
+        let dust = PhaseFunction::HenyeyGreenstein { g: self.g }.value(angle);
+        std::array::from_fn(|c| {
+            let scattered = self.rayleigh[c] * molecules + self.mie[c] * dust;
+            let extinction = self.rayleigh[c] + self.mie[c];
+            irradiance[c] * scattered * open_air(extinction, 0.0, distance)
+        })
+    }
+
+    /// Share of the light from `distance` metres away that arrives,
+    /// `exp(−(β_R + β_M) x)`.
+    pub fn transmittance(&self, distance: f32) -> [f32; 3] {
+        std::array::from_fn(|c| {
+            let extinction = self.rayleigh[c] + self.mie[c];
+            if extinction > 0.0 {
+                (-extinction * distance).exp()
+            } else {
+                1.0
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::f64::consts::PI;
+
+    proptest! {
+        #[test]
+        fn both_precisions_agree_and_parts_add_up(
+            sigma in (-14.0_f64..3.0).prop_map(f64::exp),
+            x in 0.0_f64..10.0,
+            length in (-14.0_f64..5.0).prop_map(f64::exp),
+            share in 0.0..1.0_f64,
+        ) {
+            let whole = open_air(sigma, x, length);
+            let parts = open_air(sigma, x, share * length)
+                + open_air(sigma, x + share * length, length - share * length);
+            // Rounding of the exponents, which are below 4000.
+            let error = (8.0 + sigma * (x + length)) * f64::EPSILON;
+            prop_assert!((parts - whole).abs() <= error * whole);
+            let far = sigma * (x + length);
+            let linear = between(sigma * x, far, length);
+            // The difference of the depths loses what they have in common.
+            let lost = 4.0 * f64::EPSILON * (1.0 + far);
+            prop_assert!((linear - whole).abs() <= lost * whole);
+            prop_assert_eq!(linear, between(far, sigma * x, length));
+            prop_assert!(whole <= open_air(sigma, x, f64::INFINITY) * (1.0 + error));
+            let single = f64::from(open_air(sigma as f32, x as f32, length as f32));
+            let error = f64::from(f32::EPSILON) * (8.0 + 2.0 * sigma * x);
+            prop_assert!(whole < 1e-37 || (single / whole - 1.0).abs() < error);
+        }
+    }
+
+    #[test]
+    fn limits_are_finite() {
+        assert_eq!(open_air(0.0, 3.0, 2.0), 2.0);
+        assert_eq!(open_air(0.0, 3.0, f64::INFINITY), 0.0);
+        assert_eq!(open_air(0.5, 0.0, f64::INFINITY), 2.0);
+        assert_eq!(open_air(0.5, 3.0, 0.0), 0.0);
+        assert_eq!(open_air(f32::NAN, 3.0, 1.0), 0.0);
+        assert_eq!(open_air(0.5, f32::INFINITY, 1.0), 0.0);
+        assert_eq!(between(1e6, 0.0, 3.0), 3e-6);
+        assert_eq!(between(0.0, f64::INFINITY, 3.0), 0.0);
+        assert_eq!(between(f64::INFINITY, f64::INFINITY, 3.0), 0.0);
+        assert_eq!(between(0.25, 0.25, 3.0), 3.0 * (-0.25_f64).exp());
+    }
+
+    #[test]
+    fn daylight_is_the_sum_of_both_scatterers() {
+        let air = Daylight::new([5.8e-6, 13.5e-6, 33.1e-6], [2e-5; 3], 0.8).unwrap();
+        let angle = ScatteringAngle::from_cos(0.3);
+        let light = air.in_scattered([1.0, 2.0, 3.0], angle, 1e4);
+        for (c, beta) in [5.8e-6, 13.5e-6, 33.1e-6].into_iter().enumerate() {
+            let molecules = 3.0 / (16.0 * PI) * beta * (1.0 + 0.09);
+            let base: f64 = 1.0 + 0.64 - 1.6 * 0.3;
+            let dust = 2e-5 * 0.36 / (4.0 * PI * base.powf(1.5));
+            let beta = beta + 2e-5;
+            let expected =
+                (c as f64 + 1.0) * (molecules + dust) / beta * (1.0 - (-beta * 1e4).exp());
+            assert!((f64::from(light[c]) / expected - 1.0).abs() < 1e-6);
+            let through = f64::from(air.transmittance(1e4)[c]);
+            assert!((through / (-beta * 1e4).exp() - 1.0).abs() < 1e-6);
+        }
+        // An endless clear sky is as bright as everything that is scattered.
+        let sky = air.in_scattered([1.0; 3], angle, f32::INFINITY);
+        assert!(sky.iter().all(|value| value.is_finite() && *value > 0.0));
+    }
+
+    #[test]
+    fn vacuum_is_dark_and_bad_coefficients_are_named() {
+        let vacuum = Daylight::new([0.0; 3], [0.0; 3], 0.0).unwrap();
+        let angle = ScatteringAngle::from_cos(0.3);
+        assert_eq!(
+            vacuum.in_scattered([1.0; 3], angle, f32::INFINITY),
+            [0.0; 3]
+        );
+        assert_eq!(vacuum.transmittance(f32::INFINITY), [1.0; 3]);
+        assert!(Daylight::new([-1.0, 0.0, 0.0], [0.0; 3], 0.0).is_err());
+        assert!(Daylight::new([0.0; 3], [f32::NAN; 3], 0.0).is_err());
+        assert!(Daylight::new([0.0; 3], [0.0; 3], 1.0).is_err());
+    }
+}

@@ -1,0 +1,169 @@
+//! Pieces of a segment over each of which one Gauss–Legendre rule is good.
+
+use super::Node;
+use crate::side::{Kind, Side};
+use crate::{ScatteringAngle, gauss};
+
+/// A Gauss–Legendre rule in single precision.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Rule {
+    /// Nodes in (0, 1) and weights that sum to 1.
+    nodes: Vec<(f32, f32)>,
+}
+
+impl Rule {
+    pub(super) fn of(count: u32) -> Self {
+        let nodes = gauss::Rule::of(count)
+            .iter()
+            .map(|(node, weight)| (node as f32, weight as f32))
+            .collect();
+        Self { nodes }
+    }
+
+    pub(super) fn nodes(&self) -> &[(f32, f32)] {
+        &self.nodes
+    }
+}
+
+/// A part of a [`Side`], in single precision: everything that was a
+/// difference has been formed.
+///
+/// With `t` from 0 to 1, and `f = α t / (1 − (1−α) t)` from 0 to 1 as well,
+/// which puts the geometric mean of the ends of `b` in the middle, everything
+/// of the side is linear in `f`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    alpha: f32,
+    a: f32,
+    reversed: bool,
+    /// b and its change.
+    b: [f32; 2],
+    /// Optical depth since the start of the segment, and its change.
+    depth: [f32; 2],
+    /// `o` from the end that is nearer to the eye, `base + o`, and their
+    /// changes.
+    offset: [f32; 2],
+    rest: [f32; 2],
+    /// The distance from the start of the segment is
+    /// `way[0] + o (way[1] + way[2] / (base + o))`.
+    way: [f32; 3],
+    scale: f32,
+}
+
+/// What a piece covers, for the choice of its rule: with `n` nodes the error
+/// falls like `ρ^{−2n}`, where ρ is the sum of the half-axes of the largest
+/// ellipse around the piece, with foci at its ends, that is free of poles.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Span {
+    /// `1/ρ` if `b` is shifted by the width of a peak, with the poles of p at
+    /// 45° to it.
+    shifted: f64,
+    /// `1/ρ` behind the foot point, where there may be a double pole at 0.
+    behind: f64,
+    /// Change of the exponent.
+    depth: f64,
+}
+
+impl Span {
+    /// Over which a rule has this relative error. The constants were fitted to
+    /// measured errors, see the tests.
+    pub(super) fn of_rule(nodes: u32, error: f64) -> Self {
+        let order = f64::from(2 * nodes);
+        let factorial: f64 = (1..=2 * nodes).map(f64::from).product();
+        Self {
+            shifted: (error / 100.0).powf(1.0 / order),
+            behind: (error / 100.0).powf(1.0 / order),
+            // The error of the rule for e^{−x} is (depth/4)^{2n} 2 / (2n)!.
+            depth: 4.0 * (error * factorial / 20.0).powf(1.0 / order),
+        }
+    }
+
+    /// Of pieces over which `b` grows by a factor.
+    pub(super) fn largest(growth: f64, depth: f64) -> Self {
+        // With the sliver at the end.
+        let alpha = (1.1 * growth).sqrt().recip();
+        Self {
+            shifted: Self::new(alpha, depth, Kind::Front).shifted,
+            behind: Self::new(alpha, depth, Kind::Behind).behind,
+            depth: 1.1 * depth,
+        }
+    }
+
+    /// Of a piece with `√(b_a/b_b) = alpha`.
+    fn new(alpha: f64, depth: f64, kind: Kind) -> Self {
+        /// tan(π/8)
+        const TANGENT: f64 = std::f64::consts::SQRT_2 - 1.0;
+        // With z from −1 to 1, b is proportional to (1 + kz) / (1 − kz).
+        let k = ((1.0 - alpha) / (1.0 + alpha)).abs();
+        let mut span = Self {
+            depth,
+            ..Self::default()
+        };
+        if kind == Kind::Behind {
+            // b = 0 is at z = −1/k.
+            span.behind = k / (1.0 + (1.0 - k * k).max(0.0).sqrt());
+        } else {
+            // b = i^{1/2} is at z = i tan(π/8) / k.
+            span.shifted = k / (TANGENT + (TANGENT * TANGENT + k * k).sqrt());
+        }
+        span
+    }
+
+    /// Whether it is no more than `most`.
+    pub(super) fn within(&self, most: &Self) -> bool {
+        self.shifted <= most.shifted && self.behind <= most.behind && self.depth <= most.depth
+    }
+}
+
+impl Piece {
+    /// From `start` to `end` of a side in units of `unit` metres.
+    pub(super) fn new(side: &Side, start: f64, end: f64, unit: f64) -> (Self, Span) {
+        let width = end - start;
+        let (b, b_end) = (side.b(start), side.b(end));
+        let alpha = ((b + side.finest) / (b_end + side.finest)).sqrt();
+        // On every side x grows by half of what t and h²/t do.
+        let half = 0.5 * unit / side.scale;
+        let squares = [side.unit * side.unit, side.a * side.a];
+        let (way, offset) = match side.kind {
+            Kind::Front => ([half * squares[0], half], [start, width]),
+            Kind::Behind => ([half, half * squares[1]], [start, width]),
+            Kind::Thin => ([half * squares[0], half], [side.extent - start, -width]),
+        };
+        let single = |pair: [f64; 2]| pair.map(|value| value as f32);
+        let piece = Self {
+            alpha: alpha as f32,
+            a: side.a as f32,
+            reversed: side.kind == Kind::Thin,
+            b: single([b, side.unit * width]),
+            depth: single([side.depth + side.rate * start, side.rate * width]),
+            offset: single(offset),
+            rest: single([side.base + start, width]),
+            way: [(unit * side.offset) as f32, way[0] as f32, way[1] as f32],
+            scale: (2.0 * side.scale * width) as f32,
+        };
+        let span = Span::new(alpha, side.rate * width, side.kind);
+        (piece, span)
+    }
+
+    /// The node at `t`, with the weight per weight in `t`, in units of the
+    /// segment, and the optical depth since its start.
+    pub(super) fn at(&self, t: f32) -> (Node, f32) {
+        let denominator = 1.0 - (1.0 - self.alpha) * t;
+        let jacobian = self.alpha / (denominator * denominator);
+        let f = self.alpha * t / denominator;
+        let along = |[start, change]: [f32; 2]| start + change * f;
+        let (a, b) = (self.a, along(self.b));
+        let angle = if self.reversed {
+            ScatteringAngle::from_half_tangent(a, b)
+        } else {
+            ScatteringAngle::from_half_tangent(b, a)
+        };
+        let way = along(self.offset) * (self.way[1] + self.way[2] / along(self.rest));
+        let node = Node {
+            distance: self.way[0] + way,
+            weight: self.scale * jacobian / (a * a + b * b),
+            angle,
+        };
+        (node, along(self.depth))
+    }
+}

@@ -1,0 +1,263 @@
+//! What must hold of [`Quadrature`].
+
+use super::*;
+use crate::Exact;
+use crate::stiff;
+
+/// Phase functions with the rounding that single precision has next to their
+/// peaks: some 10 roundings on the way to `tan(θ/2)`, raised to the third
+/// power at a peak.
+const PHASES: [(PhaseFunction, f64); 9] = [
+    (PhaseFunction::Isotropic, 1e-6),
+    (PhaseFunction::Rayleigh, 1e-6),
+    (PhaseFunction::HenyeyGreenstein { g: 0.6 }, 1e-6),
+    (PhaseFunction::HenyeyGreenstein { g: 0.99 }, 4e-6),
+    (PhaseFunction::HenyeyGreenstein { g: -0.99 }, 4e-6),
+    (PhaseFunction::HenyeyGreenstein { g: -0.9 }, 4e-6),
+    (PhaseFunction::Schlick { k: 0.95 }, 4e-6),
+    (PhaseFunction::CornetteShanks { g: 0.9 }, 4e-6),
+    (PhaseFunction::CornetteShanks { g: -0.8 }, 4e-6),
+];
+
+/// The largest relative error over the stiff cases, and where.
+fn worst(quadrature: &Quadrature, truths: &[(f32, Segment, f64)]) -> (f64, usize) {
+    let mut worst = (0.0, 0);
+    for (index, (sigma_t, segment, truth)) in truths.iter().enumerate() {
+        let error = (f64::from(quadrature.airlight(*sigma_t, segment)) / truth - 1.0).abs();
+        if !(error <= worst.0) {
+            worst = (error, index);
+        }
+    }
+    worst
+}
+
+fn truths(phase: PhaseFunction, number: usize) -> Vec<(f32, Segment, f64)> {
+    let exact = Exact::new(phase).unwrap();
+    stiff::cases(number)
+        .into_iter()
+        .map(|(sigma_t, segment)| {
+            let truth = exact.airlight(sigma_t.into(), &segment.into());
+            (sigma_t, segment, truth)
+        })
+        .filter(|(.., truth)| *truth > f64::from(f32::MIN_POSITIVE) && *truth < 1e38)
+        .collect()
+}
+
+#[test]
+fn every_tolerance_is_kept_wherever_the_result_is_normal() {
+    for (phase, rounding) in PHASES {
+        let truths = truths(phase, 4000);
+        for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+            let quadrature = Quadrature::with_tolerance(phase, tolerance).unwrap();
+            let (error, index) = worst(&quadrature, &truths);
+            assert!(
+                error <= f64::from(tolerance).max(rounding),
+                "{phase:?} {tolerance}: {error} at {:?}",
+                truths[index]
+            );
+        }
+    }
+}
+
+#[test]
+fn fixed_numbers_of_nodes_have_their_documented_errors() {
+    let table = [
+        (2, 8e-2, 3e-1),
+        (3, 8e-3, 4e-2),
+        (4, 8e-4, 2e-2),
+        (5, 7e-5, 2e-3),
+        (6, 6e-6, 4e-4),
+        (7, 1e-6, 1e-4),
+        (8, 1e-6, 2e-5),
+        (10, 1e-6, 4e-6),
+    ];
+    for (phase, _) in PHASES {
+        let truths = truths(phase, 4000);
+        for (nodes, smooth, sharp) in table {
+            let quadrature = Quadrature::fixed(phase, nodes).unwrap();
+            let (error, index) = worst(&quadrature, &truths);
+            let allowed = if phase.peaks() == [1.0, 1.0] {
+                smooth
+            } else {
+                sharp
+            };
+            assert!(
+                error <= allowed,
+                "{phase:?} {nodes}: {error} at {:?}",
+                truths[index]
+            );
+        }
+    }
+}
+
+#[test]
+fn few_nodes_are_enough() {
+    let quadrature = Quadrature::with_tolerance(PhaseFunction::Isotropic, 1e-4).unwrap();
+    let mut total = 0;
+    let cases = stiff::cases(10_000);
+    for (sigma_t, segment) in &cases {
+        let count = quadrature.nodes(*sigma_t, segment).count();
+        assert!((1..=60).contains(&count), "{count} {sigma_t} {segment:?}");
+        total += count;
+    }
+    assert!(total < 12 * cases.len(), "{total}");
+    // A step of a march.
+    let step = Segment {
+        x: 3.0,
+        s: -2.0,
+        h: 1.0,
+        length: 0.01,
+    };
+    assert_eq!(quadrature.nodes(0.1, &step).count(), 1);
+}
+
+#[test]
+fn nodes_lie_on_the_segment_and_know_the_inverse_square() {
+    let quadrature = Quadrature::fixed(PhaseFunction::Isotropic, 10).unwrap();
+    let exact = Exact::new(PhaseFunction::Isotropic).unwrap();
+    for (sigma_t, segment) in stiff::cases(3000) {
+        for sigma_t in [0.0, sigma_t] {
+            let mut airlight = 0.0;
+            for node in quadrature.nodes(sigma_t, &segment) {
+                let distance = node.distance;
+                assert!(
+                    (0.0..=segment.length).contains(&distance),
+                    "{segment:?}: {node:?}"
+                );
+                // The integrand from the distance alone, in f64.
+                let [x, s, h] = [segment.x, segment.s, segment.h].map(f64::from);
+                let s = s + f64::from(distance);
+                let way = x + f64::from(distance) + s.hypot(h);
+                airlight += f64::from(node.weight) * (-f64::from(sigma_t) * way).exp();
+            }
+            airlight *= 0.25 / std::f64::consts::PI;
+            let truth = exact.airlight(sigma_t.into(), &segment.into());
+            // The rounding of the distance counts by the exponent.
+            let reach = f64::from(segment.x + segment.s.abs() + segment.h);
+            let error = 1e-6
+                + 2e-7
+                    * f64::from(sigma_t)
+                    * (reach + 20.0 / f64::from(sigma_t).max(1e-30)).min(1e30);
+            if truth > 1e-37 && truth < 1e38 {
+                assert!(
+                    (airlight / truth - 1.0).abs() < error,
+                    "{sigma_t} {segment:?}: {airlight} {truth}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_add_up_to_the_whole() {
+    let phase = PhaseFunction::HenyeyGreenstein { g: 0.8 };
+    let quadrature = Quadrature::with_tolerance(phase, 1e-5).unwrap();
+    for (sigma_t, segment) in stiff::cases(3000) {
+        let length = if segment.length.is_finite() {
+            0.3 * segment.length
+        } else {
+            segment.s.abs() + segment.h
+        };
+        let end = segment.s + length;
+        let first = Segment {
+            length: end - segment.s,
+            ..segment
+        };
+        let second = Segment {
+            x: segment.x + first.length,
+            s: end,
+            length: segment.length - first.length,
+            ..segment
+        };
+        // Where the ends can be had without rounding.
+        let same_end = end + second.length == segment.s + segment.length;
+        let exact = f64::from(second.x) == f64::from(segment.x) + f64::from(first.length);
+        if end - first.length == segment.s && same_end && exact {
+            let [a, b, whole] =
+                [first, second, segment].map(|part| quadrature.airlight(sigma_t, &part));
+            if whole > 1e-36 {
+                assert!(
+                    ((a + b) / whole - 1.0).abs() < 3e-5,
+                    "{sigma_t} {segment:?}: {a} {b} {whole}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn degenerate_segments_have_their_documented_values() {
+    let good = Segment {
+        x: 1.0,
+        s: -1.0,
+        h: 0.5,
+        length: 2.0,
+    };
+    let quadrature = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
+    assert!(quadrature.airlight(0.3, &good) > 0.0);
+    let through = Segment { h: 0.0, ..good };
+    assert_eq!(quadrature.airlight(0.3, &through), f32::INFINITY);
+    assert_eq!(quadrature.nodes(0.3, &through).count(), 0);
+    for bad in [
+        Segment {
+            length: 0.0,
+            ..good
+        },
+        Segment {
+            length: f32::NAN,
+            ..good
+        },
+        Segment {
+            s: f32::NAN,
+            ..good
+        },
+        Segment {
+            x: f32::INFINITY,
+            ..good
+        },
+        Segment { h: -1.0, ..good },
+    ] {
+        assert_eq!(quadrature.airlight(0.3, &bad), 0.0, "{bad:?}");
+        assert_eq!(quadrature.nodes(0.3, &bad).count(), 0, "{bad:?}");
+    }
+    assert_eq!(quadrature.airlight(f32::NAN, &good), 0.0);
+    assert_eq!(quadrature.airlight(1e6, &good), 0.0);
+}
+
+#[test]
+fn extreme_magnitudes_are_never_nan() {
+    let sizes = [0.0, 1e-45, 1e-38, 1e-20, 1.0, 1e20, f32::MAX];
+    for phase in [
+        PhaseFunction::Isotropic,
+        PhaseFunction::HenyeyGreenstein { g: -0.999_999_94 },
+    ] {
+        let quadrature = Quadrature::with_tolerance(phase, 1e-6).unwrap();
+        for sigma_t in sizes {
+            for s in sizes.into_iter().flat_map(|s| [s, -s]) {
+                for h in sizes {
+                    for length in sizes.into_iter().chain([f32::INFINITY]) {
+                        let segment = Segment {
+                            x: 1.0,
+                            s,
+                            h,
+                            length,
+                        };
+                        let value = quadrature.airlight(sigma_t, &segment);
+                        assert!(value >= 0.0, "{sigma_t} {segment:?}: {value}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let phase = PhaseFunction::Isotropic;
+    assert!(Quadrature::fixed(phase, 0).is_err() && Quadrature::fixed(phase, 5000).is_err());
+    for tolerance in [0.0, 1e-9, 0.5, f32::NAN] {
+        assert!(Quadrature::with_tolerance(phase, tolerance).is_err());
+    }
+    let bad = PhaseFunction::HenyeyGreenstein { g: 1.0 };
+    assert!(Quadrature::fixed(bad, 8).is_err());
+}

@@ -1,0 +1,262 @@
+//! One side of the foot point in a variable that no limit spoils.
+
+use crate::exact::Segment64;
+
+/// A segment in units of the distance of its start from the light, so that
+/// squares stay in range.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scaled {
+    /// The unit, m.
+    pub(crate) unit: f64,
+    /// Extinction per unit.
+    pub(crate) sigma: f64,
+    /// Start, end and the distance between ray and light.
+    pub(crate) s: f64,
+    pub(crate) end: f64,
+    pub(crate) h: f64,
+    pub(crate) length: f64,
+    /// Distance of the end from the light.
+    pub(crate) end_distance: f64,
+    /// Optical depth of the way from the light by the start to the eye.
+    pub(crate) depth: f64,
+}
+
+/// What there is to integrate.
+#[derive(Debug)]
+pub(crate) enum Extent {
+    /// Nothing: a length of 0, numbers that are no lengths, or no light.
+    Empty,
+    /// The light is on the segment.
+    MeetsLight,
+    /// Anything else.
+    Ordinary(Scaled),
+}
+
+/// Distance from the light, relative to that of the start, below which its
+/// square is no longer a number.
+const NEAREST: f64 = 1e-150;
+
+/// Optical depth that leaves nothing, even of the smallest f64.
+const OPAQUE: f64 = 750.0;
+
+impl Scaled {
+    /// `segment` in units of the distance of its start from the light.
+    pub(crate) fn of(sigma_t: f64, segment: &Segment64) -> Extent {
+        let Segment64 { x, s, h, length } = *segment;
+        let lengths = x.is_finite() && s.is_finite() && h >= 0.0 && h.is_finite() && length > 0.0;
+        if !(lengths && sigma_t >= 0.0 && sigma_t.is_finite()) {
+            return Extent::Empty;
+        }
+        // The sum first: it is exact where the end is next to the light.
+        let end = s + length;
+        let unit = distance(s, h);
+        if h <= NEAREST * unit && s <= 0.0 && end >= 0.0 {
+            return Extent::MeetsLight;
+        }
+        let depth = sigma_t * x + sigma_t * unit;
+        if !(unit.is_finite() && depth < OPAQUE) {
+            return Extent::Empty;
+        }
+        let (end, h) = (end / unit, h / unit);
+        // An end that is out of range has no inverse square that counts.
+        let length = if end.is_finite() {
+            length / unit
+        } else {
+            f64::INFINITY
+        };
+        Extent::Ordinary(Self {
+            unit,
+            sigma: sigma_t * unit,
+            s: s / unit,
+            end,
+            h,
+            length,
+            end_distance: distance(end, h),
+            depth,
+        })
+    }
+}
+
+/// `√(s² + h²)`, and in the usual range without the care of `hypot`.
+fn distance(s: f64, h: f64) -> f64 {
+    let square = s * s + h * h;
+    if square > 1e-280 && square < 1e280 {
+        square.sqrt()
+    } else {
+        s.hypot(h)
+    }
+}
+
+/// Which variable a [`Side`] has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// `q`, in front of the foot point.
+    Front,
+    /// `t`, behind it.
+    Behind,
+    /// `1/t`, behind it and without absorption; `b` is 0 in the backward
+    /// direction.
+    Thin,
+}
+
+/// The part of a segment on one side of the foot point, as an integral over
+/// `o` from 0 to `extent`, in units of the distance of the segment's start:
+///
+/// ```text
+/// ∫ p e^{−Y} dx / d² = ∫ 2 scale p e^{−Y} / (a² + b²) do
+/// b = unit (base + o),   tan(θ/2) = b/a (or a/b),   Y = depth + rate o
+/// ```
+///
+/// Behind the foot point `1 + o` is the growth of `t = s + d` from its first
+/// value, with `b/a = t/h`: since `dx / d² = 2 dt / (h² + t²)` and `x + d`
+/// grows as `t` does, the inverse square and the exponent are both elementary
+/// in it. In front, where `t = h² / (d − s)` tells nothing if `h` is 0, it is
+/// the growth of `q = 1 / (d − s)`, with `b = h q` and `a = 1`. Without
+/// absorption a far end need not be cut off; there it is the growth of `1/t`
+/// from the far end on, against the direction of the ray, with `b = h/t`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Side {
+    pub(crate) a: f64,
+    pub(crate) unit: f64,
+    pub(crate) base: f64,
+    pub(crate) kind: Kind,
+    pub(crate) scale: f64,
+    pub(crate) depth: f64,
+    pub(crate) rate: f64,
+    /// May be infinite if `rate` is positive.
+    pub(crate) extent: f64,
+    /// The scale of `b` below which the integrand no longer changes.
+    pub(crate) finest: f64,
+    /// Way from the start of the segment to the start of the side.
+    pub(crate) offset: f64,
+}
+
+/// Width of the sharpest peak that is looked for; it is as sharp as g next to 1
+/// in single precision.
+const SHARPEST: f64 = 1e-9;
+
+impl Side {
+    /// The sides of a segment; `peaks` as in
+    /// [`Phase::peaks`](crate::Phase::peaks). Absorption behind the foot point
+    /// is ignored if `sigma` of the segment is below `thin`, which changes the
+    /// result by about `−thin ln(thin)` of itself.
+    pub(crate) fn both(
+        segment: &Scaled,
+        peaks: [f64; 2],
+        thin: f64,
+    ) -> impl Iterator<Item = Self> + use<> {
+        let Scaled {
+            sigma,
+            s,
+            end,
+            h,
+            length,
+            end_distance,
+            ..
+        } = *segment;
+        let peaks = peaks.map(|peak| if peak > SHARPEST { peak } else { SHARPEST });
+
+        let mut depth = 0.0;
+        let front = (s < 0.0).then(|| {
+            let (length, end, distance) = if end < 0.0 {
+                (length, end, end_distance)
+            } else {
+                (-s, 0.0, h)
+            };
+            let first = 1.0 / (1.0 - s);
+            let ratio = (1.0 - s) / (distance - end);
+            let extent = length * ((1.0 + ratio) / (1.0 + distance));
+            let rate = sigma * h * h * first;
+            depth = rate * extent;
+            Self {
+                a: 1.0,
+                unit: h * first,
+                base: 1.0,
+                kind: Kind::Front,
+                scale: first,
+                depth: 0.0,
+                rate,
+                extent,
+                finest: peaks[0],
+                offset: 0.0,
+            }
+        });
+
+        let behind = (end > 0.0).then(|| {
+            let (length, start, distance, offset) = if s < 0.0 {
+                (end, 0.0, h, -s)
+            } else {
+                (length, s, 1.0, 0.0)
+            };
+            let first = start + distance;
+            let finite = length.is_finite();
+            if sigma < thin {
+                let (base, extent) = if finite {
+                    let base = first / (end + end_distance);
+                    (base, length * ((base + 1.0) / (distance + end_distance)))
+                } else {
+                    (0.0, 1.0)
+                };
+                return Self {
+                    a: 1.0,
+                    unit: h / first,
+                    base,
+                    kind: Kind::Thin,
+                    scale: 1.0 / first,
+                    depth,
+                    rate: 0.0,
+                    extent,
+                    finest: peaks[1],
+                    offset,
+                };
+            }
+            let extent = if finite {
+                length * ((1.0 + (end + end_distance) / first) / (distance + end_distance))
+            } else {
+                f64::INFINITY
+            };
+            Self {
+                a: h / first,
+                unit: 1.0,
+                base: 1.0,
+                kind: Kind::Behind,
+                scale: 1.0 / first,
+                depth,
+                rate: sigma * first,
+                extent,
+                finest: 0.0,
+                offset,
+            }
+        });
+        front.into_iter().chain(behind)
+    }
+
+    /// `b` at `o`.
+    pub(crate) fn b(&self, o: f64) -> f64 {
+        self.unit * (self.base + o)
+    }
+
+    /// The end of a piece from `o` on over which the integrand is smooth.
+    ///
+    /// Poles of the integrand have `b` imaginary, so that `b` may change by a
+    /// factor of `growth` over a piece; below the width of the sharpest peak
+    /// it does not matter any more. The exponent may grow by `fade`, or, where
+    /// nothing much is left of the exponential, by a factor of 2.
+    pub(crate) fn next(&self, o: f64, growth: f64, fade: f64) -> f64 {
+        let mut width = (growth - 1.0) * (self.b(o) + self.finest) / self.unit;
+        if self.rate > 0.0 {
+            width = width.min((self.rate * o).max(fade) / self.rate);
+        }
+        // A little more at the end, to leave no sliver.
+        if width > 0.0 && self.extent - o > 1.1 * width {
+            o + width
+        } else {
+            self.extent
+        }
+    }
+
+    /// Whether light is left at `o`, of which `opacity` leaves nothing.
+    pub(crate) fn reaches(&self, o: f64, opacity: f64) -> bool {
+        o < self.extent && self.depth + self.rate * o < opacity
+    }
+}
