@@ -125,7 +125,9 @@ impl Lookup {
         let (less, more) = if behind { (across, w) } else { (w, across) };
         // On the axis in front of the light both are 0, and so is b.
         let row: Row = self.axes.row(less, more + f32::MIN_POSITIVE, behind);
-        let index = (row.index + crate::simd::ROUND).to_bits() - crate::simd::ROUND.to_bits();
+        // Lengths that are none give any index.
+        let index = (row.index + crate::simd::ROUND).to_bits();
+        let index = index.wrapping_sub(crate::simd::ROUND.to_bits());
         (index.min(self.axes.all_rows() - 1), row.beta)
     }
 }
