@@ -69,6 +69,11 @@ impl SunTable {
         }
     }
 
+    /// Memory of the table, bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.values.as_slice())
+    }
+
     fn build(largest: f32) -> Self {
         let last = (SIDE - 1) as f64;
         let step = std::f64::consts::FRAC_PI_2 / last;

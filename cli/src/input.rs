@@ -219,13 +219,7 @@ pub(crate) fn describe_medium(medium: Option<&Medium>) -> String {
             format!("({}, {}, {})", text(value.x), text(value.y), text(value.z))
         }
     };
-    let phase = match medium.phase() {
-        PhaseFunction::Isotropic => "isotropic".into(),
-        PhaseFunction::Rayleigh => "Rayleigh".into(),
-        PhaseFunction::HenyeyGreenstein { g } => format!("Henyey-Greenstein, g = {g}"),
-        PhaseFunction::CornetteShanks { g } => format!("Cornette-Shanks, g = {g}"),
-        PhaseFunction::Schlick { k } => format!("Schlick, k = {k}"),
-    };
+    let phase = describe_phase(medium.phase());
     let place = if medium.bounds().is_some() {
         "in a box"
     } else {
@@ -236,4 +230,15 @@ pub(crate) fn describe_medium(medium: Option<&Medium>) -> String {
         coefficient(medium.sigma_s()),
         coefficient(medium.sigma_a())
     )
+}
+
+/// The phase function in words.
+pub(crate) fn describe_phase(phase: PhaseFunction) -> String {
+    match phase {
+        PhaseFunction::Isotropic => "isotropic".into(),
+        PhaseFunction::Rayleigh => "Rayleigh".into(),
+        PhaseFunction::HenyeyGreenstein { g } => format!("Henyey-Greenstein, g = {g}"),
+        PhaseFunction::CornetteShanks { g } => format!("Cornette-Shanks, g = {g}"),
+        PhaseFunction::Schlick { k } => format!("Schlick, k = {k}"),
+    }
 }

@@ -44,7 +44,10 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
     assert!(text.contains("crepuscular-report"), "{text}");
     assert_eq!(names(place.path()), ["crepuscular-report"]);
     let report = place.path().join("crepuscular-report");
-    assert_eq!(names(&report), ["index.html", "results.csv"]);
+    assert_eq!(
+        names(&report),
+        ["airlight.csv", "index.html", "results.csv"]
+    );
 
     let csv = std::fs::read_to_string(report.join("results.csv")).unwrap();
     let mut lines = csv.lines();

@@ -20,6 +20,8 @@ pub enum Allowed {
     ExactEnds,
     /// The airlight by quadrature with many nodes and the oracle's.
     Quadrature,
+    /// The exact airlight of a segment, and the oracle's.
+    ExactAirlight,
     /// The airlight by an evaluator that keeps a tolerance of 1e-5, and the
     /// oracle's.
     Evaluator,
@@ -100,6 +102,12 @@ pub const TABLE: &[Tolerance] = &[
             average of one sign, which outweighs those of exp(-tau) (tau × 2^-24, and where tau \
             exceeds 20 the light is outshone by nearer parts) and of the phase function. A kink \
             inside the interval costs 512^-2 = 4e-6 besides.",
+    },
+    Tolerance {
+        what: Allowed::ExactAirlight,
+        error: 2e-9,
+        derivation: "The oracle is asked for 1e-9 of the value, the evaluator for 1e-12; as \
+            much again, because the oracle's bound is an estimate.",
     },
     Tolerance {
         what: Allowed::Evaluator,

@@ -139,7 +139,8 @@ pub(super) fn table<P: Phase>(phase: &P, kibibytes: u32) -> Table {
         if error < best.0 {
             best = (error, table.rule.clone());
         }
-        if error < lookup.max(1e-5) {
+        // More would be wasted on what lookups get wrong by as much.
+        if error < long.max(1e-5) {
             break;
         }
     }
@@ -167,6 +168,13 @@ fn lookup_error<P: Phase>(table: &Table, tail: &Tail<'_, P>) -> f64 {
     worst
 }
 
+/// Lengths of parts in distances of their start from the light. Those to the
+/// foot point and a little beyond are the hardest where the ray all but meets
+/// the light.
+const LENGTHS: [f32; 12] = [
+    0.05, 0.2, 0.5, 0.8, 0.9, 0.99, 1.0, 1.01, 1.1, 2.0, 5.0, 20.0,
+];
+
 /// Parts that are integrated, each with its extinction and its airlight.
 fn short_parts<P: Phase>(table: &Table, tail: &Tail<'_, P>) -> Vec<(f32, Segment, f64)> {
     let mut parts = Vec::new();
@@ -180,7 +188,7 @@ fn short_parts<P: Phase>(table: &Table, tail: &Tail<'_, P>) -> Vec<(f32, Segment
             let half = 10_f32.powf((step as f32 - 19.5) / 6.5);
             let d = 0.5 * (1.0 + half * half);
             let (s, h) = (0.5 * (half * half - 1.0) / d, half / d);
-            for length in [0.05, 0.2, 0.5, 0.9, 1.1, 2.0, 5.0, 20.0] {
+            for length in LENGTHS {
                 let segment = Segment {
                     x: 0.0,
                     s,

@@ -1,6 +1,7 @@
 //! The comparison: every applicable method at every quality, its error against
 //! the converged reference and its time.
 
+pub(crate) mod alone;
 mod backends;
 mod budget;
 mod csv;
@@ -11,24 +12,25 @@ mod selection;
 mod trial;
 
 use gpu_backend::Cpu;
+use lighting::Emitter;
 
 use crate::args::Compare;
 use crate::engine::affordable_resolution;
 use crate::failure::Failure;
 use crate::format::{count, seconds};
-use crate::input::describe_medium;
+use crate::input::{describe_medium, describe_phase};
 use crate::output::PendingFolder;
 use crate::picture::Picture;
 use crate::print::{complain, print};
 use crate::{progress, report};
 use budget::Budget;
 use prepare::Prepared;
-use results::{Pictures, Results};
+use results::{LeftOut, Pictures, Results};
 use selection::{check_names, dropped};
 use trial::{Found, try_out};
 
 /// The files of a report; the first one carries the mark.
-const FILES: [&str; 2] = ["index.html", "results.csv"];
+const FILES: [&str; 3] = ["index.html", "results.csv", "airlight.csv"];
 
 /// Runs `crepuscular compare`.
 pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
@@ -54,6 +56,7 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     let spinner = progress::spinner("writing the report");
     folder.write(FILES[0], report::page(&results)?.as_bytes())?;
     folder.write(FILES[1], csv::write(&results).as_bytes())?;
+    folder.write(FILES[2], alone::csv(&results.alone).as_bytes())?;
     let place = folder.finish()?;
     spinner.finish_and_clear();
     let mut text = String::new();
@@ -78,9 +81,19 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
     let mut notes = Vec::new();
     let mut shadow_maps = "none".to_owned();
     let mut found = Found::nothing(&prepared);
+    let mut alone = Vec::new();
+    let mut left_out = Vec::new();
     if let (Some(medium), false) = (prepared.input.scene.medium, candidates.is_empty()) {
         let map = map_resolution(args, &prepared, &mut notes);
         shadow_maps = format!("{map} texels per side");
+        if prepared.emitters().iter().any(is_point) {
+            alone = alone::judge_all(medium.phase(), args.quick)?;
+        } else {
+            left_out.push(LeftOut {
+                what: "airlight alone".into(),
+                why: "no light at a point; that of a sun has a closed form".into(),
+            });
+        }
         let asked = prepared.frame.size;
         // The estimate of the first pass may reduce the picture; the second
         // pass takes it as it is.
@@ -109,13 +122,17 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
         &input.emitters,
         input.scene.medium.as_ref(),
     );
-    let mut left_out = prepared.selection.left_out.clone();
+    left_out.extend(prepared.selection.left_out.iter().cloned());
     left_out.extend(found.outcome.left_out);
     Ok(Results {
         scene: input.scene.name.clone(),
         light: input.light_kinds(),
         lights: input.lights(),
         medium: describe_medium(input.scene.medium.as_ref()),
+        phase: input
+            .scene
+            .medium
+            .map_or_else(String::new, |medium| describe_phase(medium.phase())),
         triangles: input.geometry.triangles().len(),
         size,
         shadow_maps,
@@ -131,8 +148,13 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
             methods: found.outcome.pictures,
         },
         measurements: found.outcome.measurements,
+        alone,
         seconds_total: budget.elapsed(),
     })
+}
+
+fn is_point(emitter: &Emitter) -> bool {
+    matches!(emitter, Emitter::Point(_))
 }
 
 /// Texels per side of the shadow maps, reduced if there are many lights.

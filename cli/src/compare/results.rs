@@ -1,5 +1,6 @@
 //! What a comparison found: plain data between measuring and reporting.
 
+use super::alone::Alone;
 use crate::methods::Method;
 use crate::parse::Size;
 use crate::picture::Picture;
@@ -15,6 +16,8 @@ pub(crate) struct Results {
     pub(crate) lights: String,
     /// The medium in words.
     pub(crate) medium: String,
+    /// Its phase function in words.
+    pub(crate) phase: String,
     /// Number of triangles.
     pub(crate) triangles: usize,
     /// Size of the picture that was measured.
@@ -33,6 +36,8 @@ pub(crate) struct Results {
     pub(crate) backends: Vec<String>,
     pub(crate) reference: ReferenceFacts,
     pub(crate) measurements: Vec<Measurement>,
+    /// Evaluators of airlight by themselves.
+    pub(crate) alone: Vec<Alone>,
     /// None if there is no airlight.
     pub(crate) pictures: Pictures,
     /// Wall time of everything.
@@ -176,7 +181,30 @@ pub(crate) fn fastest_within<'a>(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::compare::alone::{Family, Judgement};
     use crate::methods::METHODS;
+
+    /// Two evaluators, one of which fails on stiff segments.
+    fn example_alone() -> Vec<Alone> {
+        let judgement = |worst: f64| Judgement {
+            worst,
+            median: 1e-6,
+            time: Times::of(&[1e-8, 2e-8]),
+        };
+        [
+            (Family::Table, "64 KiB", 1e-4),
+            (Family::Published, "512²", 10.0),
+        ]
+        .map(|(family, setting, worst)| Alone {
+            family,
+            setting: setting.into(),
+            bytes: 1 << 16,
+            seconds_build: 0.2,
+            easy: judgement(1e-5),
+            stiff: judgement(worst),
+        })
+        .to_vec()
+    }
 
     /// Results with a made-up error of 1/quality and a time of quality ms.
     pub(crate) fn example() -> Results {
@@ -210,6 +238,7 @@ pub(crate) mod tests {
             light: "point".into(),
             lights: "point light".into(),
             medium: "sigma_s 0.1".into(),
+            phase: "isotropic".into(),
             triangles: 12,
             size,
             shadow_maps: "one cube map".into(),
@@ -237,6 +266,7 @@ pub(crate) mod tests {
                 }],
             },
             measurements,
+            alone: example_alone(),
             seconds_total: 20.0,
         }
     }

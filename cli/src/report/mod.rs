@@ -1,5 +1,6 @@
 //! The page that shows a comparison: one HTML file that needs nothing else.
 
+mod alone;
 mod axis;
 mod chart;
 mod pictures;
@@ -36,6 +37,7 @@ pub(crate) fn page(results: &Results) -> Result<String, Failure> {
     tables::write_targets(&mut html, results);
     pictures::write(&mut html, results)?;
     tables::write_measurements(&mut html, results);
+    alone::write(&mut html, results);
     passes(&mut html, results);
     how_measured(&mut html, results);
     html.push_str("</body>\n</html>\n");

@@ -40,7 +40,10 @@ pub fn airlight(
     let start = s.hypot(h);
     // s + d without cancellation in front of the light.
     let ahead = |s: f64, d: f64| if s < 0.0 { h * (h / (d - s)) } else { s + d };
-    let depth_ahead = OPAQUE / sigma_t.max(f64::MIN_POSITIVE);
+    // On the way towards the light as much is lost in front as is gained
+    // behind: only behind its foot point does the depth grow for sure.
+    let in_front = (-s).max(0.0);
+    let depth_ahead = in_front + OPAQUE / sigma_t.max(f64::MIN_POSITIVE);
     // Without extinction what lies 1e20 of its distances behind the light is
     // 1e-20 of the whole.
     let end = length.min(depth_ahead).min(1e20 * (start + h));
@@ -77,7 +80,9 @@ pub fn airlight(
     }
     let mut depth = 0.5;
     while depth < OPAQUE {
-        edge(depth / sigma_t.max(f64::MIN_POSITIVE));
+        let way = depth / sigma_t.max(f64::MIN_POSITIVE);
+        edge(way);
+        edge(in_front + way);
         depth *= 2.0;
     }
     edges.sort_by(f64::total_cmp);
