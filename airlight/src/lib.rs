@@ -15,6 +15,7 @@ pub mod directional;
 mod emission;
 mod error;
 pub mod exact;
+mod frame_table;
 pub mod gauss;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
@@ -23,19 +24,25 @@ pub mod quadrature;
 mod real;
 mod segment;
 mod side;
+mod simd;
 mod step;
 #[cfg(test)]
 mod stiff;
+mod sun_table;
+mod table;
 
 pub use angle::ScatteringAngle;
 pub use emission::Emission;
 pub use error::Error;
 pub use exact::{Exact, Segment64};
+pub use frame_table::FrameTable;
 pub use phase::{Phase, PhaseFunction};
 pub use quadrature::Quadrature;
 pub use real::Real;
 pub use segment::Segment;
 pub use step::EvaluateAirlight;
+pub use sun_table::SunTable;
+pub use table::Table;
 
 /// Computes the airlight of segments.
 pub trait Evaluator: Sync {

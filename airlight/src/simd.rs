@@ -1,0 +1,155 @@
+//! What loops over batches have in common.
+//!
+//! A batch is worked off in blocks of [`LANES`] segments. Within a block every
+//! step is a loop over arrays that the compiler turns into vector
+//! instructions, compiled once for each level of instruction set and chosen
+//! when the program runs. No step fuses a multiplication with an addition, so
+//! that all levels, and a segment by itself, give the same bits.
+
+use std::f32::consts::LN_2;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::Segment;
+
+/// Segments in a block: a few vectors of any processor, so that the loops of
+/// a block overlap, and little enough for the first-level cache.
+pub(crate) const LANES: usize = 64;
+
+/// One value for each segment of a block, on a cache line of its own.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Lanes<T>(pub(crate) [T; LANES]);
+
+impl<T: Copy + Default> Default for Lanes<T> {
+    fn default() -> Self {
+        Self([T::default(); LANES])
+    }
+}
+
+/// The airlight of blocks of segments.
+pub(crate) trait Kernel {
+    /// What a block leaves behind is nobody's concern; it is only kept so
+    /// that it need not be cleared each time.
+    type Scratch: Default;
+
+    /// The airlight of a block. Must be `#[inline(always)]`, or it is not
+    /// compiled for the instruction set it runs on.
+    fn block(
+        &self,
+        scratch: &mut Self::Scratch,
+        segments: &[Segment; LANES],
+        airlight: &mut [f32; LANES],
+    );
+
+    /// What is better done for many blocks together: called behind each block
+    /// with all of the results, of which the block's are the last that count,
+    /// and once more at the end, with no segments. Must be `#[inline(always)]`
+    /// too.
+    #[inline(always)]
+    fn behind(&self, _: &mut Self::Scratch, _: &[Segment], _airlight: &mut [f32]) {}
+}
+
+/// The airlight of a batch, with the best instructions there are.
+///
+/// # Panics
+/// If the slices differ in length.
+pub(crate) fn batch<K: Kernel>(kernel: &K, segments: &[Segment], airlight: &mut [f32]) {
+    batch_on(Arch::new(), kernel, segments, airlight);
+}
+
+/// The same with these instructions.
+pub(crate) fn batch_on<K: Kernel>(
+    arch: Arch,
+    kernel: &K,
+    segments: &[Segment],
+    airlight: &mut [f32],
+) {
+    assert_eq!(segments.len(), airlight.len(), "one result per segment");
+    arch.dispatch(Batch {
+        kernel,
+        segments,
+        airlight,
+    });
+}
+
+struct Batch<'a, K> {
+    kernel: &'a K,
+    segments: &'a [Segment],
+    airlight: &'a mut [f32],
+}
+
+impl<K: Kernel> WithSimd for Batch<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            kernel,
+            segments,
+            airlight,
+        } = self;
+        let mut scratch = K::Scratch::default();
+        let mut done = 0;
+        let (blocks, rest) = segments.as_chunks::<LANES>();
+        for segments in blocks {
+            if let Some(airlight) = airlight[done..].first_chunk_mut() {
+                kernel.block(&mut scratch, segments, airlight);
+            }
+            done += LANES;
+            kernel.behind(&mut scratch, segments, &mut airlight[..done]);
+        }
+        if !rest.is_empty() {
+            let mut segments = [Segment::default(); LANES];
+            segments[..rest.len()].copy_from_slice(rest);
+            let mut last = [0.0; LANES];
+            kernel.block(&mut scratch, &segments, &mut last);
+            airlight[done..].copy_from_slice(&last[..rest.len()]);
+            kernel.behind(&mut scratch, rest, airlight);
+        }
+        kernel.behind(&mut scratch, &[], airlight);
+    }
+}
+
+/// `1.5 · 2^23`: the sum with a number between -2^22 and 2^22 has that number,
+/// rounded to an integer, in its lowest bits.
+pub(crate) const ROUND: f32 = 12_582_912.0;
+
+/// `2^x` for x up to 127, within 3e-7 relative; 0 for what is below `2^-100`,
+/// and for NaN. (Numbers that are almost 0 take a hundred times longer than
+/// others to compute with.)
+///
+/// The polynomial interpolates `2^f` in the Chebyshev nodes of
+/// `-1/2 ≤ f ≤ 1/2`, to 1.1e-7.
+#[inline(always)]
+pub(crate) fn exp2(x: f32) -> f32 {
+    let rounded = x + ROUND;
+    let f = x - (rounded - ROUND);
+    let power = 1.000_000_1
+        + f * (LN_2
+            + f * (0.240_221_07 + f * (0.055_503_57 + f * (0.009_676_032 + f * 0.001_339_086_3))));
+    let power = f32::from_bits(power.to_bits().wrapping_add(rounded.to_bits() << 23));
+    if x > -100.0 { power } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_of_two_are_within_the_stated_error() {
+        for step in -99_999..127_000_i32 {
+            let x = step as f32 * 1e-3 + 1e-4;
+            let truth = f64::from(x).exp2();
+            let error = f64::from(exp2(x)) / truth - 1.0;
+            assert!(error.abs() < 3e-7, "2^{x}: {error:e}");
+        }
+    }
+
+    #[test]
+    fn powers_below_the_range_and_of_nan_are_zero() {
+        for x in [-100.0, -126.0, -1e30, f32::NEG_INFINITY, f32::NAN] {
+            assert_eq!(exp2(x), 0.0, "2^{x}");
+        }
+    }
+}

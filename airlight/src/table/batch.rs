@@ -1,0 +1,245 @@
+//! Tables over blocks of segments.
+
+use super::Table;
+use super::cells;
+use super::long::{End, Ends, Lookup, settle};
+use super::short::Short;
+use crate::Segment;
+use crate::simd::{Kernel, LANES, Lanes};
+
+/// A table and an extinction: all that a batch has in common.
+#[derive(Debug)]
+pub(super) struct Batch<'a> {
+    pub(super) table: &'a Table,
+    pub(super) lookup: Lookup,
+}
+
+/// What passes between the loops of a block.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    ends: [EndLanes; 2],
+    depth: Lanes<f32>,
+    growth: Lanes<f32>,
+    known: Lanes<f32>,
+    cells: [Lanes<[f32; 4]>; 2],
+    is_short: Lanes<u32>,
+    waiting: Waiting,
+    shorts: Shorts,
+}
+
+/// Room for less than a group and all of a block.
+const WAITING: usize = GROUP + LANES;
+
+/// Short parts that wait until there are enough for a group, and where their
+/// airlight belongs.
+#[derive(Debug)]
+struct Waiting {
+    count: usize,
+    segments: [Segment; WAITING],
+    index: [usize; WAITING],
+}
+
+impl Default for Waiting {
+    fn default() -> Self {
+        Self {
+            count: 0,
+            segments: [Segment::default(); WAITING],
+            index: [0; WAITING],
+        }
+    }
+}
+
+#[derive(Debug, Default)]
+struct EndLanes {
+    cell: Lanes<u32>,
+    alpha: Lanes<f32>,
+    beta: Lanes<f32>,
+    scale: Lanes<f32>,
+}
+
+impl EndLanes {
+    #[inline(always)]
+    fn set(&mut self, i: usize, end: &End) {
+        self.cell.0[i] = end.place.cell;
+        self.alpha.0[i] = end.place.alpha;
+        self.beta.0[i] = end.place.beta;
+        self.scale.0[i] = end.scale;
+    }
+
+    #[inline(always)]
+    fn get(&self, i: usize) -> End {
+        End {
+            place: super::axes::Place {
+                cell: self.cell.0[i],
+                alpha: self.alpha.0[i],
+                beta: self.beta.0[i],
+            },
+            scale: self.scale.0[i],
+        }
+    }
+}
+
+/// Short parts that are integrated together: two vectors of the widest kind.
+const GROUP: usize = 32;
+
+/// One value for each of a group of short parts.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Group<T>([T; GROUP]);
+
+impl<T: Copy + Default> Default for Group<T> {
+    fn default() -> Self {
+        Self([T::default(); GROUP])
+    }
+}
+
+/// A group of short parts. Where a group is not full it is filled up with what
+/// earlier ones left behind.
+#[derive(Debug, Default)]
+struct Shorts {
+    segments: Group<Segment>,
+    depth: Group<f32>,
+    growth: Group<f32>,
+    kappa: Group<f32>,
+    bend: Group<f32>,
+    angle: Group<f32>,
+    ends: [Group<f32>; 2],
+    h: Group<f32>,
+    row: Group<u32>,
+    beta: Group<f32>,
+    phase: Group<[f32; 4]>,
+    sum: Group<f32>,
+}
+
+impl Shorts {
+    #[inline(always)]
+    fn set(&mut self, i: usize, short: &Short) {
+        self.depth.0[i] = short.depth;
+        self.growth.0[i] = short.growth;
+        self.kappa.0[i] = short.kappa;
+        self.bend.0[i] = short.bend;
+        self.angle.0[i] = short.angle;
+        self.ends[0].0[i] = short.ends[0];
+        self.ends[1].0[i] = short.ends[1];
+        self.h.0[i] = short.h;
+    }
+
+    #[inline(always)]
+    fn get(&self, i: usize) -> Short {
+        Short {
+            depth: self.depth.0[i],
+            growth: self.growth.0[i],
+            kappa: self.kappa.0[i],
+            bend: self.bend.0[i],
+            angle: self.angle.0[i],
+            ends: [self.ends[0].0[i], self.ends[1].0[i]],
+            h: self.h.0[i],
+        }
+    }
+
+    /// Integrates the group: [`Shorts::sum`] becomes the airlight.
+    #[inline(always)]
+    fn integrate(&mut self, table: &Table, lookup: Lookup) {
+        for i in 0..GROUP {
+            let part = Short::new(lookup.extinction, &self.segments.0[i]);
+            self.set(i, &part);
+        }
+        self.sum = Group::default();
+        for &[t, weight] in &table.rule {
+            if let Some(constant) = table.constant {
+                for i in 0..GROUP {
+                    self.sum.0[i] += self.get(i).node(t, weight).term(constant);
+                }
+                continue;
+            }
+            for i in 0..GROUP {
+                let (row, beta) = lookup.phase_row(&self.get(i), t);
+                self.row.0[i] = row;
+                self.beta.0[i] = beta;
+            }
+            for (phase, &row) in self.phase.0.iter_mut().zip(&self.row.0) {
+                *phase = table.phase[row as usize];
+            }
+            for i in 0..GROUP {
+                let phase = cells::phase_value(self.phase.0[i], self.beta.0[i]);
+                self.sum.0[i] += self.get(i).node(t, weight).term(phase);
+            }
+        }
+        for i in 0..GROUP {
+            self.sum.0[i] = self.get(i).airlight(self.sum.0[i]);
+        }
+    }
+}
+
+impl Kernel for Batch<'_> {
+    type Scratch = Scratch;
+
+    #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "steps over a dozen arrays at once, which zipped would be unreadable"
+    )]
+    fn block(
+        &self,
+        scratch: &mut Scratch,
+        segments: &[Segment; LANES],
+        airlight: &mut [f32; LANES],
+    ) {
+        // A copy, so that it cannot be taken for something that the loops write.
+        let lookup = self.lookup;
+        for i in 0..LANES {
+            let ends = lookup.ends(&segments[i]);
+            scratch.ends[0].set(i, &ends.start);
+            scratch.ends[1].set(i, &ends.end);
+            scratch.depth.0[i] = ends.depth;
+            scratch.growth.0[i] = ends.growth;
+            scratch.known.0[i] = ends.known;
+        }
+        // The only loads whose address depends on the segment. A cell is a
+        // vector of four words.
+        for (ends, cells) in scratch.ends.iter().zip(&mut scratch.cells) {
+            for (cell, &index) in cells.0.iter_mut().zip(&ends.cell.0) {
+                *cell = self.table.cells[index as usize];
+            }
+        }
+        for i in 0..LANES {
+            let ends = Ends {
+                start: scratch.ends[0].get(i),
+                end: scratch.ends[1].get(i),
+                depth: scratch.depth.0[i],
+                growth: scratch.growth.0[i],
+                known: scratch.known.0[i],
+            };
+            let cells = [scratch.cells[0].0[i], scratch.cells[1].0[i]];
+            let (value, is_short) = lookup.difference(&ends, cells);
+            airlight[i] = settle(ends.known, value);
+            scratch.is_short.0[i] = u32::from(is_short && ends.known.is_nan());
+        }
+    }
+
+    #[inline(always)]
+    fn behind(&self, scratch: &mut Scratch, segments: &[Segment], airlight: &mut [f32]) {
+        let waiting = &mut scratch.waiting;
+        let first = airlight.len() - segments.len();
+        for (i, segment) in segments.iter().enumerate() {
+            // Written in any case and overwritten if it is not short: no
+            // branch to mispredict.
+            let last = waiting.count % WAITING;
+            waiting.segments[last] = *segment;
+            waiting.index[last] = first + i;
+            waiting.count += scratch.is_short.0[i] as usize;
+        }
+        let least = if segments.is_empty() { 1 } else { GROUP };
+        while waiting.count >= least {
+            let start = waiting.count.saturating_sub(GROUP);
+            let shorts = &mut scratch.shorts;
+            let group = start..waiting.count.min(WAITING);
+            shorts.segments.0[..group.len()].copy_from_slice(&waiting.segments[group.clone()]);
+            shorts.integrate(self.table, self.lookup);
+            for (&index, &value) in waiting.index[group].iter().zip(&shorts.sum.0) {
+                airlight[index] = settle(f32::NAN, value);
+            }
+            waiting.count = start;
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! Parts that hold little of the light of the ray behind their start, or that
+//! change so much along it that a difference would: quadrature.
+//!
+//! In `w = s + d` the airlight is an integral of
+//! `2 p e^{−σ_t (w − w_a)} / (h² + w²)`. A Möbius map of `w_a … w_b` onto
+//! `0 … 1` whose slopes at the ends make up for the change of `r² = h² + w²`,
+//!
+//! ```text
+//! w = (w_a κ (1 − t) + w_b t) / (κ (1 − t) + t),    κ = r_b / r_a
+//! dw / (h² + w²) = G dt / (1 − 2 (1 − cos φ) t (1 − t)),    G = (w_b − w_a) / (r_a r_b)
+//! ```
+//!
+//! leaves next to nothing of it, φ being the difference of `arctan(w/h)`. In
+//! front of the foot point `w = h² / (d − s)`; in the lengths `q = |s| + d`
+//! G and cos φ have no difference that loses digits, nor a division by h.
+
+use super::Table;
+use super::axes::Row;
+use super::cells;
+use super::long::{Extinction, Lookup, distances, half_depth};
+use crate::Segment;
+use crate::simd::exp2;
+
+/// What has to be known of a short part.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Short {
+    /// Half the optical depth from the light by the start to the eye, over ln 2.
+    pub(super) depth: f32,
+    /// How much longer the way by the end is, over ln 2.
+    pub(super) growth: f32,
+    /// κ.
+    pub(super) kappa: f32,
+    /// `2 (1 − cos φ)`.
+    pub(super) bend: f32,
+    /// `G = (w_b − w_a) / (r_a r_b)`, 1/m.
+    pub(super) angle: f32,
+    /// `w_a` and `w_b`, m.
+    pub(super) ends: [f32; 2],
+    pub(super) h: f32,
+}
+
+/// A node of the quadrature.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Node {
+    /// Weight, with all factors but the exponential and the phase function.
+    weight: f32,
+    /// Optical depth behind the start, over ln 2.
+    growth: f32,
+}
+
+impl Short {
+    #[inline(always)]
+    pub(super) fn new(extinction: Extinction, segment: &Segment) -> Self {
+        let (length, end, d_a, d_b) = distances(segment);
+        let (s, h) = (segment.s, segment.h);
+        let (front_a, front_b) = (s < 0.0, end < 0.0);
+        let (q_a, q_b) = (s.abs() + d_a, end.abs() + d_b);
+        let (root_a, root_b) = ((q_a * d_a).sqrt(), (q_b * d_b).sqrt());
+        let (sum, product) = (q_a + q_b, h * h + q_a * q_b);
+        let across = front_a != front_b;
+        let roots = 0.5 / (root_a * root_b);
+        let cos = roots * if across { h * sum } else { product };
+        let rise = if across { product / h } else { sum };
+        let over = if front_a { q_a } else { 1.0 };
+        let under = if front_a {
+            if front_b { q_b } else { h }
+        } else {
+            1.0
+        };
+        let forward = length * ((d_a + s) + (d_b + end)) / (d_a + d_b);
+        Self {
+            depth: half_depth(extinction, segment.x, d_a),
+            growth: extinction.octaves * forward,
+            kappa: (root_b * over) / (root_a * under),
+            bend: 2.0 * (1.0 - cos),
+            angle: roots * rise * (length / (d_a + d_b)),
+            ends: [
+                if front_a { h * (h / q_a) } else { q_a },
+                if front_b { h * (h / q_b) } else { q_b },
+            ],
+            h,
+        }
+    }
+
+    /// A node at `t` with a weight of the rule.
+    #[inline(always)]
+    pub(super) fn node(&self, t: f32, weight: f32) -> Node {
+        let along = self.kappa * (1.0 - t) + t;
+        let bent = 1.0 - self.bend * (t * (1.0 - t));
+        let over = 1.0 / (along * bent);
+        Node {
+            weight: weight * along * over,
+            growth: self.growth * (t * bent * over),
+        }
+    }
+
+    /// The airlight, from the sum of [`Node::term`]s.
+    #[inline(always)]
+    pub(super) fn airlight(&self, sum: f32) -> f32 {
+        let root = exp2(-self.depth);
+        root * (root * (2.0 * self.angle * sum))
+    }
+}
+
+impl Node {
+    /// The term of a node where the logarithm of the phase function for base 2
+    /// is `phase`.
+    #[inline(always)]
+    pub(super) fn term(&self, phase: f32) -> f32 {
+        self.weight * exp2(phase - self.growth)
+    }
+}
+
+impl Lookup {
+    /// The row of the phase function at the node at `t`.
+    #[inline(always)]
+    pub(super) fn phase_row(&self, short: &Short, t: f32) -> (u32, f32) {
+        let near = short.kappa * (1.0 - t);
+        let w = short.ends[0] * near + short.ends[1] * t;
+        let across = short.h * (near + t);
+        let behind = w > across;
+        let (less, more) = if behind { (across, w) } else { (w, across) };
+        // On the axis in front of the light both are 0, and so is b.
+        let row: Row = self.axes.row(less, more + f32::MIN_POSITIVE, behind);
+        let index = (row.index + crate::simd::ROUND).to_bits() - crate::simd::ROUND.to_bits();
+        (index.min(self.axes.all_rows() - 1), row.beta)
+    }
+}
+
+impl Table {
+    /// The airlight of a short part.
+    pub(super) fn short(&self, lookup: &Lookup, segment: &Segment) -> f32 {
+        let short = Short::new(lookup.extinction, segment);
+        let sum = self.rule.iter().fold(0.0, |sum, &[t, weight]| {
+            let phase = match self.constant {
+                Some(constant) => constant,
+                None => {
+                    let (row, beta) = lookup.phase_row(&short, t);
+                    cells::phase_value(self.phase[row as usize], beta)
+                }
+            };
+            sum + short.node(t, weight).term(phase)
+        });
+        short.airlight(sum)
+    }
+}

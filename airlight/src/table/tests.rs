@@ -1,0 +1,259 @@
+//! Tables against airlight in double precision.
+
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+
+use super::batch::Batch;
+use super::*;
+use crate::{Exact, PhaseFunction, ScatteringAngle, Segment64};
+
+/// γ from 0 to π, close to both ends too.
+fn angles(steps: i32) -> impl Iterator<Item = f64> {
+    let near = (0..steps).map(move |i| 10_f64.powf(-8.0 * f64::from(i) / f64::from(steps)));
+    let inner = (0..steps).map(move |i| PI * (f64::from(i) + 0.5) / f64::from(steps));
+    let away = near.clone().map(|gamma| PI - gamma);
+    near.chain(away).chain(inner).chain([0.0, PI, 0.5 * PI])
+}
+
+/// The parts of a ray that a sweep looks at: where they start and how long they
+/// are, over D.
+const PARTS: [(f64, f64); 18] = [
+    (0.0, f64::INFINITY),
+    (0.0, 0.5),
+    (0.0, 0.9),
+    (0.0, 1.1),
+    (0.0, 2.0),
+    (0.0, 30.0),
+    (0.0, 1e-9),
+    (0.0, 1e-3),
+    (0.3, 1e-4),
+    (0.7, 1e-9),
+    (0.7, 0.1),
+    (0.9, 0.2),
+    (0.99, 1e-6),
+    (1.0, 1e-3),
+    (1.5, 1e-7),
+    (1.5, f64::INFINITY),
+    (3.0, 0.3),
+    (8.0, 4.0),
+];
+
+/// The relative error against the truth, if both are normal numbers.
+fn error(table: &Table, exact: &Exact<impl Phase>, sigma_t: f32, segment: &Segment) -> Option<f64> {
+    let truth = exact.airlight(sigma_t.into(), &Segment64::from(*segment));
+    let normal = f64::from(f32::MIN_POSITIVE) * 1.0001..f64::from(f32::MAX) * 0.9999;
+    let value = table.airlight(sigma_t, segment);
+    assert!(!value.is_nan(), "NaN for {sigma_t} {segment:?}");
+    normal
+        .contains(&truth)
+        .then(|| (f64::from(value) / truth - 1.0).abs())
+}
+
+/// The largest error of a sweep over directions, optical depths, distances and
+/// parts, and where it is.
+fn sweep(
+    table: &Table,
+    exact: &Exact<impl Phase>,
+    steps: i32,
+    distances: &[f64],
+) -> (f64, f32, Segment, usize) {
+    let mut worst = (0.0, 0.0, Segment::default(), 0);
+    for &distance in distances {
+        for tau in (-8 * 3..=2 * 3 + 1).map(|i| 10_f64.powf(f64::from(i) / 3.0)) {
+            let sigma_t = (tau / distance) as f32;
+            for gamma in angles(steps) {
+                for (start, length) in PARTS {
+                    let x = start * distance;
+                    let segment = Segment {
+                        x: x as f32,
+                        s: (x - distance * gamma.cos()) as f32,
+                        h: (distance * gamma.sin()) as f32,
+                        length: (length * distance) as f32,
+                    };
+                    if let Some(error) = error(table, exact, sigma_t, &segment) {
+                        worst.3 += 1;
+                        if !(error <= worst.0) {
+                            worst = (error, sigma_t, segment, worst.3);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn isotropic_airlight_is_within_one_in_ten_thousand() -> Result<(), Error> {
+    let table = Table::new(&PhaseFunction::Isotropic, 64)?;
+    assert!(table.bytes() <= 65_536);
+    assert!(table.error_bound() <= 1e-4, "{}", table.error_bound());
+    let exact = Exact::new(PhaseFunction::Isotropic)?;
+    let worst = sweep(&table, &exact, 12, &[1e-6, 1e-3, 1.0, 37.0, 1e6]);
+    assert!(worst.3 > 50_000, "{} results in range", worst.3);
+    assert!(worst.0 <= f64::from(table.error_bound()), "{worst:?}");
+    Ok(())
+}
+
+#[test]
+fn the_error_bound_holds_for_every_phase_function_and_size() -> Result<(), Error> {
+    let functions = [
+        PhaseFunction::Isotropic,
+        PhaseFunction::Rayleigh,
+        PhaseFunction::HenyeyGreenstein { g: 0.6 },
+        PhaseFunction::HenyeyGreenstein { g: 0.95 },
+        PhaseFunction::HenyeyGreenstein { g: -0.6 },
+        PhaseFunction::HenyeyGreenstein { g: -0.95 },
+        PhaseFunction::Schlick { k: 0.9 },
+        PhaseFunction::CornetteShanks { g: 0.8 },
+    ];
+    for phase in functions {
+        let exact = Exact::new(phase)?;
+        for kibibytes in [16, 64] {
+            let table = Table::new(&phase, kibibytes)?;
+            assert!(table.bytes() <= kibibytes as usize * 1024);
+            let worst = sweep(&table, &exact, 5, &[0.7]);
+            let bound = f64::from(table.error_bound());
+            assert!(
+                worst.0 <= bound,
+                "{phase:?}, {kibibytes} KiB, {bound:e}: {worst:?}"
+            );
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_function_of_the_users_own_has_a_table_with_a_bound() -> Result<(), Error> {
+    // A forward lobe and a faint backward one, normalised.
+    let phase = |angle: ScatteringAngle<f64>| {
+        let cos = angle.cos();
+        let lobe = 0.5 * (1.0 + cos);
+        (0.8 * 5.0 * lobe.powi(4) + 0.2 * 1.5 * (1.0 + cos * cos) / 2.0) / (4.0 * PI)
+    };
+    let table = Table::new(&phase, 64)?;
+    assert!(table.error_bound() < 1e-3, "{}", table.error_bound());
+    let worst = sweep(&table, &Exact::new(phase)?, 5, &[2.0]);
+    assert!(
+        worst.0 <= f64::from(table.error_bound()),
+        "{} {worst:?}",
+        table.error_bound()
+    );
+    Ok(())
+}
+
+#[test]
+fn the_light_on_the_segment_gives_infinity_and_no_length_gives_nothing() -> Result<(), Error> {
+    let table = Table::new(&PhaseFunction::Isotropic, 16)?;
+    let airlight = |x, s, h, length| table.airlight(0.5, &Segment { x, s, h, length });
+    assert_eq!(airlight(0.0, -1.0, 0.0, 2.0), f32::INFINITY);
+    assert_eq!(airlight(0.0, -1.0, 0.0, 1.0), f32::INFINITY);
+    assert_eq!(airlight(0.0, 0.0, 0.0, 1.0), f32::INFINITY);
+    assert_eq!(airlight(0.0, -1.0, 0.0, f32::INFINITY), f32::INFINITY);
+    assert_eq!(airlight(0.0, -1.0, 0.0, 0.0), 0.0);
+    assert_eq!(airlight(0.0, 0.0, 0.0, 0.0), 0.0);
+    assert!(airlight(0.0, -1.0, 0.0, 0.5) > 0.0);
+    assert!(airlight(0.0, 1.0, 0.0, f32::INFINITY) > 0.0);
+    Ok(())
+}
+
+#[test]
+fn no_medium_leaves_the_angle_that_the_segment_covers() -> Result<(), Error> {
+    let table = Table::new(&PhaseFunction::Isotropic, 64)?;
+    let exact = Exact::new(PhaseFunction::Isotropic)?;
+    for gamma in angles(20) {
+        for (x, length) in PARTS {
+            let segment = Segment {
+                x: x as f32,
+                s: (x - gamma.cos()) as f32,
+                h: gamma.sin() as f32,
+                length: length as f32,
+            };
+            if let Some(error) = error(&table, &exact, 0.0, &segment) {
+                assert!(
+                    error <= table.error_bound().into(),
+                    "{segment:?}: {error:e}"
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn unusable_parameters_are_errors() {
+    for kibibytes in [0, 3, 1025, u32::MAX] {
+        assert!(Table::new(&PhaseFunction::Isotropic, kibibytes).is_err());
+    }
+    let phase = PhaseFunction::HenyeyGreenstein { g: 1.0 };
+    assert!(Table::new(&phase, 64).is_err());
+}
+
+#[test]
+fn the_smallest_table_of_the_sharpest_function_still_gives_numbers() -> Result<(), Error> {
+    for g in [-0.999_999, 0.999_999] {
+        let table = Table::new(&PhaseFunction::HenyeyGreenstein { g }, 4)?;
+        assert!(table.bytes() <= 4096);
+        assert!(table.error_bound() > 0.0);
+        let segment = Segment {
+            x: 0.0,
+            s: -1.0,
+            h: 0.1,
+            length: 2.0,
+        };
+        assert!(table.airlight(1.0, &segment).is_finite());
+    }
+    Ok(())
+}
+
+/// Any f32 at all, ordinary ones more often than others.
+fn any_length() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        4 => (-8.0_f32..8.0).prop_map(|e| 10_f32.powf(e)),
+        2 => (-8.0_f32..8.0).prop_map(|e| -10_f32.powf(e)),
+        1 => any::<u32>().prop_map(f32::from_bits),
+        1 => prop::sample::select(vec![0.0, -0.0, 1.0, -1.0, f32::INFINITY, f32::NAN]),
+    ]
+}
+
+fn any_segment() -> impl Strategy<Value = Segment> {
+    [any_length(), any_length(), any_length(), any_length()].prop_map(|[x, s, h, length]| Segment {
+        x,
+        s,
+        h,
+        length,
+    })
+}
+
+proptest! {
+    #[test]
+    fn batches_give_the_bits_of_single_segments_with_any_instructions(
+        segments in prop::collection::vec(any_segment(), 0..300),
+        sigma_t in any_length(),
+        isotropic: bool,
+    ) {
+        let phase = if isotropic {
+            PhaseFunction::Isotropic
+        } else {
+            PhaseFunction::Rayleigh
+        };
+        static TABLES: std::sync::OnceLock<[Table; 2]> = std::sync::OnceLock::new();
+        let tables = TABLES.get_or_init(|| {
+            [PhaseFunction::Isotropic, PhaseFunction::Rayleigh].map(|phase| Table::new(&phase, 16).unwrap())
+        });
+        let table = &tables[usize::from(phase != PhaseFunction::Isotropic)];
+        let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let one_by_one: Vec<f32> = segments.iter().map(|s| table.airlight(sigma_t, s)).collect();
+        for (segment, value) in segments.iter().zip(&one_by_one) {
+            prop_assert!(*value >= 0.0, "{} for {:?}", value, segment);
+        }
+        let mut batch = vec![f32::NAN; segments.len()];
+        table.airlight_batch(sigma_t, &segments, &mut batch);
+        prop_assert_eq!(bits(&batch), bits(&one_by_one));
+        if let Some(lookup) = table.lookup(sigma_t) {
+            simd::batch_on(pulp::Arch::Scalar, &Batch { table, lookup }, &segments, &mut batch);
+            prop_assert_eq!(bits(&batch), bits(&one_by_one));
+        }
+    }
+}
