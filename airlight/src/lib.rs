@@ -20,16 +20,20 @@ pub mod gauss;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
 mod phase;
+pub mod point_spread;
 pub mod quadrature;
 mod real;
 mod segment;
 mod side;
 mod simd;
+mod spline;
 mod step;
 #[cfg(test)]
 mod stiff;
 mod sun_table;
+pub mod surface;
 mod table;
+mod within;
 
 pub use angle::ScatteringAngle;
 pub use emission::Emission;

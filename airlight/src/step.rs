@@ -77,7 +77,7 @@ mod tests {
             .collect();
         let expected: Vec<f32> = segments
             .iter()
-            .map(|segment| evaluator.airlight(0.2, segment))
+            .map(|segment| Evaluator::airlight(&evaluator, 0.2, segment))
             .collect();
         for cpu in [Cpu::single_threaded(), Cpu::new()] {
             let mut airlight = vec![0.0; segments.len()];

@@ -116,8 +116,9 @@ impl<P: Phase> Quadrature<P> {
                 "1e-6 to 0.1",
             ));
         }
-        // Half of it for what is cut off, and where pieces add up.
-        let error = 0.5 * (f64::from(tolerance) - ROUNDING);
+        // The constants of the rules were fitted to cases: the rest is for what
+        // is cut off, where pieces add up, and for other cases.
+        let error = 0.25 * (f64::from(tolerance) - ROUNDING);
         let mut rules = Vec::new();
         let most = Span::largest(GROWTH, FADE);
         loop {
