@@ -1,9 +1,11 @@
-//! Segments per second of every evaluator, one core, over two lists.
+//! Segments per second of every evaluator, one core, over three lists.
 //!
 //! The easy list has rays in directions spread over the sphere, with D and the
 //! length within a factor of ten of 1 m, in fog of 0.3/m. The stiff one has
 //! lengths from 1e-6 of D to infinity, D from 1 mm to 1 km, and half of its
 //! rays within a few degrees of the light or away from it.
+//!
+//! The third has the steps of a march: parts of a hundredth of the easy ones.
 //!
 //! Before it measures, the bench prints each evaluator's largest and median
 //! error on each list: time says nothing without it.
@@ -202,7 +204,11 @@ fn evaluators(criterion: &mut Criterion) {
     }))
     .collect();
 
-    for (list_name, list) in [("easy", easy()), ("stiff", stiff())] {
+    let mut steps = easy();
+    for segment in &mut steps {
+        segment.length *= 0.01;
+    }
+    for (list_name, list) in [("easy", easy()), ("stiff", stiff()), ("steps", steps)] {
         let mut group = criterion.benchmark_group(list_name);
         group.throughput(Throughput::Elements(list.len() as u64));
         for (name, phase, evaluator) in &cases {

@@ -2,7 +2,7 @@
 
 use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, BufferOf, Cpu, Download};
-use lighting::airlight::{Midpoint, Quadrature};
+use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::scene::{Geometry, Medium};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 use lighting::trace::Tracer;
@@ -84,12 +84,12 @@ impl<B, A> GatherMarched<A> for B where
 
 /// A backend that can do all that the program needs.
 pub(crate) trait Renderer:
-    Download + RenderShadowMap + Tracing + GatherMarched<Midpoint> + GatherMarched<Quadrature>
+    Download + RenderShadowMap + Tracing + GatherMarched<Midpoint> + GatherMarched<EquiAngular>
 {
 }
 
 impl<B> Renderer for B where
-    B: Download + RenderShadowMap + Tracing + GatherMarched<Midpoint> + GatherMarched<Quadrature>
+    B: Download + RenderShadowMap + Tracing + GatherMarched<Midpoint> + GatherMarched<EquiAngular>
 {
 }
 
@@ -111,8 +111,8 @@ impl<B: Renderer> Stage<'_, B> {
         let mut radiance = self.backend.zeros::<[f32; 4]>(self.count)?;
         match setting.airlight {
             Airlight::Midpoint => self.gather(setting, &Midpoint, &mut radiance)?,
-            Airlight::Quadrature => {
-                let quadrature = Quadrature::new(setting.nodes)?;
+            Airlight::EquiAngular => {
+                let quadrature = EquiAngular::new(setting.nodes)?;
                 self.gather(setting, &quadrature, &mut radiance)?;
             }
         }

@@ -52,7 +52,7 @@ impl Visibility {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Airlight {
     /// Gauss-Legendre quadrature in the equi-angular variable
-    Quadrature,
+    EquiAngular,
     /// One sample in the middle
     Midpoint,
 }
@@ -104,7 +104,7 @@ const QUICK_STEPS: &[u32] = &[8, 32, 128];
 pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::None,
-        airlight: Airlight::Quadrature,
+        airlight: Airlight::EquiAngular,
         quality: Quality::Nodes,
         qualities: &[8],
         quick: &[8],
@@ -115,7 +115,7 @@ pub(crate) static METHODS: &[Method] = &[
     },
     Method {
         visibility: Visibility::Exact,
-        airlight: Airlight::Quadrature,
+        airlight: Airlight::EquiAngular,
         quality: Quality::Nodes,
         qualities: &[2, 4, 8, 16],
         quick: &[2, 8],
@@ -137,7 +137,7 @@ pub(crate) static METHODS: &[Method] = &[
     },
     Method {
         visibility: Visibility::MarchMerged,
-        airlight: Airlight::Quadrature,
+        airlight: Airlight::EquiAngular,
         quality: Quality::Steps { nodes: 8 },
         qualities: STEPS,
         quick: QUICK_STEPS,
@@ -148,7 +148,7 @@ pub(crate) static METHODS: &[Method] = &[
     },
     Method {
         visibility: Visibility::EquiAngular,
-        airlight: Airlight::Quadrature,
+        airlight: Airlight::EquiAngular,
         quality: Quality::Steps { nodes: 1 },
         qualities: STEPS,
         quick: QUICK_STEPS,
@@ -159,7 +159,7 @@ pub(crate) static METHODS: &[Method] = &[
     },
     Method {
         visibility: Visibility::EquiAngularMerged,
-        airlight: Airlight::Quadrature,
+        airlight: Airlight::EquiAngular,
         quality: Quality::Steps { nodes: 8 },
         qualities: STEPS,
         quick: QUICK_STEPS,
@@ -175,8 +175,8 @@ impl Method {
     pub(crate) fn airlight_name(&self) -> String {
         match (self.airlight, self.quality) {
             (Airlight::Midpoint, _) => "midpoint".into(),
-            (Airlight::Quadrature, Quality::Nodes) => "quadrature".into(),
-            (Airlight::Quadrature, Quality::Steps { nodes }) => format!("quadrature-{nodes}"),
+            (Airlight::EquiAngular, Quality::Nodes) => "quadrature".into(),
+            (Airlight::EquiAngular, Quality::Steps { nodes }) => format!("quadrature-{nodes}"),
         }
     }
 

@@ -140,7 +140,7 @@ fn describe(setting: Setting) -> String {
     }
     match setting.airlight {
         Airlight::Midpoint => text + " × midpoint",
-        Airlight::Quadrature => {
+        Airlight::EquiAngular => {
             let nodes = count(setting.nodes as usize, "node");
             text + &format!(" × quadrature of {nodes}")
         }

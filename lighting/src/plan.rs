@@ -261,7 +261,7 @@ mod tests {
 
     use super::*;
     use crate::Gather;
-    use crate::airlight::Quadrature;
+    use crate::airlight::EquiAngular;
     use crate::emitter::Emission;
     use crate::scene::{Bounds, Cone, PhaseFunction};
     use crate::visibility::Unshadowed;
@@ -319,7 +319,7 @@ mod tests {
     fn picture<'a>(emitters: impl Iterator<Item = &'a Emitter>, medium: &Medium) -> Vec<[f32; 4]> {
         let rays = view();
         let mut radiance = vec![[0.0; 4]; rays.len()];
-        let rule = Quadrature::new(8).unwrap();
+        let rule = EquiAngular::new(8).unwrap();
         for emitter in emitters {
             Cpu::new()
                 .gather(&rays, emitter, medium, &Unshadowed, &rule, &mut radiance)

@@ -8,7 +8,7 @@ use crepuscular_tests::suite::{self, Subject};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use gpu_backend::{Backend, Cpu, Download};
 use lighting::Gather;
-use lighting::airlight::{Midpoint, Quadrature};
+use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::procedural::Embedded;
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing};
@@ -50,7 +50,7 @@ fn traced(criterion: &mut Criterion, backend: &Cpu) {
         let mut group = criterion.benchmark_group("exact x quadrature");
         group.throughput(rays);
         for nodes in [2, 8] {
-            let quadrature = Quadrature::new(nodes).expect("a legal number");
+            let quadrature = EquiAngular::new(nodes).expect("a legal number");
             let exact = vec![Exact::new(&stage.tracer); stage.emitters.len()];
             group.bench_function(id(nodes), |b| {
                 b.iter(|| gather(backend, &stage, &exact, &quadrature));
@@ -77,8 +77,8 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
             let new = |map| ShadowMapMarch::new(map, samples, spacing);
             maps.iter().map(new).collect()
         };
-        let one = Quadrature::new(1).expect("a legal number");
-        let eight = Quadrature::new(8).expect("a legal number");
+        let one = EquiAngular::new(1).expect("a legal number");
+        let eight = EquiAngular::new(8).expect("a legal number");
         for samples in [16, 64, 256] {
             let mut group = criterion.benchmark_group("march x midpoint");
             group.throughput(rays.clone());

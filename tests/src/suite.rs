@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, Cpu, Download, testing};
 use lighting::Gather;
-use lighting::airlight::{Midpoint, Quadrature};
+use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::shadow_map::RenderShadowMap;
 use lighting::visibility::{MergeTouching, ShadowMapMarch, Unshadowed};
 use proptest::strategy::Strategy;
@@ -17,10 +17,10 @@ pub trait Subject:
     Download
     + RenderShadowMap
     + Gather<Unshadowed, Midpoint>
-    + Gather<Unshadowed, Quadrature>
+    + Gather<Unshadowed, EquiAngular>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Midpoint>
-    + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Quadrature>
-    + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, Quadrature>
+    + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, EquiAngular>
+    + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, EquiAngular>
 {
 }
 
@@ -28,10 +28,10 @@ impl<B> Subject for B where
     B: Download
         + RenderShadowMap
         + Gather<Unshadowed, Midpoint>
-        + Gather<Unshadowed, Quadrature>
+        + Gather<Unshadowed, EquiAngular>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Midpoint>
-        + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Quadrature>
-        + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, Quadrature>
+        + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, EquiAngular>
+        + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, EquiAngular>
 {
 }
 

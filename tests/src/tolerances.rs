@@ -20,6 +20,9 @@ pub enum Allowed {
     ExactEnds,
     /// The airlight by quadrature with many nodes and the oracle's.
     Quadrature,
+    /// The airlight by an evaluator that keeps a tolerance of 1e-5, and the
+    /// oracle's.
+    Evaluator,
     /// An image by exact intervals and quadrature, and the reference.
     ExactImage,
     /// Order of convergence expected of a march minus the measured one.
@@ -97,6 +100,15 @@ pub const TABLE: &[Tolerance] = &[
             average of one sign, which outweighs those of exp(-tau) (tau × 2^-24, and where tau \
             exceeds 20 the light is outshone by nearer parts) and of the phase function. A kink \
             inside the interval costs 512^-2 = 4e-6 besides.",
+    },
+    Tolerance {
+        what: Allowed::Evaluator,
+        error: 3e-5,
+        derivation: "Relative to the airlight of the light without its cone and range. The \
+            tolerance asked for, 1e-5; positions along the ray are f32 and at most 40 of the \
+            light's distances away, so that distances to a light are off by 40 × 2^-24 of \
+            themselves, and the inverse square by twice that: 5e-6; and patterns and ways \
+            through a box vary along a piece, for which as much is allowed as for the rest.",
     },
     Tolerance {
         what: Allowed::ExactImage,

@@ -7,7 +7,7 @@ use crepuscular_tests::scenes::Stage;
 use crepuscular_tests::suite::{self, Subject};
 use crepuscular_tests::tolerances::Allowed;
 use gpu_backend::{Cpu, Download};
-use lighting::airlight::{Midpoint, Quadrature};
+use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::emitter::Emission;
 use lighting::procedural::Embedded;
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
@@ -46,7 +46,7 @@ fn marches<B: Subject>(
     map: &ShadowMap<B::Memory>,
 ) -> [Vec<[f32; 4]>; 4] {
     let march = |spacing| ShadowMapMarch::new(map, 32, spacing);
-    let nodes = |n| Quadrature::new(n).unwrap();
+    let nodes = |n| EquiAngular::new(n).unwrap();
     let merged = |spacing| MergeTouching(march(spacing));
     [
         gathered(
@@ -106,7 +106,7 @@ fn allowed(ray: &Ray, emitter: &Emitter) -> f64 {
 fn marches_through_the_same_map_agree_on_every_scene() {
     let Some(gpu) = suite::gpu() else { return };
     let cpu = Cpu::new();
-    let reference = Quadrature::new(8).unwrap();
+    let reference = EquiAngular::new(8).unwrap();
     for embedded in Embedded::ALL {
         let stage = Stage::new(embedded, 48, 27);
         let casters = Casters::upload(&cpu, &stage.geometry).unwrap();

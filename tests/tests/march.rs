@@ -10,7 +10,7 @@ use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
 use crepuscular_tests::tolerances::Allowed;
 use glam::Vec3;
 use gpu_backend::Cpu;
-use lighting::airlight::{Midpoint, Quadrature};
+use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::emitter::Emission;
 use lighting::procedural::Embedded;
 use lighting::scene::{Medium, PhaseFunction};
@@ -38,7 +38,7 @@ fn march<B: Subject>(
 ) -> Vec<[f32; 4]> {
     let rays = backend.upload(&stage.rays).unwrap();
     let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
-    let one = Quadrature::new(1).unwrap();
+    let one = EquiAngular::new(1).unwrap();
     for (emitter, map) in stage.emitters.iter().zip(maps) {
         let march = ShadowMapMarch::new(map, samples, spacing);
         match spacing {

@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
+use airlight::Table;
 use crepuscular_tests::generators::{bulb, ray, solids, soup, sun};
-use crepuscular_tests::hard_cases::hard_cases;
+use crepuscular_tests::hard_cases::{HardCase, hard_cases};
 use crepuscular_tests::metrics::image_error;
 use crepuscular_tests::oracle::airlight::{Airlight, Tolerance, reach};
 use crepuscular_tests::oracle::image::{Options, reference};
@@ -14,7 +15,7 @@ use crepuscular_tests::shapes;
 use crepuscular_tests::suite::{Subject, holds_for};
 use crepuscular_tests::tolerances::Allowed;
 use glam::{DVec3, Vec3};
-use lighting::airlight::{Midpoint, Quadrature};
+use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use lighting::emitter::Emission;
 use lighting::procedural::Embedded;
 use lighting::scene::{Medium, PhaseFunction};
@@ -27,7 +28,10 @@ crepuscular_tests::on_every_backend!(
     quadrature_converges_to_the_oracle_on_every_hard_case,
     nothing_to_gather_leaves_the_buffer_alone,
 );
-crepuscular_tests::on_every_backend!(traced: exact_intervals_with_quadrature_are_the_reference_image);
+crepuscular_tests::on_every_backend!(
+    traced: exact_intervals_with_quadrature_are_the_reference_image,
+    evaluators_keep_their_tolerance_on_every_hard_case,
+);
 
 /// The radiance of rays without shadows.
 fn unshadowed<B, A>(
@@ -63,30 +67,80 @@ fn truth(ray: &Ray, emitter: &Emitter, medium: &Medium) -> DVec3 {
 }
 
 fn quadrature_converges_to_the_oracle_on_every_hard_case<B: Subject>(backend: &B) {
-    let quadrature = Quadrature::new(512).unwrap();
-    let mut failures = Vec::new();
-    for case in hard_cases() {
-        let found = unshadowed(
-            backend,
-            &[case.ray],
-            &case.emitter,
-            &case.medium,
-            &quadrature,
-        )[0];
-        let expected = truth(&case.ray, &case.emitter, &case.medium);
-        let bare = truth(&case.ray, &bare(&case.emitter), &case.medium);
-        for channel in 0..3 {
-            let (found, expected) = (f64::from(found[channel]), expected[channel]);
-            let scale = bare[channel].max(f64::from(f32::MIN_POSITIVE));
-            let error = (found - expected).abs() / scale;
-            if error > Allowed::Quadrature.error() {
-                failures.push(format!(
-                    "{}, channel {channel}: {found:e} instead of {expected:e}, {error:.1e}",
-                    case.name
-                ));
-            }
-        }
+    let quadrature = EquiAngular::new(512).unwrap();
+    let errors = hard_cases()
+        .into_iter()
+        .map(|case| (hard_error(backend, &case, &quadrature), case.name));
+    require_within(errors, Allowed::Quadrature.error());
+}
+
+fn evaluators_keep_their_tolerance_on_every_hard_case<B>(backend: &B)
+where
+    B: Subject
+        + Gather<Unshadowed, Quadrature>
+        + Gather<Unshadowed, Analytic<Table>>
+        + Gather<Unshadowed, Analytic<airlight::Exact>>,
+{
+    let mut tables: Vec<(PhaseFunction, Table)> = Vec::new();
+    let mut errors = Vec::new();
+    // The texels of a slide are kinks that only very many nodes get over.
+    for case in hard_cases().into_iter().filter(|case| !has_slide(case)) {
+        let phase = case.medium.phase();
+        let rest = Quadrature::with_tolerance(phase, 1e-5).unwrap();
+        errors.push((hard_error(backend, &case, &rest), case.name));
+        let exact = Analytic::new(airlight::Exact::new(phase).unwrap(), rest.clone());
+        errors.push((hard_error(backend, &case, &exact), case.name));
+        let known = tables.iter().position(|(other, _)| *other == phase);
+        let index = known.unwrap_or_else(|| {
+            tables.push((phase, Table::new(&phase, 64).unwrap()));
+            tables.len() - 1
+        });
+        let table = &tables[index].1;
+        // What a table says of itself comes on top.
+        let own = f64::from(table.error_bound());
+        let found = hard_error(backend, &case, &Analytic::new(table.clone(), rest));
+        errors.push(((found - own).max(0.0), case.name));
     }
+    require_within(errors.into_iter(), Allowed::Evaluator.error());
+}
+
+fn has_slide(case: &HardCase) -> bool {
+    match &case.emitter {
+        Emitter::Point(point) => {
+            matches!(point.emission(), Emission::Spot(spot) if spot.texture().is_some())
+        }
+        _ => false,
+    }
+}
+
+/// The largest error of a channel, relative to the light without its cone and
+/// range.
+fn hard_error<B, A>(backend: &B, case: &HardCase, airlight: &A) -> f64
+where
+    B: Subject + Gather<Unshadowed, A>,
+{
+    let HardCase {
+        emitter,
+        medium,
+        ray,
+        ..
+    } = case;
+    let found = unshadowed(backend, &[*ray], emitter, medium, airlight)[0];
+    let expected = truth(ray, emitter, medium);
+    let bare = truth(ray, &bare(emitter), medium);
+    (0..3)
+        .map(|channel| {
+            let (found, expected) = (f64::from(found[channel]), expected[channel]);
+            (found - expected).abs() / bare[channel].max(f64::from(f32::MIN_POSITIVE))
+        })
+        .fold(0.0, f64::max)
+}
+
+fn require_within(errors: impl Iterator<Item = (f64, &'static str)>, allowed: f64) {
+    let failures: Vec<String> = errors
+        .filter(|(error, _)| !(*error <= allowed))
+        .map(|(error, name)| format!("{name}: {error:.1e}"))
+        .collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
@@ -103,7 +157,7 @@ fn bare(emitter: &Emitter) -> Emitter {
 
 fn exact_intervals_with_quadrature_are_the_reference_image<B>(backend: &B)
 where
-    B: Subject + for<'a> Gather<Exact<'a>, Quadrature>,
+    B: Subject + for<'a> Gather<Exact<'a>, EquiAngular>,
 {
     for embedded in Embedded::ALL {
         // 64 texels across a slide are 64 kinks.
@@ -112,7 +166,7 @@ where
         } else {
             512
         };
-        let quadrature = Quadrature::new(nodes).unwrap();
+        let quadrature = EquiAngular::new(nodes).unwrap();
         let stage = Stage::new(embedded, 24, 13);
         let truth = reference(
             &stage.rays,

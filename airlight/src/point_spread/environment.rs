@@ -102,7 +102,7 @@ pub fn through_fog(
 ///
 /// Rows are convolved by Fourier transforms: the time grows with
 /// `height² width log(width)` and is a fraction of a second on one core for
-/// 512 × 256 (0.2 s were measured), against `height² width²` for the sum as it
+/// 512 × 256 (0.25 s of processor time), against `height² width²` for the sum as it
 /// stands. A width that is not a power of two takes two to four times as long. The result does
 /// not depend on the number of threads.
 ///

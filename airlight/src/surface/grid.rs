@@ -14,7 +14,7 @@ pub(super) const DISTANCES: usize = 40;
 /// Values along the angle between lobe and light.
 pub(super) const ANGLES: usize = 64;
 /// Values along the exponent of the lobe.
-pub(super) const EXPONENTS: usize = 36;
+pub(super) const EXPONENTS: usize = 39;
 
 /// Coefficients along the angle.
 pub(super) const STRIDE: usize = ANGLES + 2;
@@ -34,9 +34,9 @@ fn distance(index: usize) -> f64 {
     FARTHEST * (index as f64 / (DISTANCES - 1) as f64).powi(4)
 }
 
-/// The largest exponent on the axis. A spline is least accurate in its last
-/// interval, which therefore lies beyond the 200 that is asked for.
-const SHARPEST: f64 = 250.0;
+/// The largest exponent on the axis. A spline is least accurate in its last two
+/// intervals, which therefore lie beyond the 200 that is asked for.
+const SHARPEST: f64 = 300.0;
 
 /// The axis of exponents: `ln n`.
 pub(super) fn exponent_coordinate(n: f32) -> f32 {

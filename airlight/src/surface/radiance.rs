@@ -63,7 +63,7 @@ pub struct Radiance {
     pub scattered: f32,
 }
 
-/// Everything that surfaces of any exponent need: `G_0` and `G_n`, 423 KiB.
+/// Everything that surfaces of any exponent need: `G_0` and `G_n`, 455 KiB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     lambertian: LobeTable,

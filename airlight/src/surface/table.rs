@@ -62,11 +62,12 @@ impl LobeTable {
     }
 }
 
-/// `G_n(T, θ)` for all exponents `n` from 1 to 200, in 412 KiB.
+/// `G_n(T, θ)` for all exponents `n` from 1 to 200, in 444 KiB.
 ///
 /// As [`LobeTable`], with a third axis: the relative error is below 1e-4
-/// for every exponent, whole or not, and a lookup has 64 neighbours. Where
-/// all surfaces have the same exponent, a [`LobeTable`] is faster.
+/// (7e-5 was measured) for every exponent, whole or not, and a lookup has 64
+/// neighbours. Where all surfaces have the same exponent, a [`LobeTable`] is
+/// faster.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GlossTable {
     coefficients: Vec<f32>,
@@ -174,7 +175,8 @@ mod tests {
         let gloss = GlossTable::new();
         // Between the nodes of the axis of exponents and on them.
         let exponents = [
-            1.0, 1.03, 1.08, 1.25, 1.6, 2.0, 3.5, 7.0, 9.2, 21.0, 60.0, 131.0, 184.0, 200.0,
+            1.0, 1.03, 1.08, 1.25, 1.6, 2.0, 3.5, 7.0, 9.2, 21.0, 60.0, 131.0, 184.0, 193.0, 199.1,
+            200.0,
         ];
         for n in exponents {
             let lobe = exact::Lobe::new(n.into()).unwrap();
@@ -199,7 +201,7 @@ mod tests {
     #[test]
     fn sizes_are_as_stated() {
         assert!(LobeTable::lambertian().bytes() <= 11 * 1024);
-        assert!(GlossTable::new().bytes() <= 412 * 1024);
+        assert!(GlossTable::new().bytes() <= 444 * 1024);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::Table;
 use super::cells;
-use super::long::{End, Ends, Lookup, settle};
+use super::long::{End, Ends, Lookup, known, settle};
 use super::short::Short;
 use crate::Segment;
 use crate::simd::{Kernel, LANES, Lanes};
@@ -21,6 +21,7 @@ pub(super) struct Scratch {
     depth: Lanes<f32>,
     growth: Lanes<f32>,
     known: Lanes<f32>,
+    is_near: Lanes<u32>,
     cells: [Lanes<[f32; 4]>; 2],
     is_short: Lanes<u32>,
     waiting: Waiting,
@@ -79,8 +80,9 @@ impl EndLanes {
     }
 }
 
-/// Short parts that are integrated together: two vectors of the widest kind.
-const GROUP: usize = 32;
+/// Short parts that are integrated together: enough vectors to hide how long
+/// divisions and roots take.
+const GROUP: usize = 64;
 
 /// One value for each of a group of short parts.
 #[derive(Debug, Clone, Copy)]
@@ -93,11 +95,9 @@ impl<T: Copy + Default> Default for Group<T> {
     }
 }
 
-/// A group of short parts. Where a group is not full it is filled up with what
-/// earlier ones left behind.
+/// What passes between the loops of a group of short parts.
 #[derive(Debug, Default)]
 struct Shorts {
-    segments: Group<Segment>,
     depth: Group<f32>,
     growth: Group<f32>,
     kappa: Group<f32>,
@@ -119,6 +119,11 @@ impl Shorts {
         self.kappa.0[i] = short.kappa;
         self.bend.0[i] = short.bend;
         self.angle.0[i] = short.angle;
+    }
+
+    /// What only phase functions that vary ask for: two divisions.
+    #[inline(always)]
+    fn set_ends(&mut self, i: usize, short: &Short) {
         self.ends[0].0[i] = short.ends[0];
         self.ends[1].0[i] = short.ends[1];
         self.h.0[i] = short.h;
@@ -139,10 +144,20 @@ impl Shorts {
 
     /// Integrates the group: [`Shorts::sum`] becomes the airlight.
     #[inline(always)]
-    fn integrate(&mut self, table: &Table, lookup: Lookup) {
-        for i in 0..GROUP {
-            let part = Short::new(lookup.extinction, &self.segments.0[i]);
-            self.set(i, &part);
+    fn integrate(&mut self, table: &Table, lookup: Lookup, segments: &[Segment; GROUP]) {
+        // A copy is known not to be written by the loops, which are vectors only
+        // then.
+        let segments = *segments;
+        if table.constant.is_some() {
+            for (i, segment) in segments.iter().enumerate() {
+                self.set(i, &Short::new(lookup.extinction, segment));
+            }
+        } else {
+            for (i, segment) in segments.iter().enumerate() {
+                let part = Short::new(lookup.extinction, segment);
+                self.set(i, &part);
+                self.set_ends(i, &part);
+            }
         }
         self.sum = Group::default();
         for &[t, weight] in &table.rule {
@@ -187,6 +202,23 @@ impl Kernel for Batch<'_> {
     ) {
         // A copy, so that it cannot be taken for something that the loops write.
         let lookup = self.lookup;
+        // The steps of a march: nothing to look up. The first and the last
+        // tell whether it is worth looking at all of them.
+        let is_near = |segment| u32::from(lookup.is_near(segment));
+        if is_near(&segments[0]) + is_near(&segments[LANES - 1]) == 2
+            && segments.iter().map(is_near).sum::<u32>() == LANES as u32
+        {
+            scratch.is_short = Lanes::default();
+            let (groups, _) = segments.as_chunks::<GROUP>();
+            let (results, _) = airlight.as_chunks_mut::<GROUP>();
+            for (segments, airlight) in groups.iter().zip(results) {
+                scratch.shorts.integrate(self.table, lookup, segments);
+                for i in 0..GROUP {
+                    airlight[i] = settle(known(&segments[i]), scratch.shorts.sum.0[i]);
+                }
+            }
+            return;
+        }
         for i in 0..LANES {
             let ends = lookup.ends(&segments[i]);
             scratch.ends[0].set(i, &ends.start);
@@ -194,6 +226,7 @@ impl Kernel for Batch<'_> {
             scratch.depth.0[i] = ends.depth;
             scratch.growth.0[i] = ends.growth;
             scratch.known.0[i] = ends.known;
+            scratch.is_near.0[i] = u32::from(ends.is_near);
         }
         // The only loads whose address depends on the segment. A cell is a
         // vector of four words.
@@ -209,6 +242,7 @@ impl Kernel for Batch<'_> {
                 depth: scratch.depth.0[i],
                 growth: scratch.growth.0[i],
                 known: scratch.known.0[i],
+                is_near: scratch.is_near.0[i] != 0,
             };
             let cells = [scratch.cells[0].0[i], scratch.cells[1].0[i]];
             let (value, is_short) = lookup.difference(&ends, cells);
@@ -224,7 +258,7 @@ impl Kernel for Batch<'_> {
         for (i, segment) in segments.iter().enumerate() {
             // Written in any case and overwritten if it is not short: no
             // branch to mispredict.
-            let last = waiting.count % WAITING;
+            let last = waiting.count.min(WAITING - 1);
             waiting.segments[last] = *segment;
             waiting.index[last] = first + i;
             waiting.count += scratch.is_short.0[i] as usize;
@@ -233,10 +267,14 @@ impl Kernel for Batch<'_> {
         while waiting.count >= least {
             let start = waiting.count.saturating_sub(GROUP);
             let shorts = &mut scratch.shorts;
-            let group = start..waiting.count.min(WAITING);
-            shorts.segments.0[..group.len()].copy_from_slice(&waiting.segments[group.clone()]);
-            shorts.integrate(self.table, self.lookup);
-            for (&index, &value) in waiting.index[group].iter().zip(&shorts.sum.0) {
+            let Some(segments) = waiting.segments[start..].first_chunk() else {
+                return;
+            };
+            shorts.integrate(self.table, self.lookup, segments);
+            for (&index, &value) in waiting.index[start..waiting.count]
+                .iter()
+                .zip(&shorts.sum.0)
+            {
                 airlight[index] = settle(f32::NAN, value);
             }
             waiting.count = start;

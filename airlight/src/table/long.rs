@@ -24,6 +24,8 @@ pub(super) struct Ends {
     pub(super) growth: f32,
     /// See [`known`].
     pub(super) known: f32,
+    /// Whether the part is so short that there is no need to look.
+    pub(super) is_near: bool,
 }
 
 /// Extinction as lookups want it.
@@ -46,6 +48,10 @@ impl Extinction {
 
 /// m: longer lengths are taken for this one, so that squares stay in range.
 const FAR: f32 = 1e18;
+
+/// Parts that are shorter than this, over the distance from the light and in
+/// optical depth, are integrated: most of the light is behind their end.
+const NEAR: f32 = 0.25;
 
 /// Where a segment ends, and the distances of both its ends from the light.
 #[inline(always)]
@@ -75,6 +81,15 @@ pub(super) struct Lookup {
 }
 
 impl Lookup {
+    /// Whether a part is so short that there is no need to look.
+    #[inline(always)]
+    pub(super) fn is_near(&self, segment: &Segment) -> bool {
+        let Segment { s, h, length, .. } = *segment;
+        // The way by the end is at most two lengths longer.
+        length * length < (NEAR * NEAR) * (s * s + h * h)
+            && 2.0 * self.extinction.octaves * length < NEAR
+    }
+
     #[inline(always)]
     pub(super) fn ends(&self, segment: &Segment) -> Ends {
         let extinction = self.extinction;
@@ -89,6 +104,7 @@ impl Lookup {
             depth: half_depth(extinction, segment.x, d_start),
             growth: if growth > 0.0 { growth } else { 0.0 },
             known: known(segment),
+            is_near: self.is_near(segment),
         }
     }
 
@@ -118,7 +134,8 @@ impl Lookup {
         let airlight = root * (root * (start.scale - rest));
         // Not the same as `rest >= …`: on the axis both are infinite, and
         // short parts cope with that and with NaN.
-        (airlight, !(rest < super::LARGEST_REST * start.scale))
+        let keeps_digits = rest < super::LARGEST_REST * start.scale;
+        (airlight, ends.is_near || !keeps_digits)
     }
 }
 

@@ -75,7 +75,7 @@ const LARGEST_REST: f32 = 0.5;
 ///
 /// // Any function of the angle will do, and the error is measured.
 /// let lobe = Table::new(&|angle: airlight::ScatteringAngle<f64>| {
-///     0.5 * angle.one_plus_cos() / std::f64::consts::TAU
+///     0.25 / std::f64::consts::PI * (1.0 + 0.8 * angle.cos())
 /// }, 16)?;
 /// assert!(lobe.error_bound() < 0.01);
 /// # Ok::<(), airlight::Error>(())
@@ -126,7 +126,8 @@ impl Table {
     /// Found by the constructor: three times the largest error of a lookup, as
     /// measured in every cell, or the largest that was measured in short parts,
     /// and what rounding can add to it. The lookups of a phase function that is
-    /// not smooth on the scale of a cell may be worse than measured.
+    /// not smooth on the scale of a cell may be worse than measured, and where
+    /// one falls to 0 there is no small relative error.
     pub fn error_bound(&self) -> f32 {
         self.error_bound
     }

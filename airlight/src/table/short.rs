@@ -58,25 +58,28 @@ impl Short {
         let (root_a, root_b) = ((q_a * d_a).sqrt(), (q_b * d_b).sqrt());
         let (sum, product) = (q_a + q_b, h * h + q_a * q_b);
         let across = front_a != front_b;
-        let roots = 0.5 / (root_a * root_b);
-        let cos = roots * if across { h * sum } else { product };
-        let rise = if across { product / h } else { sum };
+        // All is computed on either side and then selected, so that there are
+        // no branches in a loop over segments.
         let over = if front_a { q_a } else { 1.0 };
-        let under = if front_a {
-            if front_b { q_b } else { h }
-        } else {
-            1.0
-        };
-        let forward = length * ((d_a + s) + (d_b + end)) / (d_a + d_b);
+        let under_front = if front_b { q_b } else { h };
+        let under = if front_a { under_front } else { 1.0 };
+        // One division for κ, the angle and its cosine: where the part goes
+        // across the foot point `under` is h.
+        let inverse = 1.0 / (root_a * root_b * under);
+        let (under_sum, h_sum) = (under * sum, h * sum);
+        let rise = if across { product } else { under_sum };
+        let along = if across { h_sum } else { product };
+        let share = length / (d_a + d_b);
+        let (w_a, w_b) = (h * (h / q_a), h * (h / q_b));
         Self {
             depth: half_depth(extinction, segment.x, d_a),
-            growth: extinction.octaves * forward,
-            kappa: (root_b * over) / (root_a * under),
-            bend: 2.0 * (1.0 - cos),
-            angle: roots * rise * (length / (d_a + d_b)),
+            growth: extinction.octaves * (share * ((d_a + s) + (d_b + end))),
+            kappa: root_b * root_b * over * inverse,
+            bend: 2.0 * (1.0 - 0.5 * under * inverse * along),
+            angle: 0.5 * inverse * rise * share,
             ends: [
-                if front_a { h * (h / q_a) } else { q_a },
-                if front_b { h * (h / q_b) } else { q_b },
+                if front_a { w_a } else { q_a },
+                if front_b { w_b } else { q_b },
             ],
             h,
         }
@@ -122,7 +125,9 @@ impl Lookup {
         let (less, more) = if behind { (across, w) } else { (w, across) };
         // On the axis in front of the light both are 0, and so is b.
         let row: Row = self.axes.row(less, more + f32::MIN_POSITIVE, behind);
-        let index = (row.index + crate::simd::ROUND).to_bits() - crate::simd::ROUND.to_bits();
+        // Lengths that are none give any index.
+        let index = (row.index + crate::simd::ROUND).to_bits();
+        let index = index.wrapping_sub(crate::simd::ROUND.to_bits());
         (index.min(self.axes.all_rows() - 1), row.beta)
     }
 }

@@ -207,6 +207,56 @@ fn the_smallest_table_of_the_sharpest_function_still_gives_numbers() -> Result<(
     Ok(())
 }
 
+#[test]
+fn the_steps_of_a_march_have_the_bits_of_single_segments_and_add_up() -> Result<(), Error> {
+    for phase in [
+        PhaseFunction::Isotropic,
+        PhaseFunction::HenyeyGreenstein { g: 0.8 },
+    ] {
+        let table = Table::new(&phase, 64)?;
+        let step = 1.0 / 64.0;
+        let mut steps: Vec<Segment> = (0..320)
+            .map(|i| {
+                let x = i as f32 * step;
+                Segment {
+                    x,
+                    s: x - 1.0,
+                    h: 0.75,
+                    length: step,
+                }
+            })
+            .collect();
+        let mut airlight = vec![f32::NAN; steps.len()];
+        table.airlight_batch(0.5, &steps, &mut airlight);
+        for (segment, value) in steps.iter().zip(&airlight) {
+            assert_eq!(value.to_bits(), table.airlight(0.5, segment).to_bits());
+        }
+        let whole = table.airlight(
+            0.5,
+            &Segment {
+                length: 5.0,
+                ..steps[0]
+            },
+        );
+        let sum: f32 = airlight.iter().sum();
+        assert!(
+            (sum / whole - 1.0).abs() <= 2.0 * table.error_bound(),
+            "{sum} {whole}"
+        );
+        // One that is nothing and one with the light on it.
+        steps[3].length = 0.0;
+        steps[70] = Segment {
+            x: 0.0,
+            s: -0.01,
+            h: 0.0,
+            length: 0.02,
+        };
+        table.airlight_batch(0.5, &steps, &mut airlight);
+        assert_eq!((airlight[3], airlight[70]), (0.0, f32::INFINITY));
+    }
+    Ok(())
+}
+
 /// Any f32 at all, ordinary ones more often than others.
 fn any_length() -> impl Strategy<Value = f32> {
     prop_oneof![

@@ -38,15 +38,10 @@ pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Int
         })
     };
 
-    let mut total = Vec3::ZERO;
-    let mut start = interval.start;
-    for kink in path.kinks() {
-        if start < kink && kink < interval.end {
-            total += piece(start, kink);
-            start = kink;
-        }
-    }
-    light * (total + piece(start, interval.end))
+    light
+        * path
+            .without_kinks(interval)
+            .fold(Vec3::ZERO, |sum, part| sum + piece(part.start, part.end))
 }
 
 /// The mean of `exp(−y)` for `y` from 0 to `x ≥ 0`: `(1 − exp(−x)) / x`

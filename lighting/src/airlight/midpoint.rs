@@ -11,7 +11,7 @@ use crate::{Emitter, Interval, LightPath};
 /// Together with a march of equal steps this is brute-force ray marching.
 /// Second order in the length of the interval for smooth integrands, but it
 /// does not see the inverse square of a near light coming: compare
-/// [`Quadrature`](super::Quadrature) with one node.
+/// [`EquiAngular`](super::EquiAngular) with one node.
 ///
 /// Over an infinite interval there is no middle; it counts as one of ten mean
 /// free paths.

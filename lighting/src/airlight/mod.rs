@@ -10,13 +10,17 @@
 //! with `d` the distance to the light and `l` the way of sunlight inside the
 //! medium; see [`LightPath`].
 
+mod analytic;
 mod directional;
+mod equi_angular;
 mod midpoint;
 mod quadrature;
 
+pub use analytic::Analytic;
 pub use directional::directional;
+pub use equi_angular::EquiAngular;
 pub use midpoint::Midpoint;
-pub use quadrature::{NodeCountError, Quadrature};
+pub use quadrature::Quadrature;
 
 #[cfg(any(feature = "march", feature = "wgpu"))]
 pub(crate) use midpoint::far_end;

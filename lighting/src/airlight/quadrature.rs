@@ -1,74 +1,78 @@
-//! Gauss–Legendre quadrature in the equi-angular variable.
+//! The quadrature of the crate `airlight`, for any light.
 
+use airlight::{Error, PhaseFunction};
 use glam::Vec3;
 
 use super::{AirlightEvaluator, directional};
-use crate::path::EquiAngular;
 use crate::{Emitter, Interval, LightPath};
 
-/// Gauss–Legendre quadrature in the equi-angular variable, for any phase
-/// function, emission and medium.
+/// Gauss–Legendre quadrature by the pieces of [`airlight::Quadrature`], for
+/// any emission and any medium.
 ///
-/// With `η` the angle at the light between the foot point and the position,
-/// `s = h tan η`, the inverse square cancels and the integrand is bounded:
+/// Unlike [`EquiAngular`](super::EquiAngular), whose fixed number of nodes
+/// stalls at half a percent beside a lamp and misses what deep fog leaves, it
+/// divides an interval where its light changes by scale, so that few nodes
+/// serve every ray; see there for its errors. The interval is divided at the
+/// [kinks](LightPath::kinks) that it contains as well. The texels of a slide
+/// are kinks too, at which it is not. Lights with a pattern, and those that
+/// stand outside of the medium, are not what the nodes were chosen for: their
+/// error is larger than the tolerance says by as much as the pattern varies
+/// along a piece.
 ///
-/// ```text
-/// L[a, b] = ∫ σ_s p(−sin η) I exp(−σ_t (x + d)) dη / h
-/// ```
-///
-/// Nodes are placed without ever forming `η` itself: a position between two
-/// ends is their convex combination with weights `sin((1−t) Δη)/d_a` and
-/// `sin(t Δη)/d_b`, which keeps its digits for short parts and next to the
-/// axis, and has the light on the line of the ray (`h = 0`) and an infinite
-/// end as limits.
-///
-/// # Accuracy
-///
-/// Converges spectrally where the integrand is smooth over the interval. Few
-/// nodes suffice for optical depths up to about 10 and |g| up to about 0.8;
-/// beyond, the integrand has a narrow peak and the number of nodes must grow:
-/// 16 nodes are 9e-4 off at optical depth 100. The interval is divided at the
-/// [kinks](LightPath::kinks) that it contains, and each part has all the nodes;
-/// the texels of a slide are kinks too, at which it is not, and convergence
-/// falls to second order.
-///
-/// A directional light needs no quadrature: see [`directional`].
+/// A coloured medium has nodes of its own for each channel. A directional
+/// light needs no quadrature: see [`directional`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadrature {
-    /// Node in (0, 1) and weight; the weights sum to 1.
-    nodes: Vec<(f32, f32)>,
-}
-
-/// A number of nodes that is not supported.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a quadrature of {nodes} nodes was asked for, expected 1 to 4096")]
-pub struct NodeCountError {
-    nodes: u32,
+    rule: airlight::Quadrature<PhaseFunction>,
 }
 
 impl Quadrature {
-    /// `nodes` nodes per interval, 1 to 4096.
+    /// With `nodes` nodes per piece, for media with this phase function.
     ///
     /// # Errors
-    /// [`NodeCountError`] outside of that range.
-    pub fn new(nodes: u32) -> Result<Self, NodeCountError> {
-        if !(1..=4096).contains(&nodes) {
-            return Err(NodeCountError { nodes });
+    /// [`Error::BadValue`] unless there are 1 to 4096 nodes and the parameter
+    /// of the phase function is in range.
+    pub fn fixed(phase: PhaseFunction, nodes: u32) -> Result<Self, Error> {
+        airlight::Quadrature::fixed(phase, nodes).map(|rule| Self { rule })
+    }
+
+    /// With as few nodes as keep the relative error below `tolerance`.
+    ///
+    /// # Errors
+    /// [`Error::BadValue`] unless the tolerance is between 1e-6 and 0.1 and
+    /// the parameter of the phase function is in range.
+    pub fn with_tolerance(phase: PhaseFunction, tolerance: f32) -> Result<Self, Error> {
+        airlight::Quadrature::with_tolerance(phase, tolerance).map(|rule| Self { rule })
+    }
+
+    /// Where the nodes come from.
+    pub fn rule(&self) -> &airlight::Quadrature<PhaseFunction> {
+        &self.rule
+    }
+
+    /// The radiance of an interval without a kink inside.
+    fn smooth(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
+        if !(interval.start < interval.end) {
+            return Vec3::ZERO;
         }
-        Ok(Self {
-            nodes: gauss_legendre(nodes as usize),
-        })
-    }
-
-    /// Nodes and weights.
-    #[cfg(feature = "wgpu")]
-    pub(crate) fn rule(&self) -> &[(f32, f32)] {
-        &self.nodes
-    }
-
-    /// Number of nodes per interval.
-    pub fn nodes(&self) -> u32 {
-        self.nodes.len() as u32
+        if path.meets_light(interval) {
+            return Vec3::INFINITY;
+        }
+        let segment = path.part(interval);
+        let sigma_t = path.medium().sigma_t();
+        let sum = |sigma: f32| {
+            self.rule
+                .nodes(sigma, &segment)
+                .fold(Vec3::ZERO, |sum, node| {
+                    sum + node.weight * path.source(interval.start + node.distance)
+                })
+        };
+        let red = sum(sigma_t.x);
+        if sigma_t == Vec3::splat(sigma_t.x) {
+            red
+        } else {
+            Vec3::new(red.x, sum(sigma_t.y).y, sum(sigma_t.z).z)
+        }
     }
 }
 
@@ -76,192 +80,9 @@ impl AirlightEvaluator for Quadrature {
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         match path.emitter() {
             Emitter::Directional(sun) => directional(path, sun, interval),
-            Emitter::Point(_) => {
-                let mut total = Vec3::ZERO;
-                let mut start = interval.start;
-                for kink in path.kinks() {
-                    if start < kink && kink < interval.end {
-                        total += self.smooth(path, Interval::new(start, kink));
-                        start = kink;
-                    }
-                }
-                total + self.smooth(path, Interval::new(start, interval.end))
-            }
+            Emitter::Point(_) => path
+                .without_kinks(interval)
+                .fold(Vec3::ZERO, |sum, piece| sum + self.smooth(path, piece)),
         }
-    }
-}
-
-impl Quadrature {
-    /// The radiance of an interval without a kink inside.
-    fn smooth(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
-        let Some(arc) = EquiAngular::new(path, interval) else {
-            return Vec3::ZERO;
-        };
-        if arc.extent() == f32::INFINITY {
-            return Vec3::INFINITY;
-        }
-        let sum = self.nodes.iter().fold(Vec3::ZERO, |sum, &(t, weight)| {
-            sum + weight * path.source(arc.position(t))
-        });
-        arc.extent() * sum
-    }
-}
-
-/// Nodes in (0, 1) and weights that sum to 1, by Newton's method on the
-/// Legendre polynomials.
-fn gauss_legendre(n: usize) -> Vec<(f32, f32)> {
-    let mut nodes = Vec::with_capacity(n);
-    for i in 0..n {
-        let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-        let mut derivative = 1.0;
-        for _ in 0..100 {
-            let (mut p, mut previous) = (1.0, 0.0);
-            for k in 0..n {
-                let k = k as f64;
-                (p, previous) = (((2.0 * k + 1.0) * x * p - k * previous) / (k + 1.0), p);
-            }
-            derivative = n as f64 * (x * p - previous) / (x * x - 1.0);
-            let step = p / derivative;
-            x -= step;
-            if step.abs() <= 1e-15 {
-                break;
-            }
-        }
-        let weight = 2.0 / ((1.0 - x * x) * derivative * derivative);
-        nodes.push(((0.5 * (x + 1.0)) as f32, (0.5 * weight) as f32));
-    }
-    nodes
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Ray;
-    use crate::emitter::Emission;
-    use crate::scene::{Bounds, Cone, Medium, PhaseFunction};
-
-    #[test]
-    fn the_rule_integrates_polynomials_of_its_degree() {
-        for n in [1, 2, 3, 8, 31, 200] {
-            let nodes = gauss_legendre(n);
-            for degree in 0..(2 * n).min(40) as i32 {
-                let sum: f64 = nodes
-                    .iter()
-                    .map(|&(t, w)| f64::from(w) * f64::from(t).powi(degree))
-                    .sum();
-                let exact = 1.0 / (f64::from(degree) + 1.0);
-                assert!((sum - exact).abs() < 1e-6, "{n} nodes, degree {degree}");
-            }
-        }
-        assert!(Quadrature::new(0).is_err() && Quadrature::new(5000).is_err());
-        assert_eq!(Quadrature::new(7).map(|q| q.nodes()), Ok(7));
-    }
-
-    /// Fog so thin that only the inverse square is left, whose integral is
-    /// known in closed form, here in f64.
-    fn check_thin(light: Vec3, a: f32, b: f32) {
-        let medium = Medium::new(Vec3::splat(1e-9), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
-        let lamp = Emitter::point(light, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
-        let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, f32::INFINITY).unwrap();
-        let path = LightPath::new(&ray, &lamp, &medium).unwrap();
-        let value = Quadrature::new(4)
-            .unwrap()
-            .radiance(&path, Interval::new(a, b));
-        let (h, foot) = (f64::from(path.h()), f64::from(path.foot()));
-        let (s_a, s_b) = (f64::from(a) - foot, f64::from(b) - foot);
-        let along = if b.is_finite() {
-            h * h + s_a * s_b
-        } else {
-            s_a
-        };
-        let across = if b.is_finite() { h * (s_b - s_a) } else { h };
-        let extent = if h == 0.0 {
-            1.0 / s_a - if b.is_finite() { 1.0 / s_b } else { 0.0 }
-        } else {
-            across.atan2(along) / h
-        };
-        let expected = 1e-9 / (4.0 * std::f64::consts::PI) * extent;
-        let error = (f64::from(value.x) / expected - 1.0).abs();
-        assert!(error < 3e-6, "{light} [{a}, {b}]: {value} {expected}");
-    }
-
-    #[test]
-    fn thin_fog_is_the_arctangent_wherever_the_light_is() {
-        let inf = f32::INFINITY;
-        for light in [
-            Vec3::new(1.0, 0.0, -5.0),
-            Vec3::new(0.0, 1e-5, -5.0),
-            Vec3::new(0.0, 0.0, -5.0),
-            Vec3::new(0.0, 1e-12, 5.0),
-            Vec3::new(3.0, 0.0, 4.0),
-            Vec3::new(1e-6, 0.0, -1e-6),
-        ] {
-            for (a, b) in [
-                (0.0, 1.0),
-                (0.5, 0.500_01),
-                (0.0, 4.9),
-                (5.1, inf),
-                (7.0, 9.0),
-            ] {
-                let holds_light = light.length() == -light.z && (a..=b).contains(&-light.z);
-                if !holds_light {
-                    check_thin(light, a, b);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn kinks_do_not_slow_convergence() {
-        let fog = Medium::new(Vec3::splat(0.3), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
-        let bounds = Bounds::new(Vec3::new(-2.0, -1.0, -6.0), Vec3::new(2.0, 1.5, -1.0)).unwrap();
-        let cone = Cone {
-            inner: 0.3,
-            outer: 0.5,
-        };
-        let spot = Emission::spot(glam::Quat::IDENTITY, cone, None).unwrap();
-        let lamp = |position, emission| {
-            Emitter::point(position, Vec3::ONE, f32::INFINITY, emission).unwrap()
-        };
-        let cases = [
-            (lamp(Vec3::new(0.1, 0.2, 0.0), spot), fog),
-            (
-                lamp(Vec3::new(-4.0, 5.0, 1.0), Emission::Isotropic),
-                fog.within(bounds),
-            ),
-        ];
-        for (lamp, medium) in &cases {
-            let mut most = 0;
-            for i in 0..100 {
-                let towards = Vec3::new(1.0, 0.01 * i as f32 - 0.4, -0.03 * i as f32);
-                let origin = Vec3::new(-3.0, 0.1, -2.0);
-                let ray = Ray::new(origin, towards, 9.0).unwrap();
-                let Some(path) = LightPath::new(&ray, lamp, medium) else {
-                    continue;
-                };
-                most = most.max(path.kinks().count());
-                let value = |n| Quadrature::new(n).unwrap().radiance(&path, path.span()).x;
-                let (few, many) = (value(12), value(800));
-                assert!((few / many - 1.0).abs() < 2e-5, "{few} {many} {ray:?}");
-            }
-            assert!(most >= 2, "{most}");
-        }
-    }
-
-    #[test]
-    fn through_the_light_is_infinite_and_an_empty_interval_is_dark() {
-        let medium = Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
-        let lamp =
-            Emitter::point(Vec3::NEG_Z, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
-        let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, 5.0).unwrap();
-        let path = LightPath::new(&ray, &lamp, &medium).unwrap();
-        let rule = Quadrature::new(8).unwrap();
-        assert_eq!(
-            rule.radiance(&path, Interval::new(0.0, 2.0)),
-            Vec3::INFINITY
-        );
-        assert_eq!(rule.radiance(&path, Interval::new(0.5, 0.5)), Vec3::ZERO);
-        let off = path.off_the_light();
-        assert!(rule.radiance(&off, Interval::new(0.0, 2.0)).is_finite());
     }
 }

@@ -2,7 +2,7 @@
 
 use gpu_backend::gpu::Argument;
 
-use crate::airlight::{Midpoint, Quadrature};
+use crate::airlight::{EquiAngular, Midpoint};
 
 /// An airlight evaluator that brings its part of a shader.
 pub trait WgslAirlight {
@@ -31,7 +31,7 @@ impl WgslAirlight for Midpoint {
     }
 }
 
-impl WgslAirlight for Quadrature {
+impl WgslAirlight for EquiAngular {
     fn parts() -> &'static [&'static str] {
         &[
             include_str!("quadrature.wgsl"),

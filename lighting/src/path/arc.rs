@@ -10,7 +10,7 @@ use crate::{Interval, LightPath};
 
 /// An interval of a path as an arc seen from a point light.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct EquiAngular {
+pub(crate) struct Arc {
     interval: Interval,
     /// Distances of the two ends from the light.
     d_a: f32,
@@ -24,7 +24,7 @@ pub(crate) struct EquiAngular {
     extent: f32,
 }
 
-impl EquiAngular {
+impl Arc {
     /// `None` if the interval is empty.
     pub(crate) fn new(path: &LightPath<'_>, interval: Interval) -> Option<Self> {
         if !(interval.start < interval.end) {
@@ -105,7 +105,7 @@ impl EquiAngular {
 #[cfg(feature = "march")]
 #[derive(Debug, Clone)]
 pub(crate) struct Turns {
-    arc: EquiAngular,
+    arc: Arc,
     /// Cosine and sine of the whole angle, of one step, of the steps so far.
     whole: DVec2,
     step: DVec2,
@@ -115,7 +115,7 @@ pub(crate) struct Turns {
 #[cfg(feature = "march")]
 impl Turns {
     /// `steps` equal steps, at least 1.
-    pub(crate) fn new(arc: EquiAngular, steps: f64) -> Self {
+    pub(crate) fn new(arc: Arc, steps: f64) -> Self {
         let (whole, step, turned) = if arc.angle > 1e-3 {
             let angle = if arc.supplement < 1.0 {
                 PI - f64::from(arc.supplement)
@@ -183,7 +183,7 @@ mod tests {
                 let lamp = lamp.unwrap();
                 let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, length).unwrap();
                 let path = LightPath::new(&ray, &lamp, &fog).unwrap().off_the_light();
-                let arc = EquiAngular::new(&path, path.span()).unwrap();
+                let arc = Arc::new(&path, path.span()).unwrap();
                 for steps in [1_u32, 7, 4096] {
                     let mut turns = Turns::new(arc, f64::from(steps));
                     for i in 1..steps {

@@ -3,9 +3,10 @@
 mod arc;
 mod clip;
 
+use airlight::Segment;
 use glam::Vec3;
 
-pub(crate) use arc::EquiAngular;
+pub(crate) use arc::Arc;
 #[cfg(feature = "march")]
 pub(crate) use arc::Turns;
 use clip::Clip;
@@ -149,6 +150,27 @@ impl<'a> LightPath<'a> {
         self.kinks.into_iter().take_while(|x| x.is_finite())
     }
 
+    /// The interval divided at the kinks inside of it, in order.
+    pub fn without_kinks(&self, interval: Interval) -> impl Iterator<Item = Interval> {
+        let mut inside = self.kinks;
+        let mut count = 0;
+        for kink in self.kinks() {
+            if interval.start < kink && kink < interval.end {
+                inside[count] = kink;
+                count += 1;
+            }
+        }
+        (0..=count).map(move |i| {
+            let start = if i == 0 {
+                interval.start
+            } else {
+                inside[i - 1]
+            };
+            let end = if i == count { interval.end } else { inside[i] };
+            Interval::new(start, end)
+        })
+    }
+
     /// Distance `x` of the foot point of a point light; may be negative.
     pub fn foot(&self) -> f32 {
         self.foot
@@ -162,6 +184,36 @@ impl<'a> LightPath<'a> {
     /// Distance `x` at which the ray enters the medium.
     pub fn entry(&self) -> f32 {
         self.entry
+    }
+
+    /// The interval as the evaluators of the crate `airlight` take it, if they
+    /// apply: for a point light that shines alike in all directions, and of
+    /// whose way all runs in the medium.
+    pub fn segment(&self, interval: Interval) -> Option<Segment> {
+        let Emitter::Point(point) = self.emitter else {
+            return None;
+        };
+        let immersed = match self.medium.bounds() {
+            None => true,
+            Some(bounds) => bounds.contains(point.position()),
+        };
+        let applies = immersed && matches!(point.emission(), Emission::Isotropic);
+        applies.then(|| self.part(interval))
+    }
+
+    /// The interval as a point light sees it, whatever its emission.
+    pub(crate) fn part(&self, interval: Interval) -> Segment {
+        Segment {
+            x: interval.start - self.entry,
+            s: interval.start - self.foot,
+            h: self.h,
+            length: interval.length(),
+        }
+    }
+
+    /// Whether a point light lies on the interval.
+    pub(crate) fn meets_light(&self, interval: Interval) -> bool {
+        self.h == 0.0 && interval.start <= self.foot && self.foot <= interval.end
     }
 
     /// Unit vector from a point light towards the position `s` behind the foot

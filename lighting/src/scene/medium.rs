@@ -137,6 +137,11 @@ impl Bounds {
         self.max
     }
 
+    /// Whether `point` lies in the box or on its surface.
+    pub fn contains(&self, point: Vec3) -> bool {
+        point.cmpge(self.min).all() && point.cmple(self.max).all()
+    }
+
     /// The part of `interval` of the ray `start + x direction` inside the box,
     /// `None` if it is empty or a single point.
     pub fn clip(&self, start: Vec3, direction: Vec3, interval: Interval) -> Option<Interval> {

@@ -4,7 +4,7 @@ use gpu_backend::{Host, Memory};
 
 use super::VisibilitySource;
 use crate::airlight::far_end;
-use crate::path::{EquiAngular, Turns};
+use crate::path::{Arc, Turns};
 use crate::shadow_map::ShadowMap;
 use crate::{Emitter, Interval, LightPath, LitInterval};
 
@@ -27,7 +27,7 @@ pub enum Spacing {
 /// each whether the step is lit.
 ///
 /// Yields one interval per lit step. With [`Midpoint`] this is brute-force ray
-/// marching; with [`Quadrature`] of one node and equi-angular steps it is
+/// marching; with [`EquiAngular`] of one node and equi-angular steps it is
 /// equi-angular sampling; with [`MergeTouching`] in between, the samples find
 /// the ends of the lit runs and the evaluator does the rest.
 ///
@@ -35,7 +35,7 @@ pub enum Spacing {
 /// most half a step and by what the resolution of the map adds.
 ///
 /// [`Midpoint`]: crate::airlight::Midpoint
-/// [`Quadrature`]: crate::airlight::Quadrature
+/// [`EquiAngular`]: crate::airlight::EquiAngular
 /// [`MergeTouching`]: crate::visibility::MergeTouching
 #[derive(Debug)]
 pub struct ShadowMapMarch<'a, M: Memory> {
@@ -75,7 +75,7 @@ impl VisibilitySource for ShadowMapMarch<'_, Host> {
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
         let span = path.span();
         let arc = match (self.spacing, path.emitter()) {
-            (Spacing::EquiAngular, Emitter::Point(_)) => EquiAngular::new(path, span),
+            (Spacing::EquiAngular, Emitter::Point(_)) => Arc::new(path, span),
             _ => None,
         };
         let halves = 2.0 * f64::from(self.samples);

@@ -4,7 +4,7 @@ use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, Cpu, Download, Error, testing};
 
 use super::scenes::{casters, lights, media, rays};
-use crate::airlight::{Midpoint, Quadrature};
+use crate::airlight::{EquiAngular, Midpoint};
 use crate::emitter::Emission;
 use crate::scene::Medium;
 use crate::shadow_map::{Casters, RenderShadowMap};
@@ -74,7 +74,7 @@ where
 {
     let cpu = Cpu::new();
     let rays = rays(3000, closest);
-    let reference = Quadrature::new(8).unwrap();
+    let reference = EquiAngular::new(8).unwrap();
     let mut worst = 0.0_f32;
     for (light_name, light) in lights() {
         for (medium_name, medium) in media() {
@@ -104,7 +104,7 @@ where
 #[test]
 fn the_gpu_agrees_with_the_cpu_for_all_lights_media_and_pairs() {
     let Some(gpu) = testing::gpu() else { return };
-    let quadrature = Quadrature::new(8).unwrap();
+    let quadrature = EquiAngular::new(8).unwrap();
     compare(&gpu, "quadrature", (&Unshadowed, &quadrature), 1e-4);
     compare(&gpu, "midpoint", (&Unshadowed, &Midpoint), 1e-4);
     compare(
@@ -129,7 +129,7 @@ fn marches_through_the_same_map_agree_but_for_samples_on_the_border_of_a_texel()
     let Some(gpu) = testing::gpu() else { return };
     let cpu = Cpu::new();
     let casters = Casters::upload(&cpu, &casters()).unwrap();
-    let quadrature = Quadrature::new(2).unwrap();
+    let quadrature = EquiAngular::new(2).unwrap();
     let rays = rays(4000, 1e-3);
     let (mut all, mut different) = (0, 0);
     for (_, light) in lights() {

@@ -4,7 +4,7 @@ use gpu_backend::gpu::Gpu;
 use gpu_backend::{Backend, Buffer, Cpu, Download, Memory, testing};
 
 use super::scenes::{casters, lights, media, rays};
-use crate::airlight::Quadrature;
+use crate::airlight::EquiAngular;
 use crate::scene::Medium;
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMapError};
 use crate::visibility::{ShadowMapMarch, Spacing};
@@ -88,13 +88,13 @@ fn picture<B, M>(
 ) -> M::Buffer<[f32; 4]>
 where
     M: Memory,
-    B: RenderShadowMap<Memory = M> + for<'a> Gather<ShadowMapMarch<'a, M>, Quadrature>,
+    B: RenderShadowMap<Memory = M> + for<'a> Gather<ShadowMapMarch<'a, M>, EquiAngular>,
 {
     let casters = Casters::upload(backend, &casters()).unwrap();
     let map = backend.shadow_map(&casters, light, 128).unwrap();
     let mut radiance = backend.zeros(rays.len()).unwrap();
     let march = ShadowMapMarch::new(&map, 8, Spacing::EquiAngular);
-    let quadrature = Quadrature::new(2).unwrap();
+    let quadrature = EquiAngular::new(2).unwrap();
     backend
         .gather(rays, light, medium, &march, &quadrature, &mut radiance)
         .unwrap();

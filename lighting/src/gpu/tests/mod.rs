@@ -14,7 +14,7 @@ use gpu_backend::testing::Shader;
 use super::gather::parts;
 use super::scene::{self, EmitterRecord, MediumRecord, Scene};
 use super::*;
-use crate::airlight::{Midpoint, Quadrature};
+use crate::airlight::{EquiAngular, Midpoint};
 use crate::visibility::{MergeTouching, Unshadowed};
 
 /// Stands for the entry point.
@@ -43,8 +43,8 @@ fn all_parts_are_fit_for_other_shaders() {
 #[test]
 fn every_pair_compiles() {
     complete::<Unshadowed, Midpoint>();
-    complete::<Unshadowed, Quadrature>();
-    complete::<MergeTouching<Unshadowed>, Quadrature>();
+    complete::<Unshadowed, EquiAngular>();
+    complete::<MergeTouching<Unshadowed>, EquiAngular>();
     let merge = MergeTouching(Unshadowed).constants();
     assert_eq!(merge, [("MERGE", 1.0)]);
 }
@@ -58,7 +58,7 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
     use crate::visibility::ShadowMapMarch;
 
     complete::<ShadowMapMarch<'_, GpuMemory>, Midpoint>();
-    let shader = complete::<ShadowMapMarch<'_, GpuMemory>, Quadrature>();
+    let shader = complete::<ShadowMapMarch<'_, GpuMemory>, EquiAngular>();
     assert_same_layout!(
         shader,
         "light_Face",

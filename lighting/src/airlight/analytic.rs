@@ -1,0 +1,55 @@
+//! The evaluators of the crate `airlight` in scenes.
+
+use glam::Vec3;
+
+use super::{AirlightEvaluator, Quadrature};
+use crate::{Interval, LightPath};
+
+/// Any evaluator of the crate `airlight` for lights that shine alike in all
+/// directions from within the medium, and a quadrature for all others:
+/// spotlights, surfaces, lights outside of a bounded medium.
+///
+/// The evaluator must have been made for the phase function of the medium that
+/// it is used in. A coloured medium takes one evaluation per channel, a grey
+/// one a single one.
+#[derive(Debug, Clone)]
+pub struct Analytic<E> {
+    evaluator: E,
+    rest: Quadrature,
+}
+
+impl<E: airlight::Evaluator> Analytic<E> {
+    /// `evaluator` where it applies and `rest` elsewhere.
+    pub fn new(evaluator: E, rest: Quadrature) -> Self {
+        Self { evaluator, rest }
+    }
+
+    /// The evaluator.
+    pub fn evaluator(&self) -> &E {
+        &self.evaluator
+    }
+
+    /// What is used where the evaluator does not apply.
+    pub fn rest(&self) -> &Quadrature {
+        &self.rest
+    }
+}
+
+impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
+    fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
+        let Some(segment) = path.segment(interval) else {
+            return self.rest.radiance(path, interval);
+        };
+        let medium = path.medium();
+        let light = medium.sigma_s() * path.emitter().intensity();
+        let sigma_t = medium.sigma_t();
+        let channel = |sigma: f32| self.evaluator.airlight(sigma, &segment);
+        let airlight = if sigma_t == Vec3::splat(sigma_t.x) {
+            Vec3::splat(channel(sigma_t.x))
+        } else {
+            sigma_t.map(channel)
+        };
+        // A channel without light stays dark, even through the light.
+        Vec3::select(light.cmpgt(Vec3::ZERO), light * airlight, Vec3::ZERO)
+    }
+}
