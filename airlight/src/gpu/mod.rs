@@ -11,6 +11,8 @@
 //! | [`NUMERIC`] | arithmetic that does not overflow | `SEGMENT` |
 //! | [`SCALED`] | a segment in a unit of its own | `NUMERIC` |
 //! | [`TABLE`] | `air_table_airlight`: [`Table`](crate::Table) | `SCALED` |
+//! | [`NODES`] | `air_nodes`, `air_next_node`: [`Quadrature::nodes`](crate::Quadrature::nodes) | `SCALED` |
+//! | [`QUADRATURE`] | `air_quadrature_airlight`: [`Quadrature`](crate::Quadrature) | `PHASE`, `NODES` |
 //!
 //! Each evaluator reaches its data through two functions that its part names at
 //! the top and leaves to the shader around it, which binds the data where it
@@ -19,6 +21,18 @@
 //! | part | functions | what they return |
 //! |---|---|---|
 //! | `TABLE` | `air_table_uniforms`, `air_table_cell` | [`Table::gpu_uniforms`](crate::Table::gpu_uniforms), an entry of [`Table::gpu_cells`](crate::Table::gpu_cells) |
+//! | `NODES` | `air_quadrature_uniforms`, `air_quadrature_entry` | [`Quadrature::gpu_uniforms`](crate::Quadrature::gpu_uniforms), an entry of [`Quadrature::gpu_entries`](crate::Quadrature::gpu_entries) |
+//!
+//! An integrand of one's own takes its nodes from `NODES`:
+//!
+//! ```wgsl
+//! var nodes = air_nodes(sigma_t, segment);
+//! loop {
+//!     let node = air_next_node(&nodes);
+//!     if node.done { break; }
+//!     sum += node.weight * f(segment.x + node.distance);
+//! }
+//! ```
 //!
 //! An evaluator with a shader implements [`WgslEvaluator`]; then a GPU has the
 //! step [`EvaluateAirlight`](crate::EvaluateAirlight) for it, with the data in
@@ -42,15 +56,20 @@
 //! segment's start meet it, and what is farther away than `2^60` of that is not
 //! looked at. Segments without a result (no light, no lengths, no extinction)
 //! give 0.
+//!
+//! Some software drivers end loops after 65,535 iterations: a quadrature with
+//! more than 1000 nodes per piece may lose pieces there.
 
 mod batch;
 mod phase;
+mod quadrature;
 mod table;
 #[cfg(test)]
 mod tests;
 
 pub use batch::WgslEvaluator;
 pub use phase::PhaseRecord;
+pub use quadrature::QuadratureUniforms;
 pub use table::TableUniforms;
 
 /// Phase functions: `air_phase`, `air_phase_from_foot`.
@@ -63,3 +82,7 @@ pub const NUMERIC: &str = include_str!("numeric.wgsl");
 pub const SCALED: &str = include_str!("scaled.wgsl");
 /// `air_table_airlight`.
 pub const TABLE: &str = include_str!("table.wgsl");
+/// `air_nodes` and `air_next_node`.
+pub const NODES: &str = include_str!("nodes.wgsl");
+/// `air_quadrature_airlight`.
+pub const QUADRATURE: &str = include_str!("quadrature.wgsl");

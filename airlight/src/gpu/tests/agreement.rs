@@ -9,7 +9,7 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
 use crate::gpu::WgslEvaluator;
-use crate::{EvaluateAirlight, Evaluator, PhaseFunction, Segment, Table, stiff};
+use crate::{EvaluateAirlight, Evaluator, PhaseFunction, Quadrature, Segment, Table, stiff};
 
 /// Half a unit of the last digit, relative.
 const EPSILON: f64 = 0.5 * f32::EPSILON as f64;
@@ -169,6 +169,41 @@ fn tables_agree_with_the_cpu_but_for_lookups_on_the_border_of_a_cell() {
     }
 }
 
+#[test]
+fn fixed_quadratures_agree_with_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    for phase in PHASES {
+        for nodes in [1, 4, 10] {
+            let quadrature = Quadrature::fixed(phase, nodes).unwrap();
+            compare(
+                &gpu,
+                &format!("{nodes} nodes {phase:?}"),
+                &quadrature,
+                0.0,
+                0.0,
+            );
+        }
+    }
+}
+
+#[test]
+fn quadratures_with_a_tolerance_agree_with_the_cpu_but_for_pieces_between_two_rules() {
+    let Some(gpu) = testing::gpu() else { return };
+    for phase in PHASES {
+        for tolerance in [1e-1, 1e-3, 1e-5] {
+            let quadrature = Quadrature::with_tolerance(phase, tolerance).unwrap();
+            let border = 2.0 * f64::from(tolerance);
+            compare(
+                &gpu,
+                &format!("{tolerance} {phase:?}"),
+                &quadrature,
+                border,
+                BORDER,
+            );
+        }
+    }
+}
+
 /// Any f32 at all, ordinary ones more often than others.
 fn any_number() -> impl Strategy<Value = f32> {
     prop_oneof![
@@ -183,6 +218,9 @@ fn any_number() -> impl Strategy<Value = f32> {
 fn no_segment_gives_anything_but_a_number() {
     let Some(gpu) = testing::gpu() else { return };
     let table = Table::new(&PhaseFunction::Rayleigh, 16).unwrap();
+    let quadrature =
+        Quadrature::with_tolerance(PhaseFunction::CornetteShanks { g: -0.999_999_94 }, 1e-4)
+            .unwrap();
     let segment = [(); 4]
         .map(|()| any_number())
         .prop_map(|[x, s, h, length]| Segment { x, s, h, length });
@@ -192,7 +230,13 @@ fn no_segment_gives_anything_but_a_number() {
     let mut runner = TestRunner::deterministic();
     for _ in 0..40 {
         let (sigma_t, segments) = input.new_tree(&mut runner).unwrap().current();
-        for (name, results) in [("table", evaluated(&gpu, &table, sigma_t, &segments))] {
+        for (name, results) in [
+            ("table", evaluated(&gpu, &table, sigma_t, &segments)),
+            (
+                "quadrature",
+                evaluated(&gpu, &quadrature, sigma_t, &segments),
+            ),
+        ] {
             for (segment, value) in segments.iter().zip(results) {
                 let case = format!("{name} {sigma_t} {segment:?}");
                 assert!((0.0..=f32::MAX).contains(&value), "{case}: {value}");
@@ -212,12 +256,12 @@ fn no_segment_gives_anything_but_a_number() {
 #[test]
 fn empty_batches_and_wrong_lengths_are_handled_as_on_the_cpu() {
     let Some(gpu) = testing::gpu() else { return };
-    let table = Table::new(&PhaseFunction::Isotropic, 4).unwrap();
-    assert!(evaluated(&gpu, &table, 1.0, &[]).is_empty());
+    let quadrature = Quadrature::fixed(PhaseFunction::Isotropic, 4).unwrap();
+    assert!(evaluated(&gpu, &quadrature, 1.0, &[]).is_empty());
     let segments = gpu.zeros::<Segment>(3).unwrap();
     let mut short = gpu.zeros(2).unwrap();
     let error = gpu
-        .evaluate_airlight(&table, 1.0, &segments, &mut short)
+        .evaluate_airlight(&quadrature, 1.0, &segments, &mut short)
         .unwrap_err();
     assert!(matches!(
         error,
@@ -229,7 +273,7 @@ fn empty_batches_and_wrong_lengths_are_handled_as_on_the_cpu() {
     ));
     let segments = vec![Segment::default(); 3];
     let error = Cpu::new()
-        .evaluate_airlight(&table, 1.0, &segments, &mut vec![0.0; 2])
+        .evaluate_airlight(&quadrature, 1.0, &segments, &mut vec![0.0; 2])
         .unwrap_err();
     assert!(matches!(
         error,
