@@ -13,6 +13,7 @@
 //! | [`TABLE`] | `air_table_airlight`: [`Table`](crate::Table) | `SCALED` |
 //! | [`NODES`] | `air_nodes`, `air_next_node`: [`Quadrature::nodes`](crate::Quadrature::nodes) | `SCALED` |
 //! | [`QUADRATURE`] | `air_quadrature_airlight`: [`Quadrature`](crate::Quadrature) | `PHASE`, `NODES` |
+//! | [`SUN_TABLE`] | `air_sun_table_airlight`: [`SunTable`](crate::SunTable) | `NUMERIC` |
 //!
 //! Each evaluator reaches its data through two functions that its part names at
 //! the top and leaves to the shader around it, which binds the data where it
@@ -22,6 +23,7 @@
 //! |---|---|---|
 //! | `TABLE` | `air_table_uniforms`, `air_table_cell` | [`Table::gpu_uniforms`](crate::Table::gpu_uniforms), an entry of [`Table::gpu_cells`](crate::Table::gpu_cells) |
 //! | `NODES` | `air_quadrature_uniforms`, `air_quadrature_entry` | [`Quadrature::gpu_uniforms`](crate::Quadrature::gpu_uniforms), an entry of [`Quadrature::gpu_entries`](crate::Quadrature::gpu_entries) |
+//! | `SUN_TABLE` | `air_sun_table_rows`, `air_sun_table_value` | [`SunTable::gpu_rows`](crate::SunTable::gpu_rows), an entry of [`SunTable::gpu_values`](crate::SunTable::gpu_values) |
 //!
 //! An integrand of one's own takes its nodes from `NODES`:
 //!
@@ -63,6 +65,7 @@
 mod batch;
 mod phase;
 mod quadrature;
+mod sun_table;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -86,3 +89,5 @@ pub const TABLE: &str = include_str!("table.wgsl");
 pub const NODES: &str = include_str!("nodes.wgsl");
 /// `air_quadrature_airlight`.
 pub const QUADRATURE: &str = include_str!("quadrature.wgsl");
+/// `air_sun_table_airlight`.
+pub const SUN_TABLE: &str = include_str!("sun_table.wgsl");

@@ -9,7 +9,9 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
 use crate::gpu::WgslEvaluator;
-use crate::{EvaluateAirlight, Evaluator, PhaseFunction, Quadrature, Segment, Table, stiff};
+use crate::{
+    EvaluateAirlight, Evaluator, PhaseFunction, Quadrature, Segment, SunTable, Table, stiff,
+};
 
 /// Half a unit of the last digit, relative.
 const EPSILON: f64 = 0.5 * f32::EPSILON as f64;
@@ -221,6 +223,7 @@ fn no_segment_gives_anything_but_a_number() {
     let quadrature =
         Quadrature::with_tolerance(PhaseFunction::CornetteShanks { g: -0.999_999_94 }, 1e-4)
             .unwrap();
+    let sun_table = SunTable::new();
     let segment = [(); 4]
         .map(|()| any_number())
         .prop_map(|[x, s, h, length]| Segment { x, s, h, length });
@@ -235,6 +238,10 @@ fn no_segment_gives_anything_but_a_number() {
             (
                 "quadrature",
                 evaluated(&gpu, &quadrature, sigma_t, &segments),
+            ),
+            (
+                "published table",
+                evaluated(&gpu, &sun_table, sigma_t, &segments),
             ),
         ] {
             for (segment, value) in segments.iter().zip(results) {

@@ -2,13 +2,14 @@
 
 mod agreement;
 mod nodes;
+mod sun_table;
 
 use gpu_backend::assert_same_layout;
 use gpu_backend::testing::Shader;
 
 use super::batch::{Batch, parts};
 use super::*;
-use crate::{Quadrature, Segment, Table};
+use crate::{Quadrature, Segment, SunTable, Table};
 
 /// Stand for the bindings.
 const TABLE_DATA: &str = "
@@ -17,6 +18,9 @@ const TABLE_DATA: &str = "
 const QUADRATURE_DATA: &str = "
     fn air_quadrature_uniforms() -> air_Quadrature { return air_Quadrature(); }
     fn air_quadrature_entry(index: u32) -> vec4<f32> { return vec4(f32(index)); }";
+const SUN_TABLE_DATA: &str = "
+    fn air_sun_table_rows() -> f32 { return 1.0; }
+    fn air_sun_table_value(index: u32) -> f32 { return f32(index); }";
 
 #[test]
 fn all_parts_are_fit_for_other_shaders() {
@@ -24,12 +28,14 @@ fn all_parts_are_fit_for_other_shaders() {
     let table = [SCALED, TABLE, TABLE_DATA];
     let quadrature = [SCALED, PHASE, NODES, QUADRATURE, QUADRATURE_DATA];
     let nodes = [SCALED, NODES, QUADRATURE_DATA];
-    let all = [SCALED, PHASE, TABLE, NODES, QUADRATURE];
-    let data = [TABLE_DATA, QUADRATURE_DATA];
+    let sun_table = [SUN_TABLE, SUN_TABLE_DATA];
+    let all = [SCALED, PHASE, TABLE, NODES, QUADRATURE, SUN_TABLE];
+    let data = [TABLE_DATA, QUADRATURE_DATA, SUN_TABLE_DATA];
     for parts in [
         &table[..],
         &quadrature,
         &nodes,
+        &sun_table,
         &[all.as_slice(), &data].concat(),
     ] {
         let shader = Shader::new(&[&shared, parts].concat()).unwrap();
@@ -89,4 +95,9 @@ fn structures_and_constants_are_those_of_rust() {
             padding_b
         }
     );
+
+    let shader = Shader::new(&parts::<SunTable>()).unwrap();
+    let side = shader.values("air_SUN_TABLE_SIDE").unwrap();
+    let entries = SunTable::new().gpu_values().len();
+    assert_eq!(side[0] * side[0], entries as f64);
 }
