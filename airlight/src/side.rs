@@ -133,7 +133,7 @@ pub(crate) struct Side {
 
 /// Width of the sharpest peak that is looked for; it is as sharp as g next to 1
 /// in single precision.
-const SHARPEST: f64 = 1e-9;
+pub(crate) const SHARPEST: f64 = 1e-9;
 
 impl Side {
     /// The sides of a segment; `peaks` as in

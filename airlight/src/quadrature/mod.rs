@@ -11,6 +11,8 @@
 //! the exponent by no more than an amount, and on each a few Gauss–Legendre
 //! nodes converge at a rate that no input can spoil.
 
+#[cfg(feature = "wgpu")]
+mod gpu;
 mod piece;
 #[cfg(test)]
 mod tests;

@@ -109,6 +109,12 @@ impl Span {
         span
     }
 
+    /// All of it, for shaders.
+    #[cfg(feature = "wgpu")]
+    pub(super) fn bounds(&self) -> [f32; 3] {
+        [self.shifted, self.behind, self.depth].map(|bound| bound as f32)
+    }
+
     /// Whether it is no more than `most`.
     pub(super) fn within(&self, most: &Self) -> bool {
         self.shifted <= most.shifted && self.behind <= most.behind && self.depth <= most.depth

@@ -51,7 +51,7 @@ const FAR: f32 = 1e18;
 
 /// Parts that are shorter than this, over the distance from the light and in
 /// optical depth, are integrated: most of the light is behind their end.
-const NEAR: f32 = 0.25;
+pub(super) const NEAR: f32 = 0.25;
 
 /// Where a segment ends, and the distances of both its ends from the light.
 #[inline(always)]

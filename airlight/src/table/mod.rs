@@ -22,6 +22,8 @@ mod axes;
 mod batch;
 mod cells;
 mod design;
+#[cfg(feature = "wgpu")]
+mod gpu;
 mod integral;
 mod long;
 mod short;

@@ -63,19 +63,20 @@ impl Short {
         let over = if front_a { q_a } else { 1.0 };
         let under_front = if front_b { q_b } else { h };
         let under = if front_a { under_front } else { 1.0 };
-        // One division for κ, the angle and its cosine: where the part goes
-        // across the foot point `under` is h.
-        let inverse = 1.0 / (root_a * root_b * under);
-        let (under_sum, h_sum) = (under * sum, h * sum);
-        let rise = if across { product } else { under_sum };
+        // Two divisions for κ, the angle and its cosine: where the part goes
+        // across the foot point `under` is h. The product of all three lengths
+        // would be out of range next to the light.
+        let (inverse, per_under) = (1.0 / (root_a * root_b), 1.0 / under);
+        let (steep, h_sum) = (product * per_under, h * sum);
+        let rise = if across { steep } else { sum };
         let along = if across { h_sum } else { product };
         let share = length / (d_a + d_b);
         let (w_a, w_b) = (h * (h / q_a), h * (h / q_b));
         Self {
             depth: half_depth(extinction, segment.x, d_a),
             growth: extinction.octaves * (share * ((d_a + s) + (d_b + end))),
-            kappa: root_b * root_b * over * inverse,
-            bend: 2.0 * (1.0 - 0.5 * under * inverse * along),
+            kappa: root_b * root_b * inverse * (over * per_under),
+            bend: 2.0 * (1.0 - 0.5 * inverse * along),
             angle: 0.5 * inverse * rise * share,
             ends: [
                 if front_a { w_a } else { q_a },

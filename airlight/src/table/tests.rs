@@ -182,6 +182,23 @@ fn no_medium_leaves_the_angle_that_the_segment_covers() -> Result<(), Error> {
 }
 
 #[test]
+fn parts_that_end_just_before_the_light_are_bright() -> Result<(), Error> {
+    let table = Table::new(&PhaseFunction::Isotropic, 64)?;
+    let exact = Exact::new(PhaseFunction::Isotropic)?;
+    // The distances of the ends from the light, and their inverses, are in
+    // range, but not products of three of them.
+    let segment = Segment {
+        x: 1.753_356_6e-5,
+        s: -6.983_191_7e-13,
+        h: 0.0,
+        length: 6.982_921e-13,
+    };
+    let error = error(&table, &exact, 1e-4, &segment).unwrap();
+    assert!(error <= table.error_bound().into(), "{error:e}");
+    Ok(())
+}
+
+#[test]
 fn unusable_parameters_are_errors() {
     for kibibytes in [0, 3, 1025, u32::MAX] {
         assert!(Table::new(&PhaseFunction::Isotropic, kibibytes).is_err());

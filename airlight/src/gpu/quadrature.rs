@@ -1,0 +1,51 @@
+//! Quadratures as shaders take them.
+
+use bytemuck::{Pod, Zeroable};
+use gpu_backend::gpu::Argument;
+
+use super::{NODES, NUMERIC, PHASE, QUADRATURE, SCALED, WgslEvaluator};
+use crate::Quadrature;
+
+/// What `air_quadrature_uniforms` returns, fit for a uniform buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct QuadratureUniforms {
+    /// Which phase function, as in [`PhaseRecord`](super::PhaseRecord).
+    pub phase_kind: u32,
+    /// Its parameter.
+    pub phase_parameter: f32,
+    /// Number of rules.
+    pub rules: u32,
+    /// Optical depth after which nothing that counts is left.
+    pub opacity: f32,
+    /// Growth of the distance from the light after which nothing is left.
+    pub far: f32,
+    /// Width of the forward peak.
+    pub finest_front: f32,
+    /// Width of the backward peak.
+    pub finest_behind: f32,
+    /// Absorption below which it is ignored behind the foot point.
+    pub thin: f32,
+    /// The most by which the variable of a piece may grow.
+    pub growth: f32,
+    /// The most by which the exponent may.
+    pub fade: f32,
+    /// Always 0.
+    pub padding_a: u32,
+    /// Always 0.
+    pub padding_b: u32,
+}
+
+impl WgslEvaluator for Quadrature {
+    fn parts() -> &'static [&'static str] {
+        const BINDINGS: &str = include_str!("quadrature_bindings.wgsl");
+        &[NUMERIC, PHASE, SCALED, NODES, QUADRATURE, BINDINGS]
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        vec![
+            Argument::uniform(self.gpu_uniforms()),
+            Argument::table(&self.gpu_entries()),
+        ]
+    }
+}

@@ -1,0 +1,48 @@
+//! Tables as shaders take them.
+
+use bytemuck::{Pod, Zeroable};
+use gpu_backend::gpu::Argument;
+
+use super::{NUMERIC, SCALED, TABLE, WgslEvaluator};
+use crate::Table;
+
+/// What `air_table_uniforms` returns, fit for a uniform buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct TableUniforms {
+    /// How rows lie in front of the foot point and behind it, two numbers each.
+    pub slope: [f32; 4],
+    /// Units of the coefficients of second order.
+    pub units: [f32; 3],
+    /// Where cells begin to widen along v.
+    pub offset: f32,
+    /// log2 of the cells per doubling along v.
+    pub steps: u32,
+    /// Cells along v.
+    pub radial: u32,
+    /// Rows in front of the foot point.
+    pub rows_front: u32,
+    /// All rows.
+    pub rows: u32,
+    /// Nodes for short parts.
+    pub nodes: u32,
+    /// 1 for a constant phase function, else 0.
+    pub is_constant: u32,
+    /// The logarithm for base 2 of that.
+    pub constant: f32,
+    /// Always 0.
+    pub padding: f32,
+}
+
+impl WgslEvaluator for Table {
+    fn parts() -> &'static [&'static str] {
+        &[NUMERIC, SCALED, TABLE, include_str!("table_bindings.wgsl")]
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        vec![
+            Argument::uniform(self.gpu_uniforms()),
+            Argument::table(&self.gpu_cells()),
+        ]
+    }
+}
