@@ -61,13 +61,16 @@
 //! One light at a point, with or without a cone, or a directional one. A volume
 //! is valid for the eye and the view of its lattice. Details smaller than a voxel
 //! are lost or doubled; the quality is that of the coarsest of α, θ, φ and the
-//! shadow map.
+//! shadow map. Bits on different backends differ only where a rectified index does
+//! (see `gpu`, feature `wgpu`).
 //!
 //! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
 //! Voxelized Shadow Volumes, HPG 2013.
 
 mod build;
 mod error;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
 mod grid;
 mod index_map;
 mod query;

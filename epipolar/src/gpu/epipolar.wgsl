@@ -1,8 +1,5 @@
-// Epipolar coordinates and their voxels: the shader's side of `Space` and
-// `Lattice`.
-//
-// Needs
-//   fn epi_bound(index: u32) -> vec2<f32>    bounds of the voxels along φ
+// Epipolar coordinates, and their voxels along α and θ: the shader's side of
+// `Space` and `Lattice`.
 
 // Distances above this, in metres, count as infinite.
 const epi_FARTHEST: f32 = 1e18;
@@ -141,33 +138,6 @@ fn epi_alpha_position(l: epi_Lattice, alpha: vec2<f32>) -> f32 {
 
 fn epi_theta_position(l: epi_Lattice, theta: vec2<f32>) -> f32 {
     return 0.5 * f32(l.theta) + epi_relative(theta, l.theta_centre) * l.theta_scale;
-}
-
-fn epi_phi_position(l: epi_Lattice, phi: vec2<f32>) -> f32 {
-    var first = 0u;
-    var count = l.bits;
-    while count > 1u {
-        let half = count / 2u;
-        if epi_cross(epi_bound(first + half), phi) >= 0.0 {
-            first += half;
-        }
-        count -= half;
-    }
-    let passed = max(epi_cross(epi_bound(first), phi), 0.0);
-    let left = max(epi_cross(phi, epi_bound(first + 1u)), 0.0);
-    let sum = passed + left;
-    var share = 0.5;
-    if sum > 0.0 {
-        share = passed / sum;
-    }
-    return f32(first) + share;
-}
-
-fn epi_phi_at(l: epi_Lattice, position: f32) -> vec2<f32> {
-    let inside = clamp(position, 0.0, f32(l.bits));
-    let first = min(u32(inside), l.bits - 1u);
-    let bound = epi_bound(first);
-    return bound + (inside - f32(first)) * (epi_bound(first + 1u) - bound);
 }
 
 // φ of the point at a distance along a ray.

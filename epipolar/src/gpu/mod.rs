@@ -1,9 +1,10 @@
 //! Epipolar space in shaders.
 //!
 //! [`EPIPOLAR`] is a part for shaders of your own: structures, constants and
-//! functions with the prefix `epi_`, no bindings. It reads a [`LatticeRecord`],
-//! which you put into a uniform, and the bounds of the voxels along φ through
-//! `epi_bound`, which you define; [`Lattice::bounds`] is what it returns.
+//! functions with the prefix `epi_`, no bindings. Its functions take an
+//! `epi_Lattice`, a [`LatticeRecord`] in a uniform. [`PHI`] has the voxels along φ
+//! and reads their bounds through `epi_bound`, which you define;
+//! [`Lattice::bounds`] is what it returns.
 //!
 //! # Agreement with the CPU
 //!
@@ -19,8 +20,11 @@ use gpu_backend::{Buffer, Error};
 use crate::locate::check_lengths;
 use crate::{Lattice, Locate};
 
-/// WGSL of the coordinates and of their voxels.
+/// WGSL of the coordinates, and of their voxels along α and θ.
 pub const EPIPOLAR: &str = include_str!("epipolar.wgsl");
+
+/// WGSL of the voxels along φ.
+pub const PHI: &str = include_str!("phi.wgsl");
 
 /// A [`Lattice`] as shaders see it: `epi_Lattice`, but for the bounds of the
 /// voxels along φ.
@@ -86,7 +90,7 @@ struct Parameters {
     padding: [u32; 3],
 }
 
-const LOCATE: &[&str] = &[INDEX_WGSL, EPIPOLAR, include_str!("locate.wgsl")];
+const LOCATE: &[&str] = &[INDEX_WGSL, EPIPOLAR, PHI, include_str!("locate.wgsl")];
 
 /// Invocations per workgroup in `locate.wgsl`.
 const GROUP: u32 = 64;
@@ -137,7 +141,10 @@ mod tests {
 
     #[test]
     fn the_part_is_fit_for_other_shaders_and_has_the_constants_of_rust() {
-        let shader = Shader::new(&[EPIPOLAR, CONTRACT]).unwrap();
+        Shader::new(&[EPIPOLAR])
+            .and_then(|alone| alone.require_part("epi_"))
+            .unwrap();
+        let shader = Shader::new(&[EPIPOLAR, PHI, CONTRACT]).unwrap();
         shader.require_part("epi_").unwrap();
         let value = |name: &str| shader.values(name).unwrap();
         let wide = |v: f32| f64::from(v);
