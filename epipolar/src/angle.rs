@@ -63,6 +63,7 @@ pub(crate) fn length(vector: Vec2) -> f32 {
 }
 
 /// The unit vector along `vector`, whatever its length; (1, 0) if it has none.
+#[inline]
 pub(crate) fn normalised(vector: Vec2) -> Vec2 {
     let largest = vector.abs().max_element();
     if !(largest > 0.0 && largest.is_finite()) {

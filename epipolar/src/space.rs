@@ -173,18 +173,25 @@ impl Space {
     /// The coordinates of the ray along `direction`, of any length. Angles are
     /// right to 5e-7 rad (8 roundings), next to the axis as well. A direction
     /// that is 0 or not finite counts as the direction to the light.
+    #[inline]
     pub fn ray(&self, direction: Vec3) -> EyeRay {
         let largest = direction.abs().max_element();
-        if !(largest > 0.0 && largest.is_finite()) {
+        if !(largest > 0.0 && direction.is_finite()) {
             return EyeRay {
                 alpha: Angle::of(Vec2::X),
                 theta: Angle::of(Vec2::X),
             };
         }
-        let v = direction / largest;
+        // Squares of these are normal numbers.
+        let v = if (1e-9..1e9).contains(&largest) {
+            direction
+        } else {
+            direction / largest
+        };
         let theta = Vec2::new(v.dot(self.right), v.dot(self.up));
+        let alpha = Vec2::new(v.dot(self.axis), length(theta));
         EyeRay {
-            alpha: Angle::of(normalised(Vec2::new(v.dot(self.axis), length(theta)))),
+            alpha: Angle::of(alpha / alpha.length()),
             theta: Angle::of(theta),
         }
     }

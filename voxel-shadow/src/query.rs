@@ -178,11 +178,14 @@ impl<'a> ShadowVolume<'a, Host> {
         let theta = self.lattice.theta_position(ray.theta);
         let planes = resolution.theta();
         let (first, second, share) = if self.sampling.interpolate {
-            let below = (theta - 0.5).floor();
-            let [first, second] = [below, below + 1.0].map(|theta| self.plane(theta, planes));
-            (first, second, theta - 0.5 - below)
+            let (below, share) = split(theta - 0.5, planes);
+            (
+                self.plane(below, planes),
+                self.plane(below + 1, planes),
+                share,
+            )
         } else {
-            let plane = self.plane(theta.floor(), planes);
+            let plane = self.plane(split(theta, planes).0, planes);
             (plane, plane, 0.0)
         };
         Texels::Pair(Pair {
@@ -192,22 +195,32 @@ impl<'a> ShadowVolume<'a, Host> {
         })
     }
 
-    /// The plane at a whole position, which is one turn outside at most.
+    /// The plane of a number that is one turn outside at most.
     #[inline]
-    fn plane(&self, theta: f32, planes: u32) -> u32 {
-        if !self.lattice.ranges().wraps() {
-            return theta.clamp(0.0, (planes - 1) as f32) as u32;
-        }
-        let turn = planes as f32;
-        let inside = if theta < 0.0 {
-            theta + turn
-        } else if theta >= turn {
-            theta - turn
+    fn plane(&self, index: i32, planes: u32) -> u32 {
+        let turn = planes as i32;
+        let inside = if !self.lattice.ranges().wraps() {
+            index
+        } else if index < 0 {
+            index + turn
+        } else if index >= turn {
+            index - turn
         } else {
-            theta
+            index
         };
-        (inside as u32).min(planes - 1)
+        // Both bounds are numbers of planes.
+        inside.clamp(0, turn - 1) as u32
     }
+}
+
+/// The whole number below a position and what is left, positions far outside
+/// of `0..count` brought closer. Without [`f32::floor`], which is a function call
+/// on processors of the lowest common denominator.
+#[inline]
+fn split(position: f32, count: u32) -> (i32, f32) {
+    let shifted = position.clamp(-1.0, count as f32) + 1.0;
+    let below = shifted as i32;
+    (below - 1, shifted - below as f32)
 }
 
 /// Where the visibility of a ray is found.
@@ -243,14 +256,15 @@ impl<'a> Texels<'a> {
 /// The visibility at a position along φ.
 fn sample(texels: Texels<'_>, position: f32, sampling: Sampling) -> f32 {
     let texels = texels.pair();
-    let highest = (32 * texels.first.len() - 1) as f32;
+    let bits = 32 * texels.first.len() as u32;
     let position = position + sampling.phi_bias;
     if !sampling.interpolate {
-        return texels.visibility(position.clamp(0.0, highest) as u32);
+        return texels.visibility(position.clamp(0.0, (bits - 1) as f32) as u32);
     }
-    let below = (position - 0.5).floor();
-    let [a, b] = [below, below + 1.0].map(|bit| texels.visibility(bit.clamp(0.0, highest) as u32));
-    a + (position - 0.5 - below) * (b - a)
+    let (below, share) = split(position - 0.5, bits);
+    let highest = bits as i32 - 1;
+    let [a, b] = [below, below + 1].map(|bit| texels.visibility(bit.clamp(0, highest) as u32));
+    a + share * (b - a)
 }
 
 /// The shadow along an eye ray: one texel, or two between which is

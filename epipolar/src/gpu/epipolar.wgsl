@@ -95,25 +95,20 @@ fn epi_length(v: vec2<f32>) -> f32 {
     return 0.0;
 }
 
-// The unit vector along v; (1, 0) for the zero vector.
-fn epi_unit(v: vec2<f32>) -> vec2<f32> {
-    let largest = max(abs(v.x), abs(v.y));
-    if largest <= 0.0 {
-        return vec2(1.0, 0.0);
-    }
-    let scaled = v / largest;
-    return scaled / sqrt(dot(scaled, scaled));
-}
-
 // The coordinates of the ray along a direction of any length.
 fn epi_ray(l: epi_Lattice, direction: vec3<f32>) -> epi_Ray {
     let largest = max(abs(direction.x), max(abs(direction.y), abs(direction.z)));
     if largest <= 0.0 {
         return epi_Ray(vec2(1.0, 0.0), vec2(1.0, 0.0));
     }
-    let v = direction / largest;
+    // Squares of the others are normal numbers.
+    var v = direction;
+    if largest < 1e-9 || largest >= 1e9 {
+        v = direction / largest;
+    }
     let theta = vec2(dot(v, l.right), dot(v, l.up));
-    return epi_Ray(epi_unit(vec2(dot(v, l.axis), epi_length(theta))), theta);
+    let alpha = vec2(dot(v, l.axis), epi_length(theta));
+    return epi_Ray(alpha / sqrt(dot(alpha, alpha)), theta);
 }
 
 // φ of a point, as the pair (w, q); `ray` is the eye ray on which it lies.
