@@ -15,6 +15,9 @@ pub(crate) struct Cone {
     corners: Vec<DVec3>,
     /// Sum of the unit corners.
     middle: DVec3,
+    /// Whether all directions inside are less than a right angle from the
+    /// middle; wide triangles next to a light are not like this.
+    narrow: bool,
     /// Inward normals of the sides, of length 1 or less.
     sides: Vec<DVec3>,
 }
@@ -47,6 +50,7 @@ impl Cone {
             })
             .collect();
         Self {
+            narrow: corners.iter().all(|corner| corner.dot(middle) > 0.0),
             corners,
             middle,
             sides,
@@ -75,7 +79,9 @@ impl Cone {
 
     /// Whether a unit vector is inside, or within [`MARGIN`] of it.
     fn contains(&self, direction: DVec3) -> bool {
-        direction.dot(self.middle) >= 0.0
+        // Without the first, the opposite of a cone thinner than the margin
+        // would count as well.
+        (!self.narrow || direction.dot(self.middle) >= 0.0)
             && self
                 .sides
                 .iter()
@@ -176,4 +182,26 @@ impl Arc {
 
 pub(crate) fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_far_from_the_middle_of_a_wide_triangle_is_inside() {
+        // Two corners almost opposite to each other, the third next to one:
+        // the lonely one is more than a right angle from the middle.
+        let corners = [
+            DVec3::new(1.0, 0.1, 0.0),
+            DVec3::new(-1.0, 0.1, 0.0),
+            DVec3::new(1.0, 0.1, 0.5),
+        ]
+        .map(DVec3::normalize);
+        let inside = (corners[1] + 0.01 * (corners[0] + corners[2])).normalize();
+        let cone = Cone::new(corners.to_vec());
+        assert!(inside.dot(cone.middle) < 0.0);
+        assert_eq!(cone.angles(inside)[0], 0.0);
+        assert_eq!(cone.angles(-inside)[1], PI);
+    }
 }

@@ -25,27 +25,35 @@ impl Footprint {
         }
         let space = lattice.space();
         let [axis, right, up] = space.frame64();
-        let corners = triangle.map(|corner| corner.as_dvec3() - space.eye().as_dvec3());
+        // Seen from where light rays begin: the frame is rounded, and the light
+        // is not exactly on the axis through the eye.
+        let light = space.light().position();
+        let origin = light.unwrap_or(space.eye()).as_dvec3();
+        let corners = triangle.map(|corner| corner.as_dvec3() - origin);
         let flat = corners.map(|v| DVec2::new(v.dot(right), v.dot(up)));
         let nearest = distance_of_origin(&flat);
-        let largest = flat.iter().map(|v| v.length()).fold(0.0, f64::max);
-        let around = if nearest <= 1e-6 * largest {
+        let longest = |lengths: [f64; 3]| lengths.into_iter().fold(0.0, f64::max);
+        // Light rays are off by 16 roundings of their length; next to the axis
+        // that is more than the voxel that is allowed for.
+        let size = longest(corners.map(DVec3::length));
+        let voxels_per_radian =
+            f64::from(lattice.resolution().theta()) / lattice.ranges().theta_extent();
+        let around = if nearest <= 1e-6 * size * voxels_per_radian {
             Arc::Full
         } else {
             Arc::spanned_by(&flat)
         };
-        let phi = match space.light().position() {
-            None => [nearest, largest].map(|distance| Vec2::new(1.0, distance as f32)),
-            Some(position) => {
-                let shift = position.as_dvec3() - space.eye().as_dvec3();
-                let directions = corners.map(|v| (v - shift).try_normalize());
-                match directions.into_iter().collect::<Option<Vec<DVec3>>>() {
-                    Some(directions) => Cone::new(directions)
-                        .angles(-axis)
-                        .map(|phi| DVec2::new(phi.cos(), phi.sin().max(0.0)).as_vec2()),
-                    // The light is a corner.
-                    None => [Vec2::X, Vec2::NEG_X],
-                }
+        let phi = if light.is_none() {
+            [nearest, longest(flat.map(DVec2::length))]
+                .map(|distance| Vec2::new(1.0, distance as f32))
+        } else {
+            let directions = corners.map(DVec3::try_normalize);
+            match directions.into_iter().collect::<Option<Vec<DVec3>>>() {
+                Some(directions) => Cone::new(directions)
+                    .angles(-axis)
+                    .map(|phi| DVec2::new(phi.cos(), phi.sin().max(0.0)).as_vec2()),
+                // The light is a corner.
+                None => [Vec2::X, Vec2::NEG_X],
             }
         };
         let bits = lattice.resolution().bits();

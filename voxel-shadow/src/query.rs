@@ -126,7 +126,9 @@ impl<'a> ShadowVolume<'a, Host> {
     /// first surface at the distance `surface` in metres (+∞ for the sky; less
     /// than 0 or NaN counts as 0).
     ///
-    /// What lies outside of the lattice's ranges is as visible as the nearest voxel.
+    /// What lies outside of the lattice's ranges is as visible as the nearest voxel;
+    /// so is what lies before its near distance. If only a part of the ray matters,
+    /// give the surface nevertheless and cut the intervals.
     ///
     /// On the axis: looking at the light, the ray is lit if `surface` lies behind
     /// the light, and dark otherwise, because then the surface is between eye
@@ -149,11 +151,8 @@ impl<'a> ShadowVolume<'a, Host> {
     }
 
     /// The visibility of the light from a visible point of a surface, in
-    /// [0, 1].
-    ///
-    /// # Panics
-    /// Never; a point that is not finite has the visibility of the direction
-    /// to the light.
+    /// [0, 1]. A point that is not finite counts as one in the direction of the
+    /// light.
     pub fn visibility(&self, point: Vec3) -> f32 {
         let space = self.lattice.space();
         let place = space.coordinates(point);

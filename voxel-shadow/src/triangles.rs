@@ -35,17 +35,12 @@ pub trait RectifyTriangles: Backend {
     ) -> Result<(), Error>;
 }
 
-/// Planes that are one unit of work.
-const BAND: u32 = 8;
+/// Units of work into which the planes are divided. Each looks at the bounds of
+/// all triangles, which costs no memory, whatever the triangles.
+const BANDS: usize = 32;
 
-/// Triangles whose footprints are one unit of work.
+/// Triangles whose bounds are one unit of work.
 const CHUNK: usize = 1024;
-
-/// A triangle with the light rays it may block.
-struct Candidate {
-    corners: [Vec3; 3],
-    bits: std::ops::Range<u32>,
-}
 
 impl RectifyTriangles for Cpu {
     fn rectify_triangles(
@@ -57,42 +52,28 @@ impl RectifyTriangles for Cpu {
         check(lattice, map)?;
         let resolution = lattice.resolution();
         let bits = resolution.bits() as usize;
-        let bands = resolution.theta().div_ceil(BAND);
         let footprints = self.map(triangles.len().div_ceil(CHUNK), |chunk| {
             triangles[chunk * CHUNK..]
                 .iter()
                 .take(CHUNK)
-                .filter_map(|corners| Some((*corners, lattice.footprint(corners)?)))
-                .filter(|(_, footprint)| !footprint.bits.is_empty())
+                .filter_map(|corners| Some((corners, lattice.footprint(corners)?)))
                 .collect::<Vec<_>>()
         });
-        // All triangles of a band of planes, in any order: the least index
-        // does not depend on it.
-        let mut candidates: Vec<Vec<Candidate>> = Vec::new();
-        candidates.resize_with(bands as usize, Vec::new);
-        for (corners, footprint) in footprints.iter().flatten() {
-            let mut band = None;
-            for plane in footprint.planes.clone() {
-                let next = (plane % resolution.theta()) / BAND;
-                if band != Some(next) {
-                    band = Some(next);
-                    candidates[next as usize].push(Candidate {
-                        corners: *corners,
-                        bits: footprint.bits.clone(),
-                    });
-                }
-            }
-        }
         let parallel = lattice.space().is_directional();
-        let band = BAND as usize * bits;
-        self.for_each_chunk(map.indices_mut(), band, |first, planes| {
-            planes.fill(resolution.alpha());
-            let first_plane = first / bits;
-            for (plane, indices) in planes.chunks_exact_mut(bits).enumerate() {
-                for candidate in &candidates[first / band] {
-                    for bit in candidate.bits.clone().map(|bit| bit as usize) {
-                        let ray = lattice.light_ray(first_plane + plane, bit);
-                        if let Some(distance) = hit(&ray, &candidate.corners, parallel) {
+        let turn = resolution.theta();
+        let band = (turn as usize).div_ceil(BANDS) * bits;
+        self.for_each_chunk(map.indices_mut(), band, |first, indices| {
+            indices.fill(resolution.alpha());
+            for (corners, footprint) in footprints.iter().flatten() {
+                for (plane, indices) in (first / bits..).zip(indices.chunks_exact_mut(bits)) {
+                    let plane_index = plane as u32;
+                    let planes = &footprint.planes;
+                    if !(planes.contains(&plane_index) || planes.contains(&(plane_index + turn))) {
+                        continue;
+                    }
+                    for bit in footprint.bits.clone().map(|bit| bit as usize) {
+                        let ray = lattice.light_ray(plane, bit);
+                        if let Some(distance) = hit(&ray, corners, parallel) {
                             let index = lattice.blocked_from(bit, distance);
                             indices[bit] = indices[bit].min(index);
                         }
