@@ -1,0 +1,186 @@
+// Epipolar coordinates, and their voxels along α and θ: the shader's side of
+// `Space` and `Lattice`.
+
+// Distances above this, in metres, count as infinite.
+const epi_FARTHEST: f32 = 1e18;
+
+// Stands for an infinite distance: f32::MAX. Shaders may assume that
+// infinities do not occur.
+const epi_INFINITE: f32 = 0x1.fffffep+127;
+
+const epi_PI: f32 = 3.14159274;
+
+// atan r = r + r z p(z), z = r², up to tan(π/8).
+const epi_ATAN = array<f32, 5>(-0.3333333, 0.1999954, -0.14263956, 0.10743731, -0.06451928);
+const epi_TAN_EIGHTH: f32 = 0.41421357;
+
+struct epi_Lattice {
+    eye: vec3<f32>,
+    // Of eye and light; 0 for a directional light.
+    distance: f32,
+    axis: vec3<f32>,
+    directional: u32,
+    right: vec3<f32>,
+    alpha_scale: f32,
+    up: vec3<f32>,
+    theta_scale: f32,
+    light: vec3<f32>,
+    wraps: u32,
+    alpha_start: vec2<f32>,
+    theta_centre: vec2<f32>,
+    alpha: u32,
+    theta: u32,
+    bits: u32,
+    starts_on_axis: u32,
+}
+
+// The direction of an eye ray: unit vector of α, any vector of θ.
+struct epi_Ray {
+    alpha: vec2<f32>,
+    theta: vec2<f32>,
+}
+
+struct epi_LightRay {
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+}
+
+// The angle of the vector (x, y) in [-π, π], 0 for the zero vector. Relative
+// error 3e-7; WGSL's own atan2 may be off by 4096 ULP.
+fn epi_angle(y: f32, x: f32) -> f32 {
+    let a = abs(x);
+    let b = abs(y);
+    let small = min(a, b);
+    let large = max(a, b);
+    if large <= 0.0 {
+        return 0.0;
+    }
+    var r = small / large;
+    var offset = 0.0;
+    if small > epi_TAN_EIGHTH * large {
+        r = (small - large) / (small + large);
+        offset = 0.25 * epi_PI;
+    }
+    let z = r * r;
+    let p = epi_ATAN[0] + z * (epi_ATAN[1] + z * (epi_ATAN[2] + z * (epi_ATAN[3] + z * epi_ATAN[4])));
+    var angle = offset + (r + r * z * p);
+    if b > a {
+        angle = 0.5 * epi_PI - angle;
+    }
+    if x < 0.0 {
+        angle = epi_PI - angle;
+    }
+    return select(angle, -angle, y < 0.0);
+}
+
+fn epi_cross(a: vec2<f32>, b: vec2<f32>) -> f32 {
+    return a.x * b.y - a.y * b.x;
+}
+
+// The angle by which one vector is ahead of another, in [-π, π].
+fn epi_relative(a: vec2<f32>, other: vec2<f32>) -> f32 {
+    return epi_angle(epi_cross(other, a), dot(other, a));
+}
+
+// The length of a vector, also if its square underflows.
+fn epi_length(v: vec2<f32>) -> f32 {
+    let largest = max(abs(v.x), abs(v.y));
+    if largest > 1e-18 {
+        return sqrt(dot(v, v));
+    }
+    if largest > 0.0 {
+        let scaled = v / largest;
+        return largest * sqrt(dot(scaled, scaled));
+    }
+    return 0.0;
+}
+
+// The coordinates of the ray along a direction of any length.
+fn epi_ray(l: epi_Lattice, direction: vec3<f32>) -> epi_Ray {
+    let largest = max(abs(direction.x), max(abs(direction.y), abs(direction.z)));
+    if largest <= 0.0 {
+        return epi_Ray(vec2(1.0, 0.0), vec2(1.0, 0.0));
+    }
+    // Squares of the others are normal numbers.
+    var v = direction;
+    if largest < 1e-9 || largest >= 1e9 {
+        v = direction / largest;
+    }
+    let theta = vec2(dot(v, l.right), dot(v, l.up));
+    let alpha = vec2(dot(v, l.axis), epi_length(theta));
+    return epi_Ray(alpha / sqrt(dot(alpha, alpha)), theta);
+}
+
+// φ of a point, as the pair (w, q); `ray` is the eye ray on which it lies.
+fn epi_phi(l: epi_Lattice, ray: epi_Ray, point: vec3<f32>) -> vec2<f32> {
+    if max(abs(point.x), max(abs(point.y), abs(point.z))) > epi_FARTHEST {
+        return epi_phi_along(l, ray, epi_INFINITE);
+    }
+    let from_eye = point - l.eye;
+    let across = vec2(dot(from_eye, l.right), dot(from_eye, l.up));
+    if l.directional != 0u {
+        return vec2(1.0, epi_length(across));
+    }
+    let from_light = point - l.light;
+    let nearer = vec2(dot(from_light, l.right), dot(from_light, l.up));
+    let at_light = dot(from_light, from_light) < dot(from_eye, from_eye);
+    return vec2(-dot(from_light, l.axis), epi_length(select(across, nearer, at_light)));
+}
+
+fn epi_alpha_position(l: epi_Lattice, alpha: vec2<f32>) -> f32 {
+    return epi_relative(alpha, l.alpha_start) * l.alpha_scale;
+}
+
+fn epi_theta_position(l: epi_Lattice, theta: vec2<f32>) -> f32 {
+    return 0.5 * f32(l.theta) + epi_relative(theta, l.theta_centre) * l.theta_scale;
+}
+
+// φ of the point at a distance along a ray.
+fn epi_phi_along(l: epi_Lattice, ray: epi_Ray, distance: f32) -> vec2<f32> {
+    let directional = l.directional != 0u;
+    if distance > epi_FARTHEST {
+        return vec2(select(-ray.alpha.x, 0.0, directional), ray.alpha.y);
+    }
+    let w = select(l.distance - distance * ray.alpha.x, 1.0, directional);
+    return vec2(w, distance * ray.alpha.y);
+}
+
+// The distance along a ray at which it has reached φ.
+fn epi_distance_along(l: epi_Lattice, ray: epi_Ray, phi: vec2<f32>) -> f32 {
+    if phi.y <= 0.0 {
+        return 0.0;
+    }
+    var numerator = l.distance * phi.y;
+    var denominator = ray.alpha.y * phi.x + ray.alpha.x * phi.y;
+    if l.directional != 0u {
+        numerator = phi.y;
+        denominator = ray.alpha.y * phi.x;
+    }
+    if denominator > numerator / epi_FARTHEST {
+        return numerator / denominator;
+    }
+    return epi_INFINITE;
+}
+
+// The light ray of a plane (unit vector of θ) and an angle at the light (as
+// `Lattice::light_angles` has them).
+fn epi_light_ray(l: epi_Lattice, plane: vec2<f32>, phi: vec2<f32>) -> epi_LightRay {
+    let out = plane.x * l.right + plane.y * l.up;
+    if l.directional != 0u {
+        return epi_LightRay(l.eye + phi.y * out, -l.axis);
+    }
+    return epi_LightRay(l.light, phi.y * out - phi.x * l.axis);
+}
+
+// The voxel along α that holds a blocker, or the number of voxels.
+fn epi_blocked_from(l: epi_Lattice, phi: vec2<f32>, distance: f32) -> u32 {
+    if !(abs(distance) < epi_INFINITE) {
+        return l.alpha;
+    }
+    var alpha = vec2(-distance, phi.y);
+    if l.directional == 0u {
+        let from_light = max(distance, 0.0);
+        alpha = vec2(l.distance - from_light * phi.x, from_light * phi.y);
+    }
+    return u32(clamp(epi_alpha_position(l, alpha), 0.0, f32(l.alpha)));
+}

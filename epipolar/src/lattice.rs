@@ -1,0 +1,237 @@
+//! Voxels of epipolar space: from coordinates to texels and bits, and back.
+
+use glam::{Vec2, Vec3};
+
+use crate::{
+    Angle, Coordinates, Error, EyeRay, LightRay, Phi, Ranges, Resolution, Space, Spacing, View,
+};
+
+/// The voxels of what a view sees in an epipolar space.
+///
+/// A *position* is a coordinate counted in voxels: voxel `i` reaches from `i`
+/// to `i + 1` and has its centre at `i + ½`. α and θ are divided evenly, φ by
+/// the chosen [`Spacing`]. What lies outside of the ranges belongs to the nearest
+/// voxel.
+///
+/// A position along α is off by at most 8e-7 rad (the 5e-7 of
+/// [`Space::ray`] and the angle function's 3e-7), divided by the width of a
+/// voxel, and so is one along θ, divided by sin α as well; one along φ by
+/// the same angle at the light. Voxels should be several times as wide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lattice {
+    space: Space,
+    ranges: Ranges,
+    resolution: Resolution,
+    alpha_start: Angle,
+    alpha_scale: f32,
+    theta_centre: Angle,
+    theta_scale: f32,
+    /// Bounds of the voxels along φ, one more than there are bits.
+    bounds: Vec<Vec2>,
+    /// Centres of the voxels along φ.
+    light_angles: Vec<Vec2>,
+    /// Centres of the voxels along θ: unit vectors.
+    planes: Vec<Vec2>,
+}
+
+impl Lattice {
+    /// Divides the [`Ranges`] of what `view` sees.
+    ///
+    /// # Errors
+    /// Those of [`Ranges::new`]; [`Error::BadValue`] for a `spacing` whose
+    /// extinction is negative or not finite, or that asks for equal distances in a
+    /// view without a far end.
+    pub fn new(
+        space: Space,
+        view: &View,
+        resolution: Resolution,
+        spacing: Spacing,
+    ) -> Result<Self, Error> {
+        let ranges = Ranges::new(&space, view)?;
+        let bounds = crate::spacing::bounds(&space, view, &ranges, spacing, resolution.bits())?;
+        // Both ends are unit vectors, or have w = 1: their mean is the middle.
+        let middle = |ends: &[Vec2]| {
+            let mean = 0.5 * (ends[0] + ends[1]);
+            if space.is_directional() {
+                mean
+            } else {
+                mean.normalize()
+            }
+        };
+        let theta_step = ranges.theta_extent() / f64::from(resolution.theta());
+        let theta_low = ranges.theta_centre() - 0.5 * ranges.theta_extent();
+        let [alpha_low, alpha_high] = ranges.alpha();
+        Ok(Self {
+            alpha_start: Angle::from_radians(alpha_low),
+            alpha_scale: (f64::from(resolution.alpha()) / (alpha_high - alpha_low)) as f32,
+            theta_centre: Angle::from_radians(ranges.theta_centre()),
+            theta_scale: (1.0 / theta_step) as f32,
+            light_angles: bounds.windows(2).map(middle).collect(),
+            planes: (0..resolution.theta())
+                .map(|i| theta_low + (f64::from(i) + 0.5) * theta_step)
+                .map(|theta| Angle::from_radians(theta).vector())
+                .collect(),
+            bounds,
+            space,
+            ranges,
+            resolution,
+        })
+    }
+
+    /// The coordinates that are divided.
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// What is divided.
+    pub fn ranges(&self) -> &Ranges {
+        &self.ranges
+    }
+
+    /// Into how many voxels.
+    pub fn resolution(&self) -> Resolution {
+        self.resolution
+    }
+
+    /// The bounds of the voxels along φ, as the pairs of [`Phi`]: one more than
+    /// there are bits, in order.
+    pub fn bounds(&self) -> &[Vec2] {
+        &self.bounds
+    }
+
+    /// The centres of the voxels along φ, as the pairs of [`Phi`]; of length 1
+    /// for a light at a point, with w = 1 for a directional one.
+    pub fn light_angles(&self) -> &[Vec2] {
+        &self.light_angles
+    }
+
+    /// The centres of the voxels along θ, as unit vectors.
+    pub fn planes(&self) -> &[Vec2] {
+        &self.planes
+    }
+
+    /// Start of the range of α, texels per radian; centre of the range of θ,
+    /// texels per radian.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn scales(&self) -> (Angle, f32, Angle, f32) {
+        (
+            self.alpha_start,
+            self.alpha_scale,
+            self.theta_centre,
+            self.theta_scale,
+        )
+    }
+
+    /// Whether the first voxel along α begins on the axis towards the light.
+    pub fn starts_on_axis(&self) -> bool {
+        self.ranges.alpha()[0] == 0.0
+    }
+
+    /// The position of an α; below 0 or above the number of texels if it is
+    /// outside of the range.
+    #[inline]
+    pub fn alpha_position(&self, alpha: Angle) -> f32 {
+        alpha.relative_to(self.alpha_start) * self.alpha_scale
+    }
+
+    /// The position of a θ; below 0 or above the number of texels if it is
+    /// outside of a range that does not [wrap](Ranges::wraps).
+    #[inline]
+    pub fn theta_position(&self, theta: Angle) -> f32 {
+        0.5 * self.resolution.theta() as f32
+            + theta.relative_to(self.theta_centre) * self.theta_scale
+    }
+
+    /// The position of a φ, from 0 to the number of bits; non-decreasing in φ.
+    ///
+    /// Within a voxel it is the sine of the angle from one bound divided by the
+    /// sum of the sines from both, which is the share of the angle to 1e-3 for
+    /// 32 bits over half a turn, and better the narrower the voxel. For a
+    /// directional light it is the share of the distance.
+    #[inline]
+    pub fn phi_position(&self, phi: Phi) -> f32 {
+        let pair = phi.pair();
+        let mut first = 0;
+        let mut count = self.bounds.len() - 1;
+        // The last bound at or below φ, the end of the range excluded.
+        while count > 1 {
+            let half = count / 2;
+            let passed = self.bounds[first + half].perp_dot(pair) >= 0.0;
+            first += if passed { half } else { 0 };
+            count -= half;
+        }
+        let passed = self.bounds[first].perp_dot(pair).max(0.0);
+        let left = pair.perp_dot(self.bounds[first + 1]).max(0.0);
+        let sum = passed + left;
+        let share = if sum > 0.0 { passed / sum } else { 0.5 };
+        first as f32 + share
+    }
+
+    /// The φ at a position: the inverse of [`Lattice::phi_position`] to 2 ULP
+    /// of the position. Positions outside of the range count as its ends.
+    #[inline]
+    pub fn phi_at(&self, position: f32) -> Phi {
+        let bits = self.resolution.bits();
+        let position = position.clamp(0.0, bits as f32);
+        let first = (position as usize).min(bits as usize - 1);
+        let share = position - first as f32;
+        Phi::of(self.bounds[first] + share * (self.bounds[first + 1] - self.bounds[first]))
+    }
+
+    /// The α at a position.
+    pub fn alpha_at(&self, position: f32) -> Angle {
+        Angle::from_radians(
+            self.ranges.alpha()[0] + f64::from(position) / f64::from(self.alpha_scale),
+        )
+    }
+
+    /// The θ at a position.
+    pub fn theta_at(&self, position: f32) -> Angle {
+        let from_centre = f64::from(position) - 0.5 * f64::from(self.resolution.theta());
+        Angle::from_radians(self.ranges.theta_centre() + from_centre / f64::from(self.theta_scale))
+    }
+
+    /// The coordinates of the centre of a voxel.
+    pub fn centre(&self, alpha: u32, theta: u32, bit: u32) -> Coordinates {
+        Coordinates {
+            ray: EyeRay {
+                alpha: self.alpha_at(alpha as f32 + 0.5),
+                theta: self.theta_at(theta as f32 + 0.5),
+            },
+            phi: Phi::of(self.light_angles[bit as usize]),
+        }
+    }
+
+    /// The light ray through the centres of all voxels (·, θ, bit).
+    ///
+    /// # Panics
+    /// If the indices are not below those of [`Lattice::resolution`].
+    #[inline]
+    pub fn light_ray(&self, theta: usize, bit: usize) -> LightRay {
+        self.space
+            .light_ray_of_units(self.planes[theta], self.light_angles[bit])
+    }
+
+    /// The first voxel along α that light does not pass freely if a light ray of
+    /// `bit` meets a blocker at `distance` from its origin (metres): the index
+    /// from which on all voxels are shadowed.
+    ///
+    /// 0 if the blocker lies before the range, the number of texels if it lies
+    /// behind, is infinite or [`f32::MAX`], or the distance is NaN.
+    #[inline]
+    pub fn blocked_from(&self, bit: usize, distance: f32) -> u32 {
+        if !(distance.abs() < f32::MAX) {
+            return self.resolution.alpha();
+        }
+        let phi = self.light_angles[bit];
+        let alpha = self.space.alpha_along_unit(phi, distance);
+        // Negative numbers become 0.
+        (self.alpha_position(alpha) as u32).min(self.resolution.alpha())
+    }
+
+    /// The voxels along θ and φ whose light rays can meet a triangle, or more;
+    /// `None` if a corner is not finite.
+    pub fn footprint(&self, triangle: &[Vec3; 3]) -> Option<crate::Footprint> {
+        crate::Footprint::new(self, triangle)
+    }
+}

@@ -1,0 +1,50 @@
+// Lit intervals of many rays: entry point.
+
+struct Parameters {
+    lattice: epi_Lattice,
+    sampling: vsv_Sampling,
+    count: u32,
+    // Per ray.
+    places: u32,
+}
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage> bounds: array<vec2<f32>>;
+@group(0) @binding(2) var<storage> words: array<u32>;
+@group(0) @binding(3) var<storage> rays: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read_write> intervals: array<vsv_LitInterval>;
+@group(0) @binding(5) var<storage, read_write> counts: array<u32>;
+
+fn epi_bound(index: u32) -> vec2<f32> {
+    return bounds[index];
+}
+
+fn vsv_word(index: u32) -> u32 {
+    return words[index];
+}
+
+@compute @workgroup_size(64)
+fn lit_intervals(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = gpu_index(workgroup, workgroups, local, 64u);
+    if i >= parameters.count {
+        return;
+    }
+    let l = parameters.lattice;
+    var look = vsv_look(l, parameters.sampling, rays[i].xyz, rays[i].w);
+    var count = 0u;
+    loop {
+        let interval = vsv_next_lit(l, parameters.sampling, &look);
+        if interval.visibility <= 0.0 {
+            break;
+        }
+        if count < parameters.places {
+            intervals[i * parameters.places + count] = interval;
+        }
+        count += 1u;
+    }
+    counts[i] = count;
+}

@@ -1,0 +1,43 @@
+//! Shadow volumes on a GPU, and their part for other shaders.
+//!
+//! [`SHADOW`] holds the queries as functions with the prefix `vsv_`, without
+//! bindings: paste it after `epipolar::gpu::EPIPOLAR` and `PHI`, define `vsv_word`,
+//! which reads the grid, and `epi_bound`. [`SamplingRecord`] is what it takes for
+//! a [`Sampling`].
+//!
+//! A shadow map that lives on the GPU takes part in [`Rectify`](crate::Rectify) as
+//! a [`WgslFirstBlocker`].
+//!
+//! # Agreement with the CPU
+//!
+//! Setting bits and extruding them are integer steps: the same bits for the same
+//! index map. Rectified indices differ by one where a blocker is within
+//! rounding of the border of a voxel, 1.6e-6 rad on either side: the share of
+//! the indices is at most 3.2e-6 divided by the width of a voxel along α, and
+//! what the source itself adds at silhouettes. Queries agree but for rays within
+//! the same distance of another texel.
+//!
+//! Distances to the sky are [`f32::MAX`]; shaders may assume that infinities do not
+//! occur, and so the numbers in buffers must be finite.
+//!
+//! # Limits
+//!
+//! At most five storage buffers, and what a [`WgslFirstBlocker`] adds.
+
+mod build;
+mod query;
+mod rectify;
+#[cfg(test)]
+mod tests;
+
+pub use query::SamplingRecord;
+pub use rectify::WgslFirstBlocker;
+
+#[cfg(doc)]
+use crate::Sampling;
+
+/// WGSL of the queries of a shadow volume.
+pub const SHADOW: &str = include_str!("shadow.wgsl");
+
+/// Invocations per workgroup of all shaders but the scan.
+const GROUP: u32 = 64;

@@ -1,0 +1,234 @@
+// Queries of a voxelized shadow volume: the shader's side of `ShadowVolume`, in
+// the spirit of the paper's appendix. Texels are read a word at a time, so
+// that any number of bits per texel works and no vector component is selected at
+// run time.
+//
+// Needs the parts `EPIPOLAR` and `PHI` of epipolar, and
+//   fn vsv_word(index: u32) -> u32    the words of the grid
+
+// Decided by distances instead of texels.
+const vsv_LIT: u32 = 1u;
+const vsv_DARK: u32 = 2u;
+
+struct vsv_Sampling {
+    alpha_bias: f32,
+    phi_bias: f32,
+    axis: f32,
+    interpolate: u32,
+}
+
+// Voxels along φ that are equally visible; visibility 0 for none.
+struct vsv_Run {
+    start: f32,
+    end: f32,
+    visibility: f32,
+}
+
+// A lit part of a ray, in metres; visibility 0 for none.
+struct vsv_LitInterval {
+    start: f32,
+    end: f32,
+    visibility: f32,
+}
+
+// Two texels side by side along θ: where their words begin, and the share of the
+// second.
+struct vsv_Texels {
+    first: u32,
+    second: u32,
+    share: f32,
+    decided: u32,
+}
+
+// A ray, and how far its runs have been read.
+struct vsv_Look {
+    ray: epi_Ray,
+    texels: vsv_Texels,
+    surface: f32,
+    end: f32,
+    bit: u32,
+    last: u32,
+    start: f32,
+    reached: f32,
+    done: bool,
+}
+
+fn vsv_plane(l: epi_Lattice, theta: f32) -> u32 {
+    let turn = f32(l.theta);
+    var inside = theta;
+    if l.wraps == 0u {
+        inside = max(theta, 0.0);
+    } else if theta < 0.0 {
+        inside = theta + turn;
+    } else if theta >= turn {
+        inside = theta - turn;
+    }
+    return min(u32(max(inside, 0.0)), l.theta - 1u);
+}
+
+// The texels of a ray that ends at a surface.
+fn vsv_texels(l: epi_Lattice, sampling: vsv_Sampling, ray: epi_Ray, surface: f32) -> vsv_Texels {
+    let alpha = epi_alpha_position(l, ray.alpha);
+    if l.starts_on_axis != 0u && alpha < sampling.axis {
+        var distance = epi_FARTHEST;
+        if l.directional == 0u {
+            distance = min(l.distance, epi_FARTHEST);
+        }
+        return vsv_Texels(0u, 0u, 0.0, select(vsv_DARK, vsv_LIT, surface >= distance));
+    }
+    let row = u32(clamp(alpha + sampling.alpha_bias, 0.0, f32(l.alpha - 1u)));
+    let theta = epi_theta_position(l, ray.theta);
+    var below = floor(theta);
+    var above = below;
+    var share = 0.0;
+    if sampling.interpolate != 0u {
+        below = floor(theta - 0.5);
+        above = below + 1.0;
+        share = theta - 0.5 - below;
+    }
+    let words = l.bits / 32u;
+    return vsv_Texels(
+        (row * l.theta + vsv_plane(l, below)) * words,
+        (row * l.theta + vsv_plane(l, above)) * words,
+        share,
+        0u,
+    );
+}
+
+// The words of the two texels.
+fn vsv_words(texels: vsv_Texels, word: u32) -> vec2<u32> {
+    if texels.decided != 0u {
+        return vec2(select(0u, 0xffffffffu, texels.decided == vsv_DARK));
+    }
+    return vec2(vsv_word(texels.first + word), vsv_word(texels.second + word));
+}
+
+fn vsv_blend(words: vec2<u32>, bit: u32, share: f32) -> f32 {
+    let lit = vec2<f32>((~words >> vec2(bit % 32u)) & vec2(1u));
+    return lit.x + share * (lit.y - lit.x);
+}
+
+// The visibility of a bit.
+fn vsv_visibility_of(texels: vsv_Texels, bit: u32) -> f32 {
+    return vsv_blend(vsv_words(texels, bit / 32u), bit, texels.share);
+}
+
+// The visibility at a position along φ, interpolated between bits.
+fn vsv_sample(l: epi_Lattice, sampling: vsv_Sampling, texels: vsv_Texels, position: f32) -> f32 {
+    let highest = f32(l.bits - 1u);
+    let biased = position + sampling.phi_bias;
+    if sampling.interpolate == 0u {
+        return vsv_visibility_of(texels, u32(clamp(biased, 0.0, highest)));
+    }
+    let below = floor(biased - 0.5);
+    let a = vsv_visibility_of(texels, u32(clamp(below, 0.0, highest)));
+    let b = vsv_visibility_of(texels, u32(clamp(below + 1.0, 0.0, highest)));
+    return a + (biased - 0.5 - below) * (b - a);
+}
+
+// The visibility of the light from a point on a visible surface.
+fn vsv_visibility(l: epi_Lattice, sampling: vsv_Sampling, point: vec3<f32>) -> f32 {
+    let from_eye = point - l.eye;
+    let ray = epi_ray(l, from_eye);
+    let texels = vsv_texels(l, sampling, ray, length(from_eye));
+    return vsv_sample(l, sampling, texels, epi_phi_position(l, epi_phi(l, ray, point)));
+}
+
+// The shadow along the eye ray into a direction, up to the first surface.
+fn vsv_look(l: epi_Lattice, sampling: vsv_Sampling, direction: vec3<f32>, surface: f32) -> vsv_Look {
+    var look: vsv_Look;
+    look.ray = epi_ray(l, direction);
+    look.surface = max(surface, 0.0);
+    look.texels = vsv_texels(l, sampling, look.ray, look.surface);
+    look.end = epi_phi_position(l, epi_phi_along(l, look.ray, look.surface));
+    look.start = 0.0;
+    look.reached = 0.0;
+    look.done = false;
+    let highest = f32(l.bits - 1u);
+    look.bit = u32(clamp(sampling.phi_bias, 0.0, highest));
+    look.last = u32(clamp(look.end + sampling.phi_bias, 0.0, highest));
+    return look;
+}
+
+// The first bit above `bit` at which one of the texels changes, or the number
+// of bits.
+fn vsv_next_change(l: epi_Lattice, texels: vsv_Texels, bit: u32) -> u32 {
+    var word = bit / 32u;
+    let here = vsv_words(texels, word);
+    // All ones for a texel whose bit is set.
+    let ones = vec2(0u) - ((here >> vec2(bit % 32u)) & vec2(1u));
+    let differs = here ^ ones;
+    var found = (differs.x | differs.y) & (0xffffffffu << (bit % 32u));
+    while found == 0u {
+        word += 1u;
+        if word == l.bits / 32u {
+            return l.bits;
+        }
+        let next = vsv_words(texels, word) ^ ones;
+        found = next.x | next.y;
+    }
+    return 32u * word + firstTrailingBit(found);
+}
+
+// The next run that is not in full shadow.
+fn vsv_next_run(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_Look>) -> vsv_Run {
+    while !(*look).done {
+        let visibility = vsv_visibility_of((*look).texels, (*look).bit);
+        let start = (*look).start;
+        let change = vsv_next_change(l, (*look).texels, (*look).bit);
+        if change > (*look).last {
+            (*look).done = true;
+            (*look).start = (*look).end;
+        } else {
+            (*look).bit = change;
+            (*look).start = min(f32(change) - sampling.phi_bias, (*look).end);
+        }
+        if visibility > 0.0 && (start < (*look).start || (*look).end == 0.0) {
+            return vsv_Run(start, (*look).start, visibility);
+        }
+    }
+    return vsv_Run(0.0, 0.0, 0.0);
+}
+
+fn vsv_distance(l: epi_Lattice, look: vsv_Look, position: f32) -> f32 {
+    return min(epi_distance_along(l, look.ray, epi_phi_at(l, position)), look.surface);
+}
+
+// The next lit part of the ray.
+fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_Look>) -> vsv_LitInterval {
+    let run = vsv_next_run(l, sampling, look);
+    if run.visibility <= 0.0 {
+        return vsv_LitInterval(0.0, 0.0, 0.0);
+    }
+    var start = 0.0;
+    if run.start > 0.0 {
+        start = vsv_distance(l, *look, run.start);
+    }
+    var end = (*look).surface;
+    if run.end < (*look).end {
+        end = vsv_distance(l, *look, run.end);
+    }
+    start = max(start, (*look).reached);
+    end = max(end, start);
+    (*look).reached = end;
+    return vsv_LitInterval(start, end, run.visibility);
+}
+
+// The share of the voxels up to the surface that are lit.
+fn vsv_lit_fraction(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_Look>) -> f32 {
+    var lit = 0.0;
+    loop {
+        let run = vsv_next_run(l, sampling, look);
+        if run.visibility <= 0.0 {
+            break;
+        }
+        if (*look).end == 0.0 {
+            return run.visibility;
+        }
+        lit += run.visibility * (run.end - run.start);
+    }
+    if (*look).end > 0.0 {
+        return min(lit / (*look).end, 1.0);
+    }
+    return 0.0;
+}

@@ -1,0 +1,421 @@
+//! Shaders without a device, and steps against the CPU with one.
+
+use epipolar::gpu::{EPIPOLAR, PHI};
+use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+use glam::Vec3;
+use gpu_backend::gpu::{Argument, Gpu, Queued};
+use gpu_backend::testing::{self, Shader};
+use gpu_backend::{Backend, Cpu, Download, Host, assert_same_layout};
+
+use super::build::{self, BLOCK, EXTRUDE, VOXELISE};
+use super::query::{self, INTERVALS, QUERY};
+use super::rectify::{TRIANGLES, TriangleParameters, parts};
+use super::*;
+use crate::{
+    BuildGrid, Grid, IndexMap, LitInterval, Query, Rectify, RectifyTriangles, Sampling,
+    ShadowVolume, Weights,
+};
+
+/// A horizontal disc of radius 1.5 m, 2 m above the ground.
+struct Disc;
+
+const DISC: &str = "
+    fn vsv_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+        let distance = (2.0 - origin.y) / direction.y;
+        let hit = origin.xz + distance * direction.xz;
+        if distance > 0.0 && dot(hit, hit) < 2.25 {
+            return distance;
+        }
+        return epi_INFINITE;
+    }";
+
+impl WgslFirstBlocker for Disc {
+    fn parts() -> &'static [&'static str] {
+        &[DISC]
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        Vec::new()
+    }
+}
+
+fn disc(ray: &LightRay) -> f32 {
+    let distance = (2.0 - ray.origin.y) / ray.direction.y;
+    let x = ray.origin.x + distance * ray.direction.x;
+    let z = ray.origin.z + distance * ray.direction.z;
+    if distance > 0.0 && x * x + z * z < 2.25 {
+        distance
+    } else {
+        f32::MAX
+    }
+}
+
+/// In view, beside it, behind the eye, parallel.
+fn lattices(alpha: u32, theta: u32, bits: u32) -> Vec<Lattice> {
+    let eye = Vec3::new(0.2, 1.7, 8.0);
+    let view = View::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], 0.0, 20.0).unwrap();
+    let resolution = Resolution::new(alpha, theta, bits).unwrap();
+    [
+        Light::point(Vec3::new(1.0, 3.0, -2.0)).unwrap(),
+        Light::point(Vec3::new(9.0, 6.0, 2.0)).unwrap(),
+        Light::point(Vec3::new(0.4, 4.2, 14.0)).unwrap(),
+        // From below: the disc lies behind the eye's level.
+        Light::directional(Vec3::new(0.6, 0.5, -0.3)).unwrap(),
+    ]
+    .into_iter()
+    .map(|light| {
+        let space = Space::new(light, eye).unwrap();
+        Lattice::new(space, &view, resolution, Spacing::Angle).unwrap()
+    })
+    .collect()
+}
+
+#[test]
+fn the_part_is_fit_for_other_shaders_and_all_structures_are_those_of_rust() {
+    let contract = "
+        fn epi_bound(index: u32) -> vec2<f32> { return vec2(f32(index)); }
+        fn vsv_word(index: u32) -> u32 { return index; }";
+    let part = Shader::new(&[EPIPOLAR, PHI, SHADOW, contract]).unwrap();
+    // No bindings and no entry points; the part's own names by their lines.
+    part.require_part("").unwrap();
+    for line in SHADOW.lines() {
+        for keyword in ["fn ", "struct ", "const ", "override ", "alias ", "var"] {
+            let name = line.strip_prefix(keyword).unwrap_or("vsv_");
+            assert!(name.starts_with("vsv_"), "{line}");
+        }
+    }
+    assert_same_layout!(
+        part,
+        "vsv_Sampling",
+        SamplingRecord {
+            alpha_bias,
+            phi_bias,
+            axis,
+            interpolate
+        }
+    );
+    assert_same_layout!(
+        part,
+        "vsv_LitInterval",
+        LitInterval {
+            start,
+            end,
+            visibility
+        }
+    );
+    for parts in [QUERY, INTERVALS] {
+        let shader = Shader::new(parts).unwrap();
+        assert_same_layout!(
+            shader,
+            "Parameters",
+            query::Parameters {
+                lattice,
+                sampling,
+                count,
+                places
+            }
+        );
+    }
+    for parts in [VOXELISE, EXTRUDE] {
+        let shader = Shader::new(parts).unwrap();
+        assert_same_layout!(shader, "Parameters", build::Parameters { rows, columns });
+    }
+    let value = |name: &str| Shader::new(EXTRUDE).unwrap().values(name).unwrap()[0];
+    assert_eq!(value("SEGMENTS") * value("ROWS"), f64::from(BLOCK));
+    assert_eq!(value("SEGMENTS") * value("COLUMNS"), 256.0);
+    let shader = Shader::new(TRIANGLES).unwrap();
+    assert_same_layout!(
+        shader,
+        "Parameters",
+        TriangleParameters { lattice, triangles }
+    );
+    Shader::new(&parts::<Disc>()).unwrap();
+}
+
+/// Numbers without a pattern.
+fn random(i: u32, seed: u32) -> u32 {
+    let mixed = (i ^ seed.wrapping_mul(0x9E37_79B9)).wrapping_mul(2_654_435_761);
+    (mixed ^ (mixed >> 15)).wrapping_mul(0x85EB_CA6B) >> 3
+}
+
+#[test]
+fn bits_are_those_of_the_cpu_for_the_same_index_map() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    for (alpha, theta, bits) in [
+        (1, 1, 32),
+        (7, 3, 32),
+        (128, 5, 96),
+        (129, 17, 128),
+        (300, 9, 1024),
+        (1000, 3, 64),
+        // The largest: two full levels.
+        (16384, 1, 32),
+    ] {
+        let resolution = Resolution::new(alpha, theta, bits).unwrap();
+        let indices = (0..resolution.light_rays() as u32)
+            .map(|i| match random(i, alpha) % 8 {
+                0 => 0,
+                1 => alpha - 1,
+                2 => alpha,
+                3 => u32::MAX,
+                _ => random(i, theta) % alpha,
+            })
+            .collect();
+        let map = IndexMap::from_indices(resolution, indices).unwrap();
+        let mut expected = Grid::new(&cpu, resolution).unwrap();
+        cpu.voxelise(&map, &mut expected).unwrap();
+        let map_there = map.upload(&gpu).unwrap();
+        // Whatever the grid held before.
+        let noise: Vec<u32> = (0..resolution.words() as u32)
+            .map(|i| random(i, 5))
+            .collect();
+        let mut grid = Grid::from_words(resolution, gpu.upload(&noise).unwrap()).unwrap();
+        gpu.voxelise(&map_there, &mut grid).unwrap();
+        let context = format!("{resolution:?}");
+        assert_eq!(
+            &gpu.download(grid.words()).unwrap(),
+            expected.words(),
+            "{context}"
+        );
+        cpu.extrude(&mut expected).unwrap();
+        for _ in 0..2 {
+            gpu.extrude(&mut grid).unwrap();
+            assert_eq!(
+                &gpu.download(grid.words()).unwrap(),
+                expected.words(),
+                "{context}"
+            );
+        }
+    }
+    let one = Resolution::new(4, 4, 32).unwrap();
+    let other = Resolution::new(4, 4, 64).unwrap();
+    let map = IndexMap::new(&gpu, one).unwrap();
+    let mut grid = Grid::new(&gpu, other).unwrap();
+    assert!(gpu.voxelise(&map, &mut grid).is_err());
+}
+
+/// The share of the indices that differ.
+fn differing(expected: &IndexMap<Host>, found: &[u32]) -> f64 {
+    let differ = expected.indices().iter().zip(found).filter(|(e, f)| e != f);
+    differ.count() as f64 / found.len() as f64
+}
+
+/// 3.2e-6 rad of a voxel along α, and 1e-4 for the silhouettes of the disc: a
+/// light ray is off by 1e-6 m at a distance of 10 m, where the rays of this
+/// lattice are 0.05 m apart.
+fn allowed(lattice: &Lattice) -> f64 {
+    let [low, high] = lattice.ranges().alpha();
+    let width = (high - low) / f64::from(lattice.resolution().alpha());
+    3.2e-6 / width + 1e-4
+}
+
+#[test]
+fn rectified_indices_differ_in_no_more_than_the_stated_share() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    for lattice in lattices(256, 192, 192) {
+        let mut expected = IndexMap::new(&cpu, lattice.resolution()).unwrap();
+        cpu.rectify(&lattice, &disc, &mut expected).unwrap();
+        assert!(expected.indices().iter().any(|index| *index < 256));
+        let mut map = IndexMap::new(&gpu, lattice.resolution()).unwrap();
+        gpu.rectify(&lattice, &Disc, &mut map).unwrap();
+        let found = gpu.download(map.indices()).unwrap();
+        let share = differing(&expected, &found);
+        println!("{share:.1e} of {:.1e}", allowed(&lattice));
+        assert!(share <= allowed(&lattice), "{share}");
+    }
+}
+
+/// A fan of triangles that makes the disc.
+fn fan() -> Vec<[Vec3; 3]> {
+    let sides = 90_u32;
+    let at = |i: u32| {
+        let angle = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;
+        Vec3::new(1.5 * angle.cos(), 2.0, 1.5 * angle.sin())
+    };
+    (0..sides)
+        .map(|i| [Vec3::new(0.0, 2.0, 0.0), at(i), at(i + 1)])
+        .collect()
+}
+
+#[test]
+fn triangles_block_the_same_rays_as_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let triangles = fan();
+    let there = gpu.upload(&triangles).unwrap();
+    for lattice in lattices(128, 96, 96) {
+        let mut expected = IndexMap::new(&cpu, lattice.resolution()).unwrap();
+        cpu.rectify_triangles(&lattice, &triangles, &mut expected)
+            .unwrap();
+        let mut map = IndexMap::new(&gpu, lattice.resolution()).unwrap();
+        gpu.rectify_triangles(&lattice, &there, &mut map).unwrap();
+        let found = gpu.download(map.indices()).unwrap();
+        let share = differing(&expected, &found);
+        assert!(share <= allowed(&lattice), "{share}");
+        // No triangle at all.
+        let none = gpu.upload::<[Vec3; 3]>(&[]).unwrap();
+        gpu.rectify_triangles(&lattice, &none, &mut map).unwrap();
+        let found = gpu.download(map.indices()).unwrap();
+        assert!(found.iter().all(|index| *index == 128));
+    }
+}
+
+/// Rays over the picture with surfaces at several distances.
+fn rays() -> Vec<[f32; 4]> {
+    (0..4000_u32)
+        .map(|i| {
+            let unit = |k: u32| random(4 * i + k, 3) as f32 / (1_u32 << 29) as f32;
+            let direction = Vec3::new(1.7 * unit(0) - 0.85, 1.1 * unit(1) - 0.55, -1.0);
+            let surface = match i % 5 {
+                0 => 0.0,
+                1 => f32::MAX,
+                _ => 20.0 * unit(2),
+            };
+            direction.extend(surface).into()
+        })
+        .collect()
+}
+
+/// Share of the rays that may be answered from other texels: 1.6e-6 rad on either
+/// side of the border of a voxel of about 0.01 rad in two coordinates.
+const OTHER_TEXEL: f32 = 1e-3;
+
+/// What a query may differ by from the same texels: positions along φ are off by
+/// 1.6e-6 rad of voxels of 0.01 rad and more, which is 2e-4 of a voxel; where the
+/// axis is close (sin α ≥ 0.05) the share between two planes 20 times that.
+const ROUNDING: f32 = 4e-3;
+
+fn compare(what: &str, expected: &[f32], found: &[f32], scale: f32) {
+    let wrong = expected
+        .iter()
+        .zip(found)
+        .filter(|(e, f)| !((*e - *f).abs() <= ROUNDING * scale))
+        .count();
+    assert!(
+        wrong as f32 <= OTHER_TEXEL * expected.len() as f32,
+        "{what}: {wrong} of {}",
+        expected.len()
+    );
+}
+
+fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sampling) {
+    let cpu = Cpu::new();
+    let bits = lattice.resolution().bits();
+    let grid_there = grid.upload(gpu).unwrap();
+    let here = ShadowVolume::new(lattice, grid, sampling).unwrap();
+    let there = ShadowVolume::new(lattice, &grid_there, sampling).unwrap();
+    let rays = rays();
+    let count = rays.len();
+    let rays_there = gpu.upload(&rays).unwrap();
+    let weights: Vec<f32> = (0..bits).map(|i| 1.0 + (i % 3) as f32).collect();
+    let weights = Weights::new(&weights).unwrap();
+
+    let mut expected = vec![0.0; count];
+    let mut found = gpu.zeros(count).unwrap();
+    cpu.lit_fraction(&here, &rays, &mut expected).unwrap();
+    gpu.lit_fraction(&there, &rays_there, &mut found).unwrap();
+    compare(
+        "lit fraction",
+        &expected,
+        &gpu.download(&found).unwrap(),
+        1.0,
+    );
+
+    cpu.weighted_sum(&here, &weights, &rays, &mut expected)
+        .unwrap();
+    gpu.weighted_sum(&there, &weights, &rays_there, &mut found)
+        .unwrap();
+    let total = weights.sums()[bits as usize];
+    compare(
+        "weighted sum",
+        &expected,
+        &gpu.download(&found).unwrap(),
+        total,
+    );
+
+    // Points on the rays.
+    let eye = lattice.space().eye();
+    let points: Vec<[f32; 4]> = rays
+        .iter()
+        .map(|ray| {
+            let direction = Vec3::new(ray[0], ray[1], ray[2]);
+            (eye + ray[3].min(25.0) * direction).extend(0.0).into()
+        })
+        .collect();
+    let points_there = gpu.upload(&points).unwrap();
+    cpu.visibility(&here, &points, &mut expected).unwrap();
+    gpu.visibility(&there, &points_there, &mut found).unwrap();
+    compare("visibility", &expected, &gpu.download(&found).unwrap(), 1.0);
+
+    let places = 3;
+    let mut expected = vec![LitInterval::default(); places * count];
+    let mut expected_counts = vec![0; count];
+    cpu.lit_intervals(&here, &rays, &mut expected, &mut expected_counts)
+        .unwrap();
+    let mut intervals = gpu.zeros::<LitInterval>(places * count).unwrap();
+    let mut counts = gpu.zeros(count).unwrap();
+    gpu.lit_intervals(&there, &rays_there, &mut intervals, &mut counts)
+        .unwrap();
+    let found = gpu.download(&intervals).unwrap();
+    let counts = gpu.download(&counts).unwrap();
+    let mut wrong = 0;
+    for i in 0..count {
+        let same = expected_counts[i] == counts[i]
+            && (0..places.min(counts[i] as usize)).all(|k| {
+                let (e, f) = (&expected[places * i + k], &found[places * i + k]);
+                let close = |a: f32, b: f32| (a - b).abs() <= 1e-3 * a.abs().max(1.0);
+                close(e.start, f.start)
+                    && close(e.end, f.end)
+                    && (e.visibility - f.visibility).abs() <= ROUNDING
+            });
+        wrong += u32::from(!same);
+    }
+    assert!(
+        wrong as f32 <= OTHER_TEXEL * count as f32,
+        "{wrong} of {count}"
+    );
+}
+
+#[test]
+fn queries_agree_with_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    for bits in [32, 128, 160] {
+        for lattice in lattices(96, 96, bits) {
+            let resolution = lattice.resolution();
+            let mut map = IndexMap::new(&cpu, resolution).unwrap();
+            let mut grid = Grid::new(&cpu, resolution).unwrap();
+            cpu.rectify(&lattice, &disc, &mut map).unwrap();
+            cpu.voxelise(&map, &mut grid).unwrap();
+            cpu.extrude(&mut grid).unwrap();
+            for sampling in [Sampling::NEAREST, Sampling::default()] {
+                queries(&gpu, &lattice, &grid, sampling);
+            }
+        }
+    }
+}
+
+#[test]
+fn empty_and_wrong_batches_are_handled_as_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let lattice = lattices(8, 8, 32).swap_remove(0);
+    let grid = Grid::new(&gpu, lattice.resolution()).unwrap();
+    let volume = ShadowVolume::new(&lattice, &grid, Sampling::default()).unwrap();
+    let none = gpu.zeros::<[f32; 4]>(0).unwrap();
+    let mut results = gpu.zeros::<f32>(0).unwrap();
+    gpu.lit_fraction(&volume, &none, &mut results).unwrap();
+    let some = gpu.zeros::<[f32; 4]>(2).unwrap();
+    assert!(gpu.lit_fraction(&volume, &some, &mut results).is_err());
+    assert!(gpu.visibility(&volume, &some, &mut results).is_err());
+    let weights = Weights::new(&[1.0; 3]).unwrap();
+    let mut results = gpu.zeros::<f32>(2).unwrap();
+    assert!(
+        gpu.weighted_sum(&volume, &weights, &some, &mut results)
+            .is_err()
+    );
+    // No directions at all: towards the light, and dark.
+    gpu.lit_fraction(&volume, &some, &mut results).unwrap();
+    assert_eq!(gpu.download(&results).unwrap(), [0.0, 0.0]);
+}

@@ -1,0 +1,75 @@
+// Voxelisation from triangles: entry point, one invocation per light ray. A
+// workgroup reads the triangles together, as many at a time as it has
+// invocations.
+
+struct Parameters {
+    lattice: epi_Lattice,
+    triangles: u32,
+}
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage> planes: array<vec2<f32>>;
+@group(0) @binding(2) var<storage> light_angles: array<vec2<f32>>;
+// Nine numbers each.
+@group(0) @binding(3) var<storage> corners: array<f32>;
+@group(0) @binding(4) var<storage, read_write> indices: array<u32>;
+
+var<workgroup> batch: array<array<vec3<f32>, 3>, 64>;
+
+fn corner(index: u32) -> vec3<f32> {
+    return vec3(corners[3u * index], corners[3u * index + 1u], corners[3u * index + 2u]);
+}
+
+// The distance at which a ray meets a triangle, or epi_INFINITE: the three
+// volumes of the ray with the edges have equal signs inside, and the volume of an
+// edge is the same number but for its sign in both triangles.
+fn hit(ray: epi_LightRay, triangle: array<vec3<f32>, 3>, directional: bool) -> f32 {
+    let a = triangle[0] - ray.origin;
+    let b = triangle[1] - ray.origin;
+    let c = triangle[2] - ray.origin;
+    let v = vec3(
+        dot(ray.direction, cross(b, c)),
+        dot(ray.direction, cross(c, a)),
+        dot(ray.direction, cross(a, b)),
+    );
+    let inside = all(v >= vec3(0.0)) || all(v <= vec3(0.0));
+    let sum = v.x + v.y + v.z;
+    if !inside || sum == 0.0 {
+        return epi_INFINITE;
+    }
+    let along = vec3(dot(a, ray.direction), dot(b, ray.direction), dot(c, ray.direction));
+    let distance = dot(v, along) / sum;
+    return select(epi_INFINITE, distance, directional || distance >= 0.0);
+}
+
+@compute @workgroup_size(64)
+fn rectify_triangles(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let l = parameters.lattice;
+    let rays = l.theta * l.bits;
+    let i = gpu_index(workgroup, workgroups, local, 64u);
+    // Invocations without a ray of their own help with another's triangles.
+    let at = min(i, rays - 1u);
+    let phi = light_angles[at % l.bits];
+    let ray = epi_light_ray(l, planes[at / l.bits], phi);
+    var nearest = l.alpha;
+    for (var first = 0u; first < parameters.triangles; first += 64u) {
+        let count = min(64u, parameters.triangles - first);
+        if local < count {
+            let index = 3u * (first + local);
+            batch[local] = array(corner(index), corner(index + 1u), corner(index + 2u));
+        }
+        workgroupBarrier();
+        for (var k = 0u; k < count; k += 1u) {
+            let distance = hit(ray, batch[k], l.directional != 0u);
+            nearest = min(nearest, epi_blocked_from(l, phi, distance));
+        }
+        workgroupBarrier();
+    }
+    if i < rays {
+        indices[i] = nearest;
+    }
+}

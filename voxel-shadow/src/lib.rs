@@ -1,0 +1,92 @@
+//! Voxelized shadow volumes: which parts of an eye ray see a light, read from
+//! one texel.
+//!
+//! Space is divided along the [epipolar coordinates](epipolar) of an eye and a
+//! light. Each texel is an eye ray, each of its bits a piece of that ray: 1 where
+//! it is in shadow. A frame takes three steps on any backend and then answers
+//! any number of queries:
+//!
+//! 1. [`Rectify`] a shadow map: for every light ray the first voxel in shadow
+//!    ([`IndexMap`]). [`RectifyTriangles`] does the same without a shadow map.
+//! 2. [`BuildGrid::voxelise`]: set the bits of those voxels in a [`Grid`].
+//! 3. [`BuildGrid::extrude`] them away from the light: an OR-scan.
+//!
+//! ```
+//! use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+//! use glam::Vec3;
+//! use gpu_backend::Cpu;
+//! use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, Sampling, ShadowVolume};
+//!
+//! // A lamp over a disc, seen from the side.
+//! let (eye, lamp) = (Vec3::new(0.0, 1.0, 8.0), Vec3::new(0.0, 4.0, 0.0));
+//! let disc = |ray: &LightRay| {
+//!     let distance = (2.0 - ray.origin.y) / ray.direction.y;
+//!     let hit = ray.origin + distance * ray.direction;
+//!     let inside = distance > 0.0 && hit.x.hypot(hit.z) < 1.0;
+//!     if inside { distance } else { f32::INFINITY }
+//! };
+//!
+//! let space = Space::new(Light::point(lamp)?, eye)?;
+//! let view = View::perspective(Vec3::NEG_Z, Vec3::Y, [1.0, 1.0], 0.1, 30.0)?;
+//! let voxels = Resolution::new(256, 256, 128)?;
+//! let lattice = Lattice::new(space, &view, voxels, Spacing::Angle)?;
+//!
+//! let cpu = Cpu::new();
+//! let mut map = IndexMap::new(&cpu, voxels)?;
+//! let mut grid = Grid::new(&cpu, voxels)?;
+//! cpu.rectify(&lattice, &disc, &mut map)?;
+//! cpu.voxelise(&map, &mut grid)?;
+//! cpu.extrude(&mut grid)?;
+//!
+//! let volume = ShadowVolume::new(&lattice, &grid, Sampling::default())?;
+//! // A ray that passes 1 m under the disc: lit, shadowed for 3 m, lit.
+//! let mut lit = Vec::new();
+//! volume.look(Vec3::NEG_Z, 20.0).lit_intervals(&mut lit);
+//! let lit: Vec<_> = lit.iter().filter(|part| part.visibility > 0.5).collect();
+//! assert!((lit[0].end - 6.5).abs() < 0.2);
+//! assert!((lit[lit.len() - 1].start - 9.5).abs() < 0.2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Queries
+//!
+//! * [`ShadowVolume::look`] at an eye ray gives a [`RayShadow`]: its lit fraction,
+//!   lit intervals, weighted sums, the visibility at a distance.
+//! * [`ShadowVolume::visibility`] of a point on a surface.
+//! * [`Query`] is the step that answers for many rays or points, on any backend.
+//! * [`Sampling`] has the biases, the interpolation and the width of the axis.
+//!
+//! # Limits
+//!
+//! One light at a point, with or without a cone, or a directional one. A volume
+//! is valid for the eye and the view of its lattice. Details smaller than a voxel
+//! are lost or doubled; the quality is that of the coarsest of α, θ, φ and the
+//! shadow map. Bits on different backends differ only where a rectified index does
+//! (see `gpu`, feature `wgpu`).
+//!
+//! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
+//! Voxelized Shadow Volumes, HPG 2013.
+
+mod build;
+mod error;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
+mod grid;
+mod index_map;
+mod query;
+mod query_step;
+mod rectify;
+mod runs;
+mod triangles;
+mod weights;
+
+pub use build::BuildGrid;
+pub use error::Error;
+pub use grid::Grid;
+pub use index_map::IndexMap;
+pub use query::{RayShadow, Sampling, ShadowVolume};
+pub use query_step::Query;
+pub use rectify::{FirstBlocker, Rectify};
+pub use runs::{LitInterval, Run, Runs};
+pub use triangles::RectifyTriangles;
+pub use weights::Weights;

@@ -1,0 +1,215 @@
+//! Runs of equal bits along φ.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Consecutive voxels along φ that are equally visible from the light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Run {
+    /// Position along φ where it begins, in voxels.
+    pub start: f32,
+    /// Position where it ends.
+    pub end: f32,
+    /// In (0, 1]: the share of the light that arrives.
+    pub visibility: f32,
+}
+
+/// A part of an eye ray that the light reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct LitInterval {
+    /// Distance from the eye at which it begins, metres.
+    pub start: f32,
+    /// Distance at which it ends.
+    pub end: f32,
+    /// In (0, 1]: the share of the light that arrives.
+    pub visibility: f32,
+}
+
+/// Two texels side by side along θ, and the share of the second.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pair<'a> {
+    pub(crate) first: &'a [u32],
+    pub(crate) second: &'a [u32],
+    pub(crate) share: f32,
+}
+
+impl Pair<'_> {
+    /// The visibility of a bit: 1 minus the interpolated shadow.
+    #[inline]
+    pub(crate) fn visibility(&self, bit: u32) -> f32 {
+        let lit = |texel: &[u32]| (!texel[(bit / 32) as usize] >> (bit % 32)) & 1;
+        blend(lit(self.first), lit(self.second), self.share)
+    }
+
+    /// The first bit above `bit` at which one of the two texels changes, or
+    /// the number of bits.
+    #[inline]
+    fn next_change(&self, bit: u32) -> u32 {
+        let at = (bit / 32) as usize;
+        let ones = |texel: &[u32]| ((texel[at] >> (bit % 32)) & 1).wrapping_neg();
+        let (ones_first, ones_second) = (ones(self.first), ones(self.second));
+        let differs = |first: u32, second: u32| (first ^ ones_first) | (second ^ ones_second);
+        let mut found = differs(self.first[at], self.second[at]) & (u32::MAX << (bit % 32));
+        let mut word = at;
+        while found == 0 {
+            word += 1;
+            if word == self.first.len() {
+                return 32 * word as u32;
+            }
+            found = differs(self.first[word], self.second[word]);
+        }
+        32 * word as u32 + found.trailing_zeros()
+    }
+}
+
+#[inline]
+fn blend(first: u32, second: u32, share: f32) -> f32 {
+    let (first, second) = (first as f32, second as f32);
+    // Exactly 1 if both are lit.
+    first + share * (second - first)
+}
+
+/// The runs of a pair of texels along an eye ray, those in full shadow left out.
+///
+/// In order; neighbours differ in visibility. A ray that ends where it begins
+/// has one run of length 0, if it is lit.
+#[derive(Debug, Clone)]
+pub struct Runs<'a> {
+    texels: Pair<'a>,
+    /// The bit at position 0 and all before it is `bit`.
+    bias: f32,
+    /// The position where the ray ends.
+    end: f32,
+    /// The next bit, and the last of the ray.
+    bit: u32,
+    last: u32,
+    /// Where the next run begins.
+    start: f32,
+    done: bool,
+}
+
+impl<'a> Runs<'a> {
+    /// The bit at position `p` is that at `p + bias`.
+    #[inline]
+    pub(crate) fn new(texels: Pair<'a>, bias: f32, end: f32) -> Self {
+        let highest = (32 * texels.first.len() - 1) as f32;
+        let bit_at = |position: f32| (position + bias).clamp(0.0, highest) as u32;
+        Self {
+            texels,
+            bias,
+            end,
+            bit: bit_at(0.0),
+            last: bit_at(end),
+            start: 0.0,
+            done: false,
+        }
+    }
+}
+
+impl Iterator for Runs<'_> {
+    type Item = Run;
+
+    #[inline]
+    fn next(&mut self) -> Option<Run> {
+        while !self.done {
+            let visibility = self.texels.visibility(self.bit);
+            let start = self.start;
+            let change = self.texels.next_change(self.bit);
+            if change > self.last {
+                self.done = true;
+                self.start = self.end;
+            } else {
+                self.bit = change;
+                self.start = (change as f32 - self.bias).min(self.end);
+            }
+            if visibility > 0.0 && (start < self.start || self.end == 0.0) {
+                return Some(Run {
+                    start,
+                    end: self.start,
+                    visibility,
+                });
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn word() -> impl Strategy<Value = u32> {
+        prop_oneof![
+            Just(0),
+            Just(u32::MAX),
+            any::<u32>(),
+            (0..32_u32).prop_map(|bit| 1 << bit),
+            (0..32_u32).prop_map(|bit| u32::MAX << bit),
+        ]
+    }
+
+    fn texels() -> impl Strategy<Value = (Vec<u32>, Vec<u32>)> {
+        (1..5_usize).prop_flat_map(|n| {
+            (
+                prop::collection::vec(word(), n),
+                prop::collection::vec(word(), n),
+            )
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(3000))]
+        #[test]
+        fn runs_are_what_asking_bit_by_bit_gives(
+            (first, second) in texels(),
+            share in prop_oneof![Just(0.0_f32), Just(1.0), 0.0_f32..1.0],
+            bias in prop_oneof![Just(0.0_f32), Just(-1.0), -40.0_f32..40.0],
+            end in 0.0_f32..1.0,
+        ) {
+            let bits = 32 * first.len();
+            let end = end * bits as f32;
+            let texels = Pair { first: &first, second: &second, share };
+            let runs: Vec<Run> = Runs::new(texels, bias, end).collect();
+            let mut last = 0.0;
+            for run in &runs {
+                prop_assert!(last <= run.start && run.start < run.end && run.end <= end);
+                prop_assert!(run.visibility > 0.0 && run.visibility <= 1.0);
+                last = run.end;
+            }
+            // Away from the borders of voxels, which are rounded.
+            for i in 0..bits * 4 {
+                let position = (i as f32 + 0.5) / 4.0;
+                let shifted = position + bias;
+                if position >= end || (shifted - shifted.round()).abs() < 1e-3 {
+                    continue;
+                }
+                let bit = shifted.clamp(0.0, (bits - 1) as f32) as u32;
+                let expected = texels.visibility(bit);
+                let found = runs
+                    .iter()
+                    .find(|run| run.start <= position && position < run.end)
+                    .map_or(0.0, |run| run.visibility);
+                prop_assert_eq!(found, expected);
+            }
+        }
+    }
+
+    #[test]
+    fn a_ray_without_length_has_one_run_if_it_is_lit() {
+        for (word, expected) in [(0_u32, 1), (1, 0), (2, 1)] {
+            let texels = Pair {
+                first: &[word],
+                second: &[word],
+                share: 0.25,
+            };
+            let runs: Vec<Run> = Runs::new(texels, 0.0, 0.0).collect();
+            assert_eq!(runs.len(), expected, "{word}");
+            assert!(
+                runs.iter()
+                    .all(|run| run.end == 0.0 && run.visibility == 1.0)
+            );
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Voxelisation straight from triangles: every light ray is intersected with
+//! every triangle that it may meet.
+//!
+//! Slower than rectifying a shadow map, and without that map's resolution:
+//! what remains is the error of the voxels alone.
+
+use std::mem::size_of;
+
+use epipolar::{Lattice, LightRay};
+use glam::Vec3;
+use gpu_backend::{Backend, BufferOf, Cpu, Host};
+
+use crate::rectify::check;
+use crate::{Error, IndexMap};
+
+/// Intersects light rays with triangles.
+pub trait RectifyTriangles: Backend {
+    /// Writes for every light ray, through the centres of its voxels, the first
+    /// voxel in shadow of any of the `triangles`. Both sides of a triangle block;
+    /// triangles without an area, or with corners that are not finite, do
+    /// not. A ray through a common edge of two triangles meets at least one of
+    /// them.
+    ///
+    /// Cost: on the CPU the light rays in the epipolar bounds of each triangle, on
+    /// a GPU all light rays times all triangles.
+    ///
+    /// # Errors
+    /// [`Error::Resolution`] unless `map` is as large as the lattice; errors of the
+    /// backend.
+    fn rectify_triangles(
+        &self,
+        lattice: &Lattice,
+        triangles: &BufferOf<Self, [Vec3; 3]>,
+        map: &mut IndexMap<Self::Memory>,
+    ) -> Result<(), Error>;
+}
+
+/// Units of work into which the planes are divided. Each looks at the bounds of
+/// all triangles, which costs no memory, whatever the triangles.
+const BANDS: usize = 32;
+
+/// Triangles whose bounds are one unit of work.
+const CHUNK: usize = 1024;
+
+impl RectifyTriangles for Cpu {
+    fn rectify_triangles(
+        &self,
+        lattice: &Lattice,
+        triangles: &Vec<[Vec3; 3]>,
+        map: &mut IndexMap<Host>,
+    ) -> Result<(), Error> {
+        check(lattice, map)?;
+        let resolution = lattice.resolution();
+        let bits = resolution.bits() as usize;
+        let footprints = self.map(triangles.len().div_ceil(CHUNK), |chunk| {
+            triangles[chunk * CHUNK..]
+                .iter()
+                .take(CHUNK)
+                .filter_map(|corners| Some((corners, lattice.footprint(corners)?)))
+                .collect::<Vec<_>>()
+        });
+        let parallel = lattice.space().is_directional();
+        let turn = resolution.theta();
+        let band = (turn as usize).div_ceil(BANDS) * bits;
+        self.for_each_chunk(map.indices_mut(), band, |first, indices| {
+            indices.fill(resolution.alpha());
+            for (corners, footprint) in footprints.iter().flatten() {
+                for (plane, indices) in (first / bits..).zip(indices.chunks_exact_mut(bits)) {
+                    let plane_index = plane as u32;
+                    let planes = &footprint.planes;
+                    if !(planes.contains(&plane_index) || planes.contains(&(plane_index + turn))) {
+                        continue;
+                    }
+                    for bit in footprint.bits.clone().map(|bit| bit as usize) {
+                        let ray = lattice.light_ray(plane, bit);
+                        if let Some(distance) = hit(&ray, corners, parallel) {
+                            let index = lattice.blocked_from(bit, distance);
+                            indices[bit] = indices[bit].min(index);
+                        }
+                    }
+                }
+            }
+        });
+        Ok(())
+    }
+}
+
+/// The distance at which a ray meets a triangle.
+///
+/// The three volumes of the ray with the edges have equal signs inside. The
+/// volume of an edge is the same number with the other sign for the triangle on
+/// its other side, so that no ray slips through between the two.
+fn hit(ray: &LightRay, corners: &[Vec3; 3], parallel: bool) -> Option<f32> {
+    let [a, b, c] = corners.map(|corner| corner - ray.origin);
+    let volume = |p: Vec3, q: Vec3| ray.direction.dot(p.cross(q));
+    let (u, v, w) = (volume(b, c), volume(c, a), volume(a, b));
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    let sum = u + v + w;
+    if !inside || sum == 0.0 {
+        return None;
+    }
+    let along = |p: Vec3| p.dot(ray.direction);
+    let distance = (u * along(a) + v * along(b) + w * along(c)) / sum;
+    (distance.is_finite() && (parallel || distance >= 0.0)).then_some(distance)
+}
+
+// Shaders read the corners as consecutive numbers.
+const _: () = assert!(size_of::<[Vec3; 3]>() == 36);
