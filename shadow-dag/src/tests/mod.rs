@@ -1,0 +1,7 @@
+//! What must hold of shadows as a whole, against voxels one by one.
+
+mod build;
+mod file;
+mod maps;
+mod queries;
+mod rays;
