@@ -19,7 +19,7 @@ const REGION: u32 = 1024;
 /// Builds shadows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Builder {
-    rule: Rule,
+    pub(crate) rule: Rule,
     culling: bool,
 }
 

@@ -39,6 +39,10 @@
 //!   which the rays enter and leave solids, tile by tile: from a [`DepthMap`]
 //!   in memory, or whatever else implements the trait. Maps need never exist
 //!   as a whole. [`Rule`] says how voxels inside of solids are filled.
+//! * A [`Mesh`] is triangles as a light sees them: it hands out such tiles,
+//!   and [`Builder::bake`] makes its shadows without any map, in a time that
+//!   grows with the silhouettes alone if the mesh is closed; whether it is,
+//!   [`Mesh::soundness`] says.
 //! * [`ShadowDag`] answers: [single voxels](ShadowDag::is_lit),
 //!   [filtered shadows](ShadowDag::filter) of any width,
 //!   [lit parts of a ray](ShadowDag::lit_intervals), the
@@ -82,6 +86,7 @@ mod graph;
 mod interval;
 mod layout;
 mod light_space;
+mod mesh;
 mod nodes;
 mod pool;
 mod query;
@@ -100,6 +105,7 @@ pub use dag::{Form, ShadowDag};
 pub use error::Error;
 pub use file::FileError;
 pub use light_space::LightSpace;
+pub use mesh::{Mesh, Soundness};
 pub use query::{FilterSize, LitIntervals, Ray, Visibility};
 pub use resolution::Resolution;
 pub use rule::Rule;

@@ -3,5 +3,6 @@
 mod build;
 mod file;
 mod maps;
+mod mesh;
 mod queries;
 mod rays;
