@@ -14,9 +14,22 @@ struct Hit {
 }
 
 /// Finds the ends of the first stretch inside of solids.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Texels {
     hits: Vec<Hit>,
+    /// The same texel by texel, and where each begins.
+    grouped: Vec<Hit>,
+    starts: [usize; 65],
+}
+
+impl Default for Texels {
+    fn default() -> Self {
+        Self {
+            hits: Vec::new(),
+            grouped: Vec::new(),
+            starts: [0; 65],
+        }
+    }
 }
 
 impl Texels {
@@ -52,23 +65,57 @@ impl Texels {
                 });
             }
         }
-        let order = |kind: Kind| match kind {
-            Kind::Front => 0,
-            Kind::Open => 1,
-            Kind::Back => 2,
-        };
-        self.hits.sort_unstable_by(|a, b| {
-            (a.texel.cmp(&b.texel))
-                .then(a.rank.total_cmp(&b.rank))
-                .then(order(a.kind).cmp(&order(b.kind)))
-        });
+        self.group();
         tile.enter.fill(none);
         tile.exit.fill(none);
-        for hits in self.hits.chunk_by(|a, b| a.texel == b.texel) {
-            let texel = usize::from(hits[0].texel);
+        for texel in 0..64 {
+            let hits = &mut self.grouped[self.starts[texel]..self.starts[texel + 1]];
+            if hits.is_empty() {
+                continue;
+            }
+            sort(hits);
             let (enter, exit) = stretch(hits);
             tile.enter[texel] = slice(enter);
             tile.exit[texel] = slice(exit).max(tile.enter[texel]);
+        }
+    }
+
+    /// Puts the hits of each texel side by side.
+    fn group(&mut self) {
+        self.starts = [0; 65];
+        for hit in &self.hits {
+            self.starts[usize::from(hit.texel) + 1] += 1;
+        }
+        for texel in 0..64 {
+            self.starts[texel + 1] += self.starts[texel];
+        }
+        let mut next = self.starts;
+        self.grouped.clear();
+        self.grouped.extend_from_slice(&self.hits);
+        for hit in &self.hits {
+            let place = &mut next[usize::from(hit.texel)];
+            self.grouped[*place] = *hit;
+            *place += 1;
+        }
+    }
+}
+
+/// More hits than this are left to the standard library.
+const FEW: usize = 32;
+
+/// Puts hits in order; at the same depth fronts come first and backs last, so
+/// that it is one order whatever it was before.
+fn sort(hits: &mut [Hit]) {
+    let compare = |a: &Hit, b: &Hit| a.rank.total_cmp(&b.rank).then(a.kind.cmp(&b.kind));
+    if hits.len() > FEW {
+        hits.sort_unstable_by(compare);
+        return;
+    }
+    for i in 1..hits.len() {
+        let mut at = i;
+        while at > 0 && compare(&hits[at - 1], &hits[at]).is_gt() {
+            hits.swap(at - 1, at);
+            at -= 1;
         }
     }
 }

@@ -14,14 +14,14 @@ pub(crate) const ONE: i32 = 1 << 24;
 const GUARD: f64 = 15.0;
 
 /// What a triangle is to a ray of the light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
     /// It enters a solid here.
     Front,
-    /// It leaves a solid here.
-    Back,
     /// A surface that encloses nothing.
     Open,
+    /// It leaves a solid here.
+    Back,
 }
 
 /// A triangle on the grid. Depths are of a kind that is linear over the map
