@@ -1,0 +1,267 @@
+//! Columns of nodes over one footprint, and how four become one.
+//!
+//! A column lists what lies along the light over a square footprint as runs of
+//! equal references. The column of a footprint follows from those of its four
+//! quarters by walking the places where any of them changes.
+//!
+//! Based on: Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction
+//! of Voxelized Shadows, I3D 2015, sections 3.2 and 3.4.
+//!
+//! The paper walks volumes top-down, near to far, and remembers per footprint
+//! the last node and the depth up to which it can be reused. Here the depth is
+//! innermost: the nodes that the paper reuses are one run, which is stepped
+//! over as a whole, at every level. The nodes that come out are the same (a
+//! test compares the two), but nothing has to be remembered across the map and
+//! reuse needs no rule of its own that could go wrong.
+
+use crate::interval::Interval;
+use crate::pool::{LIT, Pool, Reference, SHADOWED, is_mixed};
+use crate::resolution::Resolution;
+use crate::rule::{Rule, Tile, Transition};
+
+/// From volume `start` of a column on, all are `node`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Run {
+    pub(crate) start: u32,
+    pub(crate) node: Reference,
+}
+
+/// Ends every column, behind its last run.
+const END: Run = Run {
+    start: u32::MAX,
+    node: LIT,
+};
+
+/// What lies along the light over one footprint.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Column {
+    /// All texels can turn at any one depth of this interval.
+    Uniform(Interval),
+    /// Runs on the stack of the [`Columns`] that made them, the first of them
+    /// here.
+    Runs {
+        first: usize,
+        /// The largest enter and the smallest exit of the footprint.
+        bounds: Interval,
+    },
+}
+
+/// Makes columns. Those that are not merged yet lie on a stack.
+#[derive(Debug)]
+pub(crate) struct Columns {
+    side: u32,
+    rule: Rule,
+    culling: bool,
+    stack: Vec<Run>,
+    merged: Vec<Run>,
+    transitions: Vec<Transition>,
+}
+
+impl Columns {
+    pub(crate) fn new(resolution: Resolution, rule: Rule, culling: bool) -> Self {
+        Self {
+            side: resolution.side(),
+            rule,
+            culling,
+            stack: Vec::new(),
+            merged: Vec::new(),
+            transitions: Vec::new(),
+        }
+    }
+
+    /// Where the next column will lie on the stack.
+    pub(crate) fn top(&self) -> usize {
+        self.stack.len()
+    }
+
+    /// Puts the runs of a column, but for the end, on the stack.
+    pub(crate) fn push(&mut self, runs: &[Run], bounds: Interval) -> Column {
+        let first = self.top();
+        self.stack.extend_from_slice(runs);
+        self.stack.push(END);
+        Column::Runs { first, bounds }
+    }
+
+    /// Takes the runs of the last column off the stack.
+    pub(crate) fn pop(&mut self, first: usize) -> Vec<Run> {
+        let mut runs = self.stack.split_off(first);
+        runs.pop();
+        runs
+    }
+
+    /// The column of slice nodes over an 8×8 tile.
+    pub(crate) fn tile(&mut self, tile: &Tile, pool: &mut Pool) -> Column {
+        let bounds = tile.meet();
+        if self.rule == Rule::Aligned && !bounds.is_empty() {
+            return Column::Uniform(bounds);
+        }
+        let mut transitions = std::mem::take(&mut self.transitions);
+        tile.transitions(self.rule, self.side, &mut transitions);
+        transitions.push(Transition {
+            start: u32::MAX,
+            mask: 0,
+        });
+        let first = self.top();
+        let span = self.span(bounds, 0);
+        self.merged.clear();
+        let (mut mask, mut next) = (LIT, 0);
+        self.walk(span, |volume| {
+            let mut slices = [mask; 8];
+            let before = next;
+            while transitions[next].start < 8 * volume + 8 {
+                let Transition { start, mask: lit } = transitions[next];
+                mask = pool.mask(lit);
+                slices[start.saturating_sub(8 * volume) as usize..].fill(mask);
+                next += 1;
+            }
+            let change = if next == before {
+                transitions[next].start / 8
+            } else {
+                volume
+            };
+            (pool.node(0, slices), change)
+        });
+        self.transitions = transitions;
+        self.replace(first, bounds)
+    }
+
+    /// The column of nodes of `level` over the footprint of which `quarters`
+    /// are the columns of the level below, `2 y + x`. What lies on the stack
+    /// from `first` on is theirs, and goes.
+    pub(crate) fn merge(
+        &mut self,
+        level: usize,
+        quarters: [Column; 4],
+        first: usize,
+        pool: &mut Pool,
+    ) -> Column {
+        let bounds = (quarters.iter())
+            .map(|column| column.bounds())
+            .fold(quarters[0].bounds(), Interval::meet);
+        let uniform = |column: &Column| matches!(column, Column::Uniform(_));
+        if quarters.iter().all(uniform) && !bounds.is_empty() {
+            return Column::Uniform(bounds);
+        }
+        let mut at = quarters.map(|column| self.expand(level - 1, column, pool));
+        let stack = std::mem::take(&mut self.stack);
+        let span = self.span(bounds, level);
+        self.merged.clear();
+        self.walk(span, |volume| {
+            let mut children = [LIT; 8];
+            let mut change = u32::MAX;
+            for (quarter, at) in at.iter_mut().enumerate() {
+                while stack[*at + 1].start <= 2 * volume {
+                    *at += 1;
+                }
+                let near = stack[*at];
+                let next = stack[*at + 1];
+                let far = if next.start == 2 * volume + 1 {
+                    next
+                } else {
+                    near
+                };
+                children[quarter] = near.node;
+                children[4 + quarter] = far.node;
+                change = change.min(next.start);
+            }
+            (pool.node(level, children), change / 2)
+        });
+        self.stack = stack;
+        self.replace(first, bounds)
+    }
+
+    /// Puts a column on the stack as runs, if it is not there yet; says
+    /// where.
+    pub(crate) fn expand(&mut self, level: usize, column: Column, pool: &mut Pool) -> usize {
+        let interval = match column {
+            Column::Runs { first, .. } => return first,
+            Column::Uniform(interval) => interval,
+        };
+        let first = self.top();
+        let depth = interval.most_aligned(self.side);
+        let (volume, within) = (depth >> (3 + level), depth & ((8 << level) - 1));
+        let mut put = |start, node| self.stack.push(Run { start, node });
+        if volume > 0 {
+            put(0, LIT);
+        }
+        if within > 0 {
+            put(volume, pool.planar(level, within));
+        }
+        if depth < self.side {
+            put(volume + u32::from(within > 0), SHADOWED);
+        }
+        self.stack.push(END);
+        first
+    }
+
+    /// The volumes of `level` between those that are lit and those that are
+    /// shadowed because all texels of their footprint allow it.
+    fn span(&self, bounds: Interval, level: usize) -> Span {
+        let end = self.side >> (3 + level);
+        if self.rule == Rule::Aligned {
+            return Span {
+                lit: 0,
+                shadowed: end,
+                end,
+            };
+        }
+        let unit = 8 << level;
+        let lit = (bounds.exit / unit).min(end);
+        let shadowed = bounds.enter.div_ceil(unit).clamp(lit, end);
+        Span { lit, shadowed, end }
+    }
+
+    /// Appends a column to `merged`. `step` is asked for the node of a volume
+    /// and for the volume with the next change behind it; if that is the same
+    /// one, the next volume may differ too.
+    fn walk(&mut self, span: Span, mut step: impl FnMut(u32) -> (Reference, u32)) {
+        let mut last = None;
+        let mut put = |start, node| {
+            if last != Some(node) {
+                self.merged.push(Run { start, node });
+            }
+            last = Some(node);
+        };
+        if span.lit > 0 {
+            put(0, LIT);
+        }
+        let mut volume = span.lit;
+        while volume < span.shadowed {
+            let (node, change) = step(volume);
+            put(volume, node);
+            volume = if self.culling || !is_mixed(node) {
+                change.max(volume + 1)
+            } else {
+                volume + 1
+            };
+        }
+        if span.shadowed < span.end {
+            put(span.shadowed, SHADOWED);
+        }
+    }
+
+    /// Moves what is in `merged` onto the stack, in place of all from `first`.
+    fn replace(&mut self, first: usize, bounds: Interval) -> Column {
+        self.stack.truncate(first);
+        self.stack.append(&mut self.merged);
+        self.stack.push(END);
+        Column::Runs { first, bounds }
+    }
+}
+
+impl Column {
+    pub(crate) fn bounds(self) -> Interval {
+        match self {
+            Self::Uniform(bounds) | Self::Runs { bounds, .. } => bounds,
+        }
+    }
+}
+
+/// Volumes of a column: lit up to the first number, shadowed from the second
+/// on, looked at in between.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    lit: u32,
+    shadowed: u32,
+    end: u32,
+}

@@ -1,0 +1,335 @@
+//! Files of shadows: writing them, and believing nothing that is read.
+
+use crate::bytes::{BIT_PADDING, BitWriter, load_bits, load_u32};
+use crate::graph::Graph;
+use crate::layout::{CHECKED, Layout, MAGIC, PackedLevel, PlainLevel, Stored};
+use crate::nodes::{kind, slot};
+use crate::pool::{Children, LIT, Reference, SHADOWED, is_mixed};
+use crate::{Error, Form, LightSpace};
+
+/// Why bytes are no shadows.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FileError {
+    /// They do not begin like a file of this kind.
+    #[error("not a file of shadows: it does not begin with {MAGIC:?}")]
+    Magic,
+    /// Another version wrote them.
+    #[error("version {0} of the format, expected 1")]
+    Version(u32),
+    /// The end is missing.
+    #[error("{given} bytes, expected at least {expected}: the file is cut off")]
+    Truncated {
+        /// Bytes that there are.
+        given: u64,
+        /// Bytes that there must be.
+        expected: u64,
+    },
+    /// There is something behind the end.
+    #[error("{given} bytes, expected {expected}")]
+    TooLong {
+        /// Bytes that there are.
+        given: u64,
+        /// Bytes that there should be.
+        expected: u64,
+    },
+    /// A number of the head that makes no sense.
+    #[error("{what} cannot be {value}")]
+    Header {
+        /// Which number.
+        what: &'static str,
+        /// As it was read.
+        value: u64,
+    },
+    /// The space of the light cannot be one.
+    #[error("the space of the light is singular, not finite or has no depth")]
+    Light,
+    /// The numbers that describe a level make no sense.
+    #[error("the sizes of level {level} do not fit together")]
+    Level {
+        /// The level, 0 for the finest.
+        level: u32,
+    },
+    /// The content was changed.
+    #[error("the checksum is {found:#010x}, expected {expected:#010x}: the file is damaged")]
+    Checksum {
+        /// Of the content.
+        found: u32,
+        /// As the file says.
+        expected: u32,
+    },
+    /// A node that cannot be.
+    #[error("the node at {at} of level {level} refers to something that is not there")]
+    Node {
+        /// The level, 0 for the finest.
+        level: u32,
+        /// Its number, or its first word in the plain form.
+        at: u32,
+    },
+}
+
+/// Puts the checksum into a complete file.
+fn seal(bytes: &mut [u8]) {
+    let checksum = crc32fast::hash(&bytes[CHECKED..]);
+    bytes[CHECKED - 4..CHECKED].copy_from_slice(&checksum.to_le_bytes());
+}
+
+/// Bits that numbers below `count` take.
+fn bits(count: usize) -> u32 {
+    usize::BITS - count.saturating_sub(1).leading_zeros()
+}
+
+/// The file of a graph.
+///
+/// # Errors
+/// [`Error::TooManyNodes`] if a level of plain nodes is too long for its
+/// references.
+pub(crate) fn write(
+    graph: &Graph,
+    light: Option<&LightSpace>,
+    form: Form,
+) -> Result<Vec<u8>, Error> {
+    let (stored, payload) = match form {
+        Form::Plain => plain(graph)?,
+        Form::Packed => packed(graph),
+    };
+    let head = Layout {
+        resolution: graph.resolution,
+        root: graph.root,
+        light: light.copied(),
+        masks: 0,
+        mask_count: graph.masks.len() as u32,
+        stored,
+    };
+    let mut bytes = head.write();
+    bytes.extend(graph.masks.iter().flat_map(|mask| mask.to_le_bytes()));
+    bytes.extend(payload);
+    seal(&mut bytes);
+    Ok(bytes)
+}
+
+fn plain(graph: &Graph) -> Result<(Stored, Vec<u8>), Error> {
+    let mut payload = Vec::new();
+    let mut levels = Vec::with_capacity(graph.levels.len());
+    // Masks keep their numbers.
+    let mut below: Option<Vec<Reference>> = None;
+    for nodes in &graph.levels {
+        let lengths = nodes
+            .iter()
+            .map(|children| 1 + children.iter().filter(|child| is_mixed(**child)).count() as u64);
+        if lengths.sum::<u64>() > u64::from(SHADOWED) {
+            return Err(Error::TooManyNodes { limit: SHADOWED });
+        }
+        let mut words = 0_u32;
+        let mut names = Vec::with_capacity(nodes.len());
+        for children in nodes {
+            names.push(words);
+            let mut kinds = 0;
+            for (i, &child) in children.iter().enumerate() {
+                let kind = match child {
+                    SHADOWED => kind::SHADOWED,
+                    LIT => kind::LIT,
+                    _ => kind::MIXED,
+                };
+                kinds |= kind << (2 * i);
+            }
+            payload.extend(kinds.to_le_bytes());
+            words += 1;
+            for &child in children.iter().filter(|child| is_mixed(**child)) {
+                let name = match &below {
+                    None => child,
+                    Some(names) => names[child as usize],
+                };
+                payload.extend(name.to_le_bytes());
+                words += 1;
+            }
+        }
+        levels.push(PlainLevel {
+            start: 0,
+            nodes: nodes.len() as u32,
+            words,
+        });
+        below = Some(names);
+    }
+    Ok((Stored::Plain(levels), payload))
+}
+
+/// The shape of a node, and its references in the order in which the shape
+/// names them.
+fn shape(children: &Children) -> (u32, Vec<Reference>) {
+    let mut references: Vec<Reference> = Vec::new();
+    let mut shape = 0;
+    for (i, &child) in children.iter().enumerate() {
+        let slot = match child {
+            LIT => slot::LIT,
+            SHADOWED => slot::SHADOWED,
+            _ => match references.iter().position(|&other| other == child) {
+                Some(slot) => slot as u32,
+                None => {
+                    references.push(child);
+                    references.len() as u32 - 1
+                }
+            },
+        };
+        shape |= slot << (4 * i);
+    }
+    (shape, references)
+}
+
+fn packed(graph: &Graph) -> (Stored, Vec<u8>) {
+    // The most frequent shapes have the lowest numbers, so that levels with
+    // few of them get by with few bits.
+    let mut counts = [const { std::collections::BTreeMap::<u32, u64>::new() }; 2];
+    for (level, nodes) in graph.levels.iter().enumerate() {
+        for children in nodes {
+            *counts[usize::from(level > 0)]
+                .entry(shape(children).0)
+                .or_default() += 1;
+        }
+    }
+    let sorted = counts.map(|counts| {
+        let mut shapes: Vec<(u32, u64)> = counts.into_iter().collect();
+        shapes.sort_by_key(|&(shape, count)| (std::cmp::Reverse(count), shape));
+        shapes
+            .into_iter()
+            .map(|(shape, _)| shape)
+            .collect::<Vec<u32>>()
+    });
+    let numbers = [0, 1].map(|i: usize| {
+        (sorted[i].iter().zip(0_u32..))
+            .map(|(&shape, number)| (shape, number))
+            .collect::<std::collections::HashMap<u32, u32>>()
+    });
+
+    let mut payload: Vec<u8> = sorted
+        .iter()
+        .flatten()
+        .flat_map(|shape| shape.to_le_bytes())
+        .collect();
+    let mut levels = Vec::with_capacity(graph.levels.len());
+    let mut below: Vec<Reference> = (0..graph.masks.len() as u32).collect();
+    for (level, nodes) in graph.levels.iter().enumerate() {
+        let shapes: Vec<(u32, Vec<Reference>)> = (nodes.iter())
+            .map(|children| {
+                let (shape, references) = shape(children);
+                (numbers[usize::from(level > 0)][&shape], references)
+            })
+            .collect();
+        let mut order: Vec<usize> = (0..nodes.len()).collect();
+        order.sort_by_key(|&node| shapes[node].1.len());
+        let most = shapes.iter().map(|(shape, _)| *shape as usize + 1).max();
+        let (shape_width, width) = (bits(most.unwrap_or(0)), bits(below.len()));
+        let mut counts = [0; 9];
+        let mut writer = BitWriter::default();
+        let mut names = vec![0; nodes.len()];
+        for (&node, name) in order.iter().zip(0_u32..) {
+            names[node] = name;
+            let (shape, references) = &shapes[node];
+            counts[references.len()] += 1;
+            writer.push(*shape, shape_width);
+            for &reference in references {
+                writer.push(below[reference as usize], width);
+            }
+        }
+        payload.extend(writer.finish());
+        // The numbers of a graph fit; where the level begins is only known
+        // to who reads it.
+        levels.extend(PackedLevel::new(counts, shape_width, width, 0));
+        below = names;
+    }
+    payload.extend([0; BIT_PADDING]);
+    let shapes = sorted.map(|shapes| (0, shapes.len() as u32));
+    (Stored::Packed { shapes, levels }, payload)
+}
+
+/// Checks everything that a query relies on.
+pub(crate) fn validate(bytes: &[u8], layout: &Layout) -> Result<(), FileError> {
+    let found = crc32fast::hash(&bytes[CHECKED..]);
+    let expected = load_u32(bytes, CHECKED - 4);
+    if found != expected {
+        return Err(FileError::Checksum { found, expected });
+    }
+    match &layout.stored {
+        Stored::Plain(levels) => validate_plain(bytes, levels, layout.mask_count),
+        Stored::Packed { shapes, levels } => {
+            validate_packed(bytes, *shapes, levels, layout.mask_count)
+        }
+    }
+}
+
+fn validate_plain(bytes: &[u8], levels: &[PlainLevel], masks: u32) -> Result<(), FileError> {
+    // The words of the level below at which nodes begin, one bit each.
+    let mut starts: Option<Vec<u64>> = None;
+    for (number, level) in levels.iter().enumerate() {
+        let word = |at: u32| load_u32(bytes, level.start + 4 * at as usize);
+        let mut begins = vec![0_u64; (level.words as usize).div_ceil(64)];
+        let (mut at, mut nodes) = (0_u32, 0_u32);
+        while at < level.words {
+            let error = FileError::Node {
+                level: number as u32,
+                at,
+            };
+            let kinds = word(at);
+            let mixed = kinds & kind::ALL_MIXED;
+            // No fourth kind, no ninth child, and all references are there.
+            if kinds & mixed >> 1 != 0 || kinds >> 16 != 0 || mixed.count_ones() >= level.words - at
+            {
+                return Err(error);
+            }
+            for i in 1..=mixed.count_ones() {
+                let reference = word(at + i) as usize;
+                let exists = match &starts {
+                    None => reference < masks as usize,
+                    Some(starts) => (starts.get(reference / 64))
+                        .is_some_and(|bits| bits >> (reference % 64) & 1 == 1),
+                };
+                if !exists {
+                    return Err(error);
+                }
+            }
+            begins[at as usize / 64] |= 1 << (at % 64);
+            nodes += 1;
+            at += 1 + mixed.count_ones();
+        }
+        if nodes != level.nodes {
+            return Err(FileError::Level {
+                level: number as u32,
+            });
+        }
+        starts = Some(begins);
+    }
+    Ok(())
+}
+
+fn validate_packed(
+    bytes: &[u8],
+    shapes: [(usize, u32); 2],
+    levels: &[PackedLevel],
+    masks: u32,
+) -> Result<(), FileError> {
+    let mut below = masks;
+    for (number, level) in levels.iter().enumerate() {
+        let (shapes, count) = shapes[usize::from(number > 0)];
+        for node in 0..level.nodes() {
+            let at = level.address(node);
+            let references = level.references(node) as u32;
+            let shape = load_bits(bytes, at, level.shape_width);
+            let slots = load_u32(bytes, shapes + 4 * shape as usize);
+            let known = (0..8).all(|i| {
+                let slot = slots >> (4 * i) & 15;
+                slot < references || slot == slot::LIT || slot == slot::SHADOWED
+            });
+            let first = at + u64::from(level.shape_width);
+            let exist = (0..u64::from(references))
+                .all(|i| load_bits(bytes, first + i * u64::from(level.width), level.width) < below);
+            if shape >= count || !known || !exist {
+                return Err(FileError::Node {
+                    level: number as u32,
+                    at: node,
+                });
+            }
+        }
+        below = level.nodes();
+    }
+    Ok(())
+}

@@ -1,0 +1,53 @@
+//! From any description of the casters that can be split to a column.
+
+use crate::column::{Column, Columns};
+use crate::interval::Interval;
+use crate::pool::Pool;
+use crate::rule::Tile;
+
+/// Casters over a square footprint that can be looked at quarter by quarter.
+pub(crate) trait Footprints {
+    /// What has to be known to go on with one footprint.
+    type Part: Copy;
+
+    /// Looks at a footprint of `8 · 2^level` texels. On level 0 the answer is
+    /// never [`Look::Quarters`]; with [`Look::Texels`] they have been written.
+    fn look(&mut self, level: usize, part: Self::Part, texels: &mut Tile) -> Look<Self::Part>;
+
+    /// Forgets what [`Footprints::look`] made for the quarters of `part`.
+    fn leave(&mut self, part: Self::Part);
+}
+
+/// What there is over a footprint.
+#[derive(Debug)]
+pub(crate) enum Look<P> {
+    /// All texels can turn at any one of these depths.
+    Uniform(Interval),
+    /// It takes a closer look at the quarters, `2 y + x`.
+    Quarters([P; 4]),
+    /// The texels themselves.
+    Texels,
+}
+
+impl Columns {
+    /// The column over one footprint of `footprints`.
+    pub(crate) fn column<F: Footprints>(
+        &mut self,
+        footprints: &mut F,
+        level: usize,
+        part: F::Part,
+        pool: &mut Pool,
+    ) -> Column {
+        let mut tile = Tile::default();
+        match footprints.look(level, part, &mut tile) {
+            Look::Uniform(interval) => Column::Uniform(interval),
+            Look::Texels => self.tile(&tile, pool),
+            Look::Quarters(quarters) => {
+                let first = self.top();
+                let quarters = quarters.map(|part| self.column(footprints, level - 1, part, pool));
+                footprints.leave(part);
+                self.merge(level, quarters, first, pool)
+            }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Shadows of static geometry, precomputed: a few megabytes that say of every
+//! voxel of a grid of up to 2²⁰ along each axis whether one light reaches it.
+//!
+//! The grid lies in the space of the light: texels of a depth map, and slices
+//! along its rays. Its voxels are kept as a directed acyclic graph of nodes no
+//! two of which are equal; what is inside of closed solids, where nobody asks,
+//! is filled so that as few nodes as possible are needed. The graph grows with
+//! the length of the silhouettes and not with the area of the map.
+//!
+//! ```
+//! use glam::IVec3;
+//! use gpu_backend::Cpu;
+//! use shadow_dag::{Builder, DepthMap, FilterSize, Form, Resolution, ShadowDag, Slices};
+//!
+//! // A slab over the left half of the map: entered at 0.25, left at 0.5.
+//! let resolution = Resolution::new(64)?;
+//! let slab = |inside: f32| -> Vec<f32> {
+//!     (0..64 * 64).map(|i| if i % 64 < 32 { inside } else { f32::INFINITY }).collect()
+//! };
+//! let (enter, exit) = (slab(0.25), slab(0.5));
+//! let map = DepthMap::new(resolution, Slices::Linear, &enter)?.with_exit(&exit)?;
+//! let shadows = Builder::new().build(&Cpu::new(), &map)?;
+//!
+//! assert!(shadows.is_lit(IVec3::new(10, 10, 15)), "in front of the slab");
+//! assert!(!shadows.is_lit(IVec3::new(10, 10, 32)), "behind it");
+//! let filter = FilterSize::new(9)?;
+//! assert_eq!(shadows.filter(IVec3::new(32, 32, 40), filter), 45.0 / 81.0);
+//!
+//! // A quarter of the size for storing; the bytes are the file.
+//! let bytes = shadows.to_form(Form::Packed)?.into_bytes();
+//! let read = ShadowDag::from_bytes(bytes.as_slice())?;
+//! assert!(!read.is_lit(IVec3::new(10, 10, 32)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What is here
+//!
+//! * A [`Builder`] makes shadows from [`Casters`], which hand out the slices at
+//!   which the rays enter and leave solids, tile by tile: from a [`DepthMap`]
+//!   in memory, or whatever else implements the trait. Maps need never exist
+//!   as a whole. [`Rule`] says how voxels inside of solids are filled.
+//! * A [`Mesh`] is triangles as a light sees them: it hands out such tiles,
+//!   and [`Builder::bake`] makes its shadows without any map, in a time that
+//!   grows with the silhouettes alone if the mesh is closed; whether it is,
+//!   [`Mesh::soundness`] says.
+//! * [`ShadowDag`] answers: [single voxels](ShadowDag::is_lit),
+//!   [filtered shadows](ShadowDag::filter) of any width,
+//!   [lit parts of a ray](ShadowDag::lit_intervals), the
+//!   [depth](ShadowDag::depth) of a texel, the least and the most that is lit
+//!   in a [box](ShadowDag::visibility), and many of these at once.
+//! * [`LightSpace`] takes points, normals and rays of the world to the grid of
+//!   a parallel or perspective light; [`Slices`] are equal or grow with the
+//!   distance from the light. [`FilterSize::bias`] keeps a surface from
+//!   shadowing itself.
+//! * [`Form`] is how nodes are stored: plain, or packed into a third of the
+//!   bytes. Either is a file as it lies in memory;
+//!   [`ShadowDag::from_bytes`] uses it in place and believes nothing that it
+//!   has not checked. [`ShadowDag::sizes`] says where the bytes are.
+//!
+//! # Limits
+//!
+//! One light, one static scene. Shadows are hard but for the filter, and a
+//! surface is known to half a voxel. Voxels inside of closed solids have no
+//! meaning. What lies beside the map, or in front of its first slice, counts
+//! as lit.
+//!
+//! Results are the same bit for bit on any number of threads, in any form and
+//! through any file.
+//!
+//! # Based on
+//!
+//! * Sintorn, Kämpe, Olsson and Assarsson, Compact Precomputed Voxelized
+//!   Shadows, SIGGRAPH 2014
+//! * Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of
+//!   Voxelized Shadows, I3D 2015
+
+mod build;
+mod bytes;
+mod casters;
+mod column;
+mod dag;
+mod error;
+mod file;
+mod footprint;
+mod graph;
+mod interval;
+mod layout;
+mod light_space;
+mod mesh;
+mod nodes;
+mod pool;
+mod query;
+mod region;
+mod resolution;
+mod rule;
+mod sizes;
+mod slices;
+#[cfg(test)]
+mod tests;
+mod top;
+
+pub use build::Builder;
+pub use casters::{Casters, DepthMap, Exits, TileRect};
+pub use dag::{Form, ShadowDag};
+pub use error::Error;
+pub use file::FileError;
+pub use light_space::LightSpace;
+pub use mesh::{Mesh, Soundness};
+pub use query::{FilterSize, LitIntervals, Ray, Visibility};
+pub use resolution::Resolution;
+pub use rule::Rule;
+pub use sizes::{LevelSize, Sizes};
+pub use slices::{Logarithmic, Slices};

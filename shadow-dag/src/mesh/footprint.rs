@@ -1,0 +1,235 @@
+//! Footprints over triangles: which of them need not be rasterised.
+
+use super::Mesh;
+use super::texels::Texels;
+use super::triangle::{Kind, ONE};
+use crate::casters::TileRect;
+use crate::footprint::{Footprints, Look};
+use crate::interval::Interval;
+use crate::rule::Tile;
+use crate::{LightSpace, Resolution, Slices};
+
+/// A footprint and the triangles over it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Part {
+    /// Column and row, in footprints of the level.
+    at: [u32; 2],
+    /// Where its list is.
+    start: usize,
+    end: usize,
+    /// Where its list and those of its siblings end together.
+    top: usize,
+}
+
+impl Part {
+    /// The first texel.
+    pub(crate) fn origin(self, level: usize) -> [u32; 2] {
+        self.at.map(|at| at << (3 + level))
+    }
+}
+
+/// What one thread needs to look at footprints.
+#[derive(Debug)]
+pub(crate) struct Scratch<'a> {
+    mesh: &'a Mesh,
+    /// Whether to find out where nothing has to be rasterised.
+    shortcuts: bool,
+    /// The lists of all footprints from the whole to the current one.
+    lists: Vec<u32>,
+    /// Kinds and depths of the triangles over the current one.
+    ranges: Vec<(Kind, [f64; 2])>,
+    texels: Texels,
+}
+
+/// How often a gap may turn out to be crossed and be looked for further in
+/// front. More hardly ever helps: it is then found in the quarters.
+const RETRIES: usize = 4;
+
+/// How far, relative to its distance, a corner on the near plane may be from
+/// it: many times the rounding of its coordinates, and nothing to a slice.
+const NEAR_ROUNDING: f64 = 1e-9;
+
+/// The slice behind a depth of the kind that triangles have.
+fn slice(light: &LightSpace, resolution: Resolution, depth: f64) -> u32 {
+    let slices = light.slices();
+    let depth = match slices {
+        Slices::Linear => depth,
+        // +∞ stands for nothing, and so does the 0 of infinite distance.
+        Slices::Logarithmic(_) if depth >= 0.0 => f64::INFINITY,
+        Slices::Logarithmic(_) => -1.0 / depth,
+    };
+    slices.boundary(resolution, depth)
+}
+
+impl<'a> Scratch<'a> {
+    pub(crate) fn new(mesh: &'a Mesh, shortcuts: bool) -> Self {
+        Self {
+            mesh,
+            shortcuts,
+            lists: Vec::new(),
+            ranges: Vec::new(),
+            texels: Texels::default(),
+        }
+    }
+
+    /// The part that is a square of texels.
+    pub(crate) fn start(&mut self, tile: TileRect) -> Part {
+        let mesh = self.mesh;
+        mesh.over(tile, &mut self.lists);
+        let (low, high) = self.centres([tile.x, tile.y], tile.side);
+        self.lists
+            .retain(|&triangle| mesh.triangles[triangle as usize].meets(low, high));
+        Part {
+            at: [tile.x / tile.side, tile.y / tile.side],
+            start: 0,
+            end: self.lists.len(),
+            top: self.lists.len(),
+        }
+    }
+
+    /// Steps of the grid from one texel to the next.
+    fn step(&self) -> i32 {
+        ONE / self.mesh.resolution.side() as i32
+    }
+
+    /// The centres of the first and the last of `side` texels.
+    fn centres(&self, origin: [u32; 2], side: u32) -> ([i32; 2], [i32; 2]) {
+        let step = self.step();
+        let low = origin.map(|at| at as i32 * step + step / 2);
+        (low, low.map(|at| at + (side as i32 - 1) * step))
+    }
+
+    /// Depths at which all texels of a footprint can turn, if that can be
+    /// seen from the ranges of the triangles alone.
+    ///
+    /// Up to the nearest back face rays only ever enter solids. If there is a
+    /// gap in front of it that no surface crosses, all rays are inside of
+    /// equally many solids in it, and one of them says of how many.
+    fn gap(&self, part: Part, sample: [i32; 2]) -> Option<Interval> {
+        let slice = |depth| slice(&self.mesh.light, self.mesh.resolution, depth);
+        let front = |kind: Kind| kind == Kind::Front;
+        let (mut first, mut end) = (f64::INFINITY, f64::INFINITY);
+        for &(kind, [least, _]) in &self.ranges {
+            first = first.min(least);
+            if !front(kind) {
+                end = end.min(least);
+            }
+        }
+        let side = self.mesh.resolution.side();
+        if slice(first) >= side {
+            return Some(Interval {
+                enter: side,
+                exit: side,
+            });
+        }
+        // What a near plane cuts begins there, give or take the rounding of
+        // new corners; in front of it nothing says what is inside.
+        let begin = match self.mesh.light.slices() {
+            Slices::Linear => f64::NEG_INFINITY,
+            Slices::Logarithmic(ends) => -1.0 / (ends.near() * (1.0 + NEAR_ROUNDING)),
+        };
+        let mut start = begin;
+        for _ in 0..RETRIES {
+            let mut nearer = end;
+            start = begin;
+            for &(kind, [least, most]) in &self.ranges {
+                if front(kind) && least < end {
+                    if most < end {
+                        start = start.max(most);
+                    } else {
+                        nearer = nearer.min(least);
+                    }
+                }
+            }
+            if nearer == end {
+                break;
+            }
+            end = nearer;
+            start = f64::INFINITY;
+        }
+        if start >= end {
+            return None;
+        }
+        // Rays end outside of everything, so what is left behind the gap and
+        // not entered there was entered in front of it.
+        let mut inside = 0;
+        for (&triangle, &(kind, [least, _])) in
+            self.lists[part.start..part.end].iter().zip(&self.ranges)
+        {
+            if least >= end && self.mesh.triangles[triangle as usize].covers(sample) {
+                inside += match kind {
+                    Kind::Front => -1,
+                    Kind::Back => 1,
+                    Kind::Open => 0,
+                };
+            }
+        }
+        (inside > 0).then(|| Interval {
+            enter: slice(start),
+            exit: slice(end),
+        })
+    }
+}
+
+impl Footprints for Scratch<'_> {
+    type Part = Part;
+
+    fn look(&mut self, level: usize, part: Part, texels: &mut Tile) -> Look<Part> {
+        let mesh = self.mesh;
+        let side = mesh.resolution.side();
+        if part.start == part.end {
+            return Look::Uniform(Interval {
+                enter: side,
+                exit: side,
+            });
+        }
+        let (low, high) = self.centres(part.origin(level), 8 << level);
+        if self.shortcuts {
+            let list = &self.lists[part.start..part.end];
+            self.ranges.clear();
+            self.ranges.extend(list.iter().map(|&triangle| {
+                let triangle = &mesh.triangles[triangle as usize];
+                (triangle.kind, triangle.depths(low, high))
+            }));
+            if let Some(interval) = self.gap(part, low) {
+                return Look::Uniform(interval);
+            }
+        }
+        if level == 0 {
+            let list = &self.lists[part.start..part.end];
+            let triangles = list
+                .iter()
+                .map(|&triangle| &mesh.triangles[triangle as usize]);
+            let slice = |depth| slice(&mesh.light, mesh.resolution, depth);
+            let step = self.step();
+            self.texels
+                .resolve(triangles, low, step, slice, side, texels);
+            return Look::Texels;
+        }
+        let mut quarters = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| {
+            let at = [2 * part.at[0] + dx, 2 * part.at[1] + dy];
+            let (low, high) = self.centres(at.map(|at| at << (2 + level)), 4 << level);
+            let start = self.lists.len();
+            for i in part.start..part.end {
+                let triangle = self.lists[i];
+                if mesh.triangles[triangle as usize].meets(low, high) {
+                    self.lists.push(triangle);
+                }
+            }
+            Part {
+                at,
+                start,
+                end: self.lists.len(),
+                top: 0,
+            }
+        });
+        for quarter in &mut quarters {
+            quarter.top = self.lists.len();
+        }
+        Look::Quarters(quarters)
+    }
+
+    fn leave(&mut self, part: Part) {
+        self.lists.truncate(part.top);
+    }
+}

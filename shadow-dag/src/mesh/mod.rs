@@ -1,0 +1,259 @@
+//! Triangles as shadow casters.
+//!
+//! Vertices are snapped to a grid that does not depend on the resolution, so
+//! that the side of an edge on which a texel lies is decided exactly, the same
+//! way for all triangles that share it, and at every resolution.
+
+mod clip;
+mod closed;
+mod footprint;
+mod texels;
+mod triangle;
+
+use glam::Vec3;
+use gpu_backend::Cpu;
+
+use crate::casters::{Casters, Exits, TileRect};
+use crate::footprint::{Footprints, Look};
+use crate::rule::Tile;
+use crate::{Builder, Error, Form, LightSpace, Resolution, Rule, ShadowDag};
+use closed::Components;
+use footprint::{Part, Scratch};
+use triangle::{ONE, Triangle};
+
+/// Bins along each side of the map.
+const BINS: u32 = 64;
+
+/// Triangles as a light sees them.
+#[derive(Debug, Clone)]
+pub struct Mesh {
+    resolution: Resolution,
+    light: LightSpace,
+    triangles: Vec<Triangle>,
+    /// Numbers of the triangles over each bin, row by row.
+    bins: Vec<Vec<u32>>,
+    soundness: Soundness,
+}
+
+/// How much of a mesh encloses something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Soundness {
+    /// Parts that hang together by the positions of their vertices.
+    pub parts: usize,
+    /// Parts with holes: what is behind their surface is shadowed at once,
+    /// and compresses less.
+    pub open_parts: usize,
+    /// Parts that are turned inside out as a whole, or cavities of others;
+    /// treated like those with holes.
+    pub inverted_parts: usize,
+    /// Edges that do not have as many triangles on one side as on the other.
+    pub open_edges: usize,
+}
+
+impl Soundness {
+    /// True if every part encloses something.
+    pub fn is_closed(&self) -> bool {
+        self.open_parts == 0 && self.inverted_parts == 0
+    }
+}
+
+impl Mesh {
+    /// The triangles `indices` of the points `positions`, in the world, front
+    /// faces counter-clockwise. Solids may touch, overlap and intersect
+    /// themselves. Triangles without area cast no shadow; an empty mesh is
+    /// legal.
+    ///
+    /// [`Mesh::soundness`] tells which parts turned out not to be solids.
+    /// Parts of triangles in front of a perspective light's near distance are
+    /// cut off; what is inside of a solid there begins in shadow.
+    ///
+    /// # Errors
+    /// [`Error::BadValue`] for a coordinate that is not finite,
+    /// [`Error::NoSuchVertex`] for an index beyond the positions.
+    pub fn new(
+        resolution: Resolution,
+        light: LightSpace,
+        positions: &[Vec3],
+        indices: &[[u32; 3]],
+    ) -> Result<Self, Error> {
+        if let Some(position) = positions.iter().find(|position| !position.is_finite()) {
+            return Err(Error::bad_value(
+                "the position of a vertex, summed",
+                position.element_sum(),
+                "finite coordinates",
+            ));
+        }
+        for (triangle, corners) in indices.iter().enumerate() {
+            let vertices = positions.len();
+            if let Some(&vertex) = corners.iter().find(|&&corner| corner as usize >= vertices) {
+                return Err(Error::NoSuchVertex {
+                    triangle,
+                    vertex,
+                    vertices,
+                });
+            }
+        }
+        let components = Components::new(positions, indices);
+        let points: Vec<_> = (positions.iter())
+            .map(|position| light.homogeneous(position.as_dvec3().extend(1.0)))
+            .collect();
+        let setup = triangle::Setup::new(&light);
+        let mut triangles = Vec::with_capacity(indices.len());
+        for (corners, closed) in indices.iter().zip(&components.closed) {
+            let corners = corners.map(|corner| points[corner as usize]);
+            setup.triangles(corners, *closed, &mut triangles);
+        }
+        let mut bins = vec![Vec::new(); (BINS * BINS) as usize];
+        for (number, triangle) in (0..).zip(&triangles) {
+            let cell = |at: i32| (at.clamp(0, ONE - 1) / (ONE / BINS as i32)) as u32;
+            let [low, high] = triangle.bounds();
+            let hits = high[0] >= 0 && high[1] >= 0 && low[0] < ONE && low[1] < ONE;
+            for y in cell(low[1])..=cell(high[1]) {
+                for x in cell(low[0])..=cell(high[0]) {
+                    let bin = |x: u32| x as i32 * (ONE / BINS as i32);
+                    let size = ONE / BINS as i32;
+                    if hits && triangle.meets([bin(x), bin(y)], [bin(x) + size, bin(y) + size]) {
+                        bins[(y * BINS + x) as usize].push(number);
+                    }
+                }
+            }
+        }
+        Ok(Self {
+            resolution,
+            light,
+            triangles,
+            bins,
+            soundness: components.soundness,
+        })
+    }
+
+    /// The same mesh and light for a grid of another resolution.
+    #[must_use]
+    pub fn with_resolution(self, resolution: Resolution) -> Self {
+        Self { resolution, ..self }
+    }
+
+    /// How much of the mesh encloses something.
+    pub fn soundness(&self) -> Soundness {
+        self.soundness
+    }
+
+    /// The triangles over a square of the map, each once.
+    fn over(&self, tile: TileRect, list: &mut Vec<u32>) {
+        let bin = |texel: u32| {
+            (u64::from(texel) * u64::from(BINS) / u64::from(self.resolution.side())) as u32
+        };
+        let [first, last] = [0, tile.side - 1].map(|i| [bin(tile.x + i), bin(tile.y + i)]);
+        list.clear();
+        for y in first[1]..=last[1] {
+            for x in first[0]..=last[0] {
+                list.extend(&self.bins[(y * BINS + x) as usize]);
+            }
+        }
+        if first != last {
+            list.sort_unstable();
+            list.dedup();
+        }
+    }
+}
+
+impl Casters for Mesh {
+    fn resolution(&self) -> Resolution {
+        self.resolution
+    }
+
+    fn light(&self) -> Option<LightSpace> {
+        Some(self.light)
+    }
+
+    fn read(&self, tile: TileRect, enter: &mut [u32], exit: &mut [u32]) -> Result<Exits, Error> {
+        let mut scratch = Scratch::new(self, false);
+        let part = scratch.start(tile);
+        let level = tile.side.trailing_zeros() as usize - 3;
+        let mut write = |at: [u32; 2], texels: &Tile| {
+            for row in 0..8 {
+                let to = ((at[1] - tile.y) as usize + row) * tile.side as usize
+                    + (at[0] - tile.x) as usize;
+                enter[to..to + 8].copy_from_slice(&texels.enter[8 * row..][..8]);
+                exit[to..to + 8].copy_from_slice(&texels.exit[8 * row..][..8]);
+            }
+        };
+        fill(
+            &mut scratch,
+            level,
+            part,
+            self.resolution.side(),
+            &mut write,
+        );
+        Ok(Exits::Closed)
+    }
+}
+
+/// Writes all 8×8 tiles of a footprint.
+fn fill(
+    scratch: &mut Scratch<'_>,
+    level: usize,
+    part: Part,
+    side: u32,
+    write: &mut impl FnMut([u32; 2], &Tile),
+) {
+    let mut texels = Tile::default();
+    match scratch.look(level, part, &mut texels) {
+        Look::Texels => write(part.origin(level), &texels),
+        Look::Quarters(quarters) => {
+            for quarter in quarters {
+                fill(scratch, level - 1, quarter, side, write);
+            }
+            scratch.leave(part);
+        }
+        Look::Uniform(interval) => {
+            texels.enter.fill(interval.enter.min(side));
+            texels.exit.fill(interval.exit.min(side));
+            let [x, y] = part.origin(level);
+            for row in 0..1 << level {
+                for column in 0..1 << level {
+                    write([x + 8 * column, y + 8 * row], &texels);
+                }
+            }
+        }
+    }
+}
+
+impl Builder {
+    /// Builds the shadows of a mesh without maps.
+    ///
+    /// Where no surface crosses a gap between the last front face and the
+    /// first back face over a footprint, all of its texels can turn within
+    /// that gap, and nothing is rasterised: only tiles at silhouettes, and
+    /// surfaces of parts with holes, are looked at texel by texel. Time and
+    /// memory grow with the length of the silhouettes.
+    ///
+    /// Answers are those of [`Builder::build`] wherever those are defined. For
+    /// rules other than [`Rule::Aligned`] it is the same as that.
+    ///
+    /// # Errors
+    /// [`Error::TooManyNodes`].
+    pub fn bake(&self, cpu: &Cpu, mesh: &Mesh) -> Result<ShadowDag, Error> {
+        if self.rule != Rule::Aligned {
+            return self.build(cpu, mesh);
+        }
+        let resolution = mesh.resolution;
+        let width = BINS.min(resolution.side() / 8);
+        let side = resolution.side() / width;
+        let level = side.trailing_zeros() as usize - 3;
+        let graph = self.assemble(
+            cpu,
+            resolution,
+            level,
+            || Scratch::new(mesh, true),
+            |scratch, x, y| {
+                Ok(scratch.start(TileRect {
+                    x: x * side,
+                    y: y * side,
+                    side,
+                }))
+            },
+        )?;
+        ShadowDag::from_graph(&graph, Some(&mesh.light), Form::Plain)
+    }
+}

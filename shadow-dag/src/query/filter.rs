@@ -1,0 +1,282 @@
+//! The lit share of a window of texels: percentage-closer filtering.
+
+use glam::{DVec3, IVec3, Vec3};
+
+use super::extent::window;
+use crate::dag::with_nodes;
+use crate::nodes::Nodes;
+use crate::pool::{LIT, Reference, SHADOWED};
+use crate::top::Top;
+use crate::{Error, ShadowDag};
+
+/// The width of a filter in texels: odd, 1 to 65535.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct FilterSize(u16);
+
+impl FilterSize {
+    /// A filter of `width × width` texels.
+    ///
+    /// # Errors
+    /// [`Error::BadValue`] if the width is even or above 65535.
+    pub fn new(width: u32) -> Result<Self, Error> {
+        match u16::try_from(width) {
+            Ok(narrow) if width % 2 == 1 => Ok(Self(narrow)),
+            _ => Err(Error::bad_value(
+                "the width of a filter",
+                width,
+                "an odd number from 1 to 65535",
+            )),
+        }
+    }
+
+    /// Texels along each side.
+    pub fn width(self) -> u32 {
+        u32::from(self.0)
+    }
+
+    /// Texels on either side of the middle.
+    fn half(self) -> i32 {
+        i32::from(self.0 / 2)
+    }
+}
+
+/// Texels of one slice, ends included.
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    x: [u32; 2],
+    y: [u32; 2],
+}
+
+impl Window {
+    /// The part of a window, in any whole numbers, that is on a map of `side`
+    /// texels.
+    fn clip(x: [i64; 2], y: [i64; 2], side: u32) -> Option<Self> {
+        let clip = |[first, last]: [i64; 2]| {
+            let (first, last) = (first.max(0), last.min(i64::from(side) - 1));
+            (first <= last).then_some([first as u32, last as u32])
+        };
+        Some(Self {
+            x: clip(x)?,
+            y: clip(y)?,
+        })
+    }
+
+    fn area(self) -> u64 {
+        u64::from(self.x[1] - self.x[0] + 1) * u64::from(self.y[1] - self.y[0] + 1)
+    }
+
+    /// The part that is in the square of `1 << shift` texels at cell `(x, y)`.
+    fn cut(self, x: u32, y: u32, shift: u32) -> Self {
+        let cut = |[first, last]: [u32; 2], cell: u32| {
+            let origin = cell << shift;
+            [first.max(origin), last.min(origin + ((1 << shift) - 1))]
+        };
+        Self {
+            x: cut(self.x, x),
+            y: cut(self.y, y),
+        }
+    }
+
+    /// The bits of the mask of the tile in which all of the window is.
+    fn bits(self) -> u64 {
+        window(self.x[0] & 7, self.x[1] & 7, self.y[0] & 7, self.y[1] & 7)
+    }
+}
+
+/// Counts the lit texels of a window in one slice.
+trait Count {
+    /// All of a part is lit.
+    fn lit(&mut self, part: Window);
+
+    /// A part within one tile is lit where `mask` is.
+    fn masked(&mut self, part: Window, mask: u64);
+}
+
+/// How many there are.
+impl Count for u64 {
+    #[inline]
+    fn lit(&mut self, part: Window) {
+        *self += part.area();
+    }
+
+    #[inline]
+    fn masked(&mut self, part: Window, mask: u64) {
+        *self += u64::from((mask & part.bits()).count_ones());
+    }
+}
+
+/// How many there are in each of four windows.
+struct Four {
+    windows: [Option<Window>; 4],
+    lit: [u64; 4],
+}
+
+impl Four {
+    fn each(&mut self, part: Window, count: impl Fn(Window) -> u64) {
+        for (window, lit) in self.windows.iter().zip(&mut self.lit) {
+            let Some(window) = window else { continue };
+            let meet = |a: [u32; 2], b: [u32; 2]| [a[0].max(b[0]), a[1].min(b[1])];
+            let (x, y) = (meet(window.x, part.x), meet(window.y, part.y));
+            if x[0] <= x[1] && y[0] <= y[1] {
+                *lit += count(Window { x, y });
+            }
+        }
+    }
+}
+
+impl Count for Four {
+    #[inline]
+    fn lit(&mut self, part: Window) {
+        self.each(part, Window::area);
+    }
+
+    #[inline]
+    fn masked(&mut self, part: Window, mask: u64) {
+        self.each(part, |part| u64::from((mask & part.bits()).count_ones()));
+    }
+}
+
+/// Goes down to the masks under `part` of slice `z`, together as long as they
+/// share nodes. `part` lies in the footprint of the node.
+fn count<N: Nodes, C: Count>(
+    nodes: &N,
+    mut level: usize,
+    mut reference: Reference,
+    part: Window,
+    z: u32,
+    into: &mut C,
+) {
+    loop {
+        match reference {
+            LIT => return into.lit(part),
+            SHADOWED => return,
+            _ => {}
+        }
+        let node = nodes.node(level, reference);
+        if level == 0 {
+            return match nodes.child(node, z & 7) {
+                LIT => into.lit(part),
+                SHADOWED => {}
+                slice => into.masked(part, nodes.mask(slice)),
+            };
+        }
+        let shift = level as u32 + 2;
+        let far = (z >> shift & 1) << 2;
+        let (x, y) = (part.x.map(|x| x >> shift), part.y.map(|y| y >> shift));
+        level -= 1;
+        if x[0] == x[1] && y[0] == y[1] {
+            reference = nodes.child(node, far | (y[0] & 1) << 1 | (x[0] & 1));
+            continue;
+        }
+        for y in y[0]..=y[1] {
+            for x in x[0]..=x[1] {
+                let child = nodes.child(node, far | (y & 1) << 1 | (x & 1));
+                count(nodes, level, child, part.cut(x, y, shift), z, into);
+            }
+        }
+        return;
+    }
+}
+
+#[inline]
+fn count_all<N: Nodes, C: Count>(nodes: &N, top: &Top, all: Window, z: u32, into: &mut C) {
+    let shift = top.shift();
+    let z_cell = z >> shift;
+    for y in all.y[0] >> shift..=all.y[1] >> shift {
+        for x in all.x[0] >> shift..=all.x[1] >> shift {
+            let part = all.cut(x, y, shift);
+            count(nodes, top.level, top.cell(x, y, z_cell), part, z, into);
+        }
+    }
+}
+
+/// The slice of a grid of `side` that answers for slice `z`.
+fn slice(z: i32, side: u32) -> Option<u32> {
+    u32::try_from(z).ok().map(|z| z.min(side - 1))
+}
+
+impl<B: AsRef<[u8]>> ShadowDag<B> {
+    /// The lit share, 0 to 1, of the `size × size` voxels around `voxel` in
+    /// its slice. Exactly the mean of [`ShadowDag::is_lit`] over them; voxels
+    /// beside the map count as lit.
+    pub fn filter(&self, voxel: IVec3, size: FilterSize) -> f32 {
+        let side = self.resolution().side();
+        let all = u64::from(size.width()).pow(2);
+        let half = i64::from(size.half());
+        let range = |middle: i32| [i64::from(middle) - half, i64::from(middle) + half];
+        let inside = Window::clip(range(voxel.x), range(voxel.y), side);
+        let (Some(inside), Some(z)) = (inside, slice(voxel.z, side)) else {
+            return 1.0;
+        };
+        let mut lit = all - inside.area();
+        with_nodes!(self, nodes => count_all(nodes, &self.top, inside, z, &mut lit));
+        lit as f32 / all as f32
+    }
+
+    /// The lit share of a window that is `size` texels wide and lies around
+    /// `position` exactly, in the slice of `position`: texels at its rim count
+    /// by the share of them that it covers, so that it changes smoothly along
+    /// the map.
+    ///
+    /// The mean of the four nearest results of [`ShadowDag::filter`], weighted
+    /// bilinearly. Positions that are not finite are lit.
+    pub fn filter_bilinear(&self, position: Vec3, size: FilterSize) -> f32 {
+        if !position.is_finite() {
+            return 1.0;
+        }
+        let side = self.resolution().side();
+        // Texel centres are at one half.
+        let corner = (position.truncate() - 0.5).floor();
+        let weight = position.truncate() - 0.5 - corner;
+        let half = i64::from(size.half());
+        let range = |middle: f32, step: i64| {
+            let middle = (middle as i64).saturating_add(step);
+            [middle.saturating_sub(half), middle.saturating_add(half)]
+        };
+        let Some(z) = slice(position.z.floor() as i32, side) else {
+            return 1.0;
+        };
+        let all = u64::from(size.width()).pow(2);
+        let windows = [(0, 0), (1, 0), (0, 1), (1, 1)]
+            .map(|(x, y)| Window::clip(range(corner.x, x), range(corner.y, y), side));
+        let mut four = Four {
+            windows,
+            lit: windows.map(|window| all - window.map_or(0, Window::area)),
+        };
+        let join = |range: fn(&Window) -> [u32; 2]| {
+            let parts = windows.iter().flatten().map(range);
+            parts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+        };
+        if let (Some(x), Some(y)) = (join(|window| window.x), join(|window| window.y)) {
+            let window = Window { x, y };
+            with_nodes!(self, nodes => count_all(nodes, &self.top, window, z, &mut four));
+        }
+        let share = four.lit.map(|lit| lit as f32 / all as f32);
+        let mix = |a: f32, b: f32, t: f32| a * (1.0 - t) + b * t;
+        mix(
+            mix(share[0], share[1], weight.x),
+            mix(share[2], share[3], weight.x),
+            weight.y,
+        )
+    }
+}
+
+impl FilterSize {
+    /// The voxel at which to ask for the light on a surface at `position`, in
+    /// voxels, whose normal in the grid is `normal`: half a filter width
+    /// along the normal, so that the window clears the surface itself.
+    ///
+    /// The offset is in whole voxels, and the normal of any length; without
+    /// one (zero or not finite) there is no offset.
+    pub fn bias(self, position: DVec3, normal: Vec3) -> IVec3 {
+        let offset = normal.normalize_or_zero() * (0.5 * self.width() as f32);
+        // Conversions saturate.
+        let floor = position.floor().as_ivec3();
+        let step = offset.round().as_ivec3();
+        IVec3::new(
+            floor.x.saturating_add(step.x),
+            floor.y.saturating_add(step.y),
+            floor.z.saturating_add(step.z),
+        )
+    }
+}

@@ -1,0 +1,187 @@
+use glam::{DMat4, IVec3, UVec2, Vec3};
+use gpu_backend::Cpu;
+use proptest::prelude::*;
+
+use super::maps;
+use crate::{Builder, FileError, FilterSize, Form, LightSpace, Ray, ShadowDag};
+
+/// Asks everything once.
+fn ask<B: AsRef<[u8]>>(dag: &ShadowDag<B>) {
+    let n = dag.resolution().side().min(1 << 12) as i32;
+    for i in 0..64 {
+        let at = IVec3::new(i * 37 % n, i * 11 % n, i * 5 % n);
+        let _ = dag.is_lit(at);
+        let _ = dag.filter(at, FilterSize::new(9).unwrap());
+        let _ = dag.filter_bilinear(at.as_vec3() + 0.3, FilterSize::new(3).unwrap());
+        let _ = dag.depth(UVec2::new(at.x as u32, at.y as u32));
+        let _ = dag.visibility(at, at + 9);
+        if n <= 64 {
+            let ray = Ray::new(at.as_vec3(), Vec3::new(0.3, 0.7, -0.5), f32::INFINITY).unwrap();
+            let _ = dag.lit_intervals(&ray);
+        }
+    }
+}
+
+/// A file with the checksum that its content has.
+fn seal(bytes: &mut [u8]) {
+    if bytes.len() > 16 {
+        let sum = crc32fast::hash(&bytes[16..]);
+        bytes[12..16].copy_from_slice(&sum.to_le_bytes());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn forms_and_files_turn_into_each_other_without_loss(
+        map in prop_oneof![maps::arbitrary(64), maps::noise(16), maps::arbitrary(8)],
+        shift in 0..8_usize,
+    ) {
+        let plain = Builder::new().build(&Cpu::new(), &map).unwrap();
+        let packed = plain.to_form(Form::Packed).unwrap();
+        prop_assert_eq!((plain.form(), packed.form()), (Form::Plain, Form::Packed));
+        prop_assert!(packed.to_form(Form::Plain).unwrap().as_bytes() == plain.as_bytes());
+        prop_assert!(packed.to_form(Form::Packed).unwrap().as_bytes() == packed.as_bytes());
+        for dag in [plain, packed] {
+            // At any alignment, borrowed.
+            let mut bytes = vec![0; shift];
+            bytes.extend(dag.as_bytes());
+            let read = ShadowDag::from_bytes(&bytes[shift..]).unwrap();
+            prop_assert_eq!(read.graph(), dag.graph());
+            prop_assert_eq!(read.resolution(), dag.resolution());
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_errors_and_never_panic(
+        map in maps::arbitrary(32),
+        packed: bool,
+        changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+        cut in proptest::option::of(any::<prop::sample::Index>()),
+        resealed: bool,
+    ) {
+        let form = if packed { Form::Packed } else { Form::Plain };
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap().to_form(form).unwrap();
+        let mut bytes = dag.as_bytes().to_vec();
+        for (at, value) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        if resealed {
+            seal(&mut bytes);
+        }
+        match ShadowDag::from_bytes(&bytes) {
+            Ok(read) => {
+                prop_assert!(resealed || bytes == dag.as_bytes());
+                ask(&read);
+            }
+            Err(error) => prop_assert!(!error.to_string().is_empty()),
+        }
+    }
+
+    #[test]
+    fn words_in_the_head_and_in_nodes_are_not_believed(
+        map in maps::arbitrary(32),
+        packed: bool,
+        at in any::<prop::sample::Index>(),
+        value in prop_oneof![
+            Just(u32::MAX), Just(u32::MAX - 1), Just(u32::MAX - 2), Just(0), Just(1 << 31), any::<u32>(),
+        ],
+    ) {
+        let form = if packed { Form::Packed } else { Form::Plain };
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap().to_form(form).unwrap();
+        let mut bytes = dag.as_bytes().to_vec();
+        let at = 4 * at.index(bytes.len() / 4);
+        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        seal(&mut bytes);
+        if let Ok(read) = ShadowDag::from_bytes(&bytes) {
+            ask(&read);
+        }
+    }
+
+    #[test]
+    fn bytes_that_change_while_they_are_mapped_give_answers_but_no_panic(
+        map in maps::arbitrary(32),
+        packed: bool,
+        noise in proptest::collection::vec(any::<u8>(), 64),
+    ) {
+        use std::cell::RefCell;
+        use std::rc::Rc;
+        /// Memory that somebody else writes to: every look at it can differ.
+        struct Shared(Rc<RefCell<&'static [u8]>>);
+        impl AsRef<[u8]> for Shared {
+            fn as_ref(&self) -> &[u8] {
+                *self.0.borrow()
+            }
+        }
+        let form = if packed { Form::Packed } else { Form::Plain };
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap().to_form(form).unwrap();
+        let bytes: &'static [u8] = dag.as_bytes().to_vec().leak();
+        let shared = Rc::new(RefCell::new(bytes));
+        let read = ShadowDag::from_bytes(Shared(shared.clone())).unwrap();
+        let mut changed = bytes.to_vec();
+        for (i, byte) in changed.iter_mut().enumerate().skip(184) {
+            *byte ^= noise[i % noise.len()];
+        }
+        for bytes in [changed.leak(), &mut []] {
+            shared.replace(bytes);
+            ask(&read);
+        }
+    }
+}
+
+#[test]
+fn the_light_is_kept_in_the_file() {
+    let map = maps::named(16).remove(0).1;
+    let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+    assert_eq!(dag.light(), None);
+    let view = DMat4::from_rotation_x(0.7);
+    for light in [
+        LightSpace::orthographic(view, 3.0, 4.0, -1.0, 9.0).unwrap(),
+        LightSpace::perspective(view, 1.2, 0.1, 50.0).unwrap(),
+    ] {
+        let dag = ShadowDag::from_graph(&dag.graph(), Some(&light), Form::Packed).unwrap();
+        let read = ShadowDag::from_bytes(dag.as_bytes()).unwrap();
+        assert_eq!(read.light(), Some(&light));
+    }
+}
+
+#[test]
+fn errors_say_what_is_wrong() {
+    let map = maps::named(16).remove(4).1;
+    let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+    let good = dag.as_bytes();
+    let with = |at: usize, value: u32| {
+        let mut bytes = good.to_vec();
+        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        seal(&mut bytes);
+        ShadowDag::from_bytes(bytes).unwrap_err()
+    };
+    assert_eq!(with(0, 0), FileError::Magic);
+    assert_eq!(with(8, 2), FileError::Version(2));
+    assert!(matches!(with(16, 7), FileError::Header { value: 7, .. }));
+    assert!(matches!(with(20, 31), FileError::Header { value: 31, .. }));
+    assert!(matches!(with(24, 5), FileError::Header { value: 5, .. }));
+    assert!(matches!(with(28, u32::MAX), FileError::Truncated { .. }));
+    assert!(matches!(with(32, 3), FileError::Header { value: 3, .. }));
+    assert!(matches!(with(32, 1), FileError::Light));
+    let read = |bytes: &[u8]| ShadowDag::from_bytes(bytes).map(|_| ()).unwrap_err();
+    assert!(matches!(read(&[]), FileError::Truncated { .. }));
+    assert!(matches!(read(b"PNG"), FileError::Magic));
+    assert!(matches!(
+        read(&good[..good.len() - 1]),
+        FileError::Truncated { .. }
+    ));
+    assert!(matches!(
+        read(&[good, &[0]].concat()),
+        FileError::TooLong { .. }
+    ));
+    let mut bytes = good.to_vec();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    assert!(matches!(read(&bytes), FileError::Checksum { .. }));
+}

@@ -1,0 +1,8 @@
+//! What must hold of shadows as a whole, against voxels one by one.
+
+mod build;
+mod file;
+mod maps;
+mod mesh;
+mod queries;
+mod rays;

@@ -1,0 +1,230 @@
+use glam::{DVec3, IVec3, UVec2, Vec3};
+use gpu_backend::Cpu;
+use proptest::prelude::*;
+
+use super::maps::{self, Map};
+use crate::{Builder, FilterSize, Form, Rule, ShadowDag, Visibility};
+
+fn build(map: &Map) -> [ShadowDag; 4] {
+    let dag = Builder::new().build(&Cpu::new(), map).unwrap();
+    let packed = dag.to_form(Form::Packed).unwrap();
+    let bare = dag.clone().with_top_grid(0);
+    let top = packed.clone().with_top_grid(5);
+    [dag, packed, bare, top]
+}
+
+fn voxel(side: i32) -> impl Strategy<Value = IVec3> {
+    let edge = prop_oneof![0..side, -20..side + 20, Just(i32::MIN), Just(i32::MAX)];
+    (edge.clone(), edge.clone(), edge).prop_map(IVec3::from)
+}
+
+/// The window around a voxel, one voxel at a time.
+fn window(dag: &ShadowDag, voxel: IVec3, width: u32) -> f64 {
+    let half = width as i32 / 2;
+    let mut lit = 0;
+    for dy in -half..=half {
+        for dx in -half..=half {
+            let at = IVec3::new(
+                voxel.x.saturating_add(dx),
+                voxel.y.saturating_add(dy),
+                voxel.z,
+            );
+            lit += i32::from(dag.is_lit(at));
+        }
+    }
+    f64::from(lit) / f64::from(width * width)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn a_filter_is_the_mean_of_its_voxels(
+        map in prop_oneof![maps::arbitrary(64), maps::noise(16), maps::arbitrary(128)],
+        voxels in proptest::collection::vec(voxel(128), 60),
+        width in prop_oneof![Just(1_u32), Just(3), Just(9), (0..20_u32).prop_map(|i| 2 * i + 1)],
+    ) {
+        let size = FilterSize::new(width).unwrap();
+        let dags = build(&map);
+        for voxel in voxels {
+            let expected = window(&dags[0], voxel, width) as f32;
+            for dag in &dags {
+                prop_assert_eq!(dag.filter(voxel, size), expected, "{} {}", voxel, width);
+            }
+        }
+    }
+
+    #[test]
+    fn a_bilinear_filter_weighs_four_filters(
+        map in maps::arbitrary(64),
+        places in proptest::collection::vec(
+            (-12.0_f32..76.0, -12.0_f32..76.0, -2.0_f32..70.0).prop_map(Vec3::from), 60),
+        width in (0..8_u32).prop_map(|i| 2 * i + 1),
+    ) {
+        let size = FilterSize::new(width).unwrap();
+        let dags = build(&map);
+        for place in places {
+            let corner = (place - Vec3::new(0.5, 0.5, 0.0)).floor().as_ivec3();
+            let fraction = place.as_dvec3() - DVec3::new(0.5, 0.5, 0.0) - corner.as_dvec3();
+            let mut expected = 0.0;
+            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                let weight = (if dx == 1 { fraction.x } else { 1.0 - fraction.x })
+                    * (if dy == 1 { fraction.y } else { 1.0 - fraction.y });
+                expected += weight * window(&dags[0], corner + IVec3::new(dx, dy, 0), width);
+            }
+            let results = dags.each_ref().map(|dag| dag.filter_bilinear(place, size));
+            prop_assert!(results.iter().all(|result| *result == results[0]));
+            // Four weights and shares, rounded a few times each, of values up
+            // to 1; and a fraction rounded in f32 at coordinates below 128.
+            let tolerance = 8.0 * f64::from(f32::EPSILON) + 128.0 * f64::from(f32::EPSILON);
+            prop_assert!((f64::from(results[0]) - expected).abs() < tolerance, "{}", place);
+        }
+    }
+
+    #[test]
+    fn the_depth_of_a_texel_is_the_slice_at_which_it_turns(
+        map in prop_oneof![maps::arbitrary(64), maps::noise(16)],
+    ) {
+        let side = map.side();
+        for dag in build(&map) {
+            for texel in 0..side * side {
+                let (x, y) = (texel % side, texel / side);
+                let depth = dag.depth(UVec2::new(x, y));
+                let [enter, exit] = map.texel(x, y);
+                prop_assert!((enter..=exit).contains(&depth), "({}, {}): {}", x, y, depth);
+                let lit = |z: u32| dag.is_lit(IVec3::new(x as i32, y as i32, z as i32));
+                prop_assert!(depth == 0 || lit(depth - 1));
+                prop_assert!(depth == side || !lit(depth));
+            }
+        }
+    }
+
+    #[test]
+    fn depths_of_the_rules_of_the_papers_lie_between_enter_and_exit(map in maps::arbitrary(64)) {
+        for rule in [Rule::Sintorn2014, Rule::Kampe2015] {
+            let dag = Builder::new().rule(rule).build(&Cpu::new(), &map).unwrap();
+            for texel in 0..64 * 64 {
+                let (x, y) = (texel % 64, texel / 64);
+                let [enter, exit] = map.texel(x, y);
+                prop_assert!((enter..=exit).contains(&dag.depth(UVec2::new(x, y))));
+            }
+        }
+    }
+
+    #[test]
+    fn the_visibility_of_a_box_is_that_of_its_voxels(
+        map in prop_oneof![maps::arbitrary(32), maps::noise(16)],
+        corners in proptest::collection::vec(
+            ((-4..36_i32, -4..36_i32, -4..36_i32), (0..20_i32, 0..20_i32, 0..20_i32)), 40),
+    ) {
+        let dags = build(&map);
+        for ((x, y, z), (dx, dy, dz)) in corners {
+            let (first, last) = (IVec3::new(x, y, z), IVec3::new(x + dx, y + dy, z + dz));
+            let mut seen = [false; 2];
+            for z in first.z..=last.z {
+                for y in first.y..=last.y {
+                    for x in first.x..=last.x {
+                        seen[usize::from(dags[0].is_lit(IVec3::new(x, y, z)))] = true;
+                    }
+                }
+            }
+            let expected = match seen {
+                [true, true] => Visibility::Mixed,
+                [true, false] => Visibility::Shadowed,
+                _ => Visibility::Lit,
+            };
+            for dag in &dags {
+                prop_assert_eq!(dag.visibility(first, last), expected, "{} {}", first, last);
+            }
+        }
+    }
+
+    #[test]
+    fn batches_are_single_questions(
+        map in maps::arbitrary(64),
+        voxels in proptest::collection::vec(voxel(64), 0..700),
+    ) {
+        let dag = &build(&map)[1];
+        let size = FilterSize::new(5).unwrap();
+        let places: Vec<Vec3> = voxels.iter().map(|voxel| voxel.as_vec3() + 0.25).collect();
+        for cpu in [Cpu::new(), Cpu::single_threaded()] {
+            let mut lit = vec![false; voxels.len()];
+            let (mut hard, mut soft) = (vec![0.0; voxels.len()], vec![0.0; voxels.len()]);
+            dag.is_lit_batch(&cpu, &voxels, &mut lit).unwrap();
+            dag.filter_batch(&cpu, &voxels, size, &mut hard).unwrap();
+            dag.filter_bilinear_batch(&cpu, &places, size, &mut soft).unwrap();
+            for i in 0..voxels.len() {
+                prop_assert_eq!(lit[i], dag.is_lit(voxels[i]));
+                prop_assert_eq!(hard[i], dag.filter(voxels[i], size));
+                prop_assert_eq!(soft[i], dag.filter_bilinear(places[i], size));
+            }
+            prop_assert!(dag.is_lit_batch(&cpu, &voxels, &mut vec![false; voxels.len() + 1]).is_err());
+        }
+    }
+}
+
+#[test]
+fn beside_and_in_front_of_the_map_is_lit_and_behind_it_as_at_its_end() {
+    let [dag, ..] = build(&Map::new(8, |x, _| if x < 4 { [0; 2] } else { [8; 2] }));
+    for lit in [
+        IVec3::new(-1, 0, 4),
+        IVec3::new(0, 8, 4),
+        IVec3::new(0, 0, -1),
+        IVec3::MIN,
+    ] {
+        assert!(dag.is_lit(lit), "{lit}");
+    }
+    assert!(!dag.is_lit(IVec3::new(0, 0, i32::MAX)));
+    assert!(dag.is_lit(IVec3::new(7, 0, i32::MAX)));
+}
+
+#[test]
+fn a_filter_of_even_width_is_an_error() {
+    for width in [0, 2, 8, 65536, u32::MAX] {
+        assert!(FilterSize::new(width).is_err(), "{width}");
+    }
+}
+
+#[test]
+fn the_widest_filter_at_the_ends_of_the_numbers_is_answered() {
+    let dags = build(&Map::new(8, |_, _| [0; 2]));
+    let size = FilterSize::new(65535).unwrap();
+    for dag in dags {
+        let expected = 1.0 - 64.0 / (65535.0 * 65535.0);
+        assert_eq!(
+            f64::from(dag.filter(IVec3::splat(4), size)),
+            f64::from(expected as f32)
+        );
+        assert_eq!(dag.filter(IVec3::MAX, size), 1.0);
+        for place in [Vec3::MAX, Vec3::MIN, Vec3::NAN, Vec3::INFINITY] {
+            assert_eq!(dag.filter_bilinear(place, size), 1.0);
+        }
+    }
+}
+
+#[test]
+fn a_bias_is_half_a_width_along_the_normal() {
+    let size = FilterSize::new(9).unwrap();
+    let at = DVec3::new(10.7, 20.2, 30.9);
+    assert_eq!(size.bias(at, Vec3::ZERO), IVec3::new(10, 20, 30));
+    assert_eq!(size.bias(at, -7.0 * Vec3::Z), IVec3::new(10, 20, 25));
+    assert_eq!(
+        size.bias(at, Vec3::new(3.0, 0.0, -4.0)),
+        IVec3::new(13, 20, 26)
+    );
+    assert_eq!(size.bias(DVec3::MAX, Vec3::X), IVec3::MAX);
+    assert_eq!(size.bias(at, Vec3::NAN), IVec3::new(10, 20, 30));
+}
+
+#[test]
+fn a_slanted_surface_does_not_shadow_itself_once_biased() {
+    // z = x/2: shadowed behind; its normal points to the light and to +x.
+    let map = Map::new(64, |x, _| [x / 2; 2]);
+    let [dag, ..] = build(&map);
+    let normal = Vec3::new(0.5, 0.0, -1.0);
+    let size = FilterSize::new(9).unwrap();
+    for x in 8..56 {
+        let at = DVec3::new(f64::from(x) + 0.5, 30.0, f64::from(x / 2) - 0.5);
+        assert_eq!(dag.filter(size.bias(at, normal), size), 1.0, "{x}");
+    }
+}
