@@ -50,12 +50,19 @@
 //! f32. They depend on the order of the segments only by what was removed, and
 //! on nothing else: not on threads, not on the machine.
 //!
+//! # Compared with
+//!
+//! [`baseline`] has the exact curve, deep shadow maps, opacity and Fourier
+//! opacity maps, and moments, behind the same two traits: [`Accumulate`] and
+//! [`Evaluate`].
+//!
 //! # Features and limits
 //!
 //! `rayon` (default) builds maps and answers batches on several threads. A
 //! curve knows extinction only: no scattering, no emission. `N` is from 2 to
 //! 64.
 
+pub mod baseline;
 mod certificate;
 mod curve;
 mod error;
