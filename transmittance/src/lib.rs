@@ -3,7 +3,8 @@
 //!
 //! A light ray meets blockers ([`Segment`]) in any order. A [`Curve`] holds the
 //! transmittance behind them in at most `N` nodes, whatever their number, and
-//! knows how wrong it can be at each depth.
+//! knows how wrong it can be at each depth. A [`ShadowMap`] has a curve per
+//! texel of the light's view.
 //!
 //! ```
 //! use transmittance::{Segment, Stream};
@@ -69,8 +70,10 @@ mod error;
 mod evaluate;
 mod exponential;
 mod lookup;
+mod map;
 mod metric;
 mod node;
+mod packed;
 mod removal;
 mod segment;
 mod selection;
@@ -80,6 +83,8 @@ pub use curve::Curve;
 pub use error::Error;
 pub use evaluate::{Accumulate, Evaluate, Sorted};
 pub use lookup::{Exponential, Linear, Lookup};
+pub use map::{Filter, Lists, Receiver, ShadowMap, Source, Tile};
 pub use metric::{Area, Maximum, Metric};
+pub use packed::{Packed, PackedHalf};
 pub use segment::Segment;
 pub use stream::Stream;
