@@ -59,6 +59,13 @@ pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'stat
         transmittance: [[f32; C]; 3],
     ) -> f32;
 
+    /// [`Cost::of_removal`] of each inner node of the first `len`, at its index.
+    fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
+        nodes: &[Node<C>],
+        transmittance: &[[f32; C]],
+        len: usize,
+    ) -> [[f32; N]; W];
+
     /// The cost of two stretches or channels together.
     fn both(a: f32, b: f32) -> f32;
 
@@ -83,6 +90,38 @@ impl Cost for Area {
     }
 
     #[inline]
+    fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
+        nodes: &[Node<C>],
+        transmittance: &[[f32; C]],
+        len: usize,
+    ) -> [[f32; N]; W] {
+        let mut costs = [[0.0; N]; W];
+        let mut depth = [[0.0_f32; N]; W];
+        for (depth, node) in depth.as_flattened_mut().iter_mut().zip(&nodes[..len]) {
+            *depth = 0.25 * node.depth;
+        }
+        let d = depth.as_flattened();
+        for c in 0..C {
+            let (mut value, mut t) = ([[0.0_f32; N]; W], [[0.0_f32; N]; W]);
+            for (value, node) in value.as_flattened_mut().iter_mut().zip(&nodes[..len]) {
+                *value = node.value[c];
+            }
+            for (t, transmittance) in t.as_flattened_mut().iter_mut().zip(transmittance) {
+                *t = transmittance[c];
+            }
+            // One quantity after the other and all places, so that it vectorises.
+            let (v, t) = (value.as_flattened(), t.as_flattened());
+            let costs = costs.as_flattened_mut();
+            for q in 1..N * W - 1 {
+                let (p, n) = (q - 1, q + 1);
+                let widths = [d[q] - d[p], d[n] - d[q]];
+                costs[q] += L::area(widths, [v[p], v[q], v[n]], [t[p], t[q], t[n]]);
+            }
+        }
+        costs
+    }
+
+    #[inline]
     fn both(a: f32, b: f32) -> f32 {
         a + b
     }
@@ -102,6 +141,22 @@ impl Cost for Maximum {
             cost = cost.max(L::spread([at_p[c], at_n[c]], below[c], above[c]));
         }
         cost
+    }
+
+    fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
+        nodes: &[Node<C>],
+        transmittance: &[[f32; C]],
+        len: usize,
+    ) -> [[f32; N]; W] {
+        let mut costs = [[0.0; N]; W];
+        for q in 1..len - 1 {
+            let around = [q - 1, q, q + 1];
+            costs.as_flattened_mut()[q] = Self::of_removal::<L, C>(
+                around.map(|index| &nodes[index]),
+                around.map(|index| transmittance[index]),
+            );
+        }
+        costs
     }
 
     #[inline]

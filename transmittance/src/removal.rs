@@ -30,12 +30,18 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
         *transmittance = node.value.map(L::transmittance);
     }
     let mut keys = [[i32::MAX; N]; W];
-    for q in 1..len - 1 {
-        let around = [q - 1, q, q + 1];
-        keys.as_flattened_mut()[q] = key::<L, M, C>(nodes, transmittance, around);
-    }
     if len - keep <= 2 {
+        for q in 1..len - 1 {
+            let around = [q - 1, q, q + 1];
+            keys.as_flattened_mut()[q] = key::<L, M, C>(nodes, transmittance, around);
+        }
         return remove_few::<L, M, C, N, W>(nodes, transmittance, &mut keys, len, keep);
+    }
+    let costs = M::of_each::<L, C, N, W>(nodes, transmittance, len);
+    let each = keys.as_flattened_mut().iter_mut().zip(costs.as_flattened());
+    for (q, (key, &cost)) in each.enumerate() {
+        let inner = 0 < q && q + 1 < len;
+        *key = if inner { key_of(cost, q) } else { i32::MAX };
     }
     let (mut previous, mut next) = ([[0_u8; N]; W], [[0_u8; N]; W]);
     let (previous, next) = (previous.as_flattened_mut(), next.as_flattened_mut());
@@ -113,8 +119,13 @@ fn key<L: Rules, M: Cost, const C: usize>(
         around.map(|index| &nodes[index]),
         around.map(|index| transmittance[index]),
     );
+    key_of(cost, around[1])
+}
+
+#[inline]
+fn key_of(cost: f32, node: usize) -> i32 {
     // A cost that is not a number counts as none.
-    (cost.max(0.0).to_bits() as i32 & !NUMBER) | around[1] as i32
+    (cost.max(0.0).to_bits() as i32 & !NUMBER) | node as i32
 }
 
 /// The node of the least key.
