@@ -1,0 +1,218 @@
+//! Adaptive transmittance curves of at most `N` nodes.
+//!
+//! Based on: M. Salvi, K. Vidimče, A. Lauritzen, A. Lefohn, "Adaptive Volumetric
+//! Shadow Maps", Eurographics Symposium on Rendering 2010.
+//!
+//! [`Curve::insert`] is the paper's algorithm: two nodes per blocker, the curve
+//! multiplied by it, and then, one at a time, the inner node removed whose
+//! removal changes the area under the curve least. Departures:
+//!
+//! * Exponential lookup has its own area (the paper takes trapezoids for both),
+//!   and its nodes hold optical depths.
+//! * Blockers that begin or end at a node add none there, so that coincident
+//!   surfaces and touching voxels use up no places.
+//! * A surface is a step of two nodes at one depth, instead of a thin slab.
+//! * Every stretch carries a bound of its error.
+
+use std::marker::PhantomData;
+
+use crate::certificate;
+use crate::lookup::{Exponential, Lookup};
+use crate::metric::Area;
+use crate::node::{Node, count_in_front, fraction, insert, mix, multiply};
+use crate::removal::{MOST_NODES, remove};
+use crate::{Accumulate, Evaluate, Segment};
+
+/// Transmittance along a light ray, in at most `N` nodes and `C` channels that
+/// share the depths of the nodes.
+///
+/// The curve is 1 in front of the first node, never rises, and ends with the
+/// product of all blockers. Nodes lie where blockers began or ended. As long as
+/// no node had to be removed, an [`Exponential`] curve is exact but for
+/// rounding. Everything is of fixed size; `N` is from 2 to 64.
+///
+/// ```
+/// use transmittance::{Curve, Segment};
+///
+/// let mut curve = Curve::<8>::new();
+/// curve.insert(&Segment::from_density(1.0, 3.0, 0.5)?); // smoke
+/// curve.insert(&Segment::surface(2.0, 0.25)?); // a leaf inside of it
+/// assert_eq!(curve.transmittance(1.0), 1.0);
+/// let behind = curve.transmittance(10.0);
+/// assert!((behind - 0.25 * (-1.0_f32).exp()).abs() <= curve.error_bound(10.0));
+/// assert_eq!(curve.depth_at(0.3), 2.0);
+/// # Ok::<(), transmittance::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Curve<const N: usize, L = Exponential, const C: usize = 1> {
+    nodes: [Node<C>; N],
+    len: u32,
+    insertions: u32,
+    lookup: PhantomData<L>,
+}
+
+impl<const N: usize, L: Lookup, const C: usize> Default for Curve<N, L, C> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
+    /// A clear ray.
+    #[must_use]
+    pub fn new() -> Self {
+        const { assert!(N >= 2 && N <= MOST_NODES / 4, "N is from 2 to 64") }
+        Self {
+            nodes: [Node::UNUSED; N],
+            len: 0,
+            insertions: 0,
+            lookup: PhantomData,
+        }
+    }
+
+    /// The first `len ≤ N` of `nodes`.
+    pub(crate) fn from_nodes(nodes: &[Node<C>], insertions: u32) -> Self {
+        let mut curve = Self::new();
+        curve.nodes[..nodes.len()].copy_from_slice(nodes);
+        curve.len = nodes.len() as u32;
+        curve.insertions = insertions;
+        curve
+    }
+
+    pub(crate) fn nodes(&self) -> &[Node<C>] {
+        &self.nodes[..self.len as usize]
+    }
+
+    /// Adds a blocker by the paper's rule. A clear one changes nothing.
+    #[inline]
+    pub fn insert(&mut self, segment: &Segment<C>) {
+        if segment.is_clear() {
+            return;
+        }
+        // Two nodes more than N, where N ≥ 2, fit into 2 N.
+        let mut room = [self.nodes, [Node::UNUSED; N]];
+        let mut len = self.len as usize;
+        insert::<L, C>(room.as_flattened_mut(), &mut len, segment);
+        len = remove::<L, Area, C, N, 2>(&mut room, len, N);
+        self.nodes = room[0];
+        self.len = len as u32;
+        self.insertions = self.insertions.saturating_add(1);
+    }
+
+    /// The curve of what blocks this one and what blocks `other`: their product
+    /// at every depth, reduced to `N` nodes by the paper's rule.
+    #[must_use]
+    pub fn merged(&self, other: &Self) -> Self {
+        let mut room = [[Node::UNUSED; N]; 2];
+        let mut scratch = [[Node::UNUSED; N]; 2];
+        let len = multiply::<L, C>(
+            self.nodes(),
+            other.nodes(),
+            room.as_flattened_mut(),
+            scratch.as_flattened_mut(),
+        );
+        let len = remove::<L, Area, C, N, 2>(&mut room, len, N);
+        // Each factor has its own roundings; the product rounds once more, and
+        // so does a node that one of them lacked.
+        let insertions = self.insertions.saturating_add(other.insertions);
+        Self::from_nodes(&room[0][..len], insertions.saturating_add(1))
+    }
+
+    /// Share of the light that gets as far as `depth`, per channel.
+    ///
+    /// What is exactly at `depth` casts no shadow on it. A depth of NaN counts
+    /// as in front of everything.
+    #[must_use]
+    #[inline]
+    pub fn transmittances(&self, depth: f32) -> [f32; C] {
+        let nodes = self.nodes();
+        let next = count_in_front(|index| nodes[index].depth, nodes.len(), depth);
+        let Some(node) = next.checked_sub(1).map(|index| &nodes[index]) else {
+            return [1.0; C];
+        };
+        let Some(next) = nodes.get(next) else {
+            return node.value.map(L::transmittance);
+        };
+        let fraction = fraction(node.depth, next.depth, depth);
+        std::array::from_fn(|c| L::transmittance(mix(node.value[c], next.value[c], fraction)))
+    }
+
+    /// An upper bound of the error of [`Curve::transmittances`] at `depth`, per
+    /// channel, all roundings included. The truth is the product of the
+    /// segments' own transmittances (see [`Segment`]).
+    #[must_use]
+    pub fn error_bounds(&self, depth: f32) -> [f32; C] {
+        let nodes = self.nodes();
+        let next = count_in_front(|index| nodes[index].depth, nodes.len(), depth);
+        certificate::error_bound::<L, C>(nodes, next, self.insertions)
+    }
+
+    /// An upper bound of the error at all depths and in all channels.
+    #[must_use]
+    pub fn max_error_bound(&self) -> f32 {
+        let nodes = self.nodes();
+        (1..=nodes.len())
+            // Between two nodes at one depth there is nothing to be asked.
+            .filter(|&next| next == nodes.len() || nodes[next].depth > nodes[next - 1].depth)
+            .flat_map(|next| certificate::error_bound::<L, C>(nodes, next, self.insertions))
+            .fold(0.0, f32::max)
+    }
+
+    /// Depth and transmittances of each node, from front to back.
+    pub fn points(&self) -> impl ExactSizeIterator<Item = (f32, [f32; C])> {
+        let transmittances = |node: &Node<C>| (node.depth, node.value.map(L::transmittance));
+        self.nodes().iter().map(transmittances)
+    }
+}
+
+impl<const N: usize, L: Lookup> Curve<N, L> {
+    /// [`Curve::transmittances`] of the only channel.
+    #[must_use]
+    #[inline]
+    pub fn transmittance(&self, depth: f32) -> f32 {
+        self.transmittances(depth)[0]
+    }
+
+    /// [`Curve::error_bounds`] of the only channel.
+    #[must_use]
+    pub fn error_bound(&self, depth: f32) -> f32 {
+        self.error_bounds(depth)[0]
+    }
+
+    /// How far at least the share `transmittance` of the light gets: the
+    /// largest depth at which the curve is not below it. Infinite if the curve
+    /// never falls below it, and for NaN; −∞ for more than 1.
+    #[must_use]
+    pub fn depth_at(&self, transmittance: f32) -> f32 {
+        if transmittance > 1.0 {
+            return f32::NEG_INFINITY;
+        }
+        let nodes = self.nodes();
+        let below = |node: &Node<1>| L::transmittance(node.value[0]) < transmittance;
+        let Some(next) = nodes.iter().position(below) else {
+            return f32::INFINITY;
+        };
+        // The first node of a curve is 1, and nothing here is above 1.
+        let (node, next) = (&nodes[next - 1], &nodes[next]);
+        let fraction = fraction(node.value[0], next.value[0], L::value(transmittance));
+        mix(node.depth, next.depth, fraction.clamp(0.0, 1.0))
+    }
+}
+
+impl<const N: usize, L: Lookup, const C: usize> Evaluate<C> for Curve<N, L, C> {
+    fn evaluate(&self, depth: f32) -> [f32; C] {
+        self.transmittances(depth)
+    }
+}
+
+impl<const N: usize, L: Lookup, const C: usize> Accumulate<C> for Curve<N, L, C> {
+    type Curve = Self;
+
+    fn insert(&mut self, segment: &Segment<C>) {
+        Curve::insert(self, segment);
+    }
+
+    fn finish(self) -> Self {
+        self
+    }
+}

@@ -1,0 +1,342 @@
+//! Maps of curves, one per texel.
+//!
+//! Based on the software pipeline of M. Salvi, K. Vidimče, A. Lauritzen,
+//! A. Lefohn, "Adaptive Volumetric Shadow Maps", Eurographics Symposium on
+//! Rendering 2010: the map is divided into tiles; each tile goes through the
+//! blockers that may touch it in their own order, and every texel keeps one
+//! curve of fixed size. Memory does not depend on the number of blockers, and
+//! the result depends neither on the number of threads nor on chance.
+
+use gpu_backend::Cpu;
+
+use crate::{Accumulate, Error, Evaluate, Segment};
+
+/// Texels along each side of a tile.
+const TILE: usize = 16;
+
+/// A part of a map that is made at once: the texels `x` and `y` in these ranges.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tile {
+    /// Columns.
+    pub x: std::ops::Range<usize>,
+    /// Rows.
+    pub y: std::ops::Range<usize>,
+}
+
+/// Where the blockers of a map come from.
+///
+/// Closures `|tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)|` are
+/// sources.
+pub trait Source<const C: usize = 1>: Sync {
+    /// Calls `put` with each segment and the column and row of its texel, always
+    /// in the same order. Texels outside of the tile are passed over, so that a
+    /// source may hand over more than was asked for.
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>));
+}
+
+impl<F, const C: usize> Source<C> for F
+where
+    F: Fn(&Tile, &mut dyn FnMut([usize; 2], Segment<C>)) + Sync,
+{
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)) {
+        self(tile, put);
+    }
+}
+
+/// Segments that are in memory already, grouped by texel.
+#[derive(Debug, Clone, Copy)]
+pub struct Lists<'a, const C: usize = 1> {
+    width: usize,
+    offsets: &'a [u32],
+    segments: &'a [Segment<C>],
+}
+
+impl<'a, const C: usize> Lists<'a, C> {
+    /// The segments of texel `x`, `y` are `segments[offsets[i]..offsets[i + 1]]`
+    /// with `i = width y + x`, in this order.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] unless there is one offset more than texels,
+    /// [`Error::BadOffsets`] if one of them is less than the one before or
+    /// beyond the segments.
+    pub fn new(
+        extent: [usize; 2],
+        offsets: &'a [u32],
+        segments: &'a [Segment<C>],
+    ) -> Result<Self, Error> {
+        let [width, height] = extent;
+        let expected = width.saturating_mul(height).saturating_add(1);
+        if offsets.len() != expected {
+            return Err(Error::LengthMismatch {
+                what: "the list of offsets",
+                expected,
+                actual: offsets.len(),
+            });
+        }
+        for (texel, pair) in offsets.windows(2).enumerate() {
+            let [start, end] = [pair[0], pair[1]];
+            if start > end || end as usize > segments.len() {
+                return Err(Error::BadOffsets {
+                    texel,
+                    start,
+                    end,
+                    available: segments.len(),
+                });
+            }
+        }
+        Ok(Self {
+            width,
+            offsets,
+            segments,
+        })
+    }
+}
+
+impl<const C: usize> Source<C> for Lists<'_, C> {
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)) {
+        for y in tile.y.clone() {
+            for x in tile.x.clone() {
+                let texel = y * self.width + x;
+                // A map larger than the lists has nothing in its other texels.
+                if let Some(&[start, end]) = self
+                    .offsets
+                    .get(texel..texel + 2)
+                    .and_then(|pair| pair.first_chunk())
+                    && x < self.width
+                {
+                    for segment in &self.segments[start as usize..end as usize] {
+                        put([x, y], *segment);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// How a map is asked between its texel centres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// The texel that the point lies in.
+    Nearest,
+    /// Transmittances of the four texels around, weighted.
+    #[default]
+    Bilinear,
+}
+
+/// A point whose share of the light is wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Receiver {
+    /// Column and row in texels: texel centres are at 0.5, 1.5, … Points outside
+    /// of the map count as at its edge, NaN as 0.
+    pub position: [f32; 2],
+    /// Depth, as the segments have it.
+    pub depth: f32,
+}
+
+/// Curves of any kind, one per texel of a light's view, in `C` channels.
+///
+/// ```
+/// use gpu_backend::Cpu;
+/// use transmittance::{Filter, Packed, Receiver, Segment, ShadowMap, Stream, Tile};
+///
+/// // Fog that is thicker to the right.
+/// let fog = |tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)| {
+///     for y in tile.y.clone() {
+///         for x in tile.x.clone() {
+///             let segment = Segment::from_density(1.0, 3.0, 0.1 * x as f32);
+///             put([x, y], segment.expect("finite numbers"));
+///         }
+///     }
+/// };
+/// let map = ShadowMap::<Packed<8>>::build(&Cpu::new(), [64, 32], &Stream::<8>::new(), &fog)?;
+/// let receiver = Receiver { position: [11.0, 5.5], depth: 2.0 };
+/// let transmittance = map.transmittance(receiver, Filter::Bilinear)[0];
+/// assert!((transmittance - 0.5 * ((-1.0_f32).exp() + (-1.1_f32).exp())).abs() < 1e-6);
+/// # Ok::<(), transmittance::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShadowMap<T, const C: usize = 1> {
+    width: usize,
+    height: usize,
+    texels: Vec<T>,
+}
+
+impl<T: Evaluate<C> + Send, const C: usize> ShadowMap<T, C> {
+    /// Makes a map of `[width, height]` texels. Each texel starts as a copy of
+    /// `clear`, takes the source's segments, and is stored as a `T`: the curve
+    /// itself, or a packed form of it.
+    ///
+    /// A map without texels is legal; nothing is in the way anywhere.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if there is no memory for the map.
+    pub fn build<A, S>(cpu: &Cpu, extent: [usize; 2], clear: &A, source: &S) -> Result<Self, Error>
+    where
+        A: Accumulate<C> + Clone + Sync,
+        A::Curve: Into<T>,
+        S: Source<C>,
+    {
+        let [width, height] = extent;
+        let too_large = || Error::TooLarge {
+            width,
+            height,
+            requested: (width as u64)
+                .saturating_mul(height as u64)
+                .saturating_mul(size_of::<T>() as u64),
+        };
+        let count = width.checked_mul(height).ok_or_else(too_large)?;
+        let mut texels = Vec::new();
+        texels.try_reserve_exact(count).map_err(|_| too_large())?;
+        if count == 0 {
+            return Ok(Self {
+                width,
+                height,
+                texels,
+            });
+        }
+        // A few rows of tiles at a time: enough tiles to keep threads busy,
+        // while little is held twice when their texels are put in order.
+        const AT_ONCE: usize = 512;
+        let columns = width.div_ceil(TILE);
+        let rows = height.div_ceil(TILE);
+        let rows_at_once = (AT_ONCE / columns).max(1);
+        for first in (0..rows).step_by(rows_at_once) {
+            let rows = first..rows.min(first + rows_at_once);
+            let tile = |index: usize| Tile {
+                x: part(index % columns, width),
+                y: part(first + index / columns, height),
+            };
+            let made = cpu.map(rows.len() * columns, |index| {
+                make::<T, C, A, S>(&tile(index), clear, source)
+            });
+            let mut made: Vec<_> = made.into_iter().map(Vec::into_iter).collect();
+            for (row, tiles) in made.chunks_mut(columns).enumerate() {
+                for _ in part(first + row, height) {
+                    for (column, tile) in tiles.iter_mut().enumerate() {
+                        texels.extend(tile.by_ref().take(part(column, width).len()));
+                    }
+                }
+            }
+        }
+        Ok(Self {
+            width,
+            height,
+            texels,
+        })
+    }
+}
+
+/// The texels of the tile of this number, along a side of `len` texels.
+fn part(tile: usize, len: usize) -> std::ops::Range<usize> {
+    tile * TILE..len.min((tile + 1) * TILE)
+}
+
+/// The texels of a tile, row by row.
+fn make<T, const C: usize, A, S>(tile: &Tile, clear: &A, source: &S) -> Vec<T>
+where
+    A: Accumulate<C> + Clone,
+    A::Curve: Into<T>,
+    S: Source<C>,
+{
+    let mut curves = vec![clear.clone(); tile.x.len() * tile.y.len()];
+    source.segments(tile, &mut |[x, y], segment| {
+        if tile.x.contains(&x) && tile.y.contains(&y) {
+            curves[(y - tile.y.start) * tile.x.len() + (x - tile.x.start)].insert(&segment);
+        }
+    });
+    curves
+        .into_iter()
+        .map(|curve| curve.finish().into())
+        .collect()
+}
+
+impl<T, const C: usize> ShadowMap<T, C> {
+    /// Texels along a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The texels, row by row.
+    #[must_use]
+    pub fn texels(&self) -> &[T] {
+        &self.texels
+    }
+}
+
+impl<T: Evaluate<C>, const C: usize> ShadowMap<T, C> {
+    /// Share of the light that gets to a receiver, per channel. The error of a
+    /// filtered result is at most that of the worst of its texels, and 4
+    /// roundings.
+    #[must_use]
+    pub fn transmittance(&self, receiver: Receiver, filter: Filter) -> [f32; C] {
+        if self.texels.is_empty() {
+            return [1.0; C];
+        }
+        let [x, y] = receiver.position;
+        let texel = |x: usize, y: usize| self.texels[y * self.width + x].evaluate(receiver.depth);
+        match filter {
+            Filter::Nearest => {
+                // The conversion cuts off what is outside, and makes 0 of NaN.
+                texel(
+                    (x as usize).min(self.width - 1),
+                    (y as usize).min(self.height - 1),
+                )
+            }
+            Filter::Bilinear => {
+                let ([left, right], u) = neighbours(x, self.width);
+                let ([above, below], v) = neighbours(y, self.height);
+                let row = |y: usize| {
+                    let (left, right) = (texel(left, y), texel(right, y));
+                    std::array::from_fn::<_, C, _>(|c| left[c] + (right[c] - left[c]) * u)
+                };
+                let (above, below) = (row(above), row(below));
+                // Rounding may leave the range of the four by an ULP.
+                std::array::from_fn(|c| (above[c] + (below[c] - above[c]) * v).clamp(0.0, 1.0))
+            }
+        }
+    }
+
+    /// [`ShadowMap::transmittance`] for many receivers, on all threads.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] unless there is one result per receiver.
+    pub fn transmittances(
+        &self,
+        cpu: &Cpu,
+        receivers: &[Receiver],
+        filter: Filter,
+        out: &mut [[f32; C]],
+    ) -> Result<(), Error>
+    where
+        T: Sync,
+    {
+        if receivers.len() != out.len() {
+            return Err(Error::LengthMismatch {
+                what: "the list of results",
+                expected: receivers.len(),
+                actual: out.len(),
+            });
+        }
+        cpu.for_each_chunk(out, 1024, |first, chunk| {
+            for (out, receiver) in chunk.iter_mut().zip(&receivers[first..]) {
+                *out = self.transmittance(*receiver, filter);
+            }
+        });
+        Ok(())
+    }
+}
+
+/// The two texels around a position, and the weight of the second.
+fn neighbours(position: f32, count: usize) -> ([usize; 2], f32) {
+    let position = (position - 0.5).max(0.0);
+    let first = (position as usize).min(count - 1);
+    let second = (first + 1).min(count - 1);
+    ([first, second], (position - first as f32).min(1.0))
+}

@@ -1,0 +1,361 @@
+//! What must hold for every curve.
+
+mod support;
+
+use proptest::prelude::*;
+use support::{probes, streams, truth};
+use transmittance::{
+    Accumulate, Area, Curve, Exponential, Linear, Lookup, Maximum, Metric, Segment, Sorted, Stream,
+};
+
+/// In release builds the streams of all properties are more than 1e5.
+const CASES: u32 = if cfg!(debug_assertions) {
+    1_500
+} else {
+    12_000
+};
+
+fn config() -> ProptestConfig {
+    ProptestConfig::with_cases(CASES)
+}
+
+fn by_papers_rule<const N: usize, L: Lookup>(segments: &[Segment]) -> Curve<N, L> {
+    let mut curve = Curve::new();
+    for segment in segments {
+        curve.insert(segment);
+    }
+    curve
+}
+
+fn streamed<const N: usize, M: Metric, L: Lookup, const W: usize>(
+    segments: &[Segment],
+) -> Curve<N, L> {
+    let mut stream = Stream::<N, M, L, 1, W>::new();
+    for segment in segments {
+        stream.insert(segment);
+    }
+    stream.finish()
+}
+
+/// Everything that a curve promises, whatever was removed.
+fn keeps_its_promises<const N: usize, L: Lookup>(curve: &Curve<N, L>, segments: &[Segment]) {
+    let ends: Vec<f32> = segments
+        .iter()
+        .filter(|segment| !segment.is_clear())
+        .flat_map(|segment| [segment.entry(), segment.exit()])
+        .collect();
+    assert!(curve.points().len() <= N);
+    for (depth, _) in curve.points() {
+        assert!(ends.contains(&depth), "a node at {depth}, where nothing is");
+    }
+    let first = ends.iter().copied().fold(f32::INFINITY, f32::min);
+    assert_eq!(curve.transmittance(first), 1.0, "in front of everything");
+    let largest = curve.max_error_bound();
+    assert!((0.0..=1.0).contains(&largest));
+    let mut before = 1.0;
+    for depth in probes(segments) {
+        let (value, bound) = (curve.transmittance(depth), curve.error_bound(depth));
+        assert!((0.0..=1.0).contains(&value), "{value} at {depth}");
+        assert!(value <= before, "rises from {before} to {value} at {depth}");
+        before = value;
+        let error = (f64::from(value) - truth(segments, depth, 0)).abs();
+        assert!(
+            error <= f64::from(bound),
+            "off by {error:e} at {depth:e}, bound {bound:e}, nodes {:?}",
+            curve.points().collect::<Vec<_>>()
+        );
+        assert!(bound <= largest);
+    }
+    // Behind everything only rounding is left: of each factor and each product.
+    let last = truth(segments, f32::INFINITY, 0);
+    let roundings = 4.0 * (segments.len() as f64 + 1.0) * 6e-8;
+    let error = (f64::from(curve.transmittance(f32::INFINITY)) - last).abs();
+    assert!(
+        error <= roundings * last.max(-last * last.ln()) + 1.2e-38,
+        "{error:e}"
+    );
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn papers_rule_with_linear_lookup_keeps_its_promises(s in streams::hard(40)) {
+        keeps_its_promises(&by_papers_rule::<8, Linear>(&s), &s);
+    }
+
+    #[test]
+    fn papers_rule_with_exponential_lookup_keeps_its_promises(s in streams::hard(40)) {
+        keeps_its_promises(&by_papers_rule::<8, Exponential>(&s), &s);
+    }
+
+    #[test]
+    fn streams_of_least_area_keep_their_promises(s in streams::hard(60)) {
+        keeps_its_promises(&streamed::<4, Area, Exponential, 4>(&s), &s);
+        keeps_its_promises(&streamed::<8, Area, Exponential, 4>(&s), &s);
+    }
+
+    #[test]
+    fn streams_of_least_maximum_keep_their_promises(s in streams::hard(60)) {
+        keeps_its_promises(&streamed::<4, Maximum, Exponential, 4>(&s), &s);
+        keeps_its_promises(&streamed::<8, Maximum, Exponential, 4>(&s), &s);
+    }
+
+    #[test]
+    fn linear_streams_keep_their_promises(s in streams::hard(40)) {
+        keeps_its_promises(&streamed::<5, Area, Linear, 3>(&s), &s);
+        keeps_its_promises(&streamed::<8, Maximum, Linear, 2>(&s), &s);
+    }
+
+    #[test]
+    fn the_least_of_curves_keep_their_promises(s in streams::hard(12)) {
+        keeps_its_promises(&by_papers_rule::<2, Linear>(&s), &s);
+        keeps_its_promises(&by_papers_rule::<2, Exponential>(&s), &s);
+        keeps_its_promises(&streamed::<2, Area, Exponential, 2>(&s), &s);
+        keeps_its_promises(&streamed::<3, Maximum, Linear, 2>(&s), &s);
+    }
+
+    #[test]
+    fn merged_curves_keep_their_promises(a in streams::hard(20), b in streams::hard(20)) {
+        let both: Vec<Segment> = a.iter().chain(&b).copied().collect();
+        let merged = by_papers_rule::<8, Linear>(&a).merged(&by_papers_rule(&b));
+        keeps_its_promises(&merged, &both);
+        let merged = by_papers_rule::<8, Exponential>(&a).merged(&by_papers_rule(&b));
+        keeps_its_promises(&merged, &both);
+    }
+
+    #[test]
+    fn nothing_is_lost_while_there_is_room(s in streams::hard(16), seed in 0_u64..1000) {
+        let curve = by_papers_rule::<64, Exponential>(&s);
+        let mut other = s.clone();
+        streams::Random::new(seed).shuffle(&mut other);
+        // Halves of segments, where they have a middle.
+        let halves: Vec<Segment> = other
+            .iter()
+            .flat_map(|segment| {
+                let (a, b) = (segment.entry(), segment.exit());
+                let middle = a + 0.5 * (b - a);
+                let tau = segment.optical_depth()[0];
+                let exact = a < middle && middle < b && middle - a == b - middle;
+                let part = |a, b, tau| Segment::from_optical_depth(a, b, tau).unwrap();
+                if exact {
+                    vec![part(a, middle, 0.5 * tau), part(middle, b, 0.5 * tau)]
+                } else {
+                    vec![*segment]
+                }
+            })
+            .take(31)
+            .collect();
+        let (shuffled, split) = (
+            by_papers_rule::<64, Exponential>(&other),
+            by_papers_rule::<64, Exponential>(&halves),
+        );
+        for depth in probes(&s) {
+            // A share 2 n 2⁻²⁴ of the optical depth and the exponential's own.
+            let exact = truth(&s, depth, 0);
+            let tau = -exact.max(f64::MIN_POSITIVE).ln();
+            let tolerance = (128.0 * 6e-8 * tau + 2.4e-7) * exact + 1.2e-38;
+            let error = (f64::from(curve.transmittance(depth)) - exact).abs();
+            prop_assert!(error <= tolerance, "{error:e}");
+            let difference = (curve.transmittance(depth) - shuffled.transmittance(depth)).abs();
+            prop_assert!(f64::from(difference) <= 2.0 * tolerance, "{difference:e}");
+            if halves.len() < 31 {
+                let difference = (curve.transmittance(depth) - split.transmittance(depth)).abs();
+                prop_assert!(f64::from(difference) <= 2.0 * tolerance, "{difference:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn clear_segments_change_nothing(s in streams::hard(20), at in -10.0_f32..10.0) {
+        let clear = Segment::from_density(at, at + 3.0, 0.0).unwrap();
+        let with: Vec<Segment> = s.iter().flat_map(|segment| [*segment, clear]).collect();
+        prop_assert_eq!(by_papers_rule::<8, Linear>(&s), by_papers_rule(&with));
+        prop_assert_eq!(
+            streamed::<8, Area, Exponential, 4>(&s),
+            streamed::<8, Area, Exponential, 4>(&with)
+        );
+    }
+
+    #[test]
+    fn depth_can_be_scaled_and_shifted(seed in 0_u64..1_000_000, power in -20_i32..20) {
+        // Powers of two and small whole numbers are exact, so that every
+        // decision is the same.
+        let scale = 2.0_f32.powi(power);
+        let mut random = streams::Random::new(seed);
+        let plain: Vec<(f32, f32, f32)> = (0..40)
+            .map(|_| ((random.unit() * 200.0).floor(), (random.unit() * 8.0).floor(), random.unit()))
+            .collect();
+        let stream = |scale: f32, shift: f32| -> Vec<Segment> {
+            let place = |x: f32| scale * (x + shift);
+            let segment = |&(a, length, tau): &(f32, f32, f32)| {
+                Segment::from_optical_depth(place(a), place(a + length), tau).unwrap()
+            };
+            plain.iter().map(segment).collect()
+        };
+        let (a, b) = (stream(1.0, 0.0), stream(scale, 64.0));
+        let (a, b) = (streamed::<8, Area, Exponential, 4>(&a), streamed::<8, Area, Exponential, 4>(&b));
+        for depth in 0..220 {
+            let depth = depth as f32;
+            prop_assert_eq!(a.transmittance(depth), b.transmittance(scale * (depth + 64.0)));
+        }
+    }
+
+    #[test]
+    fn depth_at_is_the_inverse(s in streams::hard(30), t in 0.0_f32..1.0) {
+        let curve = by_papers_rule::<8, Exponential>(&s);
+        let linear = by_papers_rule::<8, Linear>(&s);
+        for (depth, at) in [
+            (curve.depth_at(t), &(|z| curve.transmittance(z)) as &dyn Fn(f32) -> f32),
+            (linear.depth_at(t), &|z| linear.transmittance(z)),
+        ] {
+            prop_assert!(!depth.is_nan());
+            if depth.is_finite() {
+                // One float before, at least t gets there; one behind, less does:
+                // but for the rounding of the inverse and of the lookup.
+                let near = 1e-5;
+                prop_assert!(at(depth.next_down()) >= t * (1.0 - near) - 1e-7 || steep(at, depth));
+                prop_assert!(at(depth.next_up()) <= t * (1.0 + near) + 1e-7 || steep(at, depth));
+            } else {
+                prop_assert!(at(f32::MAX) >= t);
+            }
+        }
+    }
+
+    #[test]
+    fn sorted_streams_do_not_depend_on_the_order(s in streams::hard(60), seed in 0_u64..1000) {
+        let mut other = s.clone();
+        streams::Random::new(seed).shuffle(&mut other);
+        let curve = |segments: &[Segment]| {
+            let mut sorted = Sorted::new(Stream::<8>::new());
+            segments.iter().for_each(|segment| sorted.insert(segment));
+            sorted.finish()
+        };
+        prop_assert_eq!(curve(&s), curve(&other));
+    }
+}
+
+/// Whether so much happens within two floats of `depth` that no inverse can be
+/// more exact.
+fn steep(at: &dyn Fn(f32) -> f32, depth: f32) -> bool {
+    let two = |step: fn(f32) -> f32| at(step(step(depth)));
+    two(f32::next_down) - two(f32::next_up) > 1e-6
+}
+
+#[test]
+fn thousands_of_coincident_faces_take_two_nodes() {
+    let face = Segment::surface(3.0, 0.999).unwrap();
+    let faces = vec![face; 5000];
+    for curve in [
+        streamed::<8, Area, Exponential, 4>(&faces),
+        by_papers_rule::<8, Exponential>(&faces),
+    ] {
+        assert_eq!(curve.points().len(), 2);
+        keeps_its_promises(&curve, &faces);
+    }
+    keeps_its_promises(&by_papers_rule::<8, Linear>(&faces), &faces);
+    let walls = vec![Segment::opaque(3.0).unwrap(); 5000];
+    keeps_its_promises(&by_papers_rule::<8, Linear>(&walls), &walls);
+    keeps_its_promises(&streamed::<8, Maximum, Exponential, 4>(&walls), &walls);
+}
+
+#[test]
+fn a_hundred_thousand_segments_keep_their_bound() {
+    let mut random = streams::Random::new(5);
+    let segments: Vec<Segment> = (0..100_000)
+        .map(|_| {
+            let entry = 1e3 * random.unit();
+            let length = 1e-3 * 1e6_f32.powf(random.unit());
+            Segment::from_optical_depth(entry, entry + length, 6e-5 * random.unit()).unwrap()
+        })
+        .collect();
+    let curve = streamed::<16, Area, Exponential, 4>(&segments);
+    let linear = by_papers_rule::<16, Linear>(&segments);
+    for step in 0..60 {
+        let depth = 20.0 * step as f32;
+        let exact = truth(&segments, depth, 0);
+        for (value, bound) in [
+            (curve.transmittance(depth), curve.error_bound(depth)),
+            (linear.transmittance(depth), linear.error_bound(depth)),
+        ] {
+            assert!((f64::from(value) - exact).abs() <= f64::from(bound));
+        }
+    }
+    // Roundings alone are 2e5 times 2⁻²⁴ of τ exp(−τ), so half a percent.
+    assert!(
+        curve.max_error_bound() < 0.05,
+        "{}",
+        curve.max_error_bound()
+    );
+}
+
+#[test]
+fn depths_at_the_limits_of_f32_are_like_any_other() {
+    let segments = [
+        Segment::from_optical_depth(-f32::MAX, f32::MAX, 1.0).unwrap(),
+        Segment::from_optical_depth(-1e-45, 1e-45, 1.0).unwrap(),
+        Segment::surface(f32::MAX, 0.5).unwrap(),
+        Segment::surface(-f32::MAX, 0.5).unwrap(),
+        Segment::from_optical_depth(f32::MAX.next_down(), f32::MAX, 0.25).unwrap(),
+    ];
+    keeps_its_promises(&by_papers_rule::<4, Exponential>(&segments), &segments);
+    keeps_its_promises(&by_papers_rule::<4, Linear>(&segments), &segments);
+    keeps_its_promises(
+        &streamed::<4, Maximum, Exponential, 4>(&segments),
+        &segments,
+    );
+    keeps_its_promises(&streamed::<3, Area, Linear, 3>(&segments), &segments);
+}
+
+#[test]
+fn questions_without_an_answer_have_documented_ones() {
+    let curve = by_papers_rule::<4, Exponential>(&[Segment::surface(1.0, 0.5).unwrap()]);
+    assert_eq!(curve.transmittance(f32::NAN), 1.0);
+    assert_eq!(curve.depth_at(f32::NAN), f32::INFINITY);
+    assert_eq!(curve.depth_at(0.5), f32::INFINITY);
+    assert_eq!(curve.depth_at(0.75), 1.0);
+    assert_eq!(curve.depth_at(1.0), 1.0);
+    assert_eq!(curve.depth_at(1.5), f32::NEG_INFINITY);
+    let clear = Curve::<4>::new();
+    assert_eq!(clear.transmittance(0.0), 1.0);
+    assert_eq!(clear.depth_at(1.0), f32::INFINITY);
+    assert_eq!(clear.max_error_bound(), 0.0);
+    assert_eq!(clear.merged(&curve), curve.merged(&clear));
+    assert_eq!(Stream::<4>::new().finish(), clear);
+}
+
+#[test]
+fn colours_share_their_nodes_and_keep_their_bounds() {
+    let mut random = streams::Random::new(9);
+    for _ in 0..200 {
+        let segments: Vec<Segment<3>> = (0..80)
+            .map(|_| {
+                let entry = 50.0 * random.unit();
+                let exit = entry + 10.0 * random.unit() * random.unit();
+                let tau = [0.1, 0.02, 0.3].map(|most| most * random.unit());
+                Segment::with_optical_depths(entry, exit, tau).unwrap()
+            })
+            .collect();
+        let (mut stream, mut curve) = (
+            Stream::<8, Area, Exponential, 3>::new(),
+            Curve::<8, Linear, 3>::new(),
+        );
+        for segment in &segments {
+            stream.insert(segment);
+            curve.insert(segment);
+        }
+        let stream = stream.finish();
+        for depth in probes(&segments) {
+            for channel in 0..3 {
+                let exact = truth(&segments, depth, channel);
+                for (value, bound) in [
+                    (stream.transmittances(depth), stream.error_bounds(depth)),
+                    (curve.transmittances(depth), curve.error_bounds(depth)),
+                ] {
+                    let error = (f64::from(value[channel]) - exact).abs();
+                    assert!(error <= f64::from(bound[channel]));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! What must hold for maps and for curves as maps store them.
+
+mod support;
+
+use gpu_backend::Cpu;
+use proptest::prelude::*;
+use support::{probes, streams};
+use transmittance::baseline::{Captured, Deep, DeepCurve, Uncompressed};
+use transmittance::{
+    Curve, Error, Evaluate, Exponential, Filter, Linear, Lists, Lookup, Packed, PackedHalf,
+    Receiver, Segment, ShadowMap, Stream, Tile,
+};
+
+fn papers<L: Lookup>(segments: &[Segment]) -> Curve<8, L> {
+    let mut curve = Curve::new();
+    for segment in segments {
+        curve.insert(segment);
+    }
+    curve
+}
+
+fn packs_well<L: Lookup>(curve: Curve<8, L>, segments: &[Segment]) {
+    let (packed, half) = (Packed::from(curve), PackedHalf::from(curve));
+    let ends: Vec<f64> = curve.points().map(|point| f64::from(point.0)).collect();
+    let length = ends.last().unwrap_or(&0.0) - ends.first().unwrap_or(&0.0);
+    let mut before = 1.0;
+    for depth in probes(segments) {
+        assert_eq!(packed.evaluate(depth), [curve.transmittance(depth)]);
+        let [value] = half.evaluate(depth);
+        assert!(
+            value <= before,
+            "rises from {before} to {value} at {depth:e}"
+        );
+        before = value;
+        // What the documentation says: 2⁻¹² of the range, an ULP, 2.5e-4.
+        let delta = length / 4096.0 + f64::from(depth.abs().min(f32::MAX) * 1.2e-7);
+        let (front, back) = (f64::from(depth) - delta, f64::from(depth) + delta);
+        let least = curve.transmittance((back as f32).next_up());
+        let most = curve.transmittance((front as f32).next_down());
+        assert!(
+            (least - 2.5e-4..=most + 2.5e-4).contains(&value),
+            "{value} outside of {least}..{most} at {depth:e}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(if cfg!(debug_assertions) { 1_000 } else { 8_000 }))]
+
+    #[test]
+    fn packed_curves_are_the_same_or_within_their_error(s in streams::hard(20)) {
+        packs_well(papers::<Exponential>(&s), &s);
+        packs_well(papers::<Linear>(&s), &s);
+    }
+}
+
+/// A map of something different in each texel.
+fn clouds(tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)) {
+    for y in tile.y.clone() {
+        for x in tile.x.clone() {
+            let texel = (y * 1000 + x) as u64;
+            for segment in streams::hair(texel) {
+                put([x, y], segment);
+            }
+            // A neighbour's, which the tile does not have to have.
+            let leaf = Segment::surface(50.0, 0.75).expect("a sound surface");
+            put([x + 1, y], leaf);
+        }
+    }
+}
+
+#[test]
+fn maps_do_not_depend_on_threads() -> Result<(), Error> {
+    let build =
+        |cpu: &Cpu| ShadowMap::<Packed<8>>::build(cpu, [37, 53], &Stream::<8>::new(), &clouds);
+    let one = build(&Cpu::single_threaded())?;
+    assert_eq!(build(&Cpu::new())?, one);
+    let receivers: Vec<Receiver> = (0..5000)
+        .map(|i| Receiver {
+            position: [(i % 91) as f32 * 0.5 - 3.0, (i % 113) as f32 * 0.5 - 1.0],
+            depth: (i % 101) as f32,
+        })
+        .collect();
+    for filter in [Filter::Nearest, Filter::Bilinear] {
+        let mut many = vec![[0.0]; receivers.len()];
+        one.transmittances(&Cpu::new(), &receivers, filter, &mut many)?;
+        for (receiver, many) in receivers.iter().zip(many) {
+            assert_eq!(one.transmittance(*receiver, filter), many);
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn every_texel_has_its_own_curve_in_its_own_place() -> Result<(), Error> {
+    // Sizes below, at and above a tile's.
+    for extent in [[1, 1], [16, 16], [17, 15], [33, 40], [1, 100]] {
+        let [width, height] = extent;
+        let walls = |tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)| {
+            // Not only what the tile needs.
+            for y in 0..height {
+                for x in 0..width.max(tile.x.end) {
+                    let wall = Segment::opaque((y * width + x) as f32);
+                    put([x, y], wall.unwrap());
+                }
+            }
+        };
+        let map = ShadowMap::<Curve<4>>::build(&Cpu::new(), extent, &Curve::<4>::new(), &walls)?;
+        assert_eq!((map.width(), map.height()), (width, height));
+        assert_eq!(map.texels().len(), width * height);
+        for (index, texel) in map.texels().iter().enumerate() {
+            assert_eq!(texel.depth_at(0.5), index as f32);
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn lists_are_another_way_to_say_the_same() -> Result<(), Error> {
+    let extent = [20, 18];
+    let (mut offsets, mut segments) = (vec![0], Vec::new());
+    for y in 0..18 {
+        for x in 0..20 {
+            let tile = Tile {
+                x: x..x + 1,
+                y: y..y + 1,
+            };
+            let mut put = |texel: [usize; 2], segment| {
+                if texel == [x, y] {
+                    segments.push(segment);
+                }
+            };
+            // The neighbour's surface comes before its own hair.
+            if x > 0 {
+                clouds(
+                    &Tile {
+                        x: x - 1..x,
+                        y: y..y + 1,
+                    },
+                    &mut put,
+                );
+            }
+            clouds(&tile, &mut put);
+            offsets.push(segments.len() as u32);
+        }
+    }
+    let lists = Lists::new(extent, &offsets, &segments)?;
+    let all = |tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)| {
+        let wide = Tile {
+            x: tile.x.start.saturating_sub(1)..tile.x.end,
+            y: tile.y.clone(),
+        };
+        clouds(&wide, put);
+    };
+    let cpu = Cpu::new();
+    let from_lists = ShadowMap::<DeepCurve>::build(&cpu, extent, &Deep::new(0.01)?, &lists)?;
+    let from_closure = ShadowMap::<DeepCurve>::build(&cpu, extent, &Deep::new(0.01)?, &all)?;
+    assert_eq!(from_lists, from_closure);
+    // A map larger than its lists is clear elsewhere.
+    let larger = ShadowMap::<Uncompressed>::build(&cpu, [40, 40], &Captured::new(), &lists)?;
+    assert!(larger.texels()[0].len() > 2);
+    assert!(larger.texels()[39 * 40 + 39].is_empty() && larger.texels()[30].is_empty());
+
+    let wrong = Lists::new([20, 19], &offsets, &segments).unwrap_err();
+    assert!(matches!(
+        wrong,
+        Error::LengthMismatch {
+            expected: 381,
+            actual: 361,
+            ..
+        }
+    ));
+    offsets[7] = u32::MAX;
+    let wrong = Lists::new(extent, &offsets, &segments).unwrap_err();
+    assert!(wrong.to_string().contains("texel 6"), "{wrong}");
+    Ok(())
+}
+
+#[test]
+fn bilinear_filtering_weighs_the_four_around() -> Result<(), Error> {
+    // Transmittance x / 4 + y / 8 behind depth 1, which is linear.
+    let plane = |tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)| {
+        for y in tile.y.clone() {
+            for x in tile.x.clone() {
+                let share = 0.25 * x as f32 + 0.125 * y as f32;
+                put([x, y], Segment::surface(1.0, share).unwrap());
+            }
+        }
+    };
+    let map = ShadowMap::<Packed<4, Linear>>::build(
+        &Cpu::new(),
+        [3, 3],
+        &Curve::<4, Linear>::new(),
+        &plane,
+    )?;
+    let at = |x: f32, y: f32, filter| {
+        let receiver = Receiver {
+            position: [x, y],
+            depth: 2.0,
+        };
+        map.transmittance(receiver, filter)[0]
+    };
+    for (x, y) in [(0.5, 0.5), (1.25, 0.75), (2.5, 2.5), (1.0, 2.0), (2.0, 1.9)] {
+        let exact = 0.25 * (x - 0.5) + 0.125 * (y - 0.5);
+        // The transmittances go through an optical depth: 4 roundings of 1e-7.
+        assert!((at(x, y, Filter::Bilinear) - exact).abs() < 1e-6);
+    }
+    let corners = [
+        (-5.0, -5.0, 0.0, 0.0),
+        (9.0, 9.0, 2.5, 2.5),
+        (f32::NAN, 1.5, 0.5, 1.5),
+    ];
+    for (x, y, like_x, like_y) in corners {
+        for filter in [Filter::Nearest, Filter::Bilinear] {
+            assert_eq!(at(x, y, filter), at(like_x, like_y, filter), "{x} {y}");
+        }
+    }
+    assert_eq!(at(1.9, 0.1, Filter::Nearest), at(1.5, 0.5, Filter::Nearest));
+    assert_eq!(
+        at(f32::INFINITY, f32::NEG_INFINITY, Filter::Bilinear),
+        at(2.5, 0.5, Filter::Nearest)
+    );
+    Ok(())
+}
+
+#[test]
+fn sizes_that_cannot_be_are_errors_and_empty_maps_are_clear() -> Result<(), Error> {
+    let nothing = |_: &Tile, _: &mut dyn FnMut([usize; 2], Segment)| {};
+    for extent in [[usize::MAX, 2], [1 << 40, 1 << 20]] {
+        let error =
+            ShadowMap::<Packed<8>>::build(&Cpu::new(), extent, &Curve::<8>::new(), &nothing);
+        assert!(matches!(error.unwrap_err(), Error::TooLarge { .. }));
+    }
+    let empty = ShadowMap::<Packed<8>>::build(&Cpu::new(), [0, 5], &Curve::<8>::new(), &nothing)?;
+    for filter in [Filter::Nearest, Filter::Bilinear] {
+        assert_eq!(empty.transmittance(Receiver::default(), filter), [1.0]);
+    }
+    let mismatch = empty.transmittances(&Cpu::new(), &[], Filter::Nearest, &mut [[0.0]]);
+    assert!(matches!(
+        mismatch,
+        Err(Error::LengthMismatch {
+            expected: 0,
+            actual: 1,
+            ..
+        })
+    ));
+    Ok(())
+}
+
+#[test]
+fn packed_forms_take_the_memory_that_they_say() {
+    assert_eq!(size_of::<Packed<8>>(), 64);
+    assert_eq!(size_of::<Packed<8, Linear, 3>>(), 128);
+    assert_eq!(size_of::<PackedHalf<8>>(), 40);
+}
