@@ -142,10 +142,10 @@ mod tests {
     #[test]
     fn the_part_is_fit_for_other_shaders_and_has_the_constants_of_rust() {
         Shader::new(&[EPIPOLAR])
-            .and_then(|alone| alone.require_part("epi_"))
+            .and_then(|alone| alone.require_part(&["epi_"]))
             .unwrap();
         let shader = Shader::new(&[EPIPOLAR, PHI, CONTRACT]).unwrap();
-        shader.require_part("epi_").unwrap();
+        shader.require_part(&["epi_"]).unwrap();
         let value = |name: &str| shader.values(name).unwrap();
         let wide = |v: f32| f64::from(v);
         assert_eq!(value("epi_ATAN"), ATAN.map(wide));
