@@ -2,10 +2,11 @@
 
 use std::fmt::Debug;
 
+use airlight::Table;
 use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, Cpu, Download, testing};
 use lighting::Gather;
-use lighting::airlight::{EquiAngular, Midpoint};
+use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use lighting::shadow_map::RenderShadowMap;
 use lighting::visibility::{MergeTouching, ShadowMapMarch, Unshadowed};
 use proptest::strategy::Strategy;
@@ -18,6 +19,8 @@ pub trait Subject:
     + RenderShadowMap
     + Gather<Unshadowed, Midpoint>
     + Gather<Unshadowed, EquiAngular>
+    + Gather<Unshadowed, Quadrature>
+    + Gather<Unshadowed, Analytic<Table>>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Midpoint>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, EquiAngular>
     + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, EquiAngular>
@@ -29,6 +32,8 @@ impl<B> Subject for B where
         + RenderShadowMap
         + Gather<Unshadowed, Midpoint>
         + Gather<Unshadowed, EquiAngular>
+        + Gather<Unshadowed, Quadrature>
+        + Gather<Unshadowed, Analytic<Table>>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Midpoint>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, EquiAngular>
         + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, EquiAngular>

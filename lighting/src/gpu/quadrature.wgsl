@@ -1,10 +1,14 @@
-// Airlight: Gauss–Legendre quadrature in the equi-angular variable.
+// Airlight of any light: the nodes of airlight's quadrature on each piece
+// between two kinks.
 //
-// Needs the nodes, (position in (0, 1), weight) each:
-//   fn light_node_count() -> u32
-//   fn light_node(index: u32) -> vec2<f32>
+// Needs the parts SEGMENT, NUMERIC, SCALED and NODES of `airlight`.
 
-fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
+fn light_segment(path: light_Path, start: f32, end: f32) -> air_Segment {
+    let length = select(end - start, air_FAR, end == light_FAR);
+    return air_Segment(start - path.entry, start - path.foot, path.h, length);
+}
+
+fn light_quadrature(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if light_emitter().kind == light_DIRECTIONAL {
         return light_directional(path, start, end);
     }
@@ -16,26 +20,41 @@ fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
             break;
         }
         if from_here < kink {
-            total += light_smooth_airlight(path, from_here, kink);
+            total += light_smooth_quadrature(path, from_here, kink);
             from_here = kink;
         }
     }
-    return total + light_smooth_airlight(path, from_here, end);
+    return total + light_smooth_quadrature(path, from_here, end);
 }
 
 // The airlight of an interval without a kink inside.
-fn light_smooth_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
+fn light_smooth_quadrature(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if !(start < end) {
         return vec3(0.0);
     }
-    let arc = light_arc(path, start, end);
-    if arc.extent == light_FAR {
+    if path.h == 0.0 && start <= path.foot && path.foot <= end {
         return vec3(light_FAR);
     }
-    var sum = vec3(0.0);
-    for (var i = 0u; i < light_node_count(); i++) {
-        let node = light_node(i);
-        sum += node.y * light_source(path, light_arc_position(arc, node.x));
+    let segment = light_segment(path, start, end);
+    let sigma_t = light_medium().sigma_t;
+    let red = light_node_sum(path, segment, start, sigma_t.x);
+    if all(sigma_t == vec3(sigma_t.x)) {
+        return red;
     }
-    return arc.extent * sum;
+    let green = light_node_sum(path, segment, start, sigma_t.y);
+    let blue = light_node_sum(path, segment, start, sigma_t.z);
+    return vec3(red.x, green.y, blue.z);
+}
+
+fn light_node_sum(path: light_Path, segment: air_Segment, start: f32, sigma_t: f32) -> vec3<f32> {
+    var sum = vec3(0.0);
+    var nodes = air_nodes(sigma_t, segment);
+    loop {
+        let node = air_next_node(&nodes);
+        if node.done {
+            break;
+        }
+        sum += node.weight * light_source(path, start + node.distance);
+    }
+    return sum;
 }

@@ -1,12 +1,12 @@
-// Where the quadrature finds its nodes when this crate assembles the shader.
+// Where the quadrature finds its rules when this crate assembles the shader.
 
-@group(2) @binding(0) var<uniform> node_count: u32;
-@group(2) @binding(1) var<storage> nodes: array<vec2<f32>>;
+@group(2) @binding(0) var<uniform> quadrature: air_Quadrature;
+@group(2) @binding(1) var<storage> quadrature_entries: array<vec4<f32>>;
 
-fn light_node_count() -> u32 {
-    return node_count;
+fn air_quadrature_uniforms() -> air_Quadrature {
+    return quadrature;
 }
 
-fn light_node(index: u32) -> vec2<f32> {
-    return nodes[index];
+fn air_quadrature_entry(index: u32) -> vec4<f32> {
+    return quadrature_entries[index];
 }

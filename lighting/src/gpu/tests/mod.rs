@@ -7,6 +7,7 @@ mod maps;
 #[cfg(feature = "march")]
 mod scenes;
 
+use ::airlight::Table;
 use ::airlight::gpu::PHASE;
 use gpu_backend::assert_same_layout;
 use gpu_backend::testing::Shader;
@@ -14,7 +15,7 @@ use gpu_backend::testing::Shader;
 use super::gather::parts;
 use super::scene::{self, EmitterRecord, MediumRecord, Scene};
 use super::*;
-use crate::airlight::{EquiAngular, Midpoint};
+use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use crate::visibility::{MergeTouching, Unshadowed};
 
 /// Stands for the entry point.
@@ -45,6 +46,8 @@ fn every_pair_compiles() {
     complete::<Unshadowed, Midpoint>();
     complete::<Unshadowed, EquiAngular>();
     complete::<MergeTouching<Unshadowed>, EquiAngular>();
+    complete::<Unshadowed, Quadrature>();
+    complete::<Unshadowed, Analytic<Table>>();
     let merge = MergeTouching(Unshadowed).constants();
     assert_eq!(merge, [("MERGE", 1.0)]);
 }

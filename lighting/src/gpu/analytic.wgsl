@@ -1,0 +1,24 @@
+// A table of airlight as the evaluator, for lights that shine alike in all
+// directions from within the medium; the quadrature for all others.
+//
+// Needs the part TABLE of `airlight` too.
+
+fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
+    let emitter = light_emitter();
+    let medium = light_medium();
+    let inside = all(emitter.position >= medium.low) && all(emitter.position <= medium.high);
+    let immersed = medium.bounded == 0u || inside;
+    if emitter.kind != light_POINT || emitter.emission != light_ISOTROPIC || !immersed {
+        return light_quadrature(path, start, end);
+    }
+    let segment = light_segment(path, start, end);
+    let sigma_t = medium.sigma_t;
+    var airlight = vec3(air_table_airlight(sigma_t.x, segment));
+    if !all(sigma_t == vec3(sigma_t.x)) {
+        airlight.y = air_table_airlight(sigma_t.y, segment);
+        airlight.z = air_table_airlight(sigma_t.z, segment);
+    }
+    // A channel without light stays dark, even through the light.
+    let light = medium.sigma_s * emitter.intensity;
+    return select(vec3(0.0), min(light * airlight, vec3(light_FAR)), light > vec3(0.0));
+}
