@@ -151,7 +151,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) samples: u32,
 
-    /// Nodes of the quadrature per lit interval
+    /// Nodes of the equi-angular quadrature per lit interval
     /// [default: 8, 1 for march and equi-angular, whose intervals are steps]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,

@@ -1,9 +1,12 @@
 //! The airlight of a picture by any setting, on any backend.
 
+use std::time::Instant;
+
+use airlight::{SunTable, Table};
 use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, BufferOf, Cpu, Download};
-use lighting::airlight::{EquiAngular, Midpoint};
-use lighting::scene::{Geometry, Medium};
+use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
+use lighting::scene::{Geometry, Medium, PhaseFunction};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 use lighting::trace::Tracer;
 use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
@@ -84,14 +87,95 @@ impl<B, A> GatherMarched<A> for B where
 
 /// A backend that can do all that the program needs.
 pub(crate) trait Renderer:
-    Download + RenderShadowMap + Tracing + GatherMarched<Midpoint> + GatherMarched<EquiAngular>
+    Download
+    + RenderShadowMap
+    + Tracing
+    + GatherMarched<Midpoint>
+    + GatherMarched<EquiAngular>
+    + GatherMarched<Quadrature>
+    + GatherMarched<Analytic<Table>>
 {
 }
 
 impl<B> Renderer for B where
-    B: Download + RenderShadowMap + Tracing + GatherMarched<Midpoint> + GatherMarched<EquiAngular>
+    B: Download
+        + RenderShadowMap
+        + Tracing
+        + GatherMarched<Midpoint>
+        + GatherMarched<EquiAngular>
+        + GatherMarched<Quadrature>
+        + GatherMarched<Analytic<Table>>
 {
 }
+
+/// The tables that some settings need, for one phase function.
+#[derive(Debug, Default)]
+pub(crate) struct Tables {
+    /// By size in KiB, with the seconds it took to build.
+    own: Vec<(u32, Analytic<Table>, f64)>,
+    published: Option<(Analytic<SunTable>, f64)>,
+}
+
+/// Tolerance for what tables do not apply to, far below their own.
+const REST: f32 = 1e-5;
+
+impl Tables {
+    /// Builds what `settings` need.
+    pub(crate) fn new(
+        phase: PhaseFunction,
+        settings: impl Iterator<Item = Setting>,
+    ) -> Result<Self, Failure> {
+        let mut tables = Self::default();
+        for Setting {
+            airlight, detail, ..
+        } in settings
+        {
+            let clock = Instant::now();
+            let rest = Quadrature::with_tolerance(phase, REST)?;
+            if airlight == Airlight::Table && tables.own.iter().all(|own| own.0 != detail) {
+                let table = Table::new(&phase, detail)?;
+                let seconds = clock.elapsed().as_secs_f64();
+                tables
+                    .own
+                    .push((detail, Analytic::new(table, rest), seconds));
+            } else if airlight == Airlight::Published && tables.published.is_none() {
+                if phase != PhaseFunction::Isotropic {
+                    return Err(Failure::new(PUBLISHED_IS_ISOTROPIC));
+                }
+                let table = SunTable::new();
+                let seconds = clock.elapsed().as_secs_f64();
+                tables.published = Some((Analytic::new(table, rest), seconds));
+            }
+        }
+        Ok(tables)
+    }
+
+    /// Seconds and bytes of the table of a setting.
+    pub(crate) fn cost(&self, setting: Setting) -> (f64, u64) {
+        match setting.airlight {
+            Airlight::Table => self
+                .own(setting.detail)
+                .map_or((0.0, 0), |(_, table, seconds)| {
+                    (*seconds, table.evaluator().bytes() as u64)
+                }),
+            Airlight::Published => self
+                .published
+                .as_ref()
+                .map_or((0.0, 0), |(table, seconds)| {
+                    (*seconds, table.evaluator().bytes() as u64)
+                }),
+            _ => (0.0, 0),
+        }
+    }
+
+    fn own(&self, size: u32) -> Option<&(u32, Analytic<Table>, f64)> {
+        self.own.iter().find(|own| own.0 == size)
+    }
+}
+
+/// Why the published table is left out.
+pub(crate) const PUBLISHED_IS_ISOTROPIC: &str =
+    "the published table is one of isotropic scattering";
 
 /// Lights and rays on a backend, ready to be gathered.
 pub(crate) struct Stage<'a, B: Backend> {
@@ -101,6 +185,8 @@ pub(crate) struct Stage<'a, B: Backend> {
     pub(crate) emitters: &'a [Emitter],
     /// One per emitter, or none if no setting needs them.
     pub(crate) maps: &'a [ShadowMap<B::Memory>],
+    /// Those of the settings.
+    pub(crate) tables: &'a Tables,
     pub(crate) rays: BufferOf<B, Ray>,
     pub(crate) count: usize,
 }
@@ -109,15 +195,62 @@ impl<B: Renderer> Stage<'_, B> {
     /// The airlight of every ray, all work done.
     pub(crate) fn airlight(&self, setting: Setting) -> Result<BufferOf<B, [f32; 4]>, Failure> {
         let mut radiance = self.backend.zeros::<[f32; 4]>(self.count)?;
+        let phase = self.medium.phase();
+        let missing = || Failure::new("a table that was not built");
         match setting.airlight {
             Airlight::Midpoint => self.gather(setting, &Midpoint, &mut radiance)?,
             Airlight::EquiAngular => {
-                let quadrature = EquiAngular::new(setting.nodes)?;
+                let quadrature = EquiAngular::new(setting.detail)?;
                 self.gather(setting, &quadrature, &mut radiance)?;
+            }
+            Airlight::Quadrature => {
+                let tolerance = 10_f32.powi(-(setting.detail.min(6) as i32));
+                let quadrature = Quadrature::with_tolerance(phase, tolerance)?;
+                self.gather(setting, &quadrature, &mut radiance)?;
+            }
+            Airlight::Table => {
+                let (_, table, _) = self.tables.own(setting.detail).ok_or_else(missing)?;
+                self.gather(setting, table, &mut radiance)?;
+            }
+            Airlight::Double => {
+                let rest = Quadrature::with_tolerance(phase, REST)?;
+                let exact = Analytic::new(airlight::Exact::new(phase)?, rest);
+                self.gather_exact(setting, &exact, &mut radiance)?;
+            }
+            Airlight::Published => {
+                let (table, _) = self.tables.published.as_ref().ok_or_else(missing)?;
+                self.gather_exact(setting, table, &mut radiance)?;
             }
         }
         self.backend.wait()?;
         Ok(radiance)
+    }
+
+    /// With exact visibility, which is the one that goes with an evaluator
+    /// without a shader.
+    fn gather_exact<A: AirlightEvaluator>(
+        &self,
+        setting: Setting,
+        evaluator: &A,
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), Failure> {
+        if setting.visibility != Visibility::Exact {
+            return Err(Failure::new(
+                "--airlight double and published go with --visibility exact only",
+            ));
+        }
+        let (backend, exact) = (self.backend, Exact::new(self.tracer));
+        for emitter in self.emitters {
+            backend.gather_exact(
+                &self.rays,
+                emitter,
+                self.medium,
+                &exact,
+                evaluator,
+                radiance,
+            )?;
+        }
+        Ok(())
     }
 
     fn gather<A>(

@@ -51,10 +51,25 @@ impl Visibility {
 /// An evaluator of a lit interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Airlight {
-    /// Gauss-Legendre quadrature in the equi-angular variable
+    /// Gauss-Legendre quadrature by scale, with as many nodes as a tolerance needs
+    Quadrature,
+    /// A table of 64 KiB for lights at points; the quadrature for all others
+    Table,
+    /// Gauss-Legendre quadrature with a number of nodes, equi-angular at a point light
     EquiAngular,
     /// One sample in the middle
     Midpoint,
+    /// In double precision; goes with exact visibility
+    Double,
+    /// The table of Sun et al. as published; isotropic media, exact visibility
+    Published,
+}
+
+impl Airlight {
+    /// True if it is for lights that shine alike in all directions.
+    pub(crate) fn is_for_points(self) -> bool {
+        matches!(self, Self::Table | Self::Double | Self::Published)
+    }
 }
 
 /// A pair with its numbers fixed: what a picture is made with.
@@ -64,17 +79,18 @@ pub(crate) struct Setting {
     /// Steps per ray of a march.
     pub(crate) steps: u32,
     pub(crate) airlight: Airlight,
-    /// Nodes of a quadrature per lit interval.
-    pub(crate) nodes: u32,
+    /// The evaluator's number: nodes per lit interval of an equi-angular
+    /// quadrature, decimal digits of a tolerance, KiB of a table.
+    pub(crate) detail: u32,
 }
 
 /// What a method's quality is a number of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quality {
-    /// Steps of the march; the quadrature has so many nodes.
-    Steps { nodes: u32 },
-    /// Nodes of the quadrature.
-    Nodes,
+    /// Steps of the march; the evaluator has this number.
+    Steps { detail: u32 },
+    /// The evaluator's number.
+    Detail,
 }
 
 /// A method of the comparison.
@@ -105,7 +121,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::None,
         airlight: Airlight::EquiAngular,
-        quality: Quality::Nodes,
+        quality: Quality::Detail,
         qualities: &[8],
         quick: &[8],
         pictured: 8,
@@ -116,7 +132,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::Exact,
         airlight: Airlight::EquiAngular,
-        quality: Quality::Nodes,
+        quality: Quality::Detail,
         qualities: &[2, 4, 8, 16],
         quick: &[2, 8],
         pictured: 8,
@@ -125,9 +141,53 @@ pub(crate) static METHODS: &[Method] = &[
         paper: "the shadow-volume half of Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008",
     },
     Method {
+        visibility: Visibility::Exact,
+        airlight: Airlight::Quadrature,
+        quality: Quality::Detail,
+        qualities: &[2, 3, 4, 5],
+        quick: &[4],
+        pictured: 4,
+        title: "exact, to a tolerance",
+        purpose: "any light and any phase function to as many digits as asked for",
+        paper: "the integral of Sun et al., SIGGRAPH 2005, in a half-angle variable",
+    },
+    Method {
+        visibility: Visibility::Exact,
+        airlight: Airlight::Table,
+        quality: Quality::Detail,
+        qualities: &[16, 64],
+        quick: &[64],
+        pictured: 64,
+        title: "exact, by table",
+        purpose: "point lights: two lookups for a lit run, wherever the light is",
+        paper: "Sun et al., SIGGRAPH 2005, with a table of the scaled tail instead of theirs",
+    },
+    Method {
+        visibility: Visibility::Exact,
+        airlight: Airlight::Published,
+        quality: Quality::Detail,
+        qualities: &[512],
+        quick: &[512],
+        pictured: 512,
+        title: "exact, by the published table",
+        purpose: "what the table of 2005 costs in error: dense fog, looks away from the light",
+        paper: "Sun et al., A Practical Analytic Single Scattering Model, SIGGRAPH 2005",
+    },
+    Method {
+        visibility: Visibility::Exact,
+        airlight: Airlight::Double,
+        quality: Quality::Detail,
+        qualities: &[64],
+        quick: &[64],
+        pictured: 64,
+        title: "exact, in double precision",
+        purpose: "point lights to all digits; the rest of the error is that of positions in f32",
+        paper: "Sun et al., SIGGRAPH 2005, by the scaled exponential integral",
+    },
+    Method {
         visibility: Visibility::March,
         airlight: Airlight::Midpoint,
-        quality: Quality::Steps { nodes: 1 },
+        quality: Quality::Steps { detail: 1 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
@@ -138,7 +198,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::MarchMerged,
         airlight: Airlight::EquiAngular,
-        quality: Quality::Steps { nodes: 8 },
+        quality: Quality::Steps { detail: 8 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
@@ -149,7 +209,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::EquiAngular,
         airlight: Airlight::EquiAngular,
-        quality: Quality::Steps { nodes: 1 },
+        quality: Quality::Steps { detail: 1 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
@@ -160,7 +220,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::EquiAngularMerged,
         airlight: Airlight::EquiAngular,
-        quality: Quality::Steps { nodes: 8 },
+        quality: Quality::Steps { detail: 8 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
@@ -168,15 +228,33 @@ pub(crate) static METHODS: &[Method] = &[
         purpose: "point lights in view, with runs of lit steps integrated as one",
         paper: "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
     },
+    Method {
+        visibility: Visibility::EquiAngularMerged,
+        airlight: Airlight::Table,
+        quality: Quality::Steps { detail: 64 },
+        qualities: STEPS,
+        quick: QUICK_STEPS,
+        pictured: 32,
+        title: "equi-angular visibility by table",
+        purpose: "point lights in view, with two lookups for a run of lit steps",
+        paper: "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
+    },
 ];
 
 impl Method {
-    /// The evaluator's name, with its number of nodes where that is fixed.
+    /// The evaluator's name, with its number where that is fixed.
     pub(crate) fn airlight_name(&self) -> String {
-        match (self.airlight, self.quality) {
-            (Airlight::Midpoint, _) => "midpoint".into(),
-            (Airlight::EquiAngular, Quality::Nodes) => "quadrature".into(),
-            (Airlight::EquiAngular, Quality::Steps { nodes }) => format!("quadrature-{nodes}"),
+        let name = match self.airlight {
+            Airlight::Quadrature => "quadrature",
+            Airlight::Table => "table",
+            Airlight::EquiAngular => "equi-angular",
+            Airlight::Midpoint => return "midpoint".into(),
+            Airlight::Double => "double",
+            Airlight::Published => "published",
+        };
+        match self.quality {
+            Quality::Detail => name.into(),
+            Quality::Steps { detail } => format!("{name}-{detail}"),
         }
     }
 
@@ -189,21 +267,27 @@ impl Method {
     pub(crate) fn quality_name(&self) -> &'static str {
         match self.quality {
             Quality::Steps { .. } => "steps",
-            Quality::Nodes => "nodes",
+            Quality::Detail => match self.airlight {
+                Airlight::Quadrature => "digits",
+                Airlight::Table => "KiB",
+                Airlight::Published => "entries a side",
+                Airlight::Double => "bits",
+                Airlight::EquiAngular | Airlight::Midpoint => "nodes",
+            },
         }
     }
 
     /// The method at one quality.
     pub(crate) fn at(&self, quality: u32) -> Setting {
-        let (steps, nodes) = match self.quality {
-            Quality::Steps { nodes } => (quality, nodes),
-            Quality::Nodes => (0, quality),
+        let (steps, detail) = match self.quality {
+            Quality::Steps { detail } => (quality, detail),
+            Quality::Detail => (0, quality),
         };
         Setting {
             visibility: self.visibility,
             steps,
             airlight: self.airlight,
-            nodes,
+            detail,
         }
     }
 
@@ -239,8 +323,9 @@ mod tests {
         let found = |filter: &str| METHODS.iter().filter(|m| m.matches(filter)).count();
         assert_eq!(found("march x midpoint"), 1);
         assert_eq!(found("march × midpoint"), 1, "as `methods` prints it");
-        assert_eq!(found("exact"), 1);
-        assert_eq!(found("Equi-Angular"), 2);
+        assert_eq!(found("exact"), 5);
+        assert_eq!(found("Equi-Angular visibility"), 2);
+        assert_eq!(found("published"), 1);
         assert_eq!(found("no such thing"), 0);
         assert_eq!(found(""), 0);
     }

@@ -10,7 +10,7 @@ use lighting::shadow_map::Casters;
 use lighting::view::View;
 
 use crate::args::Render;
-use crate::engine::{Stage, affordable_resolution, shadow_maps};
+use crate::engine::{Stage, Tables, affordable_resolution, shadow_maps};
 use crate::failure::Failure;
 use crate::format::{count, significant};
 use crate::input::{Input, describe_medium};
@@ -129,7 +129,14 @@ fn setting(args: &Render) -> Setting {
         visibility: args.visibility,
         steps: args.samples,
         airlight: args.airlight,
-        nodes: args.nodes.unwrap_or(if steps_apart { 1 } else { 8 }),
+        detail: match args.airlight {
+            Airlight::EquiAngular | Airlight::Midpoint => {
+                args.nodes.unwrap_or(if steps_apart { 1 } else { 8 })
+            }
+            Airlight::Quadrature => 4,
+            Airlight::Table | Airlight::Double => 64,
+            Airlight::Published => 512,
+        },
     }
 }
 
@@ -141,9 +148,13 @@ fn describe(setting: Setting) -> String {
     match setting.airlight {
         Airlight::Midpoint => text + " × midpoint",
         Airlight::EquiAngular => {
-            let nodes = count(setting.nodes as usize, "node");
-            text + &format!(" × quadrature of {nodes}")
+            let nodes = count(setting.detail as usize, "node");
+            text + &format!(" × equi-angular quadrature of {nodes}")
         }
+        Airlight::Quadrature => text + " × quadrature to 1e-4",
+        Airlight::Table => text + " × table of 64 KiB",
+        Airlight::Double => text + " × double precision",
+        Airlight::Published => text + " × the published table",
     }
 }
 
@@ -169,6 +180,7 @@ fn airlight(
         maps = shadow_maps(&cpu, &casters, emitters, map, || bar.inc(1))?;
         bar.finish_and_clear();
     }
+    let tables = Tables::new(medium.phase(), std::iter::once(setting(args)))?;
     let bar = progress::bar("airlight", view.rays().len() as u64);
     let mut radiance = Vec::with_capacity(view.rays().len());
     for rays in view.rays().chunks(BATCH) {
@@ -178,6 +190,7 @@ fn airlight(
             medium,
             emitters,
             maps: &maps,
+            tables: &tables,
             rays: rays.to_vec(),
             count: rays.len(),
         };

@@ -14,7 +14,7 @@ use super::backends::Present;
 use super::budget::Budget;
 use super::results::{Errors, LeftOut, Measurement, MethodPicture, Times};
 use super::selection::Candidate;
-use crate::engine::{Renderer, Stage, shadow_maps};
+use crate::engine::{Renderer, Stage, Tables, shadow_maps};
 use crate::failure::Failure;
 use crate::methods::{Method, Visibility};
 use crate::parse::Size;
@@ -32,6 +32,8 @@ pub(crate) struct Job<'a> {
     pub(crate) emitters: &'a [Emitter],
     /// Texels per side of a shadow map.
     pub(crate) map: u32,
+    /// Tables of airlight that the candidates need.
+    pub(crate) tables: &'a Tables,
     pub(crate) budget: Budget,
 }
 
@@ -160,6 +162,7 @@ impl<'a, B: Renderer> Session<'a, B> {
             medium: self.job.medium,
             emitters: self.job.emitters,
             maps: self.maps.as_deref().unwrap_or_default(),
+            tables: self.job.tables,
             rays: uploaded,
             count: rays.len(),
         })
@@ -199,6 +202,7 @@ impl<'a, B: Renderer> Session<'a, B> {
                 self.maps.iter().flatten().map(ShadowMap::bytes).sum(),
             ),
         };
+        let (seconds_table, bytes_table) = self.job.tables.cost(candidate.setting());
         Measurement {
             method: candidate.method,
             backend: self.present.label.clone(),
@@ -209,9 +213,9 @@ impl<'a, B: Renderer> Session<'a, B> {
                 max: error.max,
                 rel_p99: error.rel_p99,
             },
-            seconds_build,
+            seconds_build: seconds_build + seconds_table,
             frame: Times::of(&[time]),
-            bytes,
+            bytes: bytes + bytes_table,
         }
     }
 }

@@ -2,13 +2,14 @@
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
+use lighting::emitter::Emission;
 use lighting::plan::Plan;
-use lighting::scene::Camera;
+use lighting::scene::{Camera, PhaseFunction};
 use lighting::view::View;
 
 use super::backends::Backends;
 use super::results::LeftOut;
-use super::selection::{Candidate, Selection, select};
+use super::selection::{Candidate, Evaluated, Selection, select};
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::format::count;
@@ -68,7 +69,14 @@ impl Prepared {
         let size = args.size.unwrap_or(Size { width, height });
         let camera = input.camera()?;
         let frame = Frame::new(&input, &camera, size)?;
-        let mut selection = select(args, &frame.plan);
+        let is_even = |emitter: &Emitter| matches!(emitter, Emitter::Point(p) if *p.emission() == Emission::Isotropic);
+        let kept = frame.plan.emitters().iter();
+        let phase = input.scene.medium.map(|medium| medium.phase());
+        let evaluated = Evaluated {
+            has_even_points: kept.map(|i| &input.emitters[*i]).any(is_even),
+            is_isotropic: phase == Some(PhaseFunction::Isotropic),
+        };
+        let mut selection = select(args, &frame.plan, evaluated);
         let backends = Backends::find(args)?;
         selection.left_out.extend(backends.left_out.clone());
         selection

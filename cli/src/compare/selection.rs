@@ -4,8 +4,9 @@ use lighting::plan::{Plan, Reason, Subject};
 
 use super::results::LeftOut;
 use crate::args::Compare;
+use crate::engine::PUBLISHED_IS_ISOTROPIC;
 use crate::failure::Failure;
-use crate::methods::{METHODS, Method, Quality, Setting};
+use crate::methods::{Airlight, METHODS, Method, Quality, Setting};
 
 /// One method at one quality.
 #[derive(Debug, Clone, Copy)]
@@ -79,8 +80,17 @@ pub(crate) fn dropped(filters: &[String], selection: &Selection) -> Vec<String> 
     lines
 }
 
+/// What evaluators of airlight depend on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Evaluated {
+    /// A light shines alike in all directions from a point.
+    pub(crate) has_even_points: bool,
+    /// The medium scatters alike in all directions.
+    pub(crate) is_isotropic: bool,
+}
+
 /// Chooses from the registry by the options and the plan of the scene.
-pub(crate) fn select(args: &Compare, plan: &Plan) -> Selection {
+pub(crate) fn select(args: &Compare, plan: &Plan, scene: Evaluated) -> Selection {
     let mut selection = Selection::default();
     for part in plan.left_out() {
         selection.left_out.push(LeftOut {
@@ -109,8 +119,14 @@ pub(crate) fn select(args: &Compare, plan: &Plan) -> Selection {
             Some("not asked for (--methods)".into())
         } else if no_airlight.is_some() {
             no_airlight.clone()
-        } else if method.visibility.is_equi_angular() {
+        } else if method.visibility.is_equi_angular() && no_angle.is_some() {
             no_angle.clone()
+        } else if method.airlight.is_for_points() && !scene.has_even_points {
+            Some("no light shines alike in all directions from a point".into())
+        } else if method.airlight == Airlight::Published && !scene.is_isotropic {
+            Some(PUBLISHED_IS_ISOTROPIC.into())
+        } else if method.airlight == Airlight::Quadrature && no_angle.is_some() {
+            Some("the airlight of a directional light is in closed form".into())
         } else {
             None
         };
@@ -126,7 +142,7 @@ pub(crate) fn select(args: &Compare, plan: &Plan) -> Selection {
         } else {
             method.qualities
         };
-        if method.quality == Quality::Nodes && no_angle.is_some() && qualities.len() > 1 {
+        if method.quality == Quality::Detail && no_angle.is_some() && qualities.len() > 1 {
             // Nodes are nodes of nothing.
             selection.left_out.push(LeftOut {
                 what: format!("{} with other numbers of nodes", method.title),

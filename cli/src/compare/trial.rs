@@ -10,7 +10,9 @@ use super::budget::{Budget, affordable_size};
 use super::measure::{Cost, Job, Measure, Outcome};
 use super::prepare::Prepared;
 use super::results::ReferenceFacts;
+use super::selection::Candidate;
 use crate::args::Compare;
+use crate::engine::Tables;
 use crate::failure::Failure;
 use crate::picture::Picture;
 use crate::progress;
@@ -87,6 +89,8 @@ pub(crate) fn try_out(
         backends,
     } = prepared;
     let candidates = &selection.candidates;
+    let settings = candidates.iter().map(Candidate::setting);
+    let tables = Tables::new(medium.phase(), settings)?;
     let job = Job {
         geometry: &input.geometry,
         tracer: &input.tracer,
@@ -94,6 +98,7 @@ pub(crate) fn try_out(
         medium,
         emitters: &emitters,
         map,
+        tables: &tables,
         budget,
     };
     let few = every_so_often(frame.view.rays(), emitters.len());
