@@ -81,8 +81,11 @@ impl Slices {
     /// N, so that a voxel is in front of the surface if its centre is. A NaN
     /// counts as 0.
     pub fn boundary(&self, resolution: Resolution, depth: f64) -> u32 {
-        // The conversion saturates, and takes −0.5 to −0.
-        (f64::from(resolution.side()) * self.position(depth).min(1.0) - 0.5).ceil() as u32
+        // Rounding up by truncation, because not every processor has an
+        // instruction for it. `max` takes a NaN to 0.
+        let position = f64::from(resolution.side()) * self.position(depth).clamp(0.0, 1.0) - 0.5;
+        let whole = position.max(0.0) as u32;
+        whole + u32::from(f64::from(whole) < position)
     }
 
     /// [`Slices::boundary`] of many depths.

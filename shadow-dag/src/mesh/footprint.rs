@@ -1,7 +1,7 @@
 //! Footprints over triangles: which of them need not be rasterised.
 
 use super::Mesh;
-use super::texels::Texels;
+use super::texels::{Centres, Texels};
 use super::triangle::{Kind, ONE};
 use crate::casters::TileRect;
 use crate::footprint::{Footprints, Look};
@@ -197,13 +197,12 @@ impl Footprints for Scratch<'_> {
         }
         if level == 0 {
             let list = &self.lists[part.start..part.end];
-            let triangles = list
-                .iter()
-                .map(|&triangle| &mesh.triangles[triangle as usize]);
             let slice = |depth| slice(&mesh.light, mesh.resolution, depth);
-            let step = self.step();
-            self.texels
-                .resolve(triangles, low, step, slice, side, texels);
+            let centres = Centres {
+                first: low,
+                step: self.step(),
+            };
+            (self.texels).resolve(&mesh.triangles, list, centres, slice, side, texels);
             return Look::Texels;
         }
         let mut quarters = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| {

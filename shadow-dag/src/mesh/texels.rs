@@ -6,96 +6,76 @@ use crate::rule::Tile;
 /// A surface under a texel.
 #[derive(Debug, Clone, Copy)]
 struct Hit {
-    texel: u8,
     kind: Kind,
     depth: f64,
     /// The depth by which hits are put in order.
     rank: f64,
 }
 
-/// Finds the ends of the first stretch inside of solids.
-#[derive(Debug)]
-pub(crate) struct Texels {
-    hits: Vec<Hit>,
-    /// The same texel by texel, and where each begins.
-    grouped: Vec<Hit>,
-    starts: [usize; 65],
+/// The centres of 8×8 texels: the first, and the way from one to the next.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Centres {
+    pub(crate) first: [i32; 2],
+    pub(crate) step: i32,
 }
 
-impl Default for Texels {
-    fn default() -> Self {
-        Self {
-            hits: Vec::new(),
-            grouped: Vec::new(),
-            starts: [0; 65],
-        }
-    }
+/// Finds the ends of the first stretch inside of solids.
+#[derive(Debug, Default)]
+pub(crate) struct Texels {
+    /// Which of the triangles cover anything, and what.
+    covers: Vec<(u64, usize)>,
+    /// The surfaces under one texel.
+    hits: Vec<Hit>,
 }
 
 impl Texels {
-    /// Writes the slices of the 8×8 texels whose centres begin at `first`, one
-    /// each `step`. `slice` turns a depth into a slice and must not fall; `none`
-    /// stands for nothing.
-    pub(crate) fn resolve<'a>(
+    /// Writes the slices of 8×8 texels under the triangles of `list`. `slice`
+    /// turns a depth into a slice and must not fall; `none` stands for nothing.
+    pub(crate) fn resolve(
         &mut self,
-        triangles: impl Iterator<Item = &'a Triangle>,
-        first: [i32; 2],
-        step: i32,
+        triangles: &[Triangle],
+        list: &[u32],
+        Centres { first, step }: Centres,
         slice: impl Fn(f64) -> u32,
         none: u32,
         tile: &mut Tile,
     ) {
-        self.hits.clear();
-        for triangle in triangles {
-            let mut covered = triangle.coverage(first, step);
-            while covered != 0 {
-                let texel = covered.trailing_zeros();
-                covered &= covered - 1;
-                let (x, y) = (texel as i32 % 8, texel as i32 / 8);
-                let depth = triangle.depth([first[0] + x * step, first[1] + y * step]);
-                let nearer = match triangle.kind {
-                    Kind::Front => triangle.touch(depth),
-                    Kind::Back | Kind::Open => 0.0,
-                };
-                self.hits.push(Hit {
-                    texel: texel as u8,
-                    kind: triangle.kind,
-                    depth,
-                    rank: depth - nearer,
-                });
-            }
-        }
-        self.group();
-        tile.enter.fill(none);
-        tile.exit.fill(none);
+        self.covers.clear();
+        let numbers = list.iter().map(|&number| number as usize);
+        self.covers.extend(
+            numbers
+                .map(|number| (triangles[number].coverage(first, step), number))
+                .filter(|(covered, _)| *covered != 0),
+        );
         for texel in 0..64 {
-            let hits = &mut self.grouped[self.starts[texel]..self.starts[texel + 1]];
-            if hits.is_empty() {
-                continue;
+            let at = [
+                first[0] + (texel & 7) * step,
+                first[1] + (texel >> 3) * step,
+            ];
+            self.hits.clear();
+            for &(covered, number) in &self.covers {
+                if covered >> texel & 1 == 1 {
+                    let triangle = &triangles[number];
+                    let depth = triangle.depth(at);
+                    let nearer = match triangle.kind {
+                        Kind::Front => triangle.touch(depth),
+                        Kind::Back | Kind::Open => 0.0,
+                    };
+                    self.hits.push(Hit {
+                        kind: triangle.kind,
+                        depth,
+                        rank: depth - nearer,
+                    });
+                }
             }
-            sort(hits);
-            let (enter, exit) = stretch(hits);
-            tile.enter[texel] = slice(enter);
-            tile.exit[texel] = slice(exit).max(tile.enter[texel]);
-        }
-    }
-
-    /// Puts the hits of each texel side by side.
-    fn group(&mut self) {
-        self.starts = [0; 65];
-        for hit in &self.hits {
-            self.starts[usize::from(hit.texel) + 1] += 1;
-        }
-        for texel in 0..64 {
-            self.starts[texel + 1] += self.starts[texel];
-        }
-        let mut next = self.starts;
-        self.grouped.clear();
-        self.grouped.extend_from_slice(&self.hits);
-        for hit in &self.hits {
-            let place = &mut next[usize::from(hit.texel)];
-            self.grouped[*place] = *hit;
-            *place += 1;
+            let texel = texel as usize;
+            (tile.enter[texel], tile.exit[texel]) = (none, none);
+            if !self.hits.is_empty() {
+                sort(&mut self.hits);
+                let (enter, exit) = stretch(&self.hits);
+                tile.enter[texel] = slice(enter);
+                tile.exit[texel] = slice(exit).max(tile.enter[texel]);
+            }
         }
     }
 }

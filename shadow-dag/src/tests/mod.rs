@@ -2,6 +2,7 @@
 
 mod build;
 mod file;
+mod light;
 mod maps;
 mod mesh;
 mod queries;
