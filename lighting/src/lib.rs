@@ -7,7 +7,8 @@
 //!    sampled from a shadow map ([`visibility::ShadowMapMarch`]).
 //! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
 //!    integrates the scattered light over intervals
-//!    ([`airlight::EquiAngular`], [`airlight::Midpoint`]).
+//!    ([`airlight::Quadrature`], any evaluator of the crate `airlight` in
+//!    [`airlight::Analytic`], [`airlight::EquiAngular`], [`airlight::Midpoint`]).
 //!
 //! The light that reaches the eye through the air is (1) × (2), summed over
 //! the lights; [`Gather`] computes it for a bundle of rays. Any source works
@@ -28,7 +29,8 @@
 //! let rays = cpu.upload(&rays)?;
 //! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
 //! let nothing_in_the_way = visibility::Unshadowed;
-//! cpu.gather(&rays, &lamp, &fog, &nothing_in_the_way, &airlight::EquiAngular::new(16)?, &mut radiance)?;
+//! let quadrature = airlight::Quadrature::with_tolerance(fog.phase(), 1e-4)?;
+//! cpu.gather(&rays, &lamp, &fog, &nothing_in_the_way, &quadrature, &mut radiance)?;
 //! assert!(cpu.download(&radiance)?[0][0] > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
