@@ -56,6 +56,7 @@ pub(crate) enum Airlight {
     /// A table of 64 KiB for lights at points; the quadrature for all others
     Table,
     /// Gauss-Legendre quadrature with a number of nodes, equi-angular at a point light
+    #[value(name = "gauss")]
     EquiAngular,
     /// One sample in the middle
     Midpoint,
@@ -247,7 +248,7 @@ impl Method {
         let name = match self.airlight {
             Airlight::Quadrature => "quadrature",
             Airlight::Table => "table",
-            Airlight::EquiAngular => "equi-angular",
+            Airlight::EquiAngular => "gauss",
             Airlight::Midpoint => return "midpoint".into(),
             Airlight::Double => "double",
             Airlight::Published => "published",

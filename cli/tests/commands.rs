@@ -72,12 +72,16 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
     assert_eq!(
         pairs,
         [
-            "none x quadrature",
+            "none x gauss",
+            "exact x gauss",
             "exact x quadrature",
+            "exact x table",
+            "exact x double",
             "march x midpoint",
-            "march-merged x quadrature-8",
-            "equi-angular x quadrature-1",
-            "equi-angular-merged x quadrature-8"
+            "march-merged x gauss-8",
+            "equi-angular x gauss-1",
+            "equi-angular-merged x gauss-8",
+            "equi-angular-merged x table-64"
         ]
     );
 
@@ -176,7 +180,7 @@ fn a_mesh_without_anything_else_is_lit_and_filled_and_said_so() {
 fn lists_name_everything() {
     let place = tempfile::tempdir().unwrap();
     let methods = succeeds(place.path(), &["methods"]);
-    assert!(methods.contains("equi-angular × quadrature-1") && methods.contains("HPG 2013"));
+    assert!(methods.contains("equi-angular × gauss-1") && methods.contains("HPG 2013"));
     let scenes = succeeds(place.path(), &["scenes", "--map", "64"]);
     for name in ["city", "landscape", "hairball", "smoke", "stiff"] {
         assert!(
