@@ -23,6 +23,8 @@ pub(crate) fn significant(value: f64) -> String {
 pub(crate) fn seconds(value: f64) -> String {
     if value == 0.0 {
         "0".into()
+    } else if value < 0.9995e-6 {
+        format!("{} ns", significant(value * 1e9))
     } else if value < 0.9995e-3 {
         format!("{} µs", significant(value * 1e6))
     } else if value < 0.9995 {
