@@ -7,6 +7,7 @@
 //! that all levels, and a segment by itself, give the same bits.
 
 use std::f32::consts::LN_2;
+use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -43,11 +44,18 @@ pub(crate) trait Kernel {
     );
 
     /// What is better done for many blocks together: called behind each block
-    /// with all of the results, of which the block's are the last that count,
-    /// and once more at the end, with no segments. Must be `#[inline(always)]`
-    /// too.
+    /// with all of the segments and results, of which the block's are `done`,
+    /// and once more at the end, with nothing done. Must be
+    /// `#[inline(always)]` too.
     #[inline(always)]
-    fn behind(&self, _: &mut Self::Scratch, _: &[Segment], _airlight: &mut [f32]) {}
+    fn behind(
+        &self,
+        _: &mut Self::Scratch,
+        _segments: &[Segment],
+        _airlight: &mut [f32],
+        _done: Range<usize>,
+    ) {
+    }
 }
 
 /// The airlight of a batch, with the best instructions there are.
@@ -92,22 +100,23 @@ impl<K: Kernel> WithSimd for Batch<'_, K> {
         let mut scratch = K::Scratch::default();
         let mut done = 0;
         let (blocks, rest) = segments.as_chunks::<LANES>();
-        for segments in blocks {
+        for block in blocks {
             if let Some(airlight) = airlight[done..].first_chunk_mut() {
-                kernel.block(&mut scratch, segments, airlight);
+                kernel.block(&mut scratch, block, airlight);
             }
+            let first = done;
             done += LANES;
-            kernel.behind(&mut scratch, segments, &mut airlight[..done]);
+            kernel.behind(&mut scratch, segments, airlight, first..done);
         }
         if !rest.is_empty() {
-            let mut segments = [Segment::default(); LANES];
-            segments[..rest.len()].copy_from_slice(rest);
+            let mut block = [Segment::default(); LANES];
+            block[..rest.len()].copy_from_slice(rest);
             let mut last = [0.0; LANES];
-            kernel.block(&mut scratch, &segments, &mut last);
+            kernel.block(&mut scratch, &block, &mut last);
             airlight[done..].copy_from_slice(&last[..rest.len()]);
-            kernel.behind(&mut scratch, rest, airlight);
+            kernel.behind(&mut scratch, segments, airlight, done..segments.len());
         }
-        kernel.behind(&mut scratch, &[], airlight);
+        kernel.behind(&mut scratch, segments, airlight, 0..0);
     }
 }
 

@@ -24,14 +24,14 @@ pub struct TableUniforms {
     pub rows_front: u32,
     /// All rows.
     pub rows: u32,
-    /// Nodes for short parts.
+    /// Nodes for parts that are not looked up.
     pub nodes: u32,
     /// 1 for a constant phase function, else 0.
     pub is_constant: u32,
     /// The logarithm for base 2 of that.
     pub constant: f32,
-    /// Always 0.
-    pub padding: f32,
+    /// Nodes for parts that are short enough to need few.
+    pub near_nodes: u32,
 }
 
 impl WgslEvaluator for Table {

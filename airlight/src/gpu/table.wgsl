@@ -24,7 +24,8 @@ struct air_Table {
     is_constant: u32,
     // Its logarithm for base 2.
     constant: f32,
-    padding: f32,
+    // Nodes for parts that are near, behind the others.
+    near_nodes: u32,
 }
 
 // Largest share of the light behind the start of a part that may be left
@@ -47,7 +48,8 @@ fn air_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
         return select(0.0, air_FAR, part.kind == air_MEETS_LIGHT);
     }
     let octaves = air_LOG2_E * part.sigma;
-    if part.length >= air_TABLE_NEAR * part.d_start || 2.0 * octaves * part.length >= air_TABLE_NEAR {
+    let far = part.length >= air_TABLE_NEAR * part.d_start || 2.0 * octaves * part.length >= air_TABLE_NEAR;
+    if far {
         let start = air_table_end(part, part.s, part.d_start);
         let end = air_table_end(part, part.end, part.d_end);
         // In this order: the difference of the distances is at most the length.
@@ -60,7 +62,7 @@ fn air_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
             return air_exp2_times((1.0 - rest) / start.x, 2.0 * start.y - part.octaves, -part.exponent);
         }
     }
-    return air_table_short(part);
+    return air_table_short(part, !far);
 }
 
 // `w (1 + v)`, the inverse of the factor that was left out of the table, and
@@ -102,7 +104,7 @@ fn air_table_polynomial(cell: vec4<u32>, alpha: f32, beta: f32) -> f32 {
 }
 
 // Quadrature in t from 0 to 1, a Möbius map of w = s + d.
-fn air_table_short(part: air_Scaled) -> f32 {
+fn air_table_short(part: air_Scaled, is_near: bool) -> f32 {
     let table = air_table_uniforms();
     let front_a = part.s < 0.0;
     let front_b = part.end < 0.0;
@@ -131,9 +133,11 @@ fn air_table_short(part: air_Scaled) -> f32 {
     let w_b = select(q_b, h * (h / q_b), front_b);
 
     let cells = table.radial * table.rows;
-    let first = cells + select(table.rows, 0u, table.is_constant == 1u);
+    let rows = select(table.rows, 0u, table.is_constant == 1u);
+    let first = cells + rows + select(0u, table.nodes, is_near);
+    let nodes = select(table.nodes, table.near_nodes, is_near);
     var sum = 0.0;
-    for (var i = 0u; i < table.nodes; i++) {
+    for (var i = 0u; i < nodes; i++) {
         let node = bitcast<vec2<f32>>(air_table_cell(first + i).xy);
         let near = kappa * (1.0 - node.x);
         let along = near + node.x;

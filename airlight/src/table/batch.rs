@@ -1,5 +1,7 @@
 //! Tables over blocks of segments.
 
+use std::ops::Range;
+
 use super::Table;
 use super::cells;
 use super::long::{End, Ends, Lookup, known, settle};
@@ -23,20 +25,19 @@ pub(super) struct Scratch {
     known: Lanes<f32>,
     is_near: Lanes<u32>,
     cells: [Lanes<[f32; 4]>; 2],
-    is_short: Lanes<u32>,
-    waiting: Waiting,
+    /// 1 for short parts that are near and for those that are not.
+    is_short: [Lanes<u32>; 2],
+    waiting: [Waiting; 2],
     shorts: Shorts,
 }
 
-/// Room for less than a group and all of a block.
+/// Room for less than a group and all of a block, and a power of two.
 const WAITING: usize = GROUP + LANES;
 
-/// Short parts that wait until there are enough for a group, and where their
-/// airlight belongs.
+/// Where there are short parts that wait until they are enough for a group.
 #[derive(Debug)]
 struct Waiting {
     count: usize,
-    segments: [Segment; WAITING],
     index: [usize; WAITING],
 }
 
@@ -44,8 +45,48 @@ impl Default for Waiting {
     fn default() -> Self {
         Self {
             count: 0,
-            segments: [Segment::default(); WAITING],
             index: [0; WAITING],
+        }
+    }
+}
+
+impl Waiting {
+    /// Adds those of a range that are marked by a 1.
+    #[inline(always)]
+    fn add(&mut self, marks: &Lanes<u32>, range: Range<usize>) {
+        if marks.0.iter().sum::<u32>() == 0 {
+            return;
+        }
+        for (index, &mark) in range.zip(&marks.0) {
+            // Written in any case and overwritten if it is not marked: no
+            // branch to mispredict.
+            self.index[self.count % WAITING] = index;
+            self.count += mark as usize;
+        }
+    }
+
+    /// Integrates groups until there are fewer than `least`.
+    #[inline(always)]
+    fn integrate(
+        &mut self,
+        batch: &Batch<'_>,
+        rule: &[[f32; 2]],
+        shorts: &mut Shorts,
+        least: usize,
+        segments: &[Segment],
+        airlight: &mut [f32],
+    ) {
+        while self.count >= least {
+            let start = self.count.saturating_sub(GROUP);
+            let group = &self.index[start..self.count];
+            for (segment, &index) in shorts.segments.iter_mut().zip(group) {
+                *segment = segments[index];
+            }
+            shorts.integrate(batch.table, rule, batch.lookup);
+            for (&index, &value) in group.iter().zip(&shorts.sum.0) {
+                airlight[index] = settle(f32::NAN, value);
+            }
+            self.count = start;
         }
     }
 }
@@ -80,9 +121,8 @@ impl EndLanes {
     }
 }
 
-/// Short parts that are integrated together: enough vectors to hide how long
-/// divisions and roots take.
-const GROUP: usize = 64;
+/// Short parts that are integrated together.
+const GROUP: usize = LANES;
 
 /// One value for each of a group of short parts.
 #[derive(Debug, Clone, Copy)]
@@ -96,8 +136,9 @@ impl<T: Copy + Default> Default for Group<T> {
 }
 
 /// What passes between the loops of a group of short parts.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Shorts {
+    segments: [Segment; GROUP],
     depth: Group<f32>,
     growth: Group<f32>,
     kappa: Group<f32>,
@@ -109,6 +150,25 @@ struct Shorts {
     beta: Group<f32>,
     phase: Group<[f32; 4]>,
     sum: Group<f32>,
+}
+
+impl Default for Shorts {
+    fn default() -> Self {
+        Self {
+            segments: [Segment::default(); GROUP],
+            depth: Group::default(),
+            growth: Group::default(),
+            kappa: Group::default(),
+            bend: Group::default(),
+            angle: Group::default(),
+            ends: [Group::default(); 2],
+            h: Group::default(),
+            row: Group::default(),
+            beta: Group::default(),
+            phase: Group::default(),
+            sum: Group::default(),
+        }
+    }
 }
 
 impl Shorts {
@@ -144,10 +204,10 @@ impl Shorts {
 
     /// Integrates the group: [`Shorts::sum`] becomes the airlight.
     #[inline(always)]
-    fn integrate(&mut self, table: &Table, lookup: Lookup, segments: &[Segment; GROUP]) {
+    fn integrate(&mut self, table: &Table, rule: &[[f32; 2]], lookup: Lookup) {
         // A copy is known not to be written by the loops, which are vectors only
         // then.
-        let segments = *segments;
+        let segments = self.segments;
         if table.constant.is_some() {
             for (i, segment) in segments.iter().enumerate() {
                 self.set(i, &Short::new(lookup.extinction, segment));
@@ -160,7 +220,7 @@ impl Shorts {
             }
         }
         self.sum = Group::default();
-        for &[t, weight] in &table.rule {
+        for &[t, weight] in rule {
             if let Some(constant) = table.constant {
                 for i in 0..GROUP {
                     self.sum.0[i] += self.get(i).node(t, weight).term(constant);
@@ -208,14 +268,12 @@ impl Kernel for Batch<'_> {
         if is_near(&segments[0]) + is_near(&segments[LANES - 1]) == 2
             && segments.iter().map(is_near).sum::<u32>() == LANES as u32
         {
-            scratch.is_short = Lanes::default();
-            let (groups, _) = segments.as_chunks::<GROUP>();
-            let (results, _) = airlight.as_chunks_mut::<GROUP>();
-            for (segments, airlight) in groups.iter().zip(results) {
-                scratch.shorts.integrate(self.table, lookup, segments);
-                for i in 0..GROUP {
-                    airlight[i] = settle(known(&segments[i]), scratch.shorts.sum.0[i]);
-                }
+            scratch.is_short = Default::default();
+            scratch.shorts.segments = *segments;
+            let rule = &self.table.near_rule;
+            scratch.shorts.integrate(self.table, rule, lookup);
+            for i in 0..LANES {
+                airlight[i] = settle(known(&segments[i]), scratch.shorts.sum.0[i]);
             }
             return;
         }
@@ -247,37 +305,27 @@ impl Kernel for Batch<'_> {
             let cells = [scratch.cells[0].0[i], scratch.cells[1].0[i]];
             let (value, is_short) = lookup.difference(&ends, cells);
             airlight[i] = settle(ends.known, value);
-            scratch.is_short.0[i] = u32::from(is_short && ends.known.is_nan());
+            let is_short = is_short && ends.known.is_nan();
+            scratch.is_short[0].0[i] = u32::from(is_short && ends.is_near);
+            scratch.is_short[1].0[i] = u32::from(is_short && !ends.is_near);
         }
     }
 
     #[inline(always)]
-    fn behind(&self, scratch: &mut Scratch, segments: &[Segment], airlight: &mut [f32]) {
-        let waiting = &mut scratch.waiting;
-        let first = airlight.len() - segments.len();
-        for (i, segment) in segments.iter().enumerate() {
-            // Written in any case and overwritten if it is not short: no
-            // branch to mispredict.
-            let last = waiting.count.min(WAITING - 1);
-            waiting.segments[last] = *segment;
-            waiting.index[last] = first + i;
-            waiting.count += scratch.is_short.0[i] as usize;
-        }
-        let least = if segments.is_empty() { 1 } else { GROUP };
-        while waiting.count >= least {
-            let start = waiting.count.saturating_sub(GROUP);
-            let shorts = &mut scratch.shorts;
-            let Some(segments) = waiting.segments[start..].first_chunk() else {
-                return;
-            };
-            shorts.integrate(self.table, self.lookup, segments);
-            for (&index, &value) in waiting.index[start..waiting.count]
-                .iter()
-                .zip(&shorts.sum.0)
-            {
-                airlight[index] = settle(f32::NAN, value);
-            }
-            waiting.count = start;
+    fn behind(
+        &self,
+        scratch: &mut Scratch,
+        segments: &[Segment],
+        airlight: &mut [f32],
+        done: Range<usize>,
+    ) {
+        let least = if done.is_empty() { 1 } else { GROUP };
+        let rules = [&self.table.near_rule, &self.table.rule];
+        for ((waiting, is_short), rule) in
+            scratch.waiting.iter_mut().zip(&scratch.is_short).zip(rules)
+        {
+            waiting.add(is_short, done.clone());
+            waiting.integrate(self, rule, &mut scratch.shorts, least, segments, airlight);
         }
     }
 }

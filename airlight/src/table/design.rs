@@ -102,10 +102,14 @@ fn axes<P: Phase>(tail: &Tail<'_, P>, count: u32, extra: u32) -> Axes {
     best.1
 }
 
-/// Numbers of nodes that are tried for short parts. Three are enough but for
-/// functions that scatter more and more light along the part, back to where
-/// it came from.
-const NODES: [u32; 8] = [3, 4, 6, 8, 12, 16, 24, 32];
+/// Numbers of nodes that are tried for short parts. Two are enough for parts
+/// that are near, three or four for others but for functions that scatter more
+/// and more light along the part, back to where it came from.
+const NODES: [u32; 10] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32];
+
+/// Short parts may be this many times as wrong as a lookup. Differences of
+/// lookups may be three times, so that the bound does not depend on it.
+const SHORT_ERROR: f64 = 2.0;
 
 /// The table for a phase function, at most this large.
 pub(super) fn table<P: Phase>(phase: &P, kibibytes: u32) -> Table {
@@ -124,29 +128,51 @@ pub(super) fn table<P: Phase>(phase: &P, kibibytes: u32) -> Table {
         constant,
         phase: rows,
         rule: Vec::new(),
+        near_rule: Vec::new(),
         error_bound: 0.0,
     };
     let lookup = lookup_error(&table, &tail);
     let long = lookup * f64::from((1.0 + LARGEST_REST) / (1.0 - LARGEST_REST));
     let parts = short_parts(&table, &tail);
+    let enough = SHORT_ERROR * lookup.max(1e-5);
+    let (all, rule) = shortest_rule(&table, &parts, enough);
+    let is_near = |(sigma_t, segment, _): &(f32, Segment, f64)| {
+        let lookup = table.lookup(*sigma_t);
+        lookup.is_some_and(|lookup| lookup.is_near(segment))
+    };
+    let near: Vec<_> = parts.iter().copied().filter(is_near).collect();
+    let (near, near_rule) = match near.len() {
+        0 => (all, rule.clone()),
+        _ => shortest_rule(&table, &near, enough),
+    };
+    table.rule = rule;
+    table.near_rule = near_rule;
+    table.error_bound = (long.max(all).max(near) + ROUNDING) as f32;
+    table
+}
+
+/// The rule with the fewest nodes that are enough, or with the smallest error
+/// of those that are tried, and its error.
+fn shortest_rule(
+    table: &Table,
+    parts: &[(f32, Segment, f64)],
+    enough: f64,
+) -> (f64, Vec<[f32; 2]>) {
     let mut best = (f64::INFINITY, Vec::new());
     for count in NODES {
-        table.rule = Rule::of(count)
+        let rule: Vec<_> = Rule::of(count)
             .iter()
             .map(|(t, w)| [t as f32, w as f32])
             .collect();
-        let error = short_error(&table, &parts);
+        let error = short_error(table, &rule, parts);
         if error < best.0 {
-            best = (error, table.rule.clone());
+            best = (error, rule);
         }
-        // More would be wasted on what lookups get wrong by as much.
-        if error < long.max(1e-5) {
+        if error < enough {
             break;
         }
     }
-    table.rule = best.1;
-    table.error_bound = (long.max(best.0) + ROUNDING) as f32;
-    table
+    best
 }
 
 /// The worst relative error of a lookup, at corners and edges of cells and in
@@ -225,11 +251,11 @@ fn difference<P: Phase>(tail: &Tail<'_, P>, sigma_t: f64, segment: &Segment) -> 
     (to < (1.0 - 1e-5) * from).then_some(from - to)
 }
 
-/// The worst relative error of short parts.
-fn short_error(table: &Table, parts: &[(f32, Segment, f64)]) -> f64 {
+/// The worst relative error of short parts with a rule.
+fn short_error(table: &Table, rule: &[[f32; 2]], parts: &[(f32, Segment, f64)]) -> f64 {
     let error = |&(sigma_t, segment, truth): &(f32, Segment, f64)| {
         let lookup = table.lookup(sigma_t)?;
-        let value = table.short(&lookup, &segment);
+        let value = table.integrate(&lookup, &segment, rule);
         Some((f64::from(value) / truth - 1.0).abs())
     };
     parts.iter().filter_map(error).fold(0.0, f64::max)

@@ -20,16 +20,17 @@ impl Table {
             nodes: self.rule.len() as u32,
             is_constant: u32::from(self.constant.is_some()),
             constant: self.constant.unwrap_or(0.0),
-            padding: 0.0,
+            near_nodes: self.near_rule.len() as u32,
         }
     }
 
     /// The array behind `air_table_cell`: the bits of the cells, of the rows of
-    /// the phase function if it is not constant, and of the nodes.
+    /// the phase function if it is not constant, and of the nodes of both rules.
     ///
     /// A shader must take them as integers: not all of them are numbers.
     pub fn gpu_cells(&self) -> Vec<[u32; 4]> {
-        let nodes = self.rule.iter().map(|&[t, weight]| [t, weight, 0.0, 0.0]);
+        let nodes = self.rule.iter().chain(&self.near_rule);
+        let nodes = nodes.map(|&[t, weight]| [t, weight, 0.0, 0.0]);
         let entries = self.cells.iter().chain(&self.phase).copied().chain(nodes);
         entries.map(|entry| entry.map(f32::to_bits)).collect()
     }

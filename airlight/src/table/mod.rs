@@ -94,6 +94,8 @@ pub struct Table {
     phase: Vec<[f32; 4]>,
     /// Nodes and weights for short parts.
     rule: Vec<[f32; 2]>,
+    /// Those that are enough for parts that are near, see [`Lookup::is_near`].
+    near_rule: Vec<[f32; 2]>,
     error_bound: f32,
 }
 

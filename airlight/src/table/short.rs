@@ -136,8 +136,18 @@ impl Lookup {
 impl Table {
     /// The airlight of a short part.
     pub(super) fn short(&self, lookup: &Lookup, segment: &Segment) -> f32 {
+        let rule = if lookup.is_near(segment) {
+            &self.near_rule
+        } else {
+            &self.rule
+        };
+        self.integrate(lookup, segment, rule)
+    }
+
+    /// The same with this rule.
+    pub(super) fn integrate(&self, lookup: &Lookup, segment: &Segment, rule: &[[f32; 2]]) -> f32 {
         let short = Short::new(lookup.extinction, segment);
-        let sum = self.rule.iter().fold(0.0, |sum, &[t, weight]| {
+        let sum = rule.iter().fold(0.0, |sum, &[t, weight]| {
             let phase = match self.constant {
                 Some(constant) => constant,
                 None => {

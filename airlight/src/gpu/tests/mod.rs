@@ -71,7 +71,7 @@ fn structures_and_constants_are_those_of_rust() {
             nodes,
             is_constant,
             constant,
-            padding
+            near_nodes
         }
     );
     assert_eq!(shader.values("air_FAR").unwrap(), [f64::from(f32::MAX)]);
