@@ -12,17 +12,24 @@ use crate::{Error, PhaseFunction, Real, ScatteringAngle};
 ///
 /// Accurate to a few units of the last digit of the exponent `σ_t x`. An
 /// infinite length is allowed; without extinction it counts as nothing, as
-/// there nothing is scattered either.
+/// there nothing is scattered either. What is no extinction, no way or no
+/// length (NaN, or a negative number) gives 0.
 pub fn open_air<T: Real>(sigma_t: T, x: T, length: T) -> T {
     let zero = T::from(0.0);
-    if !(length > zero) || !(sigma_t >= zero) {
+    let ways = length > zero && x >= zero && !x.is_infinite();
+    if !ways || !(sigma_t >= zero) || sigma_t.is_infinite() {
         return zero;
     }
     let near = (-(sigma_t * x)).exponential();
+    let depth = sigma_t * length;
     if length.is_infinite() {
         return if sigma_t > zero { near / sigma_t } else { zero };
     }
-    near * length * mean_exponential(sigma_t * length)
+    if depth > T::from(1.0) {
+        // The product of a length and a mean could leave the range.
+        return near * (-(-depth).exponential_minus_one() / sigma_t);
+    }
+    near * length * mean_exponential(depth)
 }
 
 /// `∫ exp(−τ(x)) dx` over `length`, in m, for an optical depth that changes
@@ -32,10 +39,11 @@ pub fn open_air<T: Real>(sigma_t: T, x: T, length: T) -> T {
 ///
 /// Neither depth need be the larger one; no difference of large numbers is
 /// formed but that of the depths. For finite lengths: the part of a ray that
-/// goes on for ever is [`open_air`].
+/// goes on for ever is [`open_air`]. What is no depth or no length gives 0.
 pub fn between<T: Real>(first: T, last: T, length: T) -> T {
     let zero = T::from(0.0);
-    if !(length > zero) || length.is_infinite() {
+    let depths = first >= zero && last >= zero;
+    if !depths || !(length > zero) || length.is_infinite() {
         return zero;
     }
     let (least, most) = if first < last {
@@ -72,13 +80,19 @@ impl Daylight {
     /// `g` of dust. Nothing is absorbed.
     ///
     /// # Errors
-    /// [`Error::BadValue`] unless coefficients are finite and not negative and
-    /// -1 < g < 1.
+    /// [`Error::BadValue`] unless coefficients and their sum are finite and not
+    /// negative and -1 < g < 1.
     pub fn new(rayleigh: [f32; 3], mie: [f32; 3], g: f32) -> Result<Self, Error> {
         for beta in rayleigh.into_iter().chain(mie) {
             if !(beta >= 0.0 && beta.is_finite()) {
                 let what = "a scattering coefficient";
                 return Err(Error::bad_value(what, beta, "at least 0 and finite"));
+            }
+        }
+        for (rayleigh, mie) in rayleigh.into_iter().zip(mie) {
+            if (rayleigh + mie).is_infinite() {
+                let what = "the sum of two scattering coefficients";
+                return Err(Error::bad_value(what, f32::INFINITY, "a finite number"));
             }
         }
         PhaseFunction::HenyeyGreenstein { g }.checked()?;
@@ -108,12 +122,12 @@ impl Daylight {
     }
 
     /// Share of the light from `distance` metres away that arrives,
-    /// `exp(−(β_R + β_M) x)`.
+    /// `exp(−(β_R + β_M) x)`; 1 for what is no distance.
     pub fn transmittance(&self, distance: f32) -> [f32; 3] {
         std::array::from_fn(|c| {
             let extinction = self.rayleigh[c] + self.mie[c];
             if extinction > 0.0 {
-                (-extinction * distance).exp()
+                (-extinction * distance.max(0.0)).exp()
             } else {
                 1.0
             }
@@ -126,6 +140,25 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use std::f64::consts::PI;
+
+    #[test]
+    fn long_and_senseless_ways_have_a_result() {
+        assert_eq!(open_air(2.0_f32, 0.0, f32::MAX), 0.5);
+        assert_eq!(open_air(1e10_f32, 0.0, 1e30), 1e-10);
+        assert_eq!(open_air(0.0_f32, 0.0, f32::MAX), f32::MAX);
+        let bad = [f32::NAN, f32::INFINITY, -1.0];
+        for value in bad {
+            assert_eq!(open_air(value, 0.0, 1.0), 0.0);
+            assert_eq!(open_air(1.0, value, 1.0), 0.0);
+        }
+        assert_eq!(open_air(1.0_f32, 0.0, f32::NAN), 0.0);
+        assert_eq!(between(f32::NAN, 1.0, 1.0), 0.0);
+        assert!(Daylight::new([f32::MAX; 3], [f32::MAX; 3], 0.0).is_err());
+        let air = Daylight::new([1.0; 3], [1.0; 3], 0.0).unwrap();
+        assert_eq!(air.transmittance(-1e9), [1.0; 3]);
+        let angle = ScatteringAngle::from_cos(0.0);
+        assert!(air.in_scattered([1.0; 3], angle, f32::MAX)[0] > 0.0);
+    }
 
     proptest! {
         #[test]

@@ -55,7 +55,8 @@ impl FrameTable {
     /// # Errors
     /// [`Error::BadValue`] unless extinction is finite and not negative, both
     /// lengths are positive and finite, and there are 2 to 65536 angles and
-    /// distances and at most 2^26 entries.
+    /// distances and at most 2^26 entries, or if the light is so near that its
+    /// airlight leaves the range of f32.
     pub fn new(
         evaluator: &impl Evaluator,
         sigma_t: f32,
@@ -115,6 +116,10 @@ impl FrameTable {
                 sum += f64::from(part);
                 sum as f32
             }));
+            if !sum.is_finite() || sum > f64::from(f32::MAX) {
+                let expected = "one at which airlight does not leave the range of f32";
+                return Err(Error::bad_value(lengths[0].0, distance, expected));
+            }
         }
         Ok(Self {
             values,

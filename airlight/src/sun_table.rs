@@ -225,6 +225,7 @@ impl Evaluator for SunTable {
     }
 
     fn airlight_batch(&self, sigma_t: f32, segments: &[Segment], airlight: &mut [f32]) {
+        assert_eq!(segments.len(), airlight.len(), "one result per segment");
         match self.lookup(sigma_t) {
             Some(lookup) => simd::batch(
                 &Batch {

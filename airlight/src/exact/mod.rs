@@ -253,7 +253,10 @@ fn numeric(
     weight: impl Fn(ScatteringAngle<f64>) -> f64,
 ) -> Estimate {
     let mut sides = [None; 2];
-    for (slot, side) in sides.iter_mut().zip(Side::both(segment, peaks, THIN)) {
+    for (slot, side) in sides
+        .iter_mut()
+        .zip(Side::both(segment, peaks, THIN * peaks[1].min(1.0)))
+    {
         *slot = Some(side);
     }
     let integrand = |side: usize, offset: f64| {

@@ -14,8 +14,9 @@
 //! | [`NODES`] | `air_nodes`, `air_next_node`: [`Quadrature::nodes`](crate::Quadrature::nodes) | `SCALED` |
 //! | [`QUADRATURE`] | `air_quadrature_airlight`: [`Quadrature`](crate::Quadrature) | `PHASE`, `NODES` |
 //! | [`SUN_TABLE`] | `air_sun_table_airlight`: [`SunTable`](crate::SunTable) | `NUMERIC` |
+//! | [`SURFACE`] | `air_lobe`, `air_gloss`: the tables of [`surface`](crate::surface) | |
 //!
-//! Each evaluator reaches its data through two functions that its part names at
+//! Each evaluator reaches its data through a function or two that its part names at
 //! the top and leaves to the shader around it, which binds the data where it
 //! likes:
 //!
@@ -24,6 +25,7 @@
 //! | `TABLE` | `air_table_uniforms`, `air_table_cell` | [`Table::gpu_uniforms`](crate::Table::gpu_uniforms), an entry of [`Table::gpu_cells`](crate::Table::gpu_cells) |
 //! | `NODES` | `air_quadrature_uniforms`, `air_quadrature_entry` | [`Quadrature::gpu_uniforms`](crate::Quadrature::gpu_uniforms), an entry of [`Quadrature::gpu_entries`](crate::Quadrature::gpu_entries) |
 //! | `SUN_TABLE` | `air_sun_table_rows`, `air_sun_table_value` | [`SunTable::gpu_rows`](crate::SunTable::gpu_rows), an entry of [`SunTable::gpu_values`](crate::SunTable::gpu_values) |
+//! | `SURFACE` | `air_surface_coefficient` | an entry of [`LobeTable::coefficients`](crate::surface::LobeTable::coefficients) or [`GlossTable::coefficients`](crate::surface::GlossTable::coefficients) |
 //!
 //! An integrand of one's own takes its nodes from `NODES`:
 //!
@@ -91,3 +93,5 @@ pub const NODES: &str = include_str!("nodes.wgsl");
 pub const QUADRATURE: &str = include_str!("quadrature.wgsl");
 /// `air_sun_table_airlight`.
 pub const SUN_TABLE: &str = include_str!("sun_table.wgsl");
+/// `air_lobe` and `air_gloss`.
+pub const SURFACE: &str = include_str!("surface.wgsl");

@@ -1,6 +1,6 @@
 //! The point-spread function in f64.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, LN_2, PI};
 
 use crate::exact::tail;
 use crate::gauss::Rule;
@@ -9,6 +9,9 @@ use crate::within::within;
 /// Optical distances below which the next term, of the order `T ln T`, is
 /// lost in rounding.
 const THIN: f64 = 1e-18;
+
+/// Optical distance above which only the first term in 1/T counts.
+const THICK: f64 = 1e100;
 
 /// `N(γ)` in 1/sr at the optical distance `T` of the light, exact to a relative
 /// error of 1e-12.
@@ -41,6 +44,9 @@ pub fn value(optical_distance: f64, gamma: f64) -> f64 {
         return rest / (4.0 * PI * sine);
     }
     let half = (0.5 * gamma).sin();
+    if t > THICK {
+        return 1.0 / (8.0 * PI * half * half) / t;
+    }
     t * tail(2.0 * t * half * half, t * sine) / (2.0 * PI)
 }
 
@@ -56,6 +62,14 @@ pub fn value(optical_distance: f64, gamma: f64) -> f64 {
 /// light and to the eye.
 pub fn total(optical_distance: f64) -> f64 {
     let t = optical_distance.max(0.0);
+    if t == f64::INFINITY {
+        return 0.0;
+    }
+    if t > THICK {
+        /// Euler's constant.
+        const EULER: f64 = 0.577_215_664_901_532_9;
+        return (LN_2 + t.ln() + EULER) / t;
+    }
     if t < THIN {
         return 0.25 * PI * PI;
     }
@@ -81,6 +95,19 @@ pub fn total(optical_distance: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn enormous_distances_continue_what_large_ones_begin() {
+        for gamma in [1e-3, 1.0, PI] {
+            let (near, far) = (value(0.99e100, gamma), value(1.01e100, gamma));
+            assert!((near / far * (0.99 / 1.01) - 1.0).abs() < 1e-12);
+            assert!(value(1e200, gamma) > 0.0);
+        }
+        let (near, far) = (0.99e100 * total(0.99e100), 1.01e100 * total(1.01e100));
+        assert!((near / far - 1.0).abs() < 1e-3, "{near} {far}");
+        assert!((far - near - f64::ln(1.01 / 0.99)).abs() < 1e-8);
+        assert!(total(1e308) > 0.0 && total(f64::INFINITY) == 0.0);
+    }
 
     /// By its definition, `[F(T sin γ, π/2) − F(T sin γ, γ/2)] / (2π sin γ e^{(cos γ − 1) T})`,
     /// with the large factor under the integral.

@@ -1,6 +1,6 @@
 //! The rules of a quadrature for shaders.
 
-use super::{FADE, GROWTH, Quadrature, THIN};
+use super::{FADE, GROWTH, Quadrature};
 use crate::gpu::{PhaseRecord, QuadratureUniforms};
 use crate::side::SHARPEST;
 
@@ -21,7 +21,7 @@ impl Quadrature {
             far: self.far.min(FARTHEST) as f32,
             finest_front: front,
             finest_behind: behind,
-            thin: THIN as f32,
+            thin: self.thin() as f32,
             growth: GROWTH as f32,
             fade: FADE as f32,
             padding_a: 0,

@@ -56,6 +56,12 @@ impl LobeTable {
         (log - optical_distance.max(0.0)).exp()
     }
 
+    /// The array behind `air_surface_coefficient` in shaders.
+    #[cfg(feature = "wgpu")]
+    pub fn coefficients(&self) -> &[f32] {
+        &self.coefficients
+    }
+
     /// Size of the table.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.coefficients)
@@ -105,6 +111,12 @@ impl GlossTable {
             log += weight * spline::at(plane, STRIDE, distance, angle);
         }
         (log - optical_distance.max(0.0)).exp()
+    }
+
+    /// The array behind `air_surface_coefficient` in shaders.
+    #[cfg(feature = "wgpu")]
+    pub fn coefficients(&self) -> &[f32] {
+        &self.coefficients
     }
 
     /// Size of the table.

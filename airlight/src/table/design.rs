@@ -208,13 +208,15 @@ fn short_parts<P: Phase>(table: &Table, tail: &Tail<'_, P>) -> Vec<(f32, Segment
         let Some(lookup) = table.lookup(sigma_t) else {
             continue;
         };
-        for step in 0..40 {
+        for step in 0..80 {
             // The start in units of its distance, from close to the axis in
             // front of the light to close to the axis behind it.
-            let half = 10_f32.powf((step as f32 - 19.5) / 6.5);
+            let half = 10_f32.powf((step as f32 - 39.5) / 13.0);
             let d = 0.5 * (1.0 + half * half);
             let (s, h) = (0.5 * (half * half - 1.0) / d, half / d);
-            for length in LENGTHS {
+            // Parts that end at the foot point, just before or behind it.
+            let at_foot = [0.9, 0.97, 0.99, 1.0, 1.01, 1.1].map(|share| share * (-s).max(0.0));
+            for length in LENGTHS.into_iter().chain(at_foot) {
                 let segment = Segment {
                     x: 0.0,
                     s,

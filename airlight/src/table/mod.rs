@@ -35,7 +35,7 @@ use batch::Batch;
 use long::{Extinction, Lookup};
 pub(crate) use long::{known, settle};
 
-use crate::{Error, Evaluator, Phase, Segment, simd};
+use crate::{Error, Evaluator, Phase, ScatteringAngle, Segment, simd};
 
 /// Largest share that may be left behind the end of a part, of the light
 /// behind its start, for the part to be a difference of lookups: the errors of
@@ -109,13 +109,23 @@ impl Table {
     ///
     /// # Errors
     /// [`Error::BadValue`] if a parameter of the phase function is out of
-    /// range, or the size not from 4 to 1024 KiB.
+    /// range, or one of some values of it is negative or not finite, or the
+    /// size not from 4 to 1024 KiB.
     pub fn new<P: Phase>(phase: &P, kibibytes: u32) -> Result<Self, Error> {
         phase.check()?;
         if !(4..=1024).contains(&kibibytes) {
             let expected = "4 to 1024";
             let what = "the size of a table in KiB";
             return Err(Error::bad_value(what, kibibytes, expected));
+        }
+        // Samples of a function of the user's own: whether it is one at all.
+        for step in -64..=64 {
+            let tangent = 10_f64.powf(f64::from(step) / 8.0);
+            let value = phase.value_f64(ScatteringAngle::from_half_tangent(tangent, 1.0));
+            if !(value >= 0.0 && value.is_finite()) {
+                let expected = "finite and at least 0";
+                return Err(Error::bad_value("a phase function", value, expected));
+            }
         }
         Ok(design::table(phase, kibibytes))
     }
@@ -163,6 +173,7 @@ impl Evaluator for Table {
     }
 
     fn airlight_batch(&self, sigma_t: f32, segments: &[Segment], airlight: &mut [f32]) {
+        assert_eq!(segments.len(), airlight.len(), "one result per segment");
         match self.lookup(sigma_t) {
             Some(lookup) => simd::batch(
                 &Batch {

@@ -110,7 +110,7 @@ fn the_error_bound_holds_for_every_phase_function_and_size() -> Result<(), Error
     ];
     for phase in functions {
         let exact = Exact::new(phase)?;
-        for kibibytes in [16, 64] {
+        for kibibytes in [16, 32, 64] {
             let table = Table::new(&phase, kibibytes)?;
             assert!(table.bytes() <= kibibytes as usize * 1024);
             let worst = sweep(&table, &exact, 5, &[0.7]);
@@ -323,4 +323,49 @@ proptest! {
             prop_assert_eq!(bits(&batch), bits(&one_by_one));
         }
     }
+}
+
+#[test]
+fn what_is_no_phase_function_is_refused() {
+    for value in [f64::NAN, -1.0, f64::INFINITY] {
+        let error = Table::new(&move |_: ScatteringAngle<f64>| value, 16).unwrap_err();
+        assert!(error.to_string().starts_with("a phase function is"));
+    }
+}
+
+#[test]
+fn parts_that_end_at_the_foot_point_are_within_the_bound() -> Result<(), Error> {
+    for phase in [
+        PhaseFunction::HenyeyGreenstein { g: 0.8 },
+        PhaseFunction::HenyeyGreenstein { g: 0.9 },
+        PhaseFunction::Schlick { k: 0.99 },
+    ] {
+        let exact = Exact::new(phase)?;
+        for kibibytes in [16, 32, 64] {
+            let table = Table::new(&phase, kibibytes)?;
+            for step in 1..60_u16 {
+                let gamma = f32::from(step) * 0.026;
+                let (s, h) = (-gamma.cos(), gamma.sin());
+                for share in [0.8, 0.95, 0.99, 1.0, 1.001, 1.05, 1.2] {
+                    let segment = Segment {
+                        x: 0.0,
+                        s,
+                        h,
+                        length: -s * share,
+                    };
+                    for sigma_t in [1e-4_f32, 0.01, 1.0] {
+                        let truth = exact.airlight(sigma_t.into(), &segment.into());
+                        let value = Evaluator::airlight(&table, sigma_t, &segment);
+                        let error = (f64::from(value) / truth - 1.0).abs();
+                        let bound = f64::from(table.error_bound());
+                        assert!(
+                            error <= bound,
+                            "{phase:?} {kibibytes} KiB {segment:?}: {error:e} of {bound:e}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
 }

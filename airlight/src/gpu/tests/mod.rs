@@ -3,6 +3,7 @@
 mod agreement;
 mod nodes;
 mod sun_table;
+mod surface;
 
 use gpu_backend::assert_same_layout;
 use gpu_backend::testing::Shader;
