@@ -369,3 +369,50 @@ fn parts_that_end_at_the_foot_point_are_within_the_bound() -> Result<(), Error> 
     }
     Ok(())
 }
+
+#[test]
+fn short_parts_anywhere_are_within_the_bound() -> Result<(), Error> {
+    for phase in [
+        PhaseFunction::Isotropic,
+        PhaseFunction::Rayleigh,
+        PhaseFunction::HenyeyGreenstein { g: 0.6 },
+        PhaseFunction::HenyeyGreenstein { g: 0.95 },
+        PhaseFunction::HenyeyGreenstein { g: -0.6 },
+        PhaseFunction::HenyeyGreenstein { g: -0.95 },
+        PhaseFunction::Schlick { k: 0.9 },
+        PhaseFunction::CornetteShanks { g: 0.8 },
+    ] {
+        let exact = Exact::new(phase)?;
+        for kibibytes in [8, 64, 128] {
+            let table = Table::new(&phase, kibibytes)?;
+            let bound = f64::from(table.error_bound());
+            let mut worst = (0.0, 0.0, Segment::default());
+            for half in (0..80).map(|i| 10_f64.powf(f64::from(i - 40) / 10.0)) {
+                // The start at the distance 1 from the light, from close to the
+                // axis in front of it to close to the axis behind it.
+                let d = 1.0 + half * half;
+                let (s, h) = ((half * half - 1.0) / d, 2.0 * half / d);
+                for length in (0..40).map(|i| 10_f64.powf(f64::from(i - 27) / 10.0)) {
+                    for (x, sigma_t) in [(0.0, 1e-3), (0.0, 0.3), (0.0, 3.0), (1.0, 30.0)] {
+                        let segment = Segment {
+                            x,
+                            s: s as f32,
+                            h: h as f32,
+                            length: length as f32,
+                        };
+                        if let Some(error) = error(&table, &exact, sigma_t, &segment)
+                            && !(error <= worst.0)
+                        {
+                            worst = (error, sigma_t, segment);
+                        }
+                    }
+                }
+            }
+            assert!(
+                worst.0 <= bound,
+                "{phase:?}, {kibibytes} KiB, {bound:e}: {worst:?}"
+            );
+        }
+    }
+    Ok(())
+}
