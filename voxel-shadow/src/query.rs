@@ -49,6 +49,19 @@ impl Default for Sampling {
 }
 
 impl Sampling {
+    /// Shadows that are neither early nor late on average. A voxel is in shadow
+    /// from its edge nearest to the light on, whereas its blocker lies anywhere
+    /// inside: half a voxel too early along α, nothing along φ and θ.
+    ///
+    /// For light in the air, where a bias is an error; surfaces want the paper's
+    /// ([`Sampling::default`]), or they shadow themselves.
+    pub const UNBIASED: Self = Self {
+        alpha_bias: -0.5,
+        phi_bias: 0.0,
+        axis: 0.5,
+        interpolate: true,
+    };
+
     /// The voxel that holds a sample, as it is.
     pub const NEAREST: Self = Self {
         alpha_bias: 0.0,
@@ -345,44 +358,112 @@ impl<'a> RayShadow<'a> {
             .sum()
     }
 
-    /// Appends the lit parts of the ray from the eye to the surface to `lit`: in
-    /// order, not overlapping; neighbours that touch differ in visibility.
+    /// The position along φ at which the ray has gone a distance, in voxels; at
+    /// most that of its surface.
     #[inline]
-    pub fn lit_intervals(&self, lit: &mut Vec<LitInterval>) {
-        let mut reached = 0.0_f32;
+    pub fn position(&self, distance: f32) -> f32 {
+        let phi = self.lattice.space().phi_along(&self.ray, distance.max(0.0));
+        self.lattice.phi_position(phi).min(self.end)
+    }
+
+    /// The share of the voxels between two distances that are lit, in [0, 1]; if
+    /// there is no voxel between them the visibility at the first.
+    pub fn lit_fraction_between(&self, start: f32, end: f32) -> f32 {
+        let (from, to) = (self.position(start), self.position(end));
+        let mut lit = 0.0;
         for run in self.runs() {
-            let interval = self.interval(&run);
-            // Positions that all but coincide may be rounded past each other.
-            let start = interval.start.max(reached);
-            reached = interval.end.max(start);
-            lit.push(LitInterval {
-                start,
-                end: reached,
-                ..interval
-            });
+            if from < to {
+                lit += run.visibility * (run.end.min(to) - run.start.max(from)).max(0.0);
+            } else if run.start <= from && from <= run.end {
+                return run.visibility;
+            }
+        }
+        if from < to {
+            (lit / (to - from)).min(1.0)
+        } else {
+            0.0
         }
     }
 
-    /// Where a run begins and ends.
+    /// The lit parts of the ray from the eye to the surface: in order, not
+    /// overlapping; neighbours that touch differ in visibility.
     #[inline]
-    fn interval(&self, run: &Run) -> LitInterval {
-        let space = self.lattice.space();
-        let distance = |position: f32| {
-            let phi = self.lattice.phi_at(position);
-            space.distance_along(&self.ray, phi).min(self.surface)
+    pub fn lit_runs(&self) -> impl Iterator<Item = LitInterval> + use<'a> {
+        self.intervals(self.runs())
+    }
+
+    /// The same, voxel by voxel: one part for each that is lit.
+    #[inline]
+    pub fn lit_voxels(&self) -> impl Iterator<Item = LitInterval> + use<'a> {
+        let bias = self.phi_bias;
+        let voxels = move |run: Run| {
+            let mut start = run.start;
+            let mut border = (start + bias).floor() + 1.0;
+            std::iter::from_fn(move || {
+                // A border may be rounded down to where the run starts.
+                while border - bias <= start && start < run.end {
+                    border += 1.0;
+                }
+                let voxel = Run {
+                    start,
+                    end: run.end.min(border - bias),
+                    ..run
+                };
+                start = voxel.end;
+                (voxel.start < voxel.end).then_some(voxel)
+            })
         };
-        LitInterval {
-            start: if run.start > 0.0 {
-                distance(run.start)
+        // A ray on the axis has one run of no length, and no voxels.
+        let undivided = self.end == 0.0 || matches!(self.texels, Texels::Axis { .. });
+        let whole = self.runs().filter(move |_| undivided);
+        let divided = self.runs().filter(move |_| !undivided).flat_map(voxels);
+        self.intervals(whole.chain(divided))
+    }
+
+    /// Appends [`RayShadow::lit_runs`] to `lit`.
+    #[inline]
+    pub fn lit_intervals(&self, lit: &mut Vec<LitInterval>) {
+        lit.extend(self.lit_runs());
+    }
+
+    /// Where runs begin and end.
+    #[inline]
+    fn intervals<I>(&self, runs: I) -> impl Iterator<Item = LitInterval> + use<'a, I>
+    where
+        I: Iterator<Item = Run>,
+    {
+        let Self {
+            lattice,
+            ray,
+            surface,
+            end,
+            ..
+        } = *self;
+        let distance = move |position: f32| {
+            let phi = lattice.phi_at(position);
+            lattice.space().distance_along(&ray, phi).min(surface)
+        };
+        // Where the last run ended, as a position and as a distance.
+        let (mut last, mut reached) = (0.0, 0.0_f32);
+        runs.map(move |run| {
+            let start = if run.start == last {
+                reached
             } else {
-                0.0
-            },
-            end: if run.end < self.end {
+                // Positions that all but coincide may be rounded past each other.
+                distance(run.start).max(reached)
+            };
+            let to = if run.end < end {
                 distance(run.end)
             } else {
-                self.surface
-            },
-            visibility: run.visibility,
-        }
+                surface
+            };
+            last = run.end;
+            reached = to.max(start);
+            LitInterval {
+                start,
+                end: reached,
+                visibility: run.visibility,
+            }
+        })
     }
 }

@@ -122,6 +122,25 @@ fn sums_and_intervals_are_those_of_the_bits() {
                         let mut lit = Vec::new();
                         ray.lit_intervals(&mut lit);
                         check_order(&lit, surface);
+                        // The same length voxel by voxel, as many as it may have.
+                        let voxels: Vec<_> = ray.lit_voxels().collect();
+                        check_order(&voxels, surface);
+                        assert!(voxels.len() <= bits + 1);
+                        let length = |parts: &[LitInterval]| -> f32 {
+                            parts.iter().map(|p| p.visibility * (p.end - p.start)).sum()
+                        };
+                        let (whole, pieces) = (length(&lit), length(&voxels));
+                        assert!(
+                            whole == pieces || (whole - pieces).abs() <= 1e-5 * whole,
+                            "{whole} {pieces}"
+                        );
+                        // The shares of two halves make up that of the whole.
+                        let all = ray.lit_fraction_between(0.0, surface);
+                        assert!((all - fraction).abs() <= 1e-5, "{all} {fraction}");
+                        let middle = ray.position(3.0);
+                        let halves = middle * ray.lit_fraction_between(0.0, 3.0)
+                            + (end - middle) * ray.lit_fraction_between(3.0, f32::MAX);
+                        assert!((halves - all * end).abs() <= 1e-4 * end, "{halves}");
                         // In the middle of a run the visibility is that of
                         // the run, where distances tell voxels apart.
                         let space = lattice.space();

@@ -194,12 +194,8 @@ fn vsv_distance(l: epi_Lattice, look: vsv_Look, position: f32) -> f32 {
     return min(epi_distance_along(l, look.ray, epi_phi_at(l, position)), look.surface);
 }
 
-// The next lit part of the ray.
-fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_Look>) -> vsv_LitInterval {
-    let run = vsv_next_run(l, sampling, look);
-    if run.visibility <= 0.0 {
-        return vsv_LitInterval(0.0, 0.0, 0.0);
-    }
+// Where a run begins and ends.
+fn vsv_interval(l: epi_Lattice, look: ptr<function, vsv_Look>, run: vsv_Run) -> vsv_LitInterval {
     var start = 0.0;
     if run.start > 0.0 {
         start = vsv_distance(l, *look, run.start);
@@ -212,6 +208,77 @@ fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_
     end = max(end, start);
     (*look).reached = end;
     return vsv_LitInterval(start, end, run.visibility);
+}
+
+// The next lit part of the ray.
+fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_Look>) -> vsv_LitInterval {
+    let run = vsv_next_run(l, sampling, look);
+    if run.visibility <= 0.0 {
+        return vsv_LitInterval(0.0, 0.0, 0.0);
+    }
+    return vsv_interval(l, look, run);
+}
+
+// The next lit voxel of the ray. `run` is what is left of the current run, at
+// first one without length.
+fn vsv_next_voxel(
+    l: epi_Lattice,
+    sampling: vsv_Sampling,
+    look: ptr<function, vsv_Look>,
+    run: ptr<function, vsv_Run>,
+) -> vsv_LitInterval {
+    if (*run).start >= (*run).end {
+        *run = vsv_next_run(l, sampling, look);
+        if (*run).visibility <= 0.0 {
+            return vsv_LitInterval(0.0, 0.0, 0.0);
+        }
+    }
+    var voxel = *run;
+    // A ray on the axis has one run of no length, and no voxels.
+    if (*look).texels.decided == 0u && (*look).end > 0.0 {
+        var border = floor(voxel.start + sampling.phi_bias) + 1.0;
+        // A border may be rounded down to where the run starts.
+        if border - sampling.phi_bias <= voxel.start {
+            border += 1.0;
+        }
+        voxel.end = min(voxel.end, border - sampling.phi_bias);
+    }
+    (*run).start = voxel.end;
+    return vsv_interval(l, look, voxel);
+}
+
+// The position along φ at which the ray has gone a distance.
+fn vsv_position(l: epi_Lattice, look: vsv_Look, distance: f32) -> f32 {
+    return min(epi_phi_position(l, epi_phi_along(l, look.ray, max(distance, 0.0))), look.end);
+}
+
+// The share of the voxels between two distances that are lit; if there is no
+// voxel between them the visibility at the first.
+fn vsv_lit_fraction_between(
+    l: epi_Lattice,
+    sampling: vsv_Sampling,
+    look: ptr<function, vsv_Look>,
+    start: f32,
+    end: f32,
+) -> f32 {
+    let first = vsv_position(l, *look, start);
+    let last = vsv_position(l, *look, end);
+    var lit = 0.0;
+    loop {
+        let run = vsv_next_run(l, sampling, look);
+        if run.visibility <= 0.0 {
+            break;
+        }
+        if first < last {
+            lit += run.visibility * max(min(run.end, last) - max(run.start, first), 0.0);
+        } else if run.start <= first && first <= run.end {
+            return run.visibility;
+        }
+    }
+    if first < last {
+        return min(lit / (last - first), 1.0);
+    }
+    return 0.0;
 }
 
 // The share of the voxels up to the surface that are lit.
