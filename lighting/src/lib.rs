@@ -4,7 +4,8 @@
 //!
 //! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields
 //!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]) or
-//!    sampled from a shadow map ([`visibility::ShadowMapMarch`]).
+//!    sampled from a shadow map ([`visibility::ShadowMapMarch`]), or read from
+//!    a voxelized shadow volume (`voxels::VoxelShadow`).
 //! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
 //!    integrates the scattered light over intervals
 //!    ([`airlight::Quadrature`], any evaluator of the crate `airlight` in
@@ -45,6 +46,7 @@
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
 //! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
+//! | `voxels` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
 //! | `trace` | `trace` | a BVH: camera rays, shadow rays |
 //! | `view` | `trace` | the rays of a picture, and its surfaces |
 //! | `procedural` | `procedural` | scenes that need no file, and the figures of any scene |
@@ -79,6 +81,8 @@ pub mod trace;
 #[cfg(feature = "trace")]
 pub mod view;
 pub mod visibility;
+#[cfg(feature = "voxel-shadow")]
+pub mod voxels;
 
 pub use airlight::AirlightEvaluator;
 pub use emitter::Emitter;

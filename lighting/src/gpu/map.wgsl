@@ -1,10 +1,13 @@
-// Lookup in a shadow map: the shader's side of `ShadowMap::is_lit`.
+// Lookup in a shadow map: the shader's side of `ShadowMap`.
 //
 // Needs
 //   fn light_map_faces() -> u32
 //   fn light_map_resolution() -> u32
 //   fn light_map_face(index: u32) -> light_Face
 //   fn light_map_depth(index: u32) -> f32
+
+// Depth of a texel in which the light sees nothing: f32::MAX.
+const light_EMPTY: f32 = 0x1.fffffep+127;
 
 // Which of six faces a direction points at, in the order +X −X +Y −Y +Z −Z.
 fn light_cube_face(v: vec3<f32>) -> u32 {
@@ -18,22 +21,24 @@ fn light_cube_face(v: vec3<f32>) -> u32 {
     return select(4u, 5u, v.z < 0.0);
 }
 
-fn light_is_lit(point: vec3<f32>) -> bool {
-    var index = 0u;
+// The face that shows a point.
+fn light_face_towards(point: vec3<f32>) -> u32 {
     if light_map_faces() > 1u {
-        index = light_cube_face(point - light_map_face(0u).origin);
+        return light_cube_face(point - light_map_face(0u).origin);
     }
-    let face = light_map_face(index);
-    let v = point - face.origin;
-    let z = dot(v, face.forward);
+    return 0u;
+}
+
+// The depth of the texel in which a face shows its origin plus `v`; light_EMPTY
+// outside of the picture.
+fn light_depth_along(index: u32, face: light_Face, v: vec3<f32>) -> f32 {
     var plane = vec2(dot(v, face.right), dot(v, face.up));
-    var depth = z;
     if face.tan > 0.0 {
+        let z = dot(v, face.forward);
         if z <= 0.0 {
-            return true;
+            return light_EMPTY;
         }
         plane *= 1.0 / (z * face.tan);
-        depth = length(v);
     } else {
         plane /= vec2(face.half_width, face.half_height);
     }
@@ -41,9 +46,33 @@ fn light_is_lit(point: vec3<f32>) -> bool {
     let texel = 0.5 * f32(side) * vec2(1.0 + plane.x, 1.0 - plane.y);
     let n = f32(side);
     if !(texel.x >= 0.0 && texel.x <= n && texel.y >= 0.0 && texel.y <= n) {
-        return true;
+        return light_EMPTY;
     }
     // The far border belongs to the last texel.
     let at = min(vec2<u32>(texel), vec2(side - 1u));
-    return depth <= light_map_depth((index * side + at.y) * side + at.x);
+    return light_map_depth((index * side + at.y) * side + at.x);
+}
+
+fn light_is_lit(point: vec3<f32>) -> bool {
+    let index = light_face_towards(point);
+    let face = light_map_face(index);
+    let v = point - face.origin;
+    let depth = select(dot(v, face.forward), length(v), face.tan > 0.0);
+    return depth <= light_depth_along(index, face, v);
+}
+
+// The distance along a ray of the light to the first blocker; light_EMPTY if there
+// is none.
+fn light_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let first = light_map_face(0u);
+    if first.tan > 0.0 {
+        // The light is the origin of all its faces.
+        let point = first.origin + direction;
+        let index = light_face_towards(point);
+        let face = light_map_face(index);
+        return light_depth_along(index, face, point - face.origin);
+    }
+    let v = origin - first.origin;
+    let depth = light_depth_along(0u, first, v);
+    return select(light_EMPTY, depth - dot(v, first.forward), depth < light_EMPTY);
 }

@@ -1,31 +1,4 @@
-// Where a march finds its map when this crate assembles the shader.
-
-struct Map {
-    faces: array<light_Face, 6>,
-    face_count: u32,
-    resolution: u32,
-    samples: u32,
-    equi_angular: u32,
-}
-
-@group(1) @binding(0) var<uniform> map: Map;
-@group(1) @binding(1) var<storage> depth: array<f32>;
-
-fn light_map_faces() -> u32 {
-    return map.face_count;
-}
-
-fn light_map_resolution() -> u32 {
-    return map.resolution;
-}
-
-fn light_map_face(index: u32) -> light_Face {
-    return map.faces[index];
-}
-
-fn light_map_depth(index: u32) -> f32 {
-    return depth[index];
-}
+// Steps of a march when this crate assembles the shader. Needs map_bindings.wgsl.
 
 fn light_march_samples() -> u32 {
     return map.samples;

@@ -44,6 +44,8 @@ mod shadow_map;
 #[cfg(test)]
 pub(crate) mod tests;
 mod visibility;
+#[cfg(feature = "voxel-shadow")]
+mod voxels;
 
 pub use airlight::WgslAirlight;
 pub use visibility::WgslVisibility;

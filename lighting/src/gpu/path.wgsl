@@ -61,6 +61,8 @@ struct light_Ray {
 struct light_Path {
     origin: vec3<f32>,
     direction: vec3<f32>,
+    // Length of the ray.
+    surface: f32,
     // The part that can be lit, empty unless start < end.
     start: f32,
     end: f32,
@@ -78,6 +80,7 @@ fn light_path(ray: light_Ray) -> light_Path {
     var path: light_Path;
     path.origin = ray.origin;
     path.direction = normalize(ray.direction);
+    path.surface = ray.length;
     let inside = light_inside(ray.origin, path.direction, vec2(0.0, ray.length));
     path.start = inside.x;
     path.end = inside.y;

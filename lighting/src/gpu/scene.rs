@@ -138,6 +138,7 @@ mod map {
     use glam::Vec3;
     use gpu_backend::gpu::GpuMemory;
 
+    use crate::shadow_map::ShadowMap;
     use crate::shadow_map::raster::{Face, Rays};
     use crate::visibility::{ShadowMapMarch, Spacing};
 
@@ -177,7 +178,7 @@ mod map {
         }
     }
 
-    /// `Map` of `march_bindings.wgsl`.
+    /// `Map` of `map_bindings.wgsl`.
     #[repr(C)]
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
     pub(in crate::gpu) struct Map {
@@ -189,8 +190,7 @@ mod map {
     }
 
     impl Map {
-        pub(in crate::gpu) fn new(march: &ShadowMapMarch<'_, GpuMemory>) -> Self {
-            let map = march.map();
+        pub(in crate::gpu) fn new(map: &ShadowMap<GpuMemory>) -> Self {
             let mut faces = [FaceRecord::zeroed(); 6];
             for (record, face) in faces.iter_mut().zip(map.faces()) {
                 *record = FaceRecord::new(face);
@@ -199,8 +199,16 @@ mod map {
                 faces,
                 face_count: map.faces().len() as u32,
                 resolution: map.resolution(),
+                samples: 0,
+                equi_angular: 0,
+            }
+        }
+
+        pub(in crate::gpu) fn of_march(march: &ShadowMapMarch<'_, GpuMemory>) -> Self {
+            Self {
                 samples: march.samples(),
                 equi_angular: u32::from(march.spacing() == Spacing::EquiAngular),
+                ..Self::new(march.map())
             }
         }
     }

@@ -60,6 +60,7 @@ mod march {
             &[
                 crate::gpu::FACE,
                 crate::gpu::MAP,
+                include_str!("map_bindings.wgsl"),
                 include_str!("march.wgsl"),
                 include_str!("march_bindings.wgsl"),
             ]
@@ -67,7 +68,7 @@ mod march {
 
         fn arguments(&self) -> Vec<Argument<'_>> {
             vec![
-                Argument::uniform(Map::new(self)),
+                Argument::uniform(Map::of_march(self)),
                 Argument::read(self.map().depth()),
             ]
         }

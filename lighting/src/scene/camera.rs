@@ -104,6 +104,13 @@ impl Camera {
         let local = Vec3::new((2.0 * x - w) / h * half, (h - 2.0 * y) / h * half, -1.0);
         (self.rotation * local).normalize()
     }
+
+    /// The directions through the corners of a picture of `width` × `height`
+    /// pixels, in order around it.
+    pub fn corners(&self, width: u32, height: u32) -> [Vec3; 4] {
+        let (w, h) = (width as f32, height as f32);
+        [(0.0, 0.0), (w, 0.0), (w, h), (0.0, h)].map(|(x, y)| self.direction(x, y, width, height))
+    }
 }
 
 #[cfg(test)]

@@ -130,37 +130,73 @@ impl ShadowMap<Host> {
     /// spotlight does not light them anyway.
     #[inline]
     pub fn is_lit(&self, point: Vec3) -> bool {
-        let face_index = match self.faces.len() {
+        let (face, v) = self.face_towards(point);
+        let depth = match self.faces[face].rays {
+            Rays::Parallel { .. } => v.dot(self.faces[face].forward),
+            Rays::Central { .. } => v.length(),
+        };
+        depth <= self.depth_along(face, v)
+    }
+
+    /// The face that shows `point`, and the way there from its origin.
+    #[inline]
+    fn face_towards(&self, point: Vec3) -> (usize, Vec3) {
+        let index = match self.faces.len() {
             1 => 0,
             _ => cube_face(point - self.faces[0].origin),
         };
-        let face = &self.faces[face_index];
-        let v = point - face.origin;
-        let (x, y, z) = (v.dot(face.right), v.dot(face.up), v.dot(face.forward));
-        let (u, w, depth) = match face.rays {
+        (index, point - self.faces[index].origin)
+    }
+
+    /// The depth of the texel in which a face shows its origin plus `v`;
+    /// infinite outside of the picture.
+    #[inline]
+    fn depth_along(&self, index: usize, v: Vec3) -> f32 {
+        let face = &self.faces[index];
+        let (x, y) = (v.dot(face.right), v.dot(face.up));
+        let (u, w) = match face.rays {
             Rays::Parallel {
                 half_width,
                 half_height,
-            } => (x / half_width, y / half_height, z),
+            } => (x / half_width, y / half_height),
             Rays::Central { tan } => {
+                let z = v.dot(face.forward);
                 if z <= 0.0 {
-                    return true;
+                    return f32::INFINITY;
                 }
                 let scale = 1.0 / (z * tan);
-                (x * scale, y * scale, v.length())
+                (x * scale, y * scale)
             }
         };
         let n = self.resolution as f32;
         let (column, row) = (0.5 * n * (1.0 + u), 0.5 * n * (1.0 - w));
         if !(column >= 0.0 && column <= n && row >= 0.0 && row <= n) {
-            return true;
+            return f32::INFINITY;
         }
         // The far border belongs to the last texel.
         let last = self.resolution - 1;
         let (column, row) = ((column as u32).min(last), (row as u32).min(last));
         let side = self.resolution as usize;
-        let index = (face_index * side + row as usize) * side + column as usize;
-        depth <= self.depth[index]
+        self.depth[(index * side + row as usize) * side + column as usize]
+    }
+}
+
+#[cfg(feature = "voxel-shadow")]
+impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
+    /// The depth of the texel that the ray falls into; none outside of the
+    /// picture.
+    #[inline]
+    fn distance(&self, ray: &epipolar::LightRay) -> f32 {
+        let (face, v) = match self.faces[0].rays {
+            Rays::Parallel { .. } => (0, ray.origin - self.faces[0].origin),
+            // The light is the origin of all its faces.
+            Rays::Central { .. } => self.face_towards(self.faces[0].origin + ray.direction),
+        };
+        let depth = self.depth_along(face, v);
+        match self.faces[face].rays {
+            Rays::Parallel { .. } if depth < EMPTY => depth - v.dot(self.faces[face].forward),
+            _ => depth,
+        }
     }
 }
 

@@ -89,6 +89,36 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
     );
 }
 
+#[cfg(feature = "voxel-shadow")]
+#[test]
+fn voxels_compile_with_every_evaluator_and_are_seen_as_they_are() {
+    use gpu_backend::gpu::{GpuMemory, INDEX_WGSL};
+    use voxel_shadow::gpu::WgslFirstBlocker;
+
+    use super::voxels::VoxelRecord;
+    use crate::shadow_map::ShadowMap;
+    use crate::voxels::VoxelShadow;
+
+    complete::<VoxelShadow<'_, GpuMemory>, EquiAngular>();
+    complete::<VoxelShadow<'_, GpuMemory>, Quadrature>();
+    complete::<VoxelShadow<'_, GpuMemory>, Analytic<Table>>();
+    let shader = complete::<VoxelShadow<'_, GpuMemory>, Midpoint>();
+    assert_same_layout!(
+        shader,
+        "Voxels",
+        VoxelRecord {
+            lattice,
+            sampling,
+            detail,
+            state
+        }
+    );
+    let blocker = <ShadowMap<GpuMemory> as WgslFirstBlocker>::parts();
+    let shader = Shader::new(&[&[INDEX_WGSL], blocker].concat()).unwrap();
+    let empty = f64::from(crate::shadow_map::EMPTY);
+    assert_eq!(shader.values("light_EMPTY").unwrap(), [empty]);
+}
+
 #[cfg(feature = "march")]
 #[test]
 fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {

@@ -1,0 +1,69 @@
+//! Voxelized shadow volumes as a source of lit intervals: one fetch for all of
+//! a ray.
+//!
+//! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
+//! Voxelized Shadow Volumes, HPG 2013. What they gather, the average visibility
+//! of a ray times the airlight of all of it, is [`Detail::Average`]; the same
+//! bits also tell where the lit parts are.
+//!
+//! A [`VoxelVolume`] holds the voxels of one light for one view.
+//! [`VoxelVolume::update`] makes them anew from a shadow map, each frame or
+//! for each light in turn; [`VoxelVolume::source`] is what
+//! [`Gather`](crate::Gather) takes.
+//!
+//! ```
+//! use glam::Vec3;
+//! use gpu_backend::{Backend, Cpu, Download};
+//! use lighting::airlight::Quadrature;
+//! use lighting::emitter::Emission;
+//! use lighting::scene::{Camera, Geometry, Medium, Mesh, PhaseFunction, Scene};
+//! use lighting::shadow_map::{Casters, RenderShadowMap};
+//! use lighting::voxels::{Detail, Eye, Resolution, VoxelVolume, depth_range};
+//! use lighting::{Emitter, Gather, Ray};
+//!
+//! // A triangle under a lamp, in fog.
+//! let scene = Scene::from(Mesh {
+//!     positions: vec![Vec3::new(-1.0, 2.0, -6.0), Vec3::new(1.0, 2.0, -6.0), Vec3::new(0.0, 2.0, -4.0)],
+//!     triangles: vec![[0, 1, 2]],
+//!     ..Mesh::default()
+//! });
+//! let lamp = Emitter::point(Vec3::new(0.0, 4.0, -5.0), Vec3::splat(50.0), f32::INFINITY, Emission::Isotropic)?;
+//! let fog = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PhaseFunction::Isotropic)?;
+//! let camera = Camera::look_at(Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 2.0, -5.0), 1.0)?;
+//! let rays = [Ray::new(camera.eye(), Vec3::new(0.0, 0.0, -1.0), 20.0).expect("a sound ray")];
+//!
+//! let cpu = Cpu::new();
+//! let casters = Casters::upload(&cpu, &Geometry::new(&scene)?)?;
+//! let map = cpu.shadow_map(&casters, &lamp, 512)?;
+//! let mut voxels = VoxelVolume::new(&cpu, Resolution::new(256, 256, 256)?)?;
+//! let eye = Eye::of_camera(&camera, 16, 9, depth_range(&rays, &fog));
+//! voxels.update(&cpu, &lamp, &eye, &map)?;
+//!
+//! let rays = cpu.upload(&rays)?;
+//! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
+//! let quadrature = Quadrature::with_tolerance(fog.phase(), 1e-4)?;
+//! let shadow = voxels.source(Detail::Runs);
+//! cpu.gather(&rays, &lamp, &fog, &shadow, &quadrature, &mut radiance)?;
+//! assert!(cpu.download(&radiance)?[0][0] > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Limits
+//!
+//! Rays must start at the eye; one that does not is answered as if it did.
+//! Interval ends are off by about a voxel, more where a ray passes the
+//! light at a distance of few voxels. Details smaller than voxels, or than the
+//! texels of the shadow map, are lost.
+
+mod source;
+#[cfg(test)]
+mod tests;
+mod volume;
+
+pub use epipolar::{Resolution, Spacing};
+pub use source::{Detail, VoxelShadow};
+pub use volume::{BuildVoxels, Eye, VoxelError, VoxelVolume, depth_range};
+pub use voxel_shadow::Sampling;
+
+#[cfg(feature = "wgpu")]
+pub(crate) use volume::State;

@@ -1,0 +1,256 @@
+//! The voxels of one light for one view, and how they are made.
+
+use std::f32::consts::FRAC_PI_2;
+
+use epipolar::{Lattice, Light, Resolution, Space, Spacing, View};
+use glam::Vec3;
+use gpu_backend::{Backend, Memory};
+use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, Sampling, ShadowVolume};
+
+use super::{Detail, VoxelShadow};
+use crate::airlight::far_end;
+use crate::emitter::Emission;
+use crate::scene::{Camera, Medium};
+use crate::shadow_map::ShadowMap;
+use crate::{Emitter, Interval, Ray};
+
+/// Why there are no voxels.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VoxelError {
+    /// The view, the light or the spacing cannot be used.
+    #[error(transparent)]
+    Epipolar(#[from] epipolar::Error),
+    /// A step failed.
+    #[error(transparent)]
+    Voxels(#[from] voxel_shadow::Error),
+}
+
+/// Where rays start and which of them there are: the part of space that is
+/// divided into voxels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Eye {
+    /// The origin of all rays.
+    pub position: Vec3,
+    /// Directions through the corners of the picture, in order around it;
+    /// `None` looks everywhere.
+    pub corners: Option<[Vec3; 4]>,
+    /// Distances along rays between which anything matters, m; see
+    /// [`depth_range`]. Must end for a directional light.
+    pub depths: Interval,
+    /// How voxels are spread along a ray.
+    pub spacing: Spacing,
+}
+
+impl Eye {
+    /// What a picture of `width` × `height` pixels shows, in voxels of equal
+    /// angles.
+    pub fn of_camera(camera: &Camera, width: u32, height: u32, depths: Interval) -> Self {
+        Self {
+            position: camera.eye(),
+            corners: Some(camera.corners(width, height)),
+            depths,
+            spacing: Spacing::Angle,
+        }
+    }
+
+    fn view(&self, emitter: &Emitter) -> Result<View, epipolar::Error> {
+        let Interval { start, mut end } = self.depths;
+        // Nothing beyond the range of a light is lit.
+        if let Emitter::Point(point) = emitter {
+            end = end.min(self.position.distance(point.position()) + point.range());
+        }
+        // An empty range is one at its start.
+        let end = end.max(start + f32::EPSILON * start.max(1.0));
+        match self.corners {
+            Some(corners) => View::new(corners, start, end),
+            None => View::all_around(start, end),
+        }
+    }
+}
+
+/// The distances between which the airlight of `rays` lies: inside of the box
+/// of a bounded medium, and before the surfaces at their ends. A ray to the sky
+/// ends after ten mean free paths (of the thinnest colour channel): 4.5e-5 of
+/// the light of a sun lies behind.
+pub fn depth_range(rays: &[Ray], medium: &Medium) -> Interval {
+    let mut range = Interval::new(f32::INFINITY, 0.0);
+    for ray in rays {
+        let whole = Interval::new(0.0, ray.length());
+        let inside = match medium.bounds() {
+            Some(bounds) => bounds.clip(ray.origin(), ray.direction(), whole),
+            None => Some(whole),
+        };
+        if let Some(inside) = inside {
+            range.start = range.start.min(inside.start);
+            range.end = range
+                .end
+                .max(inside.end.min(inside.start + far_end(medium)));
+        }
+    }
+    if range.start < range.end {
+        range
+    } else {
+        Interval::new(0.0, 0.0)
+    }
+}
+
+/// A backend that makes voxels from its shadow maps: every backend of this
+/// workspace.
+pub trait BuildVoxels: BuildGrid + Rectify<ShadowMap<<Self as Backend>::Memory>> {}
+
+impl<B: BuildGrid + Rectify<ShadowMap<<B as Backend>::Memory>>> BuildVoxels for B {}
+
+/// What a volume says of the rays of a view.
+#[derive(Debug)]
+pub(crate) enum State {
+    /// All of them are lit, as far as the light reaches.
+    Lit,
+    /// None is.
+    Dark,
+    /// Its voxels tell.
+    Voxels(Box<Lattice>),
+}
+
+/// The voxelized shadow volume of one light as one eye sees it.
+///
+/// Memory: one bit per voxel, and four bytes per θ and φ.
+#[derive(Debug)]
+pub struct VoxelVolume<M: Memory> {
+    state: State,
+    map: IndexMap<M>,
+    grid: Grid<M>,
+    sampling: Sampling,
+}
+
+impl<M: Memory> VoxelVolume<M> {
+    /// A volume without shadow, read without a bias and interpolated.
+    ///
+    /// # Errors
+    /// [`VoxelError::Voxels`] if it does not fit into memory.
+    pub fn new<B>(backend: &B, resolution: Resolution) -> Result<Self, VoxelError>
+    where
+        B: Backend<Memory = M>,
+    {
+        Ok(Self {
+            state: State::Lit,
+            map: IndexMap::new(backend, resolution)?,
+            grid: Grid::new(backend, resolution)?,
+            sampling: Sampling::UNBIASED,
+        })
+    }
+
+    /// The same with other biases or without interpolation; they are checked
+    /// by [`VoxelVolume::update`].
+    #[must_use]
+    pub fn with_sampling(self, sampling: Sampling) -> Self {
+        Self { sampling, ..self }
+    }
+
+    /// Makes the voxels anew: rectifies the shadow map of `emitter`, sets a voxel
+    /// for each of its texels in epipolar space and extrudes them away from the
+    /// light.
+    ///
+    /// An eye at the light sees no shadow: all rays are lit then. Where the cone
+    /// of a spotlight does not reach what is in view, none is.
+    ///
+    /// # Errors
+    /// [`VoxelError::Epipolar`] for corners that are not those of a pyramid,
+    /// for depths that are negative or NaN or, with a directional light, without
+    /// an end, and for coordinates beyond 1e18 m; [`VoxelError::Voxels`] for
+    /// biases beyond ±1024 voxels and if the backend fails. The volume is without
+    /// shadow after an error.
+    pub fn update<B>(
+        &mut self,
+        backend: &B,
+        emitter: &Emitter,
+        eye: &Eye,
+        map: &ShadowMap<M>,
+    ) -> Result<(), VoxelError>
+    where
+        B: BuildVoxels + Backend<Memory = M>,
+    {
+        self.state = State::Lit;
+        let lattice = match self.lattice(emitter, eye) {
+            Ok(lattice) => lattice,
+            Err(epipolar::Error::EyeAtLight { .. }) => return Ok(()),
+            Err(epipolar::Error::Unlit) => {
+                self.state = State::Dark;
+                return Ok(());
+            }
+            Err(error) => return Err(error.into()),
+        };
+        // Checks the sampling before any work.
+        ShadowVolume::new(&lattice, &self.grid, self.sampling)?;
+        backend.rectify(&lattice, map, &mut self.map)?;
+        backend.voxelise(&self.map, &mut self.grid)?;
+        backend.extrude(&mut self.grid)?;
+        self.state = State::Voxels(Box::new(lattice));
+        Ok(())
+    }
+
+    fn lattice(&self, emitter: &Emitter, eye: &Eye) -> Result<Lattice, epipolar::Error> {
+        let light = light(emitter)?;
+        let view = eye.view(emitter)?;
+        let space = Space::new(light, eye.position)?;
+        Lattice::new(space, &view, self.grid.resolution(), eye.spacing)
+    }
+
+    /// Its voxels as a visibility source.
+    pub fn source(&self, detail: Detail) -> VoxelShadow<'_, M> {
+        VoxelShadow {
+            volume: self,
+            detail,
+        }
+    }
+
+    /// Number of voxels along each axis.
+    pub fn resolution(&self) -> Resolution {
+        self.grid.resolution()
+    }
+
+    /// Where the voxels are; `None` if none are needed, because all rays or no
+    /// rays are lit.
+    pub fn lattice_in_use(&self) -> Option<&Lattice> {
+        match &self.state {
+            State::Voxels(lattice) => Some(lattice),
+            State::Lit | State::Dark => None,
+        }
+    }
+
+    /// The bits; of no meaning without [`VoxelVolume::lattice_in_use`].
+    pub fn grid(&self) -> &Grid<M> {
+        &self.grid
+    }
+
+    /// How voxels are looked up.
+    pub fn sampling(&self) -> Sampling {
+        self.sampling
+    }
+
+    /// Memory used, bytes.
+    pub fn bytes(&self) -> u64 {
+        let resolution = self.resolution();
+        4 * (resolution.words() + resolution.light_rays()) as u64
+    }
+
+    pub(crate) fn state(&self) -> &State {
+        &self.state
+    }
+}
+
+/// A light, with what of space it reaches.
+fn light(emitter: &Emitter) -> Result<Light, epipolar::Error> {
+    match emitter {
+        Emitter::Directional(sun) => Light::directional(sun.direction()),
+        Emitter::Point(point) => match point.emission() {
+            Emission::Isotropic => Light::point(point.position()),
+            Emission::Cosine { normal } => Light::spot(point.position(), *normal, FRAC_PI_2),
+            Emission::Spot(spot) => {
+                let outer = spot.cos_outer().clamp(-1.0, 1.0).acos();
+                // A cone narrower than f32 tells counts as one that it does.
+                Light::spot(point.position(), spot.axis(), outer.max(1e-4))
+            }
+        },
+    }
+}
