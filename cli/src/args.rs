@@ -147,12 +147,13 @@ pub(crate) struct Render {
     #[arg(long, value_enum, default_value = "quadrature")]
     pub(crate) airlight: Airlight,
 
-    /// Steps per ray of a march
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=65536))]
-    pub(crate) samples: u32,
+    /// Steps per ray of a march; voxels along each coordinate (φ at most 1024)
+    /// [default: 64 steps, 512 voxels]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(crate) samples: Option<u32>,
 
     /// Nodes of the equi-angular quadrature per lit interval
-    /// [default: 8, 1 for march and equi-angular, whose intervals are steps]
+    /// [default: 8, 1 for march, equi-angular and voxel-bits, whose intervals are steps]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,
 

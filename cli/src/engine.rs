@@ -1,5 +1,6 @@
 //! The airlight of a picture by any setting, on any backend.
 
+use std::cell::RefCell;
 use std::time::Instant;
 
 use airlight::{SunTable, Table};
@@ -10,6 +11,7 @@ use lighting::scene::{Geometry, Medium, PhaseFunction};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 use lighting::trace::Tracer;
 use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
+use lighting::voxels::{BuildVoxels, Detail, Eye, Resolution, VoxelShadow, VoxelVolume};
 use lighting::{AirlightEvaluator, Emitter, Gather, Ray};
 
 use crate::failure::Failure;
@@ -67,19 +69,21 @@ impl Tracing for Gpu<Queued> {
     }
 }
 
-/// A backend that gathers every marched visibility source, and none, with the
-/// evaluator `A`.
-pub(crate) trait GatherMarched<A>:
+/// A backend that gathers every visibility source that comes from a shadow map,
+/// and none, with the evaluator `A`.
+pub(crate) trait GatherMapped<A>:
     Backend
     + Gather<Unshadowed, A>
+    + for<'a> Gather<VoxelShadow<'a, <Self as Backend>::Memory>, A>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, A>
     + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, A>
 {
 }
 
-impl<B, A> GatherMarched<A> for B where
+impl<B, A> GatherMapped<A> for B where
     B: Backend
         + Gather<Unshadowed, A>
+        + for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, A>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, A>
         + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, A>
 {
@@ -89,22 +93,24 @@ impl<B, A> GatherMarched<A> for B where
 pub(crate) trait Renderer:
     Download
     + RenderShadowMap
+    + BuildVoxels
     + Tracing
-    + GatherMarched<Midpoint>
-    + GatherMarched<EquiAngular>
-    + GatherMarched<Quadrature>
-    + GatherMarched<Analytic<Table>>
+    + GatherMapped<Midpoint>
+    + GatherMapped<EquiAngular>
+    + GatherMapped<Quadrature>
+    + GatherMapped<Analytic<Table>>
 {
 }
 
 impl<B> Renderer for B where
     B: Download
         + RenderShadowMap
+        + BuildVoxels
         + Tracing
-        + GatherMarched<Midpoint>
-        + GatherMarched<EquiAngular>
-        + GatherMarched<Quadrature>
-        + GatherMarched<Analytic<Table>>
+        + GatherMapped<Midpoint>
+        + GatherMapped<EquiAngular>
+        + GatherMapped<Quadrature>
+        + GatherMapped<Analytic<Table>>
 {
 }
 
@@ -187,8 +193,69 @@ pub(crate) struct Stage<'a, B: Backend> {
     pub(crate) maps: &'a [ShadowMap<B::Memory>],
     /// Those of the settings.
     pub(crate) tables: &'a Tables,
+    /// Where the rays start, for voxels.
+    pub(crate) eye: Eye,
+    pub(crate) voxels: &'a Voxels<B>,
     pub(crate) rays: BufferOf<B, Ray>,
     pub(crate) count: usize,
+}
+
+/// Memory for voxels that is kept from frame to frame: one volume of each size, which all
+/// lights use in turn.
+#[derive(Debug)]
+pub(crate) struct Voxels<B: Backend>(RefCell<Vec<VoxelVolume<B::Memory>>>);
+
+impl<B: Backend> Default for Voxels<B> {
+    fn default() -> Self {
+        Self(RefCell::new(Vec::new()))
+    }
+}
+
+impl<B: BuildVoxels> Voxels<B> {
+    /// Calls `use_volume` with a volume of `side` voxels along each coordinate,
+    /// but for φ at most 1024 and a multiple of 32.
+    fn with(
+        &self,
+        backend: &B,
+        side: u32,
+        use_volume: impl FnOnce(&mut VoxelVolume<B::Memory>) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let resolution = voxel_resolution(side)?;
+        let mut all = self.0.borrow_mut();
+        let index = match all.iter().position(|v| v.resolution() == resolution) {
+            Some(index) => index,
+            None => {
+                all.push(VoxelVolume::new(backend, resolution)?);
+                all.len() - 1
+            }
+        };
+        use_volume(&mut all[index])
+    }
+
+    /// Memory of the volume of a setting, if there is one.
+    pub(crate) fn bytes(&self, setting: Setting) -> u64 {
+        if setting.visibility.voxel_detail().is_none() {
+            return 0;
+        }
+        let all = self.0.borrow();
+        let mut own = all.iter().filter(|volume| {
+            voxel_resolution(setting.samples).is_ok_and(|r| r == volume.resolution())
+        });
+        own.next().map_or(0, VoxelVolume::bytes)
+    }
+}
+
+/// Voxels along a coordinate, at most: a volume of 2 GiB.
+const MAX_VOXELS: u32 = 4096;
+
+fn voxel_resolution(side: u32) -> Result<Resolution, Failure> {
+    if side > MAX_VOXELS {
+        return Err(Failure::new(format!(
+            "{side} voxels a side were asked for (--samples), expected at most {MAX_VOXELS}"
+        )));
+    }
+    let bits = side.next_multiple_of(32).min(1024);
+    Ok(Resolution::new(side, side, bits)?)
 }
 
 impl<B: Renderer> Stage<'_, B> {
@@ -261,7 +328,7 @@ impl<B: Renderer> Stage<'_, B> {
     ) -> Result<(), Failure>
     where
         A: AirlightEvaluator,
-        B: GatherMarched<A>,
+        B: GatherMapped<A>,
     {
         let Self {
             backend,
@@ -270,7 +337,14 @@ impl<B: Renderer> Stage<'_, B> {
             ..
         } = self;
         for (index, emitter) in self.emitters.iter().enumerate() {
-            let march = |spacing| ShadowMapMarch::new(&self.maps[index], setting.steps, spacing);
+            let march = |spacing| ShadowMapMarch::new(&self.maps[index], setting.samples, spacing);
+            let voxels = |detail, radiance: &mut _| {
+                self.voxels.with(*backend, setting.samples, |volume| {
+                    volume.update(*backend, emitter, &self.eye, &self.maps[index])?;
+                    let source = volume.source(detail);
+                    Ok(backend.gather(rays, emitter, medium, &source, evaluator, radiance)?)
+                })
+            };
             match setting.visibility {
                 Visibility::None => {
                     backend.gather(rays, emitter, medium, &Unshadowed, evaluator, radiance)?;
@@ -295,6 +369,9 @@ impl<B: Renderer> Stage<'_, B> {
                     let merged = MergeTouching(march(Spacing::EquiAngular));
                     backend.gather(rays, emitter, medium, &merged, evaluator, radiance)?;
                 }
+                Visibility::VoxelAverage => voxels(Detail::Average, radiance)?,
+                Visibility::VoxelBits => voxels(Detail::Voxels, radiance)?,
+                Visibility::VoxelRuns => voxels(Detail::Runs, radiance)?,
             }
         }
         Ok(())

@@ -2,6 +2,7 @@
 //! light arrives from a part.
 
 use clap::ValueEnum;
+use lighting::voxels::Detail;
 
 /// A source of lit intervals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -18,6 +19,12 @@ pub(crate) enum Visibility {
     EquiAngular,
     /// The same, runs of lit steps joined to one interval
     EquiAngularMerged,
+    /// Voxelized shadow volumes: the share of a ray's voxels that are lit, for all of it
+    VoxelAverage,
+    /// Voxelized shadow volumes: each lit voxel by itself
+    VoxelBits,
+    /// Voxelized shadow volumes: runs of lit voxels
+    VoxelRuns,
 }
 
 impl Visibility {
@@ -29,6 +36,9 @@ impl Visibility {
             Self::MarchMerged => "march-merged",
             Self::EquiAngular => "equi-angular",
             Self::EquiAngularMerged => "equi-angular-merged",
+            Self::VoxelAverage => "voxel-average",
+            Self::VoxelBits => "voxel-bits",
+            Self::VoxelRuns => "voxel-runs",
         }
     }
 
@@ -45,6 +55,21 @@ impl Visibility {
     /// True if its steps are equal angles as seen from a point light.
     pub(crate) fn is_equi_angular(self) -> bool {
         matches!(self, Self::EquiAngular | Self::EquiAngularMerged)
+    }
+
+    /// What it reads from voxels, if it does.
+    pub(crate) fn voxel_detail(self) -> Option<Detail> {
+        match self {
+            Self::VoxelAverage => Some(Detail::Average),
+            Self::VoxelBits => Some(Detail::Voxels),
+            Self::VoxelRuns => Some(Detail::Runs),
+            _ => None,
+        }
+    }
+
+    /// True if it marches.
+    pub(crate) fn has_steps(self) -> bool {
+        self.needs_shadow_map() && self.voxel_detail().is_none()
     }
 }
 
@@ -77,8 +102,8 @@ impl Airlight {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Setting {
     pub(crate) visibility: Visibility,
-    /// Steps per ray of a march.
-    pub(crate) steps: u32,
+    /// Steps per ray of a march, voxels along each coordinate.
+    pub(crate) samples: u32,
     pub(crate) airlight: Airlight,
     /// The evaluator's number: nodes per lit interval of an equi-angular
     /// quadrature, decimal digits of a tolerance, KiB of a table.
@@ -88,8 +113,9 @@ pub(crate) struct Setting {
 /// What a method's quality is a number of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quality {
-    /// Steps of the march; the evaluator has this number.
-    Steps { detail: u32 },
+    /// Steps of the march or voxels along each coordinate; the evaluator has this
+    /// number.
+    Samples { detail: u32 },
     /// The evaluator's number.
     Detail,
 }
@@ -116,6 +142,8 @@ pub(crate) struct Method {
 
 const STEPS: &[u32] = &[4, 8, 16, 32, 64, 128, 256];
 const QUICK_STEPS: &[u32] = &[8, 32, 128];
+const VOXELS: &[u32] = &[64, 128, 256, 512, 1024];
+const QUICK_VOXELS: &[u32] = &[128, 512];
 
 /// All methods, in the order of reports.
 pub(crate) static METHODS: &[Method] = &[
@@ -188,7 +216,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::March,
         airlight: Airlight::Midpoint,
-        quality: Quality::Steps { detail: 1 },
+        quality: Quality::Samples { detail: 1 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
@@ -199,7 +227,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::MarchMerged,
         airlight: Airlight::EquiAngular,
-        quality: Quality::Steps { detail: 8 },
+        quality: Quality::Samples { detail: 8 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
@@ -210,7 +238,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::EquiAngular,
         airlight: Airlight::EquiAngular,
-        quality: Quality::Steps { detail: 1 },
+        quality: Quality::Samples { detail: 1 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
@@ -221,7 +249,7 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::EquiAngularMerged,
         airlight: Airlight::EquiAngular,
-        quality: Quality::Steps { detail: 8 },
+        quality: Quality::Samples { detail: 8 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
@@ -232,13 +260,57 @@ pub(crate) static METHODS: &[Method] = &[
     Method {
         visibility: Visibility::EquiAngularMerged,
         airlight: Airlight::Table,
-        quality: Quality::Steps { detail: 64 },
+        quality: Quality::Samples { detail: 64 },
         qualities: STEPS,
         quick: QUICK_STEPS,
         pictured: 32,
         title: "equi-angular visibility by table",
         purpose: "point lights in view, with two lookups for a run of lit steps",
         paper: "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
+    },
+    Method {
+        visibility: Visibility::VoxelAverage,
+        airlight: Airlight::EquiAngular,
+        quality: Quality::Samples { detail: 8 },
+        qualities: VOXELS,
+        quick: QUICK_VOXELS,
+        pictured: 512,
+        title: "voxelized shadow volumes, average",
+        purpose: "least work per ray, at any number of blockers; its error has a floor",
+        paper: "Wyman, Voxelized Shadow Volumes, HPG 2011; the gather of Wyman and Dai, HPG 2013",
+    },
+    Method {
+        visibility: Visibility::VoxelBits,
+        airlight: Airlight::EquiAngular,
+        quality: Quality::Samples { detail: 1 },
+        qualities: VOXELS,
+        quick: QUICK_VOXELS,
+        pictured: 512,
+        title: "voxelized shadow volumes, bit by bit",
+        purpose: "the same bits with a weight each: no floor but that of the shadow map",
+        paper: "Wyman, Voxelized Shadow Volumes, HPG 2011",
+    },
+    Method {
+        visibility: Visibility::VoxelRuns,
+        airlight: Airlight::EquiAngular,
+        quality: Quality::Samples { detail: 8 },
+        qualities: VOXELS,
+        quick: QUICK_VOXELS,
+        pictured: 512,
+        title: "voxelized shadow volumes, run by run",
+        purpose: "the same bits by runs: any light, as few evaluations as can be",
+        paper: "Wyman, Voxelized Shadow Volumes, HPG 2011, for the bits",
+    },
+    Method {
+        visibility: Visibility::VoxelRuns,
+        airlight: Airlight::Table,
+        quality: Quality::Samples { detail: 64 },
+        qualities: VOXELS,
+        quick: QUICK_VOXELS,
+        pictured: 512,
+        title: "voxelized shadow volumes by table",
+        purpose: "point lights: one texel for the visibility of a ray, two lookups for a run",
+        paper: "Wyman, HPG 2011, for the bits; Sun et al., SIGGRAPH 2005, for the integral",
     },
 ];
 
@@ -255,7 +327,7 @@ impl Method {
         };
         match self.quality {
             Quality::Detail => name.into(),
-            Quality::Steps { detail } => format!("{name}-{detail}"),
+            Quality::Samples { detail } => format!("{name}-{detail}"),
         }
     }
 
@@ -267,7 +339,8 @@ impl Method {
     /// What its quality counts.
     pub(crate) fn quality_name(&self) -> &'static str {
         match self.quality {
-            Quality::Steps { .. } => "steps",
+            Quality::Samples { .. } if self.visibility.has_steps() => "steps",
+            Quality::Samples { .. } => "voxels a side",
             Quality::Detail => match self.airlight {
                 Airlight::Quadrature => "digits",
                 Airlight::Table => "KiB",
@@ -280,13 +353,13 @@ impl Method {
 
     /// The method at one quality.
     pub(crate) fn at(&self, quality: u32) -> Setting {
-        let (steps, detail) = match self.quality {
-            Quality::Steps { detail } => (quality, detail),
+        let (samples, detail) = match self.quality {
+            Quality::Samples { detail } => (quality, detail),
             Quality::Detail => (0, quality),
         };
         Setting {
             visibility: self.visibility,
-            steps,
+            samples,
             airlight: self.airlight,
             detail,
         }

@@ -5,12 +5,13 @@ use std::path::Path;
 use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::plan::{Plan, Reason};
-use lighting::scene::Medium;
+use lighting::scene::{Camera, Medium};
 use lighting::shadow_map::Casters;
 use lighting::view::View;
+use lighting::voxels::{Eye, depth_range};
 
 use crate::args::Render;
-use crate::engine::{Stage, Tables, affordable_resolution, shadow_maps};
+use crate::engine::{Stage, Tables, Voxels, affordable_resolution, shadow_maps};
 use crate::failure::Failure;
 use crate::format::{count, significant};
 use crate::input::{Input, describe_medium};
@@ -84,7 +85,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if let (Some(medium), false) = (&medium, plan.emitters().is_empty()) {
         let kept = plan.emitters().iter();
         let emitters: Vec<Emitter> = kept.map(|index| input.emitters[*index].clone()).collect();
-        let airlight = airlight(args, &mut input, &view, medium, &emitters)?;
+        let airlight = airlight(args, &mut input, (&camera, &view), medium, &emitters)?;
         picture = picture.plus(&airlight);
     }
     let odd = picture.non_finite();
@@ -124,10 +125,17 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
 
 /// Unless told otherwise, intervals that are single steps get one node.
 fn setting(args: &Render) -> Setting {
-    let steps_apart = matches!(args.visibility, Visibility::March | Visibility::EquiAngular);
+    let steps_apart = matches!(
+        args.visibility,
+        Visibility::March | Visibility::EquiAngular | Visibility::VoxelBits
+    );
+    let samples = match args.visibility.voxel_detail() {
+        Some(_) => 512,
+        None => 64,
+    };
     Setting {
         visibility: args.visibility,
-        steps: args.samples,
+        samples: args.samples.unwrap_or(samples),
         airlight: args.airlight,
         detail: match args.airlight {
             Airlight::EquiAngular | Airlight::Midpoint => {
@@ -142,8 +150,10 @@ fn setting(args: &Render) -> Setting {
 
 fn describe(setting: Setting) -> String {
     let mut text = format!("{} visibility", setting.visibility.name());
-    if setting.visibility.needs_shadow_map() {
-        text += &format!(" with {} steps", setting.steps);
+    if setting.visibility.has_steps() {
+        text += &format!(" with {} steps", setting.samples);
+    } else if setting.visibility.voxel_detail().is_some() {
+        text += &format!(" with {} voxels a side", setting.samples);
     }
     match setting.airlight {
         Airlight::Midpoint => text + " × midpoint",
@@ -161,7 +171,7 @@ fn describe(setting: Setting) -> String {
 fn airlight(
     args: &Render,
     input: &mut Input,
-    view: &View,
+    (camera, view): (&Camera, &View),
     medium: &Medium,
     emitters: &[Emitter],
 ) -> Result<Picture, Failure> {
@@ -181,6 +191,9 @@ fn airlight(
         bar.finish_and_clear();
     }
     let tables = Tables::new(medium.phase(), std::iter::once(setting(args)))?;
+    let depths = depth_range(view.rays(), medium);
+    let eye = Eye::of_camera(camera, args.size.width, args.size.height, depths);
+    let voxels = Voxels::default();
     let bar = progress::bar("airlight", view.rays().len() as u64);
     let mut radiance = Vec::with_capacity(view.rays().len());
     for rays in view.rays().chunks(BATCH) {
@@ -191,6 +204,8 @@ fn airlight(
             emitters,
             maps: &maps,
             tables: &tables,
+            eye,
+            voxels: &voxels,
             rays: rays.to_vec(),
             count: rays.len(),
         };

@@ -5,16 +5,17 @@ use std::time::Instant;
 use crepuscular_tests::metrics::image_error;
 use crepuscular_tests::oracle::image::Reference;
 use gpu_backend::BufferOf;
-use lighting::scene::{Geometry, Medium};
+use lighting::scene::{Camera, Geometry, Medium};
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::trace::Tracer;
+use lighting::voxels::{Eye, depth_range};
 use lighting::{Emitter, Ray};
 
 use super::backends::Present;
 use super::budget::Budget;
 use super::results::{Errors, LeftOut, Measurement, MethodPicture, Times};
 use super::selection::Candidate;
-use crate::engine::{Renderer, Stage, Tables, shadow_maps};
+use crate::engine::{Renderer, Stage, Tables, Voxels, shadow_maps};
 use crate::failure::Failure;
 use crate::methods::{Method, Visibility};
 use crate::parse::Size;
@@ -24,6 +25,7 @@ use crate::progress;
 /// What is measured, whatever the backend.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
+    pub(crate) camera: &'a Camera,
     pub(crate) geometry: &'a Geometry,
     pub(crate) tracer: &'a Tracer,
     pub(crate) seconds_tracer: f64,
@@ -65,8 +67,8 @@ pub(crate) trait Measure {
     /// What it runs on.
     fn backend(&self) -> &Present;
 
-    /// What each of its candidates takes, from a few rays.
-    fn probe(&self, rays: &[Ray]) -> Result<Vec<Cost>, Failure>;
+    /// What each of its candidates takes, from a few rays of a picture.
+    fn probe(&self, view: (&[Ray], Size)) -> Result<Vec<Cost>, Failure>;
 
     /// Runs the candidates in turns, all of them once and then again as long
     /// as `budget` allows. `costs` is what [`Measure::probe`] returned.
@@ -89,6 +91,7 @@ pub(crate) struct Session<'a, B: Renderer> {
     /// None if they would take too long.
     maps: Option<Vec<ShadowMap<B::Memory>>>,
     seconds_maps: f64,
+    voxels: Voxels<B>,
 }
 
 /// Emitters on which the time of all shadow maps is estimated.
@@ -149,11 +152,13 @@ impl<'a, B: Renderer> Session<'a, B> {
             candidates,
             maps,
             seconds_maps,
+            voxels: Voxels::default(),
         })
     }
 
-    /// Everything that frames of these rays need, on the backend.
-    fn stage(&self, rays: &[Ray]) -> Result<Stage<'_, B>, Failure> {
+    /// Everything that frames of these rays of a picture need, on the backend.
+    fn stage(&self, rays: &[Ray], size: Size) -> Result<Stage<'_, B>, Failure> {
+        let depths = depth_range(rays, self.job.medium);
         let uploaded = self.backend.upload(rays)?;
         self.backend.wait()?;
         Ok(Stage {
@@ -163,6 +168,8 @@ impl<'a, B: Renderer> Session<'a, B> {
             emitters: self.job.emitters,
             maps: self.maps.as_deref().unwrap_or_default(),
             tables: self.job.tables,
+            eye: Eye::of_camera(self.job.camera, size.width, size.height, depths),
+            voxels: &self.voxels,
             rays: uploaded,
             count: rays.len(),
         })
@@ -215,7 +222,7 @@ impl<'a, B: Renderer> Session<'a, B> {
             },
             seconds_build: seconds_build + seconds_table,
             frame: Times::of(&[time]),
-            bytes: bytes + bytes_table,
+            bytes: bytes + bytes_table + self.voxels.bytes(candidate.setting()),
         }
     }
 }
@@ -225,9 +232,9 @@ impl<B: Renderer> Measure for Session<'_, B> {
         self.present
     }
 
-    fn probe(&self, rays: &[Ray]) -> Result<Vec<Cost>, Failure> {
-        let one = self.stage(&rays[..rays.len().min(1)])?;
-        let all = self.stage(rays)?;
+    fn probe(&self, (rays, size): (&[Ray], Size)) -> Result<Vec<Cost>, Failure> {
+        let one = self.stage(&rays[..rays.len().min(1)], size)?;
+        let all = self.stage(rays, size)?;
         let mut costs = Vec::with_capacity(self.candidates.len());
         for candidate in &self.candidates {
             if self.lacks_maps(candidate) {
@@ -254,7 +261,7 @@ impl<B: Renderer> Measure for Session<'_, B> {
         reference: &Reference,
         budget: Budget,
     ) -> Result<Outcome, Failure> {
-        let stage = self.stage(rays)?;
+        let stage = self.stage(rays, size)?;
         let mut outcome = Outcome::default();
         let mut runs: Vec<Option<Run>> = self.candidates.iter().map(|_| None).collect();
         let bar = progress::bar("measuring", self.candidates.len() as u64);

@@ -6,6 +6,7 @@ use lighting::emitter::Emission;
 use lighting::plan::Plan;
 use lighting::scene::{Camera, PhaseFunction};
 use lighting::view::View;
+use lighting::voxels::depth_range;
 
 use super::backends::Backends;
 use super::results::LeftOut;
@@ -70,11 +71,15 @@ impl Prepared {
         let camera = input.camera()?;
         let frame = Frame::new(&input, &camera, size)?;
         let is_even = |emitter: &Emitter| matches!(emitter, Emitter::Point(p) if *p.emission() == Emission::Isotropic);
-        let kept = frame.plan.emitters().iter();
+        let is_sun = |emitter: &Emitter| matches!(emitter, Emitter::Directional(_));
+        let kept = || frame.plan.emitters().iter().map(|i| &input.emitters[*i]);
         let phase = input.scene.medium.map(|medium| medium.phase());
+        let is_endless = |medium| depth_range(frame.view.rays(), medium).end == f32::INFINITY;
         let evaluated = Evaluated {
-            has_even_points: kept.map(|i| &input.emitters[*i]).any(is_even),
+            has_even_points: kept().any(is_even),
             is_isotropic: phase == Some(PhaseFunction::Isotropic),
+            has_endless_sunlight: kept().any(is_sun)
+                && input.scene.medium.as_ref().is_some_and(is_endless),
         };
         let mut selection = select(args, &frame.plan, evaluated);
         let backends = Backends::find(args)?;

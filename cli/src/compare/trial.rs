@@ -92,6 +92,7 @@ pub(crate) fn try_out(
     let settings = candidates.iter().map(Candidate::setting);
     let tables = Tables::new(medium.phase(), settings)?;
     let job = Job {
+        camera,
         geometry: &input.geometry,
         tracer: &input.tracer,
         seconds_tracer: input.seconds_tracer,
@@ -106,7 +107,7 @@ pub(crate) fn try_out(
     let mut sessions: Vec<(Box<dyn Measure + '_>, Vec<Cost>)> = Vec::new();
     for backend in &backends.present {
         let probed = backend.session(job, candidates).and_then(|session| {
-            let costs = session.probe(&few)?;
+            let costs = session.probe((&few, frame.size))?;
             Ok((session, costs))
         });
         match probed {
