@@ -79,6 +79,10 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
         curve
     }
 
+    pub(crate) fn insertions(&self) -> u32 {
+        self.insertions
+    }
+
     pub(crate) fn nodes(&self) -> &[Node<C>] {
         &self.nodes[..self.len as usize]
     }

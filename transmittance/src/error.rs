@@ -1,6 +1,6 @@
-//! What constructors turn away.
+//! What can go wrong.
 
-/// A value from which nothing can be made.
+/// Why something could not be made or a step not be carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -60,4 +60,18 @@ pub enum Error {
         /// Bytes asked for; `u64::MAX` if the number itself overflowed.
         requested: u64,
     },
+    /// The backend failed.
+    #[error(transparent)]
+    Backend(#[from] gpu_backend::Error),
+}
+
+pub(crate) fn same_length(what: &'static str, expected: usize, actual: usize) -> Result<(), Error> {
+    if expected == actual {
+        return Ok(());
+    }
+    Err(Error::LengthMismatch {
+        what,
+        expected,
+        actual,
+    })
 }

@@ -9,129 +9,12 @@
 
 use gpu_backend::Cpu;
 
-use crate::{Accumulate, Error, Evaluate, Segment};
+use crate::error::same_length;
+use crate::filter::filtered;
+use crate::{Accumulate, Error, Evaluate, Filter, Receiver, Source, Tile};
 
 /// Texels along each side of a tile.
 const TILE: usize = 16;
-
-/// A part of a map that is made at once: the texels `x` and `y` in these ranges.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Tile {
-    /// Columns.
-    pub x: std::ops::Range<usize>,
-    /// Rows.
-    pub y: std::ops::Range<usize>,
-}
-
-/// Where the blockers of a map come from.
-///
-/// Closures `|tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)|` are
-/// sources.
-pub trait Source<const C: usize = 1>: Sync {
-    /// Calls `put` with each segment and the column and row of its texel, always
-    /// in the same order. Texels outside of the tile are passed over, so that a
-    /// source may hand over more than was asked for.
-    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>));
-}
-
-impl<F, const C: usize> Source<C> for F
-where
-    F: Fn(&Tile, &mut dyn FnMut([usize; 2], Segment<C>)) + Sync,
-{
-    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)) {
-        self(tile, put);
-    }
-}
-
-/// Segments that are in memory already, grouped by texel.
-#[derive(Debug, Clone, Copy)]
-pub struct Lists<'a, const C: usize = 1> {
-    width: usize,
-    offsets: &'a [u32],
-    segments: &'a [Segment<C>],
-}
-
-impl<'a, const C: usize> Lists<'a, C> {
-    /// The segments of texel `x`, `y` are `segments[offsets[i]..offsets[i + 1]]`
-    /// with `i = width y + x`, in this order.
-    ///
-    /// # Errors
-    /// [`Error::LengthMismatch`] unless there is one offset more than texels,
-    /// [`Error::BadOffsets`] if one of them is less than the one before or
-    /// beyond the segments.
-    pub fn new(
-        extent: [usize; 2],
-        offsets: &'a [u32],
-        segments: &'a [Segment<C>],
-    ) -> Result<Self, Error> {
-        let [width, height] = extent;
-        let expected = width.saturating_mul(height).saturating_add(1);
-        if offsets.len() != expected {
-            return Err(Error::LengthMismatch {
-                what: "the list of offsets",
-                expected,
-                actual: offsets.len(),
-            });
-        }
-        for (texel, pair) in offsets.windows(2).enumerate() {
-            let [start, end] = [pair[0], pair[1]];
-            if start > end || end as usize > segments.len() {
-                return Err(Error::BadOffsets {
-                    texel,
-                    start,
-                    end,
-                    available: segments.len(),
-                });
-            }
-        }
-        Ok(Self {
-            width,
-            offsets,
-            segments,
-        })
-    }
-}
-
-impl<const C: usize> Source<C> for Lists<'_, C> {
-    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)) {
-        for y in tile.y.clone() {
-            for x in tile.x.clone() {
-                let texel = y * self.width + x;
-                // A map larger than the lists has nothing in its other texels.
-                if let Some(&[start, end]) = self
-                    .offsets
-                    .get(texel..texel + 2)
-                    .and_then(|pair| pair.first_chunk())
-                    && x < self.width
-                {
-                    for segment in &self.segments[start as usize..end as usize] {
-                        put([x, y], *segment);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// How a map is asked between its texel centres.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Filter {
-    /// The texel that the point lies in.
-    Nearest,
-    /// Transmittances of the four texels around, weighted.
-    #[default]
-    Bilinear,
-}
-
-/// A point whose share of the light is wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Receiver {
-    /// Column and row in texels: texel centres are at 0.5, 1.5, … Points outside
-    /// of the map count as at its edge, NaN as 0.
-    pub position: [f32; 2],
-    /// Depth, as the segments have it.
-    pub depth: f32,
-}
 
 /// Curves of any kind, one per texel of a light's view, in `C` channels.
 ///
@@ -174,7 +57,7 @@ impl<T: Evaluate<C> + Send, const C: usize> ShadowMap<T, C> {
     where
         A: Accumulate<C> + Clone + Sync,
         A::Curve: Into<T>,
-        S: Source<C>,
+        S: Source<C> + ?Sized,
     {
         let [width, height] = extent;
         let too_large = || Error::TooLarge {
@@ -236,7 +119,7 @@ fn make<T, const C: usize, A, S>(tile: &Tile, clear: &A, source: &S) -> Vec<T>
 where
     A: Accumulate<C> + Clone,
     A::Curve: Into<T>,
-    S: Source<C>,
+    S: Source<C> + ?Sized,
 {
     let mut curves = vec![clear.clone(); tile.x.len() * tile.y.len()];
     source.segments(tile, &mut |[x, y], segment| {
@@ -276,31 +159,8 @@ impl<T: Evaluate<C>, const C: usize> ShadowMap<T, C> {
     /// roundings.
     #[must_use]
     pub fn transmittance(&self, receiver: Receiver, filter: Filter) -> [f32; C] {
-        if self.texels.is_empty() {
-            return [1.0; C];
-        }
-        let [x, y] = receiver.position;
-        let texel = |x: usize, y: usize| self.texels[y * self.width + x].evaluate(receiver.depth);
-        match filter {
-            Filter::Nearest => {
-                // The conversion cuts off what is outside, and makes 0 of NaN.
-                texel(
-                    (x as usize).min(self.width - 1),
-                    (y as usize).min(self.height - 1),
-                )
-            }
-            Filter::Bilinear => {
-                let ([left, right], u) = neighbours(x, self.width);
-                let ([above, below], v) = neighbours(y, self.height);
-                let row = |y: usize| {
-                    let (left, right) = (texel(left, y), texel(right, y));
-                    std::array::from_fn::<_, C, _>(|c| left[c] + (right[c] - left[c]) * u)
-                };
-                let (above, below) = (row(above), row(below));
-                // Rounding may leave the range of the four by an ULP.
-                std::array::from_fn(|c| (above[c] + (below[c] - above[c]) * v).clamp(0.0, 1.0))
-            }
-        }
+        let texel = |index: usize| self.texels[index].evaluate(receiver.depth);
+        filtered([self.width, self.height], receiver.position, filter, texel)
     }
 
     /// [`ShadowMap::transmittance`] for many receivers, on all threads.
@@ -317,13 +177,7 @@ impl<T: Evaluate<C>, const C: usize> ShadowMap<T, C> {
     where
         T: Sync,
     {
-        if receivers.len() != out.len() {
-            return Err(Error::LengthMismatch {
-                what: "the list of results",
-                expected: receivers.len(),
-                actual: out.len(),
-            });
-        }
+        same_length("the list of results", receivers.len(), out.len())?;
         cpu.for_each_chunk(out, 1024, |first, chunk| {
             for (out, receiver) in chunk.iter_mut().zip(&receivers[first..]) {
                 *out = self.transmittance(*receiver, filter);
@@ -331,12 +185,4 @@ impl<T: Evaluate<C>, const C: usize> ShadowMap<T, C> {
         });
         Ok(())
     }
-}
-
-/// The two texels around a position, and the weight of the second.
-fn neighbours(position: f32, count: usize) -> ([usize; 2], f32) {
-    let position = (position - 0.5).max(0.0);
-    let first = (position as usize).min(count - 1);
-    let second = (first + 1).min(count - 1);
-    ([first, second], (position - first as f32).min(1.0))
 }

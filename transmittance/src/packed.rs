@@ -14,9 +14,19 @@ use crate::{Curve, Evaluate};
 /// Gives the same results as the curve, bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Packed<const N: usize, L = Exponential, const C: usize = 1> {
-    depth: [f32; N],
-    value: [[f32; N]; C],
+    pub(crate) depth: [f32; N],
+    pub(crate) value: [[f32; N]; C],
     lookup: PhantomData<L>,
+}
+
+impl<const N: usize, L: Lookup, const C: usize> Packed<N, L, C> {
+    pub(crate) fn from_parts(depth: [f32; N], value: [[f32; N]; C]) -> Self {
+        Self {
+            depth,
+            value,
+            lookup: PhantomData,
+        }
+    }
 }
 
 impl<const N: usize, L: Lookup, const C: usize> From<Curve<N, L, C>> for Packed<N, L, C> {
@@ -25,13 +35,12 @@ impl<const N: usize, L: Lookup, const C: usize> From<Curve<N, L, C>> for Packed<
         // between, and behind it its value counts.
         let nodes = curve.nodes();
         let node = |index: usize| nodes.get(index).or(nodes.last());
-        Self {
-            depth: std::array::from_fn(|index| node(index).map_or(0.0, |node| node.depth)),
-            value: std::array::from_fn(|c| {
+        Self::from_parts(
+            std::array::from_fn(|index| node(index).map_or(0.0, |node| node.depth)),
+            std::array::from_fn(|c| {
                 std::array::from_fn(|index| node(index).map_or(L::CLEAR, |node| node.value[c]))
             }),
-            lookup: PhantomData,
-        }
+        )
     }
 }
 
@@ -70,10 +79,21 @@ impl<const N: usize, L: Lookup, const C: usize> Evaluate<C> for Packed<N, L, C> 
 /// `[0, 1]`, and steps stay steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PackedHalf<const N: usize, L = Exponential, const C: usize = 1> {
-    ends: [f32; 2],
-    depth: [u16; N],
-    value: [[f16; N]; C],
+    pub(crate) ends: [f32; 2],
+    pub(crate) depth: [u16; N],
+    pub(crate) value: [[f16; N]; C],
     lookup: PhantomData<L>,
+}
+
+impl<const N: usize, L: Lookup, const C: usize> PackedHalf<N, L, C> {
+    pub(crate) fn from_parts(ends: [f32; 2], depth: [u16; N], value: [[f16; N]; C]) -> Self {
+        Self {
+            ends,
+            depth,
+            value,
+            lookup: PhantomData,
+        }
+    }
 }
 
 /// The largest 16-bit depth: the last node's.
@@ -87,21 +107,20 @@ impl<const N: usize, L: Lookup, const C: usize> From<Curve<N, L, C>> for PackedH
             nodes => [nodes[0].depth, nodes[nodes.len() - 1].depth],
         };
         let node = |index: usize| nodes.get(index).or(nodes.last());
-        Self {
+        Self::from_parts(
             ends,
-            depth: std::array::from_fn(|index| {
+            std::array::from_fn(|index| {
                 let share = node(index).map_or(0.0, |node| fraction(ends[0], ends[1], node.depth));
                 (share * LAST).round() as u16
             }),
-            value: std::array::from_fn(|c| {
+            std::array::from_fn(|c| {
                 std::array::from_fn(|index| {
                     let value = node(index).map_or(L::CLEAR, |node| node.value[c]);
                     // What is beyond the range of f16 is opaque either way.
                     f16::from_f32(value.min(f16::MAX.to_f32()))
                 })
             }),
-            lookup: PhantomData,
-        }
+        )
     }
 }
 

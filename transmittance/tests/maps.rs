@@ -2,13 +2,13 @@
 
 mod support;
 
-use gpu_backend::Cpu;
+use gpu_backend::{Backend, Cpu};
 use proptest::prelude::*;
 use support::{probes, streams};
 use transmittance::baseline::{Captured, Deep, DeepCurve, Uncompressed};
 use transmittance::{
-    Curve, Error, Evaluate, Exponential, Filter, Linear, Lists, Lookup, Packed, PackedHalf,
-    Receiver, Segment, ShadowMap, Stream, Tile,
+    BuildMap, Curve, CurveMap, Error, Evaluate, Exponential, Filter, Linear, Lists, Lookup, Packed,
+    PackedHalf, QueryMap, Receiver, Segment, SegmentLists, ShadowMap, Stored, Stream, Tile,
 };
 
 fn papers<L: Lookup>(segments: &[Segment]) -> Curve<8, L> {
@@ -252,4 +252,88 @@ fn packed_forms_take_the_memory_that_they_say() {
     assert_eq!(size_of::<Packed<8>>(), 64);
     assert_eq!(size_of::<Packed<8, Linear, 3>>(), 128);
     assert_eq!(size_of::<PackedHalf<8>>(), 40);
+}
+
+fn in_buffers<P>() -> Result<(), Error>
+where
+    P: Stored + From<Curve<8>> + PartialEq + std::fmt::Debug,
+{
+    let cpu = Cpu::new();
+    let extent = [37, 53];
+    let map = ShadowMap::<P>::build(&cpu, extent, &Stream::<8>::new(), &clouds)?;
+    let mut words = CurveMap::<_, P>::new(&cpu, extent)?;
+    let receivers: Vec<Receiver> = (0..3000)
+        .map(|i| Receiver {
+            position: [(i % 91) as f32 * 0.5 - 3.0, (i % 113) as f32 * 0.5 - 1.0],
+            depth: (i % 101) as f32,
+        })
+        .collect();
+    let mut answers = vec![0.0; receivers.len()];
+    cpu.query_map(&words, &receivers, Filter::Bilinear, &mut answers)?;
+    assert!(
+        answers.iter().all(|answer| *answer == 1.0),
+        "a new map is clear"
+    );
+    cpu.build_map(&Stream::<8>::new(), &clouds, &mut words)?;
+    for (index, texel) in map.texels().iter().enumerate() {
+        assert_eq!(*texel, words.texel(index % 37, index / 37));
+    }
+    for filter in [Filter::Nearest, Filter::Bilinear] {
+        cpu.query_map(&words, &receivers, filter, &mut answers)?;
+        for (receiver, answer) in receivers.iter().zip(&answers) {
+            assert_eq!(map.transmittance(*receiver, filter), [*answer]);
+        }
+    }
+    assert!(
+        cpu.query_map(&words, &receivers, Filter::Nearest, &mut vec![0.0])
+            .is_err()
+    );
+    Ok(())
+}
+
+#[test]
+fn maps_in_buffers_are_the_same_maps() -> Result<(), Error> {
+    in_buffers::<Curve<8>>()?;
+    in_buffers::<Packed<8>>()?;
+    in_buffers::<PackedHalf<8>>()
+}
+
+#[test]
+fn lists_in_buffers_leave_out_what_is_no_segment() -> Result<(), Error> {
+    let cpu = Cpu::new();
+    let numbers = [
+        [1.0, 2.0, 0.5],
+        [2.0, 1.0, 0.5],
+        [f32::NAN, 1.0, 0.5],
+        [1.0, f32::INFINITY, 0.5],
+        [1.0, 2.0, -0.5],
+        [3.0, 3.0, 0.25],
+    ];
+    let buffer = cpu.upload(numbers.as_flattened())?;
+    // The second list runs backwards, the third beyond the end.
+    let lists = SegmentLists::from_buffers([3, 1], 6, vec![0, 6, 5, 9], buffer)?;
+    let mut map = CurveMap::<_, Curve<4>>::new(&cpu, [3, 1])?;
+    cpu.build_map(&Curve::<4>::new(), &lists, &mut map)?;
+    let expected = papers_of_4(&[
+        Segment::from_optical_depth(1.0, 2.0, 0.5)?,
+        Segment::from_optical_depth(3.0, 3.0, 0.25)?,
+    ]);
+    assert_eq!(map.texel(0, 0), expected);
+    assert_eq!(map.texel(1, 0), Curve::new());
+    assert_eq!(map.texel(2, 0), Curve::new());
+
+    let short = SegmentLists::<gpu_backend::Host>::from_buffers([3, 1], 6, vec![0; 3], vec![]);
+    assert!(short.unwrap_err().to_string().contains("offsets"));
+    let broken =
+        SegmentLists::<gpu_backend::Host>::from_buffers([1, 1], 6, vec![0; 2], vec![0.0; 4]);
+    assert!(broken.unwrap_err().to_string().contains("segments"));
+    let huge = CurveMap::<_, Packed<8>>::new(&cpu, [usize::MAX, 2]).unwrap_err();
+    assert!(matches!(huge, Error::TooLarge { .. }));
+    Ok(())
+}
+
+fn papers_of_4(segments: &[Segment]) -> Curve<4> {
+    let mut curve = Curve::new();
+    segments.iter().for_each(|segment| curve.insert(segment));
+    curve
 }
