@@ -1,10 +1,12 @@
 //! Shadows that can be asked.
 
+use std::sync::Arc;
+
 use gpu_backend::Cpu;
 
 use crate::file::{self, FileError};
 use crate::graph::Graph;
-use crate::layout::{Layout, Stored};
+use crate::layout::Layout;
 use crate::top::Top;
 use crate::{Builder, Casters, Error, LightSpace, Resolution};
 
@@ -27,15 +29,16 @@ pub enum Form {
 #[derive(Debug, Clone)]
 pub struct ShadowDag<B = Vec<u8>> {
     bytes: B,
-    pub(crate) layout: Layout,
-    pub(crate) top: Top,
+    // Shared with what is made of the same shadows for other memory.
+    pub(crate) layout: Arc<Layout>,
+    pub(crate) top: Arc<Top>,
 }
 
 /// Runs an expression with `$nodes` being the nodes in the form that they are
 /// stored in, so that queries are compiled once for each form.
 macro_rules! with_nodes {
     ($dag:expr, $nodes:ident => $body:expr) => {{
-        let layout = &$dag.layout;
+        let layout = &*$dag.layout;
         match &layout.stored {
             crate::layout::Stored::Plain(levels) => {
                 let $nodes = &crate::nodes::Plain {
@@ -111,14 +114,18 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
     }
 
     fn new(bytes: B, layout: Layout) -> Self {
-        let mut dag = Self {
+        let dag = Self {
             bytes,
-            top: Top::root(&layout),
-            layout,
+            top: Arc::new(Top::root(&layout)),
+            layout: Arc::new(layout),
         };
         let log2 = Top::suitable(&dag.layout, dag.as_bytes().len());
-        dag.top = with_nodes!(dag, nodes => Top::new(nodes, &dag.layout, log2));
-        dag
+        dag.with_top_grid(log2)
+    }
+
+    /// The same shadows in bytes that are known to be a file with this layout.
+    pub(crate) fn from_parts(bytes: B, layout: Arc<Layout>, top: Arc<Top>) -> Self {
+        Self { bytes, layout, top }
     }
 
     /// Replaces the `log2` coarsest levels by a grid of references of
@@ -127,7 +134,8 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
     #[must_use]
     pub fn with_top_grid(mut self, log2: u32) -> Self {
         let log2 = Top::allowed(&self.layout, log2);
-        self.top = with_nodes!(self, nodes => Top::new(nodes, &self.layout, log2));
+        let top = with_nodes!(self, nodes => Top::new(nodes, &self.layout, log2));
+        self.top = Arc::new(top);
         self
     }
 
@@ -148,10 +156,7 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
 
     /// How the nodes are stored.
     pub fn form(&self) -> Form {
-        match self.layout.stored {
-            Stored::Plain(_) => Form::Plain,
-            Stored::Packed { .. } => Form::Packed,
-        }
+        self.layout.form()
     }
 
     /// The same shadows in another form.

@@ -24,7 +24,7 @@ use crate::bytes::{load_u32, load_u64};
 use crate::file::FileError;
 use crate::pool::{LIT, Reference, SHADOWED};
 use crate::resolution::Resolution;
-use crate::{LightSpace, Slices};
+use crate::{Form, LightSpace, Slices};
 
 pub(crate) const MAGIC: [u8; 8] = *b"CPVSDAG\0";
 pub(crate) const VERSION: u32 = 1;
@@ -52,10 +52,10 @@ pub(crate) struct PackedLevel {
     /// Bits of a reference.
     pub(crate) width: u32,
     /// The first node with so many references or more.
-    firsts: [u32; 9],
+    pub(crate) firsts: [u32; 9],
     /// The bit at which node 0 would begin if all nodes were of that size,
     /// modulo 2⁶⁴.
-    offsets: [u64; 9],
+    pub(crate) offsets: [u64; 9],
     /// Byte at which the level begins, and behind its end.
     pub(crate) start: usize,
     pub(crate) end: usize,
@@ -160,6 +160,13 @@ impl Place {
 }
 
 impl Layout {
+    pub(crate) fn form(&self) -> Form {
+        match self.stored {
+            Stored::Plain(_) => Form::Plain,
+            Stored::Packed { .. } => Form::Packed,
+        }
+    }
+
     /// Reads the head and checks that everything it announces is there. The
     /// checksum and the nodes are not looked at.
     pub(crate) fn read(bytes: &[u8]) -> Result<Self, FileError> {

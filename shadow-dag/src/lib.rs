@@ -48,6 +48,9 @@
 //!   [lit parts of a ray](ShadowDag::lit_intervals), the
 //!   [depth](ShadowDag::depth) of a texel, the least and the most that is lit
 //!   in a [box](ShadowDag::visibility), and many of these at once.
+//! * [`ShadowDag::upload`] takes shadows to the memory of a backend, where
+//!   [`Query`] answers questions in batches: on the CPU, and with the feature
+//!   `wgpu` on GPUs, whose module `gpu` also has them as parts for shaders.
 //! * [`LightSpace`] takes points, normals and rays of the world to the grid of
 //!   a parallel or perspective light; [`Slices`] are equal or grow with the
 //!   distance from the light. [`FilterSize::bias`] keeps a surface from
@@ -82,6 +85,8 @@ mod dag;
 mod error;
 mod file;
 mod footprint;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
 mod graph;
 mod interval;
 mod layout;
@@ -91,6 +96,7 @@ mod nodes;
 mod pool;
 mod query;
 mod region;
+mod resident;
 mod resolution;
 mod rule;
 mod sizes;
@@ -106,7 +112,8 @@ pub use error::Error;
 pub use file::FileError;
 pub use light_space::LightSpace;
 pub use mesh::{Mesh, Soundness};
-pub use query::{FilterSize, LitIntervals, Ray, Visibility};
+pub use query::{FilterSize, LitIntervals, Query, Ray, RayRecord, Visibility};
+pub use resident::ResidentDag;
 pub use resolution::Resolution;
 pub use rule::Rule;
 pub use sizes::{LevelSize, Sizes};

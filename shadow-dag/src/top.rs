@@ -7,11 +7,11 @@ use crate::pool::{Reference, is_mixed};
 /// References to the nodes of one level, cell `(z · 2^log2 + y) · 2^log2 + x`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Top {
-    /// Cells along each axis.
-    log2: u32,
+    /// Logarithm of the number of cells along each axis.
+    pub(crate) log2: u32,
     /// The level of the nodes.
     pub(crate) level: usize,
-    cells: Vec<Reference>,
+    pub(crate) cells: Vec<Reference>,
 }
 
 /// 32³ references: 128 kB in place of six levels.

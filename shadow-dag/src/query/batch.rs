@@ -4,6 +4,7 @@ use glam::{IVec3, Vec3};
 use gpu_backend::Cpu;
 
 use super::filter::FilterSize;
+use super::step::same_length;
 use crate::{Error, ShadowDag};
 
 /// Questions that one thread takes at a time: a few microseconds of work.
@@ -49,19 +50,14 @@ impl<B: AsRef<[u8]> + Sync> ShadowDag<B> {
     }
 }
 
-fn batch<Q: Sync, A: Send>(
+/// The `answer` to each of the `questions`.
+pub(super) fn batch<Q: Sync, A: Send>(
     cpu: &Cpu,
     questions: &[Q],
     answers: &mut [A],
     answer: impl Fn(&Q) -> A + Sync,
 ) -> Result<(), Error> {
-    if questions.len() != answers.len() {
-        return Err(Error::Length {
-            what: "places for answers",
-            given: answers.len(),
-            expected: questions.len(),
-        });
-    }
+    same_length("places for answers", questions.len(), answers.len())?;
     cpu.for_each_chunk(answers, CHUNK, |first, chunk| {
         for (place, question) in chunk.iter_mut().zip(&questions[first..]) {
             *place = answer(question);

@@ -8,15 +8,17 @@ use crate::dag::with_nodes;
 use crate::nodes::Nodes;
 use crate::pool::{LIT, Reference, SHADOWED};
 
-/// What there is in a box.
+/// What there is in a box. As a number, bit 0 says that some voxels are lit
+/// and bit 1 that some are shadowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u32)]
 pub enum Visibility {
     /// Only voxels that are lit.
-    Lit,
+    Lit = 1,
     /// Only voxels that are shadowed.
-    Shadowed,
+    Shadowed = 2,
     /// Some of either.
-    Mixed,
+    Mixed = 3,
 }
 
 /// Which kinds of voxels were met.

@@ -34,6 +34,11 @@ impl FilterSize {
         u32::from(self.0)
     }
 
+    /// Texels of the window.
+    fn area(self) -> u32 {
+        self.width() * self.width()
+    }
+
     /// Texels on either side of the middle.
     fn half(self) -> i32 {
         i32::from(self.0 / 2)
@@ -61,8 +66,9 @@ impl Window {
         })
     }
 
-    fn area(self) -> u64 {
-        u64::from(self.x[1] - self.x[0] + 1) * u64::from(self.y[1] - self.y[0] + 1)
+    /// Texels of a window no larger than a filter, whose number fits.
+    fn area(self) -> u32 {
+        (self.x[1] - self.x[0] + 1) * (self.y[1] - self.y[0] + 1)
     }
 
     /// The part that is in the square of `1 << shift` texels at cell `(x, y)`.
@@ -93,7 +99,7 @@ trait Count {
 }
 
 /// How many there are.
-impl Count for u64 {
+impl Count for u32 {
     #[inline]
     fn lit(&mut self, part: Window) {
         *self += part.area();
@@ -101,18 +107,18 @@ impl Count for u64 {
 
     #[inline]
     fn masked(&mut self, part: Window, mask: u64) {
-        *self += u64::from((mask & part.bits()).count_ones());
+        *self += (mask & part.bits()).count_ones();
     }
 }
 
 /// How many there are in each of four windows.
 struct Four {
     windows: [Option<Window>; 4],
-    lit: [u64; 4],
+    lit: [u32; 4],
 }
 
 impl Four {
-    fn each(&mut self, part: Window, count: impl Fn(Window) -> u64) {
+    fn each(&mut self, part: Window, count: impl Fn(Window) -> u32) {
         for (window, lit) in self.windows.iter().zip(&mut self.lit) {
             let Some(window) = window else { continue };
             let meet = |a: [u32; 2], b: [u32; 2]| [a[0].max(b[0]), a[1].min(b[1])];
@@ -132,7 +138,7 @@ impl Count for Four {
 
     #[inline]
     fn masked(&mut self, part: Window, mask: u64) {
-        self.each(part, |part| u64::from((mask & part.bits()).count_ones()));
+        self.each(part, |part| (mask & part.bits()).count_ones());
     }
 }
 
@@ -200,17 +206,22 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// its slice. Exactly the mean of [`ShadowDag::is_lit`] over them; voxels
     /// beside the map count as lit.
     pub fn filter(&self, voxel: IVec3, size: FilterSize) -> f32 {
+        self.count_lit(voxel, size) as f32 / size.area() as f32
+    }
+
+    /// The number of lit voxels of those that [`ShadowDag::filter`] averages
+    /// over.
+    pub fn count_lit(&self, voxel: IVec3, size: FilterSize) -> u32 {
         let side = self.resolution().side();
-        let all = u64::from(size.width()).pow(2);
         let half = i64::from(size.half());
         let range = |middle: i32| [i64::from(middle) - half, i64::from(middle) + half];
         let inside = Window::clip(range(voxel.x), range(voxel.y), side);
         let (Some(inside), Some(z)) = (inside, slice(voxel.z, side)) else {
-            return 1.0;
+            return size.area();
         };
-        let mut lit = all - inside.area();
+        let mut lit = size.area() - inside.area();
         with_nodes!(self, nodes => count_all(nodes, &self.top, inside, z, &mut lit));
-        lit as f32 / all as f32
+        lit
     }
 
     /// The lit share of a window that is `size` texels wide and lies around
@@ -236,7 +247,7 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
         let Some(z) = slice(position.z.floor() as i32, side) else {
             return 1.0;
         };
-        let all = u64::from(size.width()).pow(2);
+        let all = size.area();
         let windows = [(0, 0), (1, 0), (0, 1), (1, 1)]
             .map(|(x, y)| Window::clip(range(corner.x, x), range(corner.y, y), side));
         let mut four = Four {

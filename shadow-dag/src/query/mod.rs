@@ -6,10 +6,14 @@ mod extent;
 mod filter;
 mod point;
 mod ray;
+mod step;
 
 pub use extent::Visibility;
 pub use filter::FilterSize;
 pub use ray::{LitIntervals, Ray};
+pub use step::{Query, RayRecord};
+#[cfg(feature = "wgpu")]
+pub(crate) use step::{places, same_length};
 
 #[cfg(test)]
 pub(crate) use ray::stepping;

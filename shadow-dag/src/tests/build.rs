@@ -223,7 +223,7 @@ proptest! {
 }
 
 /// A large map as a function, so that regions meet.
-struct Hills(Resolution);
+pub(crate) struct Hills(pub(crate) Resolution);
 
 impl Hills {
     fn texel(&self, x: u32, y: u32) -> [u32; 2] {

@@ -3,7 +3,12 @@
 mod build;
 mod file;
 mod light;
-mod maps;
+pub(crate) mod maps;
 mod mesh;
 mod queries;
 mod rays;
+
+#[cfg(feature = "wgpu")]
+pub(crate) use build::Hills;
+#[cfg(feature = "wgpu")]
+pub(crate) use rays::{ray, spaces as light_spaces};

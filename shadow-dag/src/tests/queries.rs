@@ -3,7 +3,7 @@ use gpu_backend::Cpu;
 use proptest::prelude::*;
 
 use super::maps::{self, Map};
-use crate::{Builder, FilterSize, Form, Rule, ShadowDag, Visibility};
+use crate::{Builder, FilterSize, Form, Query, Ray, RayRecord, Rule, ShadowDag, Visibility};
 
 fn build(map: &Map) -> [ShadowDag; 4] {
     let dag = Builder::new().build(&Cpu::new(), map).unwrap();
@@ -159,6 +159,70 @@ proptest! {
                 prop_assert_eq!(soft[i], dag.filter_bilinear(places[i], size));
             }
             prop_assert!(dag.is_lit_batch(&cpu, &voxels, &mut vec![false; voxels.len() + 1]).is_err());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn steps_are_single_questions(
+        map in maps::arbitrary(64),
+        voxels in proptest::collection::vec(voxel(64), 0..300),
+    ) {
+        let dag = &build(&map)[1];
+        let size = FilterSize::new(5).unwrap();
+        let count = voxels.len();
+        let fours: Vec<[i32; 4]> = voxels.iter().map(|voxel| voxel.extend(7).to_array()).collect();
+        let boxes: Vec<_> = fours.iter().map(|&first| [first, first.map(|x| x.saturating_add(5))]).collect();
+        let places: Vec<_> = voxels.iter().map(|voxel| (voxel.as_vec3() + 0.25).extend(7.0).to_array()).collect();
+        let texels: Vec<_> = voxels.iter().map(|voxel| voxel.truncate().as_uvec2().to_array()).collect();
+        let rays: Vec<_> = voxels
+            .iter()
+            .map(|voxel| {
+                let origin = voxel.clamp(IVec3::splat(-99), IVec3::splat(99)).as_vec3();
+                RayRecord::new(origin, Vec3::new(0.5, -0.3, 1.0), f32::MAX)
+            })
+            .collect();
+        for cpu in [Cpu::new(), Cpu::single_threaded()] {
+            let resident = dag.upload(&cpu).unwrap();
+            prop_assert!(resident.dag().as_bytes() == dag.as_bytes());
+            let (mut lit, mut counts, mut depths, mut seen, mut parts) =
+                (vec![0; count], vec![0; count], vec![0; count], vec![0; count], vec![0; count]);
+            let (mut hard, mut soft, mut lengths) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
+            let mut intervals = vec![[0.0; 2]; 2 * count];
+            cpu.is_lit(&resident, &fours, &mut lit).unwrap();
+            cpu.count_lit(&resident, size, &fours, &mut counts).unwrap();
+            cpu.filter(&resident, size, &fours, &mut hard).unwrap();
+            cpu.filter_bilinear(&resident, size, &places, &mut soft).unwrap();
+            cpu.depth(&resident, &texels, &mut depths).unwrap();
+            cpu.visibility(&resident, &boxes, &mut seen).unwrap();
+            cpu.lit_length(&resident, &rays, &mut lengths).unwrap();
+            cpu.lit_intervals(&resident, &rays, &mut intervals, &mut parts).unwrap();
+            for (i, &voxel) in voxels.iter().enumerate() {
+                prop_assert_eq!(lit[i] == 1, dag.is_lit(voxel));
+                prop_assert_eq!(counts[i], dag.count_lit(voxel, size));
+                prop_assert_eq!(hard[i], dag.filter(voxel, size));
+                prop_assert_eq!(soft[i], dag.filter_bilinear(voxel.as_vec3() + 0.25, size));
+                prop_assert_eq!(depths[i], dag.depth(voxel.truncate().as_uvec2()));
+                let last = IVec3::from_slice(&boxes[i][1]);
+                prop_assert_eq!(seen[i], dag.visibility(voxel, last) as u32);
+                let ray = Ray::new(rays[i].origin, rays[i].direction, rays[i].length).unwrap();
+                prop_assert_eq!(lengths[i], dag.lit_length(&ray) as f32);
+                let expected = dag.lit_intervals(&ray);
+                prop_assert_eq!(parts[i] as usize, expected.len());
+                for (found, expected) in intervals[2 * i..][..2].iter().zip(expected) {
+                    prop_assert_eq!(*found, expected.map(|s| s as f32));
+                }
+            }
+            prop_assert!(cpu.depth(&resident, &texels, &mut vec![0; count + 1]).is_err());
+            let mut none = Vec::new();
+            cpu.lit_intervals(&resident, &rays, &mut none, &mut parts).unwrap();
+            if count > 1 {
+                let mut uneven = vec![[0.0; 2]; count + 1];
+                prop_assert!(cpu.lit_intervals(&resident, &rays, &mut uneven, &mut parts).is_err());
+            }
         }
     }
 }

@@ -25,7 +25,7 @@ fn slope() -> impl Strategy<Value = f32> {
     ]
 }
 
-fn ray(side: f32) -> impl Strategy<Value = Ray> {
+pub(crate) fn ray(side: f32) -> impl Strategy<Value = Ray> {
     let origin = (coordinate(side), coordinate(side), coordinate(side));
     let length = prop_oneof![Just(0.0_f32), 0.0_f32..4.0 * side, Just(f32::INFINITY)];
     (origin, (slope(), slope(), slope()), length)
@@ -34,7 +34,7 @@ fn ray(side: f32) -> impl Strategy<Value = Ray> {
         })
 }
 
-fn spaces(side: f64) -> [LightSpace; 3] {
+pub(crate) fn spaces(side: f64) -> [LightSpace; 3] {
     // A light above the middle of the cube of the rays.
     let eye = DVec3::new(0.5, 0.5, -1.0) * side;
     let view = look_at_mat4(eye, DVec3::splat(0.5 * side), DVec3::Y);

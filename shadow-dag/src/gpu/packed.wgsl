@@ -1,0 +1,64 @@
+// Nodes of the packed form: the number of a shape, followed by the references
+// that differ, in as many bits as the level needs.
+//
+// Needs
+//   fn dag_word(index: u32) -> u32    the words of the shadows
+
+// Words of the table of levels for each level: the first nodes with 0 to 8
+// references, the bits at which nodes of that size would begin, two widths.
+const dag_LEVEL_WORDS: u32 = 20u;
+
+// A node that has been found: what its children are, and where and how wide
+// their references are.
+struct dag_Node {
+    shape: u32,
+    references: u32,
+    width: u32,
+}
+
+// `width` ≤ 32 bits from bit `at` on; the first is the lowest.
+fn dag_bits(at: u32, width: u32) -> u32 {
+    let shift = at % 32u;
+    var bits = dag_word(at / 32u) >> shift;
+    if shift + width > 32u {
+        bits |= dag_word(at / 32u + 1u) << (32u - shift);
+    }
+    if width == 32u {
+        return bits;
+    }
+    return bits & ((1u << width) - 1u);
+}
+
+// How many different references a node has: the last of the sizes whose first
+// node is not behind it.
+fn dag_references(level: u32, node: u32) -> u32 {
+    if node >= dag_word(level + 8u) {
+        return 8u;
+    }
+    var size = select(0u, 4u, node >= dag_word(level + 4u));
+    size += select(0u, 2u, node >= dag_word(level + size + 2u));
+    return size + select(0u, 1u, node >= dag_word(level + size + 1u));
+}
+
+fn dag_node(dag: dag_Shadows, level: u32, reference: u32) -> dag_Node {
+    let table = dag.levels + dag_LEVEL_WORDS * level;
+    let references = dag_references(table, reference);
+    let shape_width = dag_word(table + 18u);
+    let width = dag_word(table + 19u);
+    // Modulo 2³².
+    let at = dag_word(table + 9u + references) + reference * (shape_width + references * width);
+    let shapes = select(dag.node_shapes, dag.slice_shapes, level == 0u);
+    return dag_Node(dag_word(shapes + dag_bits(at, shape_width)), at + shape_width, width);
+}
+
+// The reference to child 0 to 7.
+fn dag_child(node: dag_Node, child: u32) -> u32 {
+    let slot = (node.shape >> (4u * child)) & 15u;
+    if slot == 8u {
+        return dag_LIT;
+    }
+    if slot == 9u {
+        return dag_SHADOWED;
+    }
+    return dag_bits(node.references + slot * node.width, node.width);
+}

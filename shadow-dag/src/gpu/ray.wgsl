@@ -1,0 +1,198 @@
+// Which parts of a ray are lit: the shader's side of
+// `ShadowDag::lit_intervals`.
+//
+// The ray goes from one homogeneous volume to the next. The voxel is kept in
+// integers: each step leaves the volume through the side that the ray meets
+// first, and along the other axes it stays where it is seen to be, but within
+// the volume. A step therefore always gets on, whatever rounding does.
+//
+// Needs `POINT` and `SPACE` and what those need.
+
+// A lit part; empty (start = end) for none.
+struct dag_LitInterval {
+    start: f32,
+    end: f32,
+}
+
+// A ray, and how far it has been looked at.
+struct dag_Look {
+    // Homogeneous coordinates at 0, and by how much they grow.
+    base: vec4<f32>,
+    along: vec4<f32>,
+    // Whether each coordinate of the grid grows (1), falls (−1) or stays.
+    way: vec3<i32>,
+    cell: vec3<u32>,
+    // The parameter up to which the ray has been looked at, the part that is
+    // in the grid, and its end.
+    reached: f32,
+    enter: f32,
+    leave: f32,
+    end: f32,
+}
+
+// The cell of a position along one axis.
+fn dag_cell(space: dag_Space, position: f32) -> u32 {
+    return u32(clamp(position, 0.0, space.side - 1.0));
+}
+
+// The cells at a parameter of the ray, by where the point is.
+fn dag_cells(space: dag_Space, look: dag_Look, s: f32) -> vec3<u32> {
+    let h = look.base + s * look.along;
+    let position = dag_position(space, vec4(h.xyz, max(h.w, 1e-30)));
+    return vec3(
+        dag_cell(space, position.x),
+        dag_cell(space, position.y),
+        dag_cell(space, position.z),
+    );
+}
+
+// The part of a ray that is above the map and behind its front. Each of the
+// bounds is linear along the ray and not negative inside.
+fn dag_clip(space: dag_Space, look: dag_Look, start: f32, end: f32) -> vec2<f32> {
+    var part = vec2(start, end);
+    let base = look.base;
+    let along = look.along;
+    var bounds = array<vec2<f32>, 5>(
+        vec2(base.x, along.x),
+        vec2(base.w - base.x, along.w - along.x),
+        vec2(base.y, along.y),
+        vec2(base.w - base.y, along.w - along.y),
+        vec2(base.z - space.near, along.z),
+    );
+    for (var i = 0u; i < 5u; i += 1u) {
+        let bound = bounds[i];
+        if bound.y > 0.0 {
+            part.x = max(part.x, -bound.x / bound.y);
+        } else if bound.y < 0.0 {
+            part.y = min(part.y, -bound.x / bound.y);
+        } else if !(bound.x >= 0.0) {
+            part.y = -dag_FAR;
+        }
+    }
+    return part;
+}
+
+// Looks at the points `origin + s · direction` with `s` from `start` ≥ 0 to
+// `end`, which may be `dag_FAR`. Lengths are in units of the direction.
+fn dag_look(
+    space: dag_Space,
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+    start: f32,
+    end: f32,
+) -> dag_Look {
+    var look: dag_Look;
+    look.base = dag_homogeneous(space, vec4(origin, 1.0));
+    look.along = dag_homogeneous(space, vec4(direction, 0.0));
+    look.way = vec3<i32>(sign(vec3(
+        look.along.xy * look.base.w - look.base.xy * look.along.w,
+        look.along.z,
+    )));
+    look.reached = start;
+    look.end = end;
+    let part = dag_clip(space, look, start, end);
+    look.enter = part.x;
+    look.leave = part.y;
+    if !(part.x < part.y) {
+        // All of it is beside the grid.
+        look.enter = end;
+        look.leave = end;
+    } else {
+        look.cell = dag_cells(space, look, part.x);
+    }
+    return look;
+}
+
+// Where a plane between texels is crossed, at `share` of the map; by the
+// coordinate and W at 0 and by how much they grow.
+fn dag_texel_crossing(share: f32, base: vec2<f32>, along: vec2<f32>, way: i32) -> f32 {
+    // Beyond the vanishing point it changes sign. A ray that leaves the light
+    // never gets there, one that comes in has been there before all others.
+    let denominator = along.x - share * along.y;
+    if denominator * f32(way) <= 0.0 {
+        return select(dag_FAR, -dag_FAR, along.y < 0.0);
+    }
+    return (share * base.y - base.x) / denominator;
+}
+
+// Where one plane across each axis is crossed; `dag_FAR` for never, and for
+// the rim of the grid, which ends nothing.
+fn dag_crossings(space: dag_Space, look: dag_Look, planes: vec3<u32>) -> vec3<f32> {
+    let plane = vec3<f32>(planes);
+    let share = plane.xy / space.side;
+    let crossings = vec3(
+        dag_texel_crossing(share.x, look.base.xw, look.along.xw, look.way.x),
+        dag_texel_crossing(share.y, look.base.yw, look.along.yw, look.way.y),
+        (dag_depth_of_slice(space, plane.z) - look.base.z) / look.along.z,
+    );
+    let inner = (look.way != vec3(0)) & (plane > vec3(0.0)) & (plane < vec3(space.side));
+    return select(vec3(dag_FAR), crossings, inner);
+}
+
+// Leaves the volume of width `1 << shift` around the cell.
+fn dag_leave(space: dag_Space, look: ptr<function, dag_Look>, shift: u32) {
+    let cell = (*look).cell;
+    let low = (cell >> vec3(shift)) << vec3(shift);
+    let high = low + vec3((1u << shift) - 1u);
+    let grows = (*look).way > vec3(0);
+    let crossings = dag_crossings(space, *look, select(low, high + vec3(1u), grows));
+    let first = min(min(crossings.x, crossings.y), crossings.z);
+    if first >= (*look).leave {
+        (*look).reached = (*look).leave;
+        return;
+    }
+    (*look).reached = max((*look).reached, first);
+    let seen = dag_cells(space, *look, (*look).reached);
+    let falls = (*look).way < vec3(0);
+    let within = select(
+        select(cell, clamp(seen, low, cell), falls),
+        clamp(seen, cell, high),
+        grows,
+    );
+    // Through one side only.
+    let x = crossings.x == first;
+    let y = !x && crossings.y == first;
+    let through = vec3(x, y, !x && !y);
+    (*look).cell = select(within, select(low - vec3(1u), high + vec3(1u), grows), through);
+}
+
+// The next lit part. What is beside the grid or in front of it is lit, and
+// behind the last slice it is as in the last.
+fn dag_next_lit(dag: dag_Shadows, space: dag_Space, look: ptr<function, dag_Look>) -> dag_LitInterval {
+    var found = dag_LitInterval(0.0, 0.0);
+    while (*look).reached < (*look).end {
+        let start = (*look).reached;
+        var lit = true;
+        if start < (*look).enter {
+            (*look).reached = (*look).enter;
+        } else if start < (*look).leave {
+            let volume = dag_volume(dag, (*look).cell);
+            lit = volume.lit;
+            dag_leave(space, look, volume.shift);
+        } else {
+            (*look).reached = (*look).end;
+        }
+        if lit {
+            if found.start == found.end {
+                found.start = start;
+            }
+            found.end = (*look).reached;
+        } else if found.start < found.end {
+            break;
+        }
+    }
+    return found;
+}
+
+// The length of the lit parts together, in units of the direction.
+fn dag_lit_length(dag: dag_Shadows, space: dag_Space, look: ptr<function, dag_Look>) -> f32 {
+    var sum = 0.0;
+    loop {
+        let part = dag_next_lit(dag, space, look);
+        if part.start == part.end {
+            break;
+        }
+        sum += part.end - part.start;
+    }
+    return sum;
+}
