@@ -40,8 +40,17 @@ const NEAREST: f64 = 1e-150;
 const OPAQUE: f64 = 750.0;
 
 impl Scaled {
-    /// `segment` in units of the distance of its start from the light.
+    /// `segment` in units of the distance of its start from the light; empty
+    /// if no light is left at its start.
     pub(crate) fn of(sigma_t: f64, segment: &Segment64) -> Extent {
+        match Self::of_lengths(sigma_t, segment) {
+            Extent::Ordinary(scaled) if !(scaled.depth < OPAQUE) => Extent::Empty,
+            extent => extent,
+        }
+    }
+
+    /// The same however little light is left at the start.
+    pub(crate) fn of_lengths(sigma_t: f64, segment: &Segment64) -> Extent {
         let Segment64 { x, s, h, length } = *segment;
         let lengths = x.is_finite() && s.is_finite() && h >= 0.0 && h.is_finite() && length > 0.0;
         if !(lengths && sigma_t >= 0.0 && sigma_t.is_finite()) {
@@ -54,7 +63,7 @@ impl Scaled {
             return Extent::MeetsLight;
         }
         let depth = sigma_t * x + sigma_t * unit;
-        if !(unit.is_finite() && depth < OPAQUE) {
+        if !unit.is_finite() {
             return Extent::Empty;
         }
         let (end, h) = (end / unit, h / unit);

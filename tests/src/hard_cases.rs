@@ -242,6 +242,13 @@ fn media(list: &mut List) {
         fog(0.8).within(ahead),
         along_x(SKY),
     );
+    // More optical depths of vacuum than any exponential holds.
+    list.add(
+        "box, light 1e4 m outside",
+        point(6e3, 7e3, 3e3),
+        fog(0.8).within(ahead),
+        along_x(SKY),
+    );
     let deep = room(Vec3::splat(-50.0), Vec3::splat(50.0));
     for (name, travel) in [
         ("deep box, towards the sun", Vec3::new(-1.0, -0.02, 0.01)),

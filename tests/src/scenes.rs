@@ -2,10 +2,14 @@
 
 use gpu_backend::Cpu;
 use lighting::procedural::Embedded;
-use lighting::scene::{Geometry, Medium, Scene};
+use lighting::scene::{Camera, Geometry, Medium, Scene};
+use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 use lighting::trace::Tracer;
 use lighting::view::View;
-use lighting::{Emitter, Ray};
+use lighting::voxels::{Eye, depth_range};
+use lighting::{Emitter, LightPath, Ray};
+
+use crate::oracle::image::{Options, Reference, reference};
 
 /// A scene, its emitters and the rays of its view.
 #[derive(Debug)]
@@ -20,6 +24,10 @@ pub struct Stage {
     pub emitters: Vec<Emitter>,
     /// What fills the air.
     pub medium: Medium,
+    /// Where the rays start.
+    pub camera: Camera,
+    /// Width and height of the picture.
+    pub size: [u32; 2],
     /// One per pixel.
     pub rays: Vec<Ray>,
 }
@@ -50,8 +58,70 @@ impl Stage {
             tracer,
             emitters,
             medium: scene.medium.expect("a medium was placed"),
+            camera,
+            size: [width, height],
             rays: view.rays().to_vec(),
             geometry,
         }
+    }
+
+    /// An embedded scene as far as `coarsest` steps along a ray resolve it.
+    ///
+    /// An order of convergence is what errors do in the end, when steps are finer
+    /// than what they sample. So rays are left out that pass a light closer than
+    /// one of the coarsest steps, unless all do.
+    pub fn resolvable(embedded: Embedded, width: u32, height: u32, coarsest: u32) -> Self {
+        let mut stage = Self::new(embedded, width, height);
+        let bounds = stage.geometry.bounds();
+        let size = bounds.min().distance(bounds.max());
+        let far_enough = |ray: &Ray| {
+            stage.emitters.iter().all(|emitter| {
+                LightPath::new(ray, emitter, &stage.medium).is_none_or(|path| {
+                    matches!(emitter, Emitter::Directional(_))
+                        || path.h() * coarsest as f32 > path.span().length().min(10.0 * size)
+                })
+            })
+        };
+        let rays: Vec<Ray> = stage.rays.iter().copied().filter(far_enough).collect();
+        if !rays.is_empty() {
+            stage.rays = rays;
+        }
+        stage
+    }
+
+    /// The reference image of the rays.
+    pub fn truth(&self) -> Reference {
+        reference(
+            &self.rays,
+            &self.emitters,
+            &self.medium,
+            &self.geometry,
+            Options::default(),
+        )
+    }
+
+    /// The shadow maps of all lights.
+    ///
+    /// # Panics
+    /// If they do not fit into memory.
+    pub fn maps<B: RenderShadowMap>(
+        &self,
+        backend: &B,
+        resolution: u32,
+    ) -> Vec<ShadowMap<B::Memory>> {
+        let casters = Casters::upload(backend, &self.geometry).expect("memory");
+        let render = |emitter| {
+            backend
+                .shadow_map(&casters, emitter, resolution)
+                .expect("memory")
+        };
+        self.emitters.iter().map(render).collect()
+    }
+
+    /// What voxels are made for.
+    pub fn eye(&self) -> Eye {
+        let [width, height] = self.size;
+        let depths = depth_range(&self.rays, &self.medium);
+        Eye::of_camera(&self.camera, width, height, depths)
     }
 }

@@ -9,6 +9,7 @@ use lighting::Gather;
 use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use lighting::shadow_map::RenderShadowMap;
 use lighting::visibility::{MergeTouching, ShadowMapMarch, Unshadowed};
+use lighting::voxels::{BuildVoxels, VoxelShadow};
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseResult, TestRng, TestRunner};
 
@@ -17,6 +18,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseResult, TestRng, TestR
 pub trait Subject:
     Download
     + RenderShadowMap
+    + BuildVoxels
     + Gather<Unshadowed, Midpoint>
     + Gather<Unshadowed, EquiAngular>
     + Gather<Unshadowed, Quadrature>
@@ -24,12 +26,15 @@ pub trait Subject:
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Midpoint>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, EquiAngular>
     + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, EquiAngular>
+    + for<'a> Gather<VoxelShadow<'a, <Self as Backend>::Memory>, Quadrature>
+    + for<'a> Gather<VoxelShadow<'a, <Self as Backend>::Memory>, EquiAngular>
 {
 }
 
 impl<B> Subject for B where
     B: Download
         + RenderShadowMap
+        + BuildVoxels
         + Gather<Unshadowed, Midpoint>
         + Gather<Unshadowed, EquiAngular>
         + Gather<Unshadowed, Quadrature>
@@ -37,6 +42,8 @@ impl<B> Subject for B where
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Midpoint>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, EquiAngular>
         + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, EquiAngular>
+        + for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, Quadrature>
+        + for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, EquiAngular>
 {
 }
 

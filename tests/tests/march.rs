@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::metrics::image_error;
-use crepuscular_tests::oracle::image::{Options, Reference, reference};
+use crepuscular_tests::metrics::{image_error, order};
+use crepuscular_tests::oracle::image::Reference;
 use crepuscular_tests::scenes::Stage;
 use crepuscular_tests::shapes;
 use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
@@ -13,11 +13,11 @@ use gpu_backend::Cpu;
 use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::emitter::Emission;
 use lighting::procedural::Embedded;
-use lighting::scene::{Medium, PhaseFunction};
-use lighting::shadow_map::{Casters, ShadowMap};
+use lighting::scene::{Camera, Medium, PhaseFunction};
+use lighting::shadow_map::ShadowMap;
 use lighting::trace::Tracer;
 use lighting::visibility::{ShadowMapMarch, Spacing};
-use lighting::{Emitter, LightPath, Ray};
+use lighting::{Emitter, Ray};
 
 crepuscular_tests::on_every_backend!(
     without_shadows_marches_converge_at_second_order,
@@ -59,18 +59,12 @@ fn march<B: Subject>(
     backend.download(&radiance).unwrap()
 }
 
-fn maps<B: Subject>(backend: &B, stage: &Stage, resolution: u32) -> Vec<ShadowMap<B::Memory>> {
-    let casters = Casters::upload(backend, &stage.geometry).unwrap();
-    let render = |emitter| backend.shadow_map(&casters, emitter, resolution).unwrap();
-    stage.emitters.iter().map(render).collect()
-}
-
 #[test]
 fn threads_change_no_bit_of_a_map_or_a_march() {
     for embedded in [Embedded::City, Embedded::Smoke, Embedded::Coil] {
         let stage = Stage::new(embedded, 32, 18);
         let images = |backend: &Cpu| {
-            let maps = maps(backend, &stage, 256);
+            let maps = stage.maps(backend, 256);
             let depths: Vec<Vec<f32>> = maps.iter().map(|map| map.depth().clone()).collect();
             let march = |spacing| march(backend, &stage, &maps, 32, spacing);
             (depths, SPACINGS.map(march))
@@ -98,41 +92,8 @@ fn limit(image: &[[f32; 4]]) -> Reference {
 const COARSEST: u32 = 64;
 
 /// An embedded scene as far as steps and maps can resolve it.
-///
-/// An order is what errors do in the end, when steps are finer than what they
-/// sample. So rays are left out that pass a light closer than one of the
-/// coarsest steps, unless all do.
 fn resolvable(embedded: Embedded) -> Stage {
-    let mut stage = Stage::new(embedded, 32, 18);
-    let bounds = stage.geometry.bounds();
-    let size = bounds.min().distance(bounds.max());
-    let far_enough = |ray: &Ray| {
-        stage.emitters.iter().all(|emitter| {
-            LightPath::new(ray, emitter, &stage.medium).is_none_or(|path| {
-                matches!(emitter, Emitter::Directional(_))
-                    || path.h() * COARSEST as f32 > path.span().length().min(10.0 * size)
-            })
-        })
-    };
-    let rays: Vec<Ray> = stage.rays.iter().copied().filter(far_enough).collect();
-    if !rays.is_empty() {
-        stage.rays = rays;
-    }
-    stage
-}
-
-/// The slope of log error over log 1/samples, by least squares.
-fn order(errors: &[(u32, f64)]) -> f64 {
-    let points = errors.iter().map(|(n, e)| (-f64::from(*n).ln(), e.ln()));
-    let count = errors.len() as f64;
-    let (x, y) = points
-        .clone()
-        .fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
-    let (x, y) = (x / count, y / count);
-    let (above, below) = points.fold((0.0, 0.0), |sum, p| {
-        (sum.0 + (p.0 - x) * (p.1 - y), sum.1 + (p.0 - x).powi(2))
-    });
-    above / below
+    Stage::resolvable(embedded, 32, 18, COARSEST)
 }
 
 const SPACINGS: [Spacing; 2] = [Spacing::Distance, Spacing::EquiAngular];
@@ -145,7 +106,7 @@ fn marches_converge_to_the_limit_of_their_map_at_first_order_on_every_scene<B: S
     // where they dominate the order may be higher.
     for embedded in Embedded::ALL {
         let stage = resolvable(embedded);
-        let maps = maps(backend, &stage, 512);
+        let maps = stage.maps(backend, 512);
         for spacing in SPACINGS {
             // Not more: some software drivers end loops after 65,535 iterations.
             let limit = limit(&march(backend, &stage, &maps, 4096, spacing));
@@ -167,16 +128,10 @@ fn marches_converge_to_the_limit_of_their_map_at_first_order_on_every_scene<B: S
 fn with_the_map_refined_along_marches_converge_to_the_reference<B: Subject>(backend: &B) {
     for embedded in Embedded::ALL {
         let stage = resolvable(embedded);
-        let truth = reference(
-            &stage.rays,
-            &stage.emitters,
-            &stage.medium,
-            &stage.geometry,
-            Options::default(),
-        );
+        let truth = stage.truth();
         let mut errors = SPACINGS.map(|_| Vec::new());
         for finer in [1, 2, 4, 8] {
-            let maps = maps(backend, &stage, 128 * finer);
+            let maps = stage.maps(backend, 128 * finer);
             for (spacing, errors) in SPACINGS.into_iter().zip(&mut errors) {
                 let samples = COARSEST * finer;
                 let image = march(backend, &stage, &maps, samples, spacing);
@@ -196,14 +151,8 @@ fn with_the_map_refined_along_marches_converge_to_the_reference<B: Subject>(back
 
 fn without_shadows_marches_converge_at_second_order<B: Subject>(backend: &B) {
     let stage = unshadowed_lamp_in_view();
-    let maps = maps(backend, &stage, 16);
-    let truth = reference(
-        &stage.rays,
-        &stage.emitters,
-        &stage.medium,
-        &stage.geometry,
-        Options::default(),
-    );
+    let maps = stage.maps(backend, 16);
+    let truth = stage.truth();
     // Equal steps must be finer than the light's distance from the ray, 0.1 m.
     for (spacing, coarsest) in [(Spacing::Distance, 128), (Spacing::EquiAngular, 64)] {
         let errors = [1, 2, 4, 8].map(|finer| {
@@ -220,14 +169,8 @@ fn without_shadows_marches_converge_at_second_order<B: Subject>(backend: &B) {
 
 fn without_shadows_16_equi_angular_steps_beat_64_of_equal_length<B: Subject>(backend: &B) {
     let stage = unshadowed_lamp_in_view();
-    let maps = maps(backend, &stage, 16);
-    let truth = reference(
-        &stage.rays,
-        &stage.emitters,
-        &stage.medium,
-        &stage.geometry,
-        Options::default(),
-    );
+    let maps = stage.maps(backend, 16);
+    let truth = stage.truth();
     let error =
         |samples, spacing| image_error(&march(backend, &stage, &maps, samples, spacing), &truth);
     let few = error(16, Spacing::EquiAngular);
@@ -254,6 +197,8 @@ fn unshadowed_lamp_in_view() -> Stage {
             Emitter::point(lamp, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap(),
         ],
         medium: Medium::new(grey, 0.2 * grey, PhaseFunction::Isotropic).unwrap(),
+        camera: Camera::look_at(Vec3::ZERO, lamp, 1.0).unwrap(),
+        size: [20, 20],
         rays: rays.collect(),
     }
 }

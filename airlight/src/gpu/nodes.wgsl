@@ -90,12 +90,21 @@ struct air_Nodes {
     node: u32,
     nodes: u32,
     length: f32,
+    // Nodes more on each piece than the phase function and the extinction need,
+    // for what else the integrand varies; 0 at first, to be set by the caller.
+    extra: u32,
 }
 
-// No node if the segment is empty or meets the light: see the kind of `part`.
+// No node if the segment is empty or meets the light: see the kind of `part`. How
+// much light is left at its start is not asked: the integrand is the caller's.
 fn air_nodes(sigma_t: f32, segment: air_Segment) -> air_Nodes {
+    return air_nodes_of(air_scaled_lengths(sigma_t, segment), segment);
+}
+
+// Of a segment that has been scaled.
+fn air_nodes_of(part: air_Scaled, segment: air_Segment) -> air_Nodes {
     var nodes: air_Nodes;
-    nodes.part = air_scaled(sigma_t, segment);
+    nodes.part = part;
     // An infinite length counts as air_FAR, whose bits are the next smaller.
     nodes.length = bitcast<f32>(clamp(bitcast<i32>(segment.length), 0, 0x7f7fffff));
     nodes.last = nodes.part.kind != air_ORDINARY;
@@ -154,7 +163,7 @@ fn air_next_piece(nodes: ptr<function, air_Nodes>) -> bool {
     let near = piece.b + side.finest;
     piece.alpha = sqrt(near / (near + piece.b_change));
     (*nodes).piece = piece;
-    let rule = air_rule(air_span(side, piece));
+    let rule = air_rule(air_span(side, piece), (*nodes).extra);
     (*nodes).node = rule.x;
     (*nodes).nodes = rule.x + rule.y;
     return true;
@@ -257,13 +266,18 @@ fn air_span(side: air_Side, piece: air_Piece) -> vec3<f32> {
 }
 
 // The first node of the smallest rule for a piece, and the number of its nodes.
-fn air_rule(span: vec3<f32>) -> vec2<u32> {
+fn air_rule(span: vec3<f32>, extra: u32) -> vec2<u32> {
     let rules = air_quadrature_uniforms().rules;
     var first = rules;
+    // The rule to be taken, once one is found that is good enough.
+    var taken = rules - 1u;
     for (var i = 0u; i < rules; i++) {
         let rule = air_quadrature_entry(i);
         let nodes = u32(rule.w);
-        if i + 1u == rules || all(span <= rule.xyz) {
+        if all(span <= rule.xyz) {
+            taken = min(taken, i + extra);
+        }
+        if i == taken {
             return vec2(first, nodes);
         }
         first += nodes;

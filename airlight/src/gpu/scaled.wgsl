@@ -32,6 +32,23 @@ struct air_Scaled {
 }
 
 fn air_scaled(sigma_t: f32, segment: air_Segment) -> air_Scaled {
+    var part = air_scaled_lengths(sigma_t, segment);
+    if part.kind != air_ORDINARY {
+        return part;
+    }
+    let way = air_product(sigma_t, abs(segment.x));
+    let depth = part.sigma * part.d_start + select(way, -way, segment.x < 0.0);
+    // e^-400 is less than nothing: 2^-577.
+    if depth >= 0.0 && depth < 400.0 {
+        part.octaves = air_LOG2_E * depth;
+    } else {
+        part.kind = air_EMPTY;
+    }
+    return part;
+}
+
+// The same without the optical depth of the way to the start, whatever that is.
+fn air_scaled_lengths(sigma_t: f32, segment: air_Segment) -> air_Scaled {
     var part: air_Scaled;
     part.kind = air_EMPTY;
     let length_bits = bitcast<i32>(segment.length);
@@ -66,12 +83,6 @@ fn air_scaled(sigma_t: f32, segment: air_Segment) -> air_Scaled {
     part.d_start = air_distance(part.s, part.h);
     part.d_end = air_distance(part.end, part.h);
     part.sigma = air_product(sigma_t, unit);
-    let way = air_product(sigma_t, abs(segment.x));
-    let depth = part.sigma * part.d_start + select(way, -way, segment.x < 0.0);
-    // e^-400 is less than nothing: 2^-577.
-    if depth >= 0.0 && depth < 400.0 {
-        part.kind = air_ORDINARY;
-        part.octaves = air_LOG2_E * depth;
-    }
+    part.kind = air_ORDINARY;
     return part;
 }

@@ -165,16 +165,25 @@ impl<P: Phase> Quadrature<P> {
     /// for an `f` that is smooth over the segment and of the kind `p exp(−σ_t
     /// (x + d))` times what varies slowly. If several extinctions are
     /// integrated over the same nodes, `sigma_t` is the least: beyond its depth
-    /// nothing is looked at. The nodes are in no particular order. No node if the segment is empty or meets the light.
-    pub fn nodes(&self, sigma_t: f32, segment: &Segment) -> impl Iterator<Item = Node> {
-        let scaled = match Scaled::of(sigma_t.into(), &Segment64::from(*segment)) {
+    /// nothing is looked at. What `f` varies otherwise takes `extra` nodes more
+    /// on each piece: 2 serve the falloff of a spotlight, or a light outside of
+    /// the medium. The nodes are in no particular order. No node if the segment is
+    /// empty or meets the light.
+    pub fn nodes(
+        &self,
+        sigma_t: f32,
+        segment: &Segment,
+        extra: usize,
+    ) -> impl Iterator<Item = Node> {
+        // How much light is left at its start is the caller's business.
+        let scaled = match Scaled::of_lengths(sigma_t.into(), &Segment64::from(*segment)) {
             Extent::Ordinary(scaled) => Some(scaled),
             Extent::Empty | Extent::MeetsLight => None,
         };
         let length = segment.length;
         scaled.into_iter().flat_map(move |scaled| {
             let per_metre = (1.0 / scaled.unit) as f32;
-            self.pieces(scaled, 0).flat_map(move |(piece, rule)| {
+            self.pieces(scaled, extra).flat_map(move |(piece, rule)| {
                 rule.nodes().iter().map(move |&(t, weight)| {
                     let mut node = piece.at(t).0;
                     node.weight *= weight * per_metre;

@@ -96,7 +96,7 @@ fn few_nodes_are_enough() {
     let mut total = 0;
     let cases = stiff::cases(10_000);
     for (sigma_t, segment) in &cases {
-        let count = quadrature.nodes(*sigma_t, segment).count();
+        let count = quadrature.nodes(*sigma_t, segment, 0).count();
         assert!((1..=60).contains(&count), "{count} {sigma_t} {segment:?}");
         total += count;
     }
@@ -108,7 +108,7 @@ fn few_nodes_are_enough() {
         h: 1.0,
         length: 0.01,
     };
-    assert_eq!(quadrature.nodes(0.1, &step).count(), 1);
+    assert_eq!(quadrature.nodes(0.1, &step, 0).count(), 1);
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn nodes_lie_on_the_segment_and_know_the_inverse_square() {
     for (sigma_t, segment) in stiff::cases(3000) {
         for sigma_t in [0.0, sigma_t] {
             let mut airlight = 0.0;
-            for node in quadrature.nodes(sigma_t, &segment) {
+            for node in quadrature.nodes(sigma_t, &segment, 0) {
                 let distance = node.distance;
                 assert!(
                     (0.0..=segment.length).contains(&distance),
@@ -197,7 +197,7 @@ fn degenerate_segments_have_their_documented_values() {
     assert!(quadrature.airlight(0.3, &good) > 0.0);
     let through = Segment { h: 0.0, ..good };
     assert_eq!(quadrature.airlight(0.3, &through), f32::INFINITY);
-    assert_eq!(quadrature.nodes(0.3, &through).count(), 0);
+    assert_eq!(quadrature.nodes(0.3, &through, 0).count(), 0);
     for bad in [
         Segment {
             length: 0.0,
@@ -218,7 +218,7 @@ fn degenerate_segments_have_their_documented_values() {
         Segment { h: -1.0, ..good },
     ] {
         assert_eq!(quadrature.airlight(0.3, &bad), 0.0, "{bad:?}");
-        assert_eq!(quadrature.nodes(0.3, &bad).count(), 0, "{bad:?}");
+        assert_eq!(quadrature.nodes(0.3, &bad, 0).count(), 0, "{bad:?}");
     }
     assert_eq!(quadrature.airlight(f32::NAN, &good), 0.0);
     assert_eq!(quadrature.airlight(1e6, &good), 0.0);

@@ -14,10 +14,11 @@ use crate::{Emitter, Interval, LightPath};
 /// divides an interval where its light changes by scale, so that few nodes
 /// serve every ray; see there for its errors. The interval is divided at the
 /// [kinks](LightPath::kinks) that it contains as well. The texels of a slide
-/// are kinks too, at which it is not. Lights with a pattern, and those that
-/// stand outside of the medium, are not what the nodes were chosen for: their
-/// error is larger than the tolerance says by as much as the pattern varies
-/// along a piece.
+/// are kinks too, at which it is not. Lights with a pattern are not what the nodes
+/// were chosen for: their error is larger than the tolerance says by as much as
+/// the pattern varies along a piece. Lights that stand outside of a bounded medium
+/// get two nodes more on each piece; where the medium is many mean free paths
+/// deep, their error may be larger as well.
 ///
 /// A coloured medium has nodes of its own for each channel. A directional
 /// light needs no quadrature: see [`directional`].
@@ -25,6 +26,10 @@ use crate::{Emitter, Interval, LightPath};
 pub struct Quadrature {
     rule: airlight::Quadrature<PhaseFunction>,
 }
+
+/// Nodes more on each piece if the light stands outside of the medium: the way
+/// through the medium is not the distance then.
+const OUTSIDE: usize = 2;
 
 impl Quadrature {
     /// With `nodes` nodes per piece, for media with this phase function.
@@ -60,9 +65,10 @@ impl Quadrature {
         }
         let segment = path.part(interval);
         let sigma_t = path.medium().sigma_t();
+        let extra = if path.is_immersed() { 0 } else { OUTSIDE };
         let sum = |sigma: f32| {
             self.rule
-                .nodes(sigma, &segment)
+                .nodes(sigma, &segment, extra)
                 .fold(Vec3::ZERO, |sum, node| {
                     sum + node.weight * path.source(interval.start + node.distance)
                 })

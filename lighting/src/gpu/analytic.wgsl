@@ -6,9 +6,7 @@
 fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     let emitter = light_emitter();
     let medium = light_medium();
-    let inside = all(emitter.position >= medium.low) && all(emitter.position <= medium.high);
-    let immersed = medium.bounded == 0u || inside;
-    if emitter.kind != light_POINT || emitter.emission != light_ISOTROPIC || !immersed {
+    if emitter.emission != light_ISOTROPIC || !light_is_immersed() {
         return light_quadrature(path, start, end);
     }
     let segment = light_segment(path, start, end);

@@ -21,10 +21,10 @@ fn light_cube_face(v: vec3<f32>) -> u32 {
     return select(4u, 5u, v.z < 0.0);
 }
 
-// The face that shows a point.
-fn light_face_towards(point: vec3<f32>) -> u32 {
+// The face that shows what lies along v from the light.
+fn light_face_along(v: vec3<f32>) -> u32 {
     if light_map_faces() > 1u {
-        return light_cube_face(point - light_map_face(0u).origin);
+        return light_cube_face(v);
     }
     return 0u;
 }
@@ -54,9 +54,10 @@ fn light_depth_along(index: u32, face: light_Face, v: vec3<f32>) -> f32 {
 }
 
 fn light_is_lit(point: vec3<f32>) -> bool {
-    let index = light_face_towards(point);
+    // One origin for all faces.
+    let v = point - light_map_face(0u).origin;
+    let index = light_face_along(v);
     let face = light_map_face(index);
-    let v = point - face.origin;
     let depth = select(dot(v, face.forward), length(v), face.tan > 0.0);
     return depth <= light_depth_along(index, face, v);
 }
@@ -66,11 +67,8 @@ fn light_is_lit(point: vec3<f32>) -> bool {
 fn light_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let first = light_map_face(0u);
     if first.tan > 0.0 {
-        // The light is the origin of all its faces.
-        let point = first.origin + direction;
-        let index = light_face_towards(point);
-        let face = light_map_face(index);
-        return light_depth_along(index, face, point - face.origin);
+        let index = light_face_along(direction);
+        return light_depth_along(index, light_map_face(index), direction);
     }
     let v = origin - first.origin;
     let depth = light_depth_along(0u, first, v);

@@ -206,6 +206,14 @@ fn light_off_the_light(path: light_Path) -> light_Path {
     return moved;
 }
 
+// Whether the light is at a point inside of the medium.
+fn light_is_immersed() -> bool {
+    let emitter = light_emitter();
+    let medium = light_medium();
+    let inside = all(emitter.position >= medium.low) && all(emitter.position <= medium.high);
+    return emitter.kind == light_POINT && (medium.bounded == 0u || inside);
+}
+
 // The part of an interval of a ray that runs in the medium.
 fn light_inside(start: vec3<f32>, direction: vec3<f32>, interval: vec2<f32>) -> vec2<f32> {
     let medium = light_medium();

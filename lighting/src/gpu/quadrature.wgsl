@@ -46,9 +46,13 @@ fn light_smooth_quadrature(path: light_Path, start: f32, end: f32) -> vec3<f32> 
     return vec3(red.x, green.y, blue.z);
 }
 
+// Nodes more on each piece if the light stands outside of the medium.
+const light_OUTSIDE: u32 = 2u;
+
 fn light_node_sum(path: light_Path, segment: air_Segment, start: f32, sigma_t: f32) -> vec3<f32> {
     var sum = vec3(0.0);
     var nodes = air_nodes(sigma_t, segment);
+    nodes.extra = select(light_OUTSIDE, 0u, light_is_immersed());
     loop {
         let node = air_next_node(&nodes);
         if node.done {

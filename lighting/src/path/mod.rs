@@ -193,12 +193,17 @@ impl<'a> LightPath<'a> {
         let Emitter::Point(point) = self.emitter else {
             return None;
         };
-        let immersed = match self.medium.bounds() {
-            None => true,
-            Some(bounds) => bounds.contains(point.position()),
-        };
-        let applies = immersed && matches!(point.emission(), Emission::Isotropic);
+        let applies = self.is_immersed() && matches!(point.emission(), Emission::Isotropic);
         applies.then(|| self.part(interval))
+    }
+
+    /// Whether the light is at a point inside of the medium.
+    pub(crate) fn is_immersed(&self) -> bool {
+        match (self.emitter, self.medium.bounds()) {
+            (Emitter::Directional(_), _) => false,
+            (Emitter::Point(_), None) => true,
+            (Emitter::Point(point), Some(bounds)) => bounds.contains(point.position()),
+        }
     }
 
     /// The interval as a point light sees it, whatever its emission.

@@ -130,7 +130,9 @@ impl ShadowMap<Host> {
     /// spotlight does not light them anyway.
     #[inline]
     pub fn is_lit(&self, point: Vec3) -> bool {
-        let (face, v) = self.face_towards(point);
+        // One origin for all faces.
+        let v = point - self.faces[0].origin;
+        let face = self.face_along(v);
         let depth = match self.faces[face].rays {
             Rays::Parallel { .. } => v.dot(self.faces[face].forward),
             Rays::Central { .. } => v.length(),
@@ -138,14 +140,13 @@ impl ShadowMap<Host> {
         depth <= self.depth_along(face, v)
     }
 
-    /// The face that shows `point`, and the way there from its origin.
+    /// The face that shows what lies along `v` from the light.
     #[inline]
-    fn face_towards(&self, point: Vec3) -> (usize, Vec3) {
-        let index = match self.faces.len() {
+    fn face_along(&self, v: Vec3) -> usize {
+        match self.faces.len() {
             1 => 0,
-            _ => cube_face(point - self.faces[0].origin),
-        };
-        (index, point - self.faces[index].origin)
+            _ => cube_face(v),
+        }
     }
 
     /// The depth of the texel in which a face shows its origin plus `v`;
@@ -190,7 +191,7 @@ impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
         let (face, v) = match self.faces[0].rays {
             Rays::Parallel { .. } => (0, ray.origin - self.faces[0].origin),
             // The light is the origin of all its faces.
-            Rays::Central { .. } => self.face_towards(self.faces[0].origin + ray.direction),
+            Rays::Central { .. } => (self.face_along(ray.direction), ray.direction),
         };
         let depth = self.depth_along(face, v);
         match self.faces[face].rays {

@@ -5,13 +5,13 @@ use std::f32::consts::FRAC_PI_2;
 use epipolar::{Lattice, Light, Resolution, Space, Spacing, View};
 use glam::Vec3;
 use gpu_backend::{Backend, Memory};
-use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, Sampling, ShadowVolume};
+use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, RectifyTriangles, Sampling, ShadowVolume};
 
 use super::{Detail, VoxelShadow};
 use crate::airlight::far_end;
 use crate::emitter::Emission;
 use crate::scene::{Camera, Medium};
-use crate::shadow_map::ShadowMap;
+use crate::shadow_map::{Casters, ShadowMap};
 use crate::{Emitter, Interval, Ray};
 
 /// Why there are no voxels.
@@ -95,11 +95,17 @@ pub fn depth_range(rays: &[Ray], medium: &Medium) -> Interval {
     }
 }
 
-/// A backend that makes voxels from its shadow maps: every backend of this
-/// workspace.
-pub trait BuildVoxels: BuildGrid + Rectify<ShadowMap<<Self as Backend>::Memory>> {}
+/// A backend that makes voxels from its shadow maps and from triangles: every
+/// backend of this workspace.
+pub trait BuildVoxels:
+    BuildGrid + RectifyTriangles + Rectify<ShadowMap<<Self as Backend>::Memory>>
+{
+}
 
-impl<B: BuildGrid + Rectify<ShadowMap<<B as Backend>::Memory>>> BuildVoxels for B {}
+impl<B> BuildVoxels for B where
+    B: BuildGrid + RectifyTriangles + Rectify<ShadowMap<<B as Backend>::Memory>>
+{
+}
 
 /// What a volume says of the rays of a view.
 #[derive(Debug)]
@@ -148,7 +154,7 @@ impl<M: Memory> VoxelVolume<M> {
     }
 
     /// Makes the voxels anew: rectifies the shadow map of `emitter`, sets a voxel
-    /// for each of its texels in epipolar space and extrudes them away from the
+    /// for each light ray in epipolar space and extrudes them away from the
     /// light.
     ///
     /// An eye at the light sees no shadow: all rays are lit then. Where the cone
@@ -170,6 +176,42 @@ impl<M: Memory> VoxelVolume<M> {
     where
         B: BuildVoxels + Backend<Memory = M>,
     {
+        self.make(backend, emitter, eye, |lattice, indices| {
+            backend.rectify(lattice, map, indices)
+        })
+    }
+
+    /// The same from the triangles themselves, without a shadow map and without
+    /// its error: every light ray is intersected with all that it may meet, which
+    /// takes much longer.
+    ///
+    /// # Errors
+    /// Those of [`VoxelVolume::update`].
+    pub fn update_from_triangles<B>(
+        &mut self,
+        backend: &B,
+        emitter: &Emitter,
+        eye: &Eye,
+        casters: &Casters<M>,
+    ) -> Result<(), VoxelError>
+    where
+        B: BuildVoxels + Backend<Memory = M>,
+    {
+        self.make(backend, emitter, eye, |lattice, indices| {
+            backend.rectify_triangles(lattice, casters.triangles(), indices)
+        })
+    }
+
+    fn make<B>(
+        &mut self,
+        backend: &B,
+        emitter: &Emitter,
+        eye: &Eye,
+        rectify: impl FnOnce(&Lattice, &mut IndexMap<M>) -> Result<(), voxel_shadow::Error>,
+    ) -> Result<(), VoxelError>
+    where
+        B: BuildVoxels + Backend<Memory = M>,
+    {
         self.state = State::Lit;
         let lattice = match self.lattice(emitter, eye) {
             Ok(lattice) => lattice,
@@ -182,7 +224,7 @@ impl<M: Memory> VoxelVolume<M> {
         };
         // Checks the sampling before any work.
         ShadowVolume::new(&lattice, &self.grid, self.sampling)?;
-        backend.rectify(&lattice, map, &mut self.map)?;
+        rectify(&lattice, &mut self.map)?;
         backend.voxelise(&self.map, &mut self.grid)?;
         backend.extrude(&mut self.grid)?;
         self.state = State::Voxels(Box::new(lattice));

@@ -76,7 +76,7 @@ where
     let rays = rays(3000, closest);
     let reference = EquiAngular::new(8).unwrap();
     let mut worst = 0.0_f32;
-    for (light_name, light) in lights() {
+    for (_, light) in lights() {
         for (medium_name, medium) in media() {
             let expected = gathered(&cpu, &rays, &light, &medium, pair);
             let actual = gathered(gpu, &rays, &light, &medium, pair);
@@ -203,7 +203,7 @@ fn voxels_of_the_same_map_agree_but_for_those_on_the_border_of_another() {
     let mut here = VoxelVolume::new(&cpu, resolution).unwrap();
     let mut there = VoxelVolume::new(&gpu, resolution).unwrap();
     let (mut all, mut different) = (0, 0);
-    for (light_name, light) in lights() {
+    for (_, light) in lights() {
         let map = cpu.shadow_map(&casters, &light, 256).unwrap();
         let map_there = map.upload(&gpu).unwrap();
         for (_, medium) in media() {

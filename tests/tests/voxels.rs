@@ -1,0 +1,193 @@
+//! Voxelized shadow volumes converge to the reference, wherever the light is.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
+use crepuscular_tests::metrics::{image_error, order};
+use crepuscular_tests::scenes::Stage;
+use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
+use crepuscular_tests::tolerances::Allowed;
+use glam::Vec3;
+use lighting::airlight::{EquiAngular, Quadrature};
+use lighting::emitter::Emission;
+use lighting::procedural::Embedded;
+use lighting::shadow_map::{Casters, ShadowMap};
+use lighting::voxels::{Detail, Resolution, VoxelVolume};
+use lighting::{Emitter, Ray};
+
+crepuscular_tests::on_every_backend!(heavy:
+    with_the_map_refined_along_voxels_converge_to_the_reference,
+    wherever_a_lamp_is_voxels_converge_to_the_reference,
+);
+
+/// Voxels along each coordinate at first.
+const COARSEST: u32 = 64;
+
+const REFINEMENTS: [u32; 4] = [1, 2, 4, 8];
+
+/// What voxels are made from.
+enum Blockers<'a, M: gpu_backend::Memory> {
+    Maps(&'a [ShadowMap<M>]),
+    Triangles(&'a Casters<M>),
+}
+
+/// The image of a stage from `side` voxels along each coordinate.
+fn image<B: Subject>(
+    backend: &B,
+    stage: &Stage,
+    blockers: &Blockers<'_, B::Memory>,
+    side: u32,
+    detail: Detail,
+) -> Vec<[f32; 4]> {
+    let rays = backend.upload(&stage.rays).unwrap();
+    let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
+    let quadrature = Quadrature::with_tolerance(stage.medium.phase(), 1e-4).unwrap();
+    let one = EquiAngular::new(1).unwrap();
+    // The texels of a slide are kinks that only many nodes get over.
+    let many = EquiAngular::new(2048).unwrap();
+    let has_slide = stage.name == Embedded::TexturedSpot.name();
+    let resolution = Resolution::new(side, side, side).unwrap();
+    let mut volume = VoxelVolume::new(backend, resolution).unwrap();
+    for (index, emitter) in stage.emitters.iter().enumerate() {
+        match blockers {
+            Blockers::Maps(maps) => volume.update(backend, emitter, &stage.eye(), &maps[index]),
+            Blockers::Triangles(casters) => {
+                volume.update_from_triangles(backend, emitter, &stage.eye(), casters)
+            }
+        }
+        .unwrap();
+        let (source, medium) = (volume.source(detail), &stage.medium);
+        match detail {
+            Detail::Voxels => backend.gather(&rays, emitter, medium, &source, &one, &mut radiance),
+            _ if has_slide => backend.gather(&rays, emitter, medium, &source, &many, &mut radiance),
+            _ => backend.gather(&rays, emitter, medium, &source, &quadrature, &mut radiance),
+        }
+        .unwrap();
+    }
+    backend.download(&radiance).unwrap()
+}
+
+fn with_the_map_refined_along_voxels_converge_to_the_reference<B: Subject>(backend: &B) {
+    // Bits are binary: at a shadow's edge first order.
+    for embedded in Embedded::ALL {
+        let stage = Stage::resolvable(embedded, 32, 18, COARSEST);
+        let truth = stage.truth();
+        for detail in [Detail::Runs, Detail::Voxels] {
+            let errors = REFINEMENTS.map(|finer| {
+                let maps = stage.maps(backend, 128 * finer);
+                let side = COARSEST * finer;
+                let image = image(backend, &stage, &Blockers::Maps(&maps), side, detail);
+                (side, image_error(&image, &truth).rmse)
+            });
+            let measured = order(&errors);
+            println!(
+                "{}, {detail:?}: order {measured:.2}, {errors:?}",
+                stage.name
+            );
+            assert!(
+                measured >= 1.0 - Allowed::Order.error(),
+                "{}, {detail:?}: order {measured:.2}, {errors:?}",
+                stage.name
+            );
+        }
+    }
+}
+
+/// A lamp in the middle of the picture, just outside of it, behind the camera,
+/// and on its way through the eye.
+fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) {
+    let mut stage = Stage::new(Embedded::Fence, 32, 18);
+    let eye = stage.camera.eye();
+    let rotation = stage.camera.rotation();
+    let (forward, right) = (rotation * Vec3::NEG_Z, rotation * Vec3::X);
+    // Half of the field of view is below 45 degrees up and down.
+    for (name, offset) in [
+        ("in view", 4.1 * forward + 0.03 * right),
+        ("beside the picture", 0.7 * forward + 2.9 * right),
+        ("behind the camera", -3.3 * forward + 0.1 * right),
+        ("behind, on the axis", -2.0 * forward),
+        ("before the eye", 0.02 * forward + 0.01 * right),
+        ("behind the eye", -0.013 * forward - 0.01 * right),
+    ] {
+        let lamp = Emitter::point(
+            eye + offset,
+            Vec3::splat(5.0),
+            f32::INFINITY,
+            Emission::Isotropic,
+        );
+        stage.emitters = vec![lamp.unwrap()];
+        let truth = stage.truth();
+        let errors = REFINEMENTS.map(|finer| {
+            let maps = stage.maps(backend, 128 * finer);
+            let side = COARSEST * finer;
+            let image = image(backend, &stage, &Blockers::Maps(&maps), side, Detail::Runs);
+            (side, image_error(&image, &truth))
+        });
+        let measured = order(&errors.map(|(side, error)| (side, error.rmse)));
+        println!("{name}: order {measured:.2}, {errors:?}");
+        assert!(
+            measured >= 1.0 - Allowed::Order.error(),
+            "{name}: order {measured:.2}, {errors:?}"
+        );
+    }
+}
+
+#[test]
+fn threads_change_no_bit_of_voxels_or_images() {
+    for embedded in [Embedded::City, Embedded::Coil] {
+        let stage = Stage::new(embedded, 32, 18);
+        let images = |backend: &gpu_backend::Cpu| {
+            let maps = stage.maps(backend, 256);
+            let details = [Detail::Average, Detail::Voxels, Detail::Runs];
+            details.map(|detail| image(backend, &stage, &Blockers::Maps(&maps), 128, detail))
+        };
+        assert!(
+            cpu_alone().map(|cpu| images(&cpu)) == cpu_with_threads().map(|cpu| images(&cpu)),
+            "{}",
+            stage.name
+        );
+    }
+}
+
+#[test]
+fn voxels_from_triangles_converge_without_a_map() {
+    let cpu = cpu_with_threads().unwrap();
+    for embedded in [Embedded::Coil, Embedded::Fence, Embedded::TexturedSpot] {
+        let stage = Stage::resolvable(embedded, 32, 18, COARSEST);
+        let truth = stage.truth();
+        let casters = Casters::upload(&cpu, &stage.geometry).unwrap();
+        let blockers = Blockers::Triangles(&casters);
+        let errors = REFINEMENTS.map(|finer| {
+            let side = COARSEST * finer;
+            let image = image(&cpu, &stage, &blockers, side, Detail::Runs);
+            (side, image_error(&image, &truth).rmse)
+        });
+        let measured = order(&errors);
+        assert!(
+            measured >= 1.0 - Allowed::Order.error(),
+            "{}: order {measured:.2}, {errors:?}",
+            stage.name
+        );
+    }
+}
+
+/// Rays that meet no surface and no blocker have the closed form, whatever the
+/// detail.
+#[test]
+fn without_a_shadow_all_details_are_the_unshadowed_light() {
+    let cpu = cpu_with_threads().unwrap();
+    let mut stage = Stage::new(Embedded::Coil, 32, 18);
+    stage.geometry = crepuscular_tests::shapes::nothing();
+    let end = |ray: &Ray| Ray::new(ray.origin(), ray.direction(), 20.0).unwrap();
+    stage.rays = stage.rays.iter().map(end).collect();
+    let truth = stage.truth();
+    let maps = stage.maps(&cpu, 64);
+    for detail in [Detail::Average, Detail::Runs] {
+        let image = image(&cpu, &stage, &Blockers::Maps(&maps), 64, detail);
+        let error = image_error(&image, &truth);
+        // The quadrature's tolerance, of the brightest pixel too.
+        assert!(
+            error.rmse < 1e-3 && error.rel_p99 < 1e-4,
+            "{detail:?} {error:?}"
+        );
+    }
+}
