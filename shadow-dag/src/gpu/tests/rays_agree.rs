@@ -9,7 +9,7 @@ use crate::{Builder, Error, Form, LightSpace, Query, Ray, RayRecord, ShadowDag, 
 
 /// How far beside a point its answer may come from, in voxels; see the
 /// documentation of the module.
-fn delta(space: &LightSpace, side: f64, ray: &Ray, s: f64) -> DVec3 {
+pub(super) fn delta(space: &LightSpace, side: f64, ray: &Ray, s: f64) -> DVec3 {
     let (origin, point) = (ray.at(0.0), ray.at(s));
     let w = space.homogeneous(point.extend(1.0)).w;
     let sum = (0..4)
