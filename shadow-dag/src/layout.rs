@@ -75,6 +75,11 @@ impl PackedLevel {
         let mut bit = 8 * start as u64;
         for references in 0..9 {
             let size = u64::from(shape_width + references as u32 * width);
+            // No two nodes are equal. Without this, nodes of no bits would
+            // cost the file nothing, and whoever reads it a lot.
+            if size < 32 && counts[references] > 1 << size {
+                return None;
+            }
             firsts[references] = nodes;
             offsets[references] = bit.wrapping_sub(u64::from(nodes) * size);
             nodes = nodes.checked_add(counts[references])?;

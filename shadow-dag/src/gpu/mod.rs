@@ -1,4 +1,5 @@
-//! Queries on a GPU, and their parts for other shaders.
+//! Queries on a GPU, and their parts for other shaders; and
+//! [`PeeledMesh`], which finds the depths under texels there.
 //!
 //! The parts hold functions with the prefix `dag_`, without bindings. Paste
 //! [`POINT`], [`PLAIN`] or [`PACKED`], and of [`EXTENT`], [`SPACE`] and
@@ -37,11 +38,13 @@
 //! A ray takes a step for each homogeneous volume, at most 3N of them. Numbers
 //! in buffers must be finite. Four storage buffers at most.
 
+mod peel;
 mod query;
 mod record;
 #[cfg(test)]
 mod tests;
 
+pub use peel::PeeledMesh;
 pub use record::{DagRecord, SpaceRecord};
 
 /// WGSL of questions about single voxels and texels.

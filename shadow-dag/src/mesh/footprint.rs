@@ -99,6 +99,55 @@ impl<'a> Scratch<'a> {
         (low, low.map(|at| at + (side as i32 - 1) * step))
     }
 
+    /// The quarters of a footprint of `level` > 0, each with its triangles.
+    fn quarters(&mut self, level: usize, part: Part) -> [Part; 4] {
+        let mesh = self.mesh;
+        let mut quarters = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| {
+            let at = [2 * part.at[0] + dx, 2 * part.at[1] + dy];
+            let (low, high) = self.centres(at.map(|at| at << (2 + level)), 4 << level);
+            let start = self.lists.len();
+            for i in part.start..part.end {
+                let triangle = self.lists[i];
+                if mesh.triangles[triangle as usize].meets(low, high) {
+                    self.lists.push(triangle);
+                }
+            }
+            Part {
+                at,
+                start,
+                end: self.lists.len(),
+                top: 0,
+            }
+        });
+        for quarter in &mut quarters {
+            quarter.top = self.lists.len();
+        }
+        quarters
+    }
+
+    /// The triangles over each block of `side` texels of a tile: `each` is
+    /// given the first texel of the block and their numbers.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn blocks(
+        &mut self,
+        tile: TileRect,
+        side: u32,
+        mut each: impl FnMut([u32; 2], &[u32]),
+    ) {
+        let level = |side: u32| side.trailing_zeros() as usize - 3;
+        let whole = self.start(tile);
+        let mut waiting = vec![(level(tile.side), whole)];
+        while let Some((at, part)) = waiting.pop() {
+            // What was found for the parts that are done goes.
+            self.lists.truncate(part.top);
+            if at == level(side) {
+                each(part.origin(at), &self.lists[part.start..part.end]);
+            } else {
+                waiting.extend(self.quarters(at, part).map(|quarter| (at - 1, quarter)));
+            }
+        }
+    }
+
     /// Depths at which all texels of a footprint can turn, if that can be
     /// seen from the ranges of the triangles alone.
     ///
@@ -205,27 +254,7 @@ impl Footprints for Scratch<'_> {
             (self.texels).resolve(&mesh.triangles, list, centres, slice, side, texels);
             return Look::Texels;
         }
-        let mut quarters = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| {
-            let at = [2 * part.at[0] + dx, 2 * part.at[1] + dy];
-            let (low, high) = self.centres(at.map(|at| at << (2 + level)), 4 << level);
-            let start = self.lists.len();
-            for i in part.start..part.end {
-                let triangle = self.lists[i];
-                if mesh.triangles[triangle as usize].meets(low, high) {
-                    self.lists.push(triangle);
-                }
-            }
-            Part {
-                at,
-                start,
-                end: self.lists.len(),
-                top: 0,
-            }
-        });
-        for quarter in &mut quarters {
-            quarter.top = self.lists.len();
-        }
-        Look::Quarters(quarters)
+        Look::Quarters(self.quarters(level, part))
     }
 
     fn leave(&mut self, part: Part) {

@@ -18,8 +18,12 @@ use crate::footprint::{Footprints, Look};
 use crate::rule::Tile;
 use crate::{Builder, Error, Form, LightSpace, Resolution, Rule, ShadowDag};
 use closed::Components;
-use footprint::{Part, Scratch};
-use triangle::{ONE, Triangle};
+use footprint::Part;
+pub(crate) use footprint::Scratch;
+#[cfg(feature = "wgpu")]
+pub(crate) use triangle::Kind;
+pub(crate) use triangle::ONE;
+pub(crate) use triangle::Triangle;
 
 /// Bins along each side of the map.
 const BINS: u32 = 64;
@@ -28,8 +32,8 @@ const BINS: u32 = 64;
 #[derive(Debug, Clone)]
 pub struct Mesh {
     resolution: Resolution,
-    light: LightSpace,
-    triangles: Vec<Triangle>,
+    pub(crate) light: LightSpace,
+    pub(crate) triangles: Vec<Triangle>,
     /// Numbers of the triangles over each bin, row by row.
     bins: Vec<Vec<u32>>,
     soundness: Soundness,

@@ -54,6 +54,24 @@ impl Triangle {
         ]
     }
 
+    /// Corners, the area at their left side or zero.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn corners(&self) -> [[i32; 2]; 3] {
+        self.corners
+    }
+
+    /// The depths of the corners, and the least and the largest of them.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn corner_depths(&self) -> ([f64; 3], [f64; 2]) {
+        (self.corners.map(|corner| self.depth(corner)), self.range)
+    }
+
+    /// Twice the area, in squares of the grid.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn twice_area(&self) -> i64 {
+        self.edge(0, self.corners[2])
+    }
+
     /// The edge function of edge `i` at a point: positive at its left side.
     fn edge(&self, i: usize, at: [i32; 2]) -> i64 {
         let from = self.corners[i];
@@ -127,8 +145,13 @@ impl Triangle {
     /// triangle touches: corners of either are off by half a step along x and
     /// y, and depths rounded as if from f32.
     pub(crate) fn touch(&self, depth: f64) -> f64 {
-        let snapped = 2.0 * (self.slope[0].abs() + self.slope[1].abs());
-        snapped.min(self.range[1] - self.range[0]) + f64::from(f32::EPSILON) * depth.abs()
+        self.snapped() + f64::from(f32::EPSILON) * depth.abs()
+    }
+
+    /// How much of that is due to corners.
+    pub(crate) fn snapped(&self) -> f64 {
+        let [x, y] = self.slope.map(f64::abs);
+        (2.0 * (x + y)).min(self.range[1] - self.range[0])
     }
 
     /// Bounds of [`Triangle::depth`] over the box from `low` to `high`.

@@ -20,6 +20,29 @@ fn ask<B: AsRef<[u8]>>(dag: &ShadowDag<B>) {
             let _ = dag.lit_intervals(&ray);
         }
     }
+    let _ = dag.sizes();
+    let _ = dag.upload(&Cpu::single_threaded());
+}
+
+/// Asks for another form, and that for what was there.
+fn turn<B: AsRef<[u8]> + Clone>(dag: &ShadowDag<B>) -> Result<(), TestCaseError> {
+    let bare = dag.clone().with_top_grid(0);
+    let packed = dag.to_form(Form::Packed).unwrap();
+    let plain = packed.to_form(Form::Plain).unwrap();
+    for other in [&plain, &packed] {
+        let read = ShadowDag::from_bytes(other.as_bytes());
+        prop_assert!(read.is_ok(), "{:?}", read);
+    }
+    let n = dag.resolution().side() as i32;
+    for i in 0..64 {
+        let at = IVec3::new(i * 37 % n, i * 1111 % n, i * 50_005 % n);
+        let lit = dag.is_lit(at);
+        prop_assert_eq!(
+            [bare.is_lit(at), packed.is_lit(at), plain.is_lit(at)],
+            [lit; 3]
+        );
+    }
+    Ok(())
 }
 
 /// A file with the checksum that its content has.
@@ -27,6 +50,59 @@ fn seal(bytes: &mut [u8]) {
     if bytes.len() > 16 {
         let sum = crc32fast::hash(&bytes[16..]);
         bytes[12..16].copy_from_slice(&sum.to_le_bytes());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn bytes_of_any_kind_are_answered_or_an_error(
+        head in prop_oneof![Just(0_usize), Just(8), Just(12), Just(16)],
+        log2 in prop_oneof![Just(3_u32), 3..=20_u32, any::<u32>()],
+        form in 0..3_u32,
+        counts in proptest::collection::vec(
+            prop_oneof![Just(0_u32), 0..4_u32, Just(u32::MAX - 1), any::<u32>()], 0..60),
+        rest in proptest::collection::vec(any::<u8>(), 0..300),
+    ) {
+        // As much of a true head as `head` says, and a light that is not known.
+        let mut bytes = b"CPVSDAG\0\x01\0\0\0\0\0\0\0".to_vec();
+        bytes.truncate(head);
+        for word in [form, log2, counts.first().copied().unwrap_or(u32::MAX), 0] {
+            bytes.extend(word.to_le_bytes());
+        }
+        bytes.resize(bytes.len() + 152, 0);
+        bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
+        bytes.extend(rest);
+        seal(&mut bytes);
+        if let Ok(read) = ShadowDag::from_bytes(&bytes) {
+            ask(&read);
+            turn(&read)?;
+        }
+    }
+
+    #[test]
+    fn damaged_files_with_a_true_checksum_are_answered_or_an_error(
+        map in prop_oneof![maps::arbitrary(8), maps::noise(8), maps::arbitrary(16)],
+        packed: bool,
+        flips in proptest::collection::vec((any::<prop::sample::Index>(), 0..8_u32), 1..5),
+        cut in proptest::option::weighted(0.2, any::<prop::sample::Index>()),
+    ) {
+        let form = if packed { Form::Packed } else { Form::Plain };
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap().to_form(form).unwrap();
+        let mut bytes = dag.into_bytes();
+        for (at, bit) in flips {
+            let at = at.index(bytes.len());
+            bytes[at] ^= 1 << bit;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        seal(&mut bytes);
+        if let Ok(read) = ShadowDag::from_bytes(&bytes) {
+            ask(&read);
+            turn(&read)?;
+        }
     }
 }
 
@@ -148,6 +224,20 @@ fn the_light_is_kept_in_the_file() {
         let read = ShadowDag::from_bytes(dag.as_bytes()).unwrap();
         assert_eq!(read.light(), Some(&light));
     }
+}
+
+#[test]
+fn nodes_that_cost_no_bytes_are_an_error() {
+    // All far: a graph without nodes.
+    let map = maps::named(16).remove(3).1;
+    let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+    let mut bytes = dag.to_form(Form::Packed).unwrap().into_bytes();
+    // The first number of the table of levels: nodes without references, whose
+    // shapes take no bits.
+    bytes[192..196].copy_from_slice(&(u32::MAX - 1).to_le_bytes());
+    seal(&mut bytes);
+    let error = ShadowDag::from_bytes(bytes).unwrap_err();
+    assert_eq!(error, FileError::Level { level: 0 });
 }
 
 #[test]

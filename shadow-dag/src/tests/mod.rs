@@ -4,7 +4,7 @@ mod build;
 mod file;
 mod light;
 pub(crate) mod maps;
-mod mesh;
+pub(crate) mod mesh;
 mod queries;
 mod rays;
 

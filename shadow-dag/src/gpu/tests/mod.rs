@@ -1,13 +1,17 @@
 //! Shaders without a device, and steps against the CPU with one.
 
 mod agreement;
+mod peel;
 mod rays_agree;
+mod space;
 
 use gpu_backend::assert_same_layout;
 use gpu_backend::testing::Shader;
 
+use super::peel::{PEEL, PeelParameters, TriangleRecord, number_of};
 use super::query::{QueryParameters, RayParameters, query, rays};
 use super::*;
+use crate::mesh::Kind;
 use crate::pool::{LIT, SHADOWED};
 use crate::{Form, RayRecord};
 
@@ -99,5 +103,43 @@ fn structures_and_constants_are_those_of_rust() {
                 padding
             }
         );
+    }
+    let shader = Shader::new(&PEEL).unwrap();
+    assert_same_layout!(
+        shader,
+        "Parameters",
+        PeelParameters {
+            first,
+            step,
+            side,
+            block,
+            slices,
+            near,
+            stretch
+        }
+    );
+    assert_same_layout!(
+        shader,
+        "Triangle",
+        TriangleRecord {
+            a,
+            b,
+            c,
+            kind,
+            nearer,
+            depth,
+            deeper_b,
+            deeper_c,
+            inverse_area,
+            least,
+            most,
+            padding_a,
+            padding_b
+        }
+    );
+    let value = |name: &str| shader.values(name).unwrap();
+    let kinds = [Kind::Front, Kind::Open, Kind::Back].map(number_of);
+    for (name, number) in ["FRONT", "OPEN", "BACK"].into_iter().zip(kinds) {
+        assert_eq!(value(name), [f64::from(number)]);
     }
 }
