@@ -73,6 +73,8 @@ mod error;
 mod evaluate;
 mod exponential;
 mod filter;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
 mod lookup;
 mod map;
 mod metric;
