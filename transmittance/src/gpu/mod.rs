@@ -4,8 +4,9 @@
 //! its curve is in the memory of the invocation, takes the texel's segments in
 //! their order, and is written when it is finished. What this takes in memory
 //! beside the map does not depend on the number of segments. They come from
-//! [`SegmentLists`], or from a shader of yours, [`WgslSegments`]. [`QueryMap`]
-//! answers receivers.
+//! [`SegmentLists`], or from a shader of yours, [`WgslSegments`]; and
+//! [`CaptureSegments`] makes lists of segments that come in any order.
+//! [`QueryMap`] answers receivers.
 //!
 //! # Parts for other shaders
 //!
@@ -47,6 +48,7 @@
 //! and 16 channels; at most five storage buffers and what [`WgslSegments`] adds.
 
 mod build;
+mod capture;
 mod constants;
 mod parts;
 mod query;
@@ -57,7 +59,7 @@ pub use build::WgslSegments;
 pub use parts::{WgslRule, WgslStored, build_parts, lookup_parts};
 
 #[cfg(doc)]
-use crate::{BuildMap, CurveMap, PackedHalf, QueryMap, SegmentLists, Stream};
+use crate::{BuildMap, CaptureSegments, CurveMap, PackedHalf, QueryMap, SegmentLists, Stream};
 
 /// A bound of what [`QueryMap`] adds to the error of a curve.
 ///

@@ -5,6 +5,7 @@ use gpu_backend::gpu::GpuMemory;
 use gpu_backend::testing::Shader;
 
 use super::build::{self, ListsRecord};
+use super::capture::{self, GATHER, GatherParameters, SCAN, SORT, SortParameters};
 use super::{WgslRule, WgslStored, build_parts, lookup_parts, query};
 use crate::{
     Area, Curve, Exponential, Linear, Lookup, Maximum, Packed, PackedHalf, Receiver, SegmentLists,
@@ -99,4 +100,36 @@ fn constants_are_those_of_rust() {
     );
     assert_eq!(shader.values("avsm_LAST").unwrap(), [f64::from(u16::MAX)]);
     assert_eq!(shader.values("avsm_NODES").unwrap(), [8.0]);
+}
+
+#[test]
+fn the_sort_is_valid_and_as_in_rust() {
+    let shader = Shader::new(SORT).unwrap();
+    assert_same_layout!(
+        shader,
+        "Parameters",
+        SortParameters {
+            count,
+            chunks,
+            field,
+            shift,
+            texels,
+            stride
+        }
+    );
+    assert_eq!(shader.values("DIGITS").unwrap(), [capture::DIGITS as f64]);
+    for parts in [SORT, SCAN] {
+        let chunk = Shader::new(parts).unwrap().values("CHUNK").unwrap();
+        assert_eq!(chunk, [capture::CHUNK as f64]);
+    }
+    let shader = Shader::new(GATHER).unwrap();
+    assert_same_layout!(
+        shader,
+        "Parameters",
+        GatherParameters {
+            count,
+            texels,
+            stride
+        }
+    );
 }
