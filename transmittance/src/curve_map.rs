@@ -102,6 +102,11 @@ impl<M: Memory, P: Stored<C>, const C: usize> CurveMap<M, P, C> {
         &self.words
     }
 
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn words_mut(&mut self) -> &mut M::Buffer<u32> {
+        &mut self.words
+    }
+
     /// The same map in ordinary memory.
     ///
     /// # Errors

@@ -66,6 +66,7 @@
 //! 64.
 
 pub mod baseline;
+mod capture;
 mod certificate;
 mod curve;
 mod curve_map;
@@ -73,6 +74,8 @@ mod error;
 mod evaluate;
 mod exponential;
 mod filter;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
 mod lookup;
 mod map;
 mod metric;
@@ -85,6 +88,7 @@ mod source;
 mod stored;
 mod stream;
 
+pub use capture::{CaptureSegments, Order};
 pub use curve::Curve;
 pub use curve_map::{BuildMap, CurveMap, QueryMap};
 pub use error::Error;

@@ -42,6 +42,10 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
     /// Value where nothing is in the way.
     const CLEAR: f32;
 
+    /// The same rules for shaders: of lookups, and of insertions.
+    #[cfg(feature = "wgpu")]
+    const WGSL: [&'static str; 2];
+
     /// Transmittance of a value.
     fn transmittance(value: f32) -> f32;
 
@@ -78,6 +82,12 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
 
 impl Rules for Exponential {
     const CLEAR: f32 = 0.0;
+
+    #[cfg(feature = "wgpu")]
+    const WGSL: [&'static str; 2] = [
+        include_str!("gpu/exponential.wgsl"),
+        include_str!("gpu/exponential_insert.wgsl"),
+    ];
 
     #[inline]
     fn transmittance(value: f32) -> f32 {
@@ -190,6 +200,12 @@ fn share_rounded(insertions: u32) -> f64 {
 
 impl Rules for Linear {
     const CLEAR: f32 = 1.0;
+
+    #[cfg(feature = "wgpu")]
+    const WGSL: [&'static str; 2] = [
+        include_str!("gpu/linear.wgsl"),
+        include_str!("gpu/linear_insert.wgsl"),
+    ];
 
     #[inline]
     fn transmittance(value: f32) -> f32 {

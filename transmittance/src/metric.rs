@@ -52,6 +52,10 @@ pub(crate) fn joined<const C: usize>(
 
 /// The arithmetic behind [`Metric`].
 pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'static {
+    /// The same for shaders.
+    #[cfg(feature = "wgpu")]
+    const WGSL: &'static str;
+
     /// What it costs to remove the middle one of three nodes, whose
     /// transmittances are given.
     fn of_removal<L: Rules, const C: usize>(
@@ -75,6 +79,9 @@ pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'stat
 }
 
 impl Cost for Area {
+    #[cfg(feature = "wgpu")]
+    const WGSL: &'static str = include_str!("gpu/area.wgsl");
+
     #[inline]
     fn of_removal<L: Rules, const C: usize>(
         [p, q, n]: [&Node<C>; 3],
@@ -130,6 +137,9 @@ impl Cost for Area {
 }
 
 impl Cost for Maximum {
+    #[cfg(feature = "wgpu")]
+    const WGSL: &'static str = include_str!("gpu/maximum.wgsl");
+
     #[inline]
     fn of_removal<L: Rules, const C: usize>(
         [p, q, n]: [&Node<C>; 3],

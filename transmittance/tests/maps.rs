@@ -7,8 +7,9 @@ use proptest::prelude::*;
 use support::{probes, streams};
 use transmittance::baseline::{Captured, Deep, DeepCurve, Uncompressed};
 use transmittance::{
-    BuildMap, Curve, CurveMap, Error, Evaluate, Exponential, Filter, Linear, Lists, Lookup, Packed,
-    PackedHalf, QueryMap, Receiver, Segment, SegmentLists, ShadowMap, Stored, Stream, Tile,
+    Accumulate, BuildMap, CaptureSegments, Curve, CurveMap, Error, Evaluate, Exponential, Filter,
+    Linear, Lists, Lookup, Order, Packed, PackedHalf, QueryMap, Receiver, Segment, SegmentLists,
+    ShadowMap, Sorted, Stored, Stream, Tile,
 };
 
 fn papers<L: Lookup>(segments: &[Segment]) -> Curve<8, L> {
@@ -336,4 +337,54 @@ fn papers_of_4(segments: &[Segment]) -> Curve<4> {
     let mut curve = Curve::new();
     segments.iter().for_each(|segment| curve.insert(segment));
     curve
+}
+
+#[test]
+fn captured_segments_make_the_curves_of_their_texels() -> Result<(), Error> {
+    let cpu = Cpu::new();
+    let (width, height) = (7, 5);
+    let streams: Vec<Vec<Segment>> = (0..35).map(streams::hair_in_smoke).collect();
+    // One of each texel in turn, and some of no texel.
+    let (mut texels, mut numbers) = (Vec::new(), Vec::new());
+    for i in 0..streams[0].len() + 1 {
+        for (texel, stream) in streams.iter().enumerate() {
+            if let Some(segment) = stream.get(i) {
+                texels.push(texel as u32);
+                numbers.extend([segment.entry(), segment.exit()]);
+                numbers.extend(segment.optical_depth());
+            }
+        }
+        texels.push(35 + i as u32);
+        numbers.extend([1.0, 2.0, 3.0]);
+    }
+    let mut map = CurveMap::<_, Curve<8>>::new(&cpu, [width, height])?;
+    for order in [Order::Captured, Order::FrontToBack] {
+        let lists: SegmentLists<_> =
+            cpu.capture_segments([width, height], &texels, &numbers, 200, order)?;
+        cpu.build_map(&Stream::<8>::new(), &lists, &mut map)?;
+        for (texel, stream) in streams.iter().enumerate() {
+            let expected = match order {
+                Order::Captured => made(Stream::<8>::new(), stream),
+                Order::FrontToBack => made(Sorted::new(Stream::<8>::new()), stream),
+            };
+            assert_eq!(map.texel(texel % width, texel / width), expected);
+        }
+    }
+    let wrong: Result<SegmentLists<_>, _> =
+        cpu.capture_segments([1, 1], &texels, &vec![0.0], 200, Order::Captured);
+    assert!(matches!(
+        wrong.unwrap_err(),
+        Error::LengthMismatch { actual: 1, .. }
+    ));
+    let large: Result<SegmentLists<_>, _> =
+        cpu.capture_segments([1 << 20, 1 << 20], &texels, &numbers, 200, Order::Captured);
+    assert!(matches!(large.unwrap_err(), Error::TooLarge { .. }));
+    Ok(())
+}
+
+fn made<A: Accumulate>(mut accumulator: A, segments: &[Segment]) -> A::Curve {
+    segments
+        .iter()
+        .for_each(|segment| accumulator.insert(segment));
+    accumulator.finish()
 }

@@ -1,0 +1,170 @@
+//! Curves made on a GPU.
+
+use gpu_backend::gpu::{Argument, Encode, Gpu, GpuMemory, INDEX_WGSL, Kernel, Workgroups};
+use gpu_backend::{Backend, Buffer};
+
+use super::{GROUP, WgslRule, WgslStored, build_parts};
+use crate::{BuildMap, CurveMap, Error, SegmentLists};
+
+/// Segments that a shader knows; the [`Source`](crate::Source) of shaders.
+///
+/// A renderer that has its own lists of fragments, or makes segments from what
+/// it has (particles, slices of a volume), gives them to [`BuildMap`] by this.
+pub trait WgslSegments<const C: usize = 1> {
+    /// WGSL that defines, with the structure `avsm_Segment` of `entry`, `exit`
+    /// and `optical_depth`, an array of `avsm_CHANNELS` numbers,
+    ///
+    /// ```wgsl
+    /// fn avsm_segment_count(texel: vec2<u32>) -> u32
+    /// fn avsm_segment(texel: vec2<u32>, index: u32) -> avsm_Segment
+    /// ```
+    ///
+    /// for column and row of a texel. What is no [`Segment`](crate::Segment) is
+    /// left out. Its bindings are in `@group(1)`.
+    fn parts() -> &'static [&'static str];
+
+    /// Values of `override` constants.
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// What is bound to `@group(1)`.
+    fn arguments(&self) -> Vec<Argument<'_>>;
+
+    /// The largest number of segments that a texel has. More are not looked at;
+    /// the curve's error bound is then 1.
+    fn longest(&self) -> u32;
+}
+
+/// Uniforms of `lists.wgsl`.
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct ListsRecord {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) segments: u32,
+}
+
+impl<const C: usize> WgslSegments<C> for SegmentLists<GpuMemory, C> {
+    fn parts() -> &'static [&'static str] {
+        &[include_str!("lists.wgsl")]
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        let [width, height] = self.extent();
+        vec![
+            // There is an offset in memory for each texel, so neither overflows
+            // but for maps without texels.
+            Argument::uniform(ListsRecord {
+                width: width.min(self.offsets().len()) as u32,
+                height: height.min(self.offsets().len()) as u32,
+                segments: (self.numbers().len() / (2 + C)) as u32,
+            }),
+            Argument::read(self.offsets()),
+            Argument::read(self.numbers()),
+        ]
+    }
+
+    fn longest(&self) -> u32 {
+        SegmentLists::longest(self)
+    }
+}
+
+/// Uniforms of `build.wgsl`.
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct Parameters {
+    pub(super) width: u32,
+    pub(super) texels: u32,
+    pub(super) first_texel: u32,
+    pub(super) first: u32,
+    pub(super) end: u32,
+    pub(super) is_last: u32,
+}
+
+/// Texels whose unfinished curves are in memory at once.
+const BAND: usize = 1 << 16;
+
+/// Segments per texel and dispatch.
+///
+/// A software driver ends loops after 65,535 iterations of an invocation, and a
+/// real one takes back the device after seconds. An insertion goes a dozen times
+/// over the places of a curve, and as often over its channels at each.
+pub(super) const fn batch(room: usize, channels: usize) -> u32 {
+    let each = 12 * room * (1 + channels);
+    let batch = 32_768 / each;
+    if batch == 0 { 1 } else { batch as u32 }
+}
+
+/// All parts of the shader that makes curves.
+pub(super) fn parts<A, S, P, const C: usize>() -> Vec<&'static str>
+where
+    A: WgslRule<C>,
+    A::Curve: Into<P>,
+    S: WgslSegments<C>,
+    P: WgslStored<C>,
+{
+    let entry = [INDEX_WGSL, include_str!("build.wgsl")];
+    [&build_parts::<A, P, C>()[..], S::parts(), &entry].concat()
+}
+
+impl<A, S, P, E, const C: usize> BuildMap<A, S, P, C> for Gpu<E>
+where
+    A: WgslRule<C>,
+    A::Curve: Into<P>,
+    S: WgslSegments<C>,
+    P: WgslStored<C>,
+    E: Encode,
+{
+    fn build_map(
+        &self,
+        _: &A,
+        source: &S,
+        map: &mut CurveMap<GpuMemory, P, C>,
+    ) -> Result<(), Error> {
+        let [width, height] = map.extent();
+        let texels = width * height;
+        let batch = batch(A::ROOM, C);
+        let longest = source.longest().max(1);
+        let numbers = 2 + A::ROOM * (1 + 3 * C);
+        let waiting = if longest > batch {
+            BAND.min(texels) * numbers
+        } else {
+            0
+        };
+        let mut unfinished = self.zeros::<u32>(waiting)?;
+        for first_texel in (0..texels).step_by(BAND) {
+            let band = BAND.min(texels - first_texel);
+            for first in (0..longest).step_by(batch as usize) {
+                let end = longest.min(first.saturating_add(batch));
+                let parameters = Parameters {
+                    // The words of a map are in memory: each fits.
+                    width: width as u32,
+                    texels: band as u32,
+                    first_texel: first_texel as u32,
+                    first,
+                    end,
+                    is_last: u32::from(end == longest),
+                };
+                self.dispatch(
+                    &Kernel {
+                        label: "build a shadow map",
+                        parts: &parts::<A, S, P, C>(),
+                        entry: "build",
+                        constants: &source.constants(),
+                    },
+                    &[
+                        &[
+                            Argument::uniform(parameters),
+                            Argument::write(map.words_mut()),
+                            Argument::write(&mut unfinished),
+                        ],
+                        &source.arguments(),
+                    ],
+                    Workgroups::covering(band, GROUP),
+                )?;
+            }
+        }
+        Ok(())
+    }
+}

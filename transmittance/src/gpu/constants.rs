@@ -1,0 +1,48 @@
+//! Sizes of curves as WGSL, made while compiling: shaders are `'static` text.
+
+/// The sizes of curves of `N` nodes and `C` channels with room for `W N` nodes, or,
+/// if `W` is 0, for two more than `N`.
+#[derive(Debug)]
+pub(crate) struct Sizes<const N: usize, const W: usize, const C: usize>;
+
+/// Digits stand where the numbers go.
+const TEMPLATE: &[u8; 154] = b"
+const avsm_NODES: u32 = 0x0000u;
+const avsm_ROOM: u32 = 0x0000u;
+const avsm_CHANNELS: u32 = 0x0000u;
+const avsm_PLACES: u32 = avsm_ROOM * avsm_CHANNELS;
+";
+
+impl<const N: usize, const W: usize, const C: usize> Sizes<N, W, C> {
+    /// Nodes that a curve has room for while it is made.
+    pub(crate) const ROOM: usize = if W == 0 { N + 2 } else { W * N };
+
+    const BYTES: [u8; TEMPLATE.len()] = {
+        assert!(
+            C >= 1 && C <= 16 && Self::ROOM <= super::MOST_ROOM,
+            "shaders have 1 to 16 channels and room for at most 66 nodes"
+        );
+        let mut bytes = *TEMPLATE;
+        let numbers = [N, Self::ROOM, C];
+        // The digits of the number of this index end here.
+        let (mut index, mut at) = (0, 0);
+        while index < numbers.len() {
+            while !(bytes[at] == b'0' && bytes[at + 1] == b'u') {
+                at += 1;
+            }
+            let mut digit = 0;
+            while digit < 4 {
+                bytes[at - digit] = b"0123456789abcdef"[numbers[index] >> (4 * digit) & 15];
+                digit += 1;
+            }
+            (index, at) = (index + 1, at + 2);
+        }
+        bytes
+    };
+
+    /// `avsm_NODES`, `avsm_ROOM`, `avsm_CHANNELS` and `avsm_PLACES`.
+    pub(crate) const WGSL: &'static str = match std::str::from_utf8(&Self::BYTES) {
+        Ok(text) => text,
+        Err(_) => panic!("digits are ASCII"),
+    };
+}

@@ -1,0 +1,241 @@
+// A transmittance curve in the memory of an invocation: blockers are put in, and
+// nodes removed where there is no room, with a bound of the error.
+//
+// Based on: M. Salvi, K. Vidimce, A. Lauritzen, A. Lefohn, "Adaptive Volumetric
+// Shadow Maps", Eurographics Symposium on Rendering 2010. The steps are those of
+// `Curve` and `Stream` on the CPU; where a GPU rounds more, the bounds are wider.
+//
+// Loops run over all places whatever the number of nodes, and elements are
+// chosen by conditions on the place, so that a compiler that unrolls them can
+// keep the curve in registers.
+//
+// Needs the constants avsm_NODES, avsm_ROOM, avsm_CHANNELS, avsm_PLACES =
+// avsm_ROOM avsm_CHANNELS, the part numeric.wgsl, exponential.wgsl or linear.wgsl
+// and its rules of insertion, and one of area.wgsl and maximum.wgsl.
+
+// As many insertions of the CPU as one of a GPU counts for in the bound of
+// roundings. A node that is made is within 9 u (avsm_mix), what it gets from a
+// blocker within 9 u (a share, a product, a sum), and the factor of a linear
+// curve within another 5 u: at most 23 u, where the CPU counts 2 u for optical
+// depths and 4 u for transmittances.
+const avsm_ROUNDINGS: u32 = 12u;
+
+// A blocker. Optical depths of 1e30 and more are opaque.
+struct avsm_Segment {
+    entry: f32,
+    exit: f32,
+    optical_depth: array<f32, avsm_CHANNELS>,
+}
+
+// Nodes from front to back, as on the CPU; places from `len` on are not used.
+// Channel c of node i is at avsm_ROOM c + i.
+struct avsm_Curve {
+    len: u32,
+    insertions: u32,
+    depth: array<f32, avsm_ROOM>,
+    value: array<f32, avsm_PLACES>,
+    above: array<f32, avsm_PLACES>,
+    below: array<f32, avsm_PLACES>,
+}
+
+// The number of nodes in front of a depth.
+fn avsm_count_in_front(curve: ptr<function, avsm_Curve>, depth: f32) -> u32 {
+    var count = 0u;
+    for (var i = 0u; i < avsm_ROOM; i++) {
+        count += u32(i < (*curve).len && (*curve).depth[i] < depth);
+    }
+    return count;
+}
+
+fn avsm_has_node(curve: ptr<function, avsm_Curve>, index: u32, depth: f32) -> bool {
+    return index < (*curve).len && (*curve).depth[index] == depth;
+}
+
+// Opens a place in front of node `index`, which is then there twice.
+fn avsm_open(curve: ptr<function, avsm_Curve>, index: u32) {
+    for (var i = avsm_ROOM - 1u; i > 0u; i--) {
+        if i <= index {
+            continue;
+        }
+        (*curve).depth[i] = (*curve).depth[i - 1u];
+        for (var c = 0u; c < avsm_CHANNELS; c++) {
+            let place = c * avsm_ROOM + i;
+            (*curve).value[place] = (*curve).value[place - 1u];
+            (*curve).above[place] = (*curve).above[place - 1u];
+            (*curve).below[place] = (*curve).below[place - 1u];
+        }
+    }
+    (*curve).len += 1u;
+}
+
+// Makes a node at a depth on the curve, to be node `index`.
+fn avsm_make_node(curve: ptr<function, avsm_Curve>, index: u32, depth: f32) {
+    avsm_open(curve, index);
+    (*curve).depth[index] = depth;
+    let is_last = index + 1u == (*curve).len;
+    for (var c = 0u; c < avsm_CHANNELS; c++) {
+        let i = c * avsm_ROOM + index;
+        if index == 0u {
+            (*curve).value[i] = avsm_CLEAR;
+            (*curve).above[i] = 0.0;
+            (*curve).below[i] = 0.0;
+            continue;
+        }
+        var value = (*curve).value[i - 1u];
+        if !is_last {
+            let ends = vec2((*curve).depth[index - 1u], (*curve).depth[index + 1u]);
+            value = avsm_mix(vec2(value, (*curve).value[i + 1u]), avsm_shares(ends, depth));
+        }
+        (*curve).value[i] = value;
+        (*curve).above[i] = (*curve).above[i - 1u];
+        (*curve).below[i] = (*curve).below[i - 1u];
+    }
+}
+
+// The bounds above and below of the stretch that is left when inner node q goes.
+fn avsm_joined(curve: ptr<function, avsm_Curve>, q: u32, channel: u32) -> vec2<f32> {
+    let ends = vec2((*curve).depth[q - 1u], (*curve).depth[q + 1u]);
+    let shares = avsm_shares(ends, (*curve).depth[q]);
+    let i = channel * avsm_ROOM + q;
+    let chord = avsm_mix(vec2((*curve).value[i - 1u], (*curve).value[i + 1u]), shares);
+    let height = (*curve).value[i] - chord;
+    // The chord is within 9 u, the difference within another.
+    let slack = 8e-7 * max((*curve).value[i], chord);
+    let above = max((*curve).above[i - 1u], (*curve).above[i]) + max(height, 0.0) + slack;
+    let below = max((*curve).below[i - 1u], (*curve).below[i]) + max(-height, 0.0) + slack;
+    return vec2(above, below) * 1.0000004;
+}
+
+// What finds the least cost: the cost in the high bits, so that integers compare
+// as costs do, and the node's number in the low ones.
+fn avsm_key(
+    curve: ptr<function, avsm_Curve>,
+    transmittances: ptr<function, array<f32, avsm_PLACES>>,
+    q: u32,
+) -> i32 {
+    if q == 0u || q + 1u >= (*curve).len {
+        return 0x7fffffff;
+    }
+    let cost = max(avsm_cost(curve, transmittances, q), 0.0);
+    return (bitcast<i32>(cost) & ~0xff) | i32(q);
+}
+
+// Removes inner nodes, the cheapest first, until at most `keep` >= 2 are left.
+fn avsm_reduce(curve: ptr<function, avsm_Curve>, keep: u32) {
+    if (*curve).len <= keep {
+        return;
+    }
+    var transmittances: array<f32, avsm_PLACES>;
+    for (var i = 0u; i < avsm_PLACES; i++) {
+        transmittances[i] = avsm_transmittance((*curve).value[i]);
+    }
+    var keys: array<i32, avsm_ROOM>;
+    for (var q = 0u; q < avsm_ROOM; q++) {
+        keys[q] = avsm_key(curve, &transmittances, q);
+    }
+    while (*curve).len > keep {
+        var least = 0x7fffffff;
+        for (var i = 0u; i < avsm_ROOM; i++) {
+            least = min(least, keys[i]);
+        }
+        let q = clamp(u32(least) & 0xffu, 1u, avsm_ROOM - 2u);
+        for (var c = 0u; c < avsm_CHANNELS; c++) {
+            let bounds = avsm_joined(curve, q, c);
+            (*curve).above[c * avsm_ROOM + q - 1u] = bounds.x;
+            (*curve).below[c * avsm_ROOM + q - 1u] = bounds.y;
+        }
+        for (var i = 1u; i < avsm_ROOM; i++) {
+            if i <= q {
+                continue;
+            }
+            (*curve).depth[i - 1u] = (*curve).depth[i];
+            keys[i - 1u] = select(keys[i] - 1, keys[i], keys[i] == 0x7fffffff);
+            for (var c = 0u; c < avsm_CHANNELS; c++) {
+                let place = c * avsm_ROOM + i;
+                (*curve).value[place - 1u] = (*curve).value[place];
+                (*curve).above[place - 1u] = (*curve).above[place];
+                (*curve).below[place - 1u] = (*curve).below[place];
+                transmittances[place - 1u] = transmittances[place];
+            }
+        }
+        (*curve).len -= 1u;
+        keys[q - 1u] = avsm_key(curve, &transmittances, q - 1u);
+        keys[q] = avsm_key(curve, &transmittances, q);
+        keys[avsm_ROOM - 1u] = 0x7fffffff;
+    }
+}
+
+// The segment as it is put in: what is opaque has no length, what is below the
+// range of normal numbers is 0, and what is no segment takes no light.
+fn avsm_checked(segment: avsm_Segment) -> avsm_Segment {
+    var checked = segment;
+    var is_segment = avsm_is_finite(segment.entry) && avsm_is_finite(segment.exit);
+    checked.entry = avsm_normal(segment.entry);
+    checked.exit = avsm_normal(segment.exit);
+    is_segment = is_segment && checked.entry <= checked.exit;
+    var is_opaque = false;
+    for (var c = 0u; c < avsm_CHANNELS; c++) {
+        let tau = segment.optical_depth[c];
+        let bits = bitcast<u32>(tau);
+        // Infinity is a number here, -0 is not below 0.
+        is_segment = is_segment && (bits <= 0x7f800000u || bits == 0x80000000u);
+        is_opaque = is_opaque || bits >= bitcast<u32>(1e30);
+        checked.optical_depth[c] = min(avsm_normal(tau), 1e30);
+        if bits == 0x7f800000u {
+            checked.optical_depth[c] = 1e30;
+        }
+    }
+    if !is_segment {
+        for (var c = 0u; c < avsm_CHANNELS; c++) {
+            checked.optical_depth[c] = 0.0;
+        }
+    }
+    if is_opaque {
+        checked.exit = checked.entry;
+    }
+    return checked;
+}
+
+// A clear ray.
+fn avsm_clear() -> avsm_Curve {
+    return avsm_Curve();
+}
+
+// Adds a blocker. One that is clear or no segment at all changes nothing.
+fn avsm_insert(curve: ptr<function, avsm_Curve>, blocker: avsm_Segment) {
+    let segment = avsm_checked(blocker);
+    var most = 0.0;
+    for (var c = 0u; c < avsm_CHANNELS; c++) {
+        most = max(most, segment.optical_depth[c]);
+    }
+    if most <= 0.0 {
+        return;
+    }
+    // Room for two nodes.
+    avsm_reduce(curve, avsm_ROOM - 2u);
+    (*curve).insertions += min(avsm_ROUNDINGS, 0xffffffffu - (*curve).insertions);
+    // The last node that is not behind the entry, made to be at the entry.
+    var first = avsm_count_in_front(curve, segment.entry);
+    let is_there = avsm_has_node(curve, first, segment.entry);
+    let is_step = is_there && avsm_has_node(curve, first + 1u, segment.entry);
+    if !is_there {
+        avsm_make_node(curve, first, segment.entry);
+    }
+    // The first node that gets all of it, made to be at the exit.
+    var after = first + 1u;
+    if segment.entry < segment.exit {
+        first += u32(is_step);
+        after = avsm_count_in_front(curve, segment.exit);
+        if !avsm_has_node(curve, after, segment.exit) {
+            avsm_make_node(curve, after, segment.exit);
+        }
+    } else if !is_step {
+        avsm_open(curve, first);
+    }
+    avsm_attenuate(curve, first, after, segment);
+}
+
+// Leaves avsm_NODES nodes.
+fn avsm_finish(curve: ptr<function, avsm_Curve>) {
+    avsm_reduce(curve, avsm_NODES);
+}

@@ -1,0 +1,16 @@
+// What it costs to remove the node between two others: the bound of the error
+// on the stretch that this leaves, as `Maximum`.
+fn avsm_cost(
+    curve: ptr<function, avsm_Curve>,
+    transmittances: ptr<function, array<f32, avsm_PLACES>>,
+    q: u32,
+) -> f32 {
+    var cost = 0.0;
+    for (var c = 0u; c < avsm_CHANNELS; c++) {
+        let i = c * avsm_ROOM + q;
+        let bounds = avsm_joined(curve, q, c);
+        let outer = vec2((*transmittances)[i - 1u], (*transmittances)[i + 1u]);
+        cost = max(cost, avsm_spread(outer, bounds.y, bounds.x));
+    }
+    return cost;
+}

@@ -1,0 +1,135 @@
+//! Shaders without a device. Results are compared in `tests/gpu.rs`.
+
+use gpu_backend::assert_same_layout;
+use gpu_backend::gpu::GpuMemory;
+use gpu_backend::testing::Shader;
+
+use super::build::{self, ListsRecord};
+use super::capture::{self, GATHER, GatherParameters, SCAN, SORT, SortParameters};
+use super::{WgslRule, WgslStored, build_parts, lookup_parts, query};
+use crate::{
+    Area, Curve, Exponential, Linear, Lookup, Maximum, Packed, PackedHalf, Receiver, SegmentLists,
+    Stream,
+};
+
+/// Stand for the bindings of a map.
+const WORDS: &str = "
+    var<private> avsm_memory: array<u32, 64>;
+    fn avsm_word(index: u32) -> u32 { return avsm_memory[index % 64u]; }
+    fn avsm_set_word(index: u32, word: u32) { avsm_memory[index % 64u] = word; }";
+
+/// Both kinds of parts and both entry points of a rule and a stored form.
+fn are_valid<A, P, const C: usize>()
+where
+    A: WgslRule<C>,
+    A::Curve: Into<P>,
+    P: WgslStored<C>,
+{
+    let lookup = Shader::new(&[&lookup_parts::<P, C>()[..], &[WORDS]].concat()).unwrap();
+    lookup.require_part(&["avsm_"]).unwrap();
+    assert_eq!(lookup.values("avsm_WORDS").unwrap(), [P::WORDS as f64]);
+    assert_eq!(lookup.values("avsm_CHANNELS").unwrap(), [C as f64]);
+    let build = Shader::new(&[&build_parts::<A, P, C>()[..], &[WORDS]].concat()).unwrap();
+    build.require_part(&["avsm_"]).unwrap();
+    assert_eq!(build.values("avsm_ROOM").unwrap(), [A::ROOM as f64]);
+    assert_eq!(build.values("avsm_PLACES").unwrap(), [(C * A::ROOM) as f64]);
+
+    let query = Shader::new(&query::parts::<P, C>()).unwrap();
+    assert_same_layout!(
+        query,
+        "Parameters",
+        query::Parameters {
+            width,
+            height,
+            count,
+            is_bilinear
+        }
+    );
+    assert_same_layout!(query, "Receiver", Receiver { position, depth });
+    let build = Shader::new(&build::parts::<A, SegmentLists<GpuMemory, C>, P, C>()).unwrap();
+    assert_same_layout!(
+        build,
+        "Parameters",
+        build::Parameters {
+            width,
+            texels,
+            first_texel,
+            first,
+            end,
+            is_last
+        }
+    );
+    assert_same_layout!(
+        build,
+        "avsm_Lists",
+        ListsRecord {
+            width,
+            height,
+            segments
+        }
+    );
+}
+
+fn all_stored<A, L: Lookup, const N: usize, const C: usize>()
+where
+    A: WgslRule<C, Curve = Curve<N, L, C>>,
+{
+    are_valid::<A, Curve<N, L, C>, C>();
+    are_valid::<A, Packed<N, L, C>, C>();
+    are_valid::<A, PackedHalf<N, L, C>, C>();
+}
+
+#[test]
+fn all_parts_are_fit_for_other_shaders_and_all_structures_are_those_of_rust() {
+    all_stored::<Curve<4, Linear>, Linear, 4, 1>();
+    all_stored::<Curve<8>, Exponential, 8, 1>();
+    all_stored::<Curve<64, Linear, 3>, Linear, 64, 3>();
+    all_stored::<Stream<8>, Exponential, 8, 1>();
+    all_stored::<Stream<12, Maximum>, Exponential, 12, 1>();
+    all_stored::<Stream<16, Area, Linear, 3>, Linear, 16, 3>();
+    all_stored::<Stream<5, Maximum, Linear, 2, 2>, Linear, 5, 2>();
+    all_stored::<Stream<2, Area, Exponential, 16, 32>, Exponential, 2, 16>();
+}
+
+#[test]
+fn constants_are_those_of_rust() {
+    let shader = Shader::new(&query::parts::<PackedHalf<8>, 1>()).unwrap();
+    assert_eq!(
+        shader.values("avsm_LARGEST").unwrap(),
+        [f64::from(f32::MAX)]
+    );
+    assert_eq!(shader.values("avsm_LAST").unwrap(), [f64::from(u16::MAX)]);
+    assert_eq!(shader.values("avsm_NODES").unwrap(), [8.0]);
+}
+
+#[test]
+fn the_sort_is_valid_and_as_in_rust() {
+    let shader = Shader::new(SORT).unwrap();
+    assert_same_layout!(
+        shader,
+        "Parameters",
+        SortParameters {
+            count,
+            chunks,
+            field,
+            shift,
+            texels,
+            stride
+        }
+    );
+    assert_eq!(shader.values("DIGITS").unwrap(), [capture::DIGITS as f64]);
+    for parts in [SORT, SCAN] {
+        let chunk = Shader::new(parts).unwrap().values("CHUNK").unwrap();
+        assert_eq!(chunk, [capture::CHUNK as f64]);
+    }
+    let shader = Shader::new(GATHER).unwrap();
+    assert_same_layout!(
+        shader,
+        "Parameters",
+        GatherParameters {
+            count,
+            texels,
+            stride
+        }
+    );
+}
