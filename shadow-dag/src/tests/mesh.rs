@@ -9,14 +9,14 @@ use crate::{
 
 /// A turned box.
 #[derive(Debug, Clone, Copy)]
-struct Solid {
+pub(super) struct Solid {
     centre: DVec3,
     half: DVec3,
     turn: DQuat,
 }
 
 #[derive(Debug, Clone, Default)]
-struct Soup {
+pub(super) struct Soup {
     positions: Vec<Vec3>,
     indices: Vec<[u32; 3]>,
 }
@@ -44,19 +44,19 @@ impl Soup {
         }
     }
 
-    fn of(solids: &[Solid]) -> Self {
+    pub(super) fn of(solids: &[Solid]) -> Self {
         let mut soup = Self::default();
         solids.iter().for_each(|solid| soup.solid(solid));
         soup
     }
 
-    fn mesh(&self, resolution: u32, light: LightSpace) -> Mesh {
+    pub(super) fn mesh(&self, resolution: u32, light: LightSpace) -> Mesh {
         let resolution = Resolution::new(resolution).unwrap();
         Mesh::new(resolution, light, &self.positions, &self.indices).unwrap()
     }
 }
 
-fn solid() -> impl Strategy<Value = Solid> {
+pub(super) fn solid() -> impl Strategy<Value = Solid> {
     // Some stand on a lattice and touch, some are turned at random.
     let free = (
         (-0.5_f64..0.5, -0.5_f64..0.5, -0.5_f64..0.5),
@@ -79,7 +79,7 @@ fn solid() -> impl Strategy<Value = Solid> {
     prop_oneof![free, lattice]
 }
 
-fn lights() -> [LightSpace; 4] {
+pub(super) fn lights() -> [LightSpace; 4] {
     let from = |eye: DVec3| look_at_mat4(eye, DVec3::ZERO, DVec3::Y);
     let slanted = from(DVec3::new(1.0, 2.0, 0.7));
     let straight = from(DVec3::new(0.0, 0.0, 2.0));
