@@ -85,6 +85,21 @@ fn percentile_99(values: &mut [f64]) -> f64 {
     *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }
 
+/// The order at which errors fall with a quality (a number of samples, a
+/// resolution): the slope of log error over log 1/quality, by least squares.
+pub fn order(errors: &[(u32, f64)]) -> f64 {
+    let points = errors.iter().map(|(n, e)| (-f64::from(*n).ln(), e.ln()));
+    let count = errors.len() as f64;
+    let (x, y) = points
+        .clone()
+        .fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
+    let (x, y) = (x / count, y / count);
+    let (above, below) = points.fold((0.0, 0.0), |sum, p| {
+        (sum.0 + (p.0 - x) * (p.1 - y), sum.1 + (p.0 - x).powi(2))
+    });
+    above / below
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::metrics::image_error;
+use crepuscular_tests::metrics::{image_error, order};
 use crepuscular_tests::oracle::image::{Options, Reference, reference};
 use crepuscular_tests::scenes::Stage;
 use crepuscular_tests::shapes;
@@ -119,20 +119,6 @@ fn resolvable(embedded: Embedded) -> Stage {
         stage.rays = rays;
     }
     stage
-}
-
-/// The slope of log error over log 1/samples, by least squares.
-fn order(errors: &[(u32, f64)]) -> f64 {
-    let points = errors.iter().map(|(n, e)| (-f64::from(*n).ln(), e.ln()));
-    let count = errors.len() as f64;
-    let (x, y) = points
-        .clone()
-        .fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
-    let (x, y) = (x / count, y / count);
-    let (above, below) = points.fold((0.0, 0.0), |sum, p| {
-        (sum.0 + (p.0 - x) * (p.1 - y), sum.1 + (p.0 - x).powi(2))
-    });
-    above / below
 }
 
 const SPACINGS: [Spacing; 2] = [Spacing::Distance, Spacing::EquiAngular];
