@@ -3,9 +3,10 @@
 //! Everything here answers one of two questions about an eye ray:
 //!
 //! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields
-//!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]) or
-//!    sampled from a shadow map ([`visibility::ShadowMapMarch`]), or read from
-//!    a voxelized shadow volume (`voxels::VoxelShadow`).
+//!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]),
+//!    sampled from a shadow map ([`visibility::ShadowMapMarch`]), read from a
+//!    voxelized shadow volume (`voxels::VoxelShadow`) or walked through baked
+//!    shadows (`dag::BakedShadow`); [`visibility::Both`] joins two.
 //! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
 //!    integrates the scattered light over intervals
 //!    ([`airlight::Quadrature`], any evaluator of the crate `airlight` in
@@ -42,11 +43,12 @@
 //! |---|---|---|
 //! | [`scene`] | | meshes, lights, camera, medium; [`scene::Geometry`] is the checked world-space form |
 //! | [`emitter`] | | lights as algorithms see them |
-//! | [`visibility`] | `march`, `trace` | sources of lit intervals |
+//! | [`visibility`] | `march`, `trace` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
 //! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
 //! | `voxels` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
+//! | `dag` | `shadow-dag` | baked shadows: of the medium, and filtered on surfaces |
 //! | `trace` | `trace` | a BVH: camera rays, shadow rays |
 //! | `view` | `trace` | the rays of a picture, and its surfaces |
 //! | `procedural` | `procedural` | scenes that need no file, and the figures of any scene |
@@ -62,6 +64,8 @@
 //! finite.
 
 pub mod airlight;
+#[cfg(feature = "shadow-dag")]
+pub mod dag;
 pub mod emitter;
 mod gather;
 #[cfg(feature = "wgpu")]

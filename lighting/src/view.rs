@@ -9,6 +9,7 @@ use crate::Ray;
 use crate::emitter::Emitter;
 use crate::scene::{Camera, Geometry, Material, Medium, Scene};
 use crate::trace::{Hit, Tracer};
+use crate::visibility::SurfaceShadow;
 
 /// Largest width and height of a picture.
 pub const MAX_SIDE: u32 = 16384;
@@ -105,15 +106,51 @@ impl View {
         emitters: &[Emitter],
         medium: Option<&Medium>,
     ) -> Vec<[f32; 4]> {
+        self.lit_surfaces(cpu, scene, geometry, medium, |surface| {
+            emitters.iter().fold(Vec3::ZERO, |sum, emitter| {
+                let unblocked = |way: &Way| {
+                    let start = surface.point + surface.offset * surface.normal;
+                    let blocked = tracer.occluded(start, way.to_light, 0.0, way.distance);
+                    if blocked { 0.0 } else { 1.0 }
+                };
+                sum + surface.reflected(emitter, medium, unblocked)
+            })
+        })
+    }
+
+    /// [`View::surface_radiance`] with shadows from the source that belongs to
+    /// each light.
+    pub fn surface_radiance_with(
+        &self,
+        cpu: &Cpu,
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &[(&Emitter, &dyn SurfaceShadow)],
+        medium: Option<&Medium>,
+    ) -> Vec<[f32; 4]> {
+        self.lit_surfaces(cpu, scene, geometry, medium, |surface| {
+            lights.iter().fold(Vec3::ZERO, |sum, (emitter, shadow)| {
+                let reaching = |_: &Way| shadow.reaching(surface.point, surface.normal);
+                sum + surface.reflected(emitter, medium, reaching)
+            })
+        })
+    }
+
+    /// What surfaces emit and reflect, as it reaches the eye.
+    fn lit_surfaces(
+        &self,
+        cpu: &Cpu,
+        scene: &Scene,
+        geometry: &Geometry,
+        medium: Option<&Medium>,
+        reflected: impl Fn(&Surface) -> Vec3 + Sync + Send,
+    ) -> Vec<[f32; 4]> {
         cpu.map(self.rays.len(), |pixel| {
             let (ray, Some(hit)) = (&self.rays[pixel], self.hits[pixel]) else {
                 return [0.0; 4];
             };
             let surface = Surface::new(ray, &hit, scene, geometry);
-            let mut radiance = surface.emitted;
-            for emitter in emitters {
-                radiance += surface.reflected(tracer, emitter, medium);
-            }
+            let radiance = surface.emitted + reflected(&surface);
             let reaching =
                 radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance);
             [reaching.x, reaching.y, reaching.z, 0.0]
@@ -128,6 +165,12 @@ fn transmittance(medium: Option<&Medium>, start: Vec3, direction: Vec3, length: 
         Some(medium) if medium.sigma_t() == Vec3::ZERO => Vec3::ONE,
         Some(medium) => (-medium.sigma_t() * medium.length_inside(start, direction, length)).exp(),
     }
+}
+
+/// From a surface to a light.
+struct Way {
+    to_light: Vec3,
+    distance: f32,
 }
 
 /// A point of a surface, ready to be lit.
@@ -169,7 +212,14 @@ impl Surface {
         }
     }
 
-    fn reflected(&self, tracer: &Tracer, emitter: &Emitter, medium: Option<&Medium>) -> Vec3 {
+    /// `reaching` is asked for the share of the light that is not blocked,
+    /// where the rest of it comes to anything.
+    fn reflected(
+        &self,
+        emitter: &Emitter,
+        medium: Option<&Medium>,
+        reaching: impl Fn(&Way) -> f32,
+    ) -> Vec3 {
         let (to_light, distance, irradiance) = match emitter {
             Emitter::Directional(sun) => (-sun.direction(), f32::INFINITY, sun.irradiance()),
             Emitter::Point(point) => {
@@ -187,8 +237,8 @@ impl Surface {
         if cos <= 0.0 || irradiance == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        let start = self.point + self.offset * self.normal;
-        if tracer.occluded(start, to_light, 0.0, distance) {
+        let share = reaching(&Way { to_light, distance });
+        if share == 0.0 {
             return Vec3::ZERO;
         }
         // Sunlight in an unbounded medium has been attenuated "before": the
@@ -197,6 +247,6 @@ impl Surface {
             (Emitter::Directional(_), Some(medium)) if medium.bounds().is_none() => Vec3::ONE,
             _ => transmittance(medium, self.point, to_light, distance),
         };
-        self.albedo / PI * irradiance * cos * through
+        self.albedo / PI * irradiance * cos * through * share
     }
 }

@@ -53,6 +53,14 @@ pub enum Error {
         /// The most there can be.
         limit: u32,
     },
+    /// A bake was told to stop before its last tile.
+    #[error("stopped after {finished} of {tiles} tiles")]
+    Cancelled {
+        /// Tiles that are finished.
+        finished: usize,
+        /// All tiles.
+        tiles: usize,
+    },
     /// The source of depths failed.
     #[error("the depths of the tile at ({x}, {y}) could not be read")]
     Source {

@@ -43,6 +43,8 @@
 //!   and [`Builder::bake`] makes its shadows without any map, in a time that
 //!   grows with the silhouettes alone if the mesh is closed; whether it is,
 //!   [`Mesh::soundness`] says.
+//! * A [`Bake`] is the same work tile by tile: it can be watched and stopped,
+//!   what is finished can be saved, and another process can resume it.
 //! * [`ShadowDag`] answers: [single voxels](ShadowDag::is_lit),
 //!   [filtered shadows](ShadowDag::filter) of any width,
 //!   [lit parts of a ray](ShadowDag::lit_intervals), the
@@ -77,9 +79,11 @@
 //! * Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of
 //!   Voxelized Shadows, I3D 2015
 
+mod bake;
 mod build;
 mod bytes;
 mod casters;
+mod checkpoint;
 mod column;
 mod dag;
 mod error;
@@ -88,6 +92,7 @@ mod footprint;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
 mod graph;
+mod identity;
 mod interval;
 mod layout;
 mod light_space;
@@ -103,10 +108,13 @@ mod sizes;
 mod slices;
 #[cfg(test)]
 mod tests;
+mod tiles;
 mod top;
 
+pub use bake::{Bake, Progress};
 pub use build::Builder;
 pub use casters::{Casters, DepthMap, Exits, TileRect};
+pub use checkpoint::CheckpointError;
 pub use dag::{Form, ShadowDag};
 pub use error::Error;
 pub use file::FileError;

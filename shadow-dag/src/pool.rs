@@ -29,13 +29,13 @@ pub(crate) trait Key: Copy + Eq + Default {
 }
 
 /// Two halves of a full product mix every bit of both factors.
-fn fold(a: u64, b: u64) -> u64 {
+pub(crate) fn fold(a: u64, b: u64) -> u64 {
     let product = u128::from(a) * u128::from(b);
     (product as u64) ^ ((product >> 64) as u64)
 }
 
 /// Odd words without structure: digits of π.
-const SALT: [u64; 4] = [
+pub(crate) const SALT: [u64; 4] = [
     0x2437_06ab_6a88_85a3,
     0x1319_8a2e_0370_7345,
     0xa409_3822_299f_31d1,

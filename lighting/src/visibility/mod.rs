@@ -1,16 +1,22 @@
 //! Which parts of an eye ray see the light.
 
+mod both;
 #[cfg(feature = "trace")]
 mod exact;
 #[cfg(feature = "march")]
 mod march;
 mod merge;
 
+pub use both::Both;
+#[cfg(feature = "shadow-dag")]
+pub(crate) use both::product;
 #[cfg(feature = "trace")]
 pub use exact::Exact;
 #[cfg(feature = "march")]
 pub use march::{ShadowMapMarch, Spacing};
 pub use merge::MergeTouching;
+
+use glam::Vec3;
 
 use crate::{LightPath, LitInterval};
 
@@ -24,6 +30,22 @@ pub trait VisibilitySource: Sync {
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>);
 }
 
+impl<V: VisibilitySource + ?Sized> VisibilitySource for &V {
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
+        (**self).lit_intervals(path, lit);
+    }
+}
+
+/// Tells how much of a light reaches a point of a surface.
+///
+/// It belongs to one light, like a [`VisibilitySource`]: the same question
+/// asked at a point.
+pub trait SurfaceShadow: Sync {
+    /// The share of the light, 0 to 1, that is not blocked on its way to
+    /// `point` on a surface with the unit `normal`, on the side of the light.
+    fn reaching(&self, point: Vec3, normal: Vec3) -> f32;
+}
+
 /// Nothing is in the way: all of the span is lit.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unshadowed;
@@ -32,5 +54,11 @@ impl VisibilitySource for Unshadowed {
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
         let span = path.span();
         lit.push(LitInterval::unshadowed(span.start, span.end));
+    }
+}
+
+impl SurfaceShadow for Unshadowed {
+    fn reaching(&self, _: Vec3, _: Vec3) -> f32 {
+        1.0
     }
 }

@@ -10,13 +10,17 @@ mod footprint;
 mod texels;
 mod triangle;
 
+use std::sync::atomic::AtomicBool;
+
 use glam::Vec3;
 use gpu_backend::Cpu;
 
 use crate::casters::{Casters, Exits, TileRect};
 use crate::footprint::{Footprints, Look};
+use crate::identity::Identity;
 use crate::rule::Tile;
-use crate::{Builder, Error, Form, LightSpace, Resolution, Rule, ShadowDag};
+use crate::tiles::{Plan, Tiles, Watch};
+use crate::{Bake, Builder, Error, LightSpace, Resolution, Rule, ShadowDag};
 use closed::Components;
 use footprint::Part;
 pub(crate) use footprint::Scratch;
@@ -37,6 +41,8 @@ pub struct Mesh {
     /// Numbers of the triangles over each bin, row by row.
     bins: Vec<Vec<u32>>,
     soundness: Soundness,
+    /// Of what it was made of.
+    identity: Identity,
 }
 
 /// How much of a mesh encloses something.
@@ -128,6 +134,7 @@ impl Mesh {
             triangles,
             bins,
             soundness: components.soundness,
+            identity: Identity::of_triangles(&light, positions, indices),
         })
     }
 
@@ -140,6 +147,11 @@ impl Mesh {
     /// How much of the mesh encloses something.
     pub fn soundness(&self) -> Soundness {
         self.soundness
+    }
+
+    /// What tells it from other meshes, at any resolution.
+    pub(crate) fn identity(&self) -> Identity {
+        self.identity
     }
 
     /// The triangles over a square of the map, each once.
@@ -233,31 +245,46 @@ impl Builder {
     /// memory grow with the length of the silhouettes.
     ///
     /// Answers are those of [`Builder::build`] wherever those are defined. For
-    /// rules other than [`Rule::Aligned`] it is the same as that.
+    /// rules other than [`Rule::Aligned`] it is the same as that. A [`Bake`]
+    /// does the same work in parts.
     ///
     /// # Errors
     /// [`Error::TooManyNodes`].
     pub fn bake(&self, cpu: &Cpu, mesh: &Mesh) -> Result<ShadowDag, Error> {
-        if self.rule != Rule::Aligned {
-            return self.build(cpu, mesh);
-        }
+        let mut bake = Bake::of_mesh(*self, mesh);
+        bake.advance(cpu, usize::MAX, &AtomicBool::new(false), |_| {})?;
+        bake.finish()
+    }
+
+    /// The tiles in which a mesh is baked.
+    pub(crate) fn plan_of_mesh(&self, mesh: &Mesh) -> Plan {
         let resolution = mesh.resolution;
-        let width = BINS.min(resolution.side() / 8);
-        let side = resolution.side() / width;
-        let level = side.trailing_zeros() as usize - 3;
-        let graph = self.assemble(
-            cpu,
+        if self.rule != Rule::Aligned {
+            return self.plan_of_maps(resolution);
+        }
+        self.plan(
             resolution,
-            level,
-            || Scratch::new(mesh, true),
-            |scratch, x, y| {
-                Ok(scratch.start(TileRect {
-                    x: x * side,
-                    y: y * side,
-                    side,
-                }))
-            },
-        )?;
-        ShadowDag::from_graph(&graph, Some(&mesh.light), Form::Plain)
+            resolution.side() / BINS.min(resolution.side() / 8),
+        )
+    }
+}
+
+impl Tiles {
+    /// [`Tiles::advance`] over the triangles of `mesh`.
+    pub(crate) fn bake(
+        &mut self,
+        cpu: &Cpu,
+        most: usize,
+        watch: Watch<'_>,
+        mesh: &Mesh,
+    ) -> Result<(), Error> {
+        let plan = self.plan;
+        if plan.rule != Rule::Aligned {
+            return self.read(cpu, most, watch, mesh);
+        }
+        let scratch = || Scratch::new(mesh, true);
+        self.advance(cpu, most, watch, scratch, |scratch, x, y| {
+            Ok(scratch.start(plan.tile(x, y)))
+        })
     }
 }

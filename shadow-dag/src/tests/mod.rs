@@ -1,5 +1,6 @@
 //! What must hold of shadows as a whole, against voxels one by one.
 
+mod bake;
 mod build;
 mod file;
 mod light;

@@ -76,7 +76,7 @@ where
     let rays = rays(3000, closest);
     let reference = EquiAngular::new(8).unwrap();
     let mut worst = 0.0_f32;
-    for (_, light) in lights() {
+    for (light_name, light) in lights() {
         for (medium_name, medium) in media() {
             let expected = gathered(&cpu, &rays, &light, &medium, pair);
             let actual = gathered(gpu, &rays, &light, &medium, pair);

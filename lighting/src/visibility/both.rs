@@ -1,0 +1,88 @@
+//! Two sources of which each knows some of what is in the way.
+
+use super::VisibilitySource;
+use crate::{Interval, LightPath, LitInterval};
+
+/// What reaches a ray through the blockers of both sources: where both are
+/// lit, with the product of their visibilities.
+///
+/// Static and dynamic casters, say: shadows baked for the scenery, and a small
+/// shadow map, rendered anew for each frame, of what moves in it.
+///
+/// Cost: that of both, and a step for each of their intervals.
+#[derive(Debug, Clone, Copy)]
+pub struct Both<A, B>(pub A, pub B);
+
+impl<A: VisibilitySource, B: VisibilitySource> VisibilitySource for Both<A, B> {
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
+        let (mut a, mut b) = (Vec::new(), Vec::new());
+        self.0.lit_intervals(path, &mut a);
+        if a.is_empty() {
+            return;
+        }
+        self.1.lit_intervals(path, &mut b);
+        product(&a, &b, lit);
+    }
+}
+
+/// Appends what two lists of lit intervals, each in order, have in common.
+pub(crate) fn product(a: &[LitInterval], b: &[LitInterval], lit: &mut Vec<LitInterval>) {
+    let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
+    while let (Some(x), Some(y)) = (a.peek(), b.peek()) {
+        let start = x.interval.start.max(y.interval.start);
+        let end = x.interval.end.min(y.interval.end);
+        let visibility = x.visibility * y.visibility;
+        if start < end && visibility > 0.0 {
+            lit.push(LitInterval {
+                interval: Interval::new(start, end),
+                visibility,
+            });
+        }
+        if x.interval.end < y.interval.end {
+            a.next();
+        } else {
+            b.next();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn list(parts: &[(f32, f32, f32)]) -> Vec<LitInterval> {
+        let part = |&(start, end, visibility)| LitInterval {
+            interval: Interval::new(start, end),
+            visibility,
+        };
+        parts.iter().map(part).collect()
+    }
+
+    #[test]
+    fn a_product_is_the_product_at_every_point() {
+        let forever = f32::INFINITY;
+        let lists = [
+            list(&[]),
+            list(&[(0.0, forever, 1.0)]),
+            list(&[(1.0, 2.0, 0.5), (2.0, 3.0, 0.25), (5.0, forever, 1.0)]),
+            list(&[(0.5, 1.5, 0.5), (2.5, 5.0, 1.0), (5.0, 5.5, 0.5)]),
+            list(&[(3.0, 5.0, 1.0)]),
+        ];
+        let at = |list: &[LitInterval], x: f32| {
+            let inside = |part: &&LitInterval| part.interval.start <= x && x < part.interval.end;
+            list.iter().find(inside).map_or(0.0, |part| part.visibility)
+        };
+        for a in &lists {
+            for b in &lists {
+                let mut found = Vec::new();
+                product(a, b, &mut found);
+                for i in 0..80 {
+                    let x = 0.1 * i as f32 + 0.05;
+                    assert_eq!(at(&found, x), at(a, x) * at(b, x), "{x}: {a:?} {b:?}");
+                }
+                let ordered = |w: &[LitInterval]| w[0].interval.end <= w[1].interval.start;
+                assert!(found.windows(2).all(ordered), "{found:?}");
+            }
+        }
+    }
+}

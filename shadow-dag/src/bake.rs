@@ -1,0 +1,199 @@
+//! Building shadows with breaks.
+
+use std::fmt;
+use std::io;
+use std::sync::atomic::AtomicBool;
+
+use gpu_backend::Cpu;
+
+use crate::checkpoint::{self, CheckpointError};
+use crate::identity::Identity;
+use crate::tiles::{Tiles, Watch};
+use crate::{Builder, Casters, Error, Form, LightSpace, Mesh, Rule, ShadowDag};
+
+/// How far a bake is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Tiles that are finished.
+    pub finished: usize,
+    /// All tiles. They take different times, those without casters none.
+    pub tiles: usize,
+}
+
+impl Progress {
+    /// True if no tile is missing.
+    pub fn is_complete(self) -> bool {
+        self.finished == self.tiles
+    }
+
+    pub(crate) fn cancelled(self) -> Error {
+        Error::Cancelled {
+            finished: self.finished,
+            tiles: self.tiles,
+        }
+    }
+}
+
+/// Shadows in the making, tile by tile of the map.
+///
+/// Tiles are made by [`Bake::advance`], which can be watched and stopped. In
+/// between, what is finished can be [saved](Bake::save), and a bake of the
+/// same casters [resumed](Bake::resume) from it, in another process or much
+/// later. The result has the same bytes however often that happened, and on
+/// any number of threads.
+///
+/// ```
+/// # use std::sync::atomic::{AtomicBool, Ordering};
+/// # use glam::{DMat4, Vec3};
+/// # use gpu_backend::Cpu;
+/// # use shadow_dag::{Bake, Builder, Error, LightSpace, Mesh, Resolution};
+/// # let light = LightSpace::orthographic(DMat4::IDENTITY, 2.0, 2.0, 0.0, 2.0)?;
+/// # let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|v| v - Vec3::Z);
+/// # let mesh = Mesh::new(Resolution::new(512)?, light, &corners, &[[0, 1, 2]])?;
+/// let stop = AtomicBool::new(false);
+/// let mut bake = Bake::of_mesh(Builder::new(), &mesh);
+/// let halt_halfway = |progress: shadow_dag::Progress| {
+///     stop.store(2 * progress.finished > progress.tiles, Ordering::Relaxed);
+/// };
+/// let stopped = bake.advance(&Cpu::new(), usize::MAX, &stop, halt_halfway);
+/// assert!(matches!(stopped, Err(Error::Cancelled { .. })));
+/// let mut checkpoint = Vec::new();
+/// bake.save(&mut checkpoint)?;
+///
+/// let mut bake = Bake::of_mesh(Builder::new(), &mesh);
+/// bake.resume(&checkpoint)?;
+/// bake.advance(&Cpu::new(), usize::MAX, &AtomicBool::new(false), |_| {})?;
+/// let whole = Builder::new().bake(&Cpu::new(), &mesh)?;
+/// assert_eq!(bake.finish()?.as_bytes(), whole.as_bytes());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Bake<'a> {
+    source: Source<'a>,
+    light: Option<LightSpace>,
+    tiles: Tiles,
+    identity: Identity,
+}
+
+enum Source<'a> {
+    Mesh(&'a Mesh),
+    Maps(&'a dyn Casters),
+}
+
+impl fmt::Debug for Bake<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Bake")
+            .field("light", &self.light)
+            .field("progress", &self.progress())
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Bake<'a> {
+    /// What [`Builder::bake`] does, with nothing done yet: 64×64 tiles, or
+    /// those of [`Bake::of_casters`] for other rules than [`Rule::Aligned`].
+    pub fn of_mesh(builder: Builder, mesh: &'a Mesh) -> Self {
+        let tiles = Tiles::new(builder.plan_of_mesh(mesh));
+        Self {
+            source: Source::Mesh(mesh),
+            light: mesh.light(),
+            identity: identity(mesh.identity(), &tiles),
+            tiles,
+        }
+    }
+
+    /// What [`Builder::build`] does, with nothing done yet: tiles of
+    /// 1024×1024 texels.
+    ///
+    /// `identity` has to tell casters apart: a hash of all that they depend
+    /// on, for instance. A checkpoint is only taken from casters of the same
+    /// identity, light and resolution.
+    pub fn of_casters(builder: Builder, casters: &'a dyn Casters, identity: u64) -> Self {
+        let tiles = Tiles::new(builder.plan_of_maps(casters.resolution()));
+        let light = casters.light();
+        let known = light.map_or(Identity::new(), |light| Identity::of_light(&light));
+        Self {
+            source: Source::Maps(casters),
+            light,
+            identity: self::identity(known.with(identity), &tiles),
+            tiles,
+        }
+    }
+
+    /// How far it is.
+    pub fn progress(&self) -> Progress {
+        self.tiles.progress()
+    }
+
+    /// Makes the next `most` tiles (0 counts as 1), or all if there are fewer
+    /// left, and says how far the bake is then.
+    ///
+    /// `observe` is told after every tile; the numbers it is given rise by one
+    /// at a time, on whatever thread. Once `stop` is set, by `observe` or by
+    /// any other thread, tiles that are being made are given up within
+    /// milliseconds, or when the maps under a tile have been read.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] if tiles were left out because of `stop`, what the
+    /// casters return, and [`Error::TooManyNodes`]. Finished tiles are kept,
+    /// and the bake can go on after all but the last.
+    pub fn advance(
+        &mut self,
+        cpu: &Cpu,
+        most: usize,
+        stop: &AtomicBool,
+        mut observe: impl FnMut(Progress) + Send,
+    ) -> Result<Progress, Error> {
+        let observe = &mut observe;
+        let watch = Watch { stop, observe };
+        match self.source {
+            Source::Mesh(mesh) => self.tiles.bake(cpu, most.max(1), watch, mesh)?,
+            Source::Maps(casters) => self.tiles.read(cpu, most.max(1), watch, casters)?,
+        }
+        Ok(self.progress())
+    }
+
+    /// Writes what is finished: about 36 bytes for each node so far.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn save(&self, out: impl io::Write) -> io::Result<()> {
+        checkpoint::save(&self.tiles, self.identity, out)
+    }
+
+    /// Takes over the finished tiles of a checkpoint in place of its own.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if the bytes are no checkpoint of this bake: same
+    /// casters, light, resolution, rule and version of this crate. Nothing is
+    /// taken from them then.
+    pub fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
+        self.tiles = checkpoint::load(self.tiles.plan, self.identity, checkpoint)?;
+        Ok(())
+    }
+
+    /// Puts the tiles together.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] if not all of them are finished,
+    /// [`Error::TooManyNodes`].
+    pub fn finish(self) -> Result<ShadowDag, Error> {
+        let graph = self.tiles.graph()?;
+        ShadowDag::from_graph(&graph, self.light.as_ref(), Form::Plain)
+    }
+}
+
+/// Casters cut into tiles. Another version may choose other nodes.
+fn identity(casters: Identity, tiles: &Tiles) -> Identity {
+    let plan = tiles.plan;
+    let rule = match plan.rule {
+        Rule::Sintorn2014 => 2014,
+        Rule::Kampe2015 => 2015,
+        Rule::Aligned => 0,
+    };
+    let version = env!("CARGO_PKG_VERSION").bytes().map(u64::from);
+    let words = [rule, u64::from(plan.resolution.log2()), plan.level as u64];
+    words
+        .into_iter()
+        .chain(version)
+        .fold(casters, Identity::with)
+}
