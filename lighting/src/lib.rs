@@ -78,6 +78,8 @@ pub mod scene;
 pub mod shadow_map;
 #[cfg(feature = "trace")]
 pub mod trace;
+#[cfg(feature = "translucent")]
+pub mod translucent;
 #[cfg(feature = "trace")]
 pub mod view;
 pub mod visibility;

@@ -15,8 +15,12 @@
 mod map;
 pub mod raster;
 
+#[cfg(feature = "wgpu")]
+pub(crate) use map::check_size;
+#[cfg(any(feature = "translucent", feature = "wgpu"))]
+pub(crate) use map::faces;
 #[cfg(feature = "procedural")]
 pub(crate) use map::orthographic;
 pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
-#[cfg(feature = "wgpu")]
-pub(crate) use map::{check_size, faces};
+#[cfg(feature = "translucent")]
+pub(crate) use map::{locate, render_face};

@@ -5,12 +5,16 @@ mod exact;
 #[cfg(feature = "march")]
 mod march;
 mod merge;
+#[cfg(feature = "translucent")]
+mod translucent;
 
 #[cfg(feature = "trace")]
 pub use exact::Exact;
 #[cfg(feature = "march")]
 pub use march::{ShadowMapMarch, Spacing};
 pub use merge::MergeTouching;
+#[cfg(feature = "translucent")]
+pub use translucent::TransmittanceMarch;
 
 use crate::{LightPath, LitInterval};
 
