@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::{Quat, Vec2, Vec3};
 
-use crate::scene::{Cone, MAX_COORDINATE, SceneError, Texture};
+use crate::scene::{Cone, SceneError, Texture, is_near};
 
 /// A light that reaches any point of space from exactly one direction.
 ///
@@ -178,7 +178,7 @@ impl Emitter {
         range: f32,
         emission: Emission,
     ) -> Result<Self, SceneError> {
-        if !(position.abs().max_element() <= MAX_COORDINATE) {
+        if !is_near(position) {
             return Err(SceneError::bad_value(
                 "light",
                 "position",

@@ -41,25 +41,26 @@
 //!
 //! | module | feature | what |
 //! |---|---|---|
-//! | [`scene`] | | meshes, lights, camera, medium; [`scene::Geometry`] is the checked world-space form |
+//! | [`scene`] | | meshes, hair, smoke, lights, camera, medium; [`scene::Geometry`] is the checked world-space form |
 //! | [`emitter`] | | lights as algorithms see them |
-//! | [`visibility`] | `march`, `trace` | sources of lit intervals, and shadows on surfaces |
+//! | [`visibility`] | `march`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
 //! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
 //! | `voxels` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
 //! | `dag` | `shadow-dag` | baked shadows: of the medium, and filtered on surfaces |
+//! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
 //! | `trace` | `trace` | a BVH: camera rays, shadow rays |
 //! | `view` | `trace` | the rays of a picture, and its surfaces |
 //! | `procedural` | `procedural` | scenes that need no file, and the figures of any scene |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
-//! | `load` | `gltf`, `ply` | scene files |
+//! | `load` | `gltf`, `ply`, `hair`, `vol` | scene files |
 //!
 //! # Conventions and limits
 //!
 //! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
 //! Light is linear RGB radiance. The medium is homogeneous and scatters once.
-//! Blockers are opaque. A ray that passes closer to a point light than 1e-4 of
+//! Blockers are opaque, but for those of the module `translucent`. A ray that passes closer to a point light than 1e-4 of
 //! the light's distance counts as one at that distance, where the airlight is
 //! finite.
 
@@ -70,7 +71,7 @@ pub mod emitter;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
-#[cfg(any(feature = "gltf", feature = "ply"))]
+#[cfg(any(feature = "gltf", feature = "ply", feature = "hair", feature = "vol"))]
 pub mod load;
 mod path;
 pub mod plan;
@@ -82,6 +83,8 @@ pub mod scene;
 pub mod shadow_map;
 #[cfg(feature = "trace")]
 pub mod trace;
+#[cfg(feature = "translucent")]
+pub mod translucent;
 #[cfg(feature = "trace")]
 pub mod view;
 pub mod visibility;

@@ -63,7 +63,7 @@ fn files_that_are_no_scenes_are_refused() {
     for (name, contents, cause) in [
         ("empty.glb", &b""[..], "only 0"),
         ("half.glb", b"gl", "malformed"),
-        ("text.txt", b"hello", "neither glTF, GLB nor PLY"),
+        ("text.txt", b"hello", "neither glTF, GLB, PLY, HAIR nor VOL"),
         ("text.ply", b"hello\n", "\"ply\""),
         ("text.gltf", b"hello", "malformed"),
         (

@@ -5,6 +5,7 @@ pub(crate) mod alone;
 mod backends;
 mod budget;
 mod csv;
+pub(crate) mod curves;
 mod measure;
 mod prepare;
 pub(crate) mod results;
@@ -24,13 +25,14 @@ use crate::picture::Picture;
 use crate::print::{complain, print};
 use crate::{progress, report};
 use budget::Budget;
+use curves::Curves;
 use prepare::Prepared;
 use results::{LeftOut, Pictures, Results};
 use selection::{check_names, dropped};
 use trial::{Found, try_out};
 
 /// The files of a report; the first one carries the mark.
-const FILES: [&str; 3] = ["index.html", "results.csv", "airlight.csv"];
+const FILES: [&str; 4] = ["index.html", "results.csv", "airlight.csv", "curves.csv"];
 
 /// Runs `crepuscular compare`.
 pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
@@ -57,6 +59,7 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     folder.write(FILES[0], report::page(&results)?.as_bytes())?;
     folder.write(FILES[1], csv::write(&results).as_bytes())?;
     folder.write(FILES[2], alone::csv(&results.alone).as_bytes())?;
+    folder.write(FILES[3], curves::csv(&results.curves).as_bytes())?;
     let place = folder.finish()?;
     spinner.finish_and_clear();
     let mut text = String::new();
@@ -82,6 +85,7 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
     let mut shadow_maps = "none".to_owned();
     let mut found = Found::nothing(&prepared);
     let mut alone = Vec::new();
+    let mut curves = Curves::default();
     let mut left_out = Vec::new();
     if let (Some(medium), false) = (prepared.input.scene.medium, candidates.is_empty()) {
         let map = map_resolution(args, &prepared, &mut notes);
@@ -94,6 +98,8 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
                 why: "no light at a point; that of a sun has a closed form".into(),
             });
         }
+        let translucent = &prepared.input.scene.translucent;
+        curves = curves::judge_all(translucent, &prepared.emitters(), args.quick)?;
         let asked = prepared.frame.size;
         // The estimate of the first pass may reduce the picture; the second
         // pass takes it as it is.
@@ -149,6 +155,7 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
         },
         measurements: found.outcome.measurements,
         alone,
+        curves,
         seconds_total: budget.elapsed(),
     })
 }

@@ -1,6 +1,7 @@
 //! What a comparison found: plain data between measuring and reporting.
 
 use super::alone::Alone;
+use super::curves::Curves;
 use crate::methods::Method;
 use crate::parse::Size;
 use crate::picture::Picture;
@@ -38,6 +39,8 @@ pub(crate) struct Results {
     pub(crate) measurements: Vec<Measurement>,
     /// Evaluators of airlight by themselves.
     pub(crate) alone: Vec<Alone>,
+    /// Curves of transmittance by themselves.
+    pub(crate) curves: Curves,
     /// None if there is no airlight.
     pub(crate) pictures: Pictures,
     /// Wall time of everything.
@@ -182,6 +185,7 @@ pub(crate) fn fastest_within<'a>(
 pub(crate) mod tests {
     use super::*;
     use crate::compare::alone::{Family, Judgement};
+    use crate::compare::curves;
     use crate::methods::METHODS;
 
     /// Two evaluators, one of which fails on stiff segments.
@@ -204,6 +208,36 @@ pub(crate) mod tests {
             stiff: judgement(worst),
         })
         .to_vec()
+    }
+
+    /// One kind of curve on one subject, and a figure of one line.
+    fn example_curves() -> Curves {
+        let row = curves::Row {
+            family: curves::Family::Area,
+            setting: "8".into(),
+            mean: [0.01; 3],
+            max: [0.1; 3],
+            insertion: Times::of(&[1e-7]),
+            lookup: Times::of(&[2e-8]),
+            bytes: 64.0,
+        };
+        Curves {
+            subjects: vec![curves::Subject {
+                name: "smoke & \"hair\"".into(),
+                rays: 9,
+                segments: 50.0,
+                rows: vec![row],
+            }],
+            figures: vec![curves::Figure {
+                title: "a ray <of> light".into(),
+                depths: vec![0.0, 1.0],
+                lines: vec![curves::Line {
+                    name: "exact".into(),
+                    slot: 0,
+                    values: vec![1.0, 0.5],
+                }],
+            }],
+        }
     }
 
     /// Results with a made-up error of 1/quality and a time of quality ms.
@@ -267,6 +301,7 @@ pub(crate) mod tests {
             },
             measurements,
             alone: example_alone(),
+            curves: example_curves(),
             seconds_total: 20.0,
         }
     }

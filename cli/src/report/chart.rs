@@ -246,7 +246,7 @@ fn draw_labels(
 }
 
 /// A shape per method, so that colour is not the only difference.
-fn marker(slot: usize, x: f64, y: f64, title: &str) -> String {
+pub(super) fn marker(slot: usize, x: f64, y: f64, title: &str) -> String {
     let at = |dx: f64, dy: f64| format!("{:.1} {:.1}", x + dx, y + dy);
     let polygon = |corners: &[(f64, f64)]| {
         let points: Vec<String> = corners.iter().map(|&(dx, dy)| at(dx, dy)).collect();

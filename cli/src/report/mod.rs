@@ -3,6 +3,8 @@
 mod alone;
 mod axis;
 mod chart;
+mod curves;
+mod lines;
 mod pictures;
 mod plots;
 mod summary;
@@ -38,6 +40,7 @@ pub(crate) fn page(results: &Results) -> Result<String, Failure> {
     pictures::write(&mut html, results)?;
     tables::write_measurements(&mut html, results);
     alone::write(&mut html, results);
+    curves::write(&mut html, results);
     passes(&mut html, results);
     how_measured(&mut html, results);
     html.push_str("</body>\n</html>\n");

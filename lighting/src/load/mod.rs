@@ -1,7 +1,9 @@
-//! Scene files: glTF 2.0 and GLB (feature `gltf`), PLY (feature `ply`).
+//! Scene files: glTF 2.0 and GLB (feature `gltf`), PLY (`ply`), HAIR (`hair`) and
+//! VOL (`vol`).
 //!
 //! [`scene_from_path`] reads a file and whatever it refers to;
-//! `gltf_from_slice` and `ply_from_slice` do not touch the file system.
+//! `gltf_from_slice`, `ply_from_slice`, `hair_from_slice` and `vol_from_slice` do
+//! not touch the file system.
 //! Whatever is ignored or assumed is told in [`Loaded::notes`]. A scene that
 //! brings no camera or no light keeps none: see
 //! [`Scene::complete`](crate::scene::Scene::complete).
@@ -52,24 +54,47 @@
 //! and `z`, the element `face` a list `vertex_indices` or `vertex_index`; any
 //! number types in any order. Polygons become fans around their first corner,
 //! which is right for convex ones. Everything else in the file is skipped.
+//!
+//! # HAIR
+//!
+//! Cem Yuksel's format, with any combination of its arrays. A point's thickness
+//! is the diameter of the strand, its opacity 1 − transparency; colours have no
+//! effect. The file's unit is taken as the metre.
+//!
+//! # VOL
+//!
+//! Mitsuba's format, version 3: densities as f32, f16 or bytes (of which 255 is
+//! 1), in one channel or as the mean of three; trilinear, the outer samples on
+//! the faces of the box. A density is an extinction coefficient in 1/m; see
+//! [`DensityGrid::with_scale`](crate::scene::DensityGrid::with_scale).
 
 #[cfg(test)]
 mod damage;
 mod error;
 #[cfg(feature = "gltf")]
 mod gltf;
+#[cfg(feature = "hair")]
+mod hair;
 mod limits;
 #[cfg(feature = "ply")]
 mod ply;
+#[cfg(feature = "vol")]
+mod vol;
+#[cfg(any(feature = "hair", feature = "vol"))]
+mod words;
 
 use std::path::Path;
 
 pub use error::LoadError;
 #[cfg(feature = "gltf")]
 pub use gltf::gltf_from_slice;
+#[cfg(feature = "hair")]
+pub use hair::hair_from_slice;
 pub use limits::{MAX_DECODED_BYTES, MAX_FILE_BYTES};
 #[cfg(feature = "ply")]
 pub use ply::ply_from_slice;
+#[cfg(feature = "vol")]
+pub use vol::vol_from_slice;
 
 use crate::scene::Scene;
 
@@ -82,9 +107,9 @@ pub struct Loaded {
     pub notes: Vec<String>,
 }
 
-/// Reads a glTF, GLB or PLY file, told apart by their first bytes, and the
-/// files that a glTF file refers to, relative to its folder. The scene is
-/// named like the file.
+/// Reads a glTF, GLB, PLY, HAIR or VOL file, told apart by their first bytes,
+/// and the files that a glTF file refers to, relative to its folder. The scene
+/// is named like the file.
 ///
 /// # Errors
 /// Any [`LoadError`]. A format whose feature is off is
@@ -94,6 +119,8 @@ pub fn scene_from_path(path: &Path) -> Result<Loaded, LoadError> {
     let mut loaded = match Format::of(&bytes, path)? {
         Format::Gltf => from_gltf(&bytes, path)?,
         Format::Ply => from_ply(&bytes)?,
+        Format::Hair => from_hair(&bytes)?,
+        Format::Vol => from_vol(&bytes)?,
     };
     if let Some(stem) = path.file_stem() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
@@ -126,9 +153,35 @@ fn from_ply(_: &[u8]) -> Result<Loaded, LoadError> {
     ))
 }
 
+#[cfg(feature = "hair")]
+fn from_hair(bytes: &[u8]) -> Result<Loaded, LoadError> {
+    hair_from_slice(bytes)
+}
+
+#[cfg(not(feature = "hair"))]
+fn from_hair(_: &[u8]) -> Result<Loaded, LoadError> {
+    Err(LoadError::Unsupported(
+        "HAIR (feature `hair` is off in this build)".into(),
+    ))
+}
+
+#[cfg(feature = "vol")]
+fn from_vol(bytes: &[u8]) -> Result<Loaded, LoadError> {
+    vol_from_slice(bytes)
+}
+
+#[cfg(not(feature = "vol"))]
+fn from_vol(_: &[u8]) -> Result<Loaded, LoadError> {
+    Err(LoadError::Unsupported(
+        "VOL (feature `vol` is off in this build)".into(),
+    ))
+}
+
 enum Format {
     Gltf,
     Ply,
+    Hair,
+    Vol,
 }
 
 impl Format {
@@ -145,12 +198,20 @@ impl Format {
         if bytes.starts_with(b"ply") {
             return Ok(Self::Ply);
         }
+        if bytes.starts_with(b"HAIR") {
+            return Ok(Self::Hair);
+        }
+        if bytes.starts_with(b"VOL") {
+            return Ok(Self::Vol);
+        }
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("gltf" | "glb") => Ok(Self::Gltf),
             Some("ply") => Ok(Self::Ply),
+            Some("hair") => Ok(Self::Hair),
+            Some("vol") => Ok(Self::Vol),
             _ => Err(LoadError::Unsupported(
-                "a file that is neither glTF, GLB nor PLY".into(),
+                "a file that is neither glTF, GLB, PLY, HAIR nor VOL".into(),
             )),
         }
     }

@@ -28,7 +28,7 @@ const WIDEST_TAN: f32 = 3.732;
 /// count. The map of a sun is the tightest rectangle around the scene's box; a
 /// point light outside of the box looks at the box's centre and sees all of
 /// it, up to 75° to each side; one inside looks at the centre through the 90°
-/// face of a cube. Cones and ranges are ignored.
+/// face of a cube. Cones, ranges and translucent casters are ignored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
     /// Closed solids: connected components without a hole, of each instance.

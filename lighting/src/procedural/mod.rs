@@ -33,9 +33,11 @@ mod stiff;
 mod tests;
 mod textured_spot;
 mod topology;
+mod translucent;
 
 pub use figures::{Figures, MAX_RESOLUTION, ResolutionError, figures};
 pub use smoke::{Puff, smoke_puffs};
+pub use translucent::{ponytail, smoke_grid, smoke_particles};
 
 use crate::scene::Scene;
 
@@ -51,8 +53,8 @@ pub enum Embedded {
     Landscape,
     /// Strands curling out of a centre, lit by a point between them.
     Hairball,
-    /// Three columns of [`smoke_puffs`] against a spotlight. Until blockers
-    /// can be translucent, each puff is a small opaque ball.
+    /// Three columns of [`smoke_puffs`] against a spotlight, each puff a small
+    /// opaque ball.
     Smoke,
     /// A ball in the coloured light of a window-like slide.
     TexturedSpot,
@@ -67,11 +69,14 @@ pub enum Embedded {
     /// the medium, one light a few millimetres from the eye, another 10 km
     /// away, and walls that rays and light meet at grazing angles.
     Stiff,
+    /// The columns of smoke as they are, a plume on a grid and a ponytail:
+    /// all of them let a part of the light through.
+    Translucent,
 }
 
 impl Embedded {
     /// Every scene, in the order in which they are listed to users.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::City,
         Self::Landscape,
         Self::Hairball,
@@ -81,6 +86,7 @@ impl Embedded {
         Self::Coil,
         Self::Fence,
         Self::Stiff,
+        Self::Translucent,
     ];
 
     /// The name by which users ask for it.
@@ -95,6 +101,7 @@ impl Embedded {
             Self::Coil => "coil",
             Self::Fence => "fence",
             Self::Stiff => "stiff",
+            Self::Translucent => "translucent",
         }
     }
 
@@ -115,6 +122,7 @@ impl Embedded {
             Self::Coil => "a spring around a point light",
             Self::Fence => "pickets and wires in front of a point light",
             Self::Stiff => "dense fog, a light at the eye and one 10 km away, grazing walls",
+            Self::Translucent => "smoke and hair that let a part of a spotlight through",
         }
     }
 
@@ -131,6 +139,7 @@ impl Embedded {
             Self::Coil => coil::build(stage, seed),
             Self::Fence => fence::build(stage, seed),
             Self::Stiff => stiff::build(stage, seed),
+            Self::Translucent => translucent::build(stage, seed),
         }
     }
 }

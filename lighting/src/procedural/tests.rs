@@ -5,7 +5,7 @@ use gpu_backend::Cpu;
 
 use super::primitives::volume;
 use super::topology::closed_components;
-use super::{Embedded, figures, smoke_puffs};
+use super::{Embedded, figures, ponytail, smoke_grid, smoke_particles, smoke_puffs};
 use crate::Emitter;
 use crate::scene::{Geometry, Light, Scene};
 
@@ -20,7 +20,7 @@ fn the_same_seed_gives_the_same_scene_and_another_seed_another() {
             let scene = which.build(seed);
             let triangles = Geometry::new(&scene).unwrap().triangles().to_vec();
             let rest = format!("{:?}", (scene.camera, scene.lights, scene.medium));
-            (triangles, rest)
+            (triangles, scene.translucent, rest)
         });
         assert!(scene == again, "{which:?}");
         assert!(scene != other, "{which:?}");
@@ -179,6 +179,35 @@ fn the_stiff_scene_is_as_stiff_as_it_says() {
 }
 
 #[test]
+fn smoke_and_hair_have_the_size_and_the_density_that_are_told() {
+    let grid = smoke_grid(3, 2.5);
+    assert!(grid.max_density() <= 1.0 && grid.max_density() > 0.9);
+    let [x, y, z] = grid.resolution().map(|count| count as usize);
+    for (index, &density) in grid.density().iter().enumerate() {
+        let place = [index % x, index / x % y, index / (x * y)];
+        let outside = [(0, x), (1, y), (2, z)]
+            .iter()
+            .any(|&(axis, count)| place[axis] == 0 || place[axis] == count - 1);
+        assert!(density == 0.0 || !outside);
+    }
+    let filled = grid
+        .density()
+        .iter()
+        .filter(|&&density| density > 0.1)
+        .count();
+    assert!(filled > grid.density().len() / 20, "{filled}");
+    let hair = ponytail(3, 50, 0.01, 0.5);
+    assert_eq!((hair.len(), hair.piece_count()), (50, 750));
+    let bounds = hair.bounds().unwrap();
+    let size = bounds.max() - bounds.min();
+    assert!(
+        size.min_element() > 0.3 && size.max_element() < 1.5,
+        "{size}"
+    );
+    assert_eq!(smoke_particles(3).all().len(), smoke_puffs(3).len());
+}
+
+#[test]
 fn figures_are_those_on_record() {
     use Embedded::*;
     // Solids and triangles are exact. The rest is counted on texels, of which
@@ -193,6 +222,7 @@ fn figures_are_those_on_record() {
         (Coil, 2, 20_208, 1.0, 6_180.0, 1.577_061),
         (Fence, 137, 2_300, 0.673_492, 16_619.0, 1.238_292),
         (Stiff, 32, 384, 0.826_984, 4_443.0, 1.211_076),
+        (Translucent, 2, 1_292, 0.462_849, 750.0, 1.000_626),
     ];
     assert_eq!(record.map(|entry| entry.0), Embedded::ALL);
     for (which, solids, triangles, covered_share, silhouette_length, depth_complexity) in record {

@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::{MAX_COORDINATE, SceneError};
+use super::{SceneError, is_near};
 
 /// A pinhole camera that looks along its local −Z with +Y up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,7 @@ impl Camera {
     /// [`SceneError::BadValue`] if the eye is not within 1e9 m, the rotation is not finite, the
     /// rotation is 0, or the field of view is not inside (0, 3.1).
     pub fn new(eye: Vec3, rotation: Quat, vertical_fov: f32) -> Result<Self, SceneError> {
-        if !(eye.abs().max_element() <= MAX_COORDINATE) {
+        if !is_near(eye) {
             return Err(SceneError::bad_value(
                 "camera",
                 "position",

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Bounds, MAX_COORDINATE, Material, Mesh, Scene, SceneError};
+use super::{Bounds, Material, Mesh, Scene, SceneError, is_near};
 
 /// The largest number of triangles a scene may have once its instances are
 /// expanded: 2²⁶, which is 3 GiB with its bookkeeping.
@@ -75,7 +75,7 @@ impl Geometry {
                         .transform_point3(mesh.positions[corner as usize])
                 });
                 for corner in triangle {
-                    if !(corner.abs().max_element() <= MAX_COORDINATE) {
+                    if !is_near(corner) {
                         return Err(SceneError::bad_value(
                             format!("instance {index} of {}", describe(mesh)),
                             "a position in the world",

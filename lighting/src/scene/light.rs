@@ -241,7 +241,7 @@ mod tests {
         };
         let bad = [
             Light::Point(PointLight {
-                position: Vec3::NAN,
+                position: Vec3::new(0.0, f32::NAN, 0.0),
                 ..point
             }),
             Light::Point(PointLight {

@@ -3,7 +3,7 @@
 pub use airlight::{PhaseFunction, ScatteringAngle};
 use glam::Vec3;
 
-use super::{MAX_COORDINATE, SceneError};
+use super::{SceneError, is_near};
 use crate::Interval;
 
 /// A homogeneous medium that scatters light once.
@@ -115,8 +115,7 @@ impl Bounds {
     /// [`SceneError::BadValue`] if a coordinate is not finite or beyond 1e9 m, or
     /// `min` is not below `max` on every axis.
     pub fn new(min: Vec3, max: Vec3) -> Result<Self, SceneError> {
-        let sound = |v: Vec3| v.abs().max_element() <= MAX_COORDINATE;
-        if !(sound(min) && sound(max) && min.cmplt(max).all()) {
+        if !(is_near(min) && is_near(max) && min.cmplt(max).all()) {
             return Err(SceneError::bad_value(
                 "box",
                 "corners",
@@ -135,6 +134,15 @@ impl Bounds {
     /// The corner with the greatest coordinates.
     pub fn max(&self) -> Vec3 {
         self.max
+    }
+
+    /// The least box that holds both.
+    #[must_use]
+    pub fn around(self, other: Self) -> Self {
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 
     /// Whether `point` lies in the box or on its surface.

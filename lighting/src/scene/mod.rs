@@ -1,4 +1,5 @@
-//! What is in the world: meshes and their instances, a camera, lights, a medium.
+//! What is in the world: meshes and their instances, hair and smoke, a camera,
+//! lights, a medium.
 
 mod camera;
 mod complete;
@@ -6,6 +7,7 @@ mod geometry;
 mod light;
 mod medium;
 mod texture;
+mod translucent;
 
 pub use camera::Camera;
 pub use complete::Placement;
@@ -13,11 +15,21 @@ pub use geometry::{Geometry, MAX_TRIANGLES, Source};
 pub use light::{AreaLight, Cone, DirectionalLight, Light, PointLight, SpotLight};
 pub use medium::{Bounds, Medium, PhaseFunction, ScatteringAngle};
 pub use texture::Texture;
+pub use translucent::{
+    DensityGrid, Interpolation, MAX_SAMPLES, Particle, Particles, Piece, Profile, StrandPoint,
+    Strands, Translucent,
+};
 
 use glam::{Affine3A, Vec2, Vec3};
 
 /// Coordinates farther out than this leave f32 no digits for light transport.
 pub(crate) const MAX_COORDINATE: f32 = 1e9;
+
+/// True if no coordinate is NaN or beyond [`MAX_COORDINATE`].
+pub(crate) fn is_near(point: Vec3) -> bool {
+    // The largest element of a vector would pass over a NaN.
+    point.abs().cmple(Vec3::splat(MAX_COORDINATE)).all()
+}
 
 /// A scene as it was loaded or generated.
 ///
@@ -34,6 +46,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Meshes placed in the world.
     pub instances: Vec<Instance>,
+    /// What lets a part of the light through.
+    pub translucent: Vec<Translucent>,
     /// The view, if the scene brings one.
     pub camera: Option<Camera>,
     /// The lights, possibly none.

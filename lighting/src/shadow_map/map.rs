@@ -130,55 +130,22 @@ impl ShadowMap<Host> {
     /// spotlight does not light them anyway.
     #[inline]
     pub fn is_lit(&self, point: Vec3) -> bool {
-        // One origin for all faces.
-        let v = point - self.faces[0].origin;
-        let face = self.face_along(v);
-        let depth = match self.faces[face].rays {
-            Rays::Parallel { .. } => v.dot(self.faces[face].forward),
-            Rays::Central { .. } => v.length(),
-        };
-        depth <= self.depth_along(face, v)
-    }
-
-    /// The face that shows what lies along `v` from the light.
-    #[inline]
-    fn face_along(&self, v: Vec3) -> usize {
-        match self.faces.len() {
-            1 => 0,
-            _ => cube_face(v),
-        }
+        let (face, v) = face_towards(&self.faces, point);
+        depth_of(&self.faces[face], v) <= self.depth_along(face, v)
     }
 
     /// The depth of the texel in which a face shows its origin plus `v`;
     /// infinite outside of the picture.
     #[inline]
     fn depth_along(&self, index: usize, v: Vec3) -> f32 {
-        let face = &self.faces[index];
-        let (x, y) = (v.dot(face.right), v.dot(face.up));
-        let (u, w) = match face.rays {
-            Rays::Parallel {
-                half_width,
-                half_height,
-            } => (x / half_width, y / half_height),
-            Rays::Central { tan } => {
-                let z = v.dot(face.forward);
-                if z <= 0.0 {
-                    return f32::INFINITY;
-                }
-                let scale = 1.0 / (z * tan);
-                (x * scale, y * scale)
-            }
-        };
-        let n = self.resolution as f32;
-        let (column, row) = (0.5 * n * (1.0 + u), 0.5 * n * (1.0 - w));
-        if !(column >= 0.0 && column <= n && row >= 0.0 && row <= n) {
+        let Some(texel) = texel_along(&self.faces[index], self.resolution, v) else {
             return f32::INFINITY;
-        }
+        };
         // The far border belongs to the last texel.
         let last = self.resolution - 1;
-        let (column, row) = ((column as u32).min(last), (row as u32).min(last));
+        let [column, row] = texel.map(|position| (position as u32).min(last) as usize);
         let side = self.resolution as usize;
-        self.depth[(index * side + row as usize) * side + column as usize]
+        self.depth[(index * side + row) * side + column]
     }
 }
 
@@ -191,7 +158,7 @@ impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
         let (face, v) = match self.faces[0].rays {
             Rays::Parallel { .. } => (0, ray.origin - self.faces[0].origin),
             // The light is the origin of all its faces.
-            Rays::Central { .. } => (self.face_along(ray.direction), ray.direction),
+            Rays::Central { .. } => (face_along(&self.faces, ray.direction), ray.direction),
         };
         let depth = self.depth_along(face, v);
         match self.faces[face].rays {
@@ -199,6 +166,80 @@ impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
             _ => depth,
         }
     }
+}
+
+/// The face that shows `point`, and the way there from the origin that all faces
+/// have.
+#[inline]
+fn face_towards(faces: &[Face], point: Vec3) -> (usize, Vec3) {
+    let v = point - faces[0].origin;
+    (face_along(faces, v), v)
+}
+
+/// The face that shows what lies along `v` from the light.
+#[inline]
+fn face_along(faces: &[Face], v: Vec3) -> usize {
+    match faces.len() {
+        1 => 0,
+        _ => cube_face(v),
+    }
+}
+
+/// Depth of the origin of a face plus `v`.
+#[inline]
+fn depth_of(face: &Face, v: Vec3) -> f32 {
+    match face.rays {
+        Rays::Parallel { .. } => v.dot(face.forward),
+        Rays::Central { .. } => v.length(),
+    }
+}
+
+/// Column and row, from 0 to the resolution, at which a face shows its origin
+/// plus `v`; `None` outside of the picture.
+#[inline]
+fn texel_along(face: &Face, resolution: u32, v: Vec3) -> Option<[f32; 2]> {
+    let (x, y) = (v.dot(face.right), v.dot(face.up));
+    let (u, w) = match face.rays {
+        Rays::Parallel {
+            half_width,
+            half_height,
+        } => (x / half_width, y / half_height),
+        Rays::Central { tan } => {
+            let z = v.dot(face.forward);
+            if z <= 0.0 {
+                return None;
+            }
+            let scale = 1.0 / (z * tan);
+            (x * scale, y * scale)
+        }
+    };
+    let n = resolution as f32;
+    let (column, row) = (0.5 * n * (1.0 + u), 0.5 * n * (1.0 - w));
+    let inside = column >= 0.0 && column <= n && row >= 0.0 && row <= n;
+    inside.then_some([column, row])
+}
+
+/// Where a point is in the pictures of a light.
+#[cfg(feature = "translucent")]
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    /// Which picture.
+    pub(crate) face: usize,
+    /// Column and row, from 0 to the resolution.
+    pub(crate) texel: [f32; 2],
+    pub(crate) depth: f32,
+}
+
+/// Finds a point in the pictures of a light; `None` outside of them.
+#[cfg(feature = "translucent")]
+#[inline]
+pub(crate) fn locate(faces: &[Face], resolution: u32, point: Vec3) -> Option<Place> {
+    let (face, v) = face_towards(faces, point);
+    Some(Place {
+        face,
+        texel: texel_along(&faces[face], resolution, v)?,
+        depth: depth_of(&faces[face], v),
+    })
 }
 
 /// Which face of a cube the direction points at.
@@ -271,7 +312,7 @@ pub(crate) fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapE
 
 /// Nearest depth per texel. Bands of rows are independent of each other and
 /// the minimum does not depend on order, so neither does the result on threads.
-fn render_face(
+pub(crate) fn render_face(
     cpu: &Cpu,
     face: &Face,
     triangles: &[[Vec3; 3]],

@@ -73,54 +73,66 @@ impl<'a, M: Memory> ShadowMapMarch<'a, M> {
 
 impl VisibilitySource for ShadowMapMarch<'_, Host> {
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
-        let span = path.span();
-        let arc = match (self.spacing, path.emitter()) {
-            (Spacing::EquiAngular, Emitter::Point(_)) => Arc::new(path, span),
-            _ => None,
-        };
-        let halves = 2.0 * f64::from(self.samples);
-        match arc {
-            Some(arc) => {
-                let mut turns = Turns::new(arc, halves);
-                self.march(path, span, || turns.advance(), lit);
+        for_each_step(path, self.samples, self.spacing, |start, middle, end| {
+            if self.map.is_lit(path.ray().at(middle)) {
+                lit.push(LitInterval::unshadowed(start, end));
             }
-            None => {
-                let end = span.end.min(span.start + far_end(path.medium()));
-                let half = f64::from(end - span.start) / halves;
-                let mut count = 0.0;
-                let advance = || {
-                    count += 1.0;
-                    span.start + (count * half) as f32
-                };
-                self.march(path, Interval::new(span.start, end), advance, lit);
-            }
+        });
+    }
+}
+
+/// Calls `step(start, middle, end)` for each of `samples` steps along the span
+/// of the path that is not empty.
+#[inline]
+pub(super) fn for_each_step(
+    path: &LightPath<'_>,
+    samples: u32,
+    spacing: Spacing,
+    step: impl FnMut(f32, f32, f32),
+) {
+    let span = path.span();
+    let arc = match (spacing, path.emitter()) {
+        (Spacing::EquiAngular, Emitter::Point(_)) => Arc::new(path, span),
+        _ => None,
+    };
+    let halves = 2.0 * f64::from(samples);
+    match arc {
+        Some(arc) => {
+            let mut turns = Turns::new(arc, halves);
+            march(span, samples, || turns.advance(), step);
+        }
+        None => {
+            let end = span.end.min(span.start + far_end(path.medium()));
+            let half = f64::from(end - span.start) / halves;
+            let mut count = 0.0;
+            let advance = || {
+                count += 1.0;
+                span.start + (count * half) as f32
+            };
+            march(Interval::new(span.start, end), samples, advance, step);
         }
     }
 }
 
-impl ShadowMapMarch<'_, Host> {
-    /// Marches `span`; `advance` yields the middle and the end of each step in
-    /// turn.
-    fn march(
-        &self,
-        path: &LightPath<'_>,
-        span: Interval,
-        mut advance: impl FnMut() -> f32,
-        lit: &mut Vec<LitInterval>,
-    ) {
-        let mut start = span.start;
-        for i in 0..self.samples {
-            let middle = advance();
-            let end = if i + 1 == self.samples {
-                span.end
-            } else {
-                advance()
-            };
-            if start < end && self.map.is_lit(path.ray().at(middle)) {
-                lit.push(LitInterval::unshadowed(start, end));
-            }
-            start = start.max(end);
+/// Marches `span`; `advance` yields the middle and the end of each step in turn.
+fn march(
+    span: Interval,
+    samples: u32,
+    mut advance: impl FnMut() -> f32,
+    mut step: impl FnMut(f32, f32, f32),
+) {
+    let mut start = span.start;
+    for i in 0..samples {
+        let middle = advance();
+        let end = if i + 1 == samples {
+            span.end
+        } else {
+            advance()
+        };
+        if start < end {
+            step(start, middle, end);
         }
+        start = start.max(end);
     }
 }
 

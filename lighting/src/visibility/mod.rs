@@ -6,6 +6,8 @@ mod exact;
 #[cfg(feature = "march")]
 mod march;
 mod merge;
+#[cfg(feature = "translucent")]
+mod translucent;
 
 pub use both::Both;
 #[cfg(feature = "shadow-dag")]
@@ -15,6 +17,8 @@ pub use exact::Exact;
 #[cfg(feature = "march")]
 pub use march::{ShadowMapMarch, Spacing};
 pub use merge::MergeTouching;
+#[cfg(feature = "translucent")]
+pub use translucent::TransmittanceMarch;
 
 use glam::Vec3;
 

@@ -11,6 +11,7 @@
 //! | [`segment`] | how much from a part of a ray that is given by its own four lengths? | the same, to any shortness |
 //! | [`closed_form`] | the same where a formula exists | checks the quadrature |
 //! | [`image`] | the reference image | the product of the first two, summed over lights |
+//! | [`translucent`] | how much gets through hair and smoke? | the exact transmittance to a point, and the image behind them |
 
 pub mod airlight;
 mod blockers;
@@ -22,6 +23,7 @@ mod line;
 mod quadrature;
 pub mod segment;
 mod span;
+pub mod translucent;
 pub mod visibility;
 
 pub use fog::{Fog, phase};

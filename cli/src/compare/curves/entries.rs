@@ -1,0 +1,276 @@
+//! The kinds of curves, and how each is judged.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use transmittance::baseline::{
+    Captured, Deep, DeepCurve, FourierCurve, MomentCurve, Moments, OpacityCurve, Range,
+    Uncompressed,
+};
+use transmittance::{Accumulate, Curve, Evaluate, Linear, Maximum, Packed, Stream};
+
+use super::rays::{Ray, Rays};
+use super::{Family, Line};
+use crate::compare::results::Times;
+use crate::failure::Failure;
+
+/// Questions per curve in one round of measuring.
+const QUESTIONS: usize = 64;
+
+/// A kind of curve at a setting.
+pub(crate) struct Entry {
+    pub(crate) family: Family,
+    pub(crate) setting: String,
+    /// It has to be told a range of depths.
+    pub(crate) knows_range: bool,
+    judge: Judge,
+}
+
+/// Takes rays, and about how long each time is taken in seconds.
+type Judge = Box<dyn Fn(&Rays, f64) -> Judgement>;
+
+/// What rays say of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Judgement {
+    pub(crate) mean: f64,
+    pub(crate) max: f64,
+    pub(crate) insertion: Times,
+    pub(crate) lookup: Times,
+    pub(crate) bytes: f64,
+}
+
+impl Entry {
+    /// Errors and times; each time is taken for about so many `seconds`.
+    pub(crate) fn judge(&self, rays: &Rays, seconds: f64) -> Judgement {
+        (self.judge)(rays, seconds)
+    }
+}
+
+/// A range around `tight` that is `looser` times as long.
+fn range(looser: f64, [near, far]: [f32; 2]) -> Result<Range, Failure> {
+    let (near, far) = (f64::from(near), f64::from(far));
+    let (middle, half) = (0.5 * (near + far), 0.5 * looser * (far - near));
+    Ok(Range::new(
+        ((middle - half) as f32).next_down(),
+        ((middle + half) as f32).next_up(),
+    )?)
+}
+
+/// Every kind at every setting, those that need a range of depths with one
+/// `looser` times as long as the tight one.
+pub(crate) fn entries(looser: f64, tight: [f32; 2]) -> Result<Vec<Entry>, Failure> {
+    let range = range(looser, tight)?;
+    let mut entries = vec![
+        paper::<4>(),
+        paper::<8>(),
+        paper::<12>(),
+        paper::<16>(),
+        area::<4>(),
+        area::<8>(),
+        area::<12>(),
+        area::<16>(),
+        maximum::<8>(),
+        maximum::<16>(),
+        entry(
+            Family::Opacity,
+            "32".into(),
+            OpacityCurve::<32>::new(range),
+            |_: &OpacityCurve<32>| 4 * 32,
+        ),
+        entry(
+            Family::Fourier,
+            "16".into(),
+            FourierCurve::<16>::new(range),
+            |_: &FourierCurve<16>| 8 * 16,
+        ),
+    ];
+    for epsilon in [0.01, 0.002] {
+        let clear = Deep::new(epsilon)?;
+        let bytes = |curve: &DeepCurve| 8 * curve.len();
+        entries.push(entry(Family::Deep, epsilon.to_string(), clear, bytes));
+    }
+    for count in [4, 6, 8] {
+        let clear = Moments::new(count, range)?;
+        let bytes = move |_: &MomentCurve| 4 * (count + 1);
+        entries.push(entry(Family::Moments, count.to_string(), clear, bytes));
+    }
+    let bytes = |curve: &Uncompressed| 8 * curve.len();
+    entries.push(entry(
+        Family::Uncompressed,
+        "all".into(),
+        Captured::new(),
+        bytes,
+    ));
+    for entry in &mut entries {
+        let ranged = [Family::Opacity, Family::Fourier, Family::Moments];
+        entry.knows_range = ranged.contains(&entry.family);
+    }
+    Ok(entries)
+}
+
+fn paper<const N: usize>() -> Entry {
+    let clear = Curve::<N, Linear>::new();
+    let bytes = |_: &Packed<N, Linear>| size_of::<Packed<N, Linear>>();
+    entry(Family::Paper, N.to_string(), clear, bytes)
+}
+
+fn area<const N: usize>() -> Entry {
+    let bytes = |_: &Packed<N>| size_of::<Packed<N>>();
+    entry(Family::Area, N.to_string(), Stream::<N>::new(), bytes)
+}
+
+fn maximum<const N: usize>() -> Entry {
+    let bytes = |_: &Packed<N>| size_of::<Packed<N>>();
+    let clear = Stream::<N, Maximum>::new();
+    entry(Family::Maximum, N.to_string(), clear, bytes)
+}
+
+/// Curves that start as copies of `clear` and are stored as a `T`.
+fn entry<A, T>(
+    family: Family,
+    setting: String,
+    clear: A,
+    bytes: impl Fn(&T) -> usize + 'static,
+) -> Entry
+where
+    A: Accumulate + Clone + 'static,
+    A::Curve: Into<T>,
+    T: Evaluate + 'static,
+{
+    let judge = move |rays: &Rays, seconds: f64| {
+        let (mut curves, insertion) = timed(rays.segments(), seconds, || {
+            let made = rays.iter().map(|ray| made(&clear, ray));
+            made.collect::<Vec<T>>()
+        });
+        let (mean, max) = errors(rays, &curves);
+        let questions = curves.len() * QUESTIONS;
+        let (_, lookup) = timed(questions, seconds, || {
+            let mut sum = 0.0;
+            for (curve, ray) in curves.iter().zip(rays.iter()) {
+                // Depths as receivers have them, in no order.
+                for question in 0..QUESTIONS {
+                    let depth = ray.samples[question * 37 % ray.samples.len()];
+                    sum += black_box(curve).evaluate(depth)[0];
+                }
+            }
+            sum
+        });
+        let total: usize = curves.iter().map(&bytes).sum();
+        let bytes = total as f64 / curves.len() as f64;
+        curves.clear();
+        Judgement {
+            mean,
+            max,
+            insertion,
+            lookup,
+            bytes,
+        }
+    };
+    Entry {
+        family,
+        setting,
+        knows_range: false,
+        judge: Box::new(judge),
+    }
+}
+
+fn made<A, T>(clear: &A, ray: &Ray) -> T
+where
+    A: Accumulate + Clone,
+    A::Curve: Into<T>,
+{
+    let mut curve = clear.clone();
+    for segment in &ray.segments {
+        curve.insert(black_box(segment));
+    }
+    curve.finish().into()
+}
+
+/// What `work` returns, and its time over the number of things it does.
+fn timed<R>(things: usize, seconds: f64, mut work: impl FnMut() -> R) -> (R, Times) {
+    let mut times = Vec::new();
+    let clock = Instant::now();
+    loop {
+        let round = Instant::now();
+        let result = black_box(work());
+        times.push(round.elapsed().as_secs_f64() / things as f64);
+        let enough = times.len() >= 3 || seconds == 0.0;
+        if enough && (clock.elapsed().as_secs_f64() >= seconds || times.len() >= 1000) {
+            return (result, Times::of(&times));
+        }
+    }
+}
+
+/// Mean and largest error of transmittance.
+fn errors<T: Evaluate>(rays: &Rays, curves: &[T]) -> (f64, f64) {
+    let (mut sum, mut count, mut max) = (0.0, 0, 0.0_f64);
+    for (curve, ray) in curves.iter().zip(rays.iter()) {
+        let error = |(&depth, &truth): (&f32, &f64)| {
+            let error = (f64::from(curve.evaluate(depth)[0]) - truth).abs();
+            // A NaN must not hide behind a comparison.
+            if error.is_nan() { 1.0 } else { error }
+        };
+        for sample in ray.samples.iter().zip(&ray.sample_truths) {
+            let error = error(sample);
+            (sum, count, max) = (sum + error, count + 1, max.max(error));
+        }
+        for end in ray.ends.iter().zip(&ray.end_truths) {
+            max = max.max(error(end));
+        }
+    }
+    (sum / f64::from(count.max(1)), max)
+}
+
+/// The paper's figure 6: each method on the ray with most blockers.
+pub(crate) fn lines_of_all(rays: &Rays) -> Result<Vec<Line>, Failure> {
+    let range = range(1.0, rays.range())?;
+    Ok(vec![
+        truth(rays),
+        line(rays, Family::Paper, "12 nodes", &Curve::<12, Linear>::new()),
+        line(rays, Family::Area, "12 nodes", &Stream::<12>::new()),
+        line(rays, Family::Opacity, "32", &OpacityCurve::<32>::new(range)),
+        line(rays, Family::Fourier, "16", &FourierCurve::<16>::new(range)),
+        line(rays, Family::Deep, "0.01", &Deep::new(0.01)?),
+        line(rays, Family::Moments, "8", &Moments::new(8, range)?),
+    ])
+}
+
+/// The paper's figure 7: sizes of adaptive curves.
+pub(crate) fn lines_of_sizes(rays: &Rays) -> Result<Vec<Line>, Failure> {
+    let mut lines = vec![
+        truth(rays),
+        line(rays, Family::Paper, "4 nodes", &Curve::<4, Linear>::new()),
+        line(rays, Family::Paper, "8 nodes", &Curve::<8, Linear>::new()),
+        line(rays, Family::Paper, "12 nodes", &Curve::<12, Linear>::new()),
+        line(rays, Family::Paper, "16 nodes", &Curve::<16, Linear>::new()),
+        line(rays, Family::Area, "8 nodes", &Stream::<8>::new()),
+    ];
+    // Of one kind, they would all look alike.
+    for (slot, line) in lines.iter_mut().enumerate() {
+        line.slot = slot;
+    }
+    Ok(lines)
+}
+
+fn truth(rays: &Rays) -> Line {
+    let ray = rays.fullest();
+    Line {
+        name: format!("exact, {} blockers", ray.segments.len()),
+        slot: 0,
+        values: ray.truths(&rays.plotted_depths()),
+    }
+}
+
+fn line<A>(rays: &Rays, family: Family, setting: &str, clear: &A) -> Line
+where
+    A: Accumulate + Clone,
+{
+    let curve: A::Curve = made(clear, rays.fullest());
+    let at = |depth: f32| f64::from(curve.evaluate(depth)[0]);
+    let place = Family::ALL.into_iter().position(|other| other == family);
+    Line {
+        name: format!("{}, {setting}", family.title()),
+        slot: 1 + place.unwrap_or(0),
+        values: rays.plotted_depths().into_iter().map(at).collect(),
+    }
+}

@@ -1,0 +1,208 @@
+//! The light rays that curves are made of, and the truth along them.
+
+use lighting::translucent::FaceBlockers;
+use transmittance::{Segment, Source, Tile};
+
+/// Texels per side of the map whose rays are looked at.
+pub(crate) const RESOLUTION: u32 = 256;
+
+/// Of the map's rays every one in this many, along both sides.
+const STRIDE: usize = 8;
+
+/// At most this many rays, spread over those that meet at least a quarter as
+/// many blockers as the fullest.
+const MOST_RAYS: usize = 96;
+
+/// No more rays are taken beyond this many segments.
+const MOST_SEGMENTS: usize = 1 << 21;
+
+/// Depths at which the mean error of a ray is sampled.
+const SAMPLES: usize = 128;
+
+/// Ends of segments, per ray, at which the largest error may be.
+const MOST_ENDS: usize = 512;
+
+/// Depths of a plotted line.
+const PLOTTED: usize = 500;
+
+/// Light rays, each with its blockers in the order in which a map is told of
+/// them.
+#[derive(Debug)]
+pub(crate) struct Rays {
+    rays: Vec<Ray>,
+}
+
+/// One of them.
+#[derive(Debug)]
+pub(crate) struct Ray {
+    pub(crate) segments: Vec<Segment>,
+    /// Depths from the first blocker to the last, evenly spread.
+    pub(crate) samples: Vec<f32>,
+    pub(crate) sample_truths: Vec<f64>,
+    /// Depths just behind the ends of segments.
+    pub(crate) ends: Vec<f32>,
+    pub(crate) end_truths: Vec<f64>,
+}
+
+impl Rays {
+    /// Rays through what a face sees; `None` if it sees nothing.
+    pub(crate) fn collect(blockers: &FaceBlockers<'_>) -> Option<Self> {
+        let side = blockers.resolution() as usize;
+        let per_row = side.div_ceil(STRIDE);
+        let mut found = vec![Vec::new(); per_row * per_row];
+        let mut total = 0;
+        for first in (0..side).step_by(STRIDE) {
+            if total > MOST_SEGMENTS {
+                break;
+            }
+            let tile = Tile {
+                x: 0..side,
+                y: first..first + 1,
+            };
+            blockers.segments(&tile, &mut |[x, y], segment| {
+                if y == first && x.is_multiple_of(STRIDE) && !segment.is_clear() {
+                    found[first / STRIDE * per_row + x / STRIDE].push(segment);
+                    total += 1;
+                }
+            });
+        }
+        // Where there are few blockers, there is nothing to be chosen.
+        let most = found.iter().map(Vec::len).max().unwrap_or(0);
+        found.retain(|segments| 4 * segments.len() >= most.max(1));
+        let stride = found.len().div_ceil(MOST_RAYS).max(1);
+        let kept = found.into_iter().step_by(stride);
+        let rays: Vec<Ray> = kept.filter_map(Ray::new).collect();
+        (!rays.is_empty()).then_some(Self { rays })
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.rays.len()
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Ray> {
+        self.rays.iter()
+    }
+
+    /// Segments of all rays.
+    pub(crate) fn segments(&self) -> usize {
+        self.iter().map(|ray| ray.segments.len()).sum()
+    }
+
+    /// Depths between which all blockers lie.
+    pub(crate) fn range(&self) -> [f32; 2] {
+        let all = || self.iter().flat_map(|ray| &ray.segments);
+        let near = all().map(Segment::entry).fold(f32::INFINITY, f32::min);
+        let far = all().map(Segment::exit).fold(f32::NEG_INFINITY, f32::max);
+        [near, far]
+    }
+
+    /// The ray with most blockers.
+    pub(crate) fn fullest(&self) -> &Ray {
+        let mut fullest = &self.rays[0];
+        for ray in &self.rays {
+            if ray.segments.len() > fullest.segments.len() {
+                fullest = ray;
+            }
+        }
+        fullest
+    }
+
+    /// Depths from a little in front of that ray's first blocker to a little
+    /// behind its last.
+    pub(crate) fn plotted_depths(&self) -> Vec<f32> {
+        let [near, far] = self.fullest().extent();
+        let at = |i: usize| near + (far - near) * (1.06 * i as f32 / (PLOTTED - 1) as f32 - 0.03);
+        (0..PLOTTED).map(at).collect()
+    }
+}
+
+impl Ray {
+    /// `None` if all blockers are at one depth.
+    fn new(segments: Vec<Segment>) -> Option<Self> {
+        let mut ray = Self {
+            segments,
+            samples: Vec::new(),
+            sample_truths: Vec::new(),
+            ends: Vec::new(),
+            end_truths: Vec::new(),
+        };
+        let [near, far] = ray.extent();
+        if near >= far {
+            return None;
+        }
+        let share = |i: usize| (i as f32 + 0.5) / SAMPLES as f32;
+        ray.samples = (0..SAMPLES)
+            .map(|i| near + (far - near) * share(i))
+            .collect();
+        let both = |segment: &Segment| [segment.entry(), segment.exit()];
+        let mut ends: Vec<f32> = ray.segments.iter().flat_map(both).collect();
+        ends.sort_by(f32::total_cmp);
+        ends.dedup();
+        let stride = ends.len().div_ceil(MOST_ENDS).max(1);
+        ray.ends = ends.into_iter().step_by(stride).map(f32::next_up).collect();
+        ray.sample_truths = ray.truths(&ray.samples);
+        ray.end_truths = ray.truths(&ray.ends);
+        Some(ray)
+    }
+
+    fn extent(&self) -> [f32; 2] {
+        let entries = self.segments.iter().map(Segment::entry);
+        let exits = self.segments.iter().map(Segment::exit);
+        [
+            entries.fold(f32::INFINITY, f32::min),
+            exits.fold(f32::NEG_INFINITY, f32::max),
+        ]
+    }
+
+    /// Beer–Lambert at depths in rising order, blocker by blocker in f64.
+    pub(crate) fn truths(&self, depths: &[f32]) -> Vec<f64> {
+        let mut coming: Vec<&Segment> = self.segments.iter().collect();
+        coming.sort_by(|a, b| b.entry().total_cmp(&a.entry()));
+        let mut inside: Vec<&Segment> = Vec::new();
+        let mut passed = 0.0;
+        let mut truths = Vec::with_capacity(depths.len());
+        for &depth in depths {
+            while let Some(segment) = coming.pop_if(|segment| segment.entry() < depth) {
+                inside.push(segment);
+            }
+            inside.retain(|segment| {
+                let behind = segment.exit() <= depth;
+                if behind {
+                    passed += f64::from(segment.optical_depth()[0]);
+                }
+                !behind
+            });
+            let part = |segment: &&Segment| {
+                let (entry, exit) = (f64::from(segment.entry()), f64::from(segment.exit()));
+                let share = (f64::from(depth) - entry) / (exit - entry);
+                f64::from(segment.optical_depth()[0]) * share
+            };
+            let tau: f64 = passed + inside.iter().map(part).sum::<f64>();
+            truths.push((-tau).exp());
+        }
+        truths
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_truth_is_the_product_of_all_blockers() {
+        let segments = vec![
+            Segment::from_optical_depth(1.0, 3.0, 0.8).unwrap(),
+            Segment::surface(2.0, 0.5).unwrap(),
+            Segment::from_optical_depth(2.5, 2.5, 0.0).unwrap(),
+            Segment::opaque(4.0).unwrap(),
+        ];
+        let ray = Ray::new(segments).unwrap();
+        let found = ray.truths(&[0.0, 1.0, 2.0, 2.0_f32.next_up(), 3.5, 4.0, 5.0]);
+        let expected = [1.0, 1.0, (-0.4_f64).exp(), 0.5 * (-0.4_f64).exp()];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-6);
+        }
+        assert!((found[4] - 0.5 * (-0.8_f64).exp()).abs() < 1e-6);
+        assert_eq!((found[4], found[6]), (found[5], 0.0));
+    }
+}

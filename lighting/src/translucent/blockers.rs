@@ -1,0 +1,166 @@
+//! What the rays of one face meet, as segments per texel.
+
+use gpu_backend::Cpu;
+use transmittance::{Segment, Source, Tile};
+
+use super::bins::Bins;
+use super::particles::Ball;
+use super::strands::Outline;
+use super::view::{Texels, View, corners};
+use super::{Casters, grid};
+use crate::scene::{DensityGrid, Particles, Strands, Translucent};
+use crate::shadow_map::EMPTY;
+use crate::shadow_map::raster::Face;
+use crate::shadow_map::render_face;
+
+/// The blockers of a scene over the picture plane of a light, or of a camera:
+/// a [`Source`] of segments for a map of curves.
+///
+/// The segments of a texel come in the order of the casters and of their parts;
+/// opaque triangles come last, as one opaque segment at the nearest of them.
+/// Memory is a few numbers per strand piece and particle, and one per texel
+/// where there are triangles; segments are made anew for each tile.
+#[derive(Debug)]
+pub struct FaceBlockers<'a> {
+    view: View,
+    layers: Vec<Layer<'a>>,
+    /// Depth of the nearest triangle per texel; empty if there is none.
+    opaque: Vec<f32>,
+    depths: [f32; 2],
+}
+
+#[derive(Debug)]
+enum Layer<'a> {
+    Strands(&'a Strands, Bins),
+    Grid(&'a DensityGrid, Texels),
+    Particles(&'a Particles, Bins),
+}
+
+impl<'a> FaceBlockers<'a> {
+    /// Sorts the casters by what they may touch, and draws the triangles.
+    /// `resolution` is the number of texels per side, at most 16384.
+    pub(crate) fn new(
+        cpu: &Cpu,
+        casters: &Casters<'a>,
+        face: &Face,
+        resolution: u32,
+    ) -> FaceBlockers<'a> {
+        let view = View::new(face, resolution);
+        let layer = |caster: &'a Translucent| match caster {
+            Translucent::Strands(strands) => {
+                let texels = |index: usize| {
+                    Outline::new(&view, &strands.piece(index)).and_then(|it| it.texels(&view))
+                };
+                let bins = Bins::new(resolution, strands.piece_count(), texels);
+                Some(Layer::Strands(strands, bins))
+            }
+            Translucent::Grid(grid) => {
+                let texels = view.of_box(grid.bounds())?;
+                Some(Layer::Grid(grid, texels))
+            }
+            Translucent::Particles(particles) => {
+                let texels = |index: usize| {
+                    Ball::new(&view, &particles.all()[index], particles.profile()).texels(&view)
+                };
+                let bins = Bins::new(resolution, particles.all().len(), texels);
+                Some(Layer::Particles(particles, bins))
+            }
+        };
+        let layers = casters.translucent.iter().filter_map(layer).collect();
+        let mut opaque = Vec::new();
+        if let Some(geometry) = casters.geometry {
+            opaque = vec![EMPTY; (resolution as usize).pow(2)];
+            render_face(cpu, face, geometry.triangles(), resolution, &mut opaque);
+        }
+        Self {
+            depths: depths(&view, casters),
+            view,
+            layers,
+            opaque,
+        }
+    }
+
+    /// Texels per side.
+    pub fn resolution(&self) -> u32 {
+        self.view.resolution()
+    }
+
+    /// Depths between which all blockers lie, as well as the corners of a box
+    /// around them tell: what methods that need a range of depths are given.
+    pub fn depths(&self) -> [f32; 2] {
+        self.depths
+    }
+}
+
+impl Source for FaceBlockers<'_> {
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)) {
+        let view = &self.view;
+        for layer in &self.layers {
+            match layer {
+                Layer::Strands(strands, bins) => {
+                    for index in bins.of_tile(tile) {
+                        let outline = Outline::new(view, &strands.piece(index as usize));
+                        if let Some(outline) = outline
+                            && let Some(texels) = outline.texels(view)
+                            && let Some(texels) = texels.within(tile)
+                        {
+                            outline.segments(view, texels, put);
+                        }
+                    }
+                }
+                Layer::Grid(grid, texels) => {
+                    if let Some(texels) = texels.within(tile) {
+                        grid::segments(grid, view, texels, put);
+                    }
+                }
+                Layer::Particles(particles, bins) => {
+                    for index in bins.of_tile(tile) {
+                        let particle = &particles.all()[index as usize];
+                        let ball = Ball::new(view, particle, particles.profile());
+                        if let Some(texels) = ball.texels(view)
+                            && let Some(texels) = texels.within(tile)
+                        {
+                            ball.segments(view, texels, put);
+                        }
+                    }
+                }
+            }
+        }
+        if self.opaque.is_empty() {
+            return;
+        }
+        let Some(texels) = view.all().within(tile) else {
+            return;
+        };
+        texels.for_each(|x, y| {
+            let depth = self.opaque[(y * view.resolution() + x) as usize];
+            // A texel without triangles has the largest depth there is.
+            if depth < EMPTY
+                && let Ok(segment) = Segment::opaque(depth)
+            {
+                put([x as usize, y as usize], segment);
+            }
+        });
+    }
+}
+
+/// The depths of a box around all casters, slightly widened; `[0, 1]` if there
+/// are none.
+fn depths(view: &View, casters: &Casters<'_>) -> [f32; 2] {
+    let Some(bounds) = casters.bounds() else {
+        return [0.0, 1.0];
+    };
+    let local = corners(bounds).map(|corner| view.local(corner));
+    let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
+    for corner in local {
+        (near, far) = (near.min(view.depth(corner)), far.max(view.depth(corner)));
+    }
+    if !view.is_parallel() {
+        // The nearest point of the box may be on a face, or the origin inside.
+        let min = local.into_iter().fold(local[0], glam::DVec3::min);
+        let max = local.into_iter().fold(local[0], glam::DVec3::max);
+        near = glam::DVec3::ZERO.clamp(min, max).length();
+    }
+    let margin = (1e-5 * (far - near)).max(1e-6 * far.abs());
+    [(near - margin) as f32, (far + margin) as f32]
+}

@@ -1,0 +1,180 @@
+//! Maps of transmittance for all kinds of lights.
+
+use glam::Vec3;
+use gpu_backend::Cpu;
+use transmittance::{Accumulate, Evaluate, Filter, Packed, Receiver, ShadowMap};
+
+use super::{Casters, FaceBlockers};
+use crate::Emitter;
+use crate::shadow_map::raster::Face;
+use crate::shadow_map::{faces, locate};
+
+/// The largest number of texels per side of a face.
+pub const MAX_RESOLUTION: u32 = 16384;
+
+/// Why a map could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TransmittanceMapError {
+    /// The resolution is 0 or above [`MAX_RESOLUTION`].
+    #[error("a map of {resolution} texels per side was asked for, expected 1 to {MAX_RESOLUTION}")]
+    Resolution {
+        /// Texels per side asked for.
+        resolution: u32,
+    },
+    /// There is no memory for the curves.
+    #[error(transparent)]
+    Curves(#[from] transmittance::Error),
+}
+
+/// How much of a light gets how far, in every direction from it: a curve per
+/// texel, on the faces that [`shadow_map`](crate::shadow_map) describes.
+///
+/// Depth is the distance along a directional light, and the Euclidean distance
+/// from any other.
+///
+/// ```
+/// use glam::Vec3;
+/// use gpu_backend::Cpu;
+/// use lighting::Emitter;
+/// use lighting::scene::{Particle, Particles, Profile, Translucent};
+/// use lighting::translucent::{Casters, TransmittanceMap};
+/// use transmittance::Stream;
+///
+/// let puff = Particle { centre: Vec3::Y, radius: 0.5, sigma_t: 2.0 };
+/// let puffs = [Translucent::from(Particles::new(vec![puff], Profile::Constant)?)];
+/// let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE)?;
+/// let casters = Casters::new(&puffs, None);
+/// let map = TransmittanceMap::build(&Cpu::new(), &casters, &sun, 256, &Stream::<8>::new())?;
+/// assert!((map.transmittance(Vec3::ZERO) - (-2.0_f32).exp()).abs() < 1e-3); // behind the puff
+/// assert!((map.transmittance(Vec3::Y) - (-1.0_f32).exp()).abs() < 1e-3); // in it
+/// assert_eq!(map.transmittance(3.0 * Vec3::Y), 1.0); // in front of it
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct TransmittanceMap<T = Packed<8>> {
+    faces: Vec<Face>,
+    resolution: u32,
+    curves: Vec<ShadowMap<T>>,
+    filter: Filter,
+}
+
+impl<T: Evaluate + Send> TransmittanceMap<T> {
+    /// The map of `emitter` with `resolution` texels per side of each face. Each
+    /// curve starts as a copy of `clear` and is stored as a `T`. The result does
+    /// not depend on threads.
+    ///
+    /// Without casters the map is legal and clear everywhere.
+    ///
+    /// # Errors
+    /// [`TransmittanceMapError::Resolution`] unless the resolution is from 1 to
+    /// [`MAX_RESOLUTION`]; [`TransmittanceMapError::Curves`] if there is no
+    /// memory.
+    pub fn build<A>(
+        cpu: &Cpu,
+        casters: &Casters<'_>,
+        emitter: &Emitter,
+        resolution: u32,
+        clear: &A,
+    ) -> Result<Self, TransmittanceMapError>
+    where
+        A: Accumulate + Clone + Sync,
+        A::Curve: Into<T>,
+    {
+        check(resolution)?;
+        let mut map = Self {
+            faces: Vec::new(),
+            resolution,
+            curves: Vec::new(),
+            filter: Filter::Bilinear,
+        };
+        for (face, blockers) in casters.faces(cpu, emitter, resolution)? {
+            let extent = [resolution as usize; 2];
+            map.curves
+                .push(ShadowMap::build(cpu, extent, clear, &blockers)?);
+            map.faces.push(face);
+        }
+        Ok(map)
+    }
+}
+
+impl<T> TransmittanceMap<T> {
+    /// The same map with another filter; a new map has a bilinear one.
+    #[must_use]
+    pub fn with_filter(self, filter: Filter) -> Self {
+        Self { filter, ..self }
+    }
+
+    /// One face, or six in the order +X −X +Y −Y +Z −Z; none without casters.
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// Texels per side of each face.
+    pub fn resolution(&self) -> u32 {
+        self.resolution
+    }
+
+    /// The curves of each face.
+    pub fn curves(&self) -> &[ShadowMap<T>] {
+        &self.curves
+    }
+
+    /// Memory used by curves of fixed size, bytes.
+    pub fn bytes(&self) -> u64 {
+        let texels = self.curves.iter().map(|map| map.texels().len() as u64);
+        texels.sum::<u64>() * size_of::<T>() as u64
+    }
+}
+
+impl<T: Evaluate> TransmittanceMap<T> {
+    /// Share of the light that gets as far as `point`, from 0 to 1. What is
+    /// outside of the picture is lit: it holds all casters, and a spotlight does
+    /// not light the rest anyway.
+    ///
+    /// A filtered map blurs shadows by a texel, across the borders of surfaces
+    /// too: a surface that is also an opaque caster here would shadow itself.
+    pub fn transmittance(&self, point: Vec3) -> f32 {
+        if self.faces.is_empty() {
+            return 1.0;
+        }
+        let Some(place) = locate(&self.faces, self.resolution, point) else {
+            return 1.0;
+        };
+        let receiver = Receiver {
+            position: place.texel,
+            depth: place.depth,
+        };
+        self.curves[place.face].transmittance(receiver, self.filter)[0]
+    }
+}
+
+impl<'a> Casters<'a> {
+    /// The picture planes of a light and what its rays meet there; none if there
+    /// are no casters.
+    ///
+    /// # Errors
+    /// [`TransmittanceMapError::Resolution`] unless the resolution is from 1 to
+    /// [`MAX_RESOLUTION`].
+    pub fn faces(
+        &self,
+        cpu: &Cpu,
+        emitter: &Emitter,
+        resolution: u32,
+    ) -> Result<Vec<(Face, FaceBlockers<'a>)>, TransmittanceMapError> {
+        check(resolution)?;
+        let Some(bounds) = self.bounds() else {
+            return Ok(Vec::new());
+        };
+        let faces = faces([bounds.min(), bounds.max()], emitter);
+        let with_blockers = |face: Face| (face, FaceBlockers::new(cpu, self, &face, resolution));
+        Ok(faces.into_iter().map(with_blockers).collect())
+    }
+}
+
+fn check(resolution: u32) -> Result<(), TransmittanceMapError> {
+    if (1..=MAX_RESOLUTION).contains(&resolution) {
+        return Ok(());
+    }
+    Err(TransmittanceMapError::Resolution { resolution })
+}

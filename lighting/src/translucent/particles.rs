@@ -1,0 +1,101 @@
+//! Particles as a light sees them: the chord of each texel's ray through the
+//! ball.
+//!
+//! With the distance `b` of the ray from the centre, half the chord is
+//! `h = √(R² − b²)`, and from `t₀` to `t₁` behind the middle of the chord the
+//! optical depth is
+//!
+//! ```text
+//! constant:  σ (t₁ − t₀)
+//! soft:      σ/R² [h² t − t³/3] from t₀ to t₁
+//! ```
+
+use glam::DVec3;
+use transmittance::Segment;
+
+use super::view::{Texels, View};
+use crate::scene::{Particle, Profile};
+
+/// Parts that the chord through a soft ball is cut into, each of constant
+/// extinction and of exact optical depth.
+const PARTS: u32 = 4;
+
+/// A ball in local coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ball {
+    centre: DVec3,
+    radius: f64,
+    sigma_t: f64,
+    profile: Profile,
+}
+
+impl Ball {
+    pub(super) fn new(view: &View, particle: &Particle, profile: Profile) -> Self {
+        Self {
+            centre: view.local(particle.centre),
+            radius: particle.radius.into(),
+            sigma_t: particle.sigma_t.into(),
+            profile,
+        }
+    }
+
+    /// The texels that may see it; `None` if there is nothing to be seen.
+    pub(super) fn texels(&self, view: &View) -> Option<Texels> {
+        if self.radius == 0.0 || self.sigma_t == 0.0 {
+            return None;
+        }
+        view.of_ball(self.centre, self.radius)
+    }
+
+    /// Calls `put` with what it takes from each of the texels.
+    pub(super) fn segments(
+        &self,
+        view: &View,
+        texels: Texels,
+        put: &mut dyn FnMut([usize; 2], Segment),
+    ) {
+        texels.for_each(|x, y| {
+            let (start, direction) = view.ray(x, y);
+            let to_centre = self.centre - start;
+            let middle = to_centre.dot(direction);
+            let h2 = self.radius * self.radius - (to_centre - middle * direction).length_squared();
+            if h2 <= 0.0 {
+                return;
+            }
+            let half = h2.sqrt();
+            // Nothing in front of the origin of central rays casts a shadow.
+            let least = if view.is_parallel() {
+                -half
+            } else {
+                (-half).max(-middle)
+            };
+            if least >= half {
+                return;
+            }
+            let parts = match self.profile {
+                Profile::Constant => 1,
+                Profile::Soft => PARTS,
+            };
+            let at = |part: u32| least + (half - least) * (f64::from(part) / f64::from(parts));
+            for part in 0..parts {
+                let (from, to) = (at(part), at(part + 1));
+                let tau = self.optical_depth(h2, from, to);
+                let (entry, exit) = ((middle + from) as f32, (middle + to) as f32);
+                // Finite depths in order, and the integral of what is positive.
+                if let Ok(segment) = Segment::from_optical_depth(entry, exit, tau.max(0.0) as f32) {
+                    put([x as usize, y as usize], segment);
+                }
+            }
+        });
+    }
+
+    fn optical_depth(&self, h2: f64, from: f64, to: f64) -> f64 {
+        match self.profile {
+            Profile::Constant => self.sigma_t * (to - from),
+            Profile::Soft => {
+                let integral = |t: f64| t * (h2 - t * t / 3.0);
+                self.sigma_t * ((integral(to) - integral(from)) / (self.radius * self.radius))
+            }
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Strands as a light sees them.
+//!
+//! The outline of a piece of strand is a quadrilateral in the picture. Its area
+//! within a texel, over that of the texel, is the share of the texel's light
+//! that meets the piece: the coverage `c`, exact by clipping. With the opacity
+//! `α`, the texel's light is reduced to `1 − c α` over the depths that the
+//! piece has there. The mean over texels is exact for one strand of any width;
+//! strands that cover the same texel count as independent of each other.
+
+use glam::{DVec2, DVec3};
+use transmittance::Segment;
+
+use super::view::{Texels, View};
+use crate::scene::Piece;
+
+/// A piece over the picture of a light.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Outline {
+    corners: [DVec2; 4],
+    /// The ends of the axis in local coordinates and in the picture.
+    ends: [DVec3; 2],
+    axis: [DVec2; 2],
+    radius: f64,
+    opacity: f64,
+}
+
+impl Outline {
+    /// `None` if the piece has no area in the picture: it has no thickness or
+    /// no length across the light, or is not in front of it. What is nearer to
+    /// the origin of central rays than its own radius is left out.
+    pub(super) fn new(view: &View, piece: &Piece) -> Option<Self> {
+        let radius = f64::from(piece.radius);
+        let mut ends = piece.axis.map(|point| view.local(point));
+        if !view.is_parallel() {
+            ends = in_front(ends, radius.max(1e-6 * ends[0].z.max(ends[1].z)))?;
+        }
+        let along = ends[1] - ends[0];
+        // Light rays in this direction from the axis graze the cylinder.
+        let towards = if view.is_parallel() {
+            DVec3::Z
+        } else {
+            ends[0]
+        };
+        let side = radius * along.cross(towards).try_normalize()?;
+        if radius == 0.0 || piece.opacity == 0.0 {
+            return None;
+        }
+        let corners = [
+            ends[0] + side,
+            ends[1] + side,
+            ends[1] - side,
+            ends[0] - side,
+        ];
+        if !view.is_parallel() && corners.iter().any(|corner| corner.z <= 0.0) {
+            return None;
+        }
+        Some(Self {
+            corners: corners.map(|corner| view.texel(corner)),
+            ends,
+            axis: ends.map(|end| view.texel(end)),
+            radius,
+            opacity: piece.opacity.into(),
+        })
+    }
+
+    /// The texels it may cover.
+    pub(super) fn texels(&self, view: &View) -> Option<Texels> {
+        let min = self.corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
+        let max = self
+            .corners
+            .into_iter()
+            .fold(DVec2::NEG_INFINITY, DVec2::max);
+        view.between(min, max)
+    }
+
+    /// Calls `put` with what it takes from each of the texels.
+    pub(super) fn segments(
+        &self,
+        view: &View,
+        texels: Texels,
+        put: &mut dyn FnMut([usize; 2], Segment),
+    ) {
+        let outline = Polygon::new(self.corners);
+        for y in texels.y[0]..texels.y[1] {
+            let row = f64::from(y);
+            let strip = outline.clipped(1, row, row + 1.0);
+            let Some([left, right]) = strip.extent() else {
+                continue;
+            };
+            let first = (left.floor().max(0.0) as u32).max(texels.x[0]);
+            let end = ((right.floor() + 1.0).max(0.0) as u32).min(texels.x[1]);
+            for x in first..end {
+                let column = f64::from(x);
+                let part = strip.clipped(0, column, column + 1.0);
+                let coverage = part.area().min(1.0);
+                if coverage > 0.0
+                    && let Some(segment) = self.segment(view, &part, coverage)
+                {
+                    put([x as usize, y as usize], segment);
+                }
+            }
+        }
+    }
+
+    /// What is taken by the part of the outline that lies in one texel.
+    fn segment(&self, view: &View, part: &Polygon, coverage: f64) -> Option<Segment> {
+        let (start, along) = (self.axis[0], self.axis[1] - self.axis[0]);
+        let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
+        for &corner in part.corners() {
+            let share = (corner - start).dot(along) / along.length_squared();
+            let depth = self.depth(view, share.clamp(0.0, 1.0));
+            (near, far) = (near.min(depth), far.max(depth));
+        }
+        let (entry, exit) = ((near - self.radius) as f32, (far + self.radius) as f32);
+        let passed = 1.0 - coverage * self.opacity;
+        // Fails only if the axis has no length in the picture.
+        Segment::from_transmittance(entry, exit, passed.max(0.0) as f32).ok()
+    }
+
+    /// Depth of the axis at a share of its length in the picture.
+    fn depth(&self, view: &View, share: f64) -> f64 {
+        let [a, b] = self.ends;
+        let share = if view.is_parallel() {
+            share
+        } else {
+            let (near, far) = ((1.0 - share) / a.z, share / b.z);
+            far / (near + far)
+        };
+        view.depth(a + (b - a) * share)
+    }
+}
+
+/// The part of an axis with `z ≥ least`.
+fn in_front(ends: [DVec3; 2], least: f64) -> Option<[DVec3; 2]> {
+    let [a, b] = ends;
+    let cut = |from: DVec3, to: DVec3| {
+        if from.z >= least {
+            from
+        } else {
+            from + (to - from) * ((least - from.z) / (to.z - from.z))
+        }
+    };
+    (a.z.max(b.z) > least).then(|| [cut(a, b), cut(b, a)])
+}
+
+/// A convex polygon of at most eight corners: a quadrilateral cut four times.
+#[derive(Debug, Clone, Copy)]
+struct Polygon {
+    corners: [DVec2; 8],
+    len: usize,
+}
+
+impl Polygon {
+    fn new(corners: [DVec2; 4]) -> Self {
+        let mut polygon = Self {
+            corners: [DVec2::ZERO; 8],
+            len: 4,
+        };
+        polygon.corners[..4].copy_from_slice(&corners);
+        polygon
+    }
+
+    fn corners(&self) -> &[DVec2] {
+        &self.corners[..self.len]
+    }
+
+    /// The part between two values of a coordinate.
+    fn clipped(&self, axis: usize, low: f64, high: f64) -> Self {
+        self.cut(axis, 1.0, low).cut(axis, -1.0, high)
+    }
+
+    /// The part with `sign × coordinate ≥ sign × limit`.
+    fn cut(&self, axis: usize, sign: f64, limit: f64) -> Self {
+        let mut part = Self {
+            corners: [DVec2::ZERO; 8],
+            len: 0,
+        };
+        let mut push = |corner: DVec2| {
+            // Rounding may make a ninth of what are eight.
+            if part.len < 8 {
+                part.corners[part.len] = corner;
+                part.len += 1;
+            }
+        };
+        let corners = self.corners();
+        for (index, &from) in corners.iter().enumerate() {
+            let to = corners[(index + 1) % corners.len()];
+            let (a, b) = (sign * (from[axis] - limit), sign * (to[axis] - limit));
+            if a >= 0.0 {
+                push(from);
+            }
+            if (a < 0.0) != (b < 0.0) {
+                let mut corner = from + (to - from) * (a / (a - b));
+                corner[axis] = limit;
+                push(corner);
+            }
+        }
+        part
+    }
+
+    /// Least and largest column, `None` if it is empty.
+    fn extent(&self) -> Option<[f64; 2]> {
+        let columns = || self.corners().iter().map(|corner| corner.x);
+        (self.len > 0).then(|| {
+            [
+                columns().fold(f64::INFINITY, f64::min),
+                columns().fold(f64::NEG_INFINITY, f64::max),
+            ]
+        })
+    }
+
+    fn area(&self) -> f64 {
+        let Some((&first, rest)) = self.corners().split_first() else {
+            return 0.0;
+        };
+        let twice: f64 = rest
+            .windows(2)
+            .map(|pair| (pair[0] - first).perp_dot(pair[1] - first))
+            .sum();
+        0.5 * twice.abs()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_of_a_polygon_add_up_to_it() {
+        let corners = [(0.3, -2.0), (7.4, 3.1), (6.9, 4.2), (-0.4, -1.2)];
+        let whole = Polygon::new(corners.map(DVec2::from));
+        let mut sum = 0.0;
+        for y in -3..6 {
+            for x in -2..9 {
+                let (x, y) = (f64::from(x), f64::from(y));
+                let part = whole.clipped(1, y, y + 1.0).clipped(0, x, x + 1.0);
+                assert!(part.area() <= 1.0 + 1e-12);
+                sum += part.area();
+            }
+        }
+        assert!((sum - whole.area()).abs() < 1e-12, "{sum}");
+    }
+}

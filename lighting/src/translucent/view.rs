@@ -1,0 +1,203 @@
+//! The rays of a face, in f64.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use crate::scene::Bounds;
+use crate::shadow_map::raster::{Face, Rays};
+
+/// A [`Face`] with its number of texels. *Local* coordinates are those along
+/// its right, up and forward.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View {
+    origin: DVec3,
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    /// Texels per metre to the right and up; per tangent for central rays.
+    scale: DVec2,
+    parallel: bool,
+    resolution: u32,
+}
+
+/// The texels whose columns and rows are in these ranges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Texels {
+    pub(super) x: [u32; 2],
+    pub(super) y: [u32; 2],
+}
+
+impl View {
+    pub(super) fn new(face: &Face, resolution: u32) -> Self {
+        let half = 0.5 * f64::from(resolution);
+        let (scale, parallel) = match face.rays {
+            Rays::Parallel {
+                half_width,
+                half_height,
+            } => {
+                let widths = DVec2::new(half_width.into(), half_height.into());
+                (half / widths, true)
+            }
+            Rays::Central { tan } => (DVec2::splat(half / f64::from(tan)), false),
+        };
+        Self {
+            origin: face.origin.as_dvec3(),
+            right: face.right.as_dvec3(),
+            up: face.up.as_dvec3(),
+            forward: face.forward.as_dvec3(),
+            scale,
+            parallel,
+            resolution,
+        }
+    }
+
+    /// True if rays are parallel and depth is measured along them from a plane.
+    pub(super) fn is_parallel(&self) -> bool {
+        self.parallel
+    }
+
+    /// Texels per side.
+    pub(super) fn resolution(&self) -> u32 {
+        self.resolution
+    }
+
+    pub(super) fn local(&self, point: Vec3) -> DVec3 {
+        let v = point.as_dvec3() - self.origin;
+        DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))
+    }
+
+    /// Column and row of a local point; it must be in front of the origin of
+    /// central rays.
+    pub(super) fn texel(&self, local: DVec3) -> DVec2 {
+        let plane = if self.parallel {
+            local.truncate()
+        } else {
+            local.truncate() / local.z
+        };
+        let half = 0.5 * f64::from(self.resolution);
+        DVec2::new(half + plane.x * self.scale.x, half - plane.y * self.scale.y)
+    }
+
+    /// Depth of a local point.
+    pub(super) fn depth(&self, local: DVec3) -> f64 {
+        if self.parallel {
+            local.z
+        } else {
+            local.length()
+        }
+    }
+
+    /// Start and unit direction of the ray through the middle of a texel, in
+    /// local coordinates. Depth counts from the start.
+    pub(super) fn ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
+        let half = 0.5 * f64::from(self.resolution);
+        let across = (f64::from(x) + 0.5 - half) / self.scale.x;
+        let upward = (half - f64::from(y) - 0.5) / self.scale.y;
+        if self.parallel {
+            (DVec3::new(across, upward, 0.0), DVec3::Z)
+        } else {
+            (DVec3::ZERO, DVec3::new(across, upward, 1.0).normalize())
+        }
+    }
+
+    /// The same in the world.
+    pub(super) fn world_ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
+        let (start, direction) = self.ray(x, y);
+        let turned = |v: DVec3| v.x * self.right + v.y * self.up + v.z * self.forward;
+        (self.origin + turned(start), turned(direction))
+    }
+
+    /// All texels that may see a part of the box between these positions.
+    pub(super) fn between(&self, min: DVec2, max: DVec2) -> Option<Texels> {
+        let range = |low: f64, high: f64| {
+            let first = low.floor().max(0.0);
+            let end = (high.floor() + 1.0).min(f64::from(self.resolution));
+            (first < end).then_some([first as u32, end as u32])
+        };
+        Some(Texels {
+            x: range(min.x, max.x)?,
+            y: range(min.y, max.y)?,
+        })
+    }
+
+    /// Every texel.
+    pub(super) fn all(&self) -> Texels {
+        let all = [0, self.resolution];
+        Texels { x: all, y: all }
+    }
+
+    /// The texels that may see a box.
+    pub(super) fn of_box(&self, bounds: Bounds) -> Option<Texels> {
+        let corners = corners(bounds).map(|corner| self.local(corner));
+        if !self.parallel && corners.iter().any(|corner| corner.z <= 0.0) {
+            return corners
+                .iter()
+                .any(|corner| corner.z > 0.0)
+                .then(|| self.all());
+        }
+        let positions = corners.map(|corner| self.texel(corner));
+        let min = positions.into_iter().fold(DVec2::INFINITY, DVec2::min);
+        let max = positions.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max);
+        self.between(min, max)
+    }
+
+    /// The texels that may see a ball, given in local coordinates.
+    pub(super) fn of_ball(&self, centre: DVec3, radius: f64) -> Option<Texels> {
+        if self.parallel {
+            let (middle, reach) = (self.texel(centre), radius * self.scale);
+            return self.between(middle - reach, middle + reach);
+        }
+        if centre.z + radius <= 0.0 {
+            return None;
+        }
+        if centre.z <= radius {
+            return Some(self.all());
+        }
+        // In the plane of an axis and the forward direction, the tangents of
+        // the directions that touch the circle.
+        let touching = |x: f64| {
+            let (z2, r2) = (centre.z * centre.z, radius * radius);
+            let root = radius * (x * x + z2 - r2).sqrt();
+            [
+                (x * centre.z - root) / (z2 - r2),
+                (x * centre.z + root) / (z2 - r2),
+            ]
+        };
+        let ([left, right], [down, up]) = (touching(centre.x), touching(centre.y));
+        let min = self.texel(DVec3::new(left, up, 1.0));
+        let max = self.texel(DVec3::new(right, down, 1.0));
+        self.between(min, max)
+    }
+}
+
+impl Texels {
+    /// What is in both.
+    pub(super) fn within(self, tile: &transmittance::Tile) -> Option<Self> {
+        let both = |[first, end]: [u32; 2], range: &std::ops::Range<usize>| {
+            let first = first.max(u32::try_from(range.start).unwrap_or(u32::MAX));
+            let end = end.min(u32::try_from(range.end).unwrap_or(u32::MAX));
+            (first < end).then_some([first, end])
+        };
+        Some(Self {
+            x: both(self.x, &tile.x)?,
+            y: both(self.y, &tile.y)?,
+        })
+    }
+
+    /// Calls `texel(x, y)` for each, row by row.
+    pub(super) fn for_each(self, mut texel: impl FnMut(u32, u32)) {
+        for y in self.y[0]..self.y[1] {
+            for x in self.x[0]..self.x[1] {
+                texel(x, y);
+            }
+        }
+    }
+}
+
+/// The eight corners of a box.
+pub(super) fn corners(bounds: Bounds) -> [Vec3; 8] {
+    let ends = [bounds.min(), bounds.max()];
+    std::array::from_fn(|corner| {
+        let pick = |axis: usize| ends[corner >> axis & 1][axis];
+        Vec3::new(pick(0), pick(1), pick(2))
+    })
+}
