@@ -6,6 +6,7 @@ use gpu_backend::gpu::{Context, Gpu, Queued};
 use super::measure::{Job, Measure, Session};
 use super::results::LeftOut;
 use super::selection::Candidate;
+use super::voxels;
 use crate::args::{BackendName, Compare};
 use crate::engine::{EXACT_IS_TRACED, Tracing};
 use crate::failure::Failure;
@@ -70,6 +71,21 @@ impl Present {
             None => Box::new(Session::new(Cpu::new(), self, job, own)?),
             Some(context) => Box::new(Session::new(Gpu::new(context.clone()), self, job, own)?),
         })
+    }
+
+    /// The steps of voxelized shadow volumes.
+    pub(crate) fn time_voxels(
+        &self,
+        scene: voxels::Scene<'_>,
+        quick: bool,
+    ) -> Result<Option<voxels::Steps>, Failure> {
+        let rounds = if quick { 3 } else { 9 };
+        match &self.context {
+            None => voxels::time_steps(&Cpu::new(), &self.label, scene, rounds),
+            Some(context) => {
+                voxels::time_steps(&Gpu::new(context.clone()), &self.label, scene, rounds)
+            }
+        }
     }
 
     /// What to say where it failed and others can go on without it.

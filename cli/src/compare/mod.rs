@@ -11,6 +11,7 @@ mod prepare;
 pub(crate) mod results;
 mod selection;
 mod trial;
+pub(crate) mod voxels;
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
@@ -30,9 +31,20 @@ use prepare::Prepared;
 use results::{LeftOut, Pictures, Results};
 use selection::{check_names, dropped};
 use trial::{Found, try_out};
+use voxels::Voxels;
 
 /// The files of a report; the first one carries the mark.
-const FILES: [&str; 4] = ["index.html", "results.csv", "airlight.csv", "curves.csv"];
+const FILES: [&str; 5] = [
+    "index.html",
+    "results.csv",
+    "airlight.csv",
+    "curves.csv",
+    "voxels.csv",
+];
+
+/// Share of the time that pictures get; the rest is for what is judged by itself,
+/// which takes the same time whatever the scene and its size.
+const PICTURES: f64 = 0.75;
 
 /// Runs `crepuscular compare`.
 pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
@@ -60,6 +72,7 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     folder.write(FILES[1], csv::write(&results).as_bytes())?;
     folder.write(FILES[2], alone::csv(&results.alone).as_bytes())?;
     folder.write(FILES[3], curves::csv(&results.curves).as_bytes())?;
+    folder.write(FILES[4], voxels::csv(&results.voxels).as_bytes())?;
     let place = folder.finish()?;
     spinner.finish_and_clear();
     let mut text = String::new();
@@ -86,26 +99,18 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
     let mut found = Found::nothing(&prepared);
     let mut alone = Vec::new();
     let mut curves = Curves::default();
+    let mut voxels = Voxels::default();
     let mut left_out = Vec::new();
     if let (Some(medium), false) = (prepared.input.scene.medium, candidates.is_empty()) {
         let map = map_resolution(args, &prepared, &mut notes);
         shadow_maps = format!("{map} texels per side");
-        if prepared.emitters().iter().any(is_point) {
-            alone = alone::judge_all(medium.phase(), args.quick)?;
-        } else {
-            left_out.push(LeftOut {
-                what: "airlight alone".into(),
-                why: "no light at a point; that of a sun has a closed form".into(),
-            });
-        }
-        let translucent = &prepared.input.scene.translucent;
-        curves = curves::judge_all(translucent, &prepared.emitters(), args.quick)?;
         let asked = prepared.frame.size;
         // The estimate of the first pass may reduce the picture; the second
         // pass takes it as it is.
         let mut fitted = false;
+        let pictures = budget.share(PICTURES);
         found = loop {
-            match try_out(args, &mut prepared, &medium, map, budget, fitted)? {
+            match try_out(args, &mut prepared, &medium, map, pictures, fitted)? {
                 Some(found) => break found,
                 None => fitted = true,
             }
@@ -116,6 +121,31 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
                 prepared.frame.size,
                 seconds(budget.total())
             ));
+        }
+        if prepared.emitters().iter().any(is_point) {
+            alone = alone::judge_all(medium.phase(), args.quick)?;
+        } else {
+            left_out.push(LeftOut {
+                what: "airlight alone".into(),
+                why: "no light at a point; that of a sun has a closed form".into(),
+            });
+        }
+        let translucent = &prepared.input.scene.translucent;
+        curves = curves::judge_all(translucent, &prepared.emitters(), args.quick)?;
+        match prepared.voxel_scene(&medium, map) {
+            Ok(scene) => {
+                voxels = voxels::judge(scene, args.quick)?;
+                for backend in &prepared.backends.present {
+                    match backend.time_voxels(scene, args.quick) {
+                        Ok(steps) => voxels.steps.extend(steps),
+                        Err(failure) => left_out.push(backend.excuse(failure)?),
+                    }
+                }
+            }
+            Err(why) => left_out.push(LeftOut {
+                what: "voxels alone".into(),
+                why,
+            }),
         }
     }
     let Prepared { input, frame, .. } = &prepared;
@@ -156,6 +186,7 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
         measurements: found.outcome.measurements,
         alone,
         curves,
+        voxels,
         seconds_total: budget.elapsed(),
     })
 }

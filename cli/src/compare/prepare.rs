@@ -4,13 +4,14 @@ use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::emitter::Emission;
 use lighting::plan::Plan;
-use lighting::scene::{Camera, PhaseFunction};
+use lighting::scene::{Camera, Medium, PhaseFunction};
 use lighting::view::View;
-use lighting::voxels::depth_range;
+use lighting::voxels::{Eye, depth_range};
 
 use super::backends::Backends;
 use super::results::LeftOut;
 use super::selection::{Candidate, Evaluated, Selection, select};
+use super::voxels;
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::format::count;
@@ -101,6 +102,33 @@ impl Prepared {
         let kept = self.frame.plan.emitters().iter();
         kept.map(|index| self.input.emitters[*index].clone())
             .collect()
+    }
+
+    /// The first light that is seen, for voxels by themselves; why there is
+    /// none otherwise.
+    pub(crate) fn voxel_scene<'a>(
+        &'a self,
+        medium: &'a Medium,
+        map: u32,
+    ) -> Result<voxels::Scene<'a>, String> {
+        let (input, Frame { size, view, plan }) = (&self.input, &self.frame);
+        let depths = depth_range(view.rays(), medium);
+        let usable = |emitter: &&Emitter| {
+            !matches!(emitter, Emitter::Directional(_)) || depths.end < f32::INFINITY
+        };
+        let mut kept = plan.emitters().iter().map(|index| &input.emitters[*index]);
+        let emitter = kept
+            .find(usable)
+            .ok_or("no light that voxels could be made for")?;
+        Ok(voxels::Scene {
+            geometry: &input.geometry,
+            tracer: &input.tracer,
+            medium,
+            emitter,
+            eye: Eye::of_camera(&self.camera, size.width, size.height, depths),
+            rays: view.rays(),
+            map,
+        })
     }
 
     /// What `--plan` prints.

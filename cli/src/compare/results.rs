@@ -2,6 +2,7 @@
 
 use super::alone::Alone;
 use super::curves::Curves;
+use super::voxels::Voxels;
 use crate::methods::Method;
 use crate::parse::Size;
 use crate::picture::Picture;
@@ -41,6 +42,8 @@ pub(crate) struct Results {
     pub(crate) alone: Vec<Alone>,
     /// Curves of transmittance by themselves.
     pub(crate) curves: Curves,
+    /// Voxelized shadow volumes by themselves.
+    pub(crate) voxels: Voxels,
     /// None if there is no airlight.
     pub(crate) pictures: Pictures,
     /// Wall time of everything.
@@ -185,7 +188,7 @@ pub(crate) fn fastest_within<'a>(
 pub(crate) mod tests {
     use super::*;
     use crate::compare::alone::{Family, Judgement};
-    use crate::compare::curves;
+    use crate::compare::{curves, voxels};
     use crate::methods::METHODS;
 
     /// Two evaluators, one of which fails on stiff segments.
@@ -237,6 +240,37 @@ pub(crate) mod tests {
                     values: vec![1.0, 0.5],
                 }],
             }],
+        }
+    }
+
+    /// One resolution, and a frame of one backend.
+    fn example_voxels() -> Voxels {
+        let times = Times::of(&[1e-3]);
+        Voxels {
+            steps: vec![voxels::Steps {
+                backend: "cpu".into(),
+                rectify: times,
+                voxelise: times,
+                extrude: times,
+                average: times,
+                runs: times,
+                rays: 8,
+            }],
+            refinements: voxels::Axis::ALL
+                .map(|axis| voxels::Refinement {
+                    axis,
+                    size: 64,
+                    rest_coarse: 0.1,
+                    rest_fine: 0.01,
+                })
+                .to_vec(),
+            detachments: vec![voxels::Detachment {
+                alpha: 64,
+                paper: [0.2, 0.3],
+                unbiased: [0.01, 0.1],
+            }],
+            biased: 0.02,
+            unbiased: 0.01,
         }
     }
 
@@ -302,6 +336,7 @@ pub(crate) mod tests {
             measurements,
             alone: example_alone(),
             curves: example_curves(),
+            voxels: example_voxels(),
             seconds_total: 20.0,
         }
     }

@@ -9,6 +9,7 @@ mod pictures;
 mod plots;
 mod summary;
 mod tables;
+mod voxels;
 
 pub(crate) use summary::plain as sentences;
 
@@ -40,6 +41,7 @@ pub(crate) fn page(results: &Results) -> Result<String, Failure> {
     pictures::write(&mut html, results)?;
     tables::write_measurements(&mut html, results);
     alone::write(&mut html, results);
+    voxels::write(&mut html, results);
     curves::write(&mut html, results);
     passes(&mut html, results);
     how_measured(&mut html, results);
