@@ -22,6 +22,10 @@ Examples:
   crepuscular render street.glb --sigma-s 0.02,0.03,0.05 --phase hg --g 0.6 \\
       --visibility equi-angular --samples 64 -o street.exr
       Bluish haze that scatters forward, 64 equi-angular samples per ray.
+  crepuscular bake city --resolution 16384 -o city.cpvs
+      Precompute the shadows of a light; `inspect city.cpvs` says what came out.
+  crepuscular render city --shadows city.cpvs -o city.png
+      Render with them, on surfaces and in the air.
 
 Scenes are glTF, GLB or PLY files, or names of embedded ones (`crepuscular scenes`). \
 A scene without a camera, a light or a medium is given one, and the output says so. \
@@ -44,6 +48,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     Compare(Compare),
     Render(Render),
+    Bake(Bake),
+    Inspect(Inspect),
     /// List the methods: what each is for and who described it
     Methods,
     Scenes(Scenes),
@@ -127,7 +133,7 @@ pub(crate) enum BackendName {
 /// Render one picture: surfaces and airlight
 ///
 /// Surfaces are Lambertian with traced shadows, whatever the method; the
-/// method is that of the airlight. An EXR file holds linear radiance as 32-bit
+/// method is that of the airlight. Lights with --shadows take both from there. An EXR file holds linear radiance as 32-bit
 /// floats. A PNG file is tone-mapped: radiance times 2^exposure, then
 /// 1 - exp(-x) per channel, then sRGB.
 #[derive(Debug, Args)]
@@ -147,8 +153,9 @@ pub(crate) struct Render {
     #[arg(long, value_enum, default_value = "quadrature")]
     pub(crate) airlight: Airlight,
 
-    /// Steps per ray of a march; voxels along each coordinate (φ at most 1024)
-    /// [default: 64 steps, 512 voxels]
+    /// Steps per ray of a march; voxels along each coordinate (φ at most 1024),
+    /// or along each axis of baked shadows (a power of two)
+    /// [default: 64 steps, 512 voxels, 2048 of baked shadows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) samples: Option<u32>,
 
@@ -156,6 +163,20 @@ pub(crate) struct Render {
     /// [default: 8, 1 for march, equi-angular and voxel-bits, whose intervals are steps]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,
+
+    /// Files of baked shadows (see `bake`): their lights take them, in the air
+    /// and, filtered, on surfaces
+    #[arg(long, value_name = "FILES", value_delimiter = ',')]
+    pub(crate) shadows: Vec<PathBuf>,
+
+    /// Texels along each side of the filter of baked shadows on surfaces, odd
+    #[arg(
+        long,
+        value_name = "TEXELS",
+        default_value_t = 9,
+        allow_negative_numbers = true
+    )]
+    pub(crate) filter: u32,
 
     /// Size of the picture
     #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse::size, allow_hyphen_values = true)]
@@ -167,6 +188,69 @@ pub(crate) struct Render {
 
     #[command(flatten)]
     pub(crate) options: SceneOptions,
+}
+
+/// Precompute the shadows that a scene casts from one light
+///
+/// Writes compact precomputed voxelized shadows: one grid for a sun, a spotlight
+/// or a light outside of the scene, six for a light inside of it that shines all
+/// around. Closed solids compress best; parts with holes are baked as surfaces,
+/// and the output says so.
+///
+/// Every ten seconds or so, and on Ctrl-C, what is finished goes to a file
+/// beside the output, FILE.part, from which --resume goes on. The output itself
+/// appears when it is complete. A second Ctrl-C ends the program at once.
+#[derive(Debug, Args)]
+pub(crate) struct Bake {
+    /// A glTF, GLB or PLY file, or the name of an embedded scene
+    pub(crate) scene: String,
+
+    /// The light: its number, from 0, or its kind if there is only one of it
+    /// (point, spot, directional) [default: the only light]
+    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
+    pub(crate) light: Option<String>,
+
+    /// Voxels along each axis of a grid: a power of two from 8 to 1048576
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 4096,
+        allow_negative_numbers = true
+    )]
+    pub(crate) resolution: u32,
+
+    /// File to write
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+
+    /// Go on where an interrupted bake of the same scene, light and resolution
+    /// ended
+    #[arg(long)]
+    pub(crate) resume: bool,
+
+    /// How nodes are stored
+    #[arg(long, value_enum, default_value = "packed")]
+    pub(crate) form: NodeForm,
+
+    /// Seed of an embedded scene
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+/// How nodes of baked shadows are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NodeForm {
+    /// 32-bit references: the quickest to walk
+    Plain,
+    /// As few bits as each level needs: well under half the size
+    Packed,
+}
+
+/// Say what is in a file of baked shadows, and whether it is sound
+#[derive(Debug, Args)]
+pub(crate) struct Inspect {
+    /// A file that `bake` wrote
+    pub(crate) file: PathBuf,
 }
 
 /// List the embedded scenes and how hard they are
@@ -201,7 +285,7 @@ pub(crate) struct SceneOptions {
 }
 
 /// Overrides of the scene's medium.
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Medium")]
 pub(crate) struct MediumOptions {
     /// Scattering coefficient, 1/m: one number or R,G,B

@@ -7,6 +7,7 @@ use airlight::{SunTable, Table};
 use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, BufferOf, Cpu, Download};
 use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
+use lighting::dag::{BakedShadow, HoldShadow};
 use lighting::scene::{Geometry, Medium, PhaseFunction};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 use lighting::trace::Tracer;
@@ -69,11 +70,13 @@ impl Tracing for Gpu<Queued> {
     }
 }
 
-/// A backend that gathers every visibility source that comes from a shadow map,
-/// and none, with the evaluator `A`.
+/// A backend that gathers every visibility source that comes from a shadow map
+/// or was baked, and none, with the evaluator `A`.
 pub(crate) trait GatherMapped<A>:
     Backend
     + Gather<Unshadowed, A>
+    + HoldShadow
+    + Gather<<Self as HoldShadow>::Shadow, A>
     + for<'a> Gather<VoxelShadow<'a, <Self as Backend>::Memory>, A>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, A>
     + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, A>
@@ -83,6 +86,8 @@ pub(crate) trait GatherMapped<A>:
 impl<B, A> GatherMapped<A> for B where
     B: Backend
         + Gather<Unshadowed, A>
+        + HoldShadow
+        + Gather<<B as HoldShadow>::Shadow, A>
         + for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, A>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, A>
         + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, A>
@@ -94,6 +99,7 @@ pub(crate) trait Renderer:
     Download
     + RenderShadowMap
     + BuildVoxels
+    + HoldShadow
     + Tracing
     + GatherMapped<Midpoint>
     + GatherMapped<EquiAngular>
@@ -106,6 +112,7 @@ impl<B> Renderer for B where
     B: Download
         + RenderShadowMap
         + BuildVoxels
+        + HoldShadow
         + Tracing
         + GatherMapped<Midpoint>
         + GatherMapped<EquiAngular>
@@ -184,7 +191,7 @@ pub(crate) const PUBLISHED_IS_ISOTROPIC: &str =
     "the published table is one of isotropic scattering";
 
 /// Lights and rays on a backend, ready to be gathered.
-pub(crate) struct Stage<'a, B: Backend> {
+pub(crate) struct Stage<'a, B: HoldShadow> {
     pub(crate) backend: &'a B,
     pub(crate) tracer: &'a Tracer,
     pub(crate) medium: &'a Medium,
@@ -196,8 +203,32 @@ pub(crate) struct Stage<'a, B: Backend> {
     /// Where the rays start, for voxels.
     pub(crate) eye: Eye,
     pub(crate) voxels: &'a Voxels<B>,
+    /// Baked shadows by resolution, one per emitter.
+    pub(crate) baked: &'a [Held<B>],
     pub(crate) rays: BufferOf<B, Ray>,
     pub(crate) count: usize,
+}
+
+/// The baked shadows of all lights at one resolution, on a backend.
+#[derive(Debug)]
+pub(crate) struct Held<B: HoldShadow> {
+    pub(crate) resolution: u32,
+    pub(crate) shadows: Vec<B::Shadow>,
+}
+
+impl<B: HoldShadow> Held<B> {
+    /// Copies shadows to a backend.
+    pub(crate) fn new(
+        backend: &B,
+        resolution: u32,
+        shadows: &[BakedShadow],
+    ) -> Result<Self, Failure> {
+        let shadows = shadows.iter().map(|shadow| backend.hold(shadow));
+        Ok(Self {
+            resolution,
+            shadows: shadows.collect::<Result<_, _>>()?,
+        })
+    }
 }
 
 /// Memory for voxels that is kept from frame to frame: one volume of each size, which all
@@ -372,6 +403,13 @@ impl<B: Renderer> Stage<'_, B> {
                 Visibility::VoxelAverage => voxels(Detail::Average, radiance)?,
                 Visibility::VoxelBits => voxels(Detail::Voxels, radiance)?,
                 Visibility::VoxelRuns => voxels(Detail::Runs, radiance)?,
+                Visibility::Dag => {
+                    let mut held = self.baked.iter();
+                    let held = held.find(|held| held.resolution == setting.samples);
+                    let missing = || Failure::new("shadows that were not baked");
+                    let shadow = &held.ok_or_else(missing)?.shadows[index];
+                    backend.gather(rays, emitter, medium, shadow, evaluator, radiance)?;
+                }
             }
         }
         Ok(())

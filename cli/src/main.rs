@@ -1,11 +1,16 @@
 //! The `crepuscular` program: measures and renders light and shadow in fog.
 
 mod args;
+mod bake;
+mod baked;
+mod checkpoint;
 mod compare;
 mod engine;
 mod failure;
 mod format;
 mod input;
+mod inspect;
+mod interrupt;
 mod list;
 mod methods;
 mod output;
@@ -30,6 +35,8 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Compare(args) => compare::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Bake(args) => bake::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Methods => list::methods(),
         Command::Scenes(args) => list::scenes(&args),
     };

@@ -25,6 +25,8 @@ pub(crate) enum Visibility {
     VoxelBits,
     /// Voxelized shadow volumes: runs of lit voxels
     VoxelRuns,
+    /// Baked shadows: a walk through compact precomputed voxels
+    Dag,
 }
 
 impl Visibility {
@@ -39,12 +41,13 @@ impl Visibility {
             Self::VoxelAverage => "voxel-average",
             Self::VoxelBits => "voxel-bits",
             Self::VoxelRuns => "voxel-runs",
+            Self::Dag => "dag",
         }
     }
 
     /// True if it looks into a shadow map.
     pub(crate) fn needs_shadow_map(self) -> bool {
-        !matches!(self, Self::None | Self::Exact)
+        !matches!(self, Self::None | Self::Exact | Self::Dag)
     }
 
     /// True if it is found by tracing, which only the CPU does.
@@ -102,7 +105,7 @@ impl Airlight {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Setting {
     pub(crate) visibility: Visibility,
-    /// Steps per ray of a march, voxels along each coordinate.
+    /// Steps per ray of a march, voxels along each coordinate or axis.
     pub(crate) samples: u32,
     pub(crate) airlight: Airlight,
     /// The evaluator's number: nodes per lit interval of an equi-angular
@@ -144,6 +147,8 @@ const STEPS: &[u32] = &[4, 8, 16, 32, 64, 128, 256];
 const QUICK_STEPS: &[u32] = &[8, 32, 128];
 const VOXELS: &[u32] = &[64, 128, 256, 512, 1024];
 const QUICK_VOXELS: &[u32] = &[128, 512];
+const GRIDS: &[u32] = &[256, 512, 1024, 2048, 4096, 8192];
+const QUICK_GRIDS: &[u32] = &[512, 2048];
 
 /// All methods, in the order of reports.
 pub(crate) static METHODS: &[Method] = &[
@@ -311,6 +316,28 @@ pub(crate) static METHODS: &[Method] = &[
         title: "voxelized shadow volumes by table",
         purpose: "point lights: one texel for the visibility of a ray, two lookups for a run",
         paper: "Wyman, HPG 2011, for the bits; Sun et al., SIGGRAPH 2005, for the integral",
+    },
+    Method {
+        visibility: Visibility::Dag,
+        airlight: Airlight::EquiAngular,
+        quality: Quality::Samples { detail: 8 },
+        qualities: GRIDS,
+        quick: QUICK_GRIDS,
+        pictured: 2048,
+        title: "baked shadows",
+        purpose: "static scenes: baked once, walked in large steps, fine enough for any view",
+        paper: "Sintorn et al., Compact Precomputed Voxelized Shadows, SIGGRAPH 2014; Kämpe et al., I3D 2015",
+    },
+    Method {
+        visibility: Visibility::Dag,
+        airlight: Airlight::Table,
+        quality: Quality::Samples { detail: 64 },
+        qualities: GRIDS,
+        quick: QUICK_GRIDS,
+        pictured: 2048,
+        title: "baked shadows by table",
+        purpose: "point lights in static scenes: two lookups for a lit run",
+        paper: "Sintorn et al., SIGGRAPH 2014; Kämpe et al., I3D 2015; Sun et al., SIGGRAPH 2005, for the integral",
     },
 ];
 

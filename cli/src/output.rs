@@ -5,7 +5,7 @@
 //! place that cannot be written is found out at once.
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile, TempDir};
@@ -40,9 +40,16 @@ impl PendingFile {
         })
     }
 
-    pub(crate) fn finish(mut self, content: &[u8]) -> Result<(), Failure> {
-        self.file
-            .write_all(content)
+    pub(crate) fn finish(self, content: &[u8]) -> Result<(), Failure> {
+        self.finish_with(|out| out.write_all(content))
+    }
+
+    /// The same, for content that need not be in memory as a whole.
+    pub(crate) fn finish_with(
+        mut self,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        write(&mut self.file)
             .and_then(|()| self.file.flush())
             .map_err(|error| cannot_write(&self.path, reason(&error)))?;
         match self.file.persist(&self.path) {

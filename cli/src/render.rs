@@ -4,14 +4,16 @@ use std::path::Path;
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
+use lighting::dag::FilterSize;
 use lighting::plan::{Plan, Reason};
 use lighting::scene::{Camera, Medium};
 use lighting::shadow_map::Casters;
-use lighting::view::View;
+use lighting::view::{Lit, View};
 use lighting::voxels::{Eye, depth_range};
 
 use crate::args::Render;
-use crate::engine::{Stage, Tables, Voxels, affordable_resolution, shadow_maps};
+use crate::baked;
+use crate::engine::{Held, Stage, Tables, Voxels, affordable_resolution, shadow_maps};
 use crate::failure::Failure;
 use crate::format::{count, significant};
 use crate::input::{Input, describe_medium};
@@ -61,12 +63,22 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         args.size.height,
     )?;
     let medium = input.scene.medium;
-    let surfaces = view.surface_radiance(
+    let shadows = baked::read(&args.shadows, &input)?;
+    let filter =
+        FilterSize::new(args.filter).map_err(|error| Failure::from(error).about("--filter"))?;
+    let filtered: Vec<_> = shadows
+        .iter()
+        .map(|shadow| shadow.as_ref().map(|shadow| shadow.filtered(filter)))
+        .collect();
+    let lights: Vec<Lit<'_>> = (input.emitters.iter().zip(&filtered))
+        .map(|(emitter, filtered)| (emitter, filtered.as_ref().map(|shadow| shadow as _)))
+        .collect();
+    let surfaces = view.surface_radiance_with(
         &cpu,
         &input.scene,
         &input.geometry,
         &input.tracer,
-        &input.emitters,
+        &lights,
         medium.as_ref(),
     );
     spinner.finish_and_clear();
@@ -83,10 +95,47 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         }
     }
     if let (Some(medium), false) = (&medium, plan.emitters().is_empty()) {
-        let kept = plan.emitters().iter();
-        let emitters: Vec<Emitter> = kept.map(|index| input.emitters[*index].clone()).collect();
-        let airlight = airlight(args, &mut input, (&camera, &view), medium, &emitters)?;
-        picture = picture.plus(&airlight);
+        let (from_files, others): (Vec<usize>, Vec<usize>) =
+            (plan.emitters().iter()).partition(|index| shadows[**index].is_some());
+        if !others.is_empty() {
+            let emitters: Vec<Emitter> = others
+                .iter()
+                .map(|index| input.emitters[*index].clone())
+                .collect();
+            let setting = setting(args);
+            let held = match setting.visibility {
+                Visibility::Dag => baked::bake(&input, &emitters, setting.samples)?,
+                _ => Vec::new(),
+            };
+            let airlight = airlight(
+                args,
+                &mut input,
+                (&camera, &view),
+                medium,
+                (&emitters, &held, setting),
+            )?;
+            picture = picture.plus(&airlight);
+        }
+        if !from_files.is_empty() {
+            let pick = |index: &usize| {
+                let shadow = shadows[*index].clone()?;
+                Some((input.emitters[*index].clone(), shadow))
+            };
+            let (emitters, own): (Vec<_>, Vec<_>) = from_files.iter().filter_map(pick).unzip();
+            let setting = setting_of_files(args);
+            let held = [Held {
+                resolution: setting.samples,
+                shadows: own,
+            }];
+            let airlight = airlight(
+                args,
+                &mut input,
+                (&camera, &view),
+                medium,
+                (&emitters, &held, setting),
+            )?;
+            picture = picture.plus(&airlight);
+        }
     }
     let odd = picture.non_finite();
     if odd > 0 {
@@ -113,12 +162,21 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     for note in &input.notes {
         text += &format!("note: {note}\n");
     }
+    let baked = shadows.iter().flatten().count();
+    let method = match baked {
+        0 => describe(setting(args)),
+        _ if baked == input.emitters.len() => "baked shadows".into(),
+        _ => format!(
+            "baked shadows of {}, {}",
+            count(baked, "light"),
+            describe(setting(args))
+        ),
+    };
     text += &format!(
-        "{}: {} in {}, {}\n",
+        "{}: {} in {}, {method}\n",
         args.output.display(),
         args.size,
         describe_medium(medium.as_ref()),
-        describe(setting(args))
     );
     print(&text)
 }
@@ -131,6 +189,7 @@ fn setting(args: &Render) -> Setting {
     );
     let samples = match args.visibility.voxel_detail() {
         Some(_) => 512,
+        None if args.visibility == Visibility::Dag => 2048,
         None => 64,
     };
     Setting {
@@ -148,11 +207,26 @@ fn setting(args: &Render) -> Setting {
     }
 }
 
+/// Of lights whose shadows are in files, whatever their resolution.
+fn setting_of_files(args: &Render) -> Setting {
+    let setting = setting(args);
+    let detail = match args.airlight {
+        Airlight::EquiAngular | Airlight::Midpoint => args.nodes.unwrap_or(8),
+        _ => setting.detail,
+    };
+    Setting {
+        visibility: Visibility::Dag,
+        samples: 0,
+        detail,
+        ..setting
+    }
+}
+
 fn describe(setting: Setting) -> String {
     let mut text = format!("{} visibility", setting.visibility.name());
     if setting.visibility.has_steps() {
         text += &format!(" with {} steps", setting.samples);
-    } else if setting.visibility.voxel_detail().is_some() {
+    } else if setting.visibility.voxel_detail().is_some() || setting.visibility == Visibility::Dag {
         text += &format!(" with {} voxels a side", setting.samples);
     }
     match setting.airlight {
@@ -173,11 +247,11 @@ fn airlight(
     input: &mut Input,
     (camera, view): (&Camera, &View),
     medium: &Medium,
-    emitters: &[Emitter],
+    (emitters, held, setting): (&[Emitter], &[Held<Cpu>], Setting),
 ) -> Result<Picture, Failure> {
     let cpu = Cpu::new();
     let mut maps = Vec::new();
-    if args.visibility.needs_shadow_map() {
+    if setting.visibility.needs_shadow_map() {
         let asked = args.options.map.unwrap_or(1024);
         let map = affordable_resolution(asked, &input.geometry, emitters);
         if map < asked {
@@ -190,7 +264,7 @@ fn airlight(
         maps = shadow_maps(&cpu, &casters, emitters, map, || bar.inc(1))?;
         bar.finish_and_clear();
     }
-    let tables = Tables::new(medium.phase(), std::iter::once(setting(args)))?;
+    let tables = Tables::new(medium.phase(), std::iter::once(setting))?;
     let depths = depth_range(view.rays(), medium);
     let eye = Eye::of_camera(camera, args.size.width, args.size.height, depths);
     let voxels = Voxels::default();
@@ -206,10 +280,11 @@ fn airlight(
             tables: &tables,
             eye,
             voxels: &voxels,
+            baked: held,
             rays: rays.to_vec(),
             count: rays.len(),
         };
-        radiance.extend(stage.airlight(setting(args))?);
+        radiance.extend(stage.airlight(setting)?);
         bar.inc(rays.len() as u64);
     }
     bar.finish_and_clear();

@@ -106,51 +106,34 @@ impl View {
         emitters: &[Emitter],
         medium: Option<&Medium>,
     ) -> Vec<[f32; 4]> {
-        self.lit_surfaces(cpu, scene, geometry, medium, |surface| {
-            emitters.iter().fold(Vec3::ZERO, |sum, emitter| {
-                let unblocked = |way: &Way| {
-                    let start = surface.point + surface.offset * surface.normal;
-                    let blocked = tracer.occluded(start, way.to_light, 0.0, way.distance);
-                    if blocked { 0.0 } else { 1.0 }
-                };
-                sum + surface.reflected(emitter, medium, unblocked)
-            })
-        })
+        let traced: Vec<Lit<'_>> = emitters.iter().map(|emitter| (emitter, None)).collect();
+        self.surface_radiance_with(cpu, scene, geometry, tracer, &traced, medium)
     }
 
     /// [`View::surface_radiance`] with shadows from the source that belongs to
-    /// each light.
+    /// a light, where it has one.
     pub fn surface_radiance_with(
         &self,
         cpu: &Cpu,
         scene: &Scene,
         geometry: &Geometry,
-        lights: &[(&Emitter, &dyn SurfaceShadow)],
+        tracer: &Tracer,
+        lights: &[Lit<'_>],
         medium: Option<&Medium>,
-    ) -> Vec<[f32; 4]> {
-        self.lit_surfaces(cpu, scene, geometry, medium, |surface| {
-            lights.iter().fold(Vec3::ZERO, |sum, (emitter, shadow)| {
-                let reaching = |_: &Way| shadow.reaching(surface.point, surface.normal);
-                sum + surface.reflected(emitter, medium, reaching)
-            })
-        })
-    }
-
-    /// What surfaces emit and reflect, as it reaches the eye.
-    fn lit_surfaces(
-        &self,
-        cpu: &Cpu,
-        scene: &Scene,
-        geometry: &Geometry,
-        medium: Option<&Medium>,
-        reflected: impl Fn(&Surface) -> Vec3 + Sync + Send,
     ) -> Vec<[f32; 4]> {
         cpu.map(self.rays.len(), |pixel| {
             let (ray, Some(hit)) = (&self.rays[pixel], self.hits[pixel]) else {
                 return [0.0; 4];
             };
             let surface = Surface::new(ray, &hit, scene, geometry);
-            let radiance = surface.emitted + reflected(&surface);
+            let mut radiance = surface.emitted;
+            for &(emitter, shadow) in lights {
+                let reaching = |to_light, distance| match shadow {
+                    Some(shadow) => shadow.reaching(surface.point, surface.normal),
+                    None => surface.traced(tracer, to_light, distance),
+                };
+                radiance += surface.reflected(emitter, medium, reaching);
+            }
             let reaching =
                 radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance);
             [reaching.x, reaching.y, reaching.z, 0.0]
@@ -167,11 +150,8 @@ fn transmittance(medium: Option<&Medium>, start: Vec3, direction: Vec3, length: 
     }
 }
 
-/// From a surface to a light.
-struct Way {
-    to_light: Vec3,
-    distance: f32,
-}
+/// A light and where its shadows on surfaces come from; traced if from nowhere.
+pub type Lit<'a> = (&'a Emitter, Option<&'a dyn SurfaceShadow>);
 
 /// A point of a surface, ready to be lit.
 struct Surface {
@@ -212,13 +192,23 @@ impl Surface {
         }
     }
 
+    /// Share of the light that gets here from where it is.
+    fn traced(&self, tracer: &Tracer, to_light: Vec3, distance: f32) -> f32 {
+        let start = self.point + self.offset * self.normal;
+        if tracer.occluded(start, to_light, 0.0, distance) {
+            0.0
+        } else {
+            1.0
+        }
+    }
+
     /// `reaching` is asked for the share of the light that is not blocked,
-    /// where the rest of it comes to anything.
+    /// where the rest of it comes to anything, by direction and distance.
     fn reflected(
         &self,
         emitter: &Emitter,
         medium: Option<&Medium>,
-        reaching: impl Fn(&Way) -> f32,
+        reaching: impl Fn(Vec3, f32) -> f32,
     ) -> Vec3 {
         let (to_light, distance, irradiance) = match emitter {
             Emitter::Directional(sun) => (-sun.direction(), f32::INFINITY, sun.irradiance()),
@@ -237,7 +227,7 @@ impl Surface {
         if cos <= 0.0 || irradiance == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        let share = reaching(&Way { to_light, distance });
+        let share = reaching(to_light, distance);
         if share == 0.0 {
             return Vec3::ZERO;
         }

@@ -12,10 +12,11 @@ use lighting::voxels::{Eye, depth_range};
 use lighting::{Emitter, Ray};
 
 use super::backends::Present;
+use super::baked::Baked;
 use super::budget::Budget;
 use super::results::{Errors, LeftOut, Measurement, MethodPicture, Times};
 use super::selection::Candidate;
-use crate::engine::{Renderer, Stage, Tables, Voxels, shadow_maps};
+use crate::engine::{Held, Renderer, Stage, Tables, Voxels, shadow_maps};
 use crate::failure::Failure;
 use crate::methods::{Method, Visibility};
 use crate::parse::Size;
@@ -36,6 +37,8 @@ pub(crate) struct Job<'a> {
     pub(crate) map: u32,
     /// Tables of airlight that the candidates need.
     pub(crate) tables: &'a Tables,
+    /// By resolution; those for which there was time.
+    pub(crate) baked: &'a [Baked],
     pub(crate) budget: Budget,
 }
 
@@ -92,6 +95,9 @@ pub(crate) struct Session<'a, B: Renderer> {
     maps: Option<Vec<ShadowMap<B::Memory>>>,
     seconds_maps: f64,
     voxels: Voxels<B>,
+    held: Vec<Held<B>>,
+    /// Resolutions whose shadows the backend cannot hold, and why.
+    not_held: Vec<(u32, Failure)>,
 }
 
 /// Emitters on which the time of all shadow maps is estimated.
@@ -145,7 +151,16 @@ impl<'a, B: Renderer> Session<'a, B> {
         } else {
             Times::of(&seconds).median
         };
+        let (mut held, mut not_held) = (Vec::new(), Vec::new());
+        for baked in job.baked {
+            match Held::new(&backend, baked.resolution, &baked.shadows) {
+                Ok(shadows) => held.push(shadows),
+                Err(failure) => not_held.push((baked.resolution, failure)),
+            }
+        }
         Ok(Self {
+            held,
+            not_held,
             backend,
             present,
             job,
@@ -170,6 +185,7 @@ impl<'a, B: Renderer> Session<'a, B> {
             tables: self.job.tables,
             eye: Eye::of_camera(self.job.camera, size.width, size.height, depths),
             voxels: &self.voxels,
+            baked: &self.held,
             rays: uploaded,
             count: rays.len(),
         })
@@ -187,9 +203,29 @@ impl<'a, B: Renderer> Session<'a, B> {
         candidate.quality == pictured(candidate.method, &self.candidates)
     }
 
-    /// True if it needs shadow maps and there was no time for them.
-    fn lacks_maps(&self, candidate: &Candidate) -> bool {
-        self.maps.is_none() && candidate.method.visibility.needs_shadow_map()
+    /// Why it cannot run: there was no time or no room for what it needs.
+    fn lacks(&self, candidate: &Candidate) -> Option<String> {
+        let visibility = candidate.method.visibility;
+        let lights = || crate::format::count(self.job.emitters.len(), "emitter");
+        if self.maps.is_none() && visibility.needs_shadow_map() {
+            return Some(format!(
+                "no time for the shadow maps of {} (--time-budget, --lights, --map)",
+                lights()
+            ));
+        }
+        let resolution = candidate.setting().samples;
+        let held = self.held.iter().any(|held| held.resolution == resolution);
+        if visibility != Visibility::Dag || held {
+            return None;
+        }
+        let mut not_held = self.not_held.iter();
+        Some(match not_held.find(|not_held| not_held.0 == resolution) {
+            Some((_, failure)) => failure.to_string(),
+            None => format!(
+                "no time to bake the shadows of {} (--time-budget)",
+                lights()
+            ),
+        })
     }
 
     /// A measurement of one frame that took `time`.
@@ -204,6 +240,12 @@ impl<'a, B: Renderer> Session<'a, B> {
         let (seconds_build, bytes) = match candidate.method.visibility {
             Visibility::None => (0.0, 0),
             Visibility::Exact => (self.job.seconds_tracer, self.job.tracer.bytes() as u64),
+            Visibility::Dag => {
+                let resolution = candidate.setting().samples;
+                let mut baked = self.job.baked.iter();
+                let baked = baked.find(|baked| baked.resolution == resolution);
+                baked.map_or((0.0, 0), |baked| (baked.seconds, baked.bytes()))
+            }
             _ => (
                 self.seconds_maps,
                 self.maps.iter().flatten().map(ShadowMap::bytes).sum(),
@@ -237,7 +279,7 @@ impl<B: Renderer> Measure for Session<'_, B> {
         let all = self.stage(rays, size)?;
         let mut costs = Vec::with_capacity(self.candidates.len());
         for candidate in &self.candidates {
-            if self.lacks_maps(candidate) {
+            if self.lacks(candidate).is_some() {
                 costs.push(Cost::default());
                 continue;
             }
@@ -268,13 +310,10 @@ impl<B: Renderer> Measure for Session<'_, B> {
         for index in self.most_telling_first() {
             let candidate = &self.candidates[index];
             let expected = costs[index].of(rays.len());
-            if self.lacks_maps(candidate) {
+            if let Some(why) = self.lacks(candidate) {
                 outcome.left_out.push(LeftOut {
                     what: format!("{} on {}", candidate.name(), self.present.label),
-                    why: format!(
-                        "no time for the shadow maps of {} (--time-budget, --lights, --map)",
-                        crate::format::count(self.job.emitters.len(), "emitter")
-                    ),
+                    why,
                 });
             } else if expected > budget.left() {
                 outcome.left_out.push(LeftOut {

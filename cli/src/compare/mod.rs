@@ -3,6 +3,7 @@
 
 pub(crate) mod alone;
 mod backends;
+mod baked;
 mod budget;
 mod csv;
 pub(crate) mod curves;

@@ -6,6 +6,7 @@ use crepuscular_tests::oracle::image::{Options, Reference, reference};
 use lighting::Ray;
 use lighting::scene::Medium;
 
+use super::baked::bake_all;
 use super::budget::{Budget, affordable_size};
 use super::measure::{Cost, Job, Measure, Outcome};
 use super::prepare::Prepared;
@@ -91,6 +92,7 @@ pub(crate) fn try_out(
     let candidates = &selection.candidates;
     let settings = candidates.iter().map(Candidate::setting);
     let tables = Tables::new(medium.phase(), settings)?;
+    let baked = bake_all(candidates, &input.geometry, &emitters, budget)?;
     let job = Job {
         camera,
         geometry: &input.geometry,
@@ -100,6 +102,7 @@ pub(crate) fn try_out(
         emitters: &emitters,
         map,
         tables: &tables,
+        baked: &baked,
         budget,
     };
     let few = every_so_often(frame.view.rays(), emitters.len());

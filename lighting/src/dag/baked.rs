@@ -1,8 +1,12 @@
 //! The baked shadows of one light.
 
+use std::fmt;
+
 use glam::Vec3;
-use gpu_backend::Cpu;
-use shadow_dag::{Builder, Error, FilterSize, LightSpace, Mesh, Resolution, ShadowDag, Soundness};
+use gpu_backend::{Backend, Cpu};
+use shadow_dag::{
+    Builder, Error, FileError, FilterSize, Form, LightSpace, Mesh, Resolution, ShadowDag, Soundness,
+};
 
 use super::space::light_spaces;
 use crate::scene::Geometry;
@@ -19,6 +23,14 @@ pub enum BakedError {
     /// A grid that does not say where in the world it is.
     #[error("grid {0} does not say where in the world it is")]
     NoLight(usize),
+    /// Bytes that are no grid.
+    #[error("grid {grid}: {error}")]
+    File {
+        /// Which one, from 0.
+        grid: usize,
+        /// Why not.
+        error: FileError,
+    },
 }
 
 /// The shadows that all of a scene casts from one light, baked.
@@ -28,6 +40,28 @@ pub enum BakedError {
 #[derive(Debug, Clone)]
 pub struct BakedShadow<B = Vec<u8>> {
     grids: Vec<ShadowDag<B>>,
+}
+
+/// A backend that can hold baked shadows, as a source that it gathers.
+pub trait HoldShadow: Backend {
+    /// The shadows in its memory.
+    type Shadow: fmt::Debug;
+
+    /// Copies shadows to the backend: as plain nodes, which are the quickest
+    /// to walk, to the CPU, packed to a GPU.
+    ///
+    /// # Errors
+    /// [`Error::TooManyNodes`], and [`gpu_backend::Error::TooLarge`] if they do
+    /// not fit.
+    fn hold<B: AsRef<[u8]>>(&self, shadow: &BakedShadow<B>) -> Result<Self::Shadow, Error>;
+}
+
+impl HoldShadow for Cpu {
+    type Shadow = BakedShadow;
+
+    fn hold<B: AsRef<[u8]>>(&self, shadow: &BakedShadow<B>) -> Result<BakedShadow, Error> {
+        shadow.to_form(Form::Plain)
+    }
 }
 
 /// The triangles of a scene as shadow casters for one grid of a light.
@@ -95,6 +129,17 @@ impl<B: AsRef<[u8]>> BakedShadow<B> {
     /// The grids.
     pub fn grids(&self) -> &[ShadowDag<B>] {
         &self.grids
+    }
+
+    /// The same shadows with their nodes in another form.
+    ///
+    /// # Errors
+    /// [`Error::TooManyNodes`] if the plain form is too long for its
+    /// references.
+    pub fn to_form(&self, form: Form) -> Result<BakedShadow, Error> {
+        let grids = self.grids.iter().map(|grid| grid.to_form(form));
+        let grids = grids.collect::<Result<_, _>>()?;
+        Ok(BakedShadow { grids })
     }
 
     /// Memory used, bytes.

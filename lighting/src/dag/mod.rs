@@ -56,6 +56,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! [`HoldShadow::hold`] takes baked shadows to any backend.
+//!
 //! # Accuracy
 //!
 //! A shadow's edge is off by at most a texel across the rays of the light and
@@ -64,10 +66,11 @@
 //! meaning. A light inside of a solid lights nothing.
 
 mod baked;
+mod file;
 mod space;
 #[cfg(test)]
 mod tests;
 
-pub use baked::{BakedError, BakedShadow, FilteredShadow, casters};
-pub use shadow_dag::{Builder, Error, FilterSize, Resolution, Soundness};
+pub use baked::{BakedError, BakedShadow, FilteredShadow, HoldShadow, casters};
+pub use shadow_dag::{Builder, Error, FilterSize, Form, Resolution, Soundness};
 pub use space::light_spaces;

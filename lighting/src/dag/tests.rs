@@ -2,7 +2,6 @@
 
 use glam::{Quat, Vec3};
 use gpu_backend::Cpu;
-use shadow_dag::ShadowDag;
 
 use super::*;
 use crate::emitter::Emission;
@@ -223,15 +222,9 @@ fn grids_are_told_apart_and_read_from_files() {
     ];
     for (i, light) in lights.iter().enumerate() {
         let baked = bake(&scene, light, 64);
-        let files: Vec<Vec<u8>> = baked
-            .grids()
-            .iter()
-            .map(|grid| grid.as_bytes().to_vec())
-            .collect();
-        let grids = files
-            .iter()
-            .map(|file| ShadowDag::from_bytes(file.as_slice()).unwrap());
-        let read = BakedShadow::new(grids.collect()).unwrap();
+        let file = baked.to_bytes();
+        let read = BakedShadow::from_bytes(&file).unwrap();
+        assert_eq!(read.to_bytes(), file);
         for (j, other) in lights.iter().enumerate() {
             let spaces = light_spaces(&scene, other, resolution).unwrap();
             assert_eq!(read.fits(&spaces), i == j, "{i} {j}");
@@ -325,4 +318,32 @@ fn an_open_scene_is_baked_as_such_and_said_so() {
     let found = lit(&baked, &ray, &sun);
     assert_eq!(found.len(), 1);
     assert!((found[0].interval.end - 2.0).abs() < 0.03, "{found:?}");
+}
+
+#[test]
+fn no_file_of_six_grids_is_read_past_its_end() {
+    let light = lamp(Vec3::new(0.0, 4.0, 0.0), Emission::Isotropic);
+    let file = bake(&roof_and_floor(), &light, 16).to_bytes();
+    assert!(BakedShadow::from_bytes(&file).is_ok());
+    for length in 0..file.len() {
+        let error = BakedShadow::from_bytes(&file[..length]).unwrap_err();
+        assert!(
+            matches!(error, BakedError::File { .. }),
+            "{length}: {error}"
+        );
+    }
+    let mut longer = file.clone();
+    longer.push(0);
+    assert!(BakedShadow::from_bytes(&longer).is_err());
+    for at in 0..56 {
+        for value in [0, 0x7f, 0xff] {
+            let mut bytes = file.clone();
+            bytes[at] = value;
+            assert_eq!(
+                BakedShadow::from_bytes(&bytes).is_ok(),
+                bytes == file,
+                "{at}"
+            );
+        }
+    }
 }

@@ -37,6 +37,8 @@
 //! nodes stay below that.
 
 mod airlight;
+#[cfg(feature = "shadow-dag")]
+mod baked;
 mod gather;
 mod scene;
 #[cfg(feature = "march")]
@@ -48,6 +50,8 @@ mod visibility;
 mod voxels;
 
 pub use airlight::WgslAirlight;
+#[cfg(feature = "shadow-dag")]
+pub use baked::GpuShadow;
 pub use visibility::WgslVisibility;
 
 /// Own trigonometry and exponentials.

@@ -38,7 +38,9 @@ impl<V: WgslVisibility> WgslVisibility for MergeTouching<V> {
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
         let mut constants = self.0.constants();
-        constants.push(("MERGE", 1.0));
+        if constants.iter().all(|(name, _)| *name != "MERGE") {
+            constants.push(("MERGE", 1.0));
+        }
         constants
     }
 

@@ -1,8 +1,7 @@
 //! What shaders are told about shadows and lights.
 
 use glam::{DVec4, Vec4};
-use gpu_backend::Buffer;
-use gpu_backend::gpu::GpuMemory;
+use gpu_backend::{Buffer, Memory};
 
 use crate::layout::Stored;
 use crate::{LightSpace, ResidentDag, Resolution, Slices};
@@ -23,7 +22,7 @@ pub struct DagRecord {
 
 impl DagRecord {
     /// The numbers of shadows.
-    pub fn new(dag: &ResidentDag<GpuMemory>) -> Self {
+    pub fn new<M: Memory>(dag: &ResidentDag<M>) -> Self {
         // Everything but the bits of packed nodes begins at a whole word, and
         // there are fewer than 2²⁷ of them.
         let word = |byte: usize| (byte / 4) as u32;
@@ -80,7 +79,7 @@ impl SpaceRecord {
 
     /// The space of the light of shadows; voxels themselves if it is not
     /// known.
-    pub fn of(dag: &ResidentDag<GpuMemory>) -> Self {
+    pub fn of<M: Memory>(dag: &ResidentDag<M>) -> Self {
         let voxels = LightSpace::of_voxels(dag.resolution());
         Self::new(dag.light().unwrap_or(&voxels), dag.resolution())
     }

@@ -119,6 +119,19 @@ fn voxels_compile_with_every_evaluator_and_are_seen_as_they_are() {
     assert_eq!(shader.values("light_EMPTY").unwrap(), [empty]);
 }
 
+#[cfg(feature = "shadow-dag")]
+#[test]
+fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
+    use super::baked::{BakedRecord, GridRecord};
+
+    complete::<GpuShadow, Midpoint>();
+    complete::<GpuShadow, Quadrature>();
+    complete::<GpuShadow, Analytic<Table>>();
+    let shader = complete::<GpuShadow, EquiAngular>();
+    assert_same_layout!(shader, "BakedGrid", GridRecord { dag, space, base });
+    assert_same_layout!(shader, "Baked", BakedRecord { grids, count });
+}
+
 #[cfg(feature = "march")]
 #[test]
 fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {

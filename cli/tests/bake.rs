@@ -1,0 +1,244 @@
+//! Baked shadows from the command line: whole, interrupted, damaged.
+
+#![allow(clippy::unwrap_used, reason = "what does not unwrap is a failed test")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(place: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_crepuscular"))
+        .current_dir(place)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn succeeds(place: &Path, arguments: &[&str]) -> String {
+    let output = run(place, arguments);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {message}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn fails(place: &Path, arguments: &[&str], cause: &str) {
+    let before = names(place);
+    let output = run(place, arguments);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert!(message.contains(cause), "{cause}: {arguments:?}: {message}");
+    assert!(
+        message.starts_with("error: ") && message.lines().count() <= 8,
+        "{message}"
+    );
+    assert_eq!(names(place), before, "{arguments:?}");
+}
+
+fn names(place: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(place).unwrap();
+    let mut names: Vec<_> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_bake_is_one_file_that_inspect_understands() {
+    let place = tempfile::tempdir().unwrap();
+    let bake = |out: &str, more: &[&str]| {
+        let arguments = ["bake", "city", "--resolution", "1024", "-o", out];
+        succeeds(place.path(), &[&arguments, more].concat())
+    };
+    let text = bake("a.cpvs", &[]);
+    assert!(text.contains("1 grid of 1024³ voxels"), "{text}");
+    bake("b.cpvs", &["--light", "sun", "--form", "plain"]);
+    bake("c.cpvs", &["--light", "0"]);
+    assert_eq!(names(place.path()), ["a.cpvs", "b.cpvs", "c.cpvs"]);
+    let read = |name: &str| std::fs::read(place.path().join(name)).unwrap();
+    assert_eq!(read("a.cpvs"), read("c.cpvs"));
+    assert!(2 * read("a.cpvs").len() < read("b.cpvs").len());
+
+    let text = succeeds(place.path(), &["inspect", "a.cpvs"]);
+    for what in [
+        "1024³",
+        "sound",
+        "parallel",
+        "packed",
+        "level of 8³",
+        "level of 1024³",
+    ] {
+        assert!(text.contains(what), "{what}: {text}");
+    }
+    // A lamp inside of its scene has six grids.
+    let arguments = ["bake", "coil", "--resolution", "128", "-o", "coil.cpvs"];
+    succeeds(place.path(), &arguments);
+    let text = succeeds(place.path(), &["inspect", "coil.cpvs"]);
+    assert!(
+        text.contains("6 grids") && text.contains("grid 5"),
+        "{text}"
+    );
+}
+
+#[test]
+fn holes_are_reported() {
+    let place = tempfile::tempdir().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    std::fs::write(place.path().join("a.ply"), ply).unwrap();
+    let arguments = ["bake", "a.ply", "--resolution", "64", "-o", "a.cpvs"];
+    let text = succeeds(place.path(), &arguments);
+    assert!(
+        text.contains("1 of 1 part have holes (3 open edges)"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_is_wrong_with_a_bake_is_said_before_it_begins() {
+    let place = tempfile::tempdir().unwrap();
+    let bake = |scene: &'static str, more: &[&'static str]| {
+        [&["bake", scene, "-o", "a.cpvs"], more].concat()
+    };
+    for (more, cause) in [
+        (&["--resolution", "1000"][..], "power of two"),
+        (&["--resolution", "4"], "power of two"),
+        (&["--resolution", "2097152"], "power of two"),
+        (&["--resolution", "-8"], "--resolution"),
+        (&["--light", "1"], "the lights are 0 directional"),
+        (&["--light", "spot"], "there is no such light"),
+        (&["--light", "-1"], "--light"),
+        (&["--form", "round"], "round"),
+    ] {
+        fails(place.path(), &bake("city", more), cause);
+    }
+    fails(place.path(), &bake("area-light", &[]), "area light");
+    fails(place.path(), &bake("stiff", &[]), "choose one (--light)");
+    fails(
+        place.path(),
+        &bake("stiff", &["--light", "point"]),
+        "there are 2 of them",
+    );
+    fails(place.path(), &bake("nowhere.glb", &[]), "nowhere.glb");
+    let nowhere = ["bake", "city", "-o", "no/a.cpvs"];
+    fails(place.path(), &nowhere, "its folder does not exist");
+}
+
+#[test]
+fn files_that_are_not_sound_are_not_read() {
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("a.cpvs");
+    fails(place.path(), &["inspect", "a.cpvs"], "a.cpvs");
+    succeeds(
+        place.path(),
+        &["bake", "fence", "--resolution", "64", "-o", "a.cpvs"],
+    );
+    let sound = std::fs::read(&path).unwrap();
+    for (content, cause) in [
+        (sound[..sound.len() / 2].to_vec(), "cut off"),
+        (Vec::new(), "a.cpvs"),
+        (b"CPVSCUBE".to_vec(), "cut off"),
+        (b"not at all".to_vec(), "not a file of shadows"),
+        ([&sound[..], b"!"].concat(), "expected"),
+        (
+            {
+                let mut changed = sound.clone();
+                let last = changed.len() - 1;
+                changed[last / 2] ^= 1;
+                changed
+            },
+            "grid",
+        ),
+    ] {
+        std::fs::write(&path, content).unwrap();
+        fails(place.path(), &["inspect", "a.cpvs"], cause);
+    }
+}
+
+#[test]
+fn a_checkpoint_is_of_its_own_bake_or_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let part = place.path().join("a.cpvs.part");
+    let resume = [
+        "bake",
+        "fence",
+        "--resolution",
+        "64",
+        "-o",
+        "a.cpvs",
+        "--resume",
+    ];
+    std::fs::write(&part, b"CPVSGRID or so").unwrap();
+    fails(place.path(), &resume, "a.cpvs.part");
+    std::fs::write(&part, [&b"CPVSGRID"[..], &[0; 8], b"CPVSPART"].concat()).unwrap();
+    fails(place.path(), &resume, "a.cpvs.part");
+    std::fs::remove_file(&part).unwrap();
+    let text = succeeds(place.path(), &resume);
+    assert!(
+        text.contains("there is no a.cpvs.part to go on from"),
+        "{text}"
+    );
+    assert_eq!(names(place.path()), ["a.cpvs"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_bake_leaves_a_checkpoint_and_is_resumed_to_the_same_bytes() {
+    use std::process::{Child, Stdio};
+    use std::time::Duration;
+
+    let place = tempfile::tempdir().unwrap();
+    let start = |arguments: &[&str]| -> Child {
+        Command::new(env!("CARGO_BIN_EXE_crepuscular"))
+            .current_dir(place.path())
+            .args(arguments)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    // A machine that is done before it is interrupted gets more to do.
+    for resolution in ["8192", "32768", "131072", "524288"] {
+        let bake = ["bake", "city", "--resolution", resolution, "-o", "a.cpvs"];
+        let resume = [&bake[..], &["--resume"]].concat();
+        let child = start(&bake);
+        std::thread::sleep(Duration::from_millis(500));
+        let pid = child.id().to_string();
+        Command::new("kill").args(["-INT", &pid]).status().unwrap();
+        let output = child.wait_with_output().unwrap();
+        if output.status.success() {
+            continue;
+        }
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(
+            message.contains("--resume goes on from a.cpvs.part"),
+            "{message}"
+        );
+        let left: Vec<String> = names(place.path());
+        assert!(left.contains(&"a.cpvs.part".into()), "{left:?}");
+
+        // Of another bake it is refused, and stays.
+        let other = [
+            "bake",
+            "city",
+            "--seed",
+            "2",
+            "--resolution",
+            resolution,
+            "-o",
+            "a.cpvs",
+            "--resume",
+        ];
+        fails(place.path(), &other, "a.cpvs.part");
+
+        succeeds(place.path(), &resume);
+        let whole = ["bake", "city", "--resolution", resolution, "-o", "b.cpvs"];
+        succeeds(place.path(), &whole);
+        let read = |name: &str| std::fs::read(place.path().join(name)).unwrap();
+        assert!(read("a.cpvs") == read("b.cpvs"), "{resolution}");
+        assert_eq!(names(place.path()), ["a.cpvs", "b.cpvs"]);
+        return;
+    }
+    panic!("the largest bake took less than half a second");
+}
