@@ -125,6 +125,26 @@ impl Columns {
         self.replace(first, bounds)
     }
 
+    /// The column of slice nodes over a tile whose texels can turn together,
+    /// by the rules of the papers: as late as they can, but volumes that can
+    /// be lit or shadowed throughout are.
+    pub(crate) fn flat(&mut self, bounds: Interval, pool: &mut Pool) -> Column {
+        let first = self.top();
+        let Span { lit, shadowed, end } = self.span(bounds, 0);
+        let mut put = |start, node| self.stack.push(Run { start, node });
+        if lit > 0 {
+            put(0, LIT);
+        }
+        if lit < shadowed {
+            put(lit, pool.planar(0, bounds.exit % 8));
+        }
+        if shadowed < end {
+            put(shadowed, SHADOWED);
+        }
+        self.stack.push(END);
+        Column::Runs { first, bounds }
+    }
+
     /// The column of nodes of `level` over the footprint of which `quarters`
     /// are the columns of the level below, `2 y + x`. What lies on the stack
     /// from `first` on is theirs, and goes.

@@ -218,14 +218,21 @@ fn packed(graph: &Graph) -> (Stored, Vec<u8>) {
         let mut order: Vec<usize> = (0..nodes.len()).collect();
         order.sort_by_key(|&node| shapes[node].1.len());
         let most = shapes.iter().map(|(shape, _)| *shape as usize + 1).max();
-        let (shape_width, width) = (bits(most.unwrap_or(0)), bits(below.len()));
         let mut counts = [0; 9];
+        for (_, references) in &shapes {
+            counts[references.len()] += 1;
+        }
+        let width = bits(below.len());
+        // A file that was not built here may hold equal nodes; numbers of
+        // shapes are then wider, so that there can be as many.
+        let shape_width = (bits(most.unwrap_or(0))..)
+            .find(|shape_width| PackedLevel::can_be(&counts, *shape_width, width))
+            .unwrap_or(u32::BITS);
         let mut writer = BitWriter::default();
         let mut names = vec![0; nodes.len()];
         for (&node, name) in order.iter().zip(0_u32..) {
             names[node] = name;
             let (shape, references) = &shapes[node];
-            counts[references.len()] += 1;
             writer.push(*shape, shape_width);
             for &reference in references {
                 writer.push(below[reference as usize], width);

@@ -11,7 +11,7 @@ pub(crate) trait Footprints {
     type Part: Copy;
 
     /// Looks at a footprint of `8 · 2^level` texels. On level 0 the answer is
-    /// never [`Look::Quarters`]; with [`Look::Texels`] they have been written.
+    /// never [`Look::Quarters`], and [`Look::Flat`] only there; with [`Look::Texels`] they have been written.
     fn look(&mut self, level: usize, part: Self::Part, texels: &mut Tile) -> Look<Self::Part>;
 
     /// Forgets what [`Footprints::look`] made for the quarters of `part`.
@@ -23,6 +23,9 @@ pub(crate) trait Footprints {
 pub(crate) enum Look<P> {
     /// All texels can turn at any one of these depths.
     Uniform(Interval),
+    /// As before, of a single tile, but what is around it is not to choose
+    /// the same.
+    Flat(Interval),
     /// It takes a closer look at the quarters, `2 y + x`.
     Quarters([P; 4]),
     /// The texels themselves.
@@ -41,6 +44,7 @@ impl Columns {
         let mut tile = Tile::default();
         match footprints.look(level, part, &mut tile) {
             Look::Uniform(interval) => Column::Uniform(interval),
+            Look::Flat(interval) => self.flat(interval, pool),
             Look::Texels => self.tile(&tile, pool),
             Look::Quarters(quarters) => {
                 let first = self.top();

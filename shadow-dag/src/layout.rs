@@ -75,11 +75,6 @@ impl PackedLevel {
         let mut bit = 8 * start as u64;
         for references in 0..9 {
             let size = u64::from(shape_width + references as u32 * width);
-            // No two nodes are equal. Without this, nodes of no bits would
-            // cost the file nothing, and whoever reads it a lot.
-            if size < 32 && counts[references] > 1 << size {
-                return None;
-            }
             firsts[references] = nodes;
             offsets[references] = bit.wrapping_sub(u64::from(nodes) * size);
             nodes = nodes.checked_add(counts[references])?;
@@ -94,7 +89,17 @@ impl PackedLevel {
             start,
             end: usize::try_from(bit.div_ceil(8)).ok()?,
         };
-        (nodes <= SHADOWED && shape_width <= 32 && width <= 32).then_some(level)
+        let fits = nodes <= SHADOWED && shape_width <= 32 && width <= 32;
+        (fits && Self::can_be(&counts, shape_width, width)).then_some(level)
+    }
+
+    /// False if two nodes would have to be equal: without that, nodes of no
+    /// bits would cost a file nothing, and whoever reads it a lot.
+    pub(crate) fn can_be(counts: &[u32; 9], shape_width: u32, width: u32) -> bool {
+        (0..).zip(counts).all(|(references, &count)| {
+            let size = shape_width + references * width;
+            size >= u32::BITS || count <= 1 << size
+        })
     }
 
     pub(crate) fn nodes(&self) -> u32 {

@@ -97,9 +97,13 @@ impl Footprints for Region {
     ) -> Look<(usize, usize)> {
         let width = self.side >> (3 + level);
         let bounds = self.pyramid[level][y * width + x];
-        // The rules of the papers let every volume choose for itself.
-        if self.rule == Rule::Aligned && !bounds.is_empty() {
-            return Look::Uniform(bounds);
+        if !bounds.is_empty() {
+            // The rules of the papers let every volume choose for itself.
+            match self.rule {
+                Rule::Aligned => return Look::Uniform(bounds),
+                Rule::Sintorn2014 | Rule::Kampe2015 if level == 0 => return Look::Flat(bounds),
+                Rule::Sintorn2014 | Rule::Kampe2015 => {}
+            }
         }
         if level > 0 {
             let (x, y) = (2 * x, 2 * y);

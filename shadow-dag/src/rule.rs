@@ -78,14 +78,15 @@ impl Tile {
     /// the first exit: those can be lit throughout.
     fn enters(&self, side: u32, out: &mut Vec<Transition>) {
         let first_exit = self.meet().exit;
-        let mut lit = u64::MAX;
-        loop {
-            let start = self.least(&self.enter, lit).max(first_exit);
-            if lit == 0 || start >= side {
+        let mut lit = Lit::new(self);
+        while let Some(enter) = Lit::first(&lit.enter) {
+            let start = enter.max(first_exit);
+            if start >= side {
                 return;
             }
-            lit &= !self.entered(lit, start).0;
-            out.push(Transition { start, mask: lit });
+            lit.shade(start);
+            let mask = lit.cells;
+            out.push(Transition { start, mask });
         }
     }
 
@@ -95,44 +96,93 @@ impl Tile {
     /// `choose` says which, and is told if all cells are shadowed by a
     /// transition that is not the only one.
     fn exits(&self, side: u32, out: &mut Vec<Transition>, choose: impl Fn(Interval, bool) -> u32) {
-        let mut lit = u64::MAX;
-        loop {
-            let exit = self.least(&self.exit, lit);
-            if lit == 0 {
-                return;
-            }
-            let (shaded, enter) = self.entered(lit, exit);
-            let last = shaded == lit && lit != u64::MAX;
-            lit &= !shaded;
-            let start = choose(Interval { enter, exit }, last);
+        let mut lit = Lit::new(self);
+        while let Some(exit) = Lit::first(&lit.exit) {
+            let all = lit.cells == u64::MAX;
+            let enter = lit.shade(exit);
+            let mask = lit.cells;
+            let start = choose(Interval { enter, exit }, mask == 0 && !all);
             if start >= side {
                 return;
             }
-            out.push(Transition { start, mask: lit });
+            out.push(Transition { start, mask });
+        }
+    }
+}
+
+/// Behind all slices.
+const NEVER: i32 = i32::MAX;
+
+/// Eight numbers that are compared at once.
+type Row = [i32; 8];
+
+/// The cells of a tile that are lit still. Numbers have a sign because not
+/// every processor compares many others at once.
+struct Lit {
+    cells: u64,
+    /// By upper and lower half, row by row; [`NEVER`] for cells that are
+    /// shadowed.
+    enter: [[Row; 4]; 2],
+    exit: [[Row; 4]; 2],
+}
+
+/// The bits of the cells of half a tile.
+const BITS: [Row; 4] = {
+    let mut bits = [[0; 8]; 4];
+    let mut cell = 0;
+    while cell < 32 {
+        bits[cell / 8][cell % 8] = (1_u32 << cell) as i32;
+        cell += 1;
+    }
+    bits
+};
+
+impl Lit {
+    /// All of them.
+    fn new(tile: &Tile) -> Self {
+        let rows = |depths: &[u32; 64]| {
+            let cell = |i: usize| depths[i] as i32;
+            [0, 32].map(|half| {
+                [0, 8, 16, 24].map(|row| [0, 1, 2, 3, 4, 5, 6, 7].map(|x| cell(half + row + x)))
+            })
+        };
+        Self {
+            cells: u64::MAX,
+            enter: rows(&tile.enter),
+            exit: rows(&tile.exit),
         }
     }
 
-    fn least(&self, depths: &[u32; 64], cells: u64) -> u32 {
-        (0..64).fold(u32::MAX, |least, i| {
-            let depth = if cells >> i & 1 == 1 {
-                depths[i]
-            } else {
-                u32::MAX
-            };
-            least.min(depth)
-        })
+    /// The smallest of these depths; none if all cells are shadowed.
+    fn first(depths: &[[Row; 4]; 2]) -> Option<u32> {
+        let all = depths.as_flattened().as_flattened();
+        let least = all.iter().fold(NEVER, |a, &b| a.min(b));
+        (least != NEVER).then_some(least as u32)
     }
 
-    /// The `cells` that enter at `depth` or in front of it, and where the
-    /// last of them does.
-    fn entered(&self, cells: u64, depth: u32) -> (u64, u32) {
-        let mut mask = 0;
-        let mut last = 0;
-        for i in 0..64 {
-            let inside = cells >> i & 1 == 1 && self.enter[i] <= depth;
-            mask |= u64::from(inside) << i;
-            last = last.max(if inside { self.enter[i] } else { 0 });
-        }
-        (mask, last)
+    /// Shadows the cells that enter at `depth` or in front of it; says where
+    /// the last of them does.
+    fn shade(&mut self, depth: u32) -> u32 {
+        let mut last = [0; 8];
+        let halves = self.enter.iter_mut().zip(&mut self.exit);
+        let shaded = halves.map(|(enter, exit)| {
+            let mut shaded = [0; 8];
+            for ((enter, exit), bits) in enter.iter_mut().zip(exit).zip(&BITS) {
+                for x in 0..8 {
+                    // All ones for cells that have entered.
+                    let inside = -i32::from(enter[x] <= depth as i32);
+                    last[x] = last[x].max(enter[x] & inside);
+                    enter[x] |= NEVER & inside;
+                    exit[x] |= NEVER & inside;
+                    shaded[x] |= bits[x] & inside;
+                }
+            }
+            shaded.iter().fold(0, |a, b| a | b) as u32
+        });
+        let shaded = shaded.enumerate().fold(0, |cells, (half, bits)| {
+            cells | u64::from(bits) << (32 * half)
+        });
+        self.cells &= !shaded;
+        last.iter().fold(0, |a, &b: &i32| a.max(b)) as u32
     }
 }

@@ -222,7 +222,7 @@ fn fill(
             }
             scratch.leave(part);
         }
-        Look::Uniform(interval) => {
+        Look::Uniform(interval) | Look::Flat(interval) => {
             texels.enter.fill(interval.enter.min(side));
             texels.exit.fill(interval.exit.min(side));
             let [x, y] = part.origin(level);

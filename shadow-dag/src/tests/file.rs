@@ -241,6 +241,23 @@ fn nodes_that_cost_no_bytes_are_an_error() {
 }
 
 #[test]
+fn files_with_equal_nodes_can_be_packed() {
+    let map = maps::named(16).remove(3).1;
+    let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+    let mut bytes = dag.as_bytes()[..184].to_vec();
+    // The root is node 0; no masks.
+    bytes[24..32].fill(0);
+    // Two nodes of two lit slices each, which are the first two octants.
+    for word in [2, 2, 1, 3_u32, 0b0101, 0b0101, 0b1010, 0, 1] {
+        bytes.extend(word.to_le_bytes());
+    }
+    seal(&mut bytes);
+    let read = ShadowDag::from_bytes(bytes).unwrap();
+    assert!(read.is_lit(IVec3::new(8, 0, 1)) && !read.is_lit(IVec3::new(8, 0, 2)));
+    turn(&read).unwrap();
+}
+
+#[test]
 fn errors_say_what_is_wrong() {
     let map = maps::named(16).remove(4).1;
     let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
