@@ -201,7 +201,7 @@ impl fmt::Display for Pass {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (what, emitters) = match self {
             Self::Airlight { emitters } => ("airlight of", emitters),
-            Self::ShadowMaps { emitters } => ("if marched, shadow map of", emitters),
+            Self::ShadowMaps { emitters } => ("if marched or voxelized, shadow map of", emitters),
             Self::EquiAngularSteps { emitters } => {
                 ("if asked for, equi-angular steps at", emitters)
             }
@@ -378,7 +378,7 @@ mod tests {
         assert_eq!(
             text,
             "runs: airlight of emitter 0\n\
-             runs: if marched, shadow map of emitter 0\n\
+             runs: if marched or voxelized, shadow map of emitter 0\n\
              left out: airlight of emitter 1 (no intensity)\n\
              left out: equi-angular steps (a directional light has no equi-angular variable)\n"
         );

@@ -12,6 +12,7 @@ use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::procedural::Embedded;
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing};
+use lighting::voxels::{Detail, Resolution, VoxelVolume};
 
 /// A sun, a spotlight and a point light.
 const SCENES: [Embedded; 3] = [Embedded::City, Embedded::Smoke, Embedded::Coil];
@@ -106,6 +107,42 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
                 b.iter(|| gather(backend, &stage, &steps, &one));
             });
             group.finish();
+        }
+
+        // A frame: voxels are made anew for each light, and read.
+        for side in [128, 512] {
+            let resolution = Resolution::new(side, side, side).expect("a resolution");
+            let mut volume = VoxelVolume::new(backend, resolution).expect("memory");
+            let upload = backend.upload(&stage.rays).expect("memory");
+            for (name, detail) in [
+                ("voxel average x quadrature 8", Detail::Average),
+                ("voxel runs x quadrature 8", Detail::Runs),
+            ] {
+                let mut group = criterion.benchmark_group(name);
+                group.throughput(rays.clone());
+                group.bench_function(id(side), |b| {
+                    b.iter(|| {
+                        let mut radiance = backend.zeros(stage.rays.len()).expect("memory");
+                        for (emitter, map) in stage.emitters.iter().zip(&maps) {
+                            volume
+                                .update(backend, emitter, &stage.eye(), map)
+                                .expect("voxels");
+                            backend
+                                .gather(
+                                    &upload,
+                                    emitter,
+                                    &stage.medium,
+                                    &volume.source(detail),
+                                    &eight,
+                                    &mut radiance,
+                                )
+                                .expect("buffers of one length");
+                        }
+                        backend.wait().expect("a backend that works");
+                    });
+                });
+                group.finish();
+            }
         }
     }
 }

@@ -132,7 +132,7 @@ Asked for {} per pixel; the largest bound of a pixel is {}. Took {}. Mean radian
 p99 is the 99th percentile of the error relative to the pixel itself.</li>\n\
 <li><b>Times</b>: the frame is the airlight of one picture from given rays, the median of {repetitions} taken in turns, with the fastest and the slowest as bars; \
 build is what has to exist first: the tracing structure, or the shadow maps ({}). {gpu}{software}Both grow with the picture or the map, so compare ratios, and only within one report.</li>\n\
-<li><b>Shadow maps</b> set a floor: marches converge to what their map shows, not to the reference. Where a curve turns flat, more steps are wasted and a finer map is needed (<code>--map</code>). \
+<li><b>Shadow maps</b> set a floor: marches converge to what their map shows, not to the reference. Where a curve turns flat, more steps are wasted and a finer map is needed (<code>--map</code>). A frame of voxelized shadow volumes makes the voxels anew for each light. \
 A quadrature with a fixed number of nodes has a floor of its own where the light along a lit run has kinks: the edge of a spotlight, the faces of a bounded medium.</li>\n\
 <li><b>Total</b>: {}.</li>\n</ul>\n",
         error(reference.tolerance, false),
@@ -165,6 +165,15 @@ mod tests {
             }
         }
         open
+    }
+
+    #[test]
+    fn every_method_has_a_colour() {
+        let style = include_str!("style.css");
+        for slot in 0..crate::methods::METHODS.len() {
+            assert!(style.contains(&format!(".m{slot} {{ color")), "{slot}");
+            assert_eq!(style.matches(&format!("--m{slot}: #")).count(), 2, "{slot}");
+        }
     }
 
     #[test]

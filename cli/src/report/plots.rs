@@ -25,7 +25,7 @@ pub(super) fn write(html: &mut String, results: &Results) {
 <figure><figcaption><b>Light and scene at rest</b>: time of a frame.</figcaption><div class=\"wide\">{frame}</div></figure>\n\
 <figure><figcaption><b>Everything moves</b>: build and frame together.</figcaption><div class=\"wide\">{whole}</div></figure>\n</div>\n"
     );
-    html.push_str("<p class=\"soft\">Down and to the left is better. Numbers beside the ends of a curve are its quality: steps, nodes, digits or KiB. A ring marks a setting that no other beats in both time and error; the wide grey line is the front they form.</p>\n");
+    html.push_str("<p class=\"soft\">Down and to the left is better. Numbers beside the ends of a curve are its quality: steps, voxels a side, nodes, digits or KiB. A ring marks a setting that no other beats in both time and error; the wide grey line is the front they form.</p>\n");
 }
 
 /// Methods and backends in the order of the registry.

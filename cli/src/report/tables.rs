@@ -15,7 +15,7 @@ pub(super) fn write_targets(html: &mut String, results: &Results) {
     }
     let _ = write!(
         html,
-        "<h2>Time to reach an error</h2>\n<p class=\"soft\">Fastest measured frame whose RMSE is at most the given share of the mean radiance, and its quality (steps, nodes, digits, KiB); the fastest method of a column is shaded.{}</p>\n<div class=\"wide\"><table>\n<tr><th>method</th>",
+        "<h2>Time to reach an error</h2>\n<p class=\"soft\">Fastest measured frame whose RMSE is at most the given share of the mean radiance, and its quality (steps, voxels a side, nodes, digits, KiB); the fastest method of a column is shaded.{}</p>\n<div class=\"wide\"><table>\n<tr><th>method</th>",
         explained(results)
     );
     for target in TARGETS {
