@@ -21,7 +21,8 @@ pub(crate) fn exp_neg(x: f32) -> f32 {
     // multiples up to 128 are exact.
     const LN_2_HIGH: f32 = 0.693_359_4;
     const LN_2_LOW: f32 = -2.121_944_4e-4;
-    let x = x.min(LAST);
+    // One instruction, also for NaN.
+    let x = if x < LAST { x } else { LAST };
     let shifted = x * std::f32::consts::LOG2_E + TO_INTEGER;
     let k = shifted - TO_INTEGER;
     let r = (k * LN_2_HIGH - x) + k * LN_2_LOW;

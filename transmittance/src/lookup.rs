@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use crate::Segment;
 use crate::exponential::{EXP_ERROR, exp_neg};
-use crate::node::Node;
+use crate::node::{Node, larger, smaller};
 
 /// How a curve runs between its nodes: [`Linear`] or [`Exponential`].
 pub trait Lookup: Rules {}
@@ -111,12 +111,12 @@ impl Rules for Exponential {
             for (value, tau) in node.value.iter_mut().zip(tau) {
                 // The last step could round beyond what a node behind gets.
                 let sum = (f64::from(*value) + f64::from(tau) * fraction) as f32;
-                *value = sum.min(*value + tau);
+                *value = smaller(sum, *value + tau);
             }
         }
         for node in behind {
             for (value, tau) in node.value.iter_mut().zip(tau) {
-                *value = (*value + tau).min(LARGEST);
+                *value = smaller(*value + tau, LARGEST);
             }
         }
     }
@@ -140,7 +140,7 @@ impl Rules for Exponential {
             let u2 = u * u;
             let series = 1.0 - u2 * (1.0 / 12.0 - u2 * (1.0 / 120.0 - u2 * (17.0 / 20160.0)));
             let mean = 0.5 * (transmittances[a] + transmittances[b]);
-            let quotient = (transmittances[a] - transmittances[b]) / u.max(0.1);
+            let quotient = (transmittances[a] - transmittances[b]) / larger(u, 0.1);
             if u > 0.5 { quotient } else { mean * series }
         };
         let both = mean(0, 2);
@@ -238,7 +238,7 @@ impl Rules for Linear {
                     Some(node) => {
                         let way = f64::from(node.depth) - f64::from(segment.entry());
                         let factor = (1.0 - lost * (way * inverse)) as f32;
-                        (node.value[c], factor.max(passed))
+                        (node.value[c], larger(factor, passed))
                     }
                     None => (behind[0].value[c], passed),
                 };
@@ -345,5 +345,6 @@ fn sag(tau: f32, passed: f32) -> f32 {
     let middle = passed.sqrt();
     let slope = (1.0 - passed) - tau * middle;
     // A small optical depth makes the slope a difference of near equals.
-    0.5 * ((1.0 - middle) * (1.0 - middle) + slope.abs()).min(0.25 * tau * tau) + 2e-7
+    let curved = (1.0 - middle) * (1.0 - middle) + slope.abs();
+    0.5 * smaller(curved, 0.25 * tau * tau) + 2e-7
 }

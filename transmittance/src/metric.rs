@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use crate::lookup::Rules;
-use crate::node::{Node, fraction};
+use crate::node::{Node, fraction, larger};
 
 /// What is kept small when nodes are removed: [`Area`] or [`Maximum`].
 pub trait Metric: Cost {}
@@ -44,8 +44,8 @@ pub(crate) fn joined<const C: usize>(
             - f64::from(p.value[c])
             - (f64::from(n.value[c]) - f64::from(p.value[c])) * fraction)
             as f32;
-        above[c] = (p.above[c].max(q.above[c]) + height.max(0.0)) * UP;
-        below[c] = (p.below[c].max(q.below[c]) + (-height).max(0.0)) * UP;
+        above[c] = (larger(p.above[c], q.above[c]) + larger(height, 0.0)) * UP;
+        below[c] = (larger(p.below[c], q.below[c]) + larger(-height, 0.0)) * UP;
     }
     (above, below)
 }
@@ -63,10 +63,11 @@ pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'stat
         transmittance: [[f32; C]; 3],
     ) -> f32;
 
-    /// [`Cost::of_removal`] of each inner node of the first `len`, at its index.
+    /// [`Cost::of_removal`] of each inner node of the first `len`, at its index;
+    /// what is at other indices means nothing.
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
-        nodes: &[Node<C>],
-        transmittance: &[[f32; C]],
+        nodes: &[[Node<C>; N]; W],
+        transmittance: &[[[f32; C]; N]; W],
         len: usize,
     ) -> [[f32; N]; W];
 
@@ -96,27 +97,29 @@ impl Cost for Area {
         cost
     }
 
-    #[inline]
+    #[inline(always)]
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
-        nodes: &[Node<C>],
-        transmittance: &[[f32; C]],
-        len: usize,
+        nodes: &[[Node<C>; N]; W],
+        transmittance: &[[[f32; C]; N]; W],
+        _: usize,
     ) -> [[f32; N]; W] {
+        // One quantity after the other and all places, used or not, so that it
+        // vectorises.
+        let (nodes, transmittance) = (nodes.as_flattened(), transmittance.as_flattened());
         let mut costs = [[0.0; N]; W];
         let mut depth = [[0.0_f32; N]; W];
-        for (depth, node) in depth.as_flattened_mut().iter_mut().zip(&nodes[..len]) {
+        for (depth, node) in depth.as_flattened_mut().iter_mut().zip(nodes) {
             *depth = 0.25 * node.depth;
         }
         let d = depth.as_flattened();
         for c in 0..C {
             let (mut value, mut t) = ([[0.0_f32; N]; W], [[0.0_f32; N]; W]);
-            for (value, node) in value.as_flattened_mut().iter_mut().zip(&nodes[..len]) {
+            for (value, node) in value.as_flattened_mut().iter_mut().zip(nodes) {
                 *value = node.value[c];
             }
             for (t, transmittance) in t.as_flattened_mut().iter_mut().zip(transmittance) {
                 *t = transmittance[c];
             }
-            // One quantity after the other and all places, so that it vectorises.
             let (v, t) = (value.as_flattened(), t.as_flattened());
             let costs = costs.as_flattened_mut();
             for q in 1..N * W - 1 {
@@ -154,10 +157,11 @@ impl Cost for Maximum {
     }
 
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
-        nodes: &[Node<C>],
-        transmittance: &[[f32; C]],
+        nodes: &[[Node<C>; N]; W],
+        transmittance: &[[[f32; C]; N]; W],
         len: usize,
     ) -> [[f32; N]; W] {
+        let (nodes, transmittance) = (nodes.as_flattened(), transmittance.as_flattened());
         let mut costs = [[0.0; N]; W];
         for q in 1..len - 1 {
             let around = [q - 1, q, q + 1];

@@ -32,24 +32,35 @@ impl<const C: usize> Node<C> {
     };
 }
 
+/// The smaller of two numbers: one instruction, where [`f32::min`] also has an
+/// answer for NaN.
+#[inline(always)]
+pub(crate) fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers.
+#[inline(always)]
+pub(crate) fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 /// Share of the way from `from` to `to` at which `depth` lies. In f64 neither
 /// the depths of f32 nor their differences can overflow or get lost.
 #[inline]
 pub(crate) fn fraction(from: f32, to: f32, depth: f32) -> f64 {
     let from = f64::from(from);
     let length = f64::from(to) - from;
-    if length != 0.0 {
-        (f64::from(depth) - from) / length
-    } else {
-        0.0
-    }
+    let fraction = (f64::from(depth) - from) / length;
+    // Computed in any case: a branch costs more than a division.
+    if length != 0.0 { fraction } else { 0.0 }
 }
 
 /// `from + (to − from) · fraction`, rounded once, and never beyond `to`.
 #[inline]
 pub(crate) fn mix(from: f32, to: f32, fraction: f64) -> f32 {
     let mixed = (f64::from(from) + (f64::from(to) - f64::from(from)) * fraction) as f32;
-    mixed.max(from.min(to)).min(from.max(to))
+    smaller(larger(mixed, smaller(from, to)), larger(from, to))
 }
 
 /// Number of the first `len` depths that are in front of `depth`; 0 for NaN.
@@ -90,12 +101,13 @@ fn on_the_curve<L: Rules, const C: usize>(nodes: &[Node<C>], index: usize, depth
     Node { depth, ..node }
 }
 
-/// Opens a place at `index` for `node`.
-#[inline]
-fn place<const C: usize>(nodes: &mut [Node<C>], len: &mut usize, index: usize, node: Node<C>) {
-    nodes.copy_within(index..*len, index + 1);
-    nodes[index] = node;
-    *len += 1;
+/// Moves the nodes from `start` to `end` back by `by` places.
+#[inline(always)]
+fn move_back<const C: usize>(nodes: &mut [Node<C>], start: usize, end: usize, by: usize) {
+    // The few nodes of a curve are moved before a call to do it has begun.
+    for index in (start..end).rev() {
+        nodes[index + by] = nodes[index];
+    }
 }
 
 /// Multiplies the curve of the first `len` nodes by a blocker. Adds nodes where
@@ -108,34 +120,62 @@ pub(crate) fn insert<L: Rules, const C: usize>(
     segment: &Segment<C>,
 ) {
     let (entry, exit) = (segment.entry(), segment.exit());
-    // The last node that is not behind the entry, made to be at the entry.
-    let mut first = count_in_front(|index| nodes[index].depth, *len, entry);
-    let at = |nodes: &[Node<C>], len: usize, index: usize, depth: f32| {
-        index < len && nodes[index].depth == depth
-    };
-    let there = at(nodes, *len, first, entry);
-    let step = there && at(nodes, *len, first + 1, entry);
-    if !there {
-        let node = on_the_curve::<L, C>(&nodes[..*len], first, entry);
-        place(nodes, len, first, node);
-    }
-    // The first node that gets all of it, made to be at the exit.
-    let after = if exit > entry {
-        first += usize::from(step);
-        let after = count_in_front(|index| nodes[index].depth, *len, exit);
-        if !at(nodes, *len, after, exit) {
-            let node = on_the_curve::<L, C>(&nodes[..*len], after, exit);
-            place(nodes, len, after, node);
+    let before = *len;
+    let (mut first, mut after) = counts_in_front(&nodes[..before], [entry, exit]);
+    let is_at = |index: usize, depth: f32| index < before && nodes[index].depth == depth;
+    let is_there = is_at(first, entry);
+    let is_step = is_there && is_at(first + 1, entry);
+    if exit > entry {
+        let ends_there = is_at(after, exit);
+        let start = (!is_there).then(|| on_the_curve::<L, C>(&nodes[..before], first, entry));
+        let end = (!ends_there).then(|| on_the_curve::<L, C>(&nodes[..before], after, exit));
+        let added = usize::from(!is_there);
+        move_back(nodes, after, before, added + usize::from(!ends_there));
+        if let Some(node) = end {
+            nodes[after + added] = node;
         }
-        after
+        if let Some(node) = start {
+            move_back(nodes, first, after, 1);
+            nodes[first] = node;
+        }
+        *len += added + usize::from(!ends_there);
+        // The last node that is not behind the entry, and the first that gets all.
+        first += usize::from(is_step);
+        after += added;
     } else {
-        if !step {
-            let node = nodes[first];
-            place(nodes, len, first, node);
+        // A step: what is in front of it, and what is behind.
+        after = first + 1;
+        if !is_step {
+            let node = if is_there {
+                nodes[first]
+            } else {
+                on_the_curve::<L, C>(&nodes[..before], first, entry)
+            };
+            let added = 1 + usize::from(!is_there);
+            move_back(nodes, first, before, added);
+            nodes[first] = node;
+            nodes[after] = node;
+            *len += added;
         }
-        first + 1
-    };
+    }
     L::attenuate(&mut nodes[first..*len], after - first, segment);
+}
+
+/// [`count_in_front`] of two depths.
+#[inline(always)]
+fn counts_in_front<const C: usize>(nodes: &[Node<C>], depths: [f32; 2]) -> (usize, usize) {
+    /// Up to this number, looking at all is as fast.
+    const FEW: usize = 12;
+    if nodes.len() > FEW {
+        let count = |depth| count_in_front(|index| nodes[index].depth, nodes.len(), depth);
+        return (count(depths[0]), count(depths[1]));
+    }
+    let mut counts = (0, 0);
+    for node in nodes {
+        counts.0 += usize::from(node.depth < depths[0]);
+        counts.1 += usize::from(node.depth < depths[1]);
+    }
+    counts
 }
 
 /// The product of two curves, in `out`; its number of nodes is at most the sum

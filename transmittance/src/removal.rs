@@ -2,14 +2,18 @@
 
 use crate::lookup::Rules;
 use crate::metric::{Cost, joined};
-use crate::node::Node;
+use crate::node::{Node, larger, smaller};
 
 /// The largest number of nodes that a working curve can have.
 pub(crate) const MOST_NODES: usize = 256;
 
-/// What finds the least cost: the cost in the high bits, so that integers
-/// compare as costs do, and the node's number in the low ones.
-const NUMBER: i32 = MOST_NODES as i32 - 1;
+/// Finds the least cost and where it is at once: the node's number in place of
+/// the lowest bits of the cost. Such keys are numbers that are ordered as the
+/// costs are; finding the least of floats takes an instruction for four.
+const NUMBER: u32 = MOST_NODES as u32 - 1;
+
+/// The key of what is not to be removed.
+const NONE: f32 = f32::MAX;
 
 /// Removes inner nodes from the first `len` until at most `keep` are left; the
 /// first and the last stay, and no node moves. Returns how many are left.
@@ -23,25 +27,24 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
     if len <= keep {
         return len;
     }
-    let nodes = nodes.as_flattened_mut();
     let mut transmittance = [[[0.0; C]; N]; W];
-    let transmittance = transmittance.as_flattened_mut();
-    for (transmittance, node) in transmittance.iter_mut().zip(&*nodes) {
+    for (transmittance, node) in transmittance
+        .as_flattened_mut()
+        .iter_mut()
+        .zip(nodes.as_flattened())
+    {
         *transmittance = node.value.map(L::transmittance);
     }
-    let mut keys = [[i32::MAX; N]; W];
-    if len - keep <= 2 {
-        for q in 1..len - 1 {
-            let around = [q - 1, q, q + 1];
-            keys.as_flattened_mut()[q] = key::<L, M, C>(nodes, transmittance, around);
-        }
-        return remove_few::<L, M, C, N, W>(nodes, transmittance, &mut keys, len, keep);
-    }
-    let costs = M::of_each::<L, C, N, W>(nodes, transmittance, len);
+    let costs = M::of_each::<L, C, N, W>(nodes, &transmittance, len);
+    let (nodes, transmittance) = (nodes.as_flattened_mut(), transmittance.as_flattened());
+    let mut keys = [[NONE; N]; W];
     let each = keys.as_flattened_mut().iter_mut().zip(costs.as_flattened());
     for (q, (key, &cost)) in each.enumerate() {
-        let inner = 0 < q && q + 1 < len;
-        *key = if inner { key_of(cost, q) } else { i32::MAX };
+        let is_inner = (q as u32).wrapping_sub(1) < len as u32 - 2;
+        *key = if is_inner { key_of(cost, q) } else { NONE };
+    }
+    if len - keep <= 2 {
+        return remove_few::<L, M, C, N, W>(nodes, transmittance, &keys, len, keep);
     }
     let (mut previous, mut next) = ([[0_u8; N]; W], [[0_u8; N]; W]);
     let (previous, next) = (previous.as_flattened_mut(), next.as_flattened_mut());
@@ -54,7 +57,7 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
         let (p, n) = (usize::from(previous[q]), usize::from(next[q]));
         nodes_joined(nodes, [p, q, n]);
         let keys = keys.as_flattened_mut();
-        keys[q] = i32::MAX;
+        keys[q] = NONE;
         next[p] = n as u8;
         previous[n] = p as u8;
         if p > 0 {
@@ -78,34 +81,52 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
 fn remove_few<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>(
     nodes: &mut [Node<C>],
     transmittance: &[[f32; C]],
-    keys: &mut [[i32; N]; W],
+    keys: &[[f32; N]; W],
     len: usize,
     keep: usize,
 ) -> usize {
     let q = least(keys);
     nodes_joined(nodes, [q - 1, q, q + 1]);
     if len - keep == 1 {
-        nodes.copy_within(q + 1..len, q);
+        close(&mut nodes[..len], q);
         return keep;
     }
-    let flat = keys.as_flattened_mut();
-    flat[q] = i32::MAX;
+    // The removed node has no key any more and its neighbours have others: kept
+    // apart, because numbers that were just written are slow to read as vectors.
+    let mut next = least_key(keys, |index, key| {
+        let is_near = (index as u32 + 1).wrapping_sub(q as u32) <= 2;
+        if is_near { NONE } else { key }
+    });
     if q > 1 {
-        flat[q - 1] = key::<L, M, C>(nodes, transmittance, [q - 2, q - 1, q + 1]);
+        next = smaller(
+            next,
+            key::<L, M, C>(nodes, transmittance, [q - 2, q - 1, q + 1]),
+        );
     }
     if q + 2 < len {
-        flat[q + 1] = key::<L, M, C>(nodes, transmittance, [q - 1, q + 1, q + 2]);
+        next = smaller(
+            next,
+            key::<L, M, C>(nodes, transmittance, [q - 1, q + 1, q + 2]),
+        );
     }
-    let r = least(keys);
+    let r = (next.to_bits() & NUMBER) as usize;
     let (p, n) = (
         r - 1 - usize::from(r - 1 == q),
         r + 1 + usize::from(r + 1 == q),
     );
     nodes_joined(nodes, [p, r, n]);
-    let (a, b) = (q.min(r), q.max(r));
-    nodes.copy_within(a + 1..b, a);
-    nodes.copy_within(b + 1..len, b - 1);
+    close(&mut nodes[..len], q.max(r));
+    close(&mut nodes[..len - 1], q.min(r));
     keep
+}
+
+/// Moves the nodes behind place `index` by one, over it.
+#[inline(always)]
+fn close<const C: usize>(nodes: &mut [Node<C>], index: usize) {
+    // The few nodes of a curve are moved before a call to do it has begun.
+    for place in index + 1..nodes.len() {
+        nodes[place - 1] = nodes[place];
+    }
 }
 
 /// The key of the middle one of three nodes.
@@ -114,7 +135,7 @@ fn key<L: Rules, M: Cost, const C: usize>(
     nodes: &[Node<C>],
     transmittance: &[[f32; C]],
     around: [usize; 3],
-) -> i32 {
+) -> f32 {
     let cost = M::of_removal::<L, C>(
         around.map(|index| &nodes[index]),
         around.map(|index| transmittance[index]),
@@ -122,20 +143,37 @@ fn key<L: Rules, M: Cost, const C: usize>(
     key_of(cost, around[1])
 }
 
-#[inline]
-fn key_of(cost: f32, node: usize) -> i32 {
-    // A cost that is not a number counts as none.
-    (cost.max(0.0).to_bits() as i32 & !NUMBER) | node as i32
+#[inline(always)]
+fn key_of(cost: f32, node: usize) -> f32 {
+    // A cost that is not a number counts as none, an infinite one as the largest.
+    let cost = smaller(larger(cost, 0.0), NONE);
+    f32::from_bits((cost.to_bits() & !NUMBER) | node as u32)
 }
 
 /// The node of the least key.
-#[inline]
-fn least<const N: usize, const W: usize>(keys: &[[i32; N]; W]) -> usize {
-    let least = keys
-        .as_flattened()
-        .iter()
-        .fold(i32::MAX, |least, &key| least.min(key));
-    (least & NUMBER) as usize
+#[inline(always)]
+fn least<const N: usize, const W: usize>(keys: &[[f32; N]; W]) -> usize {
+    (least_key(keys, |_, key| key).to_bits() & NUMBER) as usize
+}
+
+/// The least of what becomes of the keys, four at a time.
+#[inline(always)]
+fn least_key<const N: usize, const W: usize>(
+    keys: &[[f32; N]; W],
+    change: impl Fn(usize, f32) -> f32,
+) -> f32 {
+    let (fours, rest) = keys.as_flattened().as_chunks::<4>();
+    let mut least = [NONE; 4];
+    for (index, four) in fours.iter().enumerate() {
+        let changed: [f32; 4] = std::array::from_fn(|lane| change(4 * index + lane, four[lane]));
+        least = std::array::from_fn(|lane| smaller(least[lane], changed[lane]));
+    }
+    let [a, b, c, d] = least;
+    let least = smaller(smaller(a, b), smaller(c, d));
+    let rest = rest.iter().enumerate();
+    rest.fold(least, |least, (lane, &key)| {
+        smaller(least, change(4 * fours.len() + lane, key))
+    })
 }
 
 /// Gives the first of three nodes the bounds that it has without the second.
