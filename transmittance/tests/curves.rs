@@ -8,11 +8,12 @@ use transmittance::{
     Accumulate, Area, Curve, Exponential, Linear, Lookup, Maximum, Metric, Segment, Sorted, Stream,
 };
 
-/// In release builds the streams of all properties are more than 1e5.
+/// In release builds the eight streams of the properties about what a curve
+/// promises are more than 1e5.
 const CASES: u32 = if cfg!(debug_assertions) {
     1_500
 } else {
-    12_000
+    13_000
 };
 
 fn config() -> ProptestConfig {
@@ -167,6 +168,33 @@ proptest! {
     }
 
     #[test]
+    fn splitting_segments_changes_linear_curves_within_their_bounds(s in streams::hard(16)) {
+        let halves: Vec<Segment> = s
+            .iter()
+            .flat_map(|segment| {
+                let (a, b) = (segment.entry(), segment.exit());
+                let middle = a + 0.5 * (b - a);
+                let tau = segment.optical_depth()[0];
+                let part = |a, b| Segment::from_optical_depth(a, b, 0.5 * tau).unwrap();
+                if a < middle && middle < b && middle - a == b - middle {
+                    vec![part(a, middle), part(middle, b)]
+                } else {
+                    vec![*segment]
+                }
+            })
+            .collect();
+        let (whole, split) = (
+            by_papers_rule::<16, Linear>(&s),
+            by_papers_rule::<16, Linear>(&halves),
+        );
+        for depth in probes(&s) {
+            let difference = (whole.transmittance(depth) - split.transmittance(depth)).abs();
+            let bound = whole.error_bound(depth) + split.error_bound(depth);
+            prop_assert!(difference <= bound, "{difference:e} of {bound:e} at {depth:e}");
+        }
+    }
+
+    #[test]
     fn clear_segments_change_nothing(s in streams::hard(20), at in -10.0_f32..10.0) {
         let clear = Segment::from_density(at, at + 3.0, 0.0).unwrap();
         let with: Vec<Segment> = s.iter().flat_map(|segment| [*segment, clear]).collect();
@@ -243,6 +271,27 @@ fn steep(at: &dyn Fn(f32) -> f32, depth: f32) -> bool {
 }
 
 #[test]
+fn smoke_hair_and_voxels_keep_their_promises_in_any_order() {
+    for kind in [
+        streams::columns_of_smoke,
+        streams::voxels,
+        streams::hair,
+        streams::hair_in_smoke,
+    ] {
+        for seed in 0..40 {
+            let mut stream = kind(seed);
+            for _ in 0..2 {
+                keeps_its_promises(&by_papers_rule::<8, Linear>(&stream), &stream);
+                keeps_its_promises(&by_papers_rule::<8, Exponential>(&stream), &stream);
+                keeps_its_promises(&streamed::<8, Area, Exponential, 4>(&stream), &stream);
+                keeps_its_promises(&streamed::<8, Maximum, Exponential, 4>(&stream), &stream);
+                streams::Random::new(seed).shuffle(&mut stream);
+            }
+        }
+    }
+}
+
+#[test]
 fn thousands_of_coincident_faces_take_two_nodes() {
     let face = Segment::surface(3.0, 0.999).unwrap();
     let faces = vec![face; 5000];
@@ -266,7 +315,8 @@ fn a_hundred_thousand(seed: u64) -> Vec<Segment> {
         .map(|_| {
             let entry = 1e3 * random.unit();
             let length = 1e-3 * 1e6_f32.powf(random.unit());
-            Segment::from_optical_depth(entry, entry + length, 6e-5 * random.unit()).unwrap()
+            let tau = 6e-5 * random.unit();
+            Segment::from_optical_depth(entry, entry + length, tau).expect("sound numbers")
         })
         .collect()
 }

@@ -191,14 +191,15 @@ fn long_lists_are_taken_in_parts_and_short_promises_cost_the_bound() {
     let Some(gpu) = testing::gpu() else { return };
     let mut random = streams::Random::new(5);
     let mut stream = |number| -> Vec<Segment> {
+        let most = 6.0 / number as f32;
         let segment = |_| {
             let entry = 1e3 * random.unit();
             let length = 1e-3 * 1e6_f32.powf(random.unit());
-            Segment::from_optical_depth(entry, entry + length, 2e-3 * random.unit()).unwrap()
+            Segment::from_optical_depth(entry, entry + length, most * random.unit()).unwrap()
         };
         (0..number).map(segment).collect()
     };
-    let streams: Streams = [1, 3000, 0, 700, 2999].map(&mut stream).into();
+    let streams: Streams = [1, 3000, 0, 100_000, 2999].map(&mut stream).into();
     let map = made::<_, Curve<8>, 1>(&gpu, &Curve::<8>::new(), &streams);
     let linear = made::<_, Curve<8, Linear>, 1>(&gpu, &Curve::<8, Linear>::new(), &streams);
     for (texel, stream) in streams.iter().enumerate() {
@@ -215,7 +216,12 @@ fn long_lists_are_taken_in_parts_and_short_promises_cost_the_bound() {
         }
         let here = accumulated(&Curve::<8>::new(), stream).max_error_bound();
         let there = curve.max_error_bound();
-        assert!(there <= 1.25 * here + 0.01, "{there} instead of {here}");
+        // Near-ties, and 24 u τ exp(−τ) for each segment's roundings.
+        let rounding = 24.0 * 6e-8 * 0.37 * stream.len() as f32;
+        assert!(
+            there <= 1.25 * here + 0.01 + rounding,
+            "{there} instead of {here}"
+        );
     }
     // Longer lists than were promised.
     let lists = listed(&gpu, &streams);
