@@ -46,7 +46,14 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
     let report = place.path().join("crepuscular-report");
     assert_eq!(
         names(&report),
-        ["airlight.csv", "curves.csv", "index.html", "results.csv"]
+        [
+            "airlight.csv",
+            "curves.csv",
+            "index.html",
+            "results.csv",
+            "shadows.csv",
+            "voxels.csv"
+        ]
     );
 
     let csv = std::fs::read_to_string(report.join("results.csv")).unwrap();

@@ -14,7 +14,7 @@ use crate::methods::Visibility;
 use crate::progress;
 
 /// Share of the time left that baking may take, at all resolutions together.
-const SHARE: f64 = 0.15;
+const SHARE: f64 = 0.1;
 
 /// What a doubling of the resolution makes of the time, where it is not known
 /// yet.

@@ -7,6 +7,7 @@ mod baked;
 mod budget;
 mod csv;
 pub(crate) mod curves;
+pub(crate) mod dag;
 mod measure;
 mod prepare;
 pub(crate) mod results;
@@ -28,6 +29,7 @@ use crate::print::{complain, print};
 use crate::{progress, report};
 use budget::Budget;
 use curves::Curves;
+use dag::Dag;
 use prepare::Prepared;
 use results::{LeftOut, Pictures, Results};
 use selection::{check_names, dropped};
@@ -35,17 +37,22 @@ use trial::{Found, try_out};
 use voxels::Voxels;
 
 /// The files of a report; the first one carries the mark.
-const FILES: [&str; 5] = [
+const FILES: [&str; 6] = [
     "index.html",
     "results.csv",
     "airlight.csv",
     "curves.csv",
     "voxels.csv",
+    "shadows.csv",
 ];
 
 /// Share of the time that pictures get; the rest is for what is judged by itself,
 /// which takes the same time whatever the scene and its size.
 const PICTURES: f64 = 0.75;
+
+/// Seconds that baked shadows by themselves may take: of a quick comparison,
+/// and of another.
+const DAG_SECONDS: [f64; 2] = [1.2, 25.0];
 
 /// Runs `crepuscular compare`.
 pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
@@ -74,6 +81,7 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     folder.write(FILES[2], alone::csv(&results.alone).as_bytes())?;
     folder.write(FILES[3], curves::csv(&results.curves).as_bytes())?;
     folder.write(FILES[4], voxels::csv(&results.voxels).as_bytes())?;
+    folder.write(FILES[5], dag::csv(&results.dag).as_bytes())?;
     let place = folder.finish()?;
     spinner.finish_and_clear();
     let mut text = String::new();
@@ -101,6 +109,7 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
     let mut alone = Vec::new();
     let mut curves = Curves::default();
     let mut voxels = Voxels::default();
+    let mut dag = Dag::default();
     let mut left_out = Vec::new();
     if let (Some(medium), false) = (prepared.input.scene.medium, candidates.is_empty()) {
         let map = map_resolution(args, &prepared, &mut notes);
@@ -148,6 +157,13 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
                 why,
             }),
         }
+        let Prepared { input, camera, .. } = &prepared;
+        dag = dag::judge(
+            (&input.geometry, &input.tracer, camera),
+            &prepared.emitters(),
+            args.quick,
+            DAG_SECONDS[usize::from(!args.quick)].min(budget.left()),
+        )?;
     }
     let Prepared { input, frame, .. } = &prepared;
     let size = frame.size;
@@ -188,6 +204,7 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
         alone,
         curves,
         voxels,
+        dag,
         seconds_total: budget.elapsed(),
     })
 }

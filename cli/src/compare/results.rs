@@ -2,6 +2,7 @@
 
 use super::alone::Alone;
 use super::curves::Curves;
+use super::dag::Dag;
 use super::voxels::Voxels;
 use crate::methods::Method;
 use crate::parse::Size;
@@ -44,6 +45,8 @@ pub(crate) struct Results {
     pub(crate) curves: Curves,
     /// Voxelized shadow volumes by themselves.
     pub(crate) voxels: Voxels,
+    /// Baked shadows by themselves.
+    pub(crate) dag: Dag,
     /// None if there is no airlight.
     pub(crate) pictures: Pictures,
     /// Wall time of everything.
@@ -188,7 +191,7 @@ pub(crate) fn fastest_within<'a>(
 pub(crate) mod tests {
     use super::*;
     use crate::compare::alone::{Family, Judgement};
-    use crate::compare::{curves, voxels};
+    use crate::compare::{curves, dag, voxels};
     use crate::methods::METHODS;
 
     /// Two evaluators, one of which fails on stiff segments.
@@ -274,6 +277,44 @@ pub(crate) mod tests {
         }
     }
 
+    /// One of everything about baked shadows.
+    fn example_dag() -> Dag {
+        Dag {
+            light: "the <sun>".into(),
+            sizes: Some(dag::Sizes {
+                resolution: 512,
+                edges: 0,
+                rows: vec![dag::SizeRow {
+                    rule: "2015",
+                    bytes: [3000, 1000],
+                    seconds: [0.1, 0.4],
+                }],
+            }),
+            bakes: [2048, 4096]
+                .map(|resolution| dag::Bake {
+                    resolution,
+                    stages: [
+                        (0.1, None),
+                        (0.2, Some(1 << 30)),
+                        (0.01, None),
+                        (0.02, None),
+                    ],
+                    bytes: 4000,
+                })
+                .to_vec(),
+            filters: Some(dag::Filters {
+                size: Size {
+                    width: 4,
+                    height: 2,
+                },
+                resolution: 512,
+                receivers: 0,
+                rows: vec![(9, [Times::of(&[1e-3]), Times::of(&[2e-3])])],
+            }),
+            ..Dag::default()
+        }
+    }
+
     /// Results with a made-up error of 1/quality and a time of quality ms.
     pub(crate) fn example() -> Results {
         let size = Size {
@@ -337,6 +378,7 @@ pub(crate) mod tests {
             alone: example_alone(),
             curves: example_curves(),
             voxels: example_voxels(),
+            dag: example_dag(),
             seconds_total: 20.0,
         }
     }

@@ -4,6 +4,7 @@ mod alone;
 mod axis;
 mod chart;
 mod curves;
+mod dag;
 mod lines;
 mod pictures;
 mod plots;
@@ -43,6 +44,7 @@ pub(crate) fn page(results: &Results) -> Result<String, Failure> {
     alone::write(&mut html, results);
     voxels::write(&mut html, results);
     curves::write(&mut html, results);
+    dag::write(&mut html, results);
     passes(&mut html, results);
     how_measured(&mut html, results);
     html.push_str("</body>\n</html>\n");
