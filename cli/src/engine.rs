@@ -4,14 +4,17 @@ use std::cell::RefCell;
 use std::time::Instant;
 
 use airlight::{SunTable, Table};
-use gpu_backend::gpu::{Gpu, Queued};
+use gpu_backend::gpu::{Gpu, GpuMemory, Queued};
 use gpu_backend::{Backend, BufferOf, Cpu, Download};
 use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use lighting::dag::{BakedShadow, HoldShadow};
 use lighting::scene::{Geometry, Medium, PhaseFunction};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 use lighting::trace::Tracer;
-use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
+use lighting::translucent::{StoredMap, TransmittanceMap};
+use lighting::visibility::{
+    Exact, MergeTouching, ShadowMapMarch, Spacing, TransmittanceMarch, Unshadowed,
+};
 use lighting::voxels::{BuildVoxels, Detail, Eye, Resolution, VoxelShadow, VoxelVolume};
 use lighting::{AirlightEvaluator, Emitter, Gather, Ray};
 
@@ -70,13 +73,39 @@ impl Tracing for Gpu<Queued> {
     }
 }
 
-/// A backend that gathers every visibility source that comes from a shadow map
+/// A backend that looks into maps of transmittance.
+pub(crate) trait Veils: Backend {
+    /// A map where it can.
+    type Veil;
+
+    /// Brings a map there.
+    fn veil(&self, map: TransmittanceMap) -> Result<Self::Veil, Failure>;
+}
+
+impl Veils for Cpu {
+    type Veil = TransmittanceMap;
+
+    fn veil(&self, map: TransmittanceMap) -> Result<TransmittanceMap, Failure> {
+        Ok(map)
+    }
+}
+
+impl Veils for Gpu<Queued> {
+    type Veil = StoredMap<GpuMemory>;
+
+    fn veil(&self, map: TransmittanceMap) -> Result<StoredMap<GpuMemory>, Failure> {
+        Ok(map.upload(self)?)
+    }
+}
+
+/// A backend that gathers every visibility source that comes from a map
 /// or was baked, and none, with the evaluator `A`.
 pub(crate) trait GatherMapped<A>:
-    Backend
+    Veils
     + Gather<Unshadowed, A>
     + HoldShadow
     + Gather<<Self as HoldShadow>::Shadow, A>
+    + for<'a> Gather<TransmittanceMarch<'a, <Self as Veils>::Veil>, A>
     + for<'a> Gather<VoxelShadow<'a, <Self as Backend>::Memory>, A>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, A>
     + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, A>
@@ -84,10 +113,11 @@ pub(crate) trait GatherMapped<A>:
 }
 
 impl<B, A> GatherMapped<A> for B where
-    B: Backend
+    B: Veils
         + Gather<Unshadowed, A>
         + HoldShadow
         + Gather<<B as HoldShadow>::Shadow, A>
+        + for<'a> Gather<TransmittanceMarch<'a, <B as Veils>::Veil>, A>
         + for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, A>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, A>
         + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, A>
@@ -191,13 +221,15 @@ pub(crate) const PUBLISHED_IS_ISOTROPIC: &str =
     "the published table is one of isotropic scattering";
 
 /// Lights and rays on a backend, ready to be gathered.
-pub(crate) struct Stage<'a, B: HoldShadow> {
+pub(crate) struct Stage<'a, B: HoldShadow + Veils> {
     pub(crate) backend: &'a B,
     pub(crate) tracer: &'a Tracer,
     pub(crate) medium: &'a Medium,
     pub(crate) emitters: &'a [Emitter],
     /// One per emitter, or none if no setting needs them.
     pub(crate) maps: &'a [ShadowMap<B::Memory>],
+    /// The same of what hair and smoke let through.
+    pub(crate) veils: &'a [B::Veil],
     /// Those of the settings.
     pub(crate) tables: &'a Tables,
     /// Where the rays start, for voxels.
@@ -399,6 +431,12 @@ impl<B: Renderer> Stage<'_, B> {
                 Visibility::EquiAngularMerged => {
                     let merged = MergeTouching(march(Spacing::EquiAngular));
                     backend.gather(rays, emitter, medium, &merged, evaluator, radiance)?;
+                }
+                Visibility::Translucent => {
+                    let veil = &self.veils[index];
+                    let march =
+                        TransmittanceMarch::new(veil, setting.samples, Spacing::EquiAngular);
+                    backend.gather(rays, emitter, medium, &march, evaluator, radiance)?;
                 }
                 Visibility::VoxelAverage => voxels(Detail::Average, radiance)?,
                 Visibility::VoxelBits => voxels(Detail::Voxels, radiance)?,

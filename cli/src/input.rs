@@ -6,7 +6,7 @@ use std::time::Instant;
 use lighting::Emitter;
 use lighting::load::{Loaded, scene_from_path};
 use lighting::procedural::Embedded;
-use lighting::scene::{Camera, Geometry, Medium, PhaseFunction, Scene};
+use lighting::scene::{Bounds, Camera, Geometry, Medium, PhaseFunction, Scene};
 use lighting::trace::Tracer;
 
 use crate::args::{MediumOptions, Phase, SceneOptions};
@@ -37,6 +37,7 @@ impl Input {
             ..
         } = read(name, options.seed)?;
         let about = |failure: Failure| failure.about(name);
+        notes.extend(scene.lay_floor().map(|floor| floor.to_string()));
         let geometry = Geometry::new(&scene).map_err(|error| about(error.into()))?;
         if geometry.dropped() > 0 {
             notes.push(format!(
@@ -44,11 +45,18 @@ impl Input {
                 count(geometry.dropped(), "triangle")
             ));
         }
+        for caster in &scene.translucent {
+            notes.push(format!("translucent: {}", caster.describe()));
+        }
+        let bounds = match scene.translucent_bounds() {
+            Some(bounds) => bounds.around(geometry.bounds()),
+            None => geometry.bounds(),
+        };
         let placed = scene
-            .complete(geometry.bounds())
+            .complete(bounds)
             .map_err(|error| about(error.into()))?;
         notes.extend(placed.iter().map(ToString::to_string));
-        set_medium(&mut scene, &geometry, &options.medium, &mut notes)?;
+        set_medium(&mut scene, bounds, &options.medium, &mut notes)?;
         let mut emitters = Vec::new();
         for light in &scene.lights {
             let found = light.emitters(options.lights);
@@ -135,7 +143,7 @@ fn read(name: &str, seed: u64) -> Result<Loaded, Failure> {
 /// say what it holds.
 fn set_medium(
     scene: &mut Scene,
-    geometry: &Geometry,
+    bounds: Bounds,
     options: &MediumOptions,
     notes: &mut Vec<String>,
 ) -> Result<(), Failure> {
@@ -144,7 +152,7 @@ fn set_medium(
         if coefficients_given {
             let zero = glam::Vec3::ZERO;
             scene.medium = Some(Medium::new(zero, zero, PhaseFunction::Isotropic)?);
-        } else if let Some(placement) = scene.fill_with_fog(geometry.bounds())? {
+        } else if let Some(placement) = scene.fill_with_fog(bounds)? {
             notes.push(placement.to_string());
         }
     }

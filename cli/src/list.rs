@@ -6,7 +6,7 @@ use lighting::scene::Geometry;
 
 use crate::args::Scenes;
 use crate::failure::Failure;
-use crate::methods::METHODS;
+use crate::methods::{METHODS, Visibility};
 use crate::print::print;
 use crate::progress;
 
@@ -34,6 +34,9 @@ pub(crate) fn methods() -> Result<(), Failure> {
                 "cpu, gpu"
             }
         );
+        if method.visibility == Visibility::Translucent {
+            text += "    not for  scenes without hair or smoke\n";
+        }
         if method.visibility.is_equi_angular() {
             text += "    not for  scenes whose only lights are directional\n";
         }

@@ -20,6 +20,7 @@ mod print;
 mod progress;
 mod render;
 mod report;
+mod veils;
 
 use std::process::ExitCode;
 

@@ -27,6 +27,8 @@ pub(crate) enum Visibility {
     VoxelRuns,
     /// Baked shadows: a walk through compact precomputed voxels
     Dag,
+    /// Steps through a map of transmittance: what hair and smoke let through
+    Translucent,
 }
 
 impl Visibility {
@@ -42,12 +44,16 @@ impl Visibility {
             Self::VoxelBits => "voxel-bits",
             Self::VoxelRuns => "voxel-runs",
             Self::Dag => "dag",
+            Self::Translucent => "translucent",
         }
     }
 
     /// True if it looks into a shadow map.
     pub(crate) fn needs_shadow_map(self) -> bool {
-        !matches!(self, Self::None | Self::Exact | Self::Dag)
+        !matches!(
+            self,
+            Self::None | Self::Exact | Self::Dag | Self::Translucent
+        )
     }
 
     /// True if it is found by tracing, which only the CPU does.
@@ -72,7 +78,7 @@ impl Visibility {
 
     /// True if it marches.
     pub(crate) fn has_steps(self) -> bool {
-        self.needs_shadow_map() && self.voxel_detail().is_none()
+        self == Self::Translucent || self.needs_shadow_map() && self.voxel_detail().is_none()
     }
 }
 
@@ -338,6 +344,17 @@ pub(crate) static METHODS: &[Method] = &[
         title: "baked shadows by table",
         purpose: "point lights in static scenes: two lookups for a lit run",
         paper: "Sintorn et al., SIGGRAPH 2014; Kämpe et al., I3D 2015; Sun et al., SIGGRAPH 2005, for the integral",
+    },
+    Method {
+        visibility: Visibility::Translucent,
+        airlight: Airlight::EquiAngular,
+        quality: Quality::Samples { detail: 1 },
+        qualities: STEPS,
+        quick: QUICK_STEPS,
+        pictured: 32,
+        title: "adaptive volumetric shadow map",
+        purpose: "hair and smoke: a curve of 8 nodes per texel tells how much gets how far",
+        paper: "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010; nodes by least area instead of theirs",
     },
 ];
 

@@ -21,7 +21,7 @@ use crate::methods::{Airlight, Setting, Visibility};
 use crate::output::PendingFile;
 use crate::picture::Picture;
 use crate::print::{complain, print};
-use crate::progress;
+use crate::{progress, veils};
 
 /// Rays between two moves of the progress bar.
 const BATCH: usize = 1 << 13;
@@ -73,14 +73,19 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let lights: Vec<Lit<'_>> = (input.emitters.iter().zip(&filtered))
         .map(|(emitter, filtered)| (emitter, filtered.as_ref().map(|shadow| shadow as _)))
         .collect();
-    let surfaces = view.surface_radiance_with(
-        &cpu,
-        &input.scene,
-        &input.geometry,
-        &input.tracer,
-        &lights,
-        medium.as_ref(),
-    );
+    let traced = shadows.iter().all(Option::is_none);
+    let surfaces = if traced && !input.scene.translucent.is_empty() {
+        veils::surfaces(&view, &input, args.options.map.unwrap_or(1024))?
+    } else {
+        view.surface_radiance_with(
+            &cpu,
+            &input.scene,
+            &input.geometry,
+            &input.tracer,
+            &lights,
+            medium.as_ref(),
+        )
+    };
     spinner.finish_and_clear();
     let mut picture = Picture::new(args.size, &surfaces);
 
@@ -185,7 +190,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
 fn setting(args: &Render) -> Setting {
     let steps_apart = matches!(
         args.visibility,
-        Visibility::March | Visibility::EquiAngular | Visibility::VoxelBits
+        Visibility::March
+            | Visibility::EquiAngular
+            | Visibility::VoxelBits
+            | Visibility::Translucent
     );
     let samples = match args.visibility.voxel_detail() {
         Some(_) => 512,
@@ -264,6 +272,16 @@ fn airlight(
         maps = shadow_maps(&cpu, &casters, emitters, map, || bar.inc(1))?;
         bar.finish_and_clear();
     }
+    let mut veils = Vec::new();
+    if setting.visibility == Visibility::Translucent {
+        let side = veils::resolution(args.options.map.unwrap_or(1024), emitters);
+        veils = veils::veils(input, Some(&input.geometry), emitters, side)?;
+    } else if !input.scene.translucent.is_empty() {
+        input.notes.push(format!(
+            "hair and smoke cast no shadow into the air with --visibility {}",
+            setting.visibility.name()
+        ));
+    }
     let tables = Tables::new(medium.phase(), std::iter::once(setting))?;
     let depths = depth_range(view.rays(), medium);
     let eye = Eye::of_camera(camera, args.size.width, args.size.height, depths);
@@ -277,6 +295,7 @@ fn airlight(
             medium,
             emitters,
             maps: &maps,
+            veils: &veils,
             tables: &tables,
             eye,
             voxels: &voxels,

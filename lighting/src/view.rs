@@ -121,19 +121,57 @@ impl View {
         lights: &[Lit<'_>],
         medium: Option<&Medium>,
     ) -> Vec<[f32; 4]> {
+        self.lit_surfaces(cpu, scene, geometry, medium, |surface| {
+            lights.iter().fold(Vec3::ZERO, |sum, &(emitter, shadow)| {
+                let reaching = |to_light, distance| match shadow {
+                    Some(shadow) => shadow.reaching(surface.point, surface.normal),
+                    None => surface.traced(tracer, to_light, distance),
+                };
+                sum + surface.reflected(emitter, medium, reaching)
+            })
+        })
+    }
+
+    /// [`View::surface_radiance`] behind something translucent: traced shadows,
+    /// times the share of each light that the source beside it lets through.
+    pub fn surface_radiance_behind(
+        &self,
+        cpu: &Cpu,
+        scene: &Scene,
+        geometry: &Geometry,
+        tracer: &Tracer,
+        lights: &[(&Emitter, &dyn SurfaceShadow)],
+        medium: Option<&Medium>,
+    ) -> Vec<[f32; 4]> {
+        self.lit_surfaces(cpu, scene, geometry, medium, |surface| {
+            lights.iter().fold(Vec3::ZERO, |sum, (emitter, shadow)| {
+                let reaching = |to_light, distance| {
+                    let traced = surface.traced(tracer, to_light, distance);
+                    if traced == 0.0 {
+                        return 0.0;
+                    }
+                    traced * shadow.reaching(surface.point, surface.normal)
+                };
+                sum + surface.reflected(emitter, medium, reaching)
+            })
+        })
+    }
+
+    /// What surfaces emit and reflect, as it reaches the eye.
+    fn lit_surfaces(
+        &self,
+        cpu: &Cpu,
+        scene: &Scene,
+        geometry: &Geometry,
+        medium: Option<&Medium>,
+        reflected: impl Fn(&Surface) -> Vec3 + Sync + Send,
+    ) -> Vec<[f32; 4]> {
         cpu.map(self.rays.len(), |pixel| {
             let (ray, Some(hit)) = (&self.rays[pixel], self.hits[pixel]) else {
                 return [0.0; 4];
             };
             let surface = Surface::new(ray, &hit, scene, geometry);
-            let mut radiance = surface.emitted;
-            for &(emitter, shadow) in lights {
-                let reaching = |to_light, distance| match shadow {
-                    Some(shadow) => shadow.reaching(surface.point, surface.normal),
-                    None => surface.traced(tracer, to_light, distance),
-                };
-                radiance += surface.reflected(emitter, medium, reaching);
-            }
+            let radiance = surface.emitted + reflected(&surface);
             let reaching =
                 radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance);
             [reaching.x, reaching.y, reaching.z, 0.0]

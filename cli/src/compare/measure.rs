@@ -18,15 +18,17 @@ use super::results::{Errors, LeftOut, Measurement, MethodPicture, Times};
 use super::selection::Candidate;
 use crate::engine::{Held, Renderer, Stage, Tables, Voxels, shadow_maps};
 use crate::failure::Failure;
+use crate::input::Input;
 use crate::methods::{Method, Visibility};
 use crate::parse::Size;
 use crate::picture::Picture;
-use crate::progress;
+use crate::{progress, veils};
 
 /// What is measured, whatever the backend.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     pub(crate) camera: &'a Camera,
+    pub(crate) input: &'a Input,
     pub(crate) geometry: &'a Geometry,
     pub(crate) tracer: &'a Tracer,
     pub(crate) seconds_tracer: f64,
@@ -35,6 +37,9 @@ pub(crate) struct Job<'a> {
     pub(crate) emitters: &'a [Emitter],
     /// Texels per side of a shadow map.
     pub(crate) map: u32,
+    /// Parts that the reference cuts rays into behind translucent casters;
+    /// `None` if there are none.
+    pub(crate) parts: Option<u32>,
     /// Tables of airlight that the candidates need.
     pub(crate) tables: &'a Tables,
     /// By resolution; those for which there was time.
@@ -94,6 +99,10 @@ pub(crate) struct Session<'a, B: Renderer> {
     /// None if they would take too long.
     maps: Option<Vec<ShadowMap<B::Memory>>>,
     seconds_maps: f64,
+    /// Maps of transmittance, if a candidate needs them.
+    veils: Vec<B::Veil>,
+    bytes_veils: u64,
+    seconds_veils: f64,
     voxels: Voxels<B>,
     held: Vec<Held<B>>,
     /// Resolutions whose shadows the backend cannot hold, and why.
@@ -158,6 +167,20 @@ impl<'a, B: Renderer> Session<'a, B> {
                 Err(failure) => not_held.push((baked.resolution, failure)),
             }
         }
+        let (mut veils, mut bytes_veils) = (Vec::new(), 0);
+        let clock = Instant::now();
+        let needed = candidates
+            .iter()
+            .any(|c| c.method.visibility == Visibility::Translucent);
+        if needed {
+            let side = veils::resolution(job.map, job.emitters);
+            for map in veils::veils(job.input, Some(job.geometry), job.emitters, side)? {
+                bytes_veils += map.bytes();
+                veils.push(backend.veil(map)?);
+            }
+            backend.wait()?;
+        }
+        let seconds_veils = clock.elapsed().as_secs_f64();
         Ok(Self {
             held,
             not_held,
@@ -167,6 +190,9 @@ impl<'a, B: Renderer> Session<'a, B> {
             candidates,
             maps,
             seconds_maps,
+            veils,
+            bytes_veils,
+            seconds_veils,
             voxels: Voxels::default(),
         })
     }
@@ -182,6 +208,7 @@ impl<'a, B: Renderer> Session<'a, B> {
             medium: self.job.medium,
             emitters: self.job.emitters,
             maps: self.maps.as_deref().unwrap_or_default(),
+            veils: &self.veils,
             tables: self.job.tables,
             eye: Eye::of_camera(self.job.camera, size.width, size.height, depths),
             voxels: &self.voxels,
@@ -246,6 +273,7 @@ impl<'a, B: Renderer> Session<'a, B> {
                 let baked = baked.find(|baked| baked.resolution == resolution);
                 baked.map_or((0.0, 0), |baked| (baked.seconds, baked.bytes()))
             }
+            Visibility::Translucent => (self.seconds_veils, self.bytes_veils),
             _ => (
                 self.seconds_maps,
                 self.maps.iter().flatten().map(ShadowMap::bytes).sum(),

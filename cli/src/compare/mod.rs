@@ -15,7 +15,6 @@ mod selection;
 mod trial;
 pub(crate) mod voxels;
 
-use gpu_backend::Cpu;
 use lighting::Emitter;
 
 use crate::args::Compare;
@@ -26,7 +25,7 @@ use crate::input::{describe_medium, describe_phase};
 use crate::output::PendingFolder;
 use crate::picture::Picture;
 use crate::print::{complain, print};
-use crate::{progress, report};
+use crate::{progress, report, veils};
 use budget::Budget;
 use curves::Curves;
 use dag::Dag;
@@ -167,14 +166,8 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
     }
     let Prepared { input, frame, .. } = &prepared;
     let size = frame.size;
-    let surfaces = frame.view.surface_radiance(
-        &Cpu::new(),
-        &input.scene,
-        &input.geometry,
-        &input.tracer,
-        &input.emitters,
-        input.scene.medium.as_ref(),
-    );
+    let map = args.options.map.unwrap_or(512);
+    let surfaces = veils::surfaces(&frame.view, input, map)?;
     left_out.extend(prepared.selection.left_out.iter().cloned());
     left_out.extend(found.outcome.left_out);
     Ok(Results {

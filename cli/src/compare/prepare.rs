@@ -81,6 +81,7 @@ impl Prepared {
             is_isotropic: phase == Some(PhaseFunction::Isotropic),
             has_endless_sunlight: kept().any(is_sun)
                 && input.scene.medium.as_ref().is_some_and(is_endless),
+            is_translucent: !input.scene.translucent.is_empty(),
         };
         let mut selection = select(args, &frame.plan, evaluated);
         let backends = Backends::find(args)?;
@@ -160,7 +161,12 @@ impl Prepared {
         if self.selection.candidates.is_empty() {
             return passes;
         }
-        passes.push("reference: exact intervals × quadrature with a bound on its error".into());
+        passes.push(if self.input.scene.translucent.is_empty() {
+            "reference: exact intervals × quadrature with a bound on its error".into()
+        } else {
+            "reference: exact intervals, in short parts × their exact transmittance × quadrature"
+                .into()
+        });
         passes.extend(self.frame.plan.passes().iter().map(ToString::to_string));
         let mut methods: Vec<(&Method, Vec<String>)> = Vec::new();
         for Candidate { method, quality } in &self.selection.candidates {

@@ -85,6 +85,9 @@ pub(crate) struct ReferenceFacts {
     pub(crate) mean: f64,
     /// True if the mean is 0 and errors are plain radiances.
     pub(crate) absolute: bool,
+    /// Parts that rays were cut into behind translucent casters, if there are
+    /// any.
+    pub(crate) parts: Option<u32>,
 }
 
 /// One method at one quality on one backend.
@@ -365,6 +368,7 @@ pub(crate) mod tests {
                 bound: 3e-7,
                 mean: 0.2,
                 absolute: false,
+                parts: None,
             },
             pictures: Pictures {
                 surfaces: flat(0.2),

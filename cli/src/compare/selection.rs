@@ -6,7 +6,7 @@ use super::results::LeftOut;
 use crate::args::Compare;
 use crate::engine::PUBLISHED_IS_ISOTROPIC;
 use crate::failure::Failure;
-use crate::methods::{Airlight, METHODS, Method, Quality, Setting};
+use crate::methods::{Airlight, METHODS, Method, Quality, Setting, Visibility};
 
 /// One method at one quality.
 #[derive(Debug, Clone, Copy)]
@@ -89,6 +89,18 @@ pub(crate) struct Evaluated {
     pub(crate) is_isotropic: bool,
     /// A directional light is seen along rays without an end.
     pub(crate) has_endless_sunlight: bool,
+    /// There is hair or smoke.
+    pub(crate) is_translucent: bool,
+}
+
+/// Methods of opaque casters say nothing about a scene with others; the first
+/// of the exact ones stays, to show what their shadows are worth.
+fn ignores_hair_and_smoke(method: &Method) -> bool {
+    match method.visibility {
+        Visibility::None | Visibility::Translucent => false,
+        Visibility::Exact => method.airlight != Airlight::EquiAngular,
+        _ => true,
+    }
 }
 
 /// Chooses from the registry by the options and the plan of the scene.
@@ -121,6 +133,13 @@ pub(crate) fn select(args: &Compare, plan: &Plan, scene: Evaluated) -> Selection
             Some("not asked for (--methods)".into())
         } else if no_airlight.is_some() {
             no_airlight.clone()
+        } else if method.visibility == Visibility::Translucent && !scene.is_translucent {
+            Some("nothing in the scene is translucent".into())
+        } else if scene.is_translucent && ignores_hair_and_smoke(method) {
+            Some(
+                "it does not see hair and smoke, which exact intervals and no shadows stand for"
+                    .into(),
+            )
         } else if method.visibility.is_equi_angular() && no_angle.is_some() {
             no_angle.clone()
         } else if method.visibility.voxel_detail().is_some() && scene.has_endless_sunlight {

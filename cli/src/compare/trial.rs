@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use crepuscular_tests::oracle::image::{Options, Reference, reference};
+use crepuscular_tests::oracle::translucent;
 use lighting::Ray;
 use lighting::scene::Medium;
 
@@ -52,6 +53,7 @@ impl Found {
                 bound: 0.0,
                 mean: 0.0,
                 absolute: true,
+                parts: None,
             },
             airlight: Picture::black(prepared.frame.size),
             outcome: Outcome::default(),
@@ -95,12 +97,14 @@ pub(crate) fn try_out(
     let baked = bake_all(candidates, &input.geometry, &emitters, budget)?;
     let job = Job {
         camera,
+        input,
         geometry: &input.geometry,
         tracer: &input.tracer,
         seconds_tracer: input.seconds_tracer,
         medium,
         emitters: &emitters,
         map,
+        parts: (!input.scene.translucent.is_empty()).then_some(if args.quick { 48 } else { 128 }),
         tables: &tables,
         baked: &baked,
         budget,
@@ -177,26 +181,45 @@ fn every_so_often(rays: &[Ray], emitters: usize) -> Vec<Ray> {
 fn reference_per_ray(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> f64 {
     let seconds = |rays: &[Ray]| {
         let clock = Instant::now();
-        let options = Options {
-            tolerance,
-            ..Options::default()
-        };
-        reference(rays, job.emitters, job.medium, job.geometry, options);
+        truth_of(job, rays, tolerance, &|_| {});
         clock.elapsed().as_secs_f64()
     };
     let start = seconds(&rays[..rays.len().min(1)]);
     (seconds(rays) - start).max(0.0) / rays.len().max(1) as f64
 }
 
+/// The reference, behind translucent casters too if there are any.
+fn truth_of(
+    job: &Job<'_>,
+    rays: &[Ray],
+    tolerance: f64,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Reference {
+    match job.parts {
+        Some(parts) => translucent::reference(
+            rays,
+            job.emitters,
+            job.medium,
+            job.geometry,
+            &job.input.scene.translucent,
+            parts,
+            progress,
+        ),
+        None => {
+            let options = Options {
+                tolerance,
+                progress,
+                ..Options::default()
+            };
+            reference(rays, job.emitters, job.medium, job.geometry, options)
+        }
+    }
+}
+
 fn converge(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> (Reference, ReferenceFacts) {
     let bar = progress::bar("reference", rays.len() as u64);
     let clock = Instant::now();
-    let options = Options {
-        tolerance,
-        progress: &|rays| bar.inc(rays as u64),
-        ..Options::default()
-    };
-    let truth = reference(rays, job.emitters, job.medium, job.geometry, options);
+    let truth = truth_of(job, rays, tolerance, &|rays| bar.inc(rays as u64));
     bar.finish_and_clear();
     let mean = truth.mean();
     let absolute = !(mean > 0.0);
@@ -206,6 +229,7 @@ fn converge(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> (Reference, Referenc
         bound: truth.max_bound() / if absolute { 1.0 } else { mean },
         mean,
         absolute,
+        parts: job.parts,
     };
     (truth, facts)
 }

@@ -104,6 +104,19 @@ fn how_measured(html: &mut String, results: &Results) {
     } else {
         "Errors are divided by the reference's mean radiance, so 1 % is a hundredth of the mean brightness of the airlight."
     };
+    let way = match reference.parts {
+        None => format!(
+            "exact lit intervals of every ray × quadrature in double precision with a bound on its error, \
+by code that shares only its input with the methods: rays with their ends, lights, triangles. Asked for {} per pixel; the largest bound of a pixel is {}",
+            error(reference.tolerance, false),
+            error(reference.bound, reference.absolute)
+        ),
+        Some(parts) => format!(
+            "exact lit intervals of every ray, cut into {parts} parts, each times the exact transmittance of hair and smoke at two points of it, in double precision, \
+by code that shares only its input with the methods. The largest difference that it makes for a pixel to take one point of each part is {}, next to the edges of hair",
+            error(reference.bound, reference.absolute)
+        ),
+    };
     let repetitions = results.measurements.iter().map(|m| m.frame.repetitions);
     let (least, most) = (repetitions.clone().min(), repetitions.max());
     let repetitions = match (least, most) {
@@ -128,8 +141,7 @@ fn how_measured(html: &mut String, results: &Results) {
         "<h2>How this was measured</h2>\n<ul>\n\
 <li><b>What is compared</b>: the airlight, that is the light scattered towards the eye along each ray of the picture, summed over the lights. \
 Surfaces are the same for all methods and are left out of every error and every time.</li>\n\
-<li><b>Reference</b>: exact lit intervals of every ray × quadrature in double precision with a bound on its error, by code that shares only its input with the methods: rays with their ends, lights, triangles. \
-Asked for {} per pixel; the largest bound of a pixel is {}. Took {}. Mean radiance {}.</li>\n\
+<li><b>Reference</b>: {way}. Took {}. Mean radiance {}.</li>\n\
 <li><b>Errors</b>: linear radiance over all pixels and colour channels. {unit} RMSE is the root of the mean square, max the largest difference; \
 p99 is the 99th percentile of the error relative to the pixel itself.</li>\n\
 <li><b>Times</b>: the frame is the airlight of one picture from given rays, the median of {repetitions} taken in turns, with the fastest and the slowest as bars; \
@@ -137,8 +149,6 @@ build is what has to exist first: the tracing structure, or the shadow maps ({})
 <li><b>Shadow maps</b> set a floor: marches converge to what their map shows, not to the reference. Where a curve turns flat, more steps are wasted and a finer map is needed (<code>--map</code>). A frame of voxelized shadow volumes makes the voxels anew for each light. \
 A quadrature with a fixed number of nodes has a floor of its own where the light along a lit run has kinks: the edge of a spotlight, the faces of a bounded medium.</li>\n\
 <li><b>Total</b>: {}.</li>\n</ul>\n",
-        error(reference.tolerance, false),
-        error(reference.bound, reference.absolute),
         seconds(reference.seconds),
         crate::format::significant(reference.mean),
         escape(&results.shadow_maps),

@@ -1,28 +1,7 @@
-// Where a shadow map is found when this crate assembles the shader.
+// Where the depths of a shadow map are found when this crate assembles the
+// shader. Needs map_faces.wgsl.
 
-struct Map {
-    faces: array<light_Face, 6>,
-    face_count: u32,
-    resolution: u32,
-    // Of a march through the map.
-    samples: u32,
-    equi_angular: u32,
-}
-
-@group(1) @binding(0) var<uniform> map: Map;
 @group(1) @binding(1) var<storage> depth: array<f32>;
-
-fn light_map_faces() -> u32 {
-    return map.face_count;
-}
-
-fn light_map_resolution() -> u32 {
-    return map.resolution;
-}
-
-fn light_map_face(index: u32) -> light_Face {
-    return map.faces[index];
-}
 
 fn light_map_depth(index: u32) -> f32 {
     return depth[index];

@@ -1,6 +1,7 @@
 // Visibility: a march in equal steps of distance or angle, one lookup each.
 //
 // Needs
+//   fn light_march_visibility(point: vec3<f32>) -> f32
 //   fn light_march_samples() -> u32
 //   fn light_march_is_equi_angular() -> bool
 
@@ -47,8 +48,11 @@ fn light_next_lit(look: ptr<function, light_Look>, path: light_Path) -> light_Li
         }
         let middle = light_march_position(*look, path, (f32(i) + 0.5) * step);
         (*look).start = max(start, end);
-        if start < end && light_is_lit(path.origin + middle * path.direction) {
-            return light_Lit(start, end, 1.0);
+        if start < end {
+            let visibility = light_march_visibility(path.origin + middle * path.direction);
+            if visibility > 0.0 {
+                return light_Lit(start, end, visibility);
+            }
         }
     }
     return light_Lit(0.0, 0.0, 0.0);

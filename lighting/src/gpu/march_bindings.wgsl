@@ -1,4 +1,4 @@
-// Steps of a march when this crate assembles the shader. Needs map_bindings.wgsl.
+// Steps of a march when this crate assembles the shader. Needs map_faces.wgsl.
 
 fn light_march_samples() -> u32 {
     return map.samples;

@@ -66,5 +66,10 @@ pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
 pub const LIT: &str = include_str!("lit.wgsl");
 /// A picture plane of a light.
 pub const FACE: &str = include_str!("face.wgsl");
+/// Where a point is in the pictures of a light.
+pub const PLACE: &str = include_str!("place.wgsl");
 /// Lookup in a shadow map.
 pub const MAP: &str = include_str!("map.wgsl");
+/// Lookup in a map of transmittance.
+#[cfg(feature = "translucent")]
+pub const VEIL: &str = include_str!("veil.wgsl");

@@ -140,6 +140,10 @@ mod map {
 
     use crate::shadow_map::ShadowMap;
     use crate::shadow_map::raster::{Face, Rays};
+    #[cfg(feature = "translucent")]
+    use crate::translucent::StoredMap;
+    #[cfg(feature = "translucent")]
+    use crate::visibility::TransmittanceMarch;
     use crate::visibility::{ShadowMapMarch, Spacing};
 
     /// `light_Face` of `map.wgsl`.
@@ -178,7 +182,7 @@ mod map {
         }
     }
 
-    /// `Map` of `map_bindings.wgsl`.
+    /// `Map` of `map_faces.wgsl`.
     #[repr(C)]
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
     pub(in crate::gpu) struct Map {
@@ -191,16 +195,31 @@ mod map {
 
     impl Map {
         pub(in crate::gpu) fn new(map: &ShadowMap<GpuMemory>) -> Self {
+            Self::of_faces(map.faces(), map.resolution())
+        }
+
+        fn of_faces(all: &[Face], resolution: u32) -> Self {
             let mut faces = [FaceRecord::zeroed(); 6];
-            for (record, face) in faces.iter_mut().zip(map.faces()) {
+            for (record, face) in faces.iter_mut().zip(all) {
                 *record = FaceRecord::new(face);
             }
             Self {
                 faces,
-                face_count: map.faces().len() as u32,
-                resolution: map.resolution(),
+                face_count: all.len() as u32,
+                resolution,
                 samples: 0,
                 equi_angular: 0,
+            }
+        }
+
+        #[cfg(feature = "translucent")]
+        pub(in crate::gpu) fn of_transmittance_march(
+            march: &TransmittanceMarch<'_, StoredMap<GpuMemory>>,
+        ) -> Self {
+            Self {
+                samples: march.samples(),
+                equi_angular: u32::from(march.spacing() == Spacing::EquiAngular),
+                ..Self::of_faces(march.map().faces(), march.map().resolution())
             }
         }
 

@@ -61,8 +61,11 @@ mod march {
         fn parts() -> &'static [&'static str] {
             &[
                 crate::gpu::FACE,
+                crate::gpu::PLACE,
                 crate::gpu::MAP,
+                include_str!("map_faces.wgsl"),
                 include_str!("map_bindings.wgsl"),
+                include_str!("lit_march.wgsl"),
                 include_str!("march.wgsl"),
                 include_str!("march_bindings.wgsl"),
             ]
@@ -72,6 +75,54 @@ mod march {
             vec![
                 Argument::uniform(Map::of_march(self)),
                 Argument::read(self.map().depth()),
+            ]
+        }
+    }
+}
+
+#[cfg(feature = "translucent")]
+mod translucent {
+    use gpu_backend::gpu::{Argument, GpuMemory};
+    use transmittance::gpu::lookup_parts;
+    use transmittance::{Filter, Packed};
+
+    use super::WgslVisibility;
+    use crate::gpu::scene::Map;
+    use crate::translucent::StoredMap;
+    use crate::visibility::TransmittanceMarch;
+
+    impl WgslVisibility for TransmittanceMarch<'_, StoredMap<GpuMemory>> {
+        fn parts() -> &'static [&'static str] {
+            const LOOKUP: [&str; 7] = lookup_parts::<Packed<8>, 1>();
+            &[
+                crate::gpu::FACE,
+                crate::gpu::PLACE,
+                include_str!("map_faces.wgsl"),
+                LOOKUP[0],
+                LOOKUP[1],
+                LOOKUP[2],
+                LOOKUP[3],
+                LOOKUP[4],
+                LOOKUP[5],
+                crate::gpu::VEIL,
+                include_str!("veil_bindings.wgsl"),
+                include_str!("march.wgsl"),
+                include_str!("march_bindings.wgsl"),
+            ]
+        }
+
+        fn constants(&self) -> Vec<(&'static str, f64)> {
+            let is_bilinear = self.map().filter() == Filter::Bilinear;
+            vec![
+                ("BILINEAR", f64::from(u8::from(is_bilinear))),
+                ("FACE_WORDS", f64::from(self.map().face_words())),
+            ]
+        }
+
+        fn arguments(&self) -> Vec<Argument<'_>> {
+            vec![
+                Argument::uniform(Map::of_transmittance_march(self)),
+                Argument::read(self.map().words()),
             ]
         }
     }

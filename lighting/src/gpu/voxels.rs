@@ -63,7 +63,9 @@ impl WgslFirstBlocker for ShadowMap<GpuMemory> {
     fn parts() -> &'static [&'static str] {
         &[
             super::FACE,
+            super::PLACE,
             super::MAP,
+            include_str!("map_faces.wgsl"),
             include_str!("map_bindings.wgsl"),
             include_str!("first_blocker.wgsl"),
         ]

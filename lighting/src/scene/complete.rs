@@ -2,9 +2,12 @@
 
 use std::fmt;
 
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 
-use super::{Bounds, Camera, Light, Medium, PhaseFunction, PointLight, Scene, SceneError};
+use super::{
+    Bounds, Camera, Instance, Light, Medium, Mesh, PhaseFunction, PointLight, Scene, SceneError,
+    Translucent,
+};
 
 /// Something that was placed because the scene did not bring it. Its
 /// `Display` form is a sentence for the user.
@@ -17,6 +20,8 @@ pub enum Placement {
     Light(PointLight),
     /// A grey fog through which about half of the light crosses the scene.
     Medium(Medium),
+    /// A square floor at this height, which is all that there is to be seen.
+    Floor(f32),
 }
 
 impl fmt::Display for Placement {
@@ -38,11 +43,51 @@ impl fmt::Display for Placement {
                 medium.sigma_s().x,
                 medium.sigma_a().x
             ),
+            Self::Floor(height) => write!(
+                f,
+                "the scene has no surfaces: laid a floor below it at y = {height:.3}"
+            ),
         }
     }
 }
 
 impl Scene {
+    /// A box around all that is translucent; `None` if nothing is.
+    pub fn translucent_bounds(&self) -> Option<Bounds> {
+        let each = self.translucent.iter().filter_map(Translucent::bounds);
+        each.reduce(Bounds::around)
+    }
+
+    /// Lays a floor below hair and smoke if nothing is placed in the scene but
+    /// these, so that there is something to be seen: a square at the lower end
+    /// of them, three times as wide as they are.
+    pub fn lay_floor(&mut self) -> Option<Placement> {
+        let bounds = self.translucent_bounds()?;
+        if !self.instances.is_empty() {
+            return None;
+        }
+        let centre = 0.5 * (bounds.min() + bounds.max());
+        let size = bounds.max() - bounds.min();
+        let (half, height) = (1.5 * size.x.max(size.z), bounds.min().y);
+        let corner = |x: f32, z: f32| Vec3::new(centre.x + x * half, height, centre.z + z * half);
+        self.meshes.push(Mesh {
+            name: "floor".into(),
+            positions: vec![
+                corner(-1.0, -1.0),
+                corner(-1.0, 1.0),
+                corner(1.0, 1.0),
+                corner(1.0, -1.0),
+            ],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        });
+        self.instances.push(Instance {
+            mesh: self.meshes.len() - 1,
+            transform: Affine3A::IDENTITY,
+        });
+        Some(Placement::Floor(height))
+    }
+
     /// Places a camera and a light if the scene has none, so that all of
     /// `bounds` is in view, and returns what was placed.
     ///
@@ -101,6 +146,30 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Geometry, Particle, Particles, Profile};
+
+    #[test]
+    fn hair_and_smoke_stand_on_a_floor_where_there_is_nothing_else() {
+        let puff = Particle {
+            centre: Vec3::new(5.0, 2.0, 0.0),
+            radius: 1.0,
+            sigma_t: 1.0,
+        };
+        let puffs = Particles::new(vec![puff], Profile::Soft).unwrap();
+        let mut scene = Scene {
+            translucent: vec![puffs.into()],
+            ..Scene::default()
+        };
+        let placed = scene.lay_floor().unwrap();
+        assert!(placed.to_string().contains("y = 1.000"), "{placed}");
+        let geometry = Geometry::new(&scene).unwrap();
+        assert_eq!(geometry.triangles().len(), 2);
+        let [a, b, c] = geometry.triangles()[0];
+        assert!((b - a).cross(c - a).y > 0.0, "seen from above");
+        assert!(geometry.bounds().max().x > 7.9 && geometry.bounds().min().x < 2.1);
+        assert_eq!(scene.lay_floor(), None);
+        assert_eq!(Scene::default().lay_floor(), None);
+    }
 
     #[test]
     fn all_of_the_scene_is_in_view_and_nothing_is_replaced() {

@@ -8,6 +8,7 @@ use super::{Casters, FaceBlockers};
 use crate::Emitter;
 use crate::shadow_map::raster::Face;
 use crate::shadow_map::{faces, locate};
+use crate::visibility::SurfaceShadow;
 
 /// The largest number of texels per side of a face.
 pub const MAX_RESOLUTION: u32 = 16384;
@@ -120,6 +121,11 @@ impl<T> TransmittanceMap<T> {
         &self.curves
     }
 
+    /// How it is asked between texel centres.
+    pub fn filter(&self) -> Filter {
+        self.filter
+    }
+
     /// Memory used by curves of fixed size, bytes.
     pub fn bytes(&self) -> u64 {
         let texels = self.curves.iter().map(|map| map.texels().len() as u64);
@@ -146,6 +152,13 @@ impl<T: Evaluate> TransmittanceMap<T> {
             depth: place.depth,
         };
         self.curves[place.face].transmittance(receiver, self.filter)[0]
+    }
+}
+
+/// For maps without opaque casters: a surface that is one would shadow itself.
+impl<T: Evaluate + Sync> SurfaceShadow for TransmittanceMap<T> {
+    fn reaching(&self, point: Vec3, _: Vec3) -> f32 {
+        self.transmittance(point)
     }
 }
 

@@ -30,6 +30,7 @@ mod blockers;
 mod grid;
 mod map;
 mod particles;
+mod stored;
 mod strands;
 #[cfg(test)]
 mod tests;
@@ -37,6 +38,7 @@ mod view;
 
 pub use blockers::FaceBlockers;
 pub use map::{MAX_RESOLUTION, TransmittanceMap, TransmittanceMapError};
+pub use stored::StoredMap;
 
 use crate::scene::{Bounds, Geometry, Translucent};
 

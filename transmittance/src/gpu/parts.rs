@@ -83,7 +83,7 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> WgslR
 
 /// The parts of a shader that looks up curves stored as `P`. It has to define
 /// `fn avsm_word(index: u32) -> u32`, the words of the map.
-pub fn lookup_parts<P: WgslStored<C>, const C: usize>() -> [&'static str; 7] {
+pub const fn lookup_parts<P: WgslStored<C>, const C: usize>() -> [&'static str; 7] {
     [
         P::SIZES,
         NUMERIC,

@@ -9,10 +9,6 @@ pub(crate) const RESOLUTION: u32 = 256;
 /// Of the map's rays every one in this many, along both sides.
 const STRIDE: usize = 8;
 
-/// At most this many rays, spread over those that meet at least a quarter as
-/// many blockers as the fullest.
-const MOST_RAYS: usize = 96;
-
 /// No more rays are taken beyond this many segments.
 const MOST_SEGMENTS: usize = 1 << 21;
 
@@ -20,7 +16,7 @@ const MOST_SEGMENTS: usize = 1 << 21;
 const SAMPLES: usize = 128;
 
 /// Ends of segments, per ray, at which the largest error may be.
-const MOST_ENDS: usize = 512;
+const MOST_ENDS: usize = 256;
 
 /// Depths of a plotted line.
 const PLOTTED: usize = 500;
@@ -45,8 +41,10 @@ pub(crate) struct Ray {
 }
 
 impl Rays {
-    /// Rays through what a face sees; `None` if it sees nothing.
-    pub(crate) fn collect(blockers: &FaceBlockers<'_>) -> Option<Self> {
+    /// At most `most` rays through what a face sees, spread over those that meet
+    /// at least a quarter as many blockers as the fullest; `None` if it sees
+    /// nothing.
+    pub(crate) fn collect(blockers: &FaceBlockers<'_>, most: usize) -> Option<Self> {
         let side = blockers.resolution() as usize;
         let per_row = side.div_ceil(STRIDE);
         let mut found = vec![Vec::new(); per_row * per_row];
@@ -67,9 +65,9 @@ impl Rays {
             });
         }
         // Where there are few blockers, there is nothing to be chosen.
-        let most = found.iter().map(Vec::len).max().unwrap_or(0);
-        found.retain(|segments| 4 * segments.len() >= most.max(1));
-        let stride = found.len().div_ceil(MOST_RAYS).max(1);
+        let fullest = found.iter().map(Vec::len).max().unwrap_or(0);
+        found.retain(|segments| 4 * segments.len() >= fullest.max(1));
+        let stride = found.len().div_ceil(most).max(1);
         let kept = found.into_iter().step_by(stride);
         let rays: Vec<Ray> = kept.filter_map(Ray::new).collect();
         (!rays.is_empty()).then_some(Self { rays })

@@ -11,7 +11,7 @@ use crate::shadow_map::{Casters, RenderShadowMap};
 use crate::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
 use crate::{AirlightEvaluator, Emitter, Gather, Ray, VisibilitySource};
 
-fn gathered<B, V, A>(
+pub(super) fn gathered<B, V, A>(
     backend: &B,
     rays: &[Ray],
     light: &Emitter,
@@ -32,7 +32,7 @@ where
 
 /// What a light that shines everywhere would give, which is what errors at the
 /// border of a cone are measured by.
-fn without_borders(light: &Emitter) -> Emitter {
+pub(super) fn without_borders(light: &Emitter) -> Emitter {
     match light {
         Emitter::Point(point) => Emitter::point(
             point.position(),
@@ -55,7 +55,7 @@ fn without_borders(light: &Emitter) -> Emitter {
 /// about 4 ε D on the GPU, where the CPU has f64; the radiance is inversely
 /// proportional to it and the phase function and emission turn with it, up to
 /// a few times as fast: 16 ε D/h.
-fn allowed(ray: &Ray, light: &Emitter) -> f32 {
+pub(super) fn allowed(ray: &Ray, light: &Emitter) -> f32 {
     let epsilon = 0.5_f32.powi(24);
     let Emitter::Point(point) = light else {
         return 256.0 * epsilon;

@@ -6,6 +6,8 @@ mod agreement;
 mod maps;
 #[cfg(feature = "march")]
 mod scenes;
+#[cfg(feature = "translucent")]
+mod translucent;
 
 use ::airlight::Table;
 use ::airlight::gpu::PHASE;
@@ -87,6 +89,20 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
             equi_angular
         }
     );
+}
+
+#[cfg(feature = "translucent")]
+#[test]
+fn marches_through_transmittance_compile_with_every_evaluator() {
+    use gpu_backend::gpu::GpuMemory;
+
+    use crate::translucent::StoredMap;
+    use crate::visibility::TransmittanceMarch;
+
+    complete::<TransmittanceMarch<'_, StoredMap<GpuMemory>>, Midpoint>();
+    complete::<TransmittanceMarch<'_, StoredMap<GpuMemory>>, EquiAngular>();
+    complete::<TransmittanceMarch<'_, StoredMap<GpuMemory>>, Quadrature>();
+    complete::<MergeTouching<TransmittanceMarch<'_, StoredMap<GpuMemory>>>, Analytic<Table>>();
 }
 
 #[cfg(feature = "voxel-shadow")]
