@@ -83,6 +83,7 @@ mod bake;
 mod build;
 mod bytes;
 mod casters;
+mod chain;
 mod checkpoint;
 mod column;
 mod dag;

@@ -111,17 +111,20 @@ impl Nodes for Plain<'_> {
     }
 }
 
-/// Values of a child in a shape that say that there is no reference.
+/// Values of a child in a shape that say that no reference is stored for it.
 pub(crate) mod slot {
     pub(crate) const LIT: u32 = 8;
     pub(crate) const SHADOWED: u32 = 9;
+    /// From here on: the reference of the child in front, plus what the value
+    /// is above this.
+    pub(crate) const AFTER: u32 = 10;
 }
 
 /// The number of a shape, followed by the references that differ.
 ///
 /// A *shape* says for each child, in four bits, which of the references it
 /// has, or that it is lit or shadowed: equal neighbours along the light cost
-/// nothing. Nodes are sorted by their number of references, so that the
+/// nothing, and neither do masks whose number is the next. Nodes are sorted by their number of references, so that the
 /// number of a node says where it is, and numbers of nodes, shapes and masks
 /// take as many bits as the level needs.
 #[derive(Debug, Clone, Copy)]
@@ -160,15 +163,22 @@ impl Nodes for Packed<'_> {
 
     #[inline]
     fn child(&self, node: PackedNode, child: u32) -> Reference {
-        match node.shape >> (4 * child) & 15 {
-            slot::LIT => LIT,
-            slot::SHADOWED => SHADOWED,
-            slot => load_bits(
-                self.bytes,
-                node.at + u64::from(slot) * u64::from(node.width),
-                node.width,
-            ),
+        let mut slot = node.shape >> (4 * child) & 15;
+        let mut steps = 0;
+        match slot {
+            slot::LIT => return LIT,
+            slot::SHADOWED => return SHADOWED,
+            _ => {}
         }
+        // In front of the first child there is nothing in a sound file.
+        let mut stored = child;
+        while slot >= slot::AFTER && stored > 0 {
+            steps += slot - slot::AFTER;
+            stored -= 1;
+            slot = node.shape >> (4 * stored) & 15;
+        }
+        let at = node.at + u64::from(slot) * u64::from(node.width);
+        load_bits(self.bytes, at, node.width).wrapping_add(steps)
     }
 
     #[inline]

@@ -53,12 +53,20 @@ fn dag_node(dag: dag_Shadows, level: u32, reference: u32) -> dag_Node {
 
 // The reference to child 0 to 7.
 fn dag_child(node: dag_Node, child: u32) -> u32 {
-    let slot = (node.shape >> (4u * child)) & 15u;
+    var slot = (node.shape >> (4u * child)) & 15u;
     if slot == 8u {
         return dag_LIT;
     }
     if slot == 9u {
         return dag_SHADOWED;
     }
-    return dag_bits(node.references + slot * node.width, node.width);
+    // From 10 on: what the child in front of it is, and so much more.
+    var steps = 0u;
+    var stored = child;
+    while slot > 9u && stored > 0u {
+        steps += slot - 10u;
+        stored -= 1u;
+        slot = (node.shape >> (4u * stored)) & 15u;
+    }
+    return dag_bits(node.references + slot * node.width, node.width) + steps;
 }
