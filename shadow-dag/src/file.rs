@@ -194,7 +194,7 @@ fn shape(children: &Children, most: u32) -> (u32, Vec<Reference>) {
 /// if its shape makes no sense.
 fn children(shape: u32, stored: &[Reference]) -> Option<Children> {
     let mut found = [LIT; 8];
-    let mut before = None;
+    let mut before: Option<Reference> = None;
     for (i, child) in found.iter_mut().enumerate() {
         *child = match shape >> (4 * i) & 15 {
             slot::LIT => LIT,
