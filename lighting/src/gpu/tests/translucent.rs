@@ -38,7 +38,7 @@ fn puffs() -> Translucent {
                 8.0 * share(0.732) - 3.0,
             ),
             radius: 0.4 + 0.4 * share(0.236),
-            sigma_t: 1.5 + 3.0 * share(0.318),
+            sigma_t: 1.5 + 3.0 * share(0.317),
         }
     };
     let all = (0..60).map(puff).collect();
