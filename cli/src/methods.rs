@@ -152,7 +152,7 @@ pub(crate) struct Method {
 const STEPS: &[u32] = &[4, 8, 16, 32, 64, 128, 256];
 const QUICK_STEPS: &[u32] = &[8, 32, 128];
 const VOXELS: &[u32] = &[64, 128, 256, 512, 1024];
-const QUICK_VOXELS: &[u32] = &[128, 512];
+const QUICK_VOXELS: &[u32] = &[64, 256];
 const GRIDS: &[u32] = &[256, 512, 1024, 2048, 4096, 8192];
 const QUICK_GRIDS: &[u32] = &[512, 2048];
 
@@ -285,7 +285,7 @@ pub(crate) static METHODS: &[Method] = &[
         quality: Quality::Samples { detail: 8 },
         qualities: VOXELS,
         quick: QUICK_VOXELS,
-        pictured: 512,
+        pictured: 256,
         title: "voxelized shadow volumes, average",
         purpose: "least work per ray, at any number of blockers; its error has a floor",
         paper: "Wyman, Voxelized Shadow Volumes, HPG 2011; the gather of Wyman and Dai, HPG 2013",
@@ -296,7 +296,7 @@ pub(crate) static METHODS: &[Method] = &[
         quality: Quality::Samples { detail: 1 },
         qualities: VOXELS,
         quick: QUICK_VOXELS,
-        pictured: 512,
+        pictured: 256,
         title: "voxelized shadow volumes, bit by bit",
         purpose: "the same bits with a weight each: no floor but that of the shadow map",
         paper: "Wyman, Voxelized Shadow Volumes, HPG 2011",
@@ -307,7 +307,7 @@ pub(crate) static METHODS: &[Method] = &[
         quality: Quality::Samples { detail: 8 },
         qualities: VOXELS,
         quick: QUICK_VOXELS,
-        pictured: 512,
+        pictured: 256,
         title: "voxelized shadow volumes, run by run",
         purpose: "the same bits by runs: any light, as few evaluations as can be",
         paper: "Wyman, Voxelized Shadow Volumes, HPG 2011, for the bits",
@@ -318,7 +318,7 @@ pub(crate) static METHODS: &[Method] = &[
         quality: Quality::Samples { detail: 64 },
         qualities: VOXELS,
         quick: QUICK_VOXELS,
-        pictured: 512,
+        pictured: 256,
         title: "voxelized shadow volumes by table",
         purpose: "point lights: one texel for the visibility of a ray, two lookups for a run",
         paper: "Wyman, HPG 2011, for the bits; Sun et al., SIGGRAPH 2005, for the integral",

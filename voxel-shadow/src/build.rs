@@ -27,8 +27,8 @@ pub trait BuildGrid: Backend {
     /// Shadows every voxel that is farther from the light than one in shadow: an
     /// inclusive OR-scan along α. To do it twice changes nothing.
     ///
-    /// Reads and writes every word once on the CPU; on a GPU a scan of blocks of
-    /// 128 rows, with ⌈log₁₂₈ α⌉ levels.
+    /// Reads and writes every word once on the CPU, and where the processor plays
+    /// the GPU; on a GPU a scan of blocks of 128 rows, with ⌈log₁₂₈ α⌉ levels.
     ///
     /// # Errors
     /// Errors of the backend.

@@ -112,6 +112,9 @@ pub(crate) struct Session<'a, B: Renderer> {
 /// Emitters on which the time of all shadow maps is estimated.
 const PROBE_MAPS: usize = 4;
 
+/// Emitters on which the time of voxels is estimated.
+const PROBE_VOXELS: usize = 2;
+
 /// Share of the time left that all shadow maps may take.
 const MAPS_SHARE: f64 = 0.5;
 
@@ -303,22 +306,34 @@ impl<B: Renderer> Measure for Session<'_, B> {
     }
 
     fn probe(&self, (rays, size): (&[Ray], Size)) -> Result<Vec<Cost>, Failure> {
-        let one = self.stage(&rays[..rays.len().min(1)], size)?;
-        let all = self.stage(rays, size)?;
+        let mut one = self.stage(&rays[..rays.len().min(1)], size)?;
+        let mut all = self.stage(rays, size)?;
         let mut costs = Vec::with_capacity(self.candidates.len());
+        let mut warm: Option<&Method> = None;
         for candidate in &self.candidates {
             if self.lacks(candidate).is_some() {
                 costs.push(Cost::default());
                 continue;
             }
-            // The first run builds the pipeline.
-            timed(&one, candidate)?;
+            // Voxels of all lights of a city would take most of the time.
+            let every = self.job.emitters;
+            let few = match candidate.method.visibility.voxel_detail() {
+                Some(_) => &every[..every.len().min(PROBE_VOXELS)],
+                None => every,
+            };
+            (one.emitters, all.emitters) = (few, few);
+            let scale = every.len() as f64 / few.len().max(1) as f64;
+            // The first run of a method builds its pipelines.
+            if !warm.is_some_and(|method| std::ptr::eq(method, candidate.method)) {
+                timed(&one, candidate)?;
+                warm = Some(candidate.method);
+            }
             let (start, _) = timed(&one, candidate)?;
             let (seconds, _) = timed(&all, candidate)?;
             let more = rays.len().saturating_sub(1).max(1);
             costs.push(Cost {
-                start,
-                per_ray: (seconds - start).max(0.0) / more as f64,
+                start: scale * start,
+                per_ray: scale * (seconds - start).max(0.0) / more as f64,
             });
         }
         Ok(costs)

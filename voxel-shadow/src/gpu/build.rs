@@ -62,17 +62,49 @@ impl<E: Encode> BuildGrid for Gpu<E> {
     }
 
     fn extrude(&self, grid: &mut Grid<GpuMemory>) -> Result<(), Error> {
-        let resolution = grid.resolution();
-        let parameters = Parameters {
-            rows: resolution.alpha(),
-            columns: resolution.words_per_row() as u32,
+        let scan = if self.is_software() {
+            Scan::Columns
+        } else {
+            Scan::Blocks
         };
-        scan(self, parameters, grid.words_mut())
+        extrude_by(self, grid, scan)
+    }
+}
+
+/// How a grid is scanned; the result is the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scan {
+    /// In parallel along the rows too, in workgroups with barriers.
+    Blocks,
+    /// Each column by one invocation: reads and writes once, but leaves idle what
+    /// a GPU has beyond the columns. Processors that play a GPU are ten times as
+    /// slow at barriers.
+    Columns,
+}
+
+pub(super) fn extrude_by<E: Encode>(
+    gpu: &Gpu<E>,
+    grid: &mut Grid<GpuMemory>,
+    scan: Scan,
+) -> Result<(), Error> {
+    let resolution = grid.resolution();
+    let parameters = Parameters {
+        rows: resolution.alpha(),
+        columns: resolution.words_per_row() as u32,
+    };
+    let words = grid.words_mut();
+    match scan {
+        Scan::Blocks => scan_blocks(gpu, parameters, words),
+        Scan::Columns => Ok(gpu.dispatch(
+            &kernel(EXTRUDE, "scan_columns"),
+            &[&[Argument::uniform(parameters), Argument::write(words)]],
+            Workgroups::covering(parameters.columns as usize, GROUP),
+        )?),
     }
 }
 
 /// Scans blocks of rows, then the last rows of all blocks.
-fn scan<E: Encode>(
+fn scan_blocks<E: Encode>(
     gpu: &Gpu<E>,
     parameters: Parameters,
     words: &mut GpuBuffer<u32>,
@@ -96,7 +128,7 @@ fn scan<E: Encode>(
         rows: blocks,
         columns,
     };
-    scan(gpu, level, &mut carry)?;
+    scan_blocks(gpu, level, &mut carry)?;
     let later = (rows - BLOCK) as usize * columns as usize;
     gpu.dispatch(
         &kernel(EXTRUDE, "add_carry"),

@@ -3,7 +3,8 @@
 // A workgroup scans a block of 128 rows of 16 columns; the last row of each block
 // goes to `carry`, which is scanned in the same way and then combined with all
 // rows of the following block. Each invocation has 8 rows of a column, and
-// the 16 of a column combine theirs in four steps.
+// the 16 of a column combine theirs in four steps. `scan_columns` does without
+// barriers: an invocation goes down a column by itself.
 
 const COLUMNS: u32 = 16u;
 const SEGMENTS: u32 = 16u;
@@ -76,5 +77,24 @@ fn add_carry(
     let i = block + gpu_index(workgroup, workgroups, local, 64u);
     if i < parameters.rows * parameters.columns {
         words[i] |= carry[(i / block - 1u) * parameters.columns + i % parameters.columns];
+    }
+}
+
+// One invocation per column.
+@compute @workgroup_size(64)
+fn scan_columns(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let column = gpu_index(workgroup, workgroups, local, 64u);
+    if column >= parameters.columns {
+        return;
+    }
+    var sum = 0u;
+    for (var row = 0u; row < parameters.rows; row += 1u) {
+        let i = row * parameters.columns + column;
+        sum |= words[i];
+        words[i] = sum;
     }
 }

@@ -7,7 +7,7 @@ use gpu_backend::gpu::{Argument, Gpu, Queued};
 use gpu_backend::testing::{self, Shader};
 use gpu_backend::{Backend, Cpu, Download, Host, assert_same_layout};
 
-use super::build::{self, BLOCK, EXTRUDE, VOXELISE};
+use super::build::{self, BLOCK, EXTRUDE, Scan, VOXELISE, extrude_by};
 use super::query::{self, INTERVALS, QUERY};
 use super::rectify::{TRIANGLES, TriangleParameters, parts};
 use super::*;
@@ -173,14 +173,21 @@ fn bits_are_those_of_the_cpu_for_the_same_index_map() {
             "{context}"
         );
         cpu.extrude(&mut expected).unwrap();
-        for _ in 0..2 {
-            gpu.extrude(&mut grid).unwrap();
-            assert_eq!(
-                &gpu.download(grid.words()).unwrap(),
-                expected.words(),
-                "{context}"
-            );
+        // By either scan, from what the other has not touched; twice is once.
+        let voxels = gpu.download(grid.words()).unwrap();
+        for scan in [Scan::Blocks, Scan::Columns] {
+            let mut grid = Grid::from_words(resolution, gpu.upload(&voxels).unwrap()).unwrap();
+            for _ in 0..2 {
+                extrude_by(&gpu, &mut grid, scan).unwrap();
+                assert_eq!(
+                    &gpu.download(grid.words()).unwrap(),
+                    expected.words(),
+                    "{context} {scan:?}"
+                );
+            }
         }
+        gpu.extrude(&mut grid).unwrap();
+        assert_eq!(&gpu.download(grid.words()).unwrap(), expected.words());
     }
     let one = Resolution::new(4, 4, 32).unwrap();
     let other = Resolution::new(4, 4, 64).unwrap();
