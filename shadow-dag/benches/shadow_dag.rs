@@ -120,10 +120,9 @@ fn batches<B: Query + Download>(c: &mut Criterion, name: &str, backend: &B) {
     let plain = Builder::new().build(&Cpu::new(), &maps).expect("built");
     let voxels = receivers(&maps);
     let size = FilterSize::new(9).expect("an odd width");
-    group.throughput(Throughput::Elements(voxels.len() as u64));
     // Along the surface, at a slant to all axes.
     let ray = |voxel: &IVec3| RayRecord::new(voxel.as_vec3(), Vec3::new(1.0, 0.3, -0.2), 512.0);
-    let rays: Vec<_> = voxels.iter().map(ray).collect();
+    let rays: Vec<_> = voxels.iter().step_by(128).map(ray).collect();
     let voxels: Vec<[i32; 4]> = voxels
         .iter()
         .map(|voxel| voxel.extend(0).to_array())
@@ -132,6 +131,7 @@ fn batches<B: Query + Download>(c: &mut Criterion, name: &str, backend: &B) {
     let rays_there = backend.upload(&rays).expect("uploaded");
     let mut lit = backend.zeros(voxels.len()).expect("made");
     let mut shares = backend.zeros(voxels.len()).expect("made");
+    let mut lengths = backend.zeros(rays.len()).expect("made");
     for form in [Form::Plain, Form::Packed] {
         let dag = plain
             .to_form(form)
@@ -139,6 +139,7 @@ fn batches<B: Query + Download>(c: &mut Criterion, name: &str, backend: &B) {
             .upload(backend)
             .expect("uploaded");
         let id = |what: &str| BenchmarkId::new(format!("{name}, {what}"), format!("{form:?}"));
+        group.throughput(Throughput::Elements(voxels.len() as u64));
         group.bench_function(id("voxel"), |b| {
             b.iter(|| {
                 backend.is_lit(&dag, &there, &mut lit).expect("asked");
@@ -153,10 +154,11 @@ fn batches<B: Query + Download>(c: &mut Criterion, name: &str, backend: &B) {
                 backend.wait().expect("done");
             });
         });
+        group.throughput(Throughput::Elements(rays.len() as u64));
         group.bench_function(id("ray"), |b| {
             b.iter(|| {
                 backend
-                    .lit_length(&dag, &rays_there, &mut shares)
+                    .lit_length(&dag, &rays_there, &mut lengths)
                     .expect("asked");
                 backend.wait().expect("done");
             });
