@@ -1,7 +1,8 @@
 //! Building, baking and asking, as ratios within one run.
 //!
 //! Groups are algorithms, ids variants and sizes; throughput in texels for
-//! building, voxels for questions.
+//! building, voxels or rays for questions. With the feature `wgpu` batches run
+//! on a GPU too, if there is one.
 
 #[allow(dead_code, reason = "the figures use other parts of it")]
 mod scenes;
@@ -9,10 +10,13 @@ mod scenes;
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use glam::IVec3;
-use gpu_backend::Cpu;
+use glam::{IVec3, Vec3};
+use gpu_backend::{Cpu, Download};
 use scenes::Maps;
-use shadow_dag::{Builder, Casters, FilterSize, Form, Mesh, Resolution, Rule, ShadowDag};
+use shadow_dag::{
+    Builder, Casters, FilterSize, Form, Mesh, Query, RayRecord, Resolution, Rule, ShadowDag,
+    TileRect,
+};
 
 fn city(side: u32) -> Mesh {
     let resolution = Resolution::new(side).expect("a power of two");
@@ -108,5 +112,93 @@ fn ask(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, build, bake, ask);
+/// Questions in batches, where the nodes are.
+fn batches<B: Query + Download>(c: &mut Criterion, name: &str, backend: &B) {
+    let mut group = c.benchmark_group("batch");
+    group.sample_size(10);
+    let maps = Maps::of(&city(4096)).expect("maps of a mesh");
+    let plain = Builder::new().build(&Cpu::new(), &maps).expect("built");
+    let voxels = receivers(&maps);
+    let size = FilterSize::new(9).expect("an odd width");
+    // Along the surface, at a slant to all axes.
+    let ray = |voxel: &IVec3| RayRecord::new(voxel.as_vec3(), Vec3::new(1.0, 0.3, -0.2), 512.0);
+    let rays: Vec<_> = voxels.iter().step_by(128).map(ray).collect();
+    let voxels: Vec<[i32; 4]> = voxels
+        .iter()
+        .map(|voxel| voxel.extend(0).to_array())
+        .collect();
+    let there = backend.upload(&voxels).expect("uploaded");
+    let rays_there = backend.upload(&rays).expect("uploaded");
+    let mut lit = backend.zeros(voxels.len()).expect("made");
+    let mut shares = backend.zeros(voxels.len()).expect("made");
+    let mut lengths = backend.zeros(rays.len()).expect("made");
+    for form in [Form::Plain, Form::Packed] {
+        let dag = plain
+            .to_form(form)
+            .expect("turned")
+            .upload(backend)
+            .expect("uploaded");
+        let id = |what: &str| BenchmarkId::new(format!("{name}, {what}"), format!("{form:?}"));
+        group.throughput(Throughput::Elements(voxels.len() as u64));
+        group.bench_function(id("voxel"), |b| {
+            b.iter(|| {
+                backend.is_lit(&dag, &there, &mut lit).expect("asked");
+                backend.wait().expect("done");
+            });
+        });
+        group.bench_function(id("9x9"), |b| {
+            b.iter(|| {
+                backend
+                    .filter(&dag, size, &there, &mut shares)
+                    .expect("asked");
+                backend.wait().expect("done");
+            });
+        });
+        group.throughput(Throughput::Elements(rays.len() as u64));
+        group.bench_function(id("ray"), |b| {
+            b.iter(|| {
+                backend
+                    .lit_length(&dag, &rays_there, &mut lengths)
+                    .expect("asked");
+                backend.wait().expect("done");
+            });
+        });
+    }
+    group.finish();
+}
+
+/// Reads one tile of a large map.
+fn peel(c: &mut Criterion, name: &str, casters: &dyn Casters) {
+    let tile = TileRect {
+        x: 1024,
+        y: 1024,
+        side: 512,
+    };
+    let (mut enter, mut exit) = (vec![0; tile.len()], vec![0; tile.len()]);
+    let mut group = c.benchmark_group("peel");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(tile.len() as u64));
+    group.bench_function(BenchmarkId::new(name, 4096), |b| {
+        b.iter(|| casters.read(tile, &mut enter, &mut exit).expect("read"));
+    });
+    group.finish();
+}
+
+fn backends(c: &mut Criterion) {
+    let mesh = city(4096);
+    batches(c, "cpu", &Cpu::new());
+    peel(c, "cpu", &mesh);
+    #[cfg(feature = "wgpu")]
+    match gpu_backend::gpu::Gpu::request() {
+        Ok(gpu) => {
+            let name = gpu_backend::Backend::name(&gpu).to_owned();
+            batches(c, &name, &gpu);
+            let peeled = shadow_dag::gpu::PeeledMesh::new(&gpu, &mesh).expect("uploaded");
+            peel(c, &name, &peeled);
+        }
+        Err(error) => println!("skipped: {error}"),
+    }
+}
+
+criterion_group!(benches, build, bake, ask, backends);
 criterion_main!(benches);

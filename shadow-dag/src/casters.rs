@@ -1,13 +1,14 @@
 //! Where the shadow casters begin and end under every texel.
 
+use crate::error::same_length;
 use crate::{Error, LightSpace, Resolution, Slices};
 
 /// A square of texels whose depths are asked for at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TileRect {
-    /// First column.
+    /// First column, a multiple of `side`.
     pub x: u32,
-    /// First row.
+    /// First row, a multiple of `side`.
     pub y: u32,
     /// Columns and rows, a power of two of at least 8.
     pub side: u32,
@@ -22,6 +23,44 @@ impl TileRect {
     /// Never: a tile has texels.
     pub fn is_empty(&self) -> bool {
         false
+    }
+
+    /// # Errors
+    /// [`Error::BadValue`] if it is no tile of a map of `resolution`.
+    pub(crate) fn check(&self, resolution: Resolution) -> Result<(), Error> {
+        let side = self.side;
+        if !(side.is_power_of_two() && (8..=resolution.side()).contains(&side)) {
+            return Err(Error::bad_value(
+                "the side of a tile",
+                side,
+                "a power of two from 8 to the resolution",
+            ));
+        }
+        for at in [self.x, self.y] {
+            if at % side != 0 || at >= resolution.side() {
+                return Err(Error::bad_value(
+                    "a corner of a tile",
+                    at,
+                    "a multiple of its side, on the map",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// [`Error::Length`] unless there are as many places as texels, and those
+    /// of [`TileRect::check`].
+    pub(crate) fn check_places(
+        &self,
+        resolution: Resolution,
+        places: [&[u32]; 2],
+    ) -> Result<(), Error> {
+        self.check(resolution)?;
+        for places in places {
+            same_length("places for the texels of a tile", self.len(), places.len())?;
+        }
+        Ok(())
     }
 }
 
@@ -112,16 +151,7 @@ impl<'a> DepthMap<'a> {
     }
 
     fn check(&self, what: &'static str, depths: &[f32]) -> Result<(), Error> {
-        let side = self.resolution.side() as usize;
-        if depths.len() == side * side {
-            Ok(())
-        } else {
-            Err(Error::Length {
-                what,
-                given: depths.len(),
-                expected: side * side,
-            })
-        }
+        same_length(what, (self.resolution.side() as usize).pow(2), depths.len())
     }
 
     fn convert(
@@ -159,6 +189,7 @@ impl Casters for DepthMap<'_> {
     }
 
     fn read(&self, tile: TileRect, enter: &mut [u32], exit: &mut [u32]) -> Result<Exits, Error> {
+        tile.check_places(self.resolution, [enter, exit])?;
         self.convert("enter", self.enter, tile, enter)?;
         match self.exit {
             None => Ok(Exits::Open),

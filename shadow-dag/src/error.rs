@@ -89,3 +89,16 @@ impl Error {
         }
     }
 }
+
+/// # Errors
+/// [`Error::Length`] unless both are the same.
+pub(crate) fn same_length(what: &'static str, expected: usize, given: usize) -> Result<(), Error> {
+    if expected == given {
+        return Ok(());
+    }
+    Err(Error::Length {
+        what,
+        given,
+        expected,
+    })
+}

@@ -52,7 +52,8 @@
 //!   in a [box](ShadowDag::visibility), and many of these at once.
 //! * [`ShadowDag::upload`] takes shadows to the memory of a backend, where
 //!   [`Query`] answers questions in batches: on the CPU, and with the feature
-//!   `wgpu` on GPUs, whose module `gpu` also has them as parts for shaders.
+//!   `wgpu` on GPUs, whose module `gpu` also has them as parts for shaders, and
+//!   finds the depths of a [`Mesh`] there.
 //! * [`LightSpace`] takes points, normals and rays of the world to the grid of
 //!   a parallel or perspective light; [`Slices`] are equal or grow with the
 //!   distance from the light. [`FilterSize::bias`] keeps a surface from

@@ -130,9 +130,11 @@ impl<'a> PeeledMesh<'a> {
     /// device.
     ///
     /// # Errors
+    /// [`Error::BadValue`] if it is no tile of the map,
     /// [`gpu_backend::Error::TooLarge`] if the tile or the lists of its
     /// triangles are too large for the device, and other errors of it.
     pub fn peel(&self, tile: TileRect) -> Result<GpuBuffer<[u32; 2]>, Error> {
+        tile.check(self.mesh.resolution())?;
         let block = BLOCK.min(tile.side);
         let across = tile.side / block;
         let mut blocks = vec![Vec::new(); (across * across) as usize];
@@ -211,6 +213,7 @@ impl Casters for PeeledMesh<'_> {
     }
 
     fn read(&self, tile: TileRect, enter: &mut [u32], exit: &mut [u32]) -> Result<Exits, Error> {
+        tile.check_places(self.mesh.resolution(), [enter, exit])?;
         let texels = self.gpu.download(&self.peel(tile)?)?;
         for (texel, (enter, exit)) in texels.iter().zip(enter.iter_mut().zip(exit)) {
             [*enter, *exit] = *texel;

@@ -6,7 +6,8 @@ use gpu_backend::gpu::{
 use gpu_backend::{Buffer, Element};
 
 use super::{DagRecord, EXTENT, PACKED, PLAIN, POINT, RAY, SPACE, SpaceRecord};
-use crate::query::{places, same_length};
+use crate::error::same_length;
+use crate::query::places;
 use crate::{Error, FilterSize, Form, Query, RayRecord, ResidentDag};
 
 /// Invocations per workgroup.

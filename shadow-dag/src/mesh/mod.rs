@@ -183,6 +183,7 @@ impl Casters for Mesh {
     }
 
     fn read(&self, tile: TileRect, enter: &mut [u32], exit: &mut [u32]) -> Result<Exits, Error> {
+        tile.check_places(self.resolution, [enter, exit])?;
         let mut scratch = Scratch::new(self, false);
         let part = scratch.start(tile);
         let level = tile.side.trailing_zeros() as usize - 3;

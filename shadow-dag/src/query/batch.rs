@@ -4,7 +4,7 @@ use glam::{IVec3, Vec3};
 use gpu_backend::Cpu;
 
 use super::filter::FilterSize;
-use super::step::same_length;
+use crate::error::same_length;
 use crate::{Error, ShadowDag};
 
 /// Questions that one thread takes at a time: a few microseconds of work.

@@ -11,9 +11,9 @@ mod step;
 pub use extent::Visibility;
 pub use filter::FilterSize;
 pub use ray::{LitIntervals, Ray};
-pub use step::{Query, RayRecord};
 #[cfg(feature = "wgpu")]
-pub(crate) use step::{places, same_length};
+pub(crate) use step::places;
+pub use step::{Query, RayRecord};
 
 #[cfg(test)]
 pub(crate) use ray::stepping;

@@ -6,6 +6,7 @@ use gpu_backend::{Backend, BufferOf, Cpu, Host};
 use super::batch::batch;
 use super::filter::FilterSize;
 use super::ray::Ray;
+use crate::error::same_length;
 use crate::{Error, ResidentDag};
 
 /// Rays per unit of work.
@@ -276,17 +277,4 @@ pub(crate) fn places(rays: usize, intervals: usize, counts: usize) -> Result<usi
     let places = intervals.checked_div(rays).unwrap_or(0);
     same_length("places for lit intervals", places * rays, intervals)?;
     Ok(places)
-}
-
-/// # Errors
-/// [`Error::Length`] unless both are the same.
-pub(crate) fn same_length(what: &'static str, expected: usize, given: usize) -> Result<(), Error> {
-    if expected == given {
-        return Ok(());
-    }
-    Err(Error::Length {
-        what,
-        given,
-        expected,
-    })
 }

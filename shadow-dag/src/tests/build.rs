@@ -30,7 +30,7 @@ fn agrees(map: &Map, builder: Builder) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-fn no_two_equal(graph: &Graph) {
+pub(crate) fn no_two_equal(graph: &Graph) {
     let mut masks = graph.masks.clone();
     masks.sort_unstable();
     masks.dedup();
@@ -341,6 +341,47 @@ fn the_error_of_a_source_stops_the_build() {
     }
     let error = Builder::new().build(&Cpu::new(), &Broken).unwrap_err();
     assert!(matches!(error, Error::Source { x: 0, y: 0, .. }), "{error}");
+}
+
+#[test]
+fn tiles_that_are_none_are_errors() {
+    let resolution = Resolution::new(64).unwrap();
+    let depths = vec![0.5; 64 * 64];
+    let map = DepthMap::new(resolution, Slices::Linear, &depths).unwrap();
+    let light = crate::LightSpace::of_voxels(resolution);
+    let mesh = crate::Mesh::new(resolution, light, &[], &[]).unwrap();
+    let casters: [&dyn Casters; 2] = [&map, &mesh];
+    for casters in casters {
+        let read = |x, y, side: u32, places: usize| {
+            let (mut enter, mut exit) = (vec![0; places], vec![0; places]);
+            casters.read(TileRect { x, y, side }, &mut enter, &mut exit)
+        };
+        assert!(read(16, 32, 16, 256).is_ok());
+        for (x, y, side) in [
+            (0, 0, 0),
+            (0, 0, 4),
+            (0, 0, 24),
+            (0, 0, 128),
+            (8, 0, 16),
+            (0, 64, 16),
+            (u32::MAX - 15, 0, 16),
+        ] {
+            let error = read(x, y, side, 256).unwrap_err();
+            assert!(matches!(error, Error::BadValue { .. }), "{error}");
+        }
+        let error = read(0, 0, 16, 255).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                Error::Length {
+                    given: 255,
+                    expected: 256,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@ use glam::{DMat4, DQuat, DVec3, IVec3, UVec2, Vec3};
 use gpu_backend::Cpu;
 use proptest::prelude::*;
 
+use super::build::no_two_equal;
 use crate::{
     Builder, Casters, Error, LightSpace, Mesh, Resolution, Rule, ShadowDag, Soundness, TileRect,
 };
@@ -181,7 +182,9 @@ proptest! {
         }
         let mesh = soup.mesh(side, light);
         let map = map(&mesh);
-        between(&Builder::new().bake(&Cpu::new(), &mesh).unwrap(), &map)?;
+        let baked = Builder::new().bake(&Cpu::new(), &mesh).unwrap();
+        no_two_equal(&baked.graph());
+        between(&baked, &map)?;
         between(&Builder::new().build(&Cpu::new(), &mesh).unwrap(), &map)?;
         between(&Builder::new().rule(Rule::Kampe2015).bake(&Cpu::new(), &mesh).unwrap(), &map)?;
     }
