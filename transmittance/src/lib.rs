@@ -53,6 +53,21 @@
 //! not on threads; nor on the machine, where segments are given by density or
 //! optical depth (a transmittance goes through the system's logarithm).
 //!
+//! # Maps
+//!
+//! [`ShadowMap`] holds curves of any kind in ordinary memory, baselines included.
+//! [`CurveMap`] holds adaptive curves as words in the buffers of a backend, whole
+//! ([`Curve`]), without their bounds ([`Packed`]) or in 16 bits ([`PackedHalf`]);
+//! steps run wherever the buffers are:
+//!
+//! * [`BuildMap`] makes one while segments come, texel by texel
+//!   ([`SegmentLists`]), in memory that does not depend on their number;
+//! * [`CaptureSegments`] makes such lists of segments that come in any order, at
+//!   will sorted from front to back;
+//! * [`QueryMap`] answers receivers, nearest or bilinear.
+//!
+//! The module `gpu` (feature `wgpu`) says what shaders can do with the same curves.
+//!
 //! # Compared with
 //!
 //! [`baseline`] has the exact curve, deep shadow maps, opacity and Fourier
@@ -61,9 +76,9 @@
 //!
 //! # Features and limits
 //!
-//! `rayon` (default) builds maps and answers batches on several threads. A
-//! curve knows extinction only: no scattering, no emission. `N` is from 2 to
-//! 64.
+//! `rayon` (default) builds maps and answers batches on several threads; `wgpu`
+//! does it on GPUs. A curve knows extinction only: no scattering, no emission.
+//! `N` is from 2 to 64.
 
 pub mod baseline;
 mod capture;

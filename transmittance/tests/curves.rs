@@ -77,6 +77,20 @@ fn keeps_its_promises<const N: usize, L: Lookup>(curve: &Curve<N, L>, segments: 
     );
 }
 
+/// Both halves of a segment if it has a middle, else the segment.
+fn halves(segment: &Segment) -> Vec<Segment> {
+    let (a, b) = (segment.entry(), segment.exit());
+    let middle = a + 0.5 * (b - a);
+    let half = 0.5 * segment.optical_depth()[0];
+    if a < middle && middle < b && middle - a == b - middle {
+        [(a, middle), (middle, b)]
+            .map(|(a, b)| Segment::from_optical_depth(a, b, half).expect("a sound half"))
+            .into()
+    } else {
+        vec![*segment]
+    }
+}
+
 proptest! {
     #![proptest_config(config())]
 
@@ -130,21 +144,9 @@ proptest! {
         let curve = by_papers_rule::<64, Exponential>(&s);
         let mut other = s.clone();
         streams::Random::new(seed).shuffle(&mut other);
-        // Halves of segments, where they have a middle.
         let halves: Vec<Segment> = other
             .iter()
-            .flat_map(|segment| {
-                let (a, b) = (segment.entry(), segment.exit());
-                let middle = a + 0.5 * (b - a);
-                let tau = segment.optical_depth()[0];
-                let exact = a < middle && middle < b && middle - a == b - middle;
-                let part = |a, b, tau| Segment::from_optical_depth(a, b, tau).unwrap();
-                if exact {
-                    vec![part(a, middle, 0.5 * tau), part(middle, b, 0.5 * tau)]
-                } else {
-                    vec![*segment]
-                }
-            })
+            .flat_map(halves)
             .take(31)
             .collect();
         let (shuffled, split) = (
@@ -169,20 +171,7 @@ proptest! {
 
     #[test]
     fn splitting_segments_changes_linear_curves_within_their_bounds(s in streams::hard(16)) {
-        let halves: Vec<Segment> = s
-            .iter()
-            .flat_map(|segment| {
-                let (a, b) = (segment.entry(), segment.exit());
-                let middle = a + 0.5 * (b - a);
-                let tau = segment.optical_depth()[0];
-                let part = |a, b| Segment::from_optical_depth(a, b, 0.5 * tau).unwrap();
-                if a < middle && middle < b && middle - a == b - middle {
-                    vec![part(a, middle), part(middle, b)]
-                } else {
-                    vec![*segment]
-                }
-            })
-            .collect();
+        let halves: Vec<Segment> = s.iter().flat_map(halves).collect();
         let (whole, split) = (
             by_papers_rule::<16, Linear>(&s),
             by_papers_rule::<16, Linear>(&halves),

@@ -10,7 +10,7 @@ use gpu_backend::{Backend, Buffer, Cpu, Download, Host, testing};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use support::{probes, streams, truth};
+use support::{errors, probes, streams, truth};
 use transmittance::gpu::{LOOKUP_ERROR, WgslRule, WgslSegments, WgslStored, lookup_parts};
 use transmittance::{
     Accumulate, Area, BuildMap, CaptureSegments, Curve, CurveMap, Evaluate, Exponential, Filter,
@@ -149,6 +149,45 @@ fn curves_with_more_room_agree_within_their_bounds() {
     rule_agrees(&gpu, &Stream::<4, Maximum>::new(), &streams);
     rule_agrees(&gpu, &Stream::<5, Maximum, Linear, 1, 2>::new(), &streams);
     rule_agrees(&gpu, &Stream::<16, Area, Linear, 1, 2>::new(), &streams);
+}
+
+#[test]
+fn curves_are_as_near_to_the_truth_as_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    fn mean<A>(gpu: &Gpu<Queued>, clear: &A, streams: &Streams) -> [f64; 2]
+    where
+        A: WgslRule<Curve = Curve<8>> + Clone,
+    {
+        let map = made::<A, Curve<8>, 1>(gpu, clear, streams);
+        let mut sums = [0.0; 2];
+        for (texel, stream) in streams.iter().enumerate() {
+            let curves = [accumulated(clear, stream), map.texel(texel, 0)];
+            for (sum, curve) in sums.iter_mut().zip(curves) {
+                *sum += errors(stream, |depth| curve.transmittance(depth)).0;
+            }
+        }
+        sums.map(|sum| sum / streams.len() as f64)
+    }
+    for kind in [
+        streams::columns_of_smoke,
+        streams::voxels,
+        streams::hair,
+        streams::hair_in_smoke,
+    ] {
+        let streams: Streams = (0..32)
+            .map(|seed| {
+                let mut stream = kind(seed);
+                streams::Random::new(seed).shuffle(&mut stream);
+                stream
+            })
+            .collect();
+        let [here, there] = mean(&gpu, &Curve::<8>::new(), &streams);
+        println!("the paper's rule: mean error {here:.5} on the CPU, {there:.5} on the GPU");
+        assert!(there <= 1.1 * here);
+        let [here, there] = mean(&gpu, &Stream::<8>::new(), &streams);
+        println!("with room: mean error {here:.5} on the CPU, {there:.5} on the GPU");
+        assert!(there <= 1.1 * here);
+    }
 }
 
 #[test]

@@ -16,3 +16,32 @@ fn avsm_cost(
     }
     return cost;
 }
+
+// What it costs to leave out all nodes between two: the area, by the
+// transmittances of those nodes.
+fn avsm_stretch_cost(
+    curve: ptr<function, avsm_Curve>,
+    transmittances: ptr<function, array<f32, avsm_PLACES>>,
+    first: u32,
+    last: u32,
+) -> f32 {
+    let start = 0.25 * (*curve).depth[first];
+    let length = max(0.25 * (*curve).depth[last] - start, 0x1p-126);
+    var cost = 0.0;
+    for (var x = first + 1u; x < last; x++) {
+        let share = 0.125 * (*curve).depth[x + 1u] - 0.125 * (*curve).depth[x - 1u];
+        let way = min((0.25 * (*curve).depth[x] - start) / length, 1.0);
+        for (var c = 0u; c < avsm_CHANNELS; c++) {
+            let row = c * avsm_ROOM;
+            let value = (*curve).value[row + first];
+            let chord = value + ((*curve).value[row + last] - value) * way;
+            cost += share * abs((*transmittances)[row + x] - avsm_transmittance(chord));
+        }
+    }
+    return cost;
+}
+
+// The cost of two stretches together.
+fn avsm_both(a: f32, b: f32) -> f32 {
+    return a + b;
+}

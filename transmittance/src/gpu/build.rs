@@ -79,7 +79,6 @@ pub(super) struct Parameters {
     pub(super) first_texel: u32,
     pub(super) first: u32,
     pub(super) end: u32,
-    pub(super) is_last: u32,
 }
 
 /// Texels whose unfinished curves are in memory at once.
@@ -87,8 +86,8 @@ const BAND: usize = 1 << 16;
 
 /// Segments per texel and dispatch.
 ///
-/// A software driver ends loops after 65,535 iterations of an invocation, and a
-/// real one takes back the device after seconds. An insertion goes a dozen times
+/// A software driver ends loops after 65,535 iterations of an invocation, summed
+/// over all loops, and a real one takes back the device after seconds. An insertion goes a dozen times
 /// over the places of a curve, and as often over its channels at each.
 pub(super) const fn batch(room: usize, channels: usize) -> u32 {
     let each = 12 * room * (1 + channels);
@@ -127,16 +126,12 @@ where
         let batch = batch(A::ROOM, C);
         let longest = source.longest().max(1);
         let numbers = 2 + A::ROOM * (1 + 3 * C);
-        let waiting = if longest > batch {
-            BAND.min(texels) * numbers
-        } else {
-            0
-        };
-        let mut unfinished = self.zeros::<u32>(waiting)?;
+        let is_at_once = longest <= batch && !A::FINISHES_APART;
+        let waiting = if is_at_once { 0 } else { BAND.min(texels) };
+        let mut unfinished = self.zeros::<u32>(waiting * numbers)?;
         for first_texel in (0..texels).step_by(BAND) {
             let band = BAND.min(texels - first_texel);
-            for first in (0..longest).step_by(batch as usize) {
-                let end = longest.min(first.saturating_add(batch));
+            let mut run = |entry, first, end| -> Result<(), Error> {
                 let parameters = Parameters {
                     // The words of a map are in memory: each fits.
                     width: width as u32,
@@ -144,13 +139,12 @@ where
                     first_texel: first_texel as u32,
                     first,
                     end,
-                    is_last: u32::from(end == longest),
                 };
                 self.dispatch(
                     &Kernel {
                         label: "build a shadow map",
                         parts: &parts::<A, S, P, C>(),
-                        entry: "build",
+                        entry,
                         constants: &source.constants(),
                     },
                     &[
@@ -163,6 +157,15 @@ where
                     ],
                     Workgroups::covering(band, GROUP),
                 )?;
+                Ok(())
+            };
+            for first in (0..longest).step_by(batch as usize) {
+                let end = longest.min(first.saturating_add(batch));
+                let is_last = end == longest && !A::FINISHES_APART;
+                run(if is_last { "complete" } else { "insert" }, first, end)?;
+            }
+            if A::FINISHES_APART {
+                run("finish", longest, longest)?;
             }
         }
         Ok(())

@@ -1,4 +1,4 @@
-// Makes the curves of a map: entry point, one invocation per texel. A dispatch
+// Makes the curves of a map: entry points, one invocation per texel. A dispatch
 // takes a part of each texel's segments; curves that are not finished wait in a
 // buffer.
 
@@ -11,7 +11,6 @@ struct Parameters {
     // Segments of this dispatch.
     first: u32,
     end: u32,
-    is_last: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -61,8 +60,31 @@ fn suspend(i: u32, curve: ptr<function, avsm_Curve>) {
     }
 }
 
+fn texel_of(i: u32) -> vec2<u32> {
+    let number = parameters.first_texel + i;
+    return vec2(number % parameters.width, number / parameters.width);
+}
+
+fn insert_segments(i: u32, curve: ptr<function, avsm_Curve>) {
+    let texel = texel_of(i);
+    let end = min(avsm_segment_count(texel), parameters.end);
+    for (var s = parameters.first; s < end; s++) {
+        avsm_insert(curve, avsm_segment(texel, s));
+    }
+}
+
+fn finish_and_store(i: u32, curve: ptr<function, avsm_Curve>) {
+    if avsm_segment_count(texel_of(i)) > parameters.end {
+        // Some are missing: no bound but 1.
+        (*curve).insertions = 0xffffffffu;
+    }
+    avsm_finish(curve);
+    avsm_store(parameters.first_texel + i, curve);
+}
+
+// All of a curve, or what is left of it.
 @compute @workgroup_size(64)
-fn build(
+fn complete(
     @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
@@ -71,24 +93,44 @@ fn build(
     if i >= parameters.texels {
         return;
     }
-    let number = parameters.first_texel + i;
-    let texel = vec2(number % parameters.width, number / parameters.width);
     var curve: avsm_Curve;
     if parameters.first > 0u {
         curve = resume(i);
     }
-    let count = avsm_segment_count(texel);
-    for (var s = parameters.first; s < min(count, parameters.end); s++) {
-        avsm_insert(&curve, avsm_segment(texel, s));
-    }
-    if parameters.is_last == 0u {
-        suspend(i, &curve);
+    insert_segments(i, &curve);
+    finish_and_store(i, &curve);
+}
+
+// A part of a curve.
+@compute @workgroup_size(64)
+fn insert(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = gpu_index(workgroup, workgroups, local, 64u);
+    if i >= parameters.texels {
         return;
     }
-    if count > parameters.end {
-        // Some are missing: no bound but 1.
-        curve.insertions = 0xffffffffu;
+    var curve: avsm_Curve;
+    if parameters.first > 0u {
+        curve = resume(i);
     }
-    avsm_finish(&curve);
-    avsm_store(number, &curve);
+    insert_segments(i, &curve);
+    suspend(i, &curve);
+}
+
+// The end of a curve.
+@compute @workgroup_size(64)
+fn finish(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = gpu_index(workgroup, workgroups, local, 64u);
+    if i >= parameters.texels {
+        return;
+    }
+    var curve = resume(i);
+    finish_and_store(i, &curve);
 }

@@ -6,10 +6,11 @@
 pub(crate) struct Sizes<const N: usize, const W: usize, const C: usize>;
 
 /// Digits stand where the numbers go.
-const TEMPLATE: &[u8; 154] = b"
+const TEMPLATE: &[u8; 188] = b"
 const avsm_NODES: u32 = 0x0000u;
 const avsm_ROOM: u32 = 0x0000u;
 const avsm_CHANNELS: u32 = 0x0000u;
+const avsm_CHOICE: u32 = 0x0000u;
 const avsm_PLACES: u32 = avsm_ROOM * avsm_CHANNELS;
 ";
 
@@ -17,13 +18,25 @@ impl<const N: usize, const W: usize, const C: usize> Sizes<N, W, C> {
     /// Nodes that a curve has room for while it is made.
     pub(crate) const ROOM: usize = if W == 0 { N + 2 } else { W * N };
 
+    /// From how many nodes the last are chosen: as on the CPU, or as many as a
+    /// dispatch can look at (see `build.rs`), or `N`.
+    const CHOICE: usize = {
+        let mut choice = if W > 1 { (W - 1) * N } else { N };
+        while choice > N
+            && (1 + C) * choice * choice * choice / 6 + N * choice * choice / 2 > 40_000
+        {
+            choice -= 1;
+        }
+        choice
+    };
+
     const BYTES: [u8; TEMPLATE.len()] = {
         assert!(
             C >= 1 && C <= 16 && Self::ROOM <= super::MOST_ROOM,
             "shaders have 1 to 16 channels and room for at most 66 nodes"
         );
         let mut bytes = *TEMPLATE;
-        let numbers = [N, Self::ROOM, C];
+        let numbers = [N, Self::ROOM, C, Self::CHOICE];
         // The digits of the number of this index end here.
         let (mut index, mut at) = (0, 0);
         while index < numbers.len() {
@@ -40,7 +53,7 @@ impl<const N: usize, const W: usize, const C: usize> Sizes<N, W, C> {
         bytes
     };
 
-    /// `avsm_NODES`, `avsm_ROOM`, `avsm_CHANNELS` and `avsm_PLACES`.
+    /// `avsm_NODES`, `avsm_ROOM`, `avsm_CHANNELS`, `avsm_CHOICE`, `avsm_PLACES`.
     pub(crate) const WGSL: &'static str = match std::str::from_utf8(&Self::BYTES) {
         Ok(text) => text,
         Err(_) => panic!("digits are ASCII"),

@@ -234,8 +234,3 @@ fn avsm_insert(curve: ptr<function, avsm_Curve>, blocker: avsm_Segment) {
     }
     avsm_attenuate(curve, first, after, segment);
 }
-
-// Leaves avsm_NODES nodes.
-fn avsm_finish(curve: ptr<function, avsm_Curve>) {
-    avsm_reduce(curve, avsm_NODES);
-}

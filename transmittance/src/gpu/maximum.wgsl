@@ -14,3 +14,26 @@ fn avsm_cost(
     }
     return cost;
 }
+
+// What it costs to leave out all nodes between two: the bound of the error that
+// is left.
+fn avsm_stretch_cost(
+    curve: ptr<function, avsm_Curve>,
+    transmittances: ptr<function, array<f32, avsm_PLACES>>,
+    first: u32,
+    last: u32,
+) -> f32 {
+    var cost = 0.0;
+    for (var c = 0u; c < avsm_CHANNELS; c++) {
+        let bounds = avsm_widened(curve, first, last, c);
+        let row = c * avsm_ROOM;
+        let outer = vec2((*transmittances)[row + first], (*transmittances)[row + last]);
+        cost = max(cost, avsm_spread(outer, bounds.y, bounds.x));
+    }
+    return cost;
+}
+
+// The cost of two stretches together.
+fn avsm_both(a: f32, b: f32) -> f32 {
+    return max(a, b);
+}

@@ -32,8 +32,7 @@
 //! CPU's in a curve's bound of roundings. Near-ties may be decided differently,
 //! and then other nodes are removed; so what holds is that both curves are
 //! within their own error bounds of the truth, and so within the sum of the two
-//! of each other. A [`Stream`] ends with the best subset of its
-//! nodes on the CPU, and here with the removal of one node after the other.
+//! of each other. Their mean errors are the same.
 //!
 //! The same curve looked up here and there differs by at most 2e-6
 //! ([`LOOKUP_ERROR`]); of a [`PackedHalf`] also by a shift in

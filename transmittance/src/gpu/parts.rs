@@ -61,6 +61,12 @@ pub trait WgslRule<const C: usize = 1>: Accumulate<C> {
 
     /// WGSL of what it costs to remove a node.
     const COST: &'static str;
+
+    /// WGSL of `avsm_finish`.
+    const FINISH: &'static str;
+
+    /// Whether the end of a curve is so much work that it has a dispatch of its own.
+    const FINISHES_APART: bool;
 }
 
 /// The paper's rule.
@@ -69,9 +75,11 @@ impl<const N: usize, L: Lookup, const C: usize> WgslRule<C> for Curve<N, L, C> {
     const SIZES: &'static str = Sizes::<N, 0, C>::WGSL;
     const RULES: [&'static str; 2] = L::WGSL;
     const COST: &'static str = include_str!("area.wgsl");
+    const FINISH: &'static str = include_str!("finish.wgsl");
+    const FINISHES_APART: bool = false;
 }
 
-/// Room for `W N` nodes, of which `N` are left at the end.
+/// Room for `W N` nodes, of which the best `N` are left at the end.
 impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> WgslRule<C>
     for Stream<N, M, L, C, W>
 {
@@ -79,6 +87,8 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> WgslR
     const SIZES: &'static str = Sizes::<N, W, C>::WGSL;
     const RULES: [&'static str; 2] = L::WGSL;
     const COST: &'static str = M::WGSL;
+    const FINISH: &'static str = include_str!("select.wgsl");
+    const FINISHES_APART: bool = true;
 }
 
 /// The parts of a shader that looks up curves stored as `P`. It has to define
@@ -98,7 +108,7 @@ pub const fn lookup_parts<P: WgslStored<C>, const C: usize>() -> [&'static str; 
 /// The parts of a shader that makes curves by the rule of `A` and stores them as
 /// `P`. It has to define `fn avsm_set_word(index: u32, word: u32)`, which sets a
 /// word of the map, and `fn avsm_word(index: u32) -> u32`, which reads it.
-pub fn build_parts<A, P, const C: usize>() -> [&'static str; 8]
+pub fn build_parts<A, P, const C: usize>() -> [&'static str; 9]
 where
     A: WgslRule<C>,
     A::Curve: Into<P>,
@@ -111,6 +121,7 @@ where
         A::RULES[1],
         A::COST,
         CURVE,
+        A::FINISH,
         P::LOAD,
         P::STORE,
     ]

@@ -32,6 +32,7 @@ where
     let build = Shader::new(&[&build_parts::<A, P, C>()[..], &[WORDS]].concat()).unwrap();
     build.require_part(&["avsm_"]).unwrap();
     assert_eq!(build.values("avsm_ROOM").unwrap(), [A::ROOM as f64]);
+    assert!(build.values("avsm_CHOICE").unwrap()[0] <= A::ROOM as f64);
     assert_eq!(build.values("avsm_PLACES").unwrap(), [(C * A::ROOM) as f64]);
 
     let query = Shader::new(&query::parts::<P, C>()).unwrap();
@@ -55,8 +56,7 @@ where
             texels,
             first_texel,
             first,
-            end,
-            is_last
+            end
         }
     );
     assert_same_layout!(

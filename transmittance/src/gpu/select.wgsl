@@ -1,0 +1,94 @@
+// Leaves the best subset of a curve's nodes, by dynamic programming, as `Stream`
+// on the CPU:
+//   best(s, j) = min over i < j of best(s - 1, i) + cost(i, j).
+// Needs the constant avsm_CHOICE, from how many nodes to choose, and the part
+// curve.wgsl.
+
+const avsm_TABLE: u32 = avsm_NODES * avsm_ROOM;
+
+// The bounds of the stretch from node `first` to node `last` that leaves out
+// those between.
+fn avsm_widened(curve: ptr<function, avsm_Curve>, first: u32, last: u32, channel: u32) -> vec2<f32> {
+    let row = channel * avsm_ROOM;
+    let ends = vec2((*curve).depth[first], (*curve).depth[last]);
+    let values = vec2((*curve).value[row + first], (*curve).value[row + last]);
+    var bounds = vec2(0.0);
+    // Heights over the chord, and what their roundings are relative to.
+    var left = vec2(0.0);
+    for (var i = first; i < last; i++) {
+        var right = vec2(0.0);
+        if i + 1u < last {
+            let value = (*curve).value[row + i + 1u];
+            let chord = avsm_mix(values, avsm_shares(ends, (*curve).depth[i + 1u]));
+            right = vec2(value - chord, max(value, chord));
+        }
+        let tent = vec2(max(left.x, right.x), max(-left.x, -right.x));
+        let stretch = vec2((*curve).above[row + i], (*curve).below[row + i]);
+        let slack = vec2(8e-7 * max(left.y, right.y));
+        bounds = max(bounds, (stretch + max(tent, vec2(0.0)) + slack) * 1.0000004);
+        left = right;
+    }
+    return bounds;
+}
+
+// Leaves avsm_NODES nodes.
+fn avsm_finish(curve: ptr<function, avsm_Curve>) {
+    avsm_reduce(curve, avsm_CHOICE);
+    let len = (*curve).len;
+    if len <= avsm_NODES {
+        return;
+    }
+    var transmittances: array<f32, avsm_PLACES>;
+    for (var i = 0u; i < avsm_PLACES; i++) {
+        transmittances[i] = avsm_transmittance((*curve).value[i]);
+    }
+    // Least cost of a curve from the first node to node j by way of s nodes
+    // between, and the last of those.
+    var best: array<f32, avsm_TABLE>;
+    var before: array<u32, avsm_TABLE>;
+    for (var i = 0u; i < avsm_TABLE; i++) {
+        best[i] = avsm_LARGEST;
+    }
+    // This many nodes are left out, at most all of them in one stretch.
+    let left_out = len - avsm_NODES;
+    for (var i = 0u; i + 1u < len; i++) {
+        let end = min(len, i + left_out + 2u);
+        // The places in the chosen curve that node i can have.
+        let first_place = max(max(i, left_out) - left_out, u32(i > 0u));
+        for (var j = i + 1u; j < end; j++) {
+            let cost = avsm_stretch_cost(curve, &transmittances, i, j);
+            for (var place = first_place; place < min(i + 1u, avsm_NODES - 1u); place++) {
+                var so_far = 0.0;
+                if place > 0u {
+                    so_far = best[(place - 1u) * avsm_ROOM + i];
+                }
+                let sum = avsm_both(so_far, cost);
+                if sum < best[place * avsm_ROOM + j] {
+                    best[place * avsm_ROOM + j] = sum;
+                    before[place * avsm_ROOM + j] = i;
+                }
+            }
+        }
+    }
+    var chosen: array<u32, avsm_NODES>;
+    chosen[avsm_NODES - 1u] = len - 1u;
+    for (var place = avsm_NODES - 2u; place > 0u; place--) {
+        let next = chosen[place + 1u];
+        chosen[place] = clamp(before[place * avsm_ROOM + next], place, next - 1u);
+    }
+    for (var place = 0u; place < avsm_NODES; place++) {
+        let i = chosen[place];
+        (*curve).depth[place] = (*curve).depth[i];
+        for (var c = 0u; c < avsm_CHANNELS; c++) {
+            let row = c * avsm_ROOM;
+            var bounds = vec2(0.0);
+            if place + 1u < avsm_NODES {
+                bounds = avsm_widened(curve, i, chosen[place + 1u], c);
+            }
+            (*curve).value[row + place] = (*curve).value[row + i];
+            (*curve).above[row + place] = bounds.x;
+            (*curve).below[row + place] = bounds.y;
+        }
+    }
+    (*curve).len = avsm_NODES;
+}
