@@ -50,6 +50,11 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
         input.notes.push(note);
     }
 
+    if !input.scene.translucent.is_empty() {
+        let note = "hair and smoke are left out: a grid knows lit and shadowed only";
+        input.notes.push(note.into());
+    }
+
     let mut work = Work {
         input: &input,
         spaces: &spaces,

@@ -102,43 +102,29 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if let (Some(medium), false) = (&medium, plan.emitters().is_empty()) {
         let (from_files, others): (Vec<usize>, Vec<usize>) =
             (plan.emitters().iter()).partition(|index| shadows[**index].is_some());
-        if !others.is_empty() {
-            let emitters: Vec<Emitter> = others
-                .iter()
-                .map(|index| input.emitters[*index].clone())
-                .collect();
-            let setting = setting(args);
-            let held = match setting.visibility {
-                Visibility::Dag => baked::bake(&input, &emitters, setting.samples)?,
-                _ => Vec::new(),
-            };
-            let airlight = airlight(
-                args,
-                &mut input,
-                (&camera, &view),
-                medium,
-                (&emitters, &held, setting),
-            )?;
-            picture = picture.plus(&airlight);
-        }
-        if !from_files.is_empty() {
-            let pick = |index: &usize| {
-                let shadow = shadows[*index].clone()?;
-                Some((input.emitters[*index].clone(), shadow))
-            };
-            let (emitters, own): (Vec<_>, Vec<_>) = from_files.iter().filter_map(pick).unzip();
-            let setting = setting_of_files(args);
-            let held = [Held {
-                resolution: setting.samples,
-                shadows: own,
-            }];
-            let airlight = airlight(
-                args,
-                &mut input,
-                (&camera, &view),
-                medium,
-                (&emitters, &held, setting),
-            )?;
+        let pick = |indices: &[usize]| -> Vec<Emitter> {
+            let emitters = indices.iter().map(|index| input.emitters[*index].clone());
+            emitters.collect()
+        };
+        let setting = setting(args);
+        let others = pick(&others);
+        let held = match setting.visibility {
+            Visibility::Dag => baked::bake(&input, &others, setting.samples)?,
+            _ => Vec::new(),
+        };
+        let own = from_files
+            .iter()
+            .filter_map(|index| shadows[*index].clone());
+        let from_file = Held {
+            resolution: 0,
+            shadows: own.collect(),
+        };
+        let groups = [
+            (others, held, setting),
+            (pick(&from_files), vec![from_file], setting_of_files(args)),
+        ];
+        for group in groups.iter().filter(|(emitters, ..)| !emitters.is_empty()) {
+            let airlight = airlight(args, &mut input, (&camera, &view), medium, group)?;
             picture = picture.plus(&airlight);
         }
     }
@@ -215,7 +201,8 @@ fn setting(args: &Render) -> Setting {
     }
 }
 
-/// Of lights whose shadows are in files, whatever their resolution.
+/// Of lights whose shadows are in files, whatever their resolution: it counts
+/// as 0.
 fn setting_of_files(args: &Render) -> Setting {
     let setting = setting(args);
     let detail = match args.airlight {
@@ -250,13 +237,17 @@ fn describe(setting: Setting) -> String {
     }
 }
 
+/// Lights that are rendered alike, with the shadows that were baked for them.
+type Group = (Vec<Emitter>, Vec<Held<Cpu>>, Setting);
+
 fn airlight(
     args: &Render,
     input: &mut Input,
     (camera, view): (&Camera, &View),
     medium: &Medium,
-    (emitters, held, setting): (&[Emitter], &[Held<Cpu>], Setting),
+    (emitters, held, setting): &Group,
 ) -> Result<Picture, Failure> {
+    let setting = *setting;
     let cpu = Cpu::new();
     let mut maps = Vec::new();
     if setting.visibility.needs_shadow_map() {

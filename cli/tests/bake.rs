@@ -2,23 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "what does not unwrap is a failed test")]
 
+mod common;
+
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
-fn run(place: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_crepuscular"))
-        .current_dir(place)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn succeeds(place: &Path, arguments: &[&str]) -> String {
-    let output = run(place, arguments);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{arguments:?}: {message}");
-    String::from_utf8(output.stdout).unwrap()
-}
+use common::{names, run, succeeds};
 
 fn fails(place: &Path, arguments: &[&str], cause: &str) {
     let before = names(place);
@@ -31,15 +20,6 @@ fn fails(place: &Path, arguments: &[&str], cause: &str) {
         "{message}"
     );
     assert_eq!(names(place), before, "{arguments:?}");
-}
-
-fn names(place: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(place).unwrap();
-    let mut names: Vec<_> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
 }
 
 #[test]
@@ -125,6 +105,62 @@ fn what_is_wrong_with_a_bake_is_said_before_it_begins() {
 }
 
 #[test]
+fn pictures_take_their_shadows_from_files_of_their_own_lights() {
+    let place = tempfile::tempdir().unwrap();
+    let bake = |scene: &str, out: &str, more: &[&str]| {
+        let arguments = ["bake", scene, "--resolution", "512", "-o", out];
+        succeeds(place.path(), &[&arguments, more].concat());
+    };
+    bake("fence", "fence.cpvs", &[]);
+    bake("stiff", "one.cpvs", &["--light", "1"]);
+    let render = |scene: &str, more: &[&str]| {
+        let arguments = ["render", scene, "--size", "24x14"];
+        run(place.path(), &[&arguments, more].concat())
+    };
+    let text = |output: Output| {
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let all = render("fence", &["--shadows", "fence.cpvs", "-o", "a.png"]);
+    assert!(text(all).ends_with("baked shadows\n"));
+    let some = [
+        "--shadows",
+        "one.cpvs",
+        "--visibility",
+        "march",
+        "-o",
+        "b.png",
+    ];
+    let some = text(render("stiff", &some));
+    assert!(some.contains("baked shadows of 1 light, march"), "{some}");
+    let baked = ["--visibility", "dag", "--samples", "256", "-o", "c.png"];
+    let baked = text(render("fence", &baked));
+    assert!(
+        baked.contains("dag visibility with 256 voxels a side"),
+        "{baked}"
+    );
+
+    let picture = ["render", "fence", "--size", "24x14", "-o", "d.png"];
+    for (more, cause) in [
+        (&["--shadows", "one.cpvs"][..], "another scene or light"),
+        (
+            &["--seed", "2", "--shadows", "fence.cpvs"],
+            "another scene or light",
+        ),
+        (&["--shadows", "no.cpvs"], "no.cpvs"),
+        (&["--shadows", "a.png"], "not a file of shadows"),
+        (&["--shadows", "fence.cpvs", "--filter", "2"], "odd"),
+        (&["--shadows", "fence.cpvs", "--filter", "-3"], "--filter"),
+        (
+            &["--visibility", "dag", "--samples", "1000"],
+            "power of two",
+        ),
+    ] {
+        fails(place.path(), &[&picture, more].concat(), cause);
+    }
+}
+
+#[test]
 fn files_that_are_not_sound_are_not_read() {
     let place = tempfile::tempdir().unwrap();
     let path = place.path().join("a.cpvs");
@@ -184,7 +220,7 @@ fn a_checkpoint_is_of_its_own_bake_or_refused() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_bake_leaves_a_checkpoint_and_is_resumed_to_the_same_bytes() {
-    use std::process::{Child, Stdio};
+    use std::process::{Child, Command, Stdio};
     use std::time::Duration;
 
     let place = tempfile::tempdir().unwrap();

@@ -2,19 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "what does not unwrap is a failed test")]
 
-use std::path::Path;
+mod common;
+
 use std::process::Command;
 
-fn succeeds(place: &Path, arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_crepuscular"))
-        .current_dir(place)
-        .args(arguments)
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{arguments:?}: {message}");
-    String::from_utf8(output.stdout).unwrap()
-}
+use common::{names, succeeds};
 
 const SMALL: [&str; 9] = [
     "--quick",
@@ -27,15 +19,6 @@ const SMALL: [&str; 9] = [
     "--backend",
     "cpu",
 ];
-
-fn names(place: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(place).unwrap();
-    let mut names: Vec<_> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
-}
 
 #[test]
 fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
@@ -88,7 +71,13 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "march-merged x gauss-8",
             "equi-angular x gauss-1",
             "equi-angular-merged x gauss-8",
-            "equi-angular-merged x table-64"
+            "equi-angular-merged x table-64",
+            "voxel-average x gauss-8",
+            "voxel-bits x gauss-1",
+            "voxel-runs x gauss-8",
+            "voxel-runs x table-64",
+            "dag x gauss-8",
+            "dag x table-64"
         ]
     );
 

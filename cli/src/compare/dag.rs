@@ -26,6 +26,8 @@ pub(crate) struct Dag {
     pub(crate) sizes: Option<Sizes>,
     pub(crate) bakes: Vec<Bake>,
     pub(crate) filters: Option<Filters>,
+    /// What there was no time for.
+    pub(crate) left_out: Vec<&'static str>,
 }
 
 /// What rules and forms take, on the same map.
@@ -137,6 +139,8 @@ pub(crate) fn judge(
     let sorted = clock.elapsed().as_secs_f64();
     if sorted < 0.15 * seconds {
         dag.sizes = Some(sizes(&mesh)?);
+    } else {
+        dag.left_out.push("rules and forms of baked shadows");
     }
     bar.inc(1);
     if clock.elapsed().as_secs_f64() + sorted < 0.4 * seconds {
@@ -148,6 +152,8 @@ pub(crate) fn judge(
             emitter,
             &extent,
         )?);
+    } else {
+        dag.left_out.push("filters of baked shadows");
     }
     bar.inc(1);
     let mut side = extent.bakes[0];
@@ -158,6 +164,9 @@ pub(crate) fn judge(
         last = bake.seconds();
         dag.bakes.push(bake);
         side *= 2;
+    }
+    if side <= extent.bakes[1] {
+        dag.left_out.push("bakes at higher resolutions");
     }
     bar.finish_and_clear();
     Ok(dag)

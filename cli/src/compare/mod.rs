@@ -163,6 +163,10 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
             args.quick,
             DAG_SECONDS[usize::from(!args.quick)].min(budget.left()),
         )?;
+        left_out.extend(dag.left_out.iter().map(|what| LeftOut {
+            what: (*what).into(),
+            why: "no time left (--time-budget)".into(),
+        }));
     }
     let Prepared { input, frame, .. } = &prepared;
     let size = frame.size;

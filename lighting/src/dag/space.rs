@@ -35,9 +35,13 @@ pub fn light_spaces(
 ) -> Result<Vec<LightSpace>, Error> {
     let bounds = geometry.bounds();
     let corners = [bounds.min(), bounds.max()];
+    let closest = match emitter {
+        Emitter::Point(point) => closest(point.position().as_dvec3(), geometry),
+        Emitter::Directional(_) => 0.0,
+    };
     faces(corners, emitter)
         .iter()
-        .map(|face| space(face, geometry, corners, resolution))
+        .map(|face| space(face, closest, corners, resolution))
         .collect()
 }
 
@@ -52,7 +56,7 @@ fn view(face: &Face) -> DMat4 {
 
 fn space(
     face: &Face,
-    geometry: &Geometry,
+    closest: f64,
     corners: [Vec3; 2],
     resolution: Resolution,
 ) -> Result<LightSpace, Error> {
@@ -74,7 +78,7 @@ fn space(
             // A point at a distance is nowhere in the picture closer along the
             // axis than this share of it.
             let steepest = (1.0 + 2.0 * tan * tan).sqrt().recip();
-            let nearest = closest(face.origin.as_dvec3(), geometry) * steepest * (1.0 - ROUNDING);
+            let nearest = closest * steepest * (1.0 - ROUNDING);
             // A face that sees no caster needs some slices all the same.
             let far = if far > 0.0 { far } else { 1.0 };
             let near = near.max(nearest).max(NEAREST * far);

@@ -1,0 +1,31 @@
+//! The program as a user starts it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Runs it in `place`.
+pub(crate) fn run(place: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_crepuscular"))
+        .current_dir(place)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// What it prints when nothing is wrong.
+pub(crate) fn succeeds(place: &Path, arguments: &[&str]) -> String {
+    let output = run(place, arguments);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {message}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The names of all files in a folder.
+pub(crate) fn names(place: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(place).unwrap();
+    let mut names: Vec<_> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
