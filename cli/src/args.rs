@@ -27,7 +27,7 @@ Examples:
   crepuscular render city --shadows city.cpvs -o city.png
       Render with them, on surfaces and in the air.
 
-Scenes are glTF, GLB or PLY files, or names of embedded ones (`crepuscular scenes`). \
+Scenes are glTF, GLB, PLY, HAIR or VOL files, or names of embedded ones (`crepuscular scenes`). \
 A scene without a camera, a light or a medium is given one, and the output says so. \
 Lengths are metres, coefficients 1/m, light is linear RGB.";
 
@@ -60,7 +60,8 @@ pub(crate) enum Command {
 /// Runs every method that applies to the scene at every quality setting, on
 /// every backend that is present, and measures its time and its error against
 /// a converged reference. Writes a folder with index.html, which needs nothing
-/// but a browser, and results.csv.
+/// but a browser, and results.csv; airlight.csv and curves.csv have evaluators of
+/// airlight and curves of transmittance by themselves.
 ///
 /// Errors are those of the airlight (surfaces are the same for all methods), in
 /// linear radiance, divided by the reference's mean radiance.
@@ -74,7 +75,7 @@ pub(crate) enum Command {
 /// deleted.
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// A glTF, GLB or PLY file, or the name of an embedded scene
+    /// A glTF, GLB, PLY, HAIR or VOL file, or the name of an embedded scene
     #[arg(default_value = "city")]
     pub(crate) scene: String,
 
@@ -138,7 +139,7 @@ pub(crate) enum BackendName {
 /// 1 - exp(-x) per channel, then sRGB.
 #[derive(Debug, Args)]
 pub(crate) struct Render {
-    /// A glTF, GLB or PLY file, or the name of an embedded scene
+    /// A glTF, GLB, PLY, HAIR or VOL file, or the name of an embedded scene
     pub(crate) scene: String,
 
     /// File to write: .png or .exr

@@ -21,6 +21,30 @@ const SMALL: [&str; 9] = [
 ];
 
 #[test]
+fn a_scene_of_smoke_and_hair_is_compared_with_what_they_let_through() {
+    let place = tempfile::tempdir().unwrap();
+    succeeds(
+        place.path(),
+        &[
+            &["compare", "translucent", "--methods", "translucent,none"][..],
+            &SMALL,
+        ]
+        .concat(),
+    );
+    let report = place.path().join("crepuscular-report");
+    let csv = std::fs::read_to_string(report.join("results.csv")).unwrap();
+    let error = |visibility: &str| {
+        let rows = csv.lines().filter(|row| row.contains(visibility));
+        let errors = rows.map(|row| row.split(',').nth(6).unwrap().parse::<f64>().unwrap());
+        errors.fold(f64::INFINITY, f64::min)
+    };
+    let (with, without) = (error(",translucent,"), error(",none,"));
+    assert!(with < 0.05 && without > 0.2, "{with} {without}");
+    let curves = std::fs::read_to_string(report.join("curves.csv")).unwrap();
+    assert!(curves.contains("1500 strands") && curves.contains("600 particles"));
+}
+
+#[test]
 fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
     let place = tempfile::tempdir().unwrap();
     let text = succeeds(place.path(), &[&["compare", "fence"][..], &SMALL].concat());

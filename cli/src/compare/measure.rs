@@ -101,6 +101,8 @@ pub(crate) struct Session<'a, B: Renderer> {
     seconds_maps: f64,
     /// Maps of transmittance, if a candidate needs them.
     veils: Vec<B::Veil>,
+    /// Why the backend cannot hold them.
+    no_veils: Option<Failure>,
     bytes_veils: u64,
     seconds_veils: f64,
     voxels: Voxels<B>,
@@ -170,7 +172,7 @@ impl<'a, B: Renderer> Session<'a, B> {
                 Err(failure) => not_held.push((baked.resolution, failure)),
             }
         }
-        let (mut veils, mut bytes_veils) = (Vec::new(), 0);
+        let (mut veils, mut bytes_veils, mut no_veils) = (Vec::new(), 0, None);
         let clock = Instant::now();
         let needed = candidates
             .iter()
@@ -179,7 +181,10 @@ impl<'a, B: Renderer> Session<'a, B> {
             let side = veils::resolution(job.map, job.emitters);
             for map in veils::veils(job.input, Some(job.geometry), job.emitters, side)? {
                 bytes_veils += map.bytes();
-                veils.push(backend.veil(map)?);
+                match backend.veil(map) {
+                    Ok(veil) => veils.push(veil),
+                    Err(failure) => no_veils = Some(failure),
+                }
             }
             backend.wait()?;
         }
@@ -194,6 +199,7 @@ impl<'a, B: Renderer> Session<'a, B> {
             maps,
             seconds_maps,
             veils,
+            no_veils,
             bytes_veils,
             seconds_veils,
             voxels: Voxels::default(),
@@ -242,6 +248,9 @@ impl<'a, B: Renderer> Session<'a, B> {
                 "no time for the shadow maps of {} (--time-budget, --lights, --map)",
                 lights()
             ));
+        }
+        if let (Visibility::Translucent, Some(failure)) = (visibility, &self.no_veils) {
+            return Some(failure.to_string());
         }
         let resolution = candidate.setting().samples;
         let held = self.held.iter().any(|held| held.resolution == resolution);
