@@ -9,7 +9,7 @@ use lighting::plan::{Plan, Reason};
 use lighting::scene::{Camera, Medium};
 use lighting::shadow_map::Casters;
 use lighting::view::{Lit, View};
-use lighting::voxels::{Eye, depth_range};
+use lighting::voxels::Eye;
 
 use crate::args::Render;
 use crate::baked;
@@ -274,8 +274,8 @@ fn airlight(
         ));
     }
     let tables = Tables::new(medium.phase(), std::iter::once(setting))?;
-    let depths = depth_range(view.rays(), medium);
-    let eye = Eye::of_camera(camera, args.size.width, args.size.height, depths);
+    let size = [args.size.width, args.size.height];
+    let eye = Eye::of_camera(camera, size, view.rays(), medium);
     let voxels = Voxels::default();
     let bar = progress::bar("airlight", view.rays().len() as u64);
     let mut radiance = Vec::with_capacity(view.rays().len());

@@ -6,7 +6,7 @@ use lighting::scene::{Camera, Geometry, Medium, Scene};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 use lighting::trace::Tracer;
 use lighting::view::View;
-use lighting::voxels::{Eye, depth_range};
+use lighting::voxels::Eye;
 use lighting::{Emitter, LightPath, Ray};
 
 use crate::oracle::image::{Options, Reference, reference};
@@ -120,8 +120,6 @@ impl Stage {
 
     /// What voxels are made for.
     pub fn eye(&self) -> Eye {
-        let [width, height] = self.size;
-        let depths = depth_range(&self.rays, &self.medium);
-        Eye::of_camera(&self.camera, width, height, depths)
+        Eye::of_camera(&self.camera, self.size, &self.rays, &self.medium)
     }
 }

@@ -8,7 +8,7 @@ use gpu_backend::BufferOf;
 use lighting::scene::{Camera, Geometry, Medium};
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::trace::Tracer;
-use lighting::voxels::{Eye, depth_range};
+use lighting::voxels::Eye;
 use lighting::{Emitter, Ray};
 
 use super::backends::Present;
@@ -208,7 +208,6 @@ impl<'a, B: Renderer> Session<'a, B> {
 
     /// Everything that frames of these rays of a picture need, on the backend.
     fn stage(&self, rays: &[Ray], size: Size) -> Result<Stage<'_, B>, Failure> {
-        let depths = depth_range(rays, self.job.medium);
         let uploaded = self.backend.upload(rays)?;
         self.backend.wait()?;
         Ok(Stage {
@@ -219,7 +218,12 @@ impl<'a, B: Renderer> Session<'a, B> {
             maps: self.maps.as_deref().unwrap_or_default(),
             veils: &self.veils,
             tables: self.job.tables,
-            eye: Eye::of_camera(self.job.camera, size.width, size.height, depths),
+            eye: Eye::of_camera(
+                self.job.camera,
+                [size.width, size.height],
+                rays,
+                self.job.medium,
+            ),
             voxels: &self.voxels,
             baked: &self.held,
             rays: uploaded,

@@ -113,9 +113,10 @@ impl Prepared {
         map: u32,
     ) -> Result<voxels::Scene<'a>, String> {
         let (input, Frame { size, view, plan }) = (&self.input, &self.frame);
-        let depths = depth_range(view.rays(), medium);
+        let size = [size.width, size.height];
+        let eye = Eye::of_camera(&self.camera, size, view.rays(), medium);
         let usable = |emitter: &&Emitter| {
-            !matches!(emitter, Emitter::Directional(_)) || depths.end < f32::INFINITY
+            !matches!(emitter, Emitter::Directional(_)) || eye.depths.end < f32::INFINITY
         };
         let mut kept = plan.emitters().iter().map(|index| &input.emitters[*index]);
         let emitter = kept
@@ -126,7 +127,7 @@ impl Prepared {
             tracer: &input.tracer,
             medium,
             emitter,
-            eye: Eye::of_camera(&self.camera, size.width, size.height, depths),
+            eye,
             rays: view.rays(),
             map,
         })

@@ -18,7 +18,7 @@
 //! use lighting::emitter::Emission;
 //! use lighting::scene::{Camera, Geometry, Medium, Mesh, PhaseFunction, Scene};
 //! use lighting::shadow_map::{Casters, RenderShadowMap};
-//! use lighting::voxels::{Detail, Eye, Resolution, VoxelVolume, depth_range};
+//! use lighting::voxels::{Detail, Eye, Resolution, VoxelVolume};
 //! use lighting::{Emitter, Gather, Ray};
 //!
 //! // A triangle under a lamp, in fog.
@@ -36,7 +36,7 @@
 //! let casters = Casters::upload(&cpu, &Geometry::new(&scene)?)?;
 //! let map = cpu.shadow_map(&casters, &lamp, 512)?;
 //! let mut voxels = VoxelVolume::new(&cpu, Resolution::new(256, 256, 256)?)?;
-//! let eye = Eye::of_camera(&camera, 16, 9, depth_range(&rays, &fog));
+//! let eye = Eye::of_camera(&camera, [16, 9], &rays, &fog);
 //! voxels.update(&cpu, &lamp, &eye, &map)?;
 //!
 //! let rays = cpu.upload(&rays)?;

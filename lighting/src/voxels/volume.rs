@@ -43,14 +43,22 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// What a picture of `width` × `height` pixels shows, in voxels of equal
-    /// angles.
-    pub fn of_camera(camera: &Camera, width: u32, height: u32, depths: Interval) -> Self {
+    /// What `rays` of a picture of `width` × `height` pixels show, in voxels of
+    /// equal airlight: where the light of the medium is weak there are few. The
+    /// extinction is the mean of its channels.
+    pub fn of_camera(
+        camera: &Camera,
+        [width, height]: [u32; 2],
+        rays: &[Ray],
+        medium: &Medium,
+    ) -> Self {
         Self {
             position: camera.eye(),
             corners: Some(camera.corners(width, height)),
-            depths,
-            spacing: Spacing::Angle,
+            depths: depth_range(rays, medium),
+            spacing: Spacing::Airlight {
+                sigma_t: medium.sigma_t().element_sum() / 3.0,
+            },
         }
     }
 
