@@ -11,7 +11,8 @@ pub(crate) trait Footprints {
     type Part: Copy;
 
     /// Looks at a footprint of `8 · 2^level` texels. On level 0 the answer is
-    /// never [`Look::Quarters`], and [`Look::Flat`] only there; with [`Look::Texels`] they have been written.
+    /// never [`Look::Quarters`], and [`Look::Flat`] only there; with
+    /// [`Look::Texels`] they have been written.
     fn look(&mut self, level: usize, part: Self::Part, texels: &mut Tile) -> Look<Self::Part>;
 
     /// Forgets what [`Footprints::look`] made for the quarters of `part`.

@@ -124,9 +124,10 @@ pub(crate) mod slot {
 ///
 /// A *shape* says for each child, in four bits, which of the references it
 /// has, or that it is lit or shadowed: equal neighbours along the light cost
-/// nothing, and neither do masks whose number is the next. Nodes are sorted by their number of references, so that the
-/// number of a node says where it is, and numbers of nodes, shapes and masks
-/// take as many bits as the level needs.
+/// nothing, and neither do masks whose number is the next. Nodes are sorted by
+/// their number of references, so that the number of a node says where it is,
+/// and numbers of nodes, shapes and masks take as many bits as the level
+/// needs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Packed<'a> {
     pub(crate) bytes: &'a [u8],

@@ -208,6 +208,17 @@ impl Path {
         if way > 0 { i } else { last - i }
     }
 
+    /// The cell behind a plane that has been crossed at `s`, if it is the one
+    /// at `s`: the plane behind it has not been crossed.
+    fn behind(&self, axis: usize, plane: u32, s: f64) -> Option<u32> {
+        let (cell, next) = if self.axes[axis].way > 0 {
+            (plane, plane + 1)
+        } else {
+            (plane.checked_sub(1)?, plane - 1)
+        };
+        (cell < self.side && self.crossing(axis, next) > s).then_some(cell)
+    }
+
     /// The cell by where a point is, good to a rounding error.
     fn estimate(&self, axis: usize, h: DVec4) -> u32 {
         let position = match axis {
@@ -304,24 +315,32 @@ fn walk(find: impl Fn(UVec3) -> Volume, path: &Path, length: f64) -> Joined {
     }
     lit.push(0.0, start);
     let mut s = start;
+    let mut voxel = [0, 1, 2].map(|axis| path.cell(axis, s));
     while s < end {
-        let voxel = UVec3::new(path.cell(0, s), path.cell(1, s), path.cell(2, s));
-        let volume = find(voxel);
-        let mut exit = end;
-        for axis in 0..3 {
+        let volume = find(UVec3::from_array(voxel));
+        // The side of the volume at which it is left, along each axis.
+        let planes = [0, 1, 2].map(|axis| {
             let cell = voxel[axis] >> volume.shift;
-            let plane = (cell + u32::from(path.axes[axis].way > 0)) << volume.shift;
-            // What is crossed already is the rim of the map, or was met while
-            // clipping.
-            let crossing = path.crossing(axis, plane);
-            if crossing > s {
-                exit = exit.min(crossing);
-            }
-        }
+            (cell + u32::from(path.axes[axis].way > 0)) << volume.shift
+        });
+        let crossings = [0, 1, 2].map(|axis| path.crossing(axis, planes[axis]));
+        // What is crossed already is the rim of the map, or was met while
+        // clipping.
+        let exit = (crossings.iter().filter(|crossing| **crossing > s))
+            .fold(end, |exit, &crossing| exit.min(crossing));
         if volume.lit {
             lit.push(s, exit);
         }
         s = exit;
+        for axis in 0..3 {
+            let known = if crossings[axis] > s {
+                // The next plane of a single voxel has been looked at.
+                (volume.shift == 0).then_some(voxel[axis])
+            } else {
+                path.behind(axis, planes[axis], s)
+            };
+            voxel[axis] = known.unwrap_or_else(|| path.cell(axis, s));
+        }
     }
     lit.push(end, length);
     lit
