@@ -20,7 +20,7 @@ impl<const N: usize, const W: usize, const C: usize> Sizes<N, W, C> {
 
     /// From how many nodes the last are chosen: as on the CPU, or as many as a
     /// dispatch can look at (see `build.rs`), or `N`.
-    const CHOICE: usize = {
+    pub(crate) const CHOICE: usize = {
         let mut choice = if W > 1 { (W - 1) * N } else { N };
         while choice > N
             && (1 + C) * choice * choice * choice / 6 + N * choice * choice / 2 > 40_000

@@ -106,6 +106,31 @@ fn avsm_joined(curve: ptr<function, avsm_Curve>, q: u32, channel: u32) -> vec2<f
     return vec2(above, below) * 1.0000004;
 }
 
+// The bounds of the stretch from node `first` to node `last` that leaves out
+// those between.
+fn avsm_widened(curve: ptr<function, avsm_Curve>, first: u32, last: u32, channel: u32) -> vec2<f32> {
+    let row = channel * avsm_ROOM;
+    let ends = vec2((*curve).depth[first], (*curve).depth[last]);
+    let values = vec2((*curve).value[row + first], (*curve).value[row + last]);
+    var bounds = vec2(0.0);
+    // Heights over the chord, and what their roundings are relative to.
+    var left = vec2(0.0);
+    for (var i = first; i < last; i++) {
+        var right = vec2(0.0);
+        if i + 1u < last {
+            let value = (*curve).value[row + i + 1u];
+            let chord = avsm_mix(values, avsm_shares(ends, (*curve).depth[i + 1u]));
+            right = vec2(value - chord, max(value, chord));
+        }
+        let tent = vec2(max(left.x, right.x), max(-left.x, -right.x));
+        let stretch = vec2((*curve).above[row + i], (*curve).below[row + i]);
+        let slack = vec2(8e-7 * max(left.y, right.y));
+        bounds = max(bounds, (stretch + max(tent, vec2(0.0)) + slack) * 1.0000004);
+        left = right;
+    }
+    return bounds;
+}
+
 // What finds the least cost: the cost in the high bits, so that integers compare
 // as costs do, and the node's number in the low ones.
 fn avsm_key(

@@ -14,7 +14,7 @@ fn avsm_nearest(position: f32, count: u32) -> u32 {
 }
 
 // Share of the light that gets to a receiver, per channel, from a map of
-// `extent` texels. Texel centres are at 0.5, 1.5, ...
+// `extent` texels, at least one. Texel centres are at 0.5, 1.5, ...
 fn avsm_filtered(
     extent: vec2<u32>,
     position: vec2<f32>,

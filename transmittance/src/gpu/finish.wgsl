@@ -1,4 +1,5 @@
-// The end of a curve without spare room. Needs the part curve.wgsl.
+// The end of a curve where there is nothing to choose from. Needs the part
+// curve.wgsl.
 
 // Leaves avsm_NODES nodes.
 fn avsm_finish(curve: ptr<function, avsm_Curve>) {

@@ -35,16 +35,17 @@
 //! of each other. Their mean errors are the same.
 //!
 //! The same curve looked up here and there differs by at most 2e-6
-//! ([`LOOKUP_ERROR`]); of a [`PackedHalf`] also by a shift in
-//! depth of 2⁻²⁰ of its range.
+//! ([`LOOKUP_ERROR`]); of a [`PackedHalf`] also by a shift in depth of 2⁻²⁰ of its
+//! range.
 //!
 //! Numbers below 2⁻¹²⁶ are 0 to shaders, depths among them. Where the CPU answers
 //! ±∞ they answer ±[`f32::MAX`].
 //!
 //! # Limits
 //!
-//! Room for at most 66 nodes, so that `N W ≤ 64` for a [`Stream`],
-//! and 16 channels; at most five storage buffers and what [`WgslSegments`] adds.
+//! Room for at most 66 nodes, so that `N W ≤ 64` for a [`Stream`], and 16
+//! channels; at most five storage buffers and what [`WgslSegments`] adds. Room
+//! costs registers, and software drivers minutes to compile where it is for 64.
 
 mod build;
 mod capture;

@@ -87,8 +87,13 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> WgslR
     const SIZES: &'static str = Sizes::<N, W, C>::WGSL;
     const RULES: [&'static str; 2] = L::WGSL;
     const COST: &'static str = M::WGSL;
-    const FINISH: &'static str = include_str!("select.wgsl");
-    const FINISHES_APART: bool = true;
+    const FINISH: &'static str = if Self::FINISHES_APART {
+        include_str!("select.wgsl")
+    } else {
+        include_str!("finish.wgsl")
+    };
+    // With room for twice the nodes there is nothing left to choose from.
+    const FINISHES_APART: bool = Sizes::<N, W, C>::CHOICE > N;
 }
 
 /// The parts of a shader that looks up curves stored as `P`. It has to define
