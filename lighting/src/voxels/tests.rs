@@ -43,7 +43,8 @@ fn around(position: Vec3, rays: &[Ray], medium: &Medium) -> Eye {
         position,
         corners: None,
         depths: depth_range(rays, medium),
-        spacing: Spacing::Angle,
+        lamp_spacing: Spacing::Angle,
+        sun_spacing: Spacing::Angle,
     }
 }
 
@@ -191,7 +192,7 @@ fn what_cannot_be_divided_is_an_error_and_leaves_no_shadow() {
             ..good
         },
         Eye {
-            spacing: Spacing::Airlight { sigma_t: -1.0 },
+            sun_spacing: Spacing::Airlight { sigma_t: -1.0 },
             ..good
         },
     ] {

@@ -38,14 +38,19 @@ pub struct Eye {
     /// Distances along rays between which anything matters, m; see
     /// [`depth_range`]. Must end for a directional light.
     pub depths: Interval,
-    /// How voxels are spread along a ray.
-    pub spacing: Spacing,
+    /// How voxels are spread along a ray, for a light at a point.
+    pub lamp_spacing: Spacing,
+    /// The same for a directional light.
+    pub sun_spacing: Spacing,
 }
 
 impl Eye {
-    /// What `rays` of a picture of `width` × `height` pixels show, in voxels of
-    /// equal airlight: where the light of the medium is weak there are few. The
-    /// extinction is the mean of its channels.
+    /// What `rays` of a picture of `width` × `height` pixels show.
+    ///
+    /// Voxels of a light at a point are equal angles, which are many where it is
+    /// near. Those of a directional light carry equal airlight, with the mean
+    /// extinction of the channels: equal distances up to ten mean free paths would
+    /// be few where its light comes from.
     pub fn of_camera(
         camera: &Camera,
         [width, height]: [u32; 2],
@@ -56,7 +61,8 @@ impl Eye {
             position: camera.eye(),
             corners: Some(camera.corners(width, height)),
             depths: depth_range(rays, medium),
-            spacing: Spacing::Airlight {
+            lamp_spacing: Spacing::Angle,
+            sun_spacing: Spacing::Airlight {
                 sigma_t: medium.sigma_t().element_sum() / 3.0,
             },
         }
@@ -243,7 +249,12 @@ impl<M: Memory> VoxelVolume<M> {
         let light = light(emitter)?;
         let view = eye.view(emitter)?;
         let space = Space::new(light, eye.position)?;
-        Lattice::new(space, &view, self.grid.resolution(), eye.spacing)
+        let spacing = if space.is_directional() {
+            eye.sun_spacing
+        } else {
+            eye.lamp_spacing
+        };
+        Lattice::new(space, &view, self.grid.resolution(), spacing)
     }
 
     /// Its voxels as a visibility source.

@@ -211,7 +211,8 @@ fn voxels_of_the_same_map_agree_but_for_those_on_the_border_of_another() {
                 position,
                 corners: None,
                 depths: depth_range(&rays, &medium),
-                spacing: Spacing::Angle,
+                lamp_spacing: Spacing::Angle,
+                sun_spacing: Spacing::Angle,
             };
             here.update(&cpu, &light, &eye, &map).unwrap();
             there.update(&gpu, &light, &eye, &map_there).unwrap();
