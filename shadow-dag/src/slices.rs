@@ -19,6 +19,8 @@ pub enum Slices {
 pub struct Logarithmic {
     near: f64,
     far: f64,
+    /// ln(far/near).
+    stretch: f64,
 }
 
 impl Logarithmic {
@@ -54,7 +56,8 @@ impl Slices {
                 "a finite number above the near distance",
             ));
         }
-        Ok(Self::Logarithmic(Logarithmic { near, far }))
+        let stretch = (far / near).ln();
+        Ok(Self::Logarithmic(Logarithmic { near, far, stretch }))
     }
 
     /// The position `t` of a depth in the grid, 0 at the near and 1 at the
@@ -63,7 +66,7 @@ impl Slices {
     pub fn position(&self, depth: f64) -> f64 {
         match self {
             Self::Linear => depth,
-            Self::Logarithmic(Logarithmic { near, far }) => (depth / near).ln() / (far / near).ln(),
+            Self::Logarithmic(Logarithmic { near, stretch, .. }) => (depth / near).ln() / stretch,
         }
     }
 
@@ -71,8 +74,8 @@ impl Slices {
     pub fn depth(&self, position: f64) -> f64 {
         match self {
             Self::Linear => position,
-            Self::Logarithmic(Logarithmic { near, far }) => {
-                near * (position * (far / near).ln()).exp()
+            Self::Logarithmic(Logarithmic { near, stretch, .. }) => {
+                near * (position * stretch).exp()
             }
         }
     }

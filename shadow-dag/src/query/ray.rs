@@ -67,7 +67,8 @@ impl Ray {
 /// How a ray crosses the planes between voxels across one axis.
 ///
 /// Plane `i` is crossed at `s = (i a − b) / (c − i d)` for texels, or at
-/// `(depth(i) − a) / b` for slices.
+/// `(depth(i) − a) / b` for slices. Where planes lie evenly along the ray both
+/// are `(i a − b) c`, without a division.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     /// +1, −1, or 0 if no plane is ever crossed.
@@ -77,6 +78,7 @@ struct Axis {
 
 #[derive(Debug, Clone, Copy)]
 enum Planes {
+    Even { a: f64, b: f64, c: f64 },
     Texels { a: f64, b: f64, c: f64, d: f64 },
     Slices { from: f64, slope: f64 },
 }
@@ -107,14 +109,25 @@ impl Path {
                 0
             }
         };
-        let texels = |i: usize| Axis {
-            way: way(along[i] * from.w - from[i] * along.w),
-            kind: Planes::Texels {
-                a: from.w,
-                b: side * from[i],
-                c: side * along[i],
-                d: along.w,
+        let texels = |i: usize| {
+            let [a, b, c, d] = [from.w, side * from[i], side * along[i], along.w];
+            Axis {
+                way: way(along[i] * from.w - from[i] * along.w),
+                kind: if d == 0.0 {
+                    Planes::Even { a, b, c: 1.0 / c }
+                } else {
+                    Planes::Texels { a, b, c, d }
+                },
+            }
+        };
+        let (near, slope) = (from.z, along.z);
+        let slices = match space.slices() {
+            Slices::Linear => Planes::Even {
+                a: 1.0 / side,
+                b: near,
+                c: 1.0 / slope,
             },
+            Slices::Logarithmic(_) => Planes::Slices { from: near, slope },
         };
         let mut path = Self {
             slices: *space.slices(),
@@ -125,10 +138,7 @@ impl Path {
                 texels(1),
                 Axis {
                     way: way(along.z),
-                    kind: Planes::Slices {
-                        from: from.z,
-                        slope: along.z,
-                    },
+                    kind: slices,
                 },
             ],
             from,
@@ -154,6 +164,7 @@ impl Path {
         }
         let i = f64::from(plane);
         let s = match kind {
+            Planes::Even { a, b, c } => (i * a - b) * c,
             Planes::Texels { a, b, c, d } => {
                 // Beyond the vanishing point the denominator changes sign.
                 // A ray that leaves the light never gets there, one that
