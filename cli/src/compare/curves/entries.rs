@@ -221,7 +221,7 @@ fn errors<T: Evaluate>(rays: &Rays, curves: &[T]) -> (f64, f64) {
     (sum / f64::from(count.max(1)), max)
 }
 
-/// The paper's figure 6: each method on the ray with most blockers.
+/// The paper's figure 6: each method on one ray.
 pub(crate) fn lines_of_all(rays: &Rays) -> Result<Vec<Line>, Failure> {
     let range = range(1.0, rays.range())?;
     Ok(vec![
@@ -253,7 +253,7 @@ pub(crate) fn lines_of_sizes(rays: &Rays) -> Result<Vec<Line>, Failure> {
 }
 
 fn truth(rays: &Rays) -> Line {
-    let ray = rays.fullest();
+    let ray = rays.shown();
     Line {
         name: format!("exact, {} blockers", ray.segments.len()),
         slot: 0,
@@ -265,7 +265,7 @@ fn line<A>(rays: &Rays, family: Family, setting: &str, clear: &A) -> Line
 where
     A: Accumulate + Clone,
 {
-    let curve: A::Curve = made(clear, rays.fullest());
+    let curve: A::Curve = made(clear, rays.shown());
     let at = |depth: f32| f64::from(curve.evaluate(depth)[0]);
     let place = Family::ALL.into_iter().position(|other| other == family);
     Line {

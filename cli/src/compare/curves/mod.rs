@@ -13,7 +13,7 @@ use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::procedural::{ponytail, smoke_grid, smoke_particles};
-use lighting::scene::{StrandPoint, Strands, Translucent};
+use lighting::scene::{Particle, Particles, StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
 
 use super::results::Times;
@@ -135,7 +135,7 @@ pub(crate) fn judge_all(
             }
         }
         if let Some(rays) = collect(casters, emitter, quick)? {
-            let title = "The light ray of the scene that meets most blockers";
+            let title = "A light ray of the scene that meets many blockers";
             let lines = lines_of_all(&rays)?;
             curves.figures.push(figure(title.into(), &rays, lines));
         }
@@ -143,7 +143,7 @@ pub(crate) fn judge_all(
         return Ok(curves);
     }
     let sun = |x, y, z| Emitter::directional(Vec3::new(x, y, z), Vec3::ONE);
-    let smoke: [Translucent; 1] = [smoke_particles(1).into()];
+    let smoke = [thin_smoke()?];
     if let Some(rays) = collect(&smoke, &sun(1.0, -0.2, 0.05)?, quick)? {
         let name = "smoke: three columns of soft puffs, one behind the other";
         curves.subjects.push(subject(name, &rays, quick)?);
@@ -158,7 +158,7 @@ pub(crate) fn judge_all(
         curves.subjects.push(subject(name, &rays, quick)?);
         bar.inc(1);
     }
-    let both = [smoke_grid(1, 2.0).into(), hair_in_smoke()?];
+    let both = [smoke_grid(1, 1.5).into(), hair_in_smoke()?];
     if let Some(rays) = collect(&both, &sun(0.3, -1.0, 0.2)?, quick)? {
         let title = "Smoke and hair (figure 6 of the paper)";
         let lines = lines_of_all(&rays)?;
@@ -166,6 +166,18 @@ pub(crate) fn judge_all(
     }
     bar.finish_and_clear();
     Ok(curves)
+}
+
+/// The embedded columns of smoke, a third as dense, so that light gets behind
+/// the first of them.
+fn thin_smoke() -> Result<Translucent, Failure> {
+    let smoke = smoke_particles(1);
+    let thin = |puff: &Particle| Particle {
+        sigma_t: puff.sigma_t / 3.0,
+        ..*puff
+    };
+    let all = smoke.all().iter().map(thin).collect();
+    Ok(Particles::new(all, smoke.profile())?.into())
 }
 
 /// A ponytail in the unit box, in the middle of the embedded plume.

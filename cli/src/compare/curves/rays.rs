@@ -94,21 +94,27 @@ impl Rays {
         [near, far]
     }
 
-    /// The ray with most blockers.
-    pub(crate) fn fullest(&self) -> &Ray {
-        let mut fullest = &self.rays[0];
+    /// The ray with most blockers of those that let a twentieth of the light
+    /// through, or of all if none does: where it is dark, there is nothing to
+    /// be seen of a curve.
+    pub(crate) fn shown(&self) -> &Ray {
+        let rank = |ray: &Ray| {
+            let left = ray.end_truths.last().copied().unwrap_or(1.0);
+            (left >= 0.05, ray.segments.len())
+        };
+        let mut shown = &self.rays[0];
         for ray in &self.rays {
-            if ray.segments.len() > fullest.segments.len() {
-                fullest = ray;
+            if rank(ray) > rank(shown) {
+                shown = ray;
             }
         }
-        fullest
+        shown
     }
 
     /// Depths from a little in front of that ray's first blocker to a little
     /// behind its last.
     pub(crate) fn plotted_depths(&self) -> Vec<f32> {
-        let [near, far] = self.fullest().extent();
+        let [near, far] = self.shown().extent();
         let at = |i: usize| near + (far - near) * (1.06 * i as f32 / (PLOTTED - 1) as f32 - 0.03);
         (0..PLOTTED).map(at).collect()
     }
