@@ -156,10 +156,11 @@ impl Mesh {
 
     /// The triangles over a square of the map, each once.
     fn over(&self, tile: TileRect, list: &mut Vec<u32>) {
-        let bin = |texel: u32| {
-            (u64::from(texel) * u64::from(BINS) / u64::from(self.resolution.side())) as u32
-        };
-        let [first, last] = [0, tile.side - 1].map(|i| [bin(tile.x + i), bin(tile.y + i)]);
+        // Of small maps a texel has several bins.
+        let (bins, side) = (u64::from(BINS), u64::from(self.resolution.side()));
+        let first = [tile.x, tile.y].map(|texel| (u64::from(texel) * bins / side) as u32);
+        let last = [tile.x, tile.y]
+            .map(|texel| (u64::from(texel + tile.side) * bins).div_ceil(side) as u32 - 1);
         list.clear();
         for y in first[1]..=last[1] {
             for x in first[0]..=last[0] {

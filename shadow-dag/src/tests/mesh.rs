@@ -403,3 +403,26 @@ fn meshes_that_are_none_are_errors() {
         let _ = dag.is_lit(IVec3::splat(3));
     }
 }
+#[test]
+fn triangles_in_any_part_of_a_texel_count_where_texels_are_large() {
+    // The last texel of 8 has 8 of the bins by which triangles are found. A
+    // face of the second solid is in the last of them only.
+    let upright = |centre: DVec3, half: DVec3| Solid {
+        centre,
+        half,
+        turn: DQuat::IDENTITY,
+    };
+    let solids = [
+        upright(DVec3::ZERO, DVec3::new(0.3202, 0.228, 0.3021)),
+        upright(
+            DVec3::new(0.25, -0.25, 0.125),
+            DVec3::new(0.1875, 0.125, 0.0625),
+        ),
+    ];
+    let mesh = Soup::of(&solids).mesh(8, lights()[3]);
+    let map = map(&mesh);
+    // The light is inside of the first solid: all rays begin in shadow.
+    assert!(map.iter().all(|[enter, _]| *enter == 0), "{map:?}");
+    let baked = Builder::new().bake(&Cpu::new(), &mesh).unwrap();
+    between(&baked, &map).unwrap();
+}
