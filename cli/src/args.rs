@@ -60,8 +60,9 @@ pub(crate) enum Command {
 /// Runs every method that applies to the scene at every quality setting, on
 /// every backend that is present, and measures its time and its error against
 /// a converged reference. Writes a folder with index.html, which needs nothing
-/// but a browser, and results.csv; airlight.csv and curves.csv have evaluators of
-/// airlight and curves of transmittance by themselves.
+/// but a browser, and results.csv; airlight.csv, curves.csv, voxels.csv and
+/// shadows.csv have evaluators of airlight, curves of transmittance, voxelized
+/// shadow volumes and baked shadows by themselves.
 ///
 /// Errors are those of the airlight (surfaces are the same for all methods), in
 /// linear radiance, divided by the reference's mean radiance.
@@ -154,14 +155,16 @@ pub(crate) struct Render {
     #[arg(long, value_enum, default_value = "quadrature")]
     pub(crate) airlight: Airlight,
 
-    /// Steps per ray of a march; voxels along each coordinate (φ at most 1024),
-    /// or along each axis of baked shadows (a power of two)
+    /// Steps per ray of a march; voxels along each coordinate (at most 4096; of φ
+    /// at most 1024 and a multiple of 32), or along each axis of baked shadows (a
+    /// power of two)
     /// [default: 64 steps, 512 voxels, 2048 of baked shadows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) samples: Option<u32>,
 
     /// Nodes of the equi-angular quadrature per lit interval
-    /// [default: 8, 1 for march, equi-angular and voxel-bits, whose intervals are steps]
+    /// [default: 8, 1 for march, equi-angular, voxel-bits and translucent, whose
+    /// intervals are steps]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,
 

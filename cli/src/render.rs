@@ -50,6 +50,12 @@ impl Format {
 /// Runs `crepuscular render`.
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let format = Format::of(&args.output)?;
+    let is_exact_only = matches!(args.airlight, Airlight::Double | Airlight::Published);
+    if is_exact_only && !args.shadows.is_empty() {
+        return Err(Failure::new(
+            "--airlight double and published go with exact visibility only, not with --shadows",
+        ));
+    }
     let file = PendingFile::create(&args.output)?;
     let mut input = Input::load(&args.scene, &args.options)?;
     let cpu = Cpu::new();
@@ -77,6 +83,9 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let surfaces = if traced && !input.scene.translucent.is_empty() {
         veils::surfaces(&view, &input, args.options.map.unwrap_or(1024))?
     } else {
+        if !input.scene.translucent.is_empty() {
+            (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
+        }
         view.surface_radiance_with(
             &cpu,
             &input.scene,
@@ -268,9 +277,13 @@ fn airlight(
         let side = veils::resolution(args.options.map.unwrap_or(1024), emitters);
         veils = veils::veils(input, Some(&input.geometry), emitters, side)?;
     } else if !input.scene.translucent.is_empty() {
-        input.notes.push(format!(
-            "hair and smoke cast no shadow into the air with --visibility {}",
-            setting.visibility.name()
+        // Shadows from files have no resolution of their own.
+        let option = match setting.samples {
+            0 => "--shadows".to_owned(),
+            _ => format!("--visibility {}", setting.visibility.name()),
+        };
+        (input.notes).push(format!(
+            "hair and smoke cast no shadow into the air with {option}"
         ));
     }
     let tables = Tables::new(medium.phase(), std::iter::once(setting))?;
@@ -279,7 +292,12 @@ fn airlight(
     let voxels = Voxels::default();
     let bar = progress::bar("airlight", view.rays().len() as u64);
     let mut radiance = Vec::with_capacity(view.rays().len());
-    for rays in view.rays().chunks(BATCH) {
+    // Voxels are made anew for each bundle of rays.
+    let batch = match setting.visibility.voxel_detail() {
+        Some(_) => view.rays().len(),
+        None => BATCH,
+    };
+    for rays in view.rays().chunks(batch.max(1)) {
         let stage = Stage {
             backend: &cpu,
             tracer: &input.tracer,

@@ -127,10 +127,12 @@ pub const TABLE: &[Tolerance] = &[
     Tolerance {
         what: Allowed::Order,
         error: 0.25,
-        derivation: "Slope of log error over log samples, fitted over a factor of 16. Errors at \
-            shadow edges are pseudo-random with a spread that falls by the expected order; over \
-            1000 rays the mean square of the error scatters by about 10 % per sample count, which \
-            tilts the fit by 0.05; features smaller than a step tilt it by more at the coarse end.",
+        derivation: "Slope of log error over log samples, fitted over a factor of 8, four points. \
+            Errors at shadow edges are pseudo-random with a spread that falls by the expected \
+            order; over 500 rays the mean square of the error scatters by about 15 % per sample \
+            count, its root by 8 %, which tilts the fit by 0.05; features smaller than a step, \
+            and pixels beside a lamp that dominate a mean square, tilt it by several times that \
+            at the coarse end.",
     },
     Tolerance {
         what: Allowed::GpuRadiance,

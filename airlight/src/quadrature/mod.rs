@@ -167,7 +167,8 @@ impl<P: Phase> Quadrature<P> {
     /// integrated over the same nodes, `sigma_t` is the least: beyond its depth
     /// nothing is looked at. What `f` varies otherwise takes `extra` nodes more
     /// on each piece: 2 serve the falloff of a spotlight, or a light outside of
-    /// the medium. The nodes are in no particular order. No node if the segment is
+    /// the medium; no piece gets more than the largest rule has, which is the only
+    /// one of [`Quadrature::fixed`]. The nodes are in no particular order. No node if the segment is
     /// empty or meets the light.
     pub fn nodes(
         &self,
@@ -266,7 +267,7 @@ impl<P: Phase> Quadrature<P> {
         let found = self.rules[..last]
             .iter()
             .position(|(_, most)| span.within(most));
-        &self.rules[(found.unwrap_or(last) + extra).min(last)].0
+        &self.rules[found.unwrap_or(last).saturating_add(extra).min(last)].0
     }
 }
 

@@ -109,6 +109,10 @@ fn few_nodes_are_enough() {
         length: 0.01,
     };
     assert_eq!(quadrature.nodes(0.1, &step, 0).count(), 1);
+    assert_eq!(quadrature.nodes(0.1, &step, 2).count(), 3);
+    // As many as there are.
+    let most = quadrature.nodes(0.1, &step, usize::MAX).count();
+    assert!(most > 3 && most == quadrature.nodes(0.1, &step, 100).count());
 }
 
 #[test]

@@ -45,9 +45,12 @@ const FILES: [&str; 6] = [
     "shadows.csv",
 ];
 
-/// Share of the time that pictures get; the rest is for what is judged by itself,
-/// which takes the same time whatever the scene and its size.
+/// Share of the time that pictures get; the rest is for what is judged by itself.
 const PICTURES: f64 = 0.75;
+
+/// Seconds that voxels by themselves may take, in a quick comparison and in a full
+/// one.
+const VOXEL_SECONDS: [f64; 2] = [1.5, 15.0];
 
 /// Seconds that baked shadows by themselves may take: of a quick comparison,
 /// and of another.
@@ -143,11 +146,21 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
         curves = curves::judge_all(translucent, &prepared.emitters(), args.quick)?;
         match prepared.voxel_scene(&medium, map) {
             Ok(scene) => {
-                voxels = voxels::judge(scene, args.quick)?;
+                let seconds = VOXEL_SECONDS[usize::from(!args.quick)];
+                voxels = voxels::judge(scene, args.quick, seconds.min(budget.left()))?;
+                left_out.append(&mut voxels.left_out);
                 for backend in &prepared.backends.present {
-                    match backend.time_voxels(scene, args.quick) {
+                    let steps = match budget.left() > 0.0 {
+                        true => backend.time_voxels(scene, args.quick),
+                        false => Err(Failure::new("no time left (--time-budget)")),
+                    };
+                    match steps {
                         Ok(steps) => voxels.steps.extend(steps),
-                        Err(failure) => left_out.push(backend.excuse(failure)?),
+                        // Its pictures stand.
+                        Err(failure) => left_out.push(LeftOut {
+                            what: format!("steps of voxels on {}", backend.label),
+                            why: failure.to_string(),
+                        }),
                     }
                 }
             }

@@ -113,6 +113,9 @@ impl Prepared {
         map: u32,
     ) -> Result<voxels::Scene<'a>, String> {
         let (input, Frame { size, view, plan }) = (&self.input, &self.frame);
+        if !input.scene.translucent.is_empty() {
+            return Err("they do not see hair and smoke".into());
+        }
         let size = [size.width, size.height];
         let eye = Eye::of_camera(&self.camera, size, view.rays(), medium);
         let usable = |emitter: &&Emitter| {

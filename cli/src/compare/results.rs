@@ -277,6 +277,7 @@ pub(crate) mod tests {
             }],
             biased: 0.02,
             unbiased: 0.01,
+            left_out: Vec::new(),
         }
     }
 

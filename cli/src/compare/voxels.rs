@@ -2,6 +2,7 @@
 //! their resolutions an error comes from, and how far shadows start behind what
 //! casts them.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -16,7 +17,7 @@ use lighting::voxels::{Detail, Eye, Resolution, Sampling, VoxelVolume};
 use lighting::{Emitter, Gather, Ray};
 use voxel_shadow::{Grid, IndexMap, ShadowVolume};
 
-use super::results::Times;
+use super::results::{LeftOut, Times};
 use crate::engine::Renderer;
 use crate::failure::Failure;
 use crate::progress;
@@ -57,6 +58,8 @@ pub(crate) struct Voxels {
     /// RMSE with the paper's biases and without, at the finest resolution.
     pub(crate) biased: f64,
     pub(crate) unbiased: f64,
+    /// What the time did not suffice for.
+    pub(crate) left_out: Vec<LeftOut>,
 }
 
 /// Times of a frame of 512³ voxels on one backend.
@@ -127,10 +130,23 @@ pub(crate) struct Detachment {
     pub(crate) unbiased: [f64; 2],
 }
 
-/// Everything but the times, on the CPU.
-pub(crate) fn judge(scene: Scene<'_>, quick: bool) -> Result<Voxels, Failure> {
+/// Everything but the times, on the CPU. Nothing more is begun once `seconds`
+/// are over.
+pub(crate) fn judge(scene: Scene<'_>, quick: bool, seconds: f64) -> Result<Voxels, Failure> {
+    let clock = Instant::now();
+    let is_over = || clock.elapsed().as_secs_f64() >= seconds;
+    let mut voxels = Voxels::default();
+    let no_time = |what: &str| LeftOut {
+        what: format!("voxels alone: {what}"),
+        why: "no time left (--time-budget)".into(),
+    };
+    if is_over() {
+        voxels.left_out.push(no_time("all of it"));
+        return Ok(voxels);
+    }
     let cpu = Cpu::new();
     let sizes = if quick { QUICK_SIZES } else { SIZES };
+    let last = sizes.len() - 1;
     let step = (scene.rays.len() / RAYS).max(1) | 1;
     let rays: Vec<Ray> = scene.rays.iter().step_by(step).copied().collect();
     let truth = reference(
@@ -140,28 +156,39 @@ pub(crate) fn judge(scene: Scene<'_>, quick: bool) -> Result<Voxels, Failure> {
         scene.geometry,
         Options::default(),
     );
-    let bar = progress::bar("voxels alone", (2 * 5 * sizes.len() + ALPHAS.len()) as u64);
+    let bar = progress::bar("voxels alone", (5 * sizes.len() + ALPHAS.len()) as u64);
     let casters = Casters::upload(&cpu, scene.geometry)?;
     let maps: Vec<ShadowMap<Host>> = sizes
         .iter()
         .map(|size| cpu.shadow_map(&casters, scene.emitter, 2 * size))
         .collect::<Result<_, _>>()?;
-    let error = |sampling, [map, phi, theta, alpha]: [usize; 4]| {
-        let resolution = Resolution::new(sizes[alpha], sizes[theta], sizes[phi])?;
-        let picture = Picture {
-            scene,
-            rays: &rays,
-            truth: &truth,
-        };
-        picture.error(&cpu, &maps[map], resolution, sampling)
+    let picture = Picture {
+        scene,
+        rays: &rays,
+        truth: &truth,
     };
-    let last = sizes.len() - 1;
-    let finest = sizes[last];
-    let mut voxels = Voxels::default();
+    // Axes share their ends.
+    let mut known: HashMap<[usize; 4], f64> = HashMap::new();
+    let mut error = |at: [usize; 4]| -> Result<f64, Failure> {
+        if let Some(error) = known.get(&at) {
+            return Ok(*error);
+        }
+        let [map, phi, theta, alpha] = at;
+        let resolution = Resolution::new(sizes[alpha], sizes[theta], sizes[phi])?;
+        let error = picture.error(&cpu, &maps[map], resolution, Sampling::UNBIASED)?;
+        known.insert(at, error);
+        Ok(error)
+    };
     for axis in Axis::ALL {
+        if is_over() {
+            voxels
+                .left_out
+                .push(no_time(&format!("other resolutions of {}", axis.name())));
+            continue;
+        }
         for (index, &size) in sizes.iter().enumerate() {
             let with = |rest: usize| {
-                Axis::ALL.map(|other| {
+                [Axis::Map, Axis::Phi, Axis::Theta, Axis::Alpha].map(|other| {
                     if axis == other || axis == Axis::All {
                         index
                     } else {
@@ -169,23 +196,24 @@ pub(crate) fn judge(scene: Scene<'_>, quick: bool) -> Result<Voxels, Failure> {
                     }
                 })
             };
-            let [coarse, fine] = [0, last].map(|rest| {
-                let [map, phi, theta, alpha, _] = with(rest);
-                [map, phi, theta, alpha]
-            });
             voxels.refinements.push(Refinement {
                 axis,
                 size,
-                rest_coarse: error(Sampling::UNBIASED, coarse)?,
-                rest_fine: error(Sampling::UNBIASED, fine)?,
+                rest_coarse: error(with(0))?,
+                rest_fine: error(with(last))?,
             });
-            bar.inc(2);
+            bar.inc(1);
         }
     }
-    voxels.unbiased = error(Sampling::UNBIASED, [last; 4])?;
-    voxels.biased = error(Sampling::default(), [last; 4])?;
+    voxels.unbiased = error([last; 4])?;
+    let finest = Resolution::new(sizes[last], sizes[last], sizes[last])?;
+    voxels.biased = picture.error(&cpu, &maps[last], finest, Sampling::default())?;
     for &alpha in ALPHAS {
-        let resolution = Resolution::new(alpha, finest, finest)?;
+        if is_over() {
+            voxels.left_out.push(no_time("detachment at finer α"));
+            break;
+        }
+        let resolution = Resolution::new(alpha, sizes[last], sizes[last])?;
         voxels
             .detachments
             .extend(detachment(&cpu, scene, &maps[last], resolution)?);
@@ -415,25 +443,25 @@ pub(crate) fn csv(voxels: &Voxels) -> String {
     for row in &voxels.detachments {
         line(
             "metres detached median",
-            "bias -2.25",
+            "the paper's biases",
             row.alpha,
             row.paper[0],
         );
         line(
             "metres detached 90 %",
-            "bias -2.25",
+            "the paper's biases",
             row.alpha,
             row.paper[1],
         );
         line(
             "metres detached median",
-            "bias -0.5",
+            "no bias",
             row.alpha,
             row.unbiased[0],
         );
         line(
             "metres detached 90 %",
-            "bias -0.5",
+            "no bias",
             row.alpha,
             row.unbiased[1],
         );

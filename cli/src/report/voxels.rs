@@ -46,11 +46,10 @@ fn steps(html: &mut String, results: &Results) {
 
 fn refinements(html: &mut String, voxels: &Voxels) {
     let rows = &voxels.refinements;
-    let sizes: Vec<u32> = rows
-        .iter()
-        .filter(|row| row.axis == Axis::All)
-        .map(|row| row.size)
-        .collect();
+    // The time may not have sufficed for all axes.
+    let measured = |axis: Axis| rows.iter().filter(move |row| row.axis == axis);
+    let first = rows.first().map_or(Axis::All, |row| row.axis);
+    let sizes: Vec<u32> = measured(first).map(|row| row.size).collect();
     let (Some(coarsest), Some(finest)) = (sizes.first(), sizes.last()) else {
         return;
     };
@@ -65,7 +64,7 @@ fn refinements(html: &mut String, voxels: &Voxels) {
     for axis in Axis::ALL {
         for (index, rest) in [coarsest, finest].into_iter().enumerate() {
             // All together have no rest.
-            if axis == Axis::All && index > 0 {
+            if (axis == Axis::All && index > 0) || measured(axis).next().is_none() {
                 continue;
             }
             let rest = match axis {
@@ -74,16 +73,17 @@ fn refinements(html: &mut String, voxels: &Voxels) {
             };
             let class = if index == 0 { " class=\"first\"" } else { "" };
             let _ = write!(html, "<tr{class}><td>{}</td><td>{rest}</td>", axis.name());
-            for row in rows.iter().filter(|row| row.axis == axis) {
+            for row in measured(axis) {
                 let value = [row.rest_coarse, row.rest_fine][index];
                 let _ = write!(html, "<td>{}</td>", error(value, false));
             }
             html.push_str("</tr>\n");
         }
     }
+    html.push_str("</table></div>\n");
     let _ = writeln!(
         html,
-        "</table></div>\n<p>With the biases of the paper (α −2.25 voxels, φ −1), which keep surfaces from shadowing themselves, the error at {finest} is {}; without a bias, as in all methods of this report, {}.</p>",
+        "<p>With the biases of the paper (α −2.25 voxels, φ −1), which keep surfaces from shadowing themselves, the error at {finest} is {}; without a bias, as in all methods of this report, {}.</p>",
         error(voxels.biased, false),
         error(voxels.unbiased, false)
     );

@@ -111,6 +111,16 @@ fn every_detail_finds_the_shadow_of_a_plate_from_a_lamp_and_from_a_sun() {
             // of the length; a lamp's are equal angles.
             if matches!(light, Emitter::Directional(_)) {
                 assert!((average[0].visibility - (1.0 - shadow)).abs() < 0.02);
+            } else {
+                // Seen from the lamp, 2 m above the ray.
+                let angle = |x: f32| ((x - 5.0) / 2.0).atan();
+                let [start, end] = [span.start, span.end].map(angle);
+                let dark = end.min(angle(7.0)) - start.max(angle(3.0));
+                let lit = 1.0 - dark / (end - start);
+                assert!(
+                    (average[0].visibility - lit).abs() < 0.02,
+                    "{average:?} {lit}"
+                );
             }
         }
     }
@@ -184,6 +194,14 @@ fn what_cannot_be_divided_is_an_error_and_leaves_no_shadow() {
             ..good
         },
         Eye {
+            depths: Interval::new(0.0, f32::NAN),
+            ..good
+        },
+        Eye {
+            depths: Interval::new(0.0, -1.0),
+            ..good
+        },
+        Eye {
             position: Vec3::splat(f32::INFINITY),
             ..good
         },
@@ -206,7 +224,9 @@ fn what_cannot_be_divided_is_an_error_and_leaves_no_shadow() {
         phi_bias: f32::NAN,
         ..Sampling::default()
     };
+    volume.update(&cpu, &sun, &good, &map).unwrap();
     let mut volume = volume.with_sampling(sampling);
+    assert!(volume.lattice_in_use().is_none());
     let error = volume.update(&cpu, &sun, &good, &map).unwrap_err();
     assert!(matches!(error, VoxelError::Voxels(_)), "{error}");
 }

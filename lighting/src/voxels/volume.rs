@@ -70,6 +70,10 @@ impl Eye {
 
     fn view(&self, emitter: &Emitter) -> Result<View, epipolar::Error> {
         let Interval { start, mut end } = self.depths;
+        // What is no distance stays so, for the view to find.
+        if !(end >= 0.0) {
+            return View::all_around(start, end);
+        }
         // Nothing beyond the range of a light is lit.
         if let Emitter::Point(point) = emitter {
             end = end.min(self.position.distance(point.position()) + point.range());
@@ -160,11 +164,15 @@ impl<M: Memory> VoxelVolume<M> {
         })
     }
 
-    /// The same with other biases or without interpolation; they are checked
-    /// by [`VoxelVolume::update`].
+    /// The same with other biases or without interpolation, and without shadow
+    /// until [`VoxelVolume::update`], which checks them.
     #[must_use]
     pub fn with_sampling(self, sampling: Sampling) -> Self {
-        Self { sampling, ..self }
+        Self {
+            sampling,
+            state: State::Lit,
+            ..self
+        }
     }
 
     /// Makes the voxels anew: rectifies the shadow map of `emitter`, sets a voxel

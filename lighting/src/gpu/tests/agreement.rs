@@ -202,7 +202,7 @@ fn voxels_of_the_same_map_agree_but_for_those_on_the_border_of_another() {
     let resolution = Resolution::new(128, 128, 128).unwrap();
     let mut here = VoxelVolume::new(&cpu, resolution).unwrap();
     let mut there = VoxelVolume::new(&gpu, resolution).unwrap();
-    let (mut all, mut different) = (0, 0);
+    let (mut all, mut different, mut shadowed) = (0, 0, 0);
     for (_, light) in lights() {
         let map = cpu.shadow_map(&casters, &light, 256).unwrap();
         let map_there = map.upload(&gpu).unwrap();
@@ -221,6 +221,7 @@ fn voxels_of_the_same_map_agree_but_for_those_on_the_border_of_another() {
                 let pair = (&Unshadowed, &quadrature);
                 gathered(&cpu, &rays, &everywhere, &medium, pair)
             };
+            let lit = gathered(&cpu, &rays, &light, &medium, (&Unshadowed, &quadrature));
             for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
                 let (from, to) = (here.source(detail), there.source(detail));
                 let expected = gathered(&cpu, &rays, &light, &medium, (&from, &quadrature));
@@ -234,13 +235,74 @@ fn voxels_of_the_same_map_agree_but_for_those_on_the_border_of_another() {
                     });
                     all += 1;
                     different += u32::from(!agrees);
+                    // By more than the evaluation of parts.
+                    let darker = expected[i][0] < 0.99 * lit[i][0];
+                    shadowed += u32::from(darker);
                 }
             }
         }
     }
+    assert!(50 * shadowed > all, "{shadowed} of {all} are in shadow");
     let share = different as f32 / all as f32;
     println!("{different} of {all} rays differ");
     assert!(share <= OTHER_VOXEL, "{different} of {all} rays differ");
+}
+
+#[cfg(feature = "voxel-shadow")]
+#[test]
+fn volumes_that_need_no_voxels_are_all_lit_or_all_dark_on_the_gpu_too() {
+    use crate::emitter::Emission;
+    use crate::scene::Cone;
+    use crate::voxels::{Detail, Eye, Resolution, Spacing, VoxelVolume};
+    use crate::{Emitter, Interval};
+    use glam::{Quat, Vec3};
+
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let casters = Casters::upload(&cpu, &casters()).unwrap();
+    let quadrature = EquiAngular::new(2).unwrap();
+    let (_, medium) = media().swap_remove(0);
+    let position = Vec3::new(0.3, -0.2, 0.4);
+    let bulb = Emitter::point(position, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+    let cone = Cone {
+        inner: 0.2,
+        outer: 0.3,
+    };
+    let away = Quat::from_rotation_arc(Vec3::NEG_Z, Vec3::X);
+    let spot = Emission::spot(away, cone, None).unwrap();
+    let aside = position + Vec3::new(3.0, 2.0, 0.0);
+    let spot = Emitter::point(aside, Vec3::ONE, f32::INFINITY, spot).unwrap();
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let eye = Eye {
+        position,
+        corners: Some(corners.map(|(y, z)| Vec3::new(-5.0, y, z))),
+        depths: Interval::new(0.0, 9.0),
+        lamp_spacing: Spacing::Angle,
+        sun_spacing: Spacing::Angle,
+    };
+    // One that meets the cone, to see that the volume alone keeps it dark.
+    let rays = [Vec3::new(-1.0, 0.1, 0.1), Vec3::new(1.0, 0.6, 0.0)]
+        .map(|direction| Ray::new(position, direction, 9.0).unwrap());
+    let resolution = Resolution::new(32, 32, 32).unwrap();
+    for (light, is_lit) in [(bulb, true), (spot, false)] {
+        let map = cpu.shadow_map(&casters, &light, 64).unwrap();
+        let mut volume = VoxelVolume::new(&gpu, resolution).unwrap();
+        let map = map.upload(&gpu).unwrap();
+        volume.update(&gpu, &light, &eye, &map).unwrap();
+        assert!(volume.lattice_in_use().is_none());
+        for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
+            let found = {
+                let source = volume.source(detail);
+                gathered(&gpu, &rays, &light, &medium, (&source, &quadrature))
+            };
+            if is_lit {
+                let pair = (&Unshadowed, &quadrature);
+                assert_eq!(found, gathered(&gpu, &rays, &light, &medium, pair));
+            } else {
+                assert!(found.iter().all(|sum| sum[..3] == [0.0; 3]), "{detail:?}");
+            }
+        }
+    }
 }
 
 /// Share of the rays that may differ because a ray that all but lies in a
