@@ -448,35 +448,29 @@ const QUESTIONS: &str = "
         let i = gpu_index(workgroup, workgroups, local, 64u);
         if i >= arrayLength(&questions) { return; }
         let q = questions[i];
-        answers[i] = vec2(
-            avsm_error_bounds(q.texel, q.depth)[0],
-            avsm_depth_at(q.texel, q.transmittance, 0u),
-        );
+        answers[i] = vec2(bound(q), avsm_depth_at(q.texel, q.transmittance, 0u));
     }
 ";
 
-fn bounds_and_inverses<const N: usize, L: Lookup>(gpu: &Gpu<Queued>, streams: &Streams) {
-    let map = made::<_, Curve<N, L>, 1>(gpu, &Curve::<N, L>::new(), streams);
-    let mut questions = Vec::new();
-    for (texel, stream) in streams.iter().enumerate() {
-        let asked = probes(stream);
-        for (i, depth) in asked.iter().enumerate() {
-            let transmittance = i as f32 / asked.len() as f32;
-            questions.push([texel as u32, depth.to_bits(), transmittance.to_bits()]);
-        }
-    }
+/// The bound, of stored forms that have one.
+const BOUND: &str = "
+    fn bound(q: Question) -> f32 { return avsm_error_bounds(q.texel, q.depth)[0]; }";
+
+/// What a shader answers to questions: texel, bits of depth and of transmittance.
+fn answered<P: WgslStored>(
+    gpu: &Gpu<Queued>,
+    map: &CurveMap<Host, P>,
+    bound: &'static str,
+    questions: &[[u32; 3]],
+) -> Vec<[f32; 2]> {
     let there = map.upload(gpu).unwrap();
-    let buffer = gpu.upload(&questions).unwrap();
+    let buffer = gpu.upload(questions).unwrap();
     let mut answers = gpu.zeros::<[f32; 2]>(questions.len()).unwrap();
+    let lookup = lookup_parts::<P, 1>();
     gpu.dispatch(
         &Kernel {
             label: "questions",
-            parts: &[
-                &[INDEX_WGSL],
-                &lookup_parts::<Curve<N, L>, 1>()[..],
-                &[QUESTIONS],
-            ]
-            .concat(),
+            parts: &[&[INDEX_WGSL], &lookup[..], &[QUESTIONS, bound]].concat(),
             entry: "answer",
             constants: &[],
         },
@@ -488,8 +482,22 @@ fn bounds_and_inverses<const N: usize, L: Lookup>(gpu: &Gpu<Queued>, streams: &S
         Workgroups::covering(questions.len(), 64),
     )
     .unwrap();
+    gpu.download(&answers).unwrap()
+}
+
+fn bounds_and_inverses<const N: usize, L: Lookup>(gpu: &Gpu<Queued>, streams: &Streams) {
+    let map = made::<_, Curve<N, L>, 1>(gpu, &Curve::<N, L>::new(), streams);
+    let mut questions = Vec::new();
+    for (texel, stream) in streams.iter().enumerate() {
+        let asked = probes(stream);
+        for (i, depth) in asked.iter().enumerate() {
+            let transmittance = i as f32 / asked.len() as f32;
+            questions.push([texel as u32, depth.to_bits(), transmittance.to_bits()]);
+        }
+    }
+    let answers = answered(gpu, &map, BOUND, &questions);
     let mut excess = 0.0_f32;
-    for (question, [bound, at]) in questions.iter().zip(gpu.download(&answers).unwrap()) {
+    for (question, [bound, at]) in questions.iter().zip(answers) {
         let (depth, transmittance) = (f32::from_bits(question[1]), f32::from_bits(question[2]));
         let stream = &streams[question[0] as usize];
         let curve = map.texel(question[0] as usize, 0);
@@ -525,6 +533,55 @@ fn error_bounds_and_inverses_in_shaders_are_those_of_the_curve() {
     let streams = all_kinds(30);
     bounds_and_inverses::<8, Exponential>(&gpu, &streams);
     bounds_and_inverses::<5, Linear>(&gpu, &streams);
+}
+
+#[test]
+fn curves_that_lack_segments_have_a_bound_of_1_at_all_depths() {
+    let Some(gpu) = testing::gpu() else { return };
+    fn check<A, L: Lookup>(gpu: &Gpu<Queued>, clear: &A)
+    where
+        A: WgslRule<Curve = Curve<8, L>>,
+    {
+        // What is lacking is in front of the first node, or there is no node.
+        let surface = |depth| Segment::surface(depth, 0.1).unwrap();
+        let nothing = Segment::from_optical_depth(5.0, 6.0, 0.0).unwrap();
+        let streams: Streams = vec![
+            vec![surface(5.0), surface(1.0)],
+            vec![nothing, surface(1.0)],
+            vec![surface(5.0)],
+        ];
+        let complete = listed(gpu, &streams);
+        let lists = SegmentLists::<_, 1>::from_buffers(
+            complete.extent(),
+            1,
+            gpu.upload(&gpu.download(complete.offsets()).unwrap())
+                .unwrap(),
+            gpu.upload(&gpu.download(complete.numbers()).unwrap())
+                .unwrap(),
+        )
+        .unwrap();
+        let mut map = CurveMap::<_, Curve<8, L>>::new(gpu, [3, 1]).unwrap();
+        gpu.build_map(clear, &lists, &mut map).unwrap();
+        let map = map.download(gpu).unwrap();
+        assert_eq!(
+            [0, 1, 2].map(|x| map.texel(x, 0).transmittance(3.0)),
+            [1.0; 3]
+        );
+        let depths = [f32::NEG_INFINITY, 0.0, 3.0, 5.0, 5.5, f32::INFINITY];
+        for texel in 0..2 {
+            let curve = map.texel(texel, 0);
+            assert_eq!(curve.max_error_bound(), 1.0);
+            assert_eq!(depths.map(|depth| curve.error_bound(depth)), [1.0; 6]);
+            let questions = depths.map(|depth| [texel as u32, depth.to_bits(), 0]);
+            for [bound, _] in answered(gpu, &map, BOUND, &questions) {
+                assert_eq!(bound, 1.0);
+            }
+        }
+        assert!(map.texel(2, 0).max_error_bound() < 1e-4);
+    }
+    check(&gpu, &Curve::<8>::new());
+    check(&gpu, &Curve::<8, Linear>::new());
+    check(&gpu, &Stream::<8>::new());
 }
 
 /// Segments from a shader: slabs that depend on the texel.

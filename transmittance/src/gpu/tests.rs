@@ -7,6 +7,7 @@ use gpu_backend::testing::Shader;
 use super::build::{self, ListsRecord};
 use super::capture::{self, GATHER, GatherParameters, SCAN, SORT, SortParameters};
 use super::{WgslRule, WgslStored, build_parts, lookup_parts, query};
+use crate::certificate::INCOMPLETE;
 use crate::{
     Area, Curve, Exponential, Linear, Lookup, Maximum, Packed, PackedHalf, Receiver, SegmentLists,
     Stream,
@@ -97,6 +98,10 @@ fn constants_are_those_of_rust() {
     assert_eq!(
         shader.values("avsm_LARGEST").unwrap(),
         [f64::from(f32::MAX)]
+    );
+    assert_eq!(
+        shader.values("avsm_INCOMPLETE").unwrap(),
+        [f64::from(INCOMPLETE)]
     );
     assert_eq!(shader.values("avsm_LAST").unwrap(), [f64::from(u16::MAX)]);
     assert_eq!(shader.values("avsm_NODES").unwrap(), [8.0]);
