@@ -584,6 +584,33 @@ fn curves_that_lack_segments_have_a_bound_of_1_at_all_depths() {
     check(&gpu, &Stream::<8>::new());
 }
 
+#[test]
+fn a_boundless_promise_takes_no_more_dispatches_than_there_are_segments() {
+    let Some(gpu) = testing::gpu() else { return };
+    let streams: Streams<2> = [0.0, 2.0, 4.0]
+        .map(|entry| vec![Segment::with_optical_depths(entry, entry + 1.0, [0.5, 1.0]).unwrap()])
+        .into();
+    for streams in [streams, vec![Vec::new()]] {
+        let extent = [streams.len(), 1];
+        let lists = listed(&gpu, &streams);
+        let offsets = gpu.upload(&gpu.download(lists.offsets()).unwrap()).unwrap();
+        let numbers = gpu.upload(&gpu.download(lists.numbers()).unwrap()).unwrap();
+        let boundless =
+            SegmentLists::<_, 2>::from_buffers(extent, u32::MAX, offsets, numbers).unwrap();
+        let most = WgslSegments::longest(&boundless);
+        assert_eq!(most as usize, streams.concat().len());
+        type Colours = Curve<4, Exponential, 2>;
+        let mut map = CurveMap::<_, Colours, 2>::new(&gpu, extent).unwrap();
+        gpu.build_map(&Colours::new(), &boundless, &mut map)
+            .unwrap();
+        let map = map.download(&gpu).unwrap();
+        let expected = made::<_, Colours, 2>(&gpu, &Colours::new(), &streams);
+        for x in 0..streams.len() {
+            assert_eq!(map.texel(x, 0), expected.texel(x, 0));
+        }
+    }
+}
+
 /// Segments from a shader: slabs that depend on the texel.
 struct Slabs;
 
