@@ -277,6 +277,27 @@ fn long_lists_are_taken_in_parts_and_short_promises_cost_the_bound() {
     }
 }
 
+#[test]
+fn maps_of_more_texels_than_wait_at_once_are_made_in_bands() {
+    let Some(gpu) = testing::gpu() else { return };
+    let some: Streams = (0..72).map(streams::hair_in_smoke).collect();
+    // Few of them have segments, the last among these.
+    let mut many = vec![Vec::new(); 70_001];
+    for (stream, texel) in some.iter().zip(many.iter_mut().rev().step_by(1000)) {
+        texel.clone_from(stream);
+    }
+    let few = made::<_, Packed<4>, 1>(&gpu, &Stream::<4>::new(), &some);
+    let map = made::<_, Packed<4>, 1>(&gpu, &Stream::<4>::new(), &many);
+    for texel in 0..many.len() {
+        let (number, is_clear) = ((70_000 - texel) / 1000, texel % 1000 != 0);
+        if is_clear {
+            assert_eq!(map.texel(texel, 0), Packed::clear());
+        } else {
+            assert_eq!(map.texel(texel, 0), few.texel(number, 0));
+        }
+    }
+}
+
 /// A map with something different in each texel.
 fn clouds<P: Stored + From<Curve<8>>>() -> CurveMap<Host, P> {
     let cpu = Cpu::new();
