@@ -557,6 +557,58 @@ fn error_bounds_and_inverses_in_shaders_are_those_of_the_curve() {
 }
 
 #[test]
+fn inverses_of_packed_curves_are_depths() {
+    let Some(gpu) = testing::gpu() else { return };
+    fn check<P: WgslStored + From<Curve<8>>>(gpu: &Gpu<Queued>) {
+        // Stored forms without bounds.
+        const NO_BOUND: &str = "fn bound(q: Question) -> f32 { return 0.0; }";
+        let mut streams = vec![Vec::new()];
+        streams.extend((0..20).map(streams::columns_of_smoke));
+        streams.extend((0..20).map(streams::hair_in_smoke));
+        // One that begins in front of the eye, and one far from it.
+        for entry in [-3.0, 1e4] {
+            streams.push(vec![
+                Segment::from_optical_depth(entry, entry + 7.0, 2.0).unwrap(),
+                Segment::surface(entry + 5.0, 0.25).unwrap(),
+            ]);
+        }
+        // A surface alone: all nodes at one depth.
+        streams.push(vec![Segment::surface(2.5, 0.5).unwrap()]);
+        let map = made::<_, P, 1>(gpu, &Curve::<8>::new(), &streams);
+        let curves = made::<_, Curve<8>, 1>(gpu, &Curve::<8>::new(), &streams);
+        let questions: Vec<[u32; 3]> = (0..streams.len() as u32)
+            .flat_map(|texel| (0..=33).map(move |i| [texel, 0, (i as f32 / 32.0).to_bits()]))
+            .collect();
+        let answers = answered(gpu, &map, NO_BOUND, &questions);
+        for (&[texel, _, bits], [_, at]) in questions.iter().zip(answers) {
+            let wanted = f32::from_bits(bits);
+            let stored = map.texel(texel as usize, 0);
+            let value = |depth: f32| stored.evaluate(depth)[0];
+            if wanted > 1.0 {
+                assert_eq!(at, -f32::MAX);
+                continue;
+            }
+            if value(f32::INFINITY) >= wanted {
+                assert_eq!(at, f32::MAX);
+                continue;
+            }
+            let curve = curves.texel(texel as usize, 0);
+            let depths: Vec<f32> = curve.points().map(|point| point.0).collect();
+            let (first, last) = (depths[0], depths[depths.len() - 1]);
+            assert!((first..=last).contains(&at), "{at} of {first}..{last}");
+            // Depths of 16 bits may be shifted by 2⁻²⁰ of the range.
+            let width = (last - first) / 1_048_576.0;
+            let (before, behind) = (at.next_down().next_down(), at.next_up().next_up());
+            let slack = 2e-6 + 1e-5 * wanted;
+            assert!(value(before - width) >= wanted - slack, "{wanted} at {at}");
+            assert!(value(behind + width) <= wanted + slack, "{wanted} at {at}");
+        }
+    }
+    check::<PackedHalf<8>>(&gpu);
+    check::<Packed<8>>(&gpu);
+}
+
+#[test]
 fn curves_that_lack_segments_have_a_bound_of_1_at_all_depths() {
     let Some(gpu) = testing::gpu() else { return };
     fn check<A, L: Lookup>(gpu: &Gpu<Queued>, clear: &A)
