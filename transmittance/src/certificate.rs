@@ -26,13 +26,23 @@
 use crate::lookup::Rules;
 use crate::node::{Node, fraction};
 
+/// The number of insertions of a curve that lacks some of its segments, or of
+/// one that has more than can be counted.
+pub(crate) const INCOMPLETE: u32 = u32::MAX;
+
 /// Bound of the error on the stretch that ends at node `next`; the stretch of
 /// number `nodes.len()` is what lies behind the last node.
+///
+/// [`INCOMPLETE`] insertions have a bound of 1 everywhere: what is lacking may
+/// be in front of the first node, and the curve may have no node.
 pub(crate) fn error_bound<L: Rules, const C: usize>(
     nodes: &[Node<C>],
     next: usize,
     insertions: u32,
 ) -> [f32; C] {
+    if insertions == INCOMPLETE {
+        return [1.0; C];
+    }
     std::array::from_fn(|c| {
         let Some(first) = next.checked_sub(1) else {
             return 0.0;

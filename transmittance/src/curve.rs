@@ -143,7 +143,9 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
 
     /// An upper bound of the error of [`Curve::transmittances`] at `depth`, per
     /// channel, all roundings included. The truth is the product of the
-    /// segments' own transmittances (see [`Segment`]).
+    /// segments' own transmittances (see [`Segment`]). It is 1 at all depths if
+    /// the curve lacks segments, as one that a GPU made of more than its lists
+    /// promised.
     #[must_use]
     pub fn error_bounds(&self, depth: f32) -> [f32; C] {
         let nodes = self.nodes();
@@ -154,6 +156,9 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
     /// An upper bound of the error at all depths and in all channels.
     #[must_use]
     pub fn max_error_bound(&self) -> f32 {
+        if self.insertions == certificate::INCOMPLETE {
+            return 1.0;
+        }
         let nodes = self.nodes();
         (1..=nodes.len())
             // Between two nodes at one depth there is nothing to be asked.

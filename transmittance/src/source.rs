@@ -170,7 +170,8 @@ impl<M: Memory, const C: usize> SegmentLists<M, C> {
         self.extent
     }
 
-    /// The largest number of segments that a texel has.
+    /// The largest number of segments that a texel has, as promised: it may be
+    /// more than all lists hold.
     pub fn longest(&self) -> u32 {
         self.longest
     }

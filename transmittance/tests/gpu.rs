@@ -277,6 +277,27 @@ fn long_lists_are_taken_in_parts_and_short_promises_cost_the_bound() {
     }
 }
 
+#[test]
+fn maps_of_more_texels_than_wait_at_once_are_made_in_bands() {
+    let Some(gpu) = testing::gpu() else { return };
+    let some: Streams = (0..72).map(streams::hair_in_smoke).collect();
+    // Few of them have segments, the last among these.
+    let mut many = vec![Vec::new(); 70_001];
+    for (stream, texel) in some.iter().zip(many.iter_mut().rev().step_by(1000)) {
+        texel.clone_from(stream);
+    }
+    let few = made::<_, Packed<4>, 1>(&gpu, &Stream::<4>::new(), &some);
+    let map = made::<_, Packed<4>, 1>(&gpu, &Stream::<4>::new(), &many);
+    for texel in 0..many.len() {
+        let (number, is_clear) = ((70_000 - texel) / 1000, texel % 1000 != 0);
+        if is_clear {
+            assert_eq!(map.texel(texel, 0), Packed::clear());
+        } else {
+            assert_eq!(map.texel(texel, 0), few.texel(number, 0));
+        }
+    }
+}
+
 /// A map with something different in each texel.
 fn clouds<P: Stored + From<Curve<8>>>() -> CurveMap<Host, P> {
     let cpu = Cpu::new();
@@ -448,35 +469,29 @@ const QUESTIONS: &str = "
         let i = gpu_index(workgroup, workgroups, local, 64u);
         if i >= arrayLength(&questions) { return; }
         let q = questions[i];
-        answers[i] = vec2(
-            avsm_error_bounds(q.texel, q.depth)[0],
-            avsm_depth_at(q.texel, q.transmittance, 0u),
-        );
+        answers[i] = vec2(bound(q), avsm_depth_at(q.texel, q.transmittance, 0u));
     }
 ";
 
-fn bounds_and_inverses<const N: usize, L: Lookup>(gpu: &Gpu<Queued>, streams: &Streams) {
-    let map = made::<_, Curve<N, L>, 1>(gpu, &Curve::<N, L>::new(), streams);
-    let mut questions = Vec::new();
-    for (texel, stream) in streams.iter().enumerate() {
-        let asked = probes(stream);
-        for (i, depth) in asked.iter().enumerate() {
-            let transmittance = i as f32 / asked.len() as f32;
-            questions.push([texel as u32, depth.to_bits(), transmittance.to_bits()]);
-        }
-    }
+/// The bound, of stored forms that have one.
+const BOUND: &str = "
+    fn bound(q: Question) -> f32 { return avsm_error_bounds(q.texel, q.depth)[0]; }";
+
+/// What a shader answers to questions: texel, bits of depth and of transmittance.
+fn answered<P: WgslStored>(
+    gpu: &Gpu<Queued>,
+    map: &CurveMap<Host, P>,
+    bound: &'static str,
+    questions: &[[u32; 3]],
+) -> Vec<[f32; 2]> {
     let there = map.upload(gpu).unwrap();
-    let buffer = gpu.upload(&questions).unwrap();
+    let buffer = gpu.upload(questions).unwrap();
     let mut answers = gpu.zeros::<[f32; 2]>(questions.len()).unwrap();
+    let lookup = lookup_parts::<P, 1>();
     gpu.dispatch(
         &Kernel {
             label: "questions",
-            parts: &[
-                &[INDEX_WGSL],
-                &lookup_parts::<Curve<N, L>, 1>()[..],
-                &[QUESTIONS],
-            ]
-            .concat(),
+            parts: &[&[INDEX_WGSL], &lookup[..], &[QUESTIONS, bound]].concat(),
             entry: "answer",
             constants: &[],
         },
@@ -488,8 +503,22 @@ fn bounds_and_inverses<const N: usize, L: Lookup>(gpu: &Gpu<Queued>, streams: &S
         Workgroups::covering(questions.len(), 64),
     )
     .unwrap();
+    gpu.download(&answers).unwrap()
+}
+
+fn bounds_and_inverses<const N: usize, L: Lookup>(gpu: &Gpu<Queued>, streams: &Streams) {
+    let map = made::<_, Curve<N, L>, 1>(gpu, &Curve::<N, L>::new(), streams);
+    let mut questions = Vec::new();
+    for (texel, stream) in streams.iter().enumerate() {
+        let asked = probes(stream);
+        for (i, depth) in asked.iter().enumerate() {
+            let transmittance = i as f32 / asked.len() as f32;
+            questions.push([texel as u32, depth.to_bits(), transmittance.to_bits()]);
+        }
+    }
+    let answers = answered(gpu, &map, BOUND, &questions);
     let mut excess = 0.0_f32;
-    for (question, [bound, at]) in questions.iter().zip(gpu.download(&answers).unwrap()) {
+    for (question, [bound, at]) in questions.iter().zip(answers) {
         let (depth, transmittance) = (f32::from_bits(question[1]), f32::from_bits(question[2]));
         let stream = &streams[question[0] as usize];
         let curve = map.texel(question[0] as usize, 0);
@@ -525,6 +554,134 @@ fn error_bounds_and_inverses_in_shaders_are_those_of_the_curve() {
     let streams = all_kinds(30);
     bounds_and_inverses::<8, Exponential>(&gpu, &streams);
     bounds_and_inverses::<5, Linear>(&gpu, &streams);
+}
+
+#[test]
+fn inverses_of_packed_curves_are_depths() {
+    let Some(gpu) = testing::gpu() else { return };
+    fn check<P: WgslStored + From<Curve<8>>>(gpu: &Gpu<Queued>) {
+        // Stored forms without bounds.
+        const NO_BOUND: &str = "fn bound(q: Question) -> f32 { return 0.0; }";
+        let mut streams = vec![Vec::new()];
+        streams.extend((0..20).map(streams::columns_of_smoke));
+        streams.extend((0..20).map(streams::hair_in_smoke));
+        // One that begins in front of the eye, and one far from it.
+        for entry in [-3.0, 1e4] {
+            streams.push(vec![
+                Segment::from_optical_depth(entry, entry + 7.0, 2.0).unwrap(),
+                Segment::surface(entry + 5.0, 0.25).unwrap(),
+            ]);
+        }
+        // A surface alone: all nodes at one depth.
+        streams.push(vec![Segment::surface(2.5, 0.5).unwrap()]);
+        let map = made::<_, P, 1>(gpu, &Curve::<8>::new(), &streams);
+        let curves = made::<_, Curve<8>, 1>(gpu, &Curve::<8>::new(), &streams);
+        let questions: Vec<[u32; 3]> = (0..streams.len() as u32)
+            .flat_map(|texel| (0..=33).map(move |i| [texel, 0, (i as f32 / 32.0).to_bits()]))
+            .collect();
+        let answers = answered(gpu, &map, NO_BOUND, &questions);
+        for (&[texel, _, bits], [_, at]) in questions.iter().zip(answers) {
+            let wanted = f32::from_bits(bits);
+            let stored = map.texel(texel as usize, 0);
+            let value = |depth: f32| stored.evaluate(depth)[0];
+            if wanted > 1.0 {
+                assert_eq!(at, -f32::MAX);
+                continue;
+            }
+            if value(f32::INFINITY) >= wanted {
+                assert_eq!(at, f32::MAX);
+                continue;
+            }
+            let curve = curves.texel(texel as usize, 0);
+            let depths: Vec<f32> = curve.points().map(|point| point.0).collect();
+            let (first, last) = (depths[0], depths[depths.len() - 1]);
+            assert!((first..=last).contains(&at), "{at} of {first}..{last}");
+            // Depths of 16 bits may be shifted by 2⁻²⁰ of the range.
+            let width = (last - first) / 1_048_576.0;
+            let (before, behind) = (at.next_down().next_down(), at.next_up().next_up());
+            let slack = 2e-6 + 1e-5 * wanted;
+            assert!(value(before - width) >= wanted - slack, "{wanted} at {at}");
+            assert!(value(behind + width) <= wanted + slack, "{wanted} at {at}");
+        }
+    }
+    check::<PackedHalf<8>>(&gpu);
+    check::<Packed<8>>(&gpu);
+}
+
+#[test]
+fn curves_that_lack_segments_have_a_bound_of_1_at_all_depths() {
+    let Some(gpu) = testing::gpu() else { return };
+    fn check<A, L: Lookup>(gpu: &Gpu<Queued>, clear: &A)
+    where
+        A: WgslRule<Curve = Curve<8, L>>,
+    {
+        // What is lacking is in front of the first node, or there is no node.
+        let surface = |depth| Segment::surface(depth, 0.1).unwrap();
+        let nothing = Segment::from_optical_depth(5.0, 6.0, 0.0).unwrap();
+        let streams: Streams = vec![
+            vec![surface(5.0), surface(1.0)],
+            vec![nothing, surface(1.0)],
+            vec![surface(5.0)],
+        ];
+        let complete = listed(gpu, &streams);
+        let lists = SegmentLists::<_, 1>::from_buffers(
+            complete.extent(),
+            1,
+            gpu.upload(&gpu.download(complete.offsets()).unwrap())
+                .unwrap(),
+            gpu.upload(&gpu.download(complete.numbers()).unwrap())
+                .unwrap(),
+        )
+        .unwrap();
+        let mut map = CurveMap::<_, Curve<8, L>>::new(gpu, [3, 1]).unwrap();
+        gpu.build_map(clear, &lists, &mut map).unwrap();
+        let map = map.download(gpu).unwrap();
+        assert_eq!(
+            [0, 1, 2].map(|x| map.texel(x, 0).transmittance(3.0)),
+            [1.0; 3]
+        );
+        let depths = [f32::NEG_INFINITY, 0.0, 3.0, 5.0, 5.5, f32::INFINITY];
+        for texel in 0..2 {
+            let curve = map.texel(texel, 0);
+            assert_eq!(curve.max_error_bound(), 1.0);
+            assert_eq!(depths.map(|depth| curve.error_bound(depth)), [1.0; 6]);
+            let questions = depths.map(|depth| [texel as u32, depth.to_bits(), 0]);
+            for [bound, _] in answered(gpu, &map, BOUND, &questions) {
+                assert_eq!(bound, 1.0);
+            }
+        }
+        assert!(map.texel(2, 0).max_error_bound() < 1e-4);
+    }
+    check(&gpu, &Curve::<8>::new());
+    check(&gpu, &Curve::<8, Linear>::new());
+    check(&gpu, &Stream::<8>::new());
+}
+
+#[test]
+fn a_boundless_promise_takes_no_more_dispatches_than_there_are_segments() {
+    let Some(gpu) = testing::gpu() else { return };
+    let streams: Streams<2> = [0.0, 2.0, 4.0]
+        .map(|entry| vec![Segment::with_optical_depths(entry, entry + 1.0, [0.5, 1.0]).unwrap()])
+        .into();
+    for streams in [streams, vec![Vec::new()]] {
+        let extent = [streams.len(), 1];
+        let lists = listed(&gpu, &streams);
+        let offsets = gpu.upload(&gpu.download(lists.offsets()).unwrap()).unwrap();
+        let numbers = gpu.upload(&gpu.download(lists.numbers()).unwrap()).unwrap();
+        let boundless =
+            SegmentLists::<_, 2>::from_buffers(extent, u32::MAX, offsets, numbers).unwrap();
+        let most = WgslSegments::longest(&boundless);
+        assert_eq!(most as usize, streams.concat().len());
+        type Colours = Curve<4, Exponential, 2>;
+        let mut map = CurveMap::<_, Colours, 2>::new(&gpu, extent).unwrap();
+        gpu.build_map(&Colours::new(), &boundless, &mut map)
+            .unwrap();
+        let map = map.download(&gpu).unwrap();
+        let expected = made::<_, Colours, 2>(&gpu, &Colours::new(), &streams);
+        for x in 0..streams.len() {
+            assert_eq!(map.texel(x, 0), expected.texel(x, 0));
+        }
+    }
 }
 
 /// Segments from a shader: slabs that depend on the texel.

@@ -25,3 +25,8 @@ fn avsm_stored_value(texel: u32, node: u32, channel: u32) -> f32 {
 fn avsm_place(texel: u32, depth: f32) -> f32 {
     return depth;
 }
+
+// The depth at a place in the measure of the stored ones.
+fn avsm_unplace(texel: u32, place: f32) -> f32 {
+    return place;
+}

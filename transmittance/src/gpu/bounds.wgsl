@@ -26,6 +26,13 @@ fn avsm_error_bounds(texel: u32, depth: f32) -> array<f32, avsm_CHANNELS> {
     var bounds: array<f32, avsm_CHANNELS>;
     let len = avsm_stored_len(texel);
     let insertions = avsm_word(texel * avsm_WORDS + 1u);
+    // Segments are missing, which may be in front of the first node.
+    if insertions == avsm_INCOMPLETE {
+        for (var c = 0u; c < avsm_CHANNELS; c++) {
+            bounds[c] = 1.0;
+        }
+        return bounds;
+    }
     let next = avsm_find(texel, depth);
     if next == 0u {
         return bounds;

@@ -66,7 +66,10 @@ impl<const C: usize> WgslSegments<C> for SegmentLists<GpuMemory, C> {
     }
 
     fn longest(&self) -> u32 {
-        SegmentLists::longest(self)
+        // Promised is only an upper bound, and each part of it costs a dispatch;
+        // `lists.wgsl` takes no list beyond the segments.
+        let segments = self.numbers().len() / (2 + C);
+        SegmentLists::longest(self).min(segments.try_into().unwrap_or(u32::MAX))
     }
 }
 
@@ -81,8 +84,29 @@ pub(super) struct Parameters {
     pub(super) end: u32,
 }
 
-/// Texels whose unfinished curves are in memory at once.
+/// Texels of a dispatch.
 const BAND: usize = 1 << 16;
+
+/// The largest binding that every device of WebGPU allows, in bytes.
+const LARGEST_BINDING: usize = 128 << 20;
+
+/// Texels whose unfinished curves, of so many `numbers` each, are in memory at
+/// once: [`BAND`], or what one binding holds.
+pub(super) const fn band(numbers: usize) -> usize {
+    let most = LARGEST_BINDING / (4 * numbers);
+    if most > BAND {
+        BAND
+    } else if most == 0 {
+        1
+    } else {
+        most
+    }
+}
+
+/// Numbers of an unfinished curve, as `build.wgsl` keeps it.
+pub(super) const fn unfinished_numbers(room: usize, channels: usize) -> usize {
+    2 + room * (1 + 3 * channels)
+}
 
 /// Segments per texel and dispatch.
 ///
@@ -125,12 +149,13 @@ where
         let texels = width * height;
         let batch = batch(A::ROOM, C);
         let longest = source.longest().max(1);
-        let numbers = 2 + A::ROOM * (1 + 3 * C);
+        let numbers = unfinished_numbers(A::ROOM, C);
         let is_at_once = longest <= batch && !A::FINISHES_APART;
-        let waiting = if is_at_once { 0 } else { BAND.min(texels) };
+        let most = if is_at_once { BAND } else { band(numbers) };
+        let waiting = if is_at_once { 0 } else { most.min(texels) };
         let mut unfinished = self.zeros::<u32>(waiting * numbers)?;
-        for first_texel in (0..texels).step_by(BAND) {
-            let band = BAND.min(texels - first_texel);
+        for first_texel in (0..texels).step_by(most) {
+            let band = most.min(texels - first_texel);
             let mut run = |entry, first, end| -> Result<(), Error> {
                 let parameters = Parameters {
                     // The words of a map are in memory: each fits.

@@ -76,7 +76,7 @@ fn insert_segments(i: u32, curve: ptr<function, avsm_Curve>) {
 fn finish_and_store(i: u32, curve: ptr<function, avsm_Curve>) {
     if avsm_segment_count(texel_of(i)) > parameters.end {
         // Some are missing: no bound but 1.
-        (*curve).insertions = 0xffffffffu;
+        (*curve).insertions = avsm_INCOMPLETE;
     }
     avsm_finish(curve);
     avsm_store(parameters.first_texel + i, curve);

@@ -45,3 +45,11 @@ fn avsm_place(texel: u32, depth: f32) -> f32 {
     }
     return clamp(avsm_shares(vec2(first, last), depth).y * avsm_LAST, 1e-30, avsm_LAST);
 }
+
+// The depth at a place in the measure of the stored ones.
+fn avsm_unplace(texel: u32, place: f32) -> f32 {
+    let first = bitcast<f32>(avsm_word(texel * avsm_WORDS));
+    let last = bitcast<f32>(avsm_word(texel * avsm_WORDS + 1u));
+    let share = place / avsm_LAST;
+    return clamp(first * (1.0 - share) + last * share, first, last);
+}

@@ -55,9 +55,8 @@ fn avsm_transmittances(texel: u32, depth: f32) -> array<f32, avsm_CHANNELS> {
     return result;
 }
 
-// How far at least a share of the light gets in a channel, in the measure of the
-// stored depths: avsm_LARGEST if the curve never falls below it, -avsm_LARGEST
-// for more than 1.
+// How far at least a share of the light gets in a channel: avsm_LARGEST if the
+// curve never falls below it, -avsm_LARGEST for more than 1.
 fn avsm_depth_at(texel: u32, transmittance: f32, channel: u32) -> f32 {
     if transmittance > 1.0 {
         return -avsm_LARGEST;
@@ -75,7 +74,8 @@ fn avsm_depth_at(texel: u32, transmittance: f32, channel: u32) -> f32 {
                 share = clamp((avsm_value(transmittance) - front) / (back - front), 0.0, 1.0);
             }
             let ends = vec2(avsm_stored_depth(texel, next - 1u), avsm_stored_depth(texel, next));
-            return clamp(ends.x * (1.0 - share) + ends.y * share, ends.x, ends.y);
+            let place = clamp(ends.x * (1.0 - share) + ends.y * share, ends.x, ends.y);
+            return avsm_unplace(texel, place);
         }
     }
     return avsm_LARGEST;

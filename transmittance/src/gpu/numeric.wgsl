@@ -6,6 +6,9 @@
 
 const avsm_LARGEST: f32 = 0x1.fffffep+127;
 
+// The number of insertions of a curve that lacks segments.
+const avsm_INCOMPLETE: u32 = 0xffffffffu;
+
 fn avsm_is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7fffffffu) < 0x7f800000u;
 }

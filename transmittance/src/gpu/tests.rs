@@ -6,7 +6,8 @@ use gpu_backend::testing::Shader;
 
 use super::build::{self, ListsRecord};
 use super::capture::{self, GATHER, GatherParameters, SCAN, SORT, SortParameters};
-use super::{WgslRule, WgslStored, build_parts, lookup_parts, query};
+use super::{MOST_ROOM, WgslRule, WgslStored, build_parts, lookup_parts, query};
+use crate::certificate::INCOMPLETE;
 use crate::{
     Area, Curve, Exponential, Linear, Lookup, Maximum, Packed, PackedHalf, Receiver, SegmentLists,
     Stream,
@@ -98,6 +99,10 @@ fn constants_are_those_of_rust() {
         shader.values("avsm_LARGEST").unwrap(),
         [f64::from(f32::MAX)]
     );
+    assert_eq!(
+        shader.values("avsm_INCOMPLETE").unwrap(),
+        [f64::from(INCOMPLETE)]
+    );
     assert_eq!(shader.values("avsm_LAST").unwrap(), [f64::from(u16::MAX)]);
     assert_eq!(shader.values("avsm_NODES").unwrap(), [8.0]);
 }
@@ -132,4 +137,26 @@ fn the_sort_is_valid_and_as_in_rust() {
             stride
         }
     );
+}
+
+#[test]
+fn unfinished_curves_fit_into_a_binding_of_any_device() {
+    let bytes = |numbers| 4 * numbers * build::band(numbers);
+    for room in 2..=MOST_ROOM {
+        for channels in 1..=16 {
+            let numbers = build::unfinished_numbers(room, channels);
+            let next = bytes(numbers) + 4 * numbers;
+            assert!(bytes(numbers) <= 128 << 20, "{room} {channels}");
+            // No smaller than it has to be.
+            assert!(build::band(numbers) == 1 << 16 || next > 128 << 20);
+        }
+    }
+    // Small curves wait 65,536 at once; 64 nodes of three channels would need
+    // 168 MB for as many.
+    assert_eq!(build::band(build::unfinished_numbers(10, 1)), 1 << 16);
+    let room = <Stream<16, Area, Linear, 3> as WgslRule<3>>::ROOM;
+    let coloured = build::unfinished_numbers(room, 3);
+    assert!((4 * coloured) << 16 > 128 << 20);
+    assert_eq!(build::band(coloured), (128 << 20) / (4 * coloured));
+    assert_eq!(build::band(64 << 20), 1);
 }
