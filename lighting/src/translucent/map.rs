@@ -46,7 +46,8 @@ pub enum TransmittanceMapError {
 /// let puffs = [Translucent::from(Particles::new(vec![puff], Profile::Constant)?)];
 /// let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE)?;
 /// let casters = Casters::new(&puffs, None);
-/// let map = TransmittanceMap::build(&Cpu::new(), &casters, &sun, 256, &Stream::<8>::new())?;
+/// let (clear, cpu) = (Stream::<8>::new(), Cpu::new());
+/// let map: TransmittanceMap = TransmittanceMap::build(&cpu, &casters, &sun, 256, &clear)?;
 /// assert!((map.transmittance(Vec3::ZERO) - (-2.0_f32).exp()).abs() < 1e-3); // behind the puff
 /// assert!((map.transmittance(Vec3::Y) - (-1.0_f32).exp()).abs() < 1e-3); // in it
 /// assert_eq!(map.transmittance(3.0 * Vec3::Y), 1.0); // in front of it
