@@ -164,25 +164,28 @@ impl<T: Evaluate + Sync> SurfaceShadow for TransmittanceMap<T> {
 }
 
 impl<'a> Casters<'a> {
-    /// The picture planes of a light and what its rays meet there; none if there
-    /// are no casters.
+    /// The picture planes of a light and what its rays meet there, which is
+    /// sorted when its turn comes; none if there are no casters.
     ///
     /// # Errors
     /// [`TransmittanceMapError::Resolution`] unless the resolution is from 1 to
     /// [`MAX_RESOLUTION`].
-    pub fn faces(
+    pub fn faces<'c>(
         &self,
-        cpu: &Cpu,
+        cpu: &'c Cpu,
         emitter: &Emitter,
         resolution: u32,
-    ) -> Result<Vec<(Face, FaceBlockers<'a>)>, TransmittanceMapError> {
+    ) -> Result<impl Iterator<Item = (Face, FaceBlockers<'a>)> + use<'a, 'c>, TransmittanceMapError>
+    {
         check(resolution)?;
-        let Some(bounds) = self.bounds() else {
-            return Ok(Vec::new());
+        let casters = *self;
+        let bounds = casters.bounds();
+        let planes = bounds.map(|bounds| faces([bounds.min(), bounds.max()], emitter));
+        let with_blockers = move |face: Face| {
+            let blockers = FaceBlockers::new(cpu, &casters, &face, resolution);
+            (face, blockers)
         };
-        let faces = faces([bounds.min(), bounds.max()], emitter);
-        let with_blockers = |face: Face| (face, FaceBlockers::new(cpu, self, &face, resolution));
-        Ok(faces.into_iter().map(with_blockers).collect())
+        Ok(planes.into_iter().flatten().map(with_blockers))
     }
 }
 

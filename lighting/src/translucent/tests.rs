@@ -313,8 +313,8 @@ fn threads_and_the_division_into_tiles_change_nothing() {
         with(Cpu::single_threaded()),
         with(Cpu::with_threads(3).unwrap())
     );
-    let faces = casters.faces(&Cpu::new(), &emitter, 70).unwrap();
-    let blockers = &faces[0].1;
+    let cpu = Cpu::new();
+    let (_, blockers) = casters.faces(&cpu, &emitter, 70).unwrap().next().unwrap();
     let whole = Tile { x: 0..70, y: 0..70 };
     let mut at_once = Vec::new();
     blockers.segments(&whole, &mut |texel, segment| at_once.push((texel, segment)));

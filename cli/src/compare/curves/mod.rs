@@ -199,11 +199,10 @@ fn collect(
     quick: bool,
 ) -> Result<Option<Rays>, Failure> {
     let most = if quick { 24 } else { 96 };
-    let faces = Casters::new(casters, None).faces(&Cpu::new(), emitter, rays::RESOLUTION)?;
+    let cpu = Cpu::new();
+    let faces = Casters::new(casters, None).faces(&cpu, emitter, rays::RESOLUTION)?;
     // The picture of the light in which most is seen.
-    let rays = faces
-        .iter()
-        .map(|(_, blockers)| Rays::collect(blockers, most));
+    let rays = faces.map(|(_, blockers)| Rays::collect(&blockers, most));
     Ok(rays.flatten().max_by_key(Rays::segments))
 }
 
