@@ -152,13 +152,13 @@ pub(crate) fn judge_all(
         let lines = lines_of_sizes(&rays)?;
         curves.figures.push(figure(title.into(), &rays, lines));
     }
-    let hair: [Translucent; 1] = [ponytail(1, 3000, 0.002, 0.6).into()];
+    let hair: [Translucent; 1] = [ponytail(1, 3000, 0.002, 0.6)?.into()];
     if let Some(rays) = collect(&hair, &sun(0.2, -1.0, 0.3)?, quick)? {
         let name = "hair: a ponytail of 3000 strands";
         curves.subjects.push(subject(name, &rays, quick)?);
         bar.inc(1);
     }
-    let both = [smoke_grid(1, 1.5).into(), hair_in_smoke()?];
+    let both = [smoke_grid(1, 1.5)?.into(), hair_in_smoke()?];
     if let Some(rays) = collect(&both, &sun(0.3, -1.0, 0.2)?, quick)? {
         let title = "Smoke and hair (figure 6 of the paper)";
         let lines = lines_of_all(&rays)?;
@@ -182,7 +182,7 @@ fn thin_smoke() -> Result<Translucent, Failure> {
 
 /// A ponytail in the unit box, in the middle of the embedded plume.
 fn hair_in_smoke() -> Result<Translucent, Failure> {
-    let hair = ponytail(1, 1500, 0.002, 0.5);
+    let hair = ponytail(1, 1500, 0.002, 0.5)?;
     let point = |point: &StrandPoint| StrandPoint {
         position: Vec3::new(0.5, 0.85, 0.35) + 0.6 * point.position,
         ..*point
