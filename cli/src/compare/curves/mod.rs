@@ -16,7 +16,7 @@ use lighting::procedural::{ponytail, smoke_grid, smoke_particles};
 use lighting::scene::{Particle, Particles, StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
 
-use super::results::Times;
+use super::results::{LeftOut, Times};
 use crate::failure::Failure;
 use crate::progress;
 use entries::{Entry, entries, lines_of_all, lines_of_sizes};
@@ -117,30 +117,34 @@ pub(crate) struct Line {
 }
 
 /// All kinds of curves on the casters of the scene, or else on embedded smoke
-/// and hair; a quick one looks for less long.
+/// and hair, and which of the casters no light meets; a quick one looks for less
+/// long.
 pub(crate) fn judge_all(
     casters: &[Translucent],
     emitters: &[Emitter],
     quick: bool,
-) -> Result<Curves, Failure> {
+) -> Result<(Curves, Vec<LeftOut>), Failure> {
     let bar = progress::bar("curves alone", 3);
-    let mut curves = Curves::default();
-    if let (false, Some(emitter)) = (casters.is_empty(), emitters.first()) {
+    let (mut curves, mut left_out) = (Curves::default(), Vec::new());
+    if !casters.is_empty() {
         for caster in casters {
             let one = std::slice::from_ref(caster);
-            if let Some(rays) = collect(one, emitter, quick)? {
-                curves
-                    .subjects
-                    .push(subject(&caster.describe(), &rays, quick)?);
+            let name = caster.describe();
+            match collect_any(one, emitters, quick)? {
+                Ok(rays) => curves.subjects.push(subject(&name, &rays, quick)?),
+                Err(why) => left_out.push(LeftOut {
+                    what: format!("transmittance alone, {name}"),
+                    why: why.into(),
+                }),
             }
         }
-        if let Some(rays) = collect(casters, emitter, quick)? {
+        if let Ok(rays) = collect_any(casters, emitters, quick)? {
             let title = "A light ray of the scene that meets many blockers";
             let lines = lines_of_all(&rays)?;
             curves.figures.push(figure(title.into(), &rays, lines));
         }
         bar.finish_and_clear();
-        return Ok(curves);
+        return Ok((curves, left_out));
     }
     let sun = |x, y, z| Emitter::directional(Vec3::new(x, y, z), Vec3::ONE);
     let smoke = [thin_smoke()?];
@@ -165,7 +169,7 @@ pub(crate) fn judge_all(
         curves.figures.insert(0, figure(title.into(), &rays, lines));
     }
     bar.finish_and_clear();
-    Ok(curves)
+    Ok((curves, left_out))
 }
 
 /// The embedded columns of smoke, a third as dense, so that light gets behind
@@ -191,6 +195,25 @@ fn hair_in_smoke() -> Result<Translucent, Failure> {
     let each = points.len() / hair.len();
     let ends = (1..=hair.len()).map(|strand| (strand * each) as u32);
     Ok(Strands::new(points, ends.collect())?.into())
+}
+
+/// The light rays of the first light that any of the casters is in the way of,
+/// or why there are none.
+fn collect_any(
+    casters: &[Translucent],
+    emitters: &[Emitter],
+    quick: bool,
+) -> Result<Result<Rays, &'static str>, Failure> {
+    for emitter in emitters {
+        if let Some(rays) = collect(casters, emitter, quick)? {
+            return Ok(Ok(rays));
+        }
+    }
+    Ok(Err(if emitters.is_empty() {
+        "the scene has no light"
+    } else {
+        "it takes nothing from any light that the scene has"
+    }))
 }
 
 fn collect(
@@ -293,7 +316,8 @@ mod tests {
 
     #[test]
     fn curves_come_near_the_truth_and_adaptive_ones_need_no_range() {
-        let curves = judge_all(&[], &[], true).unwrap();
+        let (curves, left_out) = judge_all(&[], &[], true).unwrap();
+        assert_eq!(left_out, []);
         assert_eq!((curves.subjects.len(), curves.figures.len()), (2, 2));
         for subject in &curves.subjects {
             assert!(subject.rays > 12 && subject.segments > 30.0);
@@ -325,5 +349,31 @@ mod tests {
             .map(|subject| subject.rows.len())
             .sum();
         assert_eq!(csv.lines().count(), 1 + rows);
+    }
+
+    #[test]
+    fn the_first_light_that_meets_casters_counts_and_none_has_a_reason() {
+        // Light that runs along strands meets nothing.
+        let point = |x: f32, z: f32| StrandPoint {
+            position: Vec3::new(x, 0.0, z),
+            thickness: 0.5,
+            opacity: 0.5,
+        };
+        let points = (0..4).flat_map(|x| [point(x as f32, 0.0), point(x as f32, 2.0)]);
+        let strands = Strands::new(points.collect(), vec![2, 4, 6, 8]).unwrap();
+        let strands = [strands.into()];
+        let sun = |direction| Emitter::directional(direction, Vec3::ONE).unwrap();
+        let (along, across) = (sun(Vec3::NEG_Z), sun(Vec3::NEG_Y));
+        let lights = [along.clone(), across];
+        let (curves, left_out) = judge_all(&strands, &lights, true).unwrap();
+        assert_eq!((curves.subjects.len(), curves.figures.len()), (1, 1));
+        assert_eq!(left_out, []);
+        for lights in [&[along][..], &[]] {
+            let (curves, left_out) = judge_all(&strands, lights, true).unwrap();
+            assert!(curves.subjects.is_empty() && curves.figures.is_empty());
+            assert_eq!(left_out.len(), 1);
+            assert!(left_out[0].what.contains("4 strands"));
+            assert!(left_out[0].why.contains("light"), "{}", left_out[0].why);
+        }
     }
 }
