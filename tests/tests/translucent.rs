@@ -65,7 +65,10 @@ fn difference(map: &Exact, veil: &Veil, emitter: &Emitter, points: &[Vec3]) -> f
 
 #[test]
 fn in_smoke_maps_converge_to_the_truth_at_nearly_second_order() {
-    let smokes: [Translucent; 2] = [smoke_particles(1).into(), smoke_grid(1, 6.0).into()];
+    let smokes: [Translucent; 2] = [
+        smoke_particles(1).into(),
+        smoke_grid(1, 6.0).unwrap().into(),
+    ];
     for smoke in smokes {
         let veil = Veil::new(std::slice::from_ref(&smoke));
         let points = points(&smoke, 2000);
@@ -88,7 +91,7 @@ fn in_smoke_maps_converge_to_the_truth_at_nearly_second_order() {
 #[test]
 fn in_hair_maps_have_the_right_mean_and_in_the_limit_the_right_shadows() {
     // Wisps that a fine map resolves.
-    let hair: Translucent = ponytail(1, 60, 0.02, 0.6).into();
+    let hair: Translucent = ponytail(1, 60, 0.02, 0.6).unwrap().into();
     let veil = Veil::new(std::slice::from_ref(&hair));
     let points = points(&hair, 4000);
     for emitter in lights() {

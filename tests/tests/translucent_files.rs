@@ -45,16 +45,16 @@ fn rays(
     count: usize,
 ) -> Vec<Vec<Segment>> {
     let sun = Emitter::directional(direction, Vec3::ONE).unwrap();
-    let faces = Casters::new(casters, None)
-        .faces(&Cpu::new(), &sun, resolution)
-        .unwrap();
+    let cpu = Cpu::new();
+    let faces = Casters::new(casters, None).faces(&cpu, &sun, resolution);
+    let (_, blockers) = faces.unwrap().next().unwrap();
     let side = resolution as usize;
     let mut rays = vec![Vec::new(); side * side];
     let whole = Tile {
         x: 0..side,
         y: 0..side,
     };
-    faces[0].1.segments(&whole, &mut |[x, y], segment| {
+    blockers.segments(&whole, &mut |[x, y], segment| {
         if !segment.is_clear() {
             rays[y * side + x].push(segment);
         }

@@ -143,7 +143,9 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
             });
         }
         let translucent = &prepared.input.scene.translucent;
-        curves = curves::judge_all(translucent, &prepared.emitters(), args.quick)?;
+        let without;
+        (curves, without) = curves::judge_all(translucent, &prepared.emitters(), args.quick)?;
+        left_out.extend(without);
         match prepared.voxel_scene(&medium, map) {
             Ok(scene) => {
                 let seconds = VOXEL_SECONDS[usize::from(!args.quick)];

@@ -180,7 +180,7 @@ fn the_stiff_scene_is_as_stiff_as_it_says() {
 
 #[test]
 fn smoke_and_hair_have_the_size_and_the_density_that_are_told() {
-    let grid = smoke_grid(3, 2.5);
+    let grid = smoke_grid(3, 2.5).unwrap();
     assert!(grid.max_density() <= 1.0 && grid.max_density() > 0.9);
     let [x, y, z] = grid.resolution().map(|count| count as usize);
     for (index, &density) in grid.density().iter().enumerate() {
@@ -196,7 +196,7 @@ fn smoke_and_hair_have_the_size_and_the_density_that_are_told() {
         .filter(|&&density| density > 0.1)
         .count();
     assert!(filled > grid.density().len() / 20, "{filled}");
-    let hair = ponytail(3, 50, 0.01, 0.5);
+    let hair = ponytail(3, 50, 0.01, 0.5).unwrap();
     assert_eq!((hair.len(), hair.piece_count()), (50, 750));
     let bounds = hair.bounds().unwrap();
     let size = bounds.max() - bounds.min();
@@ -206,6 +206,25 @@ fn smoke_and_hair_have_the_size_and_the_density_that_are_told() {
         "{size}"
     );
     assert_eq!(smoke_particles(3).all().len(), smoke_puffs(3).len());
+}
+
+#[test]
+fn smoke_and_hair_of_impossible_numbers_are_refused() {
+    for (hair, cause) in [
+        (ponytail(1, 10, f32::NAN, 0.5), "NaN"),
+        (ponytail(1, 10, -0.1, 0.5), "thickness is -0.1"),
+        (ponytail(1, 10, 0.1, 1.5), "opacity is 1.5"),
+        (ponytail(1, 5_000_000, 0.1, 0.5), "5000000"),
+        (ponytail(1, u32::MAX, 0.1, 0.5), "4294967295"),
+    ] {
+        let error = hair.unwrap_err().to_string();
+        assert!(error.contains(cause), "{error}");
+    }
+    for sigma_t in [-1.0, f32::NAN, f32::INFINITY] {
+        let error = smoke_grid(1, sigma_t).unwrap_err().to_string();
+        assert!(error.contains("scale"), "{error}");
+    }
+    assert!(ponytail(1, 0, 0.0, 0.0).unwrap().is_empty());
 }
 
 #[test]

@@ -8,11 +8,14 @@ use super::smoke::smoke_puffs;
 use super::stage::{Stage, aim, fog, look, paint, upright};
 use crate::scene::{
     Bounds, Cone, DensityGrid, Interpolation, Light, Particle, Particles, PhaseFunction, Profile,
-    Scene, SpotLight, StrandPoint, Strands,
+    Scene, SceneError, SpotLight, StrandPoint, Strands,
 };
 
 /// Points of each strand of a [`ponytail`].
 const POINTS: u32 = 16;
+
+/// As many as [`Strands`] may have points for.
+const MAX_STRANDS: u32 = (1 << 26) / POINTS;
 
 /// The columns of [`smoke_puffs`] as soft balls; at their centres they are as
 /// dense as a puff is all over.
@@ -28,7 +31,10 @@ pub fn smoke_particles(seed: u64) -> Particles {
 
 /// A billowing cloud in the unit box on 48 × 64 × 48 samples, of extinction up
 /// to `sigma_t` 1/m: noise of four octaves over a plume that widens upwards.
-pub fn smoke_grid(seed: u64, sigma_t: f32) -> DensityGrid {
+///
+/// # Errors
+/// [`SceneError::BadValue`] unless `sigma_t` is from 0 to 1e15.
+pub fn smoke_grid(seed: u64, sigma_t: f32) -> Result<DensityGrid, SceneError> {
     const RESOLUTION: [u32; 3] = [48, 64, 48];
     let mut density = Vec::with_capacity(RESOLUTION.iter().product::<u32>() as usize);
     for z in 0..RESOLUTION[2] {
@@ -42,7 +48,6 @@ pub fn smoke_grid(seed: u64, sigma_t: f32) -> DensityGrid {
     }
     let bounds = Bounds::new(Vec3::ZERO, Vec3::ONE).expect("numbers of this program");
     DensityGrid::new(bounds, RESOLUTION, density, sigma_t, Interpolation::Linear)
-        .expect("densities from 0 to 1 and a finite scale")
 }
 
 /// From 0 to 1; 0 on the faces of the unit box.
@@ -67,7 +72,24 @@ fn billow(seed: u64, at: Vec3) -> f32 {
 /// A ponytail of about 1 m that hangs from the origin: `count` strands of 16
 /// points in wisps, each of `thickness` metres and the given opacity, both
 /// tapering off to half at the tips.
-pub fn ponytail(seed: u64, count: u32, thickness: f32, opacity: f32) -> Strands {
+///
+/// # Errors
+/// [`SceneError::BadValue`] for more than 2²² strands, a thickness outside of 0
+/// to 1e8 m, an opacity outside of 0 to 1.
+pub fn ponytail(
+    seed: u64,
+    count: u32,
+    thickness: f32,
+    opacity: f32,
+) -> Result<Strands, SceneError> {
+    if count > MAX_STRANDS {
+        return Err(SceneError::bad_value(
+            "ponytail",
+            "the number of strands",
+            count,
+            "at most 2^22",
+        ));
+    }
     let mut random = Random::new(seed);
     let wisps: Vec<(Vec3, f32)> = (0..40)
         .map(|_| (0.12 * random.in_ball(), random.unit()))
@@ -97,7 +119,7 @@ pub fn ponytail(seed: u64, count: u32, thickness: f32, opacity: f32) -> Strands 
         }
     }
     let ends = (1..=count).map(|strand| strand * POINTS).collect();
-    Strands::new(points, ends).expect("numbers of this program and a user's opacity")
+    Strands::new(points, ends)
 }
 
 /// Three columns of soft puffs, a plume on a grid, and a ball with a ponytail in
@@ -109,14 +131,14 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let head = Vec3::new(3.3, 1.9, -0.2);
     stage.place(ball, upright(Vec3::splat(0.55), 0.0, head));
 
-    let hair = ponytail(seed, 1500, 0.006, 0.6);
+    let hair = ponytail(seed, 1500, 0.006, 0.6).expect("numbers of this program");
     let moved = hair.points().iter().map(|point| StrandPoint {
         position: head + Vec3::new(0.0, 0.3, 0.45) + 1.4 * point.position,
         ..*point
     });
     let ends = (1..=hair.len() as u32).map(|strand| strand * POINTS);
     let hair = Strands::new(moved.collect(), ends.collect()).expect("numbers of this program");
-    let plume = smoke_grid(seed, 3.0);
+    let plume = smoke_grid(seed, 3.0).expect("numbers of this program");
     let at = Bounds::new(Vec3::new(-5.2, 0.05, -1.2), Vec3::new(-3.2, 3.6, 0.8));
     let plume = DensityGrid::new(
         at.expect("numbers of this program"),

@@ -6,22 +6,32 @@ use transmittance::Tile;
 
 use super::view::Texels;
 
-/// Texels along each side of a bin.
+/// Texels along each side of the smallest bins.
 const SIDE: usize = 16;
 
-/// Blockers that touch more bins than this are looked at for every tile, so
-/// that memory stays in proportion to their number.
-const MOST_BINS: usize = 64;
+/// A blocker is in the smallest bins of which it touches no more than this, so
+/// that memory stays in proportion to the number of blockers. Anything is in
+/// four or less of bins that are no smaller than itself.
+const MOST_BINS: usize = 4;
 
-/// The numbers of the blockers that may touch each square of texels.
+/// The numbers of the blockers that may touch each square of texels: squares of
+/// [`SIDE`] texels, and of twice as many at each further level, up to one that
+/// is everything.
 #[derive(Debug)]
 pub(super) struct Bins {
-    per_side: usize,
+    levels: Vec<Level>,
     /// Where the numbers of each bin start; and the end of the last.
     starts: Vec<usize>,
     numbers: Vec<u32>,
-    /// Those that are not in the bins.
-    large: Vec<u32>,
+}
+
+/// Bins of one size.
+#[derive(Debug)]
+struct Level {
+    side: usize,
+    per_side: usize,
+    /// The number of its first bin.
+    first: usize,
 }
 
 impl Bins {
@@ -31,49 +41,53 @@ impl Bins {
         count: usize,
         texels: impl Fn(usize) -> Option<Texels>,
     ) -> Self {
-        let per_side = (resolution as usize).div_ceil(SIDE);
-        let mut starts = vec![0; per_side * per_side + 1];
-        let mut large = Vec::new();
+        let (mut levels, mut side, mut first) = (Vec::new(), SIDE, 0);
+        loop {
+            let per_side = (resolution as usize).div_ceil(side).max(1);
+            levels.push(Level {
+                side,
+                per_side,
+                first,
+            });
+            first += per_side * per_side;
+            if per_side == 1 {
+                break;
+            }
+            side *= 2;
+        }
+        let mut starts = vec![0; first + 1];
         for blocker in 0..count {
-            let Some(texels) = texels(blocker) else {
-                continue;
-            };
-            match bins(texels) {
-                Some(bins) => for_each_bin(bins, per_side, |bin| starts[bin + 1] += 1),
-                None => large.push(blocker as u32),
+            if let Some(texels) = texels(blocker) {
+                for_each_bin(&levels, texels, |bin| starts[bin + 1] += 1);
             }
         }
-        for bin in 0..per_side * per_side {
+        for bin in 0..first {
             starts[bin + 1] += starts[bin];
         }
-        let mut numbers = vec![0; starts[per_side * per_side]];
+        let mut numbers = vec![0; starts[first]];
         let mut next = starts.clone();
         for blocker in 0..count {
-            if let Some(bins) = texels(blocker).and_then(bins) {
-                for_each_bin(bins, per_side, |bin| {
+            if let Some(texels) = texels(blocker) {
+                for_each_bin(&levels, texels, |bin| {
                     numbers[next[bin]] = blocker as u32;
                     next[bin] += 1;
                 });
             }
         }
         Self {
-            per_side,
+            levels,
             starts,
             numbers,
-            large,
         }
     }
 
     /// The numbers of all blockers that may touch the tile, in rising order.
     pub(super) fn of_tile(&self, tile: &Tile) -> Vec<u32> {
-        let mut found = self.large.clone();
-        let bins =
-            |range: &Range<usize>| range.start / SIDE..range.end.div_ceil(SIDE).min(self.per_side);
-        for row in bins(&tile.y) {
-            for column in bins(&tile.x) {
-                let bin = row * self.per_side + column;
+        let mut found = Vec::new();
+        for level in &self.levels {
+            level.for_each([&tile.x, &tile.y], |bin| {
                 found.extend(&self.numbers[self.starts[bin]..self.starts[bin + 1]]);
-            }
+            });
         }
         found.sort_unstable();
         found.dedup();
@@ -81,18 +95,29 @@ impl Bins {
     }
 }
 
-/// Columns and rows of the bins that hold these texels, `None` if they are many.
-fn bins(texels: Texels) -> Option<[Range<usize>; 2]> {
-    let along = |[first, end]: [u32; 2]| first as usize / SIDE..(end as usize).div_ceil(SIDE);
-    let bins = [along(texels.x), along(texels.y)];
-    (bins[0].len() * bins[1].len() <= MOST_BINS).then_some(bins)
+impl Level {
+    /// The columns or rows of bins that hold these texels.
+    fn along(&self, texels: &Range<usize>) -> Range<usize> {
+        texels.start / self.side..texels.end.div_ceil(self.side).min(self.per_side)
+    }
+
+    /// Calls `bin` with the number of each bin that holds some of the texels.
+    fn for_each(&self, [x, y]: [&Range<usize>; 2], mut bin: impl FnMut(usize)) {
+        for row in self.along(y) {
+            for column in self.along(x) {
+                bin(self.first + row * self.per_side + column);
+            }
+        }
+    }
 }
 
-fn for_each_bin([columns, rows]: [Range<usize>; 2], per_side: usize, mut bin: impl FnMut(usize)) {
-    for row in rows {
-        for column in columns.clone() {
-            bin(row * per_side + column);
-        }
+/// Calls `bin` with the numbers of the bins that a blocker belongs to.
+fn for_each_bin(levels: &[Level], texels: Texels, bin: impl FnMut(usize)) {
+    let [x, y] = [texels.x, texels.y].map(|[first, end]| first as usize..end as usize);
+    let fits = |level: &&Level| level.along(&x).len() * level.along(&y).len() <= MOST_BINS;
+    // The last level, of one bin, holds anything.
+    if let Some(level) = levels.iter().find(fits) {
+        level.for_each([&x, &y], bin);
     }
 }
 
@@ -116,5 +141,40 @@ mod tests {
         assert_eq!(at(16..48, 0..32), [0, 2, 3, 4]);
         assert_eq!(at(288..300, 288..300), [2]);
         assert_eq!(at(0..4000, 0..16), [0, 2, 4]);
+    }
+
+    #[test]
+    fn nothing_is_in_more_than_four_bins_and_long_things_are_not_everywhere() {
+        let boxes: Vec<Texels> = (0..2000_u32)
+            .map(|i| {
+                let (x, y) = (i * 37 % 900, i * 61 % 900);
+                Texels {
+                    x: [x, x + 1 + i % 124],
+                    y: [y, y + 1 + i * 7 % 124],
+                }
+            })
+            .collect();
+        let bins = Bins::new(1024, boxes.len(), |blocker| Some(boxes[blocker]));
+        assert!(bins.numbers.len() <= 4 * boxes.len());
+        let mut asked = 0;
+        for (column, row) in (0..64).flat_map(|row| (0..64).map(move |column| (column, row))) {
+            let [x, y] = [column, row].map(|at| 16 * at..16 * at + 16);
+            let found = bins.of_tile(&Tile {
+                x: x.clone(),
+                y: y.clone(),
+            });
+            asked += found.len();
+            for (number, it) in boxes.iter().enumerate() {
+                let meets = |[first, end]: [u32; 2], tile: &Range<usize>| {
+                    (first as usize) < tile.end && tile.start < end as usize
+                };
+                if meets(it.x, &x) && meets(it.y, &y) {
+                    assert!(found.binary_search(&(number as u32)).is_ok());
+                }
+            }
+        }
+        // Bins are up to four times as long as what is in them.
+        let all = 64 * 64 * boxes.len();
+        assert!(asked < all / 10, "{asked} of {all}");
     }
 }

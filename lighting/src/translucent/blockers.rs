@@ -18,8 +18,9 @@ use crate::shadow_map::render_face;
 ///
 /// The segments of a texel come in the order of the casters and of their parts;
 /// opaque triangles come last, as one opaque segment at the nearest of them.
-/// Memory is a few numbers per strand piece and particle, and one per texel
-/// where there are triangles; segments are made anew for each tile.
+/// Memory is at most four numbers per strand piece and particle, about 11 bytes
+/// per caster and 16 × 16 texels, and one number per texel where there are
+/// triangles; segments are made anew for each tile.
 #[derive(Debug)]
 pub struct FaceBlockers<'a> {
     view: View,

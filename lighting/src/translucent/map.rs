@@ -46,7 +46,8 @@ pub enum TransmittanceMapError {
 /// let puffs = [Translucent::from(Particles::new(vec![puff], Profile::Constant)?)];
 /// let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE)?;
 /// let casters = Casters::new(&puffs, None);
-/// let map = TransmittanceMap::build(&Cpu::new(), &casters, &sun, 256, &Stream::<8>::new())?;
+/// let (clear, cpu) = (Stream::<8>::new(), Cpu::new());
+/// let map: TransmittanceMap = TransmittanceMap::build(&cpu, &casters, &sun, 256, &clear)?;
 /// assert!((map.transmittance(Vec3::ZERO) - (-2.0_f32).exp()).abs() < 1e-3); // behind the puff
 /// assert!((map.transmittance(Vec3::Y) - (-1.0_f32).exp()).abs() < 1e-3); // in it
 /// assert_eq!(map.transmittance(3.0 * Vec3::Y), 1.0); // in front of it
@@ -163,25 +164,28 @@ impl<T: Evaluate + Sync> SurfaceShadow for TransmittanceMap<T> {
 }
 
 impl<'a> Casters<'a> {
-    /// The picture planes of a light and what its rays meet there; none if there
-    /// are no casters.
+    /// The picture planes of a light and what its rays meet there, which is
+    /// sorted when its turn comes; none if there are no casters.
     ///
     /// # Errors
     /// [`TransmittanceMapError::Resolution`] unless the resolution is from 1 to
     /// [`MAX_RESOLUTION`].
-    pub fn faces(
+    pub fn faces<'c>(
         &self,
-        cpu: &Cpu,
+        cpu: &'c Cpu,
         emitter: &Emitter,
         resolution: u32,
-    ) -> Result<Vec<(Face, FaceBlockers<'a>)>, TransmittanceMapError> {
+    ) -> Result<impl Iterator<Item = (Face, FaceBlockers<'a>)> + use<'a, 'c>, TransmittanceMapError>
+    {
         check(resolution)?;
-        let Some(bounds) = self.bounds() else {
-            return Ok(Vec::new());
+        let casters = *self;
+        let bounds = casters.bounds();
+        let planes = bounds.map(|bounds| faces([bounds.min(), bounds.max()], emitter));
+        let with_blockers = move |face: Face| {
+            let blockers = FaceBlockers::new(cpu, &casters, &face, resolution);
+            (face, blockers)
         };
-        let faces = faces([bounds.min(), bounds.max()], emitter);
-        let with_blockers = |face: Face| (face, FaceBlockers::new(cpu, self, &face, resolution));
-        Ok(faces.into_iter().map(with_blockers).collect())
+        Ok(planes.into_iter().flatten().map(with_blockers))
     }
 }
 

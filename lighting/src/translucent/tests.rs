@@ -313,8 +313,8 @@ fn threads_and_the_division_into_tiles_change_nothing() {
         with(Cpu::single_threaded()),
         with(Cpu::with_threads(3).unwrap())
     );
-    let faces = casters.faces(&Cpu::new(), &emitter, 70).unwrap();
-    let blockers = &faces[0].1;
+    let cpu = Cpu::new();
+    let (_, blockers) = casters.faces(&cpu, &emitter, 70).unwrap().next().unwrap();
     let whole = Tile { x: 0..70, y: 0..70 };
     let mut at_once = Vec::new();
     blockers.segments(&whole, &mut |texel, segment| at_once.push((texel, segment)));
@@ -434,13 +434,34 @@ fn all_blockers_lie_between_the_depths_that_are_told() {
         slope(),
         strand(&[Vec3::ZERO, Vec3::ONE], 0.05, 0.8),
     ];
-    let casters = Casters::new(&all, None);
+    // Its thin end is as thick as the piece, and sticks out of all the rest.
+    let point = |position: Vec3, thickness: f32| StrandPoint {
+        position,
+        thickness,
+        opacity: 0.8,
+    };
+    let ends = vec![
+        point(Vec3::new(0.0, 3.4, 0.0), 0.0),
+        point(Vec3::new(1.5, 2.5, 1.5), 1.0),
+    ];
+    let tapered = [Strands::new(ends, vec![2]).unwrap().into()];
+    for casters in [Casters::new(&all, None), Casters::new(&tapered, None)] {
+        depths_hold(&casters);
+    }
+    // In its shadow, beside the thin end.
+    let map = exact(&Casters::new(&tapered, None), &sun(Vec3::NEG_Y), 256);
+    let shaded = map.transmittance(Vec3::new(-0.1, 0.0, 0.12));
+    assert!((shaded - 0.2).abs() < 0.02, "{shaded}");
+}
+
+fn depths_hold(casters: &Casters<'_>) {
     for emitter in [
         sun(DVec3::new(0.5, -1.0, 0.1).as_vec3()),
         lamp(Vec3::new(0.0, 0.7, 0.0)),
         lamp(Vec3::new(5.0, 0.7, 0.0)),
     ] {
-        for (_, blockers) in casters.faces(&Cpu::new(), &emitter, 32).unwrap() {
+        let cpu = Cpu::new();
+        for (_, blockers) in casters.faces(&cpu, &emitter, 32).unwrap() {
             let [near, far] = blockers.depths();
             blockers.segments(&Tile { x: 0..32, y: 0..32 }, &mut |_, segment| {
                 assert!(near <= segment.entry() && segment.exit() <= far);

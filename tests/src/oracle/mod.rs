@@ -22,6 +22,7 @@ mod lamp;
 mod line;
 mod quadrature;
 pub mod segment;
+mod shades;
 mod span;
 pub mod translucent;
 pub mod visibility;

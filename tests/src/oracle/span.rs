@@ -43,6 +43,11 @@ impl Dark {
         self.parts.splice(first..last, [union]);
     }
 
+    /// The dark parts, in order and apart from each other.
+    pub(super) fn parts(&self) -> &[Span] {
+        &self.parts
+    }
+
     /// True if all of `span` is dark.
     pub(super) fn contains(&self, span: Span) -> bool {
         let after = self.parts.partition_point(|part| part.start <= span.start);

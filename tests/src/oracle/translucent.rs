@@ -9,9 +9,8 @@
 //! * what is opaque is the affair of [`Blockers`].
 //!
 //! The image is the airlight of the lit parts of a ray, cut into short ones,
-//! each times the mean transmittance at two of its points.
-
-use std::ops::ControlFlow;
+//! each times the mean transmittance at two of its points. Parts are short where
+//! the shadows of casters can be, and whole elsewhere.
 
 use glam::{DVec3, Vec3};
 use lighting::scene::{DensityGrid, Geometry, Interpolation, Medium, Profile, Translucent};
@@ -20,6 +19,7 @@ use rayon::prelude::*;
 
 use super::airlight::{Airlight, Tolerance, reach};
 use super::image::Reference;
+use super::shades::Shades;
 use super::visibility::{Blockers, Search};
 use super::{Fog, Lamp, Line, Span};
 
@@ -111,8 +111,8 @@ impl Veil {
             (centre - line.origin).dot(normal).abs() <= radius * (1.0 + 1e-9) + 1e-12
         };
         let ribbons = self.ribbons.iter().filter(|ribbon| {
-            let [a, b] = ribbon.ends;
-            touches(0.5 * (a + b), 0.5 * a.distance(b) + ribbon.radius)
+            let (centre, radius) = ribbon.ball_around();
+            touches(centre, radius)
         });
         let balls = self.balls.iter();
         Self {
@@ -123,6 +123,17 @@ impl Veil {
                 .collect(),
             boxes: self.boxes.clone(),
         }
+    }
+
+    /// Balls around all of its parts.
+    fn balls_around(&self) -> impl Iterator<Item = (DVec3, f64)> {
+        let ribbons = self.ribbons.iter().map(Ribbon::ball_around);
+        let balls = self.balls.iter().map(|ball| (ball.centre, ball.radius));
+        let boxes = self.boxes.iter().map(|smoke| {
+            let (min, max) = (smoke.min, smoke.max);
+            (0.5 * (min + max), 0.5 * min.distance(max))
+        });
+        ribbons.chain(balls).chain(boxes)
     }
 
     /// Share of the light of `lamp` that gets as far as `point`, from 0 to 1.
@@ -152,6 +163,11 @@ impl Veil {
 }
 
 impl Ribbon {
+    fn ball_around(&self) -> (DVec3, f64) {
+        let [a, b] = self.ends;
+        (0.5 * (a + b), 0.5 * a.distance(b) + self.radius)
+    }
+
     /// True if the path from `point` meets the ribbon that a light at the end
     /// of the path sees: along the axis, and across it at right angles to both
     /// axis and light.
@@ -297,8 +313,10 @@ fn gauss(from: f64, to: f64, density: impl Fn(f64) -> f64) -> f64 {
 
 /// The light that `medium` scatters along each ray into its origin, as
 /// [`reference`](super::image::reference) has it, but behind translucent
-/// `casters` too. Each ray is cut into `parts`, of equal length in the sky up to
-/// ten mean free paths, beyond which the share of light in the last part stays.
+/// `casters` too. The stretches of each ray that the casters may shadow are cut
+/// into about `parts`, half of them between the ends of balls around casters
+/// and of their shadows, half by length. An endless stretch counts for ten mean
+/// free paths, beyond which the share of light in its last part stays.
 ///
 /// The bound is an estimate: the difference between taking the transmittance
 /// of each part at its middle, and as the mean of two points. At the edges of
@@ -358,45 +376,31 @@ impl World {
             self.blockers
                 .lit(&line, lamp, reach, Search::Tree, &mut lit);
             let veil = self.veil.between(&line, lamp);
-            let visit = |part: Span, at: [f64; 3]| {
+            let shades = Shades::new(&line, lamp, veil.balls_around());
+            let visit = |part: Span, sampled: Span| {
                 let mut airlight = Airlight::new(&line, &self.fog);
                 airlight.add_off_the_light(lamp, reach, &[part]);
                 let light = airlight.total(Tolerance::relative(1e-6));
-                let [first, middle, last] = at.map(|x| veil.transmittance(lamp, line.at(x)));
+                let [first, middle, last] = [0.25, 0.5, 0.75].map(|share| {
+                    let x = sampled.start + share * (sampled.end - sampled.start);
+                    veil.transmittance(lamp, line.at(x))
+                });
                 let mean = 0.5 * (first + last);
                 sum += mean * light.value;
                 bound += (mean - middle).abs() * light.value.max_element() + light.bound;
-                ControlFlow::<()>::Continue(())
             };
-            self.cut(&lit, visit);
+            shades.cut(&lit, self.parts, far(self.fog.sigma_t), visit);
         }
         (sum, bound)
     }
+}
 
-    /// Cuts the lit parts into short ones of about equal length, and calls
-    /// `visit` with each and with the quarters and the middle of it.
-    fn cut(&self, lit: &[Span], mut visit: impl FnMut(Span, [f64; 3]) -> ControlFlow<()>) {
-        let far = 10.0 / self.fog.sigma_t.min_element().max(f64::MIN_POSITIVE);
-        let length = |part: &Span| (part.end - part.start).min(far);
-        let total: f64 = lit.iter().map(length).sum();
-        for part in lit {
-            let share = length(part) / total;
-            let count = (f64::from(self.parts) * share).ceil().max(1.0) as u32;
-            let step = length(part) / f64::from(count);
-            for index in 0..count {
-                let start = part.start + step * f64::from(index);
-                let end = if index + 1 == count {
-                    part.end
-                } else {
-                    start + step
-                };
-                let at = [0.25, 0.5, 0.75].map(|share| start + share * step);
-                if visit(Span::new(start, end), at).is_break() {
-                    return;
-                }
-            }
-        }
-    }
+/// Ten mean free paths where they are longest, but not endless; a channel
+/// without extinction scatters nothing.
+fn far(sigma_t: DVec3) -> f64 {
+    let channels = sigma_t.to_array().into_iter();
+    let least = channels.filter(|&sigma_t| sigma_t > 0.0);
+    10.0 / least.fold(f64::INFINITY, f64::min).clamp(1e-50, 1e50)
 }
 
 #[cfg(test)]
@@ -433,5 +437,83 @@ mod tests {
             assert!((found - passed).abs() < 1e-6, "{x} {z}");
         }
         assert_eq!(veil.transmittance(&sun, DVec3::new(0.0, 1.1, 0.0)), 1.0);
+    }
+
+    /// The light of one ray over open ground, without and with a puff between
+    /// the lamp and the ray: by 20,000 parts of equal angles, and as the
+    /// reference has it.
+    fn puffed(emitter: &Emitter, sigma_s: Vec3) -> ([DVec3; 2], Reference) {
+        use std::f64::consts::FRAC_PI_2;
+
+        use lighting::scene::{Mesh, PhaseFunction, Scene};
+
+        let medium = Medium::new(sigma_s, Vec3::ZERO, PhaseFunction::Isotropic).expect("a fog");
+        let ground = Scene::from(Mesh {
+            positions: vec![
+                Vec3::Y * -9.0,
+                Vec3::new(1.0, -9.0, 0.0),
+                Vec3::new(0.0, -9.0, 1.0),
+            ],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        });
+        let geometry = Geometry::new(&ground).expect("a triangle");
+        let puff = Particle {
+            centre: Vec3::new(1.0, 1.5, 0.0),
+            radius: 1.0,
+            sigma_t: 2.0,
+        };
+        let puffs = [Particles::new(vec![puff], Profile::Soft)
+            .expect("a puff")
+            .into()];
+        let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X, f32::INFINITY).expect("a ray");
+        let (line, lamp, fog) = (Line::new(&ray), Lamp::new(emitter), Fog::new(&medium));
+        let veil = Veil::new(&puffs);
+        let reach = reach(&line, &lamp, &fog).expect("an endless ray");
+        let first = (-5.0_f64 / 3.0).atan();
+        let end_of = |step: u32| {
+            let share = f64::from(step) / 20_000.0;
+            5.0 + 3.0 * (first + share * (FRAC_PI_2 - first)).tan()
+        };
+        let (mut sums, mut start) = ([DVec3::ZERO; 2], 0.0);
+        for step in 1..20_000 {
+            let end = end_of(step);
+            let mut airlight = Airlight::new(&line, &fog);
+            // The last ends in the sky, far behind the shadow.
+            let part = Span::new(start, if step == 19_999 { f64::INFINITY } else { end });
+            airlight.add_off_the_light(&lamp, reach, &[part]);
+            let light = airlight.total(Tolerance::relative(1e-6)).value;
+            sums[0] += light;
+            sums[1] += light * veil.transmittance(&lamp, line.at(0.5 * (start + end)));
+            start = end;
+        }
+        let emitters = std::slice::from_ref(emitter);
+        let found = super::reference(&[ray], emitters, &medium, &geometry, &puffs, 64, &|_| {});
+        (sums, found)
+    }
+
+    #[test]
+    fn thin_fog_and_fog_of_one_colour_are_sampled_where_the_shadow_is() {
+        let position = Vec3::new(0.0, 3.0, 0.0);
+        let even = lighting::emitter::Emission::Isotropic;
+        let emitters = [
+            Emitter::point(position, Vec3::ONE, f32::INFINITY, even).expect("a lamp"),
+            Emitter::directional(Vec3::new(0.3, -1.0, 0.0), Vec3::ONE).expect("a sun"),
+        ];
+        for emitter in &emitters {
+            for sigma_s in [
+                Vec3::splat(0.1),
+                Vec3::splat(1e-4),
+                Vec3::new(0.1, 0.0, 0.02),
+            ] {
+                let ([clear, truth], found) = puffed(emitter, sigma_s);
+                let (radiance, bound) = (DVec3::from_array(found.radiance[0]), found.bound[0]);
+                let taken = (clear - truth).max_element();
+                let error = (radiance - truth).abs().max_element();
+                println!("{clear} {truth} {radiance} {bound}");
+                assert!(taken > 0.0 && bound < 0.02 * taken, "{bound} of {taken}");
+                assert!(error < 0.01 * taken, "{error} of {taken}");
+            }
+        }
     }
 }

@@ -16,7 +16,7 @@ use lighting::procedural::{ponytail, smoke_grid, smoke_particles};
 use lighting::scene::{Particle, Particles, StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
 
-use super::results::Times;
+use super::results::{LeftOut, Times};
 use crate::failure::Failure;
 use crate::progress;
 use entries::{Entry, entries, lines_of_all, lines_of_sizes};
@@ -117,30 +117,34 @@ pub(crate) struct Line {
 }
 
 /// All kinds of curves on the casters of the scene, or else on embedded smoke
-/// and hair; a quick one looks for less long.
+/// and hair, and which of the casters no light meets; a quick one looks for less
+/// long.
 pub(crate) fn judge_all(
     casters: &[Translucent],
     emitters: &[Emitter],
     quick: bool,
-) -> Result<Curves, Failure> {
+) -> Result<(Curves, Vec<LeftOut>), Failure> {
     let bar = progress::bar("curves alone", 3);
-    let mut curves = Curves::default();
-    if let (false, Some(emitter)) = (casters.is_empty(), emitters.first()) {
+    let (mut curves, mut left_out) = (Curves::default(), Vec::new());
+    if !casters.is_empty() {
         for caster in casters {
             let one = std::slice::from_ref(caster);
-            if let Some(rays) = collect(one, emitter, quick)? {
-                curves
-                    .subjects
-                    .push(subject(&caster.describe(), &rays, quick)?);
+            let name = caster.describe();
+            match collect_any(one, emitters, quick)? {
+                Ok(rays) => curves.subjects.push(subject(&name, &rays, quick)?),
+                Err(why) => left_out.push(LeftOut {
+                    what: format!("transmittance alone, {name}"),
+                    why: why.into(),
+                }),
             }
         }
-        if let Some(rays) = collect(casters, emitter, quick)? {
+        if let Ok(rays) = collect_any(casters, emitters, quick)? {
             let title = "A light ray of the scene that meets many blockers";
             let lines = lines_of_all(&rays)?;
             curves.figures.push(figure(title.into(), &rays, lines));
         }
         bar.finish_and_clear();
-        return Ok(curves);
+        return Ok((curves, left_out));
     }
     let sun = |x, y, z| Emitter::directional(Vec3::new(x, y, z), Vec3::ONE);
     let smoke = [thin_smoke()?];
@@ -152,20 +156,20 @@ pub(crate) fn judge_all(
         let lines = lines_of_sizes(&rays)?;
         curves.figures.push(figure(title.into(), &rays, lines));
     }
-    let hair: [Translucent; 1] = [ponytail(1, 3000, 0.002, 0.6).into()];
+    let hair: [Translucent; 1] = [ponytail(1, 3000, 0.002, 0.6)?.into()];
     if let Some(rays) = collect(&hair, &sun(0.2, -1.0, 0.3)?, quick)? {
         let name = "hair: a ponytail of 3000 strands";
         curves.subjects.push(subject(name, &rays, quick)?);
         bar.inc(1);
     }
-    let both = [smoke_grid(1, 1.5).into(), hair_in_smoke()?];
+    let both = [smoke_grid(1, 1.5)?.into(), hair_in_smoke()?];
     if let Some(rays) = collect(&both, &sun(0.3, -1.0, 0.2)?, quick)? {
         let title = "Smoke and hair (figure 6 of the paper)";
         let lines = lines_of_all(&rays)?;
         curves.figures.insert(0, figure(title.into(), &rays, lines));
     }
     bar.finish_and_clear();
-    Ok(curves)
+    Ok((curves, left_out))
 }
 
 /// The embedded columns of smoke, a third as dense, so that light gets behind
@@ -182,7 +186,7 @@ fn thin_smoke() -> Result<Translucent, Failure> {
 
 /// A ponytail in the unit box, in the middle of the embedded plume.
 fn hair_in_smoke() -> Result<Translucent, Failure> {
-    let hair = ponytail(1, 1500, 0.002, 0.5);
+    let hair = ponytail(1, 1500, 0.002, 0.5)?;
     let point = |point: &StrandPoint| StrandPoint {
         position: Vec3::new(0.5, 0.85, 0.35) + 0.6 * point.position,
         ..*point
@@ -193,17 +197,35 @@ fn hair_in_smoke() -> Result<Translucent, Failure> {
     Ok(Strands::new(points, ends.collect())?.into())
 }
 
+/// The light rays of the first light that any of the casters is in the way of,
+/// or why there are none.
+fn collect_any(
+    casters: &[Translucent],
+    emitters: &[Emitter],
+    quick: bool,
+) -> Result<Result<Rays, &'static str>, Failure> {
+    for emitter in emitters {
+        if let Some(rays) = collect(casters, emitter, quick)? {
+            return Ok(Ok(rays));
+        }
+    }
+    Ok(Err(if emitters.is_empty() {
+        "the scene has no light"
+    } else {
+        "it takes nothing from any light that the scene has"
+    }))
+}
+
 fn collect(
     casters: &[Translucent],
     emitter: &Emitter,
     quick: bool,
 ) -> Result<Option<Rays>, Failure> {
     let most = if quick { 24 } else { 96 };
-    let faces = Casters::new(casters, None).faces(&Cpu::new(), emitter, rays::RESOLUTION)?;
+    let cpu = Cpu::new();
+    let faces = Casters::new(casters, None).faces(&cpu, emitter, rays::RESOLUTION)?;
     // The picture of the light in which most is seen.
-    let rays = faces
-        .iter()
-        .map(|(_, blockers)| Rays::collect(blockers, most));
+    let rays = faces.map(|(_, blockers)| Rays::collect(&blockers, most));
     Ok(rays.flatten().max_by_key(Rays::segments))
 }
 
@@ -294,7 +316,8 @@ mod tests {
 
     #[test]
     fn curves_come_near_the_truth_and_adaptive_ones_need_no_range() {
-        let curves = judge_all(&[], &[], true).unwrap();
+        let (curves, left_out) = judge_all(&[], &[], true).unwrap();
+        assert_eq!(left_out, []);
         assert_eq!((curves.subjects.len(), curves.figures.len()), (2, 2));
         for subject in &curves.subjects {
             assert!(subject.rays > 12 && subject.segments > 30.0);
@@ -326,5 +349,31 @@ mod tests {
             .map(|subject| subject.rows.len())
             .sum();
         assert_eq!(csv.lines().count(), 1 + rows);
+    }
+
+    #[test]
+    fn the_first_light_that_meets_casters_counts_and_none_has_a_reason() {
+        // Light that runs along strands meets nothing.
+        let point = |x: f32, z: f32| StrandPoint {
+            position: Vec3::new(x, 0.0, z),
+            thickness: 0.5,
+            opacity: 0.5,
+        };
+        let points = (0..4).flat_map(|x| [point(x as f32, 0.0), point(x as f32, 2.0)]);
+        let strands = Strands::new(points.collect(), vec![2, 4, 6, 8]).unwrap();
+        let strands = [strands.into()];
+        let sun = |direction| Emitter::directional(direction, Vec3::ONE).unwrap();
+        let (along, across) = (sun(Vec3::NEG_Z), sun(Vec3::NEG_Y));
+        let lights = [along.clone(), across];
+        let (curves, left_out) = judge_all(&strands, &lights, true).unwrap();
+        assert_eq!((curves.subjects.len(), curves.figures.len()), (1, 1));
+        assert_eq!(left_out, []);
+        for lights in [&[along][..], &[]] {
+            let (curves, left_out) = judge_all(&strands, lights, true).unwrap();
+            assert!(curves.subjects.is_empty() && curves.figures.is_empty());
+            assert_eq!(left_out.len(), 1);
+            assert!(left_out[0].what.contains("4 strands"));
+            assert!(left_out[0].why.contains("light"), "{}", left_out[0].why);
+        }
     }
 }

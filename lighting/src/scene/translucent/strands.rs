@@ -137,10 +137,12 @@ impl Strands {
         }
     }
 
-    /// A box around them, `None` if there are no points.
+    /// A box around all pieces, `None` if there is none.
     pub fn bounds(&self) -> Option<Bounds> {
-        let ball = |point: &StrandPoint| (point.position, 0.5 * point.thickness);
-        around(self.points.iter().map(ball))
+        // Both ends are as thick as the piece: at its thin end, a piece of a
+        // strand that tapers is thicker than the strand.
+        let pieces = (0..self.pieces.len()).map(|index| self.piece(index));
+        around(pieces.flat_map(|piece| piece.axis.map(|end| (end, piece.radius))))
     }
 }
 
@@ -166,6 +168,20 @@ mod tests {
         assert_eq!(starts, [0.0, 1.0, 4.0]);
         let none = Strands::new(vec![], vec![]).unwrap();
         assert!(none.is_empty() && none.bounds().is_none());
+    }
+
+    #[test]
+    fn bounds_hold_the_thin_ends_of_pieces_and_nothing_that_is_invisible() {
+        let mut tapered = points(3);
+        tapered[0].thickness = 2.0;
+        tapered[1].thickness = 0.0;
+        tapered[2].position = Vec3::splat(9.0); // a strand of its own
+        let bounds = Strands::new(tapered, vec![2, 3]).unwrap().bounds().unwrap();
+        let (min, max) = (Vec3::splat(-0.5), Vec3::new(1.5, 0.5, 0.5));
+        assert!(bounds.min().cmple(min).all() && bounds.max().cmpge(max).all());
+        assert!(bounds.min().abs_diff_eq(min, 1e-5) && bounds.max().abs_diff_eq(max, 1e-5));
+        let invisible = Strands::new(points(1), vec![1]).unwrap();
+        assert_eq!(invisible.bounds(), None);
     }
 
     #[test]
