@@ -142,6 +142,9 @@ impl<'a> PeeledMesh<'a> {
             let at = [(x - tile.x) / block, (y - tile.y) / block];
             blocks[(at[1] * across + at[0]) as usize] = list.to_vec();
         });
+        // First, so that a tile beyond the device is refused before lists of
+        // its blocks are made.
+        let mut texels = self.gpu.zeros(tile.len())?;
         let mut starts = vec![0];
         let mut end = 0_u64;
         for list in &blocks {
@@ -156,7 +159,6 @@ impl<'a> PeeledMesh<'a> {
         }
         let lists = self.gpu.upload(&blocks.concat())?;
         let starts = self.gpu.upload(&starts)?;
-        let mut texels = self.gpu.zeros(tile.len())?;
         self.dispatch(tile, block, [&starts, &lists], &mut texels)?;
         Ok(texels)
     }
