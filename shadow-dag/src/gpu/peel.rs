@@ -92,11 +92,18 @@ pub(super) fn number_of(kind: Kind) -> u32 {
 /// `r`: one rounding each of the depth of the corner and of the result, and
 /// five of the way between: two differences, two weights and two products that
 /// are at most `r` together. A slice differs, by one, where the boundary
-/// between two is within that of the surface: for the share
-/// `2N (|d| + 5 r) · 2⁻²⁴` of the texels, at most 12N · 2⁻²⁴ with depths
-/// from 0 to 1, which is 0.3 % of N = 4096. Logarithmic slices add
-/// 2N · 2⁻²¹ (1 + 1/L), L = ln(far/near). Surfaces that are closer than that to each other may
-/// come in the other order; solids that touch are given twice the room.
+/// between two is within that of the surface: with linear slices for the share
+/// `2N (|d| + 5 r) · 2⁻²⁴` of either of both slices of a texel, at most
+/// 12N · 2⁻²⁴ with depths from 0 to 1, which is 0.3 % of N = 4096.
+///
+/// With logarithmic slices, depths are −1/distance and not beyond 1/near, and a
+/// slice at the distance `s` is `L / (N s)` high, L = ln(far/near): the
+/// share is at most far/(near L) times as large, for surfaces at the far end.
+/// Logarithms add 2N · 2⁻²¹ (1 + 1/L).
+///
+/// The share of texels of which a slice differs is at most twice that of one
+/// slice. Surfaces that are closer than that to each other may come in the other
+/// order; solids that touch are given twice the room.
 pub struct PeeledMesh<'a> {
     gpu: &'a Gpu<Queued>,
     mesh: &'a Mesh,
