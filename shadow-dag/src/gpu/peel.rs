@@ -142,6 +142,9 @@ impl<'a> PeeledMesh<'a> {
     /// triangles are too large for the device, and other errors of it.
     pub fn peel(&self, tile: TileRect) -> Result<GpuBuffer<[u32; 2]>, Error> {
         tile.check(self.mesh.resolution())?;
+        // First, so that a tile beyond the device is refused before lists of
+        // its blocks are made.
+        let mut texels = self.gpu.zeros(tile.len())?;
         let block = BLOCK.min(tile.side);
         let across = tile.side / block;
         let mut blocks = vec![Vec::new(); (across * across) as usize];
@@ -149,9 +152,6 @@ impl<'a> PeeledMesh<'a> {
             let at = [(x - tile.x) / block, (y - tile.y) / block];
             blocks[(at[1] * across + at[0]) as usize] = list.to_vec();
         });
-        // First, so that a tile beyond the device is refused before lists of
-        // its blocks are made.
-        let mut texels = self.gpu.zeros(tile.len())?;
         let mut starts = vec![0];
         let mut end = 0_u64;
         for list in &blocks {
@@ -181,7 +181,7 @@ impl<'a> PeeledMesh<'a> {
         let step = ONE / resolution.side() as i32;
         let (near, stretch) = match self.mesh.light.slices() {
             Slices::Linear => (0.0, 0.0),
-            Slices::Logarithmic(ends) => (ends.near(), (ends.far() / ends.near()).ln()),
+            Slices::Logarithmic(ends) => (ends.near(), ends.stretch()),
         };
         let parameters = PeelParameters {
             first: [tile.x, tile.y].map(|at| at as i32 * step + step / 2),
