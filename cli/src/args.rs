@@ -193,9 +193,9 @@ pub(crate) struct Render {
 
 /// Precompute the shadows that a scene casts from one light
 ///
-/// Writes compact precomputed voxelized shadows: one grid for a sun, a spotlight
-/// or a light outside of the scene, six for a light inside of it that shines all
-/// around. Closed solids compress best; parts with holes are baked as surfaces,
+/// Writes compact precomputed voxelized shadows: one grid where a single picture
+/// holds all casters (a sun, a spotlight of up to 75 degrees half angle, a light
+/// far enough outside of the scene), six otherwise. Closed solids compress best; parts with holes are baked as surfaces,
 /// and the output says so.
 ///
 /// Every ten seconds or so, and on Ctrl-C, what is finished goes to a file

@@ -35,8 +35,9 @@ pub enum BakedError {
 
 /// The shadows that all of a scene casts from one light, baked.
 ///
-/// One grid for the sun, a spotlight or a light outside of the scene, six for a
-/// light inside of it that shines all around. `B` is who owns their bytes.
+/// One grid where a single picture holds all casters: for a sun, a spotlight of
+/// up to 75° half angle and a light far enough outside of the scene; six
+/// otherwise, see [`light_spaces`]. `B` is who owns their bytes.
 #[derive(Debug, Clone)]
 pub struct BakedShadow<B = Vec<u8>> {
     grids: Vec<ShadowDag<B>>,
