@@ -120,8 +120,15 @@ pub(crate) fn judge(
 ) -> Result<Dag, Failure> {
     let extent = if quick { QUICK } else { ALL };
     let clock = Instant::now();
-    let Some((emitter, light, grid)) = suitable(geometry, emitters)? else {
+    if emitters.is_empty() {
         return Ok(Dag::default());
+    }
+    let is_over = || clock.elapsed().as_secs_f64() >= seconds;
+    let Some((emitter, light, grid)) = suitable(geometry, emitters, is_over)? else {
+        return Ok(Dag {
+            left_out: vec!["baked shadows"],
+            ..Dag::default()
+        });
     };
     let space = |side: u32| -> Result<(LightSpace, Resolution), Failure> {
         let resolution = Resolution::new(side)?;
@@ -173,10 +180,13 @@ pub(crate) fn judge(
     Ok(dag)
 }
 
-/// The light to be baked: in words, and the number of the grid.
+/// The light to be baked: in words, and the number of the grid. None if there is
+/// no light, or the time is over before it is found, as it may be in a scene of
+/// many triangles.
 fn suitable<'a>(
     geometry: &Geometry,
     emitters: &'a [Emitter],
+    mut is_over: impl FnMut() -> bool,
 ) -> Result<Option<(&'a Emitter, String, usize)>, Failure> {
     let coarse = Resolution::new(64)?;
     let name = |emitter: &Emitter| match emitter {
@@ -185,6 +195,9 @@ fn suitable<'a>(
     };
     let mut fullest = None;
     for emitter in emitters {
+        if is_over() {
+            return Ok(None);
+        }
         let spaces = light_spaces(geometry, emitter, coarse)?;
         if let [_] = spaces[..] {
             return Ok(Some((emitter, name(emitter).into(), 0)));
@@ -197,6 +210,9 @@ fn suitable<'a>(
             let mesh = casters(geometry, space, coarse)?;
             let bytes = Builder::new().bake(&Cpu::new(), &mesh)?.as_bytes().len();
             most = most.max((bytes, grid));
+            if is_over() {
+                return Ok(None);
+            }
         }
         let name = format!("{}, the fullest of its six grids", name(emitter));
         fullest = Some((emitter, name, most.1));
@@ -549,6 +565,31 @@ mod tests {
         let camera = Camera::look_at(glam::Vec3::ZERO, glam::Vec3::X, 1.0).unwrap();
         let nothing = (&geometry, &Tracer::new(&geometry), &camera);
         assert!(judge(nothing, &[], true, 60.0).unwrap().light.is_empty());
+    }
+
+    #[test]
+    fn nothing_is_begun_when_the_time_is_over() {
+        let mut scene = Embedded::Coil.build(1);
+        let geometry = Geometry::new(&scene).unwrap();
+        scene.complete(geometry.bounds()).unwrap();
+        let (tracer, camera) = (Tracer::new(&geometry), scene.camera.unwrap());
+        let emitters = scene.lights[0].emitters(1).unwrap();
+        let parts = (&geometry, &tracer, &camera);
+        let dag = judge(parts, &emitters, true, 0.0).unwrap();
+        assert_eq!(dag.left_out, ["baked shadows"]);
+        assert!(dag.light.is_empty() && dag.bakes.is_empty());
+        // The clock is looked at before the light and after each of its grids.
+        for most in 0..7 {
+            let mut looks = 0;
+            let is_over = || {
+                looks += 1;
+                looks > most
+            };
+            let found = suitable(&geometry, &emitters[..1], is_over).unwrap();
+            assert!(found.is_none() && looks == most + 1, "{most} {looks}");
+        }
+        let found = suitable(&geometry, &emitters[..1], || false).unwrap();
+        assert!(found.is_some());
     }
 
     #[test]
