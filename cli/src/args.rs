@@ -196,9 +196,9 @@ pub(crate) struct Render {
 
 /// Precompute the shadows that a scene casts from one light
 ///
-/// Writes compact precomputed voxelized shadows: one grid for a sun, a spotlight
-/// or a light outside of the scene, six for a light inside of it that shines all
-/// around. Closed solids compress best; parts with holes are baked as surfaces,
+/// Writes compact precomputed voxelized shadows: one grid where a single picture
+/// holds all casters (a sun, a spotlight of up to 75 degrees half angle, a light
+/// far enough outside of the scene), six otherwise. Closed solids compress best; parts with holes are baked as surfaces,
 /// and the output says so.
 ///
 /// Every ten seconds or so, and on Ctrl-C, what is finished goes to a file
@@ -246,7 +246,8 @@ pub(crate) struct Bake {
 pub(crate) enum NodeForm {
     /// 32-bit references: the quickest to walk
     Plain,
-    /// As few bits as each level needs: well under half the size
+    /// As few bits as each level needs: 0.26 to 0.33 of the size for closed
+    /// scenes, 0.39 to 0.47 for open ones
     Packed,
 }
 

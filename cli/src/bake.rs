@@ -1,7 +1,7 @@
 //! Baking the shadows of one light into a file.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use gpu_backend::Cpu;
@@ -265,16 +265,7 @@ impl Work<'_> {
                 bar.set_position((before + progress.finished) as u64);
             };
             match bake.advance(&cpu, tiles.div_ceil(ROUNDS), self.stop, observe) {
-                Err(shadow_dag::Error::Cancelled { finished, tiles }) => {
-                    checkpoint::save(self.part, &self.grids, bake)?;
-                    bar.finish_and_clear();
-                    return Err(Failure::new(format!(
-                        "interrupted after {finished} of {tiles} tiles of grid {} of {}; --resume goes on from {}",
-                        index + 1,
-                        self.spaces.len(),
-                        self.part.display()
-                    )));
-                }
+                Err(shadow_dag::Error::Cancelled { .. }) => break,
                 result => result?,
             };
             if clock.elapsed() >= pause && !bake.progress().is_complete() {
@@ -284,6 +275,65 @@ impl Work<'_> {
                 clock = Instant::now();
             }
         }
+        // Also when it was asked for after the last tile: what comes next takes
+        // a while too.
+        if self.stop.load(Ordering::Relaxed) {
+            checkpoint::save(self.part, &self.grids, bake)?;
+            bar.finish_and_clear();
+            let shadow_dag::Progress { finished, tiles } = bake.progress();
+            return Err(Failure::new(format!(
+                "interrupted after {finished} of {tiles} tiles of grid {} of {}; --resume goes on from {}",
+                index + 1,
+                self.spaces.len(),
+                self.part.display()
+            )));
+        }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interruption_after_the_last_tile_leaves_a_checkpoint() {
+        let place = tempfile::tempdir().unwrap();
+        let part = place.path().join("a.cpvs.part");
+        let options = SceneOptions {
+            seed: 1,
+            lights: 1,
+            map: None,
+            medium: MediumOptions::default(),
+        };
+        let input = Input::load("city", &options).unwrap();
+        let resolution = Resolution::new(64).unwrap();
+        let emitter = emitter(&input.scene.lights, None).unwrap();
+        let spaces = light_spaces(&input.geometry, &emitter, resolution).unwrap();
+        let work = |stop| Work {
+            input: &input,
+            spaces: &spaces,
+            resolution,
+            stop,
+            part: &part,
+            grids: Vec::new(),
+            soundness: Soundness::default(),
+        };
+        let mesh = casters(&input.geometry, spaces[0], resolution).unwrap();
+        let mut bake = shadow_dag::Bake::of_mesh(Builder::new(), &mesh);
+        let (asked, never) = (AtomicBool::new(true), AtomicBool::new(false));
+        bake.advance(&Cpu::new(), usize::MAX, &never, |_| {})
+            .unwrap();
+        assert!(bake.progress().is_complete());
+        let error = work(&asked).tiles(&mut bake, &ProgressBar::hidden(), 0);
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("interrupted after"), "{error}");
+
+        let saved = checkpoint::read(&part).unwrap().unwrap();
+        let mut resumed = work(&never);
+        let rest = resumed.take_over(&saved).unwrap();
+        resumed.bake(Some(rest)).unwrap();
+        let expected = bake.finish().unwrap();
+        assert_eq!(resumed.grids[0].as_bytes(), expected.as_bytes());
     }
 }

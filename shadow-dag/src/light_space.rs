@@ -170,7 +170,7 @@ impl LightSpace {
             Slices::Linear => ([row(0), row(1), row(2)], 1.0),
             Slices::Logarithmic(ends) => {
                 let w = row(3);
-                let scale = 1.0 / (ends.far() / ends.near()).ln();
+                let scale = 1.0 / ends.stretch();
                 (
                     [
                         row(0) - w * (h.x / h.w),

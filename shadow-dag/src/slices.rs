@@ -33,6 +33,11 @@ impl Logarithmic {
     pub fn far(&self) -> f64 {
         self.far
     }
+
+    /// `ln(far/near)`.
+    pub(crate) fn stretch(&self) -> f64 {
+        self.stretch
+    }
 }
 
 impl Slices {

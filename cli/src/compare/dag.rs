@@ -4,6 +4,7 @@
 use std::fmt::Write;
 use std::time::Instant;
 
+use glam::{DVec3, Vec3};
 use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::dag::{Builder, FilterSize, Form, Resolution, Soundness, casters, light_spaces};
@@ -73,7 +74,7 @@ pub(crate) const STAGES: [&str; 4] = ["sort triangles", "tiles", "put together",
 pub(crate) struct Filters {
     pub(crate) size: Size,
     pub(crate) resolution: u32,
-    /// Surfaces that face the light.
+    /// Surfaces within the grid that face the light.
     pub(crate) receivers: usize,
     /// Frame times by width of the filter: plain, packed.
     pub(crate) rows: Vec<(u32, [Times; 2])>,
@@ -119,8 +120,15 @@ pub(crate) fn judge(
 ) -> Result<Dag, Failure> {
     let extent = if quick { QUICK } else { ALL };
     let clock = Instant::now();
-    let Some((emitter, light, grid)) = suitable(geometry, emitters)? else {
+    if emitters.is_empty() {
         return Ok(Dag::default());
+    }
+    let is_over = || clock.elapsed().as_secs_f64() >= seconds;
+    let Some((emitter, light, grid)) = suitable(geometry, emitters, is_over)? else {
+        return Ok(Dag {
+            left_out: vec!["baked shadows"],
+            ..Dag::default()
+        });
     };
     let space = |side: u32| -> Result<(LightSpace, Resolution), Failure> {
         let resolution = Resolution::new(side)?;
@@ -172,10 +180,13 @@ pub(crate) fn judge(
     Ok(dag)
 }
 
-/// The light to be baked: in words, and the number of the grid.
+/// The light to be baked: in words, and the number of the grid. None if there is
+/// no light, or the time is over before it is found, as it may be in a scene of
+/// many triangles.
 fn suitable<'a>(
     geometry: &Geometry,
     emitters: &'a [Emitter],
+    mut is_over: impl FnMut() -> bool,
 ) -> Result<Option<(&'a Emitter, String, usize)>, Failure> {
     let coarse = Resolution::new(64)?;
     let name = |emitter: &Emitter| match emitter {
@@ -184,6 +195,9 @@ fn suitable<'a>(
     };
     let mut fullest = None;
     for emitter in emitters {
+        if is_over() {
+            return Ok(None);
+        }
         let spaces = light_spaces(geometry, emitter, coarse)?;
         if let [_] = spaces[..] {
             return Ok(Some((emitter, name(emitter).into(), 0)));
@@ -196,6 +210,9 @@ fn suitable<'a>(
             let mesh = casters(geometry, space, coarse)?;
             let bytes = Builder::new().bake(&Cpu::new(), &mesh)?.as_bytes().len();
             most = most.max((bytes, grid));
+            if is_over() {
+                return Ok(None);
+            }
         }
         let name = format!("{}, the fullest of its six grids", name(emitter));
         fullest = Some((emitter, name, most.1));
@@ -381,6 +398,41 @@ fn forget_peak() {
 const RUNS: usize = 5;
 const SECONDS: f64 = 0.6;
 
+/// Positions and normals in the grid of what faces the light within its map.
+///
+/// What lies beside the map is the business of another grid, or lit: nothing is
+/// looked up there.
+fn receivers(
+    dag: &ShadowDag,
+    (geometry, view): (&Geometry, &View),
+    emitter: &Emitter,
+) -> Vec<(DVec3, Vec3)> {
+    let resolution = dag.resolution();
+    let side = f64::from(resolution.side());
+    let surfaces = view.rays().iter().zip(view.hits());
+    surfaces
+        .filter_map(|(ray, hit)| {
+            let hit = hit.as_ref()?;
+            let [a, b, c] = geometry.triangles()[hit.triangle as usize];
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let point = ray.at(hit.distance);
+            let to_light = match emitter {
+                Emitter::Directional(sun) => -sun.direction(),
+                Emitter::Point(light) => light.position() - point,
+                _ => return None,
+            };
+            let space = dag.light()?;
+            let position = space.voxel(resolution, point)?;
+            let is_within = [position.x, position.y]
+                .iter()
+                .all(|at| (0.0..side).contains(at))
+                && position.z >= 0.0;
+            (is_within && normal.dot(to_light) > 0.0)
+                .then(|| (position, space.normal(point, normal)))
+        })
+        .collect()
+}
+
 fn filters(
     plain: &ShadowDag,
     (geometry, tracer, camera): (&Geometry, &Tracer, &Camera),
@@ -392,24 +444,7 @@ fn filters(
     let view = View::new(&cpu, camera, tracer, width, height)?;
     let packed = plain.to_form(Form::Packed)?;
     let resolution = plain.resolution();
-    // Positions and normals in the grid of what faces the light.
-    let surfaces = view.rays().iter().zip(view.hits());
-    let receivers: Vec<_> = surfaces
-        .filter_map(|(ray, hit)| {
-            let hit = hit.as_ref()?;
-            let [a, b, c] = geometry.triangles()[hit.triangle as usize];
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            let point = ray.at(hit.distance);
-            let to_light = match emitter {
-                Emitter::Directional(sun) => -sun.direction(),
-                Emitter::Point(light) => light.position() - point,
-                _ => return None,
-            };
-            let space = plain.light()?;
-            let position = space.voxel(resolution, point)?;
-            (normal.dot(to_light) > 0.0).then(|| (position, space.normal(point, normal)))
-        })
-        .collect();
+    let receivers = receivers(plain, (geometry, &view), emitter);
     let mut rows = Vec::new();
     for width in WIDTHS {
         let size = FilterSize::new(width)?;
@@ -530,6 +565,58 @@ mod tests {
         let camera = Camera::look_at(glam::Vec3::ZERO, glam::Vec3::X, 1.0).unwrap();
         let nothing = (&geometry, &Tracer::new(&geometry), &camera);
         assert!(judge(nothing, &[], true, 60.0).unwrap().light.is_empty());
+    }
+
+    #[test]
+    fn nothing_is_begun_when_the_time_is_over() {
+        let mut scene = Embedded::Coil.build(1);
+        let geometry = Geometry::new(&scene).unwrap();
+        scene.complete(geometry.bounds()).unwrap();
+        let (tracer, camera) = (Tracer::new(&geometry), scene.camera.unwrap());
+        let emitters = scene.lights[0].emitters(1).unwrap();
+        let parts = (&geometry, &tracer, &camera);
+        let dag = judge(parts, &emitters, true, 0.0).unwrap();
+        assert_eq!(dag.left_out, ["baked shadows"]);
+        assert!(dag.light.is_empty() && dag.bakes.is_empty());
+        // The clock is looked at before the light and after each of its grids.
+        for most in 0..7 {
+            let mut looks = 0;
+            let is_over = || {
+                looks += 1;
+                looks > most
+            };
+            let found = suitable(&geometry, &emitters[..1], is_over).unwrap();
+            assert!(found.is_none() && looks == most + 1, "{most} {looks}");
+        }
+        let found = suitable(&geometry, &emitters[..1], || false).unwrap();
+        assert!(found.is_some());
+    }
+
+    #[test]
+    fn receivers_are_surfaces_within_the_grid() {
+        let mut scene = Embedded::Coil.build(1);
+        let geometry = Geometry::new(&scene).unwrap();
+        scene.complete(geometry.bounds()).unwrap();
+        let (tracer, camera) = (Tracer::new(&geometry), scene.camera.unwrap());
+        let emitter = &scene.lights[0].emitters(1).unwrap()[0];
+        let (cpu, resolution) = (Cpu::new(), Resolution::new(64).unwrap());
+        let view = View::new(&cpu, &camera, &tracer, 160, 90).unwrap();
+        let spaces = light_spaces(&geometry, emitter, resolution).unwrap();
+        assert_eq!(spaces.len(), 6);
+        let mut all = 0;
+        for space in spaces {
+            let mesh = casters(&geometry, space, resolution).unwrap();
+            let dag = Builder::new().bake(&cpu, &mesh).unwrap();
+            let found = receivers(&dag, (&geometry, &view), emitter);
+            for (at, _) in &found {
+                let on_map = at.min_element() >= 0.0 && at.x.max(at.y) < 64.0;
+                assert!(on_map, "{at}");
+            }
+            all += found.len();
+        }
+        // Each is in one of the grids, but on their rims.
+        let seen = view.hits().iter().flatten().count();
+        assert!(all > 0 && all <= seen, "{all} of {seen}");
     }
 
     #[test]

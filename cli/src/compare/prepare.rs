@@ -6,7 +6,7 @@ use lighting::emitter::Emission;
 use lighting::plan::Plan;
 use lighting::scene::{Camera, Medium, PhaseFunction};
 use lighting::view::View;
-use lighting::voxels::{Eye, depth_range};
+use lighting::voxels::Eye;
 
 use super::backends::Backends;
 use super::results::LeftOut;
@@ -72,15 +72,11 @@ impl Prepared {
         let camera = input.camera()?;
         let frame = Frame::new(&input, &camera, size)?;
         let is_even = |emitter: &Emitter| matches!(emitter, Emitter::Point(p) if *p.emission() == Emission::Isotropic);
-        let is_sun = |emitter: &Emitter| matches!(emitter, Emitter::Directional(_));
         let kept = || frame.plan.emitters().iter().map(|i| &input.emitters[*i]);
         let phase = input.scene.medium.map(|medium| medium.phase());
-        let is_endless = |medium| depth_range(frame.view.rays(), medium).end == f32::INFINITY;
         let evaluated = Evaluated {
             has_even_points: kept().any(is_even),
             is_isotropic: phase == Some(PhaseFunction::Isotropic),
-            has_endless_sunlight: kept().any(is_sun)
-                && input.scene.medium.as_ref().is_some_and(is_endless),
             is_translucent: !input.scene.translucent.is_empty(),
         };
         let mut selection = select(args, &frame.plan, evaluated);
@@ -118,12 +114,9 @@ impl Prepared {
         }
         let size = [size.width, size.height];
         let eye = Eye::of_camera(&self.camera, size, view.rays(), medium);
-        let usable = |emitter: &&Emitter| {
-            !matches!(emitter, Emitter::Directional(_)) || eye.depths.end < f32::INFINITY
-        };
         let mut kept = plan.emitters().iter().map(|index| &input.emitters[*index]);
         let emitter = kept
-            .find(usable)
+            .next()
             .ok_or("no light that voxels could be made for")?;
         Ok(voxels::Scene {
             geometry: &input.geometry,

@@ -87,8 +87,6 @@ pub(crate) struct Evaluated {
     pub(crate) has_even_points: bool,
     /// The medium scatters alike in all directions.
     pub(crate) is_isotropic: bool,
-    /// A directional light is seen along rays without an end.
-    pub(crate) has_endless_sunlight: bool,
     /// There is hair or smoke.
     pub(crate) is_translucent: bool,
 }
@@ -142,11 +140,6 @@ pub(crate) fn select(args: &Compare, plan: &Plan, scene: Evaluated) -> Selection
             )
         } else if method.visibility.is_equi_angular() && no_angle.is_some() {
             no_angle.clone()
-        } else if method.visibility.voxel_detail().is_some() && scene.has_endless_sunlight {
-            Some(
-                "the medium is clear in a colour, and voxels of a directional light have an end"
-                    .into(),
-            )
         } else if method.airlight.is_for_points() && !scene.has_even_points {
             Some("no light shines alike in all directions from a point".into())
         } else if method.airlight == Airlight::Published && !scene.is_isotropic {

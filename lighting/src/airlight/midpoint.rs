@@ -40,6 +40,35 @@ impl AirlightEvaluator for Midpoint {
 /// Distance after which a ray to the sky is cut off by methods that need an
 /// end: ten mean free paths of the thinnest channel that scatters, where
 /// 4.5e-5 of the light of a sun is left.
+///
+/// Channels that do not scatter say nothing, however clear they are, because no
+/// light comes from them; if none does, nothing comes from anywhere, and the
+/// distance is 0. It is at most 1e16 m, because a coefficient above 0 is at
+/// least 1e-15 / m.
 pub(crate) fn far_end(medium: &Medium) -> f32 {
-    10.0 / medium.sigma_t().min_element().max(f32::MIN_POSITIVE)
+    let (scattering, extinction) = (medium.sigma_s().to_array(), medium.sigma_t().to_array());
+    let scatters = scattering.iter().zip(extinction).filter(|(s, _)| **s > 0.0);
+    let thinnest = scatters.map(|(_, t)| t).fold(f32::INFINITY, f32::min);
+    10.0 / thinnest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::PhaseFunction;
+
+    #[test]
+    fn the_far_end_is_that_of_channels_that_scatter_and_always_finite() {
+        let end = |sigma_s: [f32; 3], sigma_a: [f32; 3]| {
+            let medium = Medium::new(sigma_s.into(), sigma_a.into(), PhaseFunction::Isotropic);
+            far_end(&medium.unwrap())
+        };
+        assert_eq!(end([0.5, 0.25, 1.0], [0.0; 3]), 40.0);
+        assert_eq!(end([0.5, 0.0, 0.0], [0.0; 3]), 20.0);
+        assert_eq!(end([0.5, 0.0, 1.0], [0.5, 0.01, 1.5]), 10.0);
+        assert_eq!(end([0.0; 3], [0.0; 3]), 0.0);
+        assert_eq!(end([0.0; 3], [1.0, 0.0, 2.0]), 0.0);
+        let longest = end([1e-15, 0.0, 0.0], [0.0; 3]);
+        assert!(longest > 0.99e16 && longest < f32::INFINITY, "{longest}");
+    }
 }

@@ -23,6 +23,16 @@ pub enum BakedError {
     /// A grid that does not say where in the world it is.
     #[error("grid {0} does not say where in the world it is")]
     NoLight(usize),
+    /// A grid of another resolution than the first.
+    #[error("grid {grid} has {side} voxels along each axis, expected {expected} as in grid 0")]
+    Resolutions {
+        /// Which one, from 0.
+        grid: usize,
+        /// Voxels along each of its axes.
+        side: u32,
+        /// Voxels along each axis of the first.
+        expected: u32,
+    },
     /// Bytes that are no grid.
     #[error("grid {grid}: {error}")]
     File {
@@ -35,8 +45,9 @@ pub enum BakedError {
 
 /// The shadows that all of a scene casts from one light, baked.
 ///
-/// One grid for the sun, a spotlight or a light outside of the scene, six for a
-/// light inside of it that shines all around. `B` is who owns their bytes.
+/// One grid where a single picture holds all casters: for a sun, a spotlight of
+/// up to 75° half angle and a light far enough outside of the scene; six
+/// otherwise, see [`light_spaces`]. `B` is who owns their bytes.
 #[derive(Debug, Clone)]
 pub struct BakedShadow<B = Vec<u8>> {
     grids: Vec<ShadowDag<B>>,
@@ -111,17 +122,30 @@ impl BakedShadow {
 }
 
 impl<B: AsRef<[u8]>> BakedShadow<B> {
-    /// The shadows of a light from its grids, in any order.
+    /// The shadows of a light from its grids. They answer in any order, but only
+    /// in that of [`light_spaces`] do they [fit](BakedShadow::fits) a light.
     ///
     /// # Errors
-    /// [`BakedError`] if there are not one or six of them, or one does not know
-    /// the space of its light.
+    /// [`BakedError`] if there are not one or six of them, one does not know
+    /// the space of its light, or their resolutions differ.
     pub fn new(grids: Vec<ShadowDag<B>>) -> Result<Self, BakedError> {
         if !matches!(grids.len(), 1 | 6) {
             return Err(BakedError::Grids(grids.len()));
         }
-        match grids.iter().position(|grid| grid.light().is_none()) {
-            Some(grid) => Err(BakedError::NoLight(grid)),
+        if let Some(grid) = grids.iter().position(|grid| grid.light().is_none()) {
+            return Err(BakedError::NoLight(grid));
+        }
+        let expected = grids[0].resolution().side();
+        let mut sides = grids
+            .iter()
+            .map(|grid| grid.resolution().side())
+            .enumerate();
+        match sides.find(|(_, side)| *side != expected) {
+            Some((grid, side)) => Err(BakedError::Resolutions {
+                grid,
+                side,
+                expected,
+            }),
             None => Ok(Self { grids }),
         }
     }
@@ -152,8 +176,9 @@ impl<B: AsRef<[u8]>> BakedShadow<B> {
     }
 
     /// True if the grids lie where those of a light do: the [`light_spaces`] of
-    /// the emitter, at their resolution, are theirs, to rounding. Whether the scene has changed
-    /// within its bounds since it was baked, nothing tells.
+    /// the emitter, at their resolution, are theirs, in the same order and to
+    /// rounding. Whether the scene has changed within its bounds since it was
+    /// baked, nothing tells.
     pub fn fits(&self, spaces: &[LightSpace]) -> bool {
         let same = |(grid, space): (&ShadowDag<B>, &LightSpace)| {
             grid.light().is_some_and(|light| alike(light, space))

@@ -35,7 +35,7 @@ impl<'a> BakedShadow<&'a [u8]> {
     ///
     /// # Errors
     /// [`BakedError`] if they are not a whole and consistent file, or do not
-    /// say where in the world the grids are.
+    /// say where in the world the grids are; or if these differ in resolution.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, BakedError> {
         let read = |grid, bytes| {
             ShadowDag::from_bytes(bytes).map_err(|error| BakedError::File { grid, error })

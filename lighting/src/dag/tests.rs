@@ -240,6 +240,20 @@ fn grids_are_told_apart_and_read_from_files() {
         BakedShadow::new(vec![nowhere]).unwrap_err(),
         BakedError::NoLight(0)
     );
+    // Six grids, one of them finer.
+    let mut mixed = bake(&scene, &lights[2], 64).grids().to_vec();
+    mixed[4] = bake(&scene, &lights[2], 128).grids()[4].clone();
+    let error = BakedError::Resolutions {
+        grid: 4,
+        side: 128,
+        expected: 64,
+    };
+    assert_eq!(BakedShadow::new(mixed).unwrap_err(), error);
+    // The same grids in another order are those of no light.
+    let mut turned = bake(&scene, &lights[2], 64).grids().to_vec();
+    turned.swap(0, 1);
+    let spaces = light_spaces(&scene, &lights[2], resolution).unwrap();
+    assert!(!BakedShadow::new(turned).unwrap().fits(&spaces));
 }
 
 #[test]

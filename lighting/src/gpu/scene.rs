@@ -124,7 +124,7 @@ impl MediumRecord {
             low,
             bounded: u32::from(medium.bounds().is_some()),
             high,
-            far_end: far_end(medium).min(f32::MAX),
+            far_end: far_end(medium),
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::{Emitter, Interval, LightPath, LitInterval};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
     /// Steps of equal length. A ray to the sky is marched for ten mean free
-    /// paths (of the thinnest colour channel), and what lies behind is left
+    /// paths (of the thinnest colour channel that scatters), and what lies behind is left
     /// out: 4.5e-5 of the light of a sun.
     Distance,
     /// Steps of equal angle at a point light, which are steps of equal share
@@ -142,6 +142,7 @@ mod tests {
     use gpu_backend::Cpu;
 
     use super::*;
+    use crate::airlight::{AirlightEvaluator, Midpoint};
     use crate::emitter::Emission;
     use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
     use crate::shadow_map::{Casters, RenderShadowMap};
@@ -192,5 +193,42 @@ mod tests {
                 assert_eq!(runs[1].interval.end, 10.0);
             }
         }
+    }
+
+    #[test]
+    fn the_sky_is_marched_to_an_end_where_only_one_colour_scatters() {
+        let cpu = Cpu::new();
+        let below = Scene::from(Mesh {
+            positions: vec![
+                Vec3::NEG_Y,
+                Vec3::new(1.0, -1.0, 0.0),
+                Vec3::new(0.0, -1.0, 1.0),
+            ],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        });
+        let casters = Casters::upload(&cpu, &Geometry::new(&below).unwrap()).unwrap();
+        let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
+        let map = cpu.shadow_map(&casters, &sun, 64).unwrap();
+        let sigma_s = Vec3::new(0.1, 0.0, 0.0);
+        let red = Medium::new(sigma_s, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+        let ray = Ray::new(Vec3::ZERO, Vec3::X, f32::INFINITY).unwrap();
+        let path = LightPath::new(&ray, &sun, &red).unwrap();
+        let mut steps = Vec::new();
+        ShadowMapMarch::new(&map, 1000, Spacing::Distance).lit_intervals(&path, &mut steps);
+        assert_eq!((steps.len(), steps[999].interval.end), (1000, 100.0));
+        let radiance = steps
+            .iter()
+            .map(|step| Midpoint.radiance(&path, step.interval));
+        let sum: Vec3 = radiance.sum();
+        // Ten mean free paths of a phase function of 1/4π, in steps of a
+        // hundredth: second order, 4e-6 of it, beside the rest of 4.5e-5.
+        let expected = Vec3::new(0.25 / std::f32::consts::PI, 0.0, 0.0);
+        assert!(
+            (sum - expected).abs().max_element() < 1e-4 * expected.x,
+            "{sum}"
+        );
+        // In one step too.
+        assert!(Midpoint.radiance(&path, path.span()).is_finite());
     }
 }

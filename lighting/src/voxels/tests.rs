@@ -238,6 +238,9 @@ fn depths_are_those_of_what_scatters_before_surfaces() {
     assert_eq!(depth_range(&rays, &fog()), Interval::new(0.0, 7.0));
     let sky = [ray(Vec3::X, 3.0), ray(Vec3::Y, f32::INFINITY)];
     assert_eq!(depth_range(&sky, &fog()), Interval::new(0.0, 50.0));
+    let red = Vec3::new(0.2, 0.0, 0.0);
+    let red = Medium::new(red, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+    assert_eq!(depth_range(&sky, &red), Interval::new(0.0, 50.0));
     let bounds = Bounds::new(Vec3::new(2.0, -1.0, -1.0), Vec3::new(6.0, 1.0, 1.0)).unwrap();
     let bank = fog().within(bounds);
     assert_eq!(depth_range(&rays, &bank), Interval::new(2.0, 3.0));

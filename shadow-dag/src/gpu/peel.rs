@@ -92,11 +92,18 @@ pub(super) fn number_of(kind: Kind) -> u32 {
 /// `r`: one rounding each of the depth of the corner and of the result, and
 /// five of the way between: two differences, two weights and two products that
 /// are at most `r` together. A slice differs, by one, where the boundary
-/// between two is within that of the surface: for the share
-/// `2N (|d| + 5 r) · 2⁻²⁴` of the texels, at most 12N · 2⁻²⁴ with depths
-/// from 0 to 1, which is 0.3 % of N = 4096. Logarithmic slices add
-/// 2N · 2⁻²¹ (1 + 1/L), L = ln(far/near). Surfaces that are closer than that to each other may
-/// come in the other order; solids that touch are given twice the room.
+/// between two is within that of the surface: with linear slices for the share
+/// `2N (|d| + 5 r) · 2⁻²⁴` of either of both slices of a texel, at most
+/// 12N · 2⁻²⁴ with depths from 0 to 1, which is 0.3 % of N = 4096.
+///
+/// With logarithmic slices, depths are −1/distance and not beyond 1/near, and a
+/// slice at the distance `s` is `L / (N s)` high, L = ln(far/near): the
+/// share is at most far/(near L) times as large, for surfaces at the far end.
+/// Logarithms add 2N · 2⁻²¹ (1 + 1/L).
+///
+/// The share of texels of which a slice differs is at most twice that of one
+/// slice. Surfaces that are closer than that to each other may come in the other
+/// order; solids that touch are given twice the room.
 pub struct PeeledMesh<'a> {
     gpu: &'a Gpu<Queued>,
     mesh: &'a Mesh,
@@ -135,6 +142,9 @@ impl<'a> PeeledMesh<'a> {
     /// triangles are too large for the device, and other errors of it.
     pub fn peel(&self, tile: TileRect) -> Result<GpuBuffer<[u32; 2]>, Error> {
         tile.check(self.mesh.resolution())?;
+        // First, so that a tile beyond the device is refused before lists of
+        // its blocks are made.
+        let mut texels = self.gpu.zeros(tile.len())?;
         let block = BLOCK.min(tile.side);
         let across = tile.side / block;
         let mut blocks = vec![Vec::new(); (across * across) as usize];
@@ -156,7 +166,6 @@ impl<'a> PeeledMesh<'a> {
         }
         let lists = self.gpu.upload(&blocks.concat())?;
         let starts = self.gpu.upload(&starts)?;
-        let mut texels = self.gpu.zeros(tile.len())?;
         self.dispatch(tile, block, [&starts, &lists], &mut texels)?;
         Ok(texels)
     }
@@ -172,7 +181,7 @@ impl<'a> PeeledMesh<'a> {
         let step = ONE / resolution.side() as i32;
         let (near, stretch) = match self.mesh.light.slices() {
             Slices::Linear => (0.0, 0.0),
-            Slices::Logarithmic(ends) => (ends.near(), (ends.far() / ends.near()).ln()),
+            Slices::Logarithmic(ends) => (ends.near(), ends.stretch()),
         };
         let parameters = PeelParameters {
             first: [tile.x, tile.y].map(|at| at as i32 * step + step / 2),

@@ -63,7 +63,7 @@ impl SpaceRecord {
         let row = |i: usize| -> DVec4 { light.matrix().row(i) };
         let (depth, near, stretch) = match light.slices() {
             Slices::Linear => (row(2), 0.0, 0.0),
-            Slices::Logarithmic(ends) => (row(3), ends.near(), (ends.far() / ends.near()).ln()),
+            Slices::Logarithmic(ends) => (row(3), ends.near(), ends.stretch()),
         };
         Self {
             x: row(0).as_vec4(),

@@ -95,6 +95,15 @@ pub(super) fn media() -> Vec<(&'static str, Medium)> {
                 PhaseFunction::HenyeyGreenstein { g: -0.5 },
             ),
         ),
+        // The other colours are clear all the way to the sky.
+        (
+            "red",
+            medium(
+                Vec3::new(0.1, 0.0, 0.0),
+                Vec3::ZERO,
+                PhaseFunction::Isotropic,
+            ),
+        ),
         (
             "box",
             medium(Vec3::splat(0.3), Vec3::splat(0.1), forward).within(bounds),

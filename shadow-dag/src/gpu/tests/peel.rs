@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::super::PeeledMesh;
 use crate::tests::mesh::{Solid, Soup, lights, solid};
-use crate::{Builder, Casters, LightSpace, Mesh, Resolution, Slices, TileRect};
+use crate::{Builder, Casters, Error, LightSpace, Mesh, Resolution, Slices, TileRect};
 
 /// How many texels of a map have other slices than on the CPU, and how many
 /// of those are off by more than one.
@@ -134,6 +134,28 @@ fn tiles_of_large_maps_differ_in_no_more_than_the_stated_share() {
         "{counts:?}"
     );
     assert!(counts[1] as f64 <= 1e-5 * texels, "{counts:?}");
+}
+
+#[test]
+fn a_tile_beyond_the_device_is_refused_before_anything_is_made_for_it() {
+    let Some(gpu) = testing::gpu() else { return };
+    let side = 1 << 20;
+    let resolution = Resolution::new(side).unwrap();
+    let empty = Mesh::new(resolution, lights()[0], &[], &[]).unwrap();
+    let peeled = PeeledMesh::new(&gpu, &empty).unwrap();
+    // Lists for 2^30 blocks would take 24 GiB, and a while.
+    let clock = std::time::Instant::now();
+    let error = peeled.peel(whole(&empty)).unwrap_err();
+    assert!(
+        matches!(error, Error::Backend(gpu_backend::Error::TooLarge { .. })),
+        "{error}"
+    );
+    assert!(clock.elapsed().as_secs_f64() < 5.0);
+    let small = TileRect {
+        side: 64,
+        ..whole(&empty)
+    };
+    assert_eq!(differing(&empty, &peeled, small), [0; 2]);
 }
 
 #[test]
