@@ -16,6 +16,8 @@
 //! * [`Cpu`] is the backend that defines every result. It is always there.
 //! * `gpu::Gpu` (feature `wgpu`) runs steps on a GPU: on the user's device, into
 //!   the user's command encoder, or on an adapter that it picks itself.
+//! * `shader` (feature `wgsl`) puts a shader together from parts that know
+//!   nothing of each other; it is text, and needs no device.
 //! * `testing` (feature `testing`) is for tests of steps: shaders checked
 //!   without a device, layouts compared with Rust, a device or the reason why
 //!   there is none.
@@ -66,6 +68,8 @@ mod cpu;
 mod error;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
+#[cfg(feature = "wgsl")]
+pub mod shader;
 #[cfg(feature = "testing")]
 pub mod testing;
 
@@ -82,7 +86,7 @@ pub trait Element: bytemuck::Pod + Send + Sync + Debug {}
 impl<T: bytemuck::Pod + Send + Sync + Debug> Element for T {}
 
 /// A typed run of elements that lives on some device.
-pub trait Buffer<T>: Debug {
+pub trait Buffer<T>: Debug + Send + Sync {
     /// Number of elements.
     fn len(&self) -> usize;
 

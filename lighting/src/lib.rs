@@ -4,7 +4,7 @@
 //!
 //! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields
 //!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]),
-//!    sampled from a shadow map ([`visibility::ShadowMapMarch`]), read from a
+//!    sampled from a shadow map (`visibility::March`), read from a
 //!    voxelized shadow volume (`voxels::VoxelShadow`) or walked through baked
 //!    shadows (`dag::BakedShadow`); [`visibility::Both`] joins two.
 //! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
@@ -20,7 +20,7 @@
 //! use glam::Vec3;
 //! use gpu_backend::{Backend, Cpu, Download};
 //! use lighting::scene::{Medium, PhaseFunction};
-//! use lighting::{Emitter, Gather, Ray, airlight, visibility};
+//! use lighting::{Emitter, Gather, LitRays, Ray, airlight, visibility};
 //! # use lighting::emitter::Emission;
 //!
 //! let cpu = Cpu::new();
@@ -32,7 +32,8 @@
 //! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
 //! let nothing_in_the_way = visibility::Unshadowed;
 //! let quadrature = airlight::Quadrature::with_tolerance(fog.phase(), 1e-4)?;
-//! cpu.gather(&rays, &lamp, &fog, &nothing_in_the_way, &quadrature, &mut radiance)?;
+//! let lit = LitRays::new(&rays, &lamp, &fog);
+//! cpu.gather(&lit, &nothing_in_the_way, &quadrature, &mut radiance)?;
 //! assert!(cpu.download(&radiance)?[0][0] > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -46,6 +47,7 @@
 //! | [`visibility`] | `march`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
+//! | `methods` | `methods` | every way of making an image of airlight, and the list of them |
 //! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
 //! | `voxels` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
 //! | `dag` | `shadow-dag` | baked shadows: of the medium, and filtered on surfaces |
@@ -73,6 +75,8 @@ mod gather;
 pub mod gpu;
 #[cfg(any(feature = "gltf", feature = "ply", feature = "hair", feature = "vol"))]
 pub mod load;
+#[cfg(feature = "methods")]
+pub mod methods;
 mod path;
 pub mod plan;
 #[cfg(feature = "procedural")]
@@ -93,10 +97,10 @@ pub mod voxels;
 
 pub use airlight::AirlightEvaluator;
 pub use emitter::Emitter;
-pub use gather::Gather;
+pub use gather::{Gather, LitRays, Touching, Watch};
 pub use path::LightPath;
-pub use ray::{Interval, LitInterval, Ray};
-pub use visibility::VisibilitySource;
+pub use ray::{Interval, Ray};
+pub use visibility::{LitInterval, VisibilitySource};
 
 /// The README's example is a test.
 #[cfg(doctest)]

@@ -260,7 +260,7 @@ mod tests {
     use gpu_backend::Cpu;
 
     use super::*;
-    use crate::Gather;
+    use crate::{Gather, LitRays};
     use crate::airlight::EquiAngular;
     use crate::emitter::Emission;
     use crate::scene::{Bounds, Cone, PhaseFunction};
@@ -322,7 +322,12 @@ mod tests {
         let rule = EquiAngular::new(8).unwrap();
         for emitter in emitters {
             Cpu::new()
-                .gather(&rays, emitter, medium, &Unshadowed, &rule, &mut radiance)
+                .gather(
+                    &LitRays::new(&rays, emitter, medium),
+                    &Unshadowed,
+                    &rule,
+                    &mut radiance,
+                )
                 .unwrap();
         }
         radiance

@@ -87,26 +87,6 @@ impl Interval {
     }
 }
 
-/// A part of a ray that the light reaches.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LitInterval {
-    /// Which part.
-    pub interval: Interval,
-    /// Share of the light that gets there, from 0 to 1: 1 where nothing is in
-    /// the way, less behind translucent blockers.
-    pub visibility: f32,
-}
-
-impl LitInterval {
-    /// A part that nothing hides from the light.
-    pub const fn unshadowed(start: f32, end: f32) -> Self {
-        Self {
-            interval: Interval::new(start, end),
-            visibility: 1.0,
-        }
-    }
-}
-
 #[cfg(all(test, feature = "wgpu"))]
 mod layout {
     use super::*;

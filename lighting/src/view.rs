@@ -124,7 +124,7 @@ impl View {
         self.lit_surfaces(cpu, scene, geometry, medium, |surface| {
             lights.iter().fold(Vec3::ZERO, |sum, &(emitter, shadow)| {
                 let reaching = |to_light, distance| match shadow {
-                    Some(shadow) => shadow.reaching(surface.point, surface.normal),
+                    Some(shadow) => shadow.visibility(surface.point, surface.normal),
                     None => surface.traced(tracer, to_light, distance),
                 };
                 sum + surface.reflected(emitter, medium, reaching)
@@ -150,7 +150,7 @@ impl View {
                     if traced == 0.0 {
                         return 0.0;
                     }
-                    traced * shadow.reaching(surface.point, surface.normal)
+                    traced * shadow.visibility(surface.point, surface.normal)
                 };
                 sum + surface.reflected(emitter, medium, reaching)
             })

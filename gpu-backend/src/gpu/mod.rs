@@ -6,6 +6,7 @@ mod cache;
 mod context;
 mod dispatch;
 mod encode;
+mod in_shader;
 mod queued;
 mod request;
 mod time;
@@ -18,6 +19,7 @@ pub use buffer::{GpuBuffer, GpuMemory};
 pub use context::Context;
 pub use dispatch::{INDEX_WGSL, Kernel, Workgroups};
 pub use encode::{Encode, Queued, Recording};
+pub use in_shader::InShader;
 pub use request::ADAPTER_VARIABLE;
 pub use time::{Clock, Timing};
 

@@ -204,13 +204,15 @@ fn alike(a: &LightSpace, b: &LightSpace) -> bool {
 }
 
 impl<B: AsRef<[u8]> + Sync> VisibilitySource for BakedShadow<B> {
+    type Share = f32;
+
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
         let (span, ray) = (path.span(), path.ray());
         let ray = shadow_dag::Ray::new(ray.origin(), ray.direction(), span.end);
         // A ray of a path is finite and has a direction.
         let Ok(ray) = ray else { return };
         let mut parts = vec![LitInterval::unshadowed(span.start, span.end)];
-        let (mut found, mut both) = (Vec::new(), Vec::new());
+        let (mut found, mut both) = (Vec::<LitInterval>::new(), Vec::new());
         // A grid calls lit what it does not see.
         for grid in &self.grids {
             let of_grid = grid.lit_intervals(&ray);
@@ -256,7 +258,7 @@ impl<B: AsRef<[u8]> + Sync> SurfaceShadow for FilteredShadow<'_, B> {
     ///
     /// Where six grids meet, a window reaches over the rim of its grid into
     /// the next one's, which has the rest of it: shadowed shares add up.
-    fn reaching(&self, point: Vec3, normal: Vec3) -> f32 {
+    fn visibility(&self, point: Vec3, normal: Vec3) -> f32 {
         let mut shadowed = 0.0;
         for grid in &self.shadow.grids {
             let resolution = grid.resolution();

@@ -19,8 +19,8 @@
 //! use lighting::dag::{BakedShadow, Builder, FilterSize, Resolution};
 //! use lighting::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
 //! use lighting::shadow_map::{Casters, RenderShadowMap};
-//! use lighting::visibility::{Both, MergeTouching, ShadowMapMarch, Spacing, SurfaceShadow};
-//! use lighting::{Emitter, Gather, Ray};
+//! use lighting::visibility::{Both, March, Spacing, SurfaceShadow};
+//! use lighting::{Emitter, Gather, LitRays, Ray};
 //!
 //! let triangle = |x: f32| {
 //!     let corner = |dx: f32, dz: f32| Vec3::new(x + dx, 2.0, -5.0 + dz);
@@ -40,19 +40,20 @@
 //!     BakedShadow::bake(&cpu, &scenery, &sun, Resolution::new(512)?, Builder::new())?;
 //! assert_eq!(soundness.open_parts, 1, "a triangle encloses nothing");
 //! let map = cpu.shadow_map(&Casters::upload(&cpu, &guest)?, &sun, 256)?;
-//! let march = ShadowMapMarch::new(&map, 64, Spacing::Distance);
-//! let shadow = Both(&baked, MergeTouching(march));
+//! let march = March::new(&map, 64, Spacing::Distance);
+//! let shadow = Both(&baked, march);
 //!
 //! let rays = [Ray::new(Vec3::new(-9.0, 1.0, -5.5), Vec3::X, 18.0).expect("a sound ray")];
 //! let rays = cpu.upload(&rays)?;
 //! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
 //! let quadrature = Quadrature::with_tolerance(fog.phase(), 1e-4)?;
-//! cpu.gather(&rays, &sun, &fog, &shadow, &quadrature, &mut radiance)?;
+//! let lit = LitRays::new(&rays, &sun, &fog).joined();
+//! cpu.gather(&lit, &shadow, &quadrature, &mut radiance)?;
 //! assert!(radiance[0][0] > 0.0);
 //!
 //! let floor = baked.filtered(FilterSize::new(9)?);
-//! assert_eq!(floor.reaching(Vec3::new(-2.0, 0.0, -5.0), Vec3::Y), 0.0);
-//! assert_eq!(floor.reaching(Vec3::new(2.0, 0.0, -5.0), Vec3::Y), 1.0);
+//! assert_eq!(floor.visibility(Vec3::new(-2.0, 0.0, -5.0), Vec3::Y), 0.0);
+//! assert_eq!(floor.visibility(Vec3::new(2.0, 0.0, -5.0), Vec3::Y), 1.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

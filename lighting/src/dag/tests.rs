@@ -80,7 +80,7 @@ fn bake(geometry: &Geometry, light: &Emitter, side: u32) -> BakedShadow {
         .0
 }
 
-fn lit(source: &impl VisibilitySource, ray: &Ray, light: &Emitter) -> Vec<LitInterval> {
+fn lit(source: &impl VisibilitySource<Share = f32>, ray: &Ray, light: &Emitter) -> Vec<LitInterval> {
     let medium = Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
     let mut lit = Vec::new();
     if let Some(path) = LightPath::new(ray, light, &medium) {
@@ -170,7 +170,7 @@ fn filtered_shadows_on_surfaces_add_up_over_the_rims_of_grids() {
         let baked = bake(&scene, &light, 1024);
         for size in [1, 9] {
             let shadow = baked.filtered(FilterSize::new(size).unwrap());
-            let at = |x: f32| shadow.reaching(Vec3::new(x, 0.0, 0.3), Vec3::Y);
+            let at = |x: f32| shadow.visibility(Vec3::new(x, 0.0, 0.3), Vec3::Y);
             assert_eq!(at(0.0), 0.0, "{light:?}");
             assert_eq!(at(half + 0.5), 1.0, "{light:?}");
             // The floor does not shadow itself, however flat the light.
@@ -186,7 +186,7 @@ fn filtered_shadows_on_surfaces_add_up_over_the_rims_of_grids() {
                 );
             }
             // The top of the roof is lit.
-            assert_eq!(shadow.reaching(Vec3::new(0.2, 1.5, 0.3), Vec3::Y), 1.0);
+            assert_eq!(shadow.visibility(Vec3::new(0.2, 1.5, 0.3), Vec3::Y), 1.0);
         }
     }
     // A wall around the lamp whose middle is where grids meet.
@@ -205,7 +205,7 @@ fn filtered_shadows_on_surfaces_add_up_over_the_rims_of_grids() {
         // Deep inside of the shadow of the wall, across the rim of +X and +Z.
         let x = 7.5 + 0.01 * i as f32;
         let point = Vec3::new(x, 0.0, 7.9);
-        assert!(shadow.reaching(point, Vec3::NEG_Z) < 0.06, "{x}");
+        assert!(shadow.visibility(point, Vec3::NEG_Z) < 0.06, "{x}");
     }
 }
 
@@ -296,7 +296,7 @@ fn lights_in_awkward_places_are_answered() {
             .sum();
         assert!((0.0..=10.001).contains(&length), "{position}: {length}");
         let surface = baked.filtered(FilterSize::new(3).unwrap());
-        let share = surface.reaching(Vec3::new(0.0, 0.0, 2.0), Vec3::Y);
+        let share = surface.visibility(Vec3::new(0.0, 0.0, 2.0), Vec3::Y);
         assert!((0.0..=1.0).contains(&share), "{position}");
     }
     // So far that its rays are parallel to f32.

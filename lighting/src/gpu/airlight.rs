@@ -1,31 +1,16 @@
-//! Airlight evaluators with a shader part.
+//! Airlight evaluators in shaders.
 
 use airlight::Table;
 use airlight::gpu::{NODES, NUMERIC, SCALED, SEGMENT, TABLE};
-use gpu_backend::gpu::Argument;
+use gpu_backend::gpu::{Argument, InShader};
+use gpu_backend::shader::Part;
 
+use super::AirlightSlot;
 use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 
-/// An airlight evaluator that brings its part of a shader.
-pub trait WgslAirlight {
-    /// WGSL that defines
-    /// `fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32>`,
-    /// the radiance from an interval that is lit. Its bindings are in
-    /// `@group(2)`.
-    fn parts() -> &'static [&'static str];
-
-    /// Values of `override` constants.
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        Vec::new()
-    }
-
-    /// What is bound to `@group(2)`.
-    fn arguments(&self) -> Vec<Argument<'_>>;
-}
-
-impl WgslAirlight for Midpoint {
-    fn parts() -> &'static [&'static str] {
-        &[include_str!("midpoint.wgsl")]
+impl InShader<AirlightSlot> for Midpoint {
+    fn part() -> Part {
+        Part::new("light_midpoint").source(include_str!("midpoint.wgsl"))
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
@@ -33,12 +18,12 @@ impl WgslAirlight for Midpoint {
     }
 }
 
-impl WgslAirlight for EquiAngular {
-    fn parts() -> &'static [&'static str] {
-        &[
-            include_str!("equi_angular.wgsl"),
-            include_str!("equi_angular_bindings.wgsl"),
-        ]
+impl InShader<AirlightSlot> for EquiAngular {
+    fn part() -> Part {
+        Part::new("light_equi_angular")
+            .source(include_str!("equi_angular.wgsl"))
+            .uniform("light_node_count", "u32")
+            .read("light_nodes", "array<vec2<f32>>")
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
@@ -47,17 +32,13 @@ impl WgslAirlight for EquiAngular {
     }
 }
 
-impl WgslAirlight for Quadrature {
-    fn parts() -> &'static [&'static str] {
-        &[
-            SEGMENT,
-            NUMERIC,
-            SCALED,
-            NODES,
-            include_str!("quadrature.wgsl"),
-            include_str!("quadrature_bindings.wgsl"),
-            include_str!("quadrature_alone.wgsl"),
-        ]
+impl InShader<AirlightSlot> for Quadrature {
+    fn part() -> Part {
+        Part::new("light_quadrature")
+            .sources(&[SEGMENT, NUMERIC, SCALED, NODES])
+            .source(include_str!("quadrature.wgsl"))
+            .uniform("light_rules", "air_Quadrature")
+            .read("light_rule_entries", "array<vec4<f32>>")
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
@@ -68,19 +49,13 @@ impl WgslAirlight for Quadrature {
     }
 }
 
-impl WgslAirlight for Analytic<Table> {
-    fn parts() -> &'static [&'static str] {
-        &[
-            SEGMENT,
-            NUMERIC,
-            SCALED,
-            NODES,
-            TABLE,
-            include_str!("quadrature.wgsl"),
-            include_str!("quadrature_bindings.wgsl"),
-            include_str!("analytic.wgsl"),
-            include_str!("analytic_bindings.wgsl"),
-        ]
+impl InShader<AirlightSlot> for Analytic<Table> {
+    fn part() -> Part {
+        Part::new("light_analytic")
+            .with(Quadrature::part())
+            .sources(&[TABLE, include_str!("analytic.wgsl")])
+            .uniform("light_table", "air_Table")
+            .read("light_table_cells", "array<vec4<u32>>")
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {

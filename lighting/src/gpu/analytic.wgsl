@@ -1,13 +1,23 @@
 // A table of airlight as the evaluator, for lights that shine alike in all
 // directions from within the medium; the quadrature for all others.
 //
-// Needs the part TABLE of `airlight` too.
+// Needs the part TABLE of `airlight` too, and the variables
+//   light_table: air_Table
+//   light_table_cells: array<vec4<u32>>
 
-fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
+fn air_table_uniforms() -> air_Table {
+    return light_table;
+}
+
+fn air_table_cell(index: u32) -> vec4<u32> {
+    return light_table_cells[index];
+}
+
+fn light_analytic_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     let emitter = light_emitter();
     let medium = light_medium();
     if emitter.emission != light_ISOTROPIC || !light_is_immersed() {
-        return light_quadrature(path, start, end);
+        return light_quadrature_airlight(path, start, end);
     }
     let segment = light_segment(path, start, end);
     let sigma_t = medium.sigma_t;

@@ -1,15 +1,16 @@
 //! Baked shadows in shaders.
 
 use bytemuck::{Pod, Zeroable};
-use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer};
+use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, InShader};
+use gpu_backend::shader::Part;
 use gpu_backend::{Backend, Cpu};
 use shadow_dag::gpu::{DagRecord, SpaceRecord};
 use shadow_dag::{Error, Form};
 
-use super::WgslVisibility;
+use super::VisibilitySlot;
 use crate::dag::{BakedShadow, HoldShadow};
 
-/// `BakedGrid` of `baked_bindings.wgsl`.
+/// `light_BakedGrid` of `baked.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct GridRecord {
@@ -19,7 +20,7 @@ pub(super) struct GridRecord {
     pub(super) padding: [u32; 3],
 }
 
-/// `Baked` of `baked_bindings.wgsl`.
+/// `light_Baked` of `baked.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct BakedRecord {
@@ -72,21 +73,14 @@ impl<E: Encode> HoldShadow for Gpu<E> {
     }
 }
 
-impl WgslVisibility for GpuShadow {
-    fn parts() -> &'static [&'static str] {
-        &[
-            shadow_dag::gpu::POINT,
-            shadow_dag::gpu::PACKED,
-            shadow_dag::gpu::SPACE,
-            shadow_dag::gpu::RAY,
-            include_str!("baked.wgsl"),
-            include_str!("baked_bindings.wgsl"),
-        ]
-    }
-
-    /// A part that goes on in the next grid is one part.
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        vec![("MERGE", 1.0)]
+impl InShader<VisibilitySlot> for GpuShadow {
+    fn part() -> Part {
+        Part::new("light_baked")
+            .sources(&[shadow_dag::gpu::POINT, shadow_dag::gpu::PACKED])
+            .sources(&[shadow_dag::gpu::SPACE, shadow_dag::gpu::RAY])
+            .source(include_str!("baked.wgsl"))
+            .uniform("light_baked", "light_Baked")
+            .read("light_baked_words", "array<u32>")
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {

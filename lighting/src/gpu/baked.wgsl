@@ -1,14 +1,37 @@
-// Visibility: a walk through baked shadows; the shader's side of `BakedShadow`.
+// Visibility: a walk through precomputed voxelized shadows; the shader's side of
+// `BakedShadow`.
 //
-// Needs the parts POINT, PACKED, SPACE and RAY of shadow-dag, and
-//   fn light_dag_grids() -> u32                       how many grids there are
-//   fn light_dag_shadows(grid: u32) -> dag_Shadows    what is in one of them;
-//                                                     dag_word is its from then on
-//   fn light_dag_space(grid: u32) -> dag_Space        and where it is
+// Needs the parts POINT, PACKED, SPACE and RAY of shadow-dag, and the variables
+//   light_baked: light_Baked
+//   light_baked_words: array<u32>, those of all grids
 
 const light_MOST_GRIDS: u32 = 6u;
 
-struct light_Look {
+struct light_BakedGrid {
+    dag: dag_Shadows,
+    space: dag_Space,
+    // The first of its words.
+    base: u32,
+}
+
+struct light_Baked {
+    grids: array<light_BakedGrid, light_MOST_GRIDS>,
+    count: u32,
+}
+
+// The first word of the grid that is asked.
+var<private> light_baked_base: u32;
+
+fn dag_word(index: u32) -> u32 {
+    return light_baked_words[light_baked_base + index];
+}
+
+fn light_baked_shadows(grid: u32) -> dag_Shadows {
+    light_baked_base = light_baked.grids[grid].base;
+    return light_baked.grids[grid].dag;
+}
+
+struct light_baked_Cursor {
     // The part of the path that is in each grid, and those that have been
     // walked or never are, a bit for each.
     parts: array<vec2<f32>, light_MOST_GRIDS>,
@@ -20,59 +43,59 @@ struct light_Look {
     reached: f32,
 }
 
-fn light_look(path: light_Path) -> light_Look {
-    var look: light_Look;
-    look.walked = 0u;
-    look.grid = light_MOST_GRIDS;
-    look.reached = path.start;
-    for (var grid = 0u; grid < light_dag_grids(); grid += 1u) {
-        let space = light_dag_space(grid);
+fn light_baked_cursor(path: light_Path) -> light_baked_Cursor {
+    var cursor: light_baked_Cursor;
+    cursor.walked = 0u;
+    cursor.grid = light_MOST_GRIDS;
+    cursor.reached = path.start;
+    for (var grid = 0u; grid < light_baked.count; grid += 1u) {
+        let space = light_baked.grids[grid].space;
         let walk = dag_look(space, path.origin, path.direction, path.start, path.end);
-        look.parts[grid] = vec2(walk.enter, walk.leave);
-        look.walked |= select(1u, 0u, walk.enter < walk.leave) << grid;
+        cursor.parts[grid] = vec2(walk.enter, walk.leave);
+        cursor.walked |= select(1u, 0u, walk.enter < walk.leave) << grid;
     }
-    return look;
+    return cursor;
 }
 
 // Grids lie side by side, so that a path is in one after the other. Between
 // them it is lit.
-fn light_next_lit(look: ptr<function, light_Look>, path: light_Path) -> light_Lit {
+fn light_baked_next_lit(cursor: ptr<function, light_baked_Cursor>, path: light_Path) -> light_Lit {
     loop {
-        let grid = (*look).grid;
+        let grid = (*cursor).grid;
         if grid < light_MOST_GRIDS {
-            var walk = (*look).walk;
-            let part = dag_next_lit(light_dag_shadows(grid), light_dag_space(grid), &walk);
-            (*look).walk = walk;
+            var walk = (*cursor).walk;
+            let part = dag_next_lit(light_baked_shadows(grid), light_baked.grids[grid].space, &walk);
+            (*cursor).walk = walk;
             if part.start < part.end {
-                return light_Lit(part.start, part.end, 1.0);
+                return light_lit(part.start, part.end, 1.0);
             }
-            (*look).reached = max((*look).reached, (*look).parts[grid].y);
-            (*look).grid = light_MOST_GRIDS;
+            (*cursor).reached = max((*cursor).reached, (*cursor).parts[grid].y);
+            (*cursor).grid = light_MOST_GRIDS;
         }
         var next = light_MOST_GRIDS;
         var enter = path.end;
-        for (var i = 0u; i < light_dag_grids(); i += 1u) {
-            let waits = (((*look).walked >> i) & 1u) == 0u;
-            if waits && ((*look).parts[i].x < enter) {
+        for (var i = 0u; i < light_baked.count; i += 1u) {
+            let waits = (((*cursor).walked >> i) & 1u) == 0u;
+            if waits && ((*cursor).parts[i].x < enter) {
                 next = i;
-                enter = (*look).parts[i].x;
+                enter = (*cursor).parts[i].x;
             }
         }
-        let start = (*look).reached;
-        (*look).reached = max(start, enter);
+        let start = (*cursor).reached;
+        (*cursor).reached = max(start, enter);
         if next < light_MOST_GRIDS {
-            let space = light_dag_space(next);
-            let leave = (*look).parts[next].y;
-            (*look).walked |= 1u << next;
-            (*look).grid = next;
-            (*look).walk = dag_look(space, path.origin, path.direction, (*look).reached, leave);
+            let space = light_baked.grids[next].space;
+            let leave = (*cursor).parts[next].y;
+            (*cursor).walked |= 1u << next;
+            (*cursor).grid = next;
+            (*cursor).walk = dag_look(space, path.origin, path.direction, (*cursor).reached, leave);
         }
         if start < enter {
-            return light_Lit(start, enter, 1.0);
+            return light_lit(start, enter, 1.0);
         }
         if next == light_MOST_GRIDS {
             break;
         }
     }
-    return light_Lit(0.0, 0.0, 0.0);
+    return light_dark();
 }

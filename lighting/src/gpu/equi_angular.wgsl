@@ -1,10 +1,10 @@
 // Airlight: Gauss–Legendre quadrature in the equi-angular variable.
 //
-// Needs the nodes, (position in (0, 1), weight) each:
-//   fn light_node_count() -> u32
-//   fn light_node(index: u32) -> vec2<f32>
+// Needs the variables
+//   light_node_count: u32
+//   light_nodes: array<vec2<f32>>, (position in (0, 1), weight) each
 
-fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
+fn light_equi_angular_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if light_emitter().kind == light_DIRECTIONAL {
         return light_directional(path, start, end);
     }
@@ -16,15 +16,15 @@ fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
             break;
         }
         if from_here < kink {
-            total += light_smooth_airlight(path, from_here, kink);
+            total += light_equi_angular_smooth(path, from_here, kink);
             from_here = kink;
         }
     }
-    return total + light_smooth_airlight(path, from_here, end);
+    return total + light_equi_angular_smooth(path, from_here, end);
 }
 
 // The airlight of an interval without a kink inside.
-fn light_smooth_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
+fn light_equi_angular_smooth(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if !(start < end) {
         return vec3(0.0);
     }
@@ -33,8 +33,8 @@ fn light_smooth_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
         return vec3(light_FAR);
     }
     var sum = vec3(0.0);
-    for (var i = 0u; i < light_node_count(); i++) {
-        let node = light_node(i);
+    for (var i = 0u; i < light_node_count; i++) {
+        let node = light_nodes[i];
         sum += node.y * light_source(path, light_arc_position(arc, node.x));
     }
     return arc.extent * sum;

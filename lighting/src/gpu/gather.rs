@@ -1,73 +1,90 @@
 //! The step that assembles and runs the shader of a pair.
 
 use airlight::gpu::PHASE;
-use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, INDEX_WGSL, Kernel, Workgroups};
+use gpu_backend::gpu::{
+    Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, InShader, Kernel, Workgroups,
+};
+use gpu_backend::shader::Assembly;
 use gpu_backend::{Buffer, Error};
 
 use super::scene::{EmitterRecord, MediumRecord, Scene};
-use super::{ARC, DIRECTIONAL, LIT, NUMERIC, PATH, WgslAirlight, WgslVisibility};
+use super::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PATH, VisibilitySlot};
 use crate::gather::check_lengths;
-use crate::scene::Medium;
-use crate::{Emitter, Gather, Ray};
+use crate::{Gather, LitRays, Touching};
 
 /// Invocations per workgroup in `gather.wgsl`.
 const GROUP: u32 = 64;
 
-/// All parts of the shader of a pair.
-pub(super) fn parts<V: WgslVisibility, A: WgslAirlight>() -> Vec<&'static str> {
-    let shared = [INDEX_WGSL, NUMERIC, PHASE, PATH, ARC, DIRECTIONAL, LIT];
-    let entry = [include_str!("gather.wgsl")];
-    [&shared, V::parts(), A::parts(), &entry].concat()
+/// The bind group of all parts.
+const PARTS: u32 = 1;
+
+/// The shader of a pair.
+pub(super) fn shader<V, A>() -> Result<Assembly, Error>
+where
+    V: InShader<VisibilitySlot>,
+    A: InShader<AirlightSlot>,
+{
+    let mut shader = Assembly::new(&[
+        INDEX_WGSL,
+        NUMERIC,
+        PHASE,
+        PATH,
+        ARC,
+        DIRECTIONAL,
+        LIT,
+        include_str!("gather.wgsl"),
+    ]);
+    shader.fill::<VisibilitySlot>(&V::part())?;
+    shader.fill::<AirlightSlot>(&A::part())?;
+    Ok(shader)
 }
 
 impl<V, A, E> Gather<V, A> for Gpu<E>
 where
-    V: WgslVisibility,
-    A: WgslAirlight,
+    V: InShader<VisibilitySlot>,
+    A: InShader<AirlightSlot>,
     E: Encode,
 {
     fn gather(
         &self,
-        rays: &GpuBuffer<Ray>,
-        emitter: &Emitter,
-        medium: &Medium,
+        lit: &LitRays<'_, GpuMemory>,
         visibility: &V,
         airlight: &A,
         radiance: &mut GpuBuffer<[f32; 4]>,
     ) -> Result<(), Error> {
-        check_lengths(rays.len(), radiance.len())?;
-        if medium.scatters_nothing() {
+        check_lengths(lit.rays.len(), radiance.len())?;
+        if lit.medium.scatters_nothing() {
             return Ok(());
         }
-        let (light, slide) = EmitterRecord::new(emitter);
+        let (light, slide) = EmitterRecord::new(lit.emitter);
         let scene = Scene {
             emitter: light,
-            medium: MediumRecord::new(medium),
+            medium: MediumRecord::new(lit.medium),
             // More rays than that are refused by the dispatch.
-            rays: rays.len() as u32,
-            padding_a: 0,
-            padding_b: 0,
-            padding_c: 0,
+            rays: lit.rays.len() as u32,
+            first: lit.first,
+            joined: u32::from(lit.touching == Touching::Joined),
+            padding: 0,
         };
-        let constants = [visibility.constants(), airlight.constants()].concat();
+        let mut arguments = visibility.arguments();
+        arguments.extend(airlight.arguments());
         self.dispatch(
             &Kernel {
                 label: "gather",
-                parts: &parts::<V, A>(),
+                parts: &shader::<V, A>()?.finish(PARTS),
                 entry: "gather",
-                constants: &constants,
+                constants: &[visibility.constants(), airlight.constants()].concat(),
             },
             &[
                 &[
                     Argument::uniform(scene),
-                    Argument::read(rays),
+                    Argument::read(lit.rays),
                     Argument::table(&slide),
                     Argument::write(radiance),
                 ],
-                &visibility.arguments(),
-                &airlight.arguments(),
+                &arguments,
             ],
-            Workgroups::covering(rays.len(), GROUP),
+            Workgroups::covering(lit.rays.len(), GROUP),
         )
     }
 }

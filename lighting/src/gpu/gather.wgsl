@@ -4,18 +4,17 @@ struct Scene {
     emitter: light_Emitter,
     medium: light_Medium,
     rays: u32,
-    padding_a: u32,
-    padding_b: u32,
-    padding_c: u32,
+    // Number of the first ray in its frame.
+    first: u32,
+    // Whether lit parts that touch are joined before they are evaluated.
+    joined: u32,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<storage> rays: array<light_Ray>;
 @group(0) @binding(2) var<storage> slide: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read_write> radiance: array<vec4<f32>>;
-
-// Whether lit intervals that touch are joined before they are evaluated.
-override MERGE: bool = false;
 
 fn light_emitter() -> light_Emitter {
     return scene.emitter;
@@ -39,25 +38,27 @@ fn gather(
     if i >= scene.rays {
         return;
     }
-    let unmoved = light_path(rays[i]);
+    let unmoved = light_path(rays[i], scene.first + i);
     if !(unmoved.start < unmoved.end) {
         return;
     }
     let path = light_off_the_light(unmoved);
-    var state = light_look(path);
+    var cursor = light_cursor(path);
     // The last interval that was found and has not been evaluated yet.
-    var part = light_Lit(0.0, 0.0, 0.0);
+    var part = light_dark();
     var sum = vec3(0.0);
     loop {
-        let next = light_next_lit(&state, path);
-        if MERGE && next.visibility > 0.0 && next.visibility == part.visibility && next.start == part.end {
+        let next = light_next_lit(&cursor, path);
+        let is_last = light_is_dark(next);
+        let is_same = all(next.visibility == part.visibility);
+        if scene.joined != 0u && !is_last && is_same && next.start == part.end {
             part.end = next.end;
             continue;
         }
-        if part.visibility > 0.0 {
+        if !light_is_dark(part) {
             sum += part.visibility * light_airlight(path, part.start, part.end);
         }
-        if next.visibility <= 0.0 {
+        if is_last {
             break;
         }
         part = next;

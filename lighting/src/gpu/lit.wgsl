@@ -1,11 +1,23 @@
-// A part of a path that the light reaches. A visibility source defines
-//   struct light_Look                      its state along one ray
-//   fn light_look(path: light_Path) -> light_Look
-//   fn light_next_lit(look: ptr<function, light_Look>, path: light_Path) -> light_Lit
-// and yields the lit parts of the path in order, then one of visibility 0.
+// A part of a path that the light reaches, with the share of each colour that
+// gets there. A visibility source yields the lit parts of the path in order, then
+// light_dark().
 
 struct light_Lit {
     start: f32,
     end: f32,
-    visibility: f32,
+    visibility: vec3<f32>,
+}
+
+// A part of which the same share of all colours is lit.
+fn light_lit(start: f32, end: f32, visibility: f32) -> light_Lit {
+    return light_Lit(start, end, vec3(visibility));
+}
+
+// The end of a list of lit parts.
+fn light_dark() -> light_Lit {
+    return light_Lit(0.0, 0.0, vec3(0.0));
+}
+
+fn light_is_dark(part: light_Lit) -> bool {
+    return !any(part.visibility > vec3(0.0));
 }

@@ -1,7 +1,8 @@
 // Lookup in a shadow map: the shader's side of `ShadowMap`.
 //
-// Needs the part place.wgsl and
-//   fn light_map_depth(index: u32) -> f32
+// Needs the part place.wgsl and the variables
+//   light_map: light_Pictures
+//   light_map_depths: array<f32>, face after face, each row by row
 
 // Depth of a texel in which the light sees nothing: f32::MAX.
 const light_EMPTY: f32 = 0x1.fffffep+127;
@@ -9,31 +10,31 @@ const light_EMPTY: f32 = 0x1.fffffep+127;
 // The depth of the texel in which a face shows its origin plus `v`; light_EMPTY
 // outside of the picture.
 fn light_depth_along(index: u32, face: light_Face, v: vec3<f32>) -> f32 {
-    let texel = light_texel_along(face, v);
+    let side = light_map.resolution;
+    let texel = light_texel_along(face, side, v);
     if texel.x < 0.0 {
         return light_EMPTY;
     }
-    let side = light_map_resolution();
     // The far border belongs to the last texel.
     let at = min(vec2<u32>(texel), vec2(side - 1u));
-    return light_map_depth((index * side + at.y) * side + at.x);
+    return light_map_depths[(index * side + at.y) * side + at.x];
 }
 
-fn light_is_lit(point: vec3<f32>) -> bool {
+fn light_map_visibility(point: vec3<f32>) -> vec3<f32> {
     // One origin for all faces.
-    let v = point - light_map_face(0u).origin;
-    let index = light_face_along(v);
-    let face = light_map_face(index);
-    return light_depth_of(face, v) <= light_depth_along(index, face, v);
+    let v = point - light_map.faces[0].origin;
+    let index = light_face_along(light_map.face_count, v);
+    let face = light_map.faces[index];
+    return vec3(select(0.0, 1.0, light_depth_of(face, v) <= light_depth_along(index, face, v)));
 }
 
 // The distance along a ray of the light to the first blocker; light_EMPTY if there
 // is none.
-fn light_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let first = light_map_face(0u);
+fn light_map_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let first = light_map.faces[0];
     if first.tan > 0.0 {
-        let index = light_face_along(direction);
-        return light_depth_along(index, light_map_face(index), direction);
+        let index = light_face_along(light_map.face_count, direction);
+        return light_depth_along(index, light_map.faces[index], direction);
     }
     let v = origin - first.origin;
     let depth = light_depth_along(0u, first, v);

@@ -1,11 +1,16 @@
-// Visibility: a march in equal steps of distance or angle, one lookup each.
+// Visibility: a march in equal steps of distance or angle, one question each.
 //
-// Needs
-//   fn light_march_visibility(point: vec3<f32>) -> f32
-//   fn light_march_samples() -> u32
-//   fn light_march_is_equi_angular() -> bool
+// Needs the variable
+//   light_march: light_March
+// and the slot of what is asked,
+//   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 
-struct light_Look {
+struct light_March {
+    steps: u32,
+    equi_angular: u32,
+}
+
+struct light_march_Cursor {
     arc: light_Arc,
     equi_angular: bool,
     end: f32,
@@ -14,46 +19,47 @@ struct light_Look {
     step: u32,
 }
 
-fn light_look(path: light_Path) -> light_Look {
-    var look: light_Look;
-    look.start = path.start;
-    look.step = 0u;
-    look.equi_angular = light_march_is_equi_angular() && light_emitter().kind == light_POINT;
-    if look.equi_angular {
-        look.arc = light_arc(path, path.start, path.end);
-        look.end = path.end;
+fn light_march_cursor(path: light_Path) -> light_march_Cursor {
+    var cursor: light_march_Cursor;
+    cursor.start = path.start;
+    cursor.step = 0u;
+    cursor.equi_angular = light_march.equi_angular != 0u && light_emitter().kind == light_POINT;
+    if cursor.equi_angular {
+        cursor.arc = light_arc(path, path.start, path.end);
+        cursor.end = path.end;
     } else {
-        look.end = min(path.end, path.start + light_medium().far_end);
+        cursor.end = min(path.end, path.start + light_medium().far_end);
     }
-    return look;
+    return cursor;
 }
 
-fn light_march_position(look: light_Look, path: light_Path, t: f32) -> f32 {
-    if look.equi_angular {
-        return light_arc_position(look.arc, t);
+fn light_march_position(cursor: light_march_Cursor, path: light_Path, t: f32) -> f32 {
+    if cursor.equi_angular {
+        return light_arc_position(cursor.arc, t);
     }
-    return path.start + t * (look.end - path.start);
+    return path.start + t * (cursor.end - path.start);
 }
 
-fn light_next_lit(look: ptr<function, light_Look>, path: light_Path) -> light_Lit {
-    let samples = light_march_samples();
-    let step = 1.0 / f32(samples);
-    while (*look).step < samples {
-        let i = (*look).step;
-        (*look).step = i + 1u;
-        let start = (*look).start;
-        var end = (*look).end;
-        if i + 1u < samples {
-            end = light_march_position(*look, path, f32(i + 1u) * step);
+fn light_march_next_lit(cursor: ptr<function, light_march_Cursor>, path: light_Path) -> light_Lit {
+    let steps = light_march.steps;
+    let step = 1.0 / f32(steps);
+    while (*cursor).step < steps {
+        let i = (*cursor).step;
+        (*cursor).step = i + 1u;
+        let start = (*cursor).start;
+        var end = (*cursor).end;
+        if i + 1u < steps {
+            end = light_march_position(*cursor, path, f32(i + 1u) * step);
         }
-        let middle = light_march_position(*look, path, (f32(i) + 0.5) * step);
-        (*look).start = max(start, end);
+        let middle = light_march_position(*cursor, path, (f32(i) + 0.5) * step);
+        (*cursor).start = max(start, end);
         if start < end {
-            let visibility = light_march_visibility(path.origin + middle * path.direction);
-            if visibility > 0.0 {
-                return light_Lit(start, end, visibility);
+            let part =
+                light_Lit(start, end, light_point_visibility(path.origin + middle * path.direction));
+            if !light_is_dark(part) {
+                return part;
             }
         }
     }
-    return light_Lit(0.0, 0.0, 0.0);
+    return light_dark();
 }

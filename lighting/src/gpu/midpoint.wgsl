@@ -1,6 +1,6 @@
 // Airlight: the integrand at the middle of the interval times its length.
 
-fn light_airlight(path: light_Path, start: f32, whole_end: f32) -> vec3<f32> {
+fn light_midpoint_airlight(path: light_Path, start: f32, whole_end: f32) -> vec3<f32> {
     let end = min(whole_end, start + light_medium().far_end);
     if !(start < end) {
         return vec3(0.0);

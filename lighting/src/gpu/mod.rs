@@ -1,19 +1,24 @@
 //! Single scattering on a GPU.
 //!
-//! The shader of a [`Gather`](crate::Gather) is assembled from the parts of its
+//! The shader of a [`Gather`](crate::Gather) is put together from the parts of its
 //! visibility source and of its airlight evaluator, and from those that all
 //! share:
 //!
 //! ```text
 //! airlight::gpu::PHASE                     phase functions
 //! NUMERIC  PATH  ARC  DIRECTIONAL  LIT     what every part may use
-//! visibility                               light_look, light_next_lit
-//! airlight                                 light_airlight
 //! gather.wgsl                              entry point, rays, light, medium
+//! the part in the VisibilitySlot           light_cursor, light_next_lit
+//! the part in the AirlightSlot             light_airlight
 //! ```
 //!
-//! A new source is a type that implements [`WgslVisibility`], a new evaluator
-//! one that implements [`WgslAirlight`]; each works with all the others.
+//! A new source is a type that implements
+//! [`InShader<VisibilitySlot>`](gpu_backend::gpu::InShader), a new evaluator one
+//! that implements `InShader<AirlightSlot>`; each works with all the others. What
+//! is asked at a point implements `InShader<PointSlot>` and works in a march.
+//!
+//! The bind group 0 is the frame's, group 1 that of all parts, and groups 2 and 3
+//! are free. A frame has 3 storage buffers, which leaves 5 of WebGPU's 8 for parts.
 //!
 //! # Agreement with the CPU
 //!
@@ -31,8 +36,7 @@
 //!
 //! # Limits
 //!
-//! Three storage buffers, and one more for each of the two questions that
-//! needs one. A spotlight's slide is uploaded with every gather.
+//! A spotlight's slide is uploaded with every gather.
 //! Some software drivers end loops after 65,535 iterations per ray: steps ×
 //! nodes stay below that.
 
@@ -41,6 +45,7 @@ mod airlight;
 mod baked;
 mod gather;
 mod scene;
+mod slots;
 #[cfg(feature = "march")]
 mod shadow_map;
 #[cfg(test)]
@@ -49,10 +54,9 @@ mod visibility;
 #[cfg(feature = "voxel-shadow")]
 mod voxels;
 
-pub use airlight::WgslAirlight;
 #[cfg(feature = "shadow-dag")]
 pub use baked::GpuShadow;
-pub use visibility::WgslVisibility;
+pub use slots::{AirlightSlot, PointSlot, VisibilitySlot};
 
 /// Own trigonometry and exponentials.
 pub const NUMERIC: &str = include_str!("numeric.wgsl");
@@ -62,7 +66,7 @@ pub const PATH: &str = include_str!("path.wgsl");
 pub const ARC: &str = include_str!("arc.wgsl");
 /// Parallel light in closed form.
 pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
-/// Lit parts of a path, and what a visibility source must define.
+/// Lit parts of a path.
 pub const LIT: &str = include_str!("lit.wgsl");
 /// A picture plane of a light.
 pub const FACE: &str = include_str!("face.wgsl");
@@ -72,4 +76,4 @@ pub const PLACE: &str = include_str!("place.wgsl");
 pub const MAP: &str = include_str!("map.wgsl");
 /// Lookup in a map of transmittance.
 #[cfg(feature = "translucent")]
-pub const VEIL: &str = include_str!("veil.wgsl");
+pub const TRANSMITTANCE_MAP: &str = include_str!("transmittance_map.wgsl");

@@ -60,6 +60,8 @@ struct light_Ray {
 
 struct light_Path {
     origin: vec3<f32>,
+    // Number of the ray in its frame.
+    index: u32,
     direction: vec3<f32>,
     // Length of the ray.
     surface: f32,
@@ -75,9 +77,10 @@ struct light_Path {
     kinks: array<f32, light_KINKS>,
 }
 
-fn light_path(ray: light_Ray) -> light_Path {
+fn light_path(ray: light_Ray, index: u32) -> light_Path {
     let emitter = light_emitter();
     var path: light_Path;
+    path.index = index;
     path.origin = ray.origin;
     path.direction = normalize(ray.direction);
     path.surface = ray.length;

@@ -1,9 +1,14 @@
 // Where a point is in the pictures of a light.
-//
-// Needs
-//   fn light_map_faces() -> u32
-//   fn light_map_resolution() -> u32
-//   fn light_map_face(index: u32) -> light_Face
+
+// The pictures of a light: one, or six in the order of light_cube_face; none
+// without casters.
+struct light_Pictures {
+    faces: array<light_Face, 6>,
+    face_count: u32,
+    resolution: u32,
+    padding_a: u32,
+    padding_b: u32,
+}
 
 // Which of six faces a direction points at, in the order +X −X +Y −Y +Z −Z.
 fn light_cube_face(v: vec3<f32>) -> u32 {
@@ -17,9 +22,9 @@ fn light_cube_face(v: vec3<f32>) -> u32 {
     return select(4u, 5u, v.z < 0.0);
 }
 
-// The face that shows what lies along v from the light.
-fn light_face_along(v: vec3<f32>) -> u32 {
-    if light_map_faces() > 1u {
+// The face, of so many, that shows what lies along v from the light.
+fn light_face_along(face_count: u32, v: vec3<f32>) -> u32 {
+    if face_count > 1u {
         return light_cube_face(v);
     }
     return 0u;
@@ -27,7 +32,7 @@ fn light_face_along(v: vec3<f32>) -> u32 {
 
 // Column and row at which a face shows its origin plus `v`, from 0 to the
 // resolution; the first is negative outside of the picture.
-fn light_texel_along(face: light_Face, v: vec3<f32>) -> vec2<f32> {
+fn light_texel_along(face: light_Face, resolution: u32, v: vec3<f32>) -> vec2<f32> {
     var plane = vec2(dot(v, face.right), dot(v, face.up));
     if face.tan > 0.0 {
         let z = dot(v, face.forward);
@@ -38,7 +43,7 @@ fn light_texel_along(face: light_Face, v: vec3<f32>) -> vec2<f32> {
     } else {
         plane /= vec2(face.half_width, face.half_height);
     }
-    let n = f32(light_map_resolution());
+    let n = f32(resolution);
     let texel = 0.5 * n * vec2(1.0 + plane.x, 1.0 - plane.y);
     if !(texel.x >= 0.0 && texel.x <= n && texel.y >= 0.0 && texel.y <= n) {
         return vec2(-1.0);

@@ -1,14 +1,25 @@
 // Airlight of any light: the nodes of airlight's quadrature on each piece
 // between two kinks.
 //
-// Needs the parts SEGMENT, NUMERIC, SCALED and NODES of `airlight`.
+// Needs the parts SEGMENT, NUMERIC, SCALED and NODES of `airlight`, and the
+// variables
+//   light_rules: air_Quadrature
+//   light_rule_entries: array<vec4<f32>>
+
+fn air_quadrature_uniforms() -> air_Quadrature {
+    return light_rules;
+}
+
+fn air_quadrature_entry(index: u32) -> vec4<f32> {
+    return light_rule_entries[index];
+}
 
 fn light_segment(path: light_Path, start: f32, end: f32) -> air_Segment {
     let length = select(end - start, air_FAR, end == light_FAR);
     return air_Segment(start - path.entry, start - path.foot, path.h, length);
 }
 
-fn light_quadrature(path: light_Path, start: f32, end: f32) -> vec3<f32> {
+fn light_quadrature_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if light_emitter().kind == light_DIRECTIONAL {
         return light_directional(path, start, end);
     }

@@ -50,9 +50,9 @@ pub(super) struct Scene {
     pub(super) emitter: EmitterRecord,
     pub(super) medium: MediumRecord,
     pub(super) rays: u32,
-    pub(super) padding_a: u32,
-    pub(super) padding_b: u32,
-    pub(super) padding_c: u32,
+    pub(super) first: u32,
+    pub(super) joined: u32,
+    pub(super) padding: u32,
 }
 
 pub(super) const POINT: u32 = 0;
@@ -130,21 +130,14 @@ impl MediumRecord {
 }
 
 #[cfg(feature = "march")]
-pub(super) use map::{FaceRecord, Map};
+pub(super) use map::{FaceRecord, PicturesRecord};
 
 #[cfg(feature = "march")]
 mod map {
     use bytemuck::{Pod, Zeroable};
     use glam::Vec3;
-    use gpu_backend::gpu::GpuMemory;
 
-    use crate::shadow_map::ShadowMap;
     use crate::shadow_map::raster::{Face, Rays};
-    #[cfg(feature = "translucent")]
-    use crate::translucent::StoredMap;
-    #[cfg(feature = "translucent")]
-    use crate::visibility::TransmittanceMarch;
-    use crate::visibility::{ShadowMapMarch, Spacing};
 
     /// `light_Face` of `map.wgsl`.
     #[repr(C)]
@@ -182,23 +175,19 @@ mod map {
         }
     }
 
-    /// `Map` of `map_faces.wgsl`.
+    /// `light_Pictures` of `place.wgsl`.
     #[repr(C)]
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-    pub(in crate::gpu) struct Map {
+    pub(in crate::gpu) struct PicturesRecord {
         pub(in crate::gpu) faces: [FaceRecord; 6],
         pub(in crate::gpu) face_count: u32,
         pub(in crate::gpu) resolution: u32,
-        pub(in crate::gpu) samples: u32,
-        pub(in crate::gpu) equi_angular: u32,
+        pub(in crate::gpu) padding_a: u32,
+        pub(in crate::gpu) padding_b: u32,
     }
 
-    impl Map {
-        pub(in crate::gpu) fn new(map: &ShadowMap<GpuMemory>) -> Self {
-            Self::of_faces(map.faces(), map.resolution())
-        }
-
-        fn of_faces(all: &[Face], resolution: u32) -> Self {
+    impl PicturesRecord {
+        pub(in crate::gpu) fn new(all: &[Face], resolution: u32) -> Self {
             let mut faces = [FaceRecord::zeroed(); 6];
             for (record, face) in faces.iter_mut().zip(all) {
                 *record = FaceRecord::new(face);
@@ -207,27 +196,8 @@ mod map {
                 faces,
                 face_count: all.len() as u32,
                 resolution,
-                samples: 0,
-                equi_angular: 0,
-            }
-        }
-
-        #[cfg(feature = "translucent")]
-        pub(in crate::gpu) fn of_transmittance_march(
-            march: &TransmittanceMarch<'_, StoredMap<GpuMemory>>,
-        ) -> Self {
-            Self {
-                samples: march.samples(),
-                equi_angular: u32::from(march.spacing() == Spacing::EquiAngular),
-                ..Self::of_faces(march.map().faces(), march.map().resolution())
-            }
-        }
-
-        pub(in crate::gpu) fn of_march(march: &ShadowMapMarch<'_, GpuMemory>) -> Self {
-            Self {
-                samples: march.samples(),
-                equi_angular: u32::from(march.spacing() == Spacing::EquiAngular),
-                ..Self::new(march.map())
+                padding_a: 0,
+                padding_b: 0,
             }
         }
     }

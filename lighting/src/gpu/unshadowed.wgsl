@@ -1,17 +1,20 @@
 // Visibility: nothing is in the way.
 
-struct light_Look {
+struct light_unshadowed_Cursor {
     done: bool,
 }
 
-fn light_look(path: light_Path) -> light_Look {
-    return light_Look(false);
+fn light_unshadowed_cursor(path: light_Path) -> light_unshadowed_Cursor {
+    return light_unshadowed_Cursor(false);
 }
 
-fn light_next_lit(look: ptr<function, light_Look>, path: light_Path) -> light_Lit {
-    if (*look).done {
-        return light_Lit(0.0, 0.0, 0.0);
+fn light_unshadowed_next_lit(
+    cursor: ptr<function, light_unshadowed_Cursor>,
+    path: light_Path,
+) -> light_Lit {
+    if (*cursor).done {
+        return light_dark();
     }
-    (*look).done = true;
-    return light_Lit(path.start, path.end, 1.0);
+    (*cursor).done = true;
+    return light_lit(path.start, path.end, 1.0);
 }

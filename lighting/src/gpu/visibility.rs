@@ -1,28 +1,15 @@
-//! Visibility sources with a shader part.
+//! Visibility sources in shaders.
 
-use gpu_backend::gpu::Argument;
+use gpu_backend::gpu::{Argument, InShader};
+use gpu_backend::shader::Part;
 
-use crate::visibility::{MergeTouching, Unshadowed};
+use super::VisibilitySlot;
+use super::slots::{First, Second};
+use crate::visibility::{Both, Unshadowed};
 
-/// A visibility source that brings its part of a shader.
-pub trait WgslVisibility {
-    /// WGSL that defines `light_Look`, `light_look` and `light_next_lit`; see
-    /// [`LIT`](super::LIT) for what they must do. Its bindings are in
-    /// `@group(1)`.
-    fn parts() -> &'static [&'static str];
-
-    /// Values of `override` constants.
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        Vec::new()
-    }
-
-    /// What is bound to `@group(1)`.
-    fn arguments(&self) -> Vec<Argument<'_>>;
-}
-
-impl WgslVisibility for Unshadowed {
-    fn parts() -> &'static [&'static str] {
-        &[include_str!("unshadowed.wgsl")]
+impl InShader<VisibilitySlot> for Unshadowed {
+    fn part() -> Part {
+        Part::new("light_unshadowed").source(include_str!("unshadowed.wgsl"))
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
@@ -30,99 +17,140 @@ impl WgslVisibility for Unshadowed {
     }
 }
 
-/// The entry point joins the parts.
-impl<V: WgslVisibility> WgslVisibility for MergeTouching<V> {
-    fn parts() -> &'static [&'static str] {
-        V::parts()
+/// The two must be of different kinds: two marches do not meet in one shader.
+impl<A, B> InShader<VisibilitySlot> for Both<A, B>
+where
+    A: InShader<VisibilitySlot>,
+    B: InShader<VisibilitySlot>,
+{
+    fn part() -> Part {
+        let (first, second) = (A::part(), B::part());
+        Part::new("light_both")
+            .glue::<First>(&first)
+            .glue::<Second>(&second)
+            .with(first)
+            .with(second)
+            .source(include_str!("both.wgsl"))
     }
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
-        let mut constants = self.0.constants();
-        if constants.iter().all(|(name, _)| *name != "MERGE") {
-            constants.push(("MERGE", 1.0));
-        }
-        constants
+        [self.0.constants(), self.1.constants()].concat()
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
-        self.0.arguments()
+        let mut arguments = self.0.arguments();
+        arguments.extend(self.1.arguments());
+        arguments
     }
 }
 
 #[cfg(feature = "march")]
 mod march {
-    use gpu_backend::gpu::{Argument, GpuMemory};
+    use bytemuck::{Pod, Zeroable};
+    use gpu_backend::gpu::{Argument, GpuMemory, InShader};
+    use gpu_backend::shader::Part;
 
-    use super::WgslVisibility;
-    use crate::gpu::scene::Map;
-    use crate::visibility::ShadowMapMarch;
+    use crate::gpu::scene::PicturesRecord;
+    use crate::gpu::{FACE, MAP, PLACE, PointSlot, VisibilitySlot};
+    use crate::shadow_map::ShadowMap;
+    use crate::visibility::{March, Spacing};
 
-    impl WgslVisibility for ShadowMapMarch<'_, GpuMemory> {
-        fn parts() -> &'static [&'static str] {
-            &[
-                crate::gpu::FACE,
-                crate::gpu::PLACE,
-                crate::gpu::MAP,
-                include_str!("map_faces.wgsl"),
-                include_str!("map_bindings.wgsl"),
-                include_str!("lit_march.wgsl"),
-                include_str!("march.wgsl"),
-                include_str!("march_bindings.wgsl"),
-            ]
+    /// `light_March` of `march.wgsl`.
+    #[repr(C)]
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(in crate::gpu) struct MarchRecord {
+        pub(in crate::gpu) steps: u32,
+        pub(in crate::gpu) equi_angular: u32,
+    }
+
+    impl<P: InShader<PointSlot>> InShader<VisibilitySlot> for March<P> {
+        fn part() -> Part {
+            let points = P::part();
+            Part::new("light_march")
+                .glue::<PointSlot>(&points)
+                .with(points)
+                .uniform("light_march", "light_March")
+                .source(include_str!("march.wgsl"))
+        }
+
+        fn constants(&self) -> Vec<(&'static str, f64)> {
+            self.points().constants()
         }
 
         fn arguments(&self) -> Vec<Argument<'_>> {
-            vec![
-                Argument::uniform(Map::of_march(self)),
-                Argument::read(self.map().depth()),
-            ]
+            let mut arguments = self.points().arguments();
+            arguments.push(Argument::uniform(MarchRecord {
+                steps: self.steps(),
+                equi_angular: u32::from(self.spacing() == Spacing::EquiAngular),
+            }));
+            arguments
+        }
+    }
+
+    /// The text and the variables of a shadow map.
+    pub(in crate::gpu) fn map_part() -> Part {
+        Part::new("light_map")
+            .sources(&[FACE, PLACE, MAP])
+            .uniform("light_map", "light_Pictures")
+            .read("light_map_depths", "array<f32>")
+    }
+
+    pub(in crate::gpu) fn map_arguments(map: &ShadowMap<GpuMemory>) -> Vec<Argument<'_>> {
+        vec![
+            Argument::uniform(PicturesRecord::new(map.faces(), map.resolution())),
+            Argument::read(map.depth()),
+        ]
+    }
+
+    impl InShader<PointSlot> for ShadowMap<GpuMemory> {
+        fn part() -> Part {
+            map_part()
+        }
+
+        fn arguments(&self) -> Vec<Argument<'_>> {
+            map_arguments(self)
         }
     }
 }
 
+#[cfg(all(feature = "march", test))]
+pub(super) use march::MarchRecord;
+#[cfg(feature = "voxel-shadow")]
+pub(super) use march::{map_arguments, map_part};
+
 #[cfg(feature = "translucent")]
 mod translucent {
-    use gpu_backend::gpu::{Argument, GpuMemory};
+    use gpu_backend::gpu::{Argument, GpuMemory, InShader};
+    use gpu_backend::shader::Part;
     use transmittance::gpu::lookup_parts;
     use transmittance::{Filter, Packed};
 
-    use super::WgslVisibility;
-    use crate::gpu::scene::Map;
+    use crate::gpu::scene::PicturesRecord;
+    use crate::gpu::{FACE, PLACE, PointSlot, TRANSMITTANCE_MAP};
     use crate::translucent::StoredMap;
-    use crate::visibility::TransmittanceMarch;
 
-    impl WgslVisibility for TransmittanceMarch<'_, StoredMap<GpuMemory>> {
-        fn parts() -> &'static [&'static str] {
-            const LOOKUP: [&str; 7] = lookup_parts::<Packed<8>, 1>();
-            &[
-                crate::gpu::FACE,
-                crate::gpu::PLACE,
-                include_str!("map_faces.wgsl"),
-                LOOKUP[0],
-                LOOKUP[1],
-                LOOKUP[2],
-                LOOKUP[3],
-                LOOKUP[4],
-                LOOKUP[5],
-                crate::gpu::VEIL,
-                include_str!("veil_bindings.wgsl"),
-                include_str!("march.wgsl"),
-                include_str!("march_bindings.wgsl"),
-            ]
+    impl InShader<PointSlot> for StoredMap<GpuMemory> {
+        fn part() -> Part {
+            Part::new("light_curves")
+                .sources(&[FACE, PLACE])
+                .sources(&lookup_parts::<Packed<8>, 1>())
+                .source(TRANSMITTANCE_MAP)
+                .uniform("light_curves", "light_Pictures")
+                .read("light_curve_words", "array<u32>")
         }
 
         fn constants(&self) -> Vec<(&'static str, f64)> {
-            let is_bilinear = self.map().filter() == Filter::Bilinear;
+            let is_bilinear = self.filter() == Filter::Bilinear;
             vec![
                 ("BILINEAR", f64::from(u8::from(is_bilinear))),
-                ("FACE_WORDS", f64::from(self.map().face_words())),
+                ("FACE_WORDS", f64::from(self.face_words())),
             ]
         }
 
         fn arguments(&self) -> Vec<Argument<'_>> {
             vec![
-                Argument::uniform(Map::of_transmittance_march(self)),
-                Argument::read(self.map().words()),
+                Argument::uniform(PicturesRecord::new(self.faces(), self.resolution())),
+                Argument::read(self.words()),
             ]
         }
     }

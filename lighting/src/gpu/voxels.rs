@@ -1,17 +1,20 @@
 //! Voxelized shadow volumes in shaders.
 
+use std::borrow::Borrow;
+
 use bytemuck::{Pod, Zeroable};
 use epipolar::gpu::LatticeRecord;
 use glam::Vec2;
-use gpu_backend::gpu::{Argument, GpuMemory};
-use voxel_shadow::gpu::{SamplingRecord, WgslFirstBlocker};
+use gpu_backend::gpu::{Argument, GpuMemory, InShader};
+use gpu_backend::shader::Part;
+use voxel_shadow::gpu::{FirstBlockerSlot, SamplingRecord};
 
-use super::WgslVisibility;
-use super::scene::Map;
+use super::VisibilitySlot;
+use super::visibility::{map_arguments, map_part};
 use crate::shadow_map::ShadowMap;
-use crate::voxels::{Detail, State, VoxelShadow};
+use crate::voxels::{Detail, State, VoxelShadow, VoxelVolume};
 
-/// `Voxels` of `voxel_bindings.wgsl`.
+/// `light_Voxels` of `voxels.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct VoxelRecord {
@@ -22,15 +25,14 @@ pub(super) struct VoxelRecord {
     pub(super) padding: [u32; 2],
 }
 
-impl WgslVisibility for VoxelShadow<'_, GpuMemory> {
-    fn parts() -> &'static [&'static str] {
-        &[
-            epipolar::gpu::EPIPOLAR,
-            epipolar::gpu::PHI,
-            voxel_shadow::gpu::SHADOW,
-            include_str!("voxels.wgsl"),
-            include_str!("voxel_bindings.wgsl"),
-        ]
+impl<V: Borrow<VoxelVolume<GpuMemory>>> InShader<VisibilitySlot> for VoxelShadow<V, GpuMemory> {
+    fn part() -> Part {
+        Part::new("light_voxels")
+            .sources(&[epipolar::gpu::EPIPOLAR, epipolar::gpu::PHI])
+            .sources(&[voxel_shadow::gpu::SHADOW, include_str!("voxels.wgsl")])
+            .uniform("light_voxels", "light_Voxels")
+            .read("light_voxel_bounds", "array<vec2<f32>>")
+            .read("light_voxel_words", "array<u32>")
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
@@ -59,22 +61,12 @@ impl WgslVisibility for VoxelShadow<'_, GpuMemory> {
     }
 }
 
-impl WgslFirstBlocker for ShadowMap<GpuMemory> {
-    fn parts() -> &'static [&'static str] {
-        &[
-            super::FACE,
-            super::PLACE,
-            super::MAP,
-            include_str!("map_faces.wgsl"),
-            include_str!("map_bindings.wgsl"),
-            include_str!("first_blocker.wgsl"),
-        ]
+impl InShader<FirstBlockerSlot> for ShadowMap<GpuMemory> {
+    fn part() -> Part {
+        map_part()
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
-        vec![
-            Argument::uniform(Map::new(self)),
-            Argument::read(self.depth()),
-        ]
+        map_arguments(self)
     }
 }

@@ -1,10 +1,27 @@
 // Visibility: the voxels of a ray; the shader's side of `VoxelShadow`.
 //
-// Needs the parts EPIPOLAR and PHI of epipolar, SHADOW of voxel-shadow, and
-//   fn light_voxel_lattice() -> epi_Lattice
-//   fn light_voxel_sampling() -> vsv_Sampling
-//   fn light_voxel_detail() -> u32      what is read from the voxels
-//   fn light_voxel_state() -> u32       what the volume says of all rays
+// Needs the parts EPIPOLAR and PHI of epipolar, SHADOW of voxel-shadow, and the
+// variables
+//   light_voxels: light_Voxels
+//   light_voxel_bounds: array<vec2<f32>>, those of the lattice
+//   light_voxel_words: array<u32>, those of the grid
+
+struct light_Voxels {
+    lattice: epi_Lattice,
+    sampling: vsv_Sampling,
+    // What is read from the voxels.
+    detail: u32,
+    // What the volume says of all rays.
+    state: u32,
+}
+
+fn epi_bound(index: u32) -> vec2<f32> {
+    return light_voxel_bounds[index];
+}
+
+fn vsv_word(index: u32) -> u32 {
+    return light_voxel_words[index];
+}
 
 const light_AVERAGE: u32 = 0u;
 const light_VOXELS: u32 = 1u;
@@ -13,7 +30,7 @@ const light_RUNS: u32 = 2u;
 const light_ALL_LIT: u32 = 0u;
 const light_ALL_DARK: u32 = 1u;
 
-struct light_Look {
+struct light_voxels_Cursor {
     shadow: vsv_Look,
     // What is left of a run that is read voxel by voxel.
     run: vsv_Run,
@@ -23,43 +40,43 @@ struct light_Look {
     done: bool,
 }
 
-fn light_look(path: light_Path) -> light_Look {
-    var look: light_Look;
-    look.run = vsv_Run(0.0, 0.0, 0.0);
-    look.done = false;
-    let state = light_voxel_state();
-    look.is_one = state <= light_ALL_DARK;
-    look.average = select(0.0, 1.0, state == light_ALL_LIT);
-    if look.is_one {
-        return look;
+fn light_voxels_cursor(path: light_Path) -> light_voxels_Cursor {
+    var cursor: light_voxels_Cursor;
+    cursor.run = vsv_Run(0.0, 0.0, 0.0);
+    cursor.done = false;
+    let state = light_voxels.state;
+    cursor.is_one = state <= light_ALL_DARK;
+    cursor.average = select(0.0, 1.0, state == light_ALL_LIT);
+    if cursor.is_one {
+        return cursor;
     }
-    let l = light_voxel_lattice();
-    let sampling = light_voxel_sampling();
+    let l = light_voxels.lattice;
+    let sampling = light_voxels.sampling;
     var shadow = vsv_look(l, sampling, path.direction, path.surface);
-    if light_voxel_detail() == light_AVERAGE {
-        look.is_one = true;
-        look.average = vsv_lit_fraction_between(l, sampling, &shadow, path.start, path.end);
+    if light_voxels.detail == light_AVERAGE {
+        cursor.is_one = true;
+        cursor.average = vsv_lit_fraction_between(l, sampling, &shadow, path.start, path.end);
     }
-    look.shadow = shadow;
-    return look;
+    cursor.shadow = shadow;
+    return cursor;
 }
 
-fn light_next_lit(look: ptr<function, light_Look>, path: light_Path) -> light_Lit {
-    if (*look).is_one {
-        if (*look).done {
-            return light_Lit(0.0, 0.0, 0.0);
+fn light_voxels_next_lit(cursor: ptr<function, light_voxels_Cursor>, path: light_Path) -> light_Lit {
+    if (*cursor).is_one {
+        if (*cursor).done {
+            return light_dark();
         }
-        (*look).done = true;
-        return light_Lit(path.start, path.end, (*look).average);
+        (*cursor).done = true;
+        return light_lit(path.start, path.end, (*cursor).average);
     }
-    let l = light_voxel_lattice();
-    let sampling = light_voxel_sampling();
-    var shadow = (*look).shadow;
-    var run = (*look).run;
-    var found = light_Lit(0.0, 0.0, 0.0);
+    let l = light_voxels.lattice;
+    let sampling = light_voxels.sampling;
+    var shadow = (*cursor).shadow;
+    var run = (*cursor).run;
+    var found = light_dark();
     loop {
         var part: vsv_LitInterval;
-        if light_voxel_detail() == light_VOXELS {
+        if light_voxels.detail == light_VOXELS {
             part = vsv_next_voxel(l, sampling, &shadow, &run);
         } else {
             part = vsv_next_lit(l, sampling, &shadow);
@@ -70,11 +87,11 @@ fn light_next_lit(look: ptr<function, light_Look>, path: light_Path) -> light_Li
             break;
         }
         if start < end {
-            found = light_Lit(start, end, part.visibility);
+            found = light_lit(start, end, part.visibility);
             break;
         }
     }
-    (*look).shadow = shadow;
-    (*look).run = run;
+    (*cursor).shadow = shadow;
+    (*cursor).run = run;
     return found;
 }

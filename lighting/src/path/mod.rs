@@ -36,6 +36,7 @@ use crate::{Interval, Ray};
 #[derive(Debug, Clone, Copy)]
 pub struct LightPath<'a> {
     ray: Ray,
+    index: u32,
     emitter: &'a Emitter,
     medium: &'a Medium,
     /// The part that can be lit: in the medium, in range, in the cone.
@@ -65,6 +66,7 @@ impl<'a> LightPath<'a> {
         };
         let mut path = Self {
             ray: *ray,
+            index: 0,
             emitter,
             medium,
             span: inside,
@@ -119,6 +121,19 @@ impl<'a> LightPath<'a> {
             self.h = self.h.max(1e-4 * self.foot.hypot(self.h)).max(1e-12);
         }
         self
+    }
+
+    /// The same path with the number of its ray.
+    #[must_use]
+    pub fn with_index(self, index: u32) -> Self {
+        Self { index, ..self }
+    }
+
+    /// The number of the ray in its frame: what has been found out for each pixel
+    /// beforehand, such as bounds of a shadow, is looked up by it. 0 for a ray by
+    /// itself.
+    pub fn index(&self) -> u32 {
+        self.index
     }
 
     /// The eye ray.

@@ -7,6 +7,7 @@ use super::raster::{Face, Footprint, Rays};
 use crate::Emitter;
 use crate::emitter::Emission;
 use crate::scene::Geometry;
+use crate::visibility::PointVisibility;
 
 /// Depth of a texel in which the light sees nothing. Shaders must not meet an
 /// infinity.
@@ -146,6 +147,14 @@ impl ShadowMap<Host> {
         let [column, row] = texel.map(|position| (position as u32).min(last) as usize);
         let side = self.resolution as usize;
         self.depth[(index * side + row) * side + column]
+    }
+}
+
+impl PointVisibility for ShadowMap<Host> {
+    type Share = f32;
+
+    fn visibility(&self, point: Vec3) -> f32 {
+        f32::from(u8::from(self.is_lit(point)))
     }
 }
 

@@ -8,7 +8,7 @@ use super::{Casters, FaceBlockers};
 use crate::Emitter;
 use crate::shadow_map::raster::Face;
 use crate::shadow_map::{faces, locate};
-use crate::visibility::SurfaceShadow;
+use crate::visibility::{PointVisibility, SurfaceShadow};
 
 /// The largest number of texels per side of a face.
 pub const MAX_RESOLUTION: u32 = 16384;
@@ -156,9 +156,17 @@ impl<T: Evaluate> TransmittanceMap<T> {
     }
 }
 
+impl<T: Evaluate + Sync> PointVisibility for TransmittanceMap<T> {
+    type Share = f32;
+
+    fn visibility(&self, point: Vec3) -> f32 {
+        self.transmittance(point)
+    }
+}
+
 /// For maps without opaque casters: a surface that is one would shadow itself.
 impl<T: Evaluate + Sync> SurfaceShadow for TransmittanceMap<T> {
-    fn reaching(&self, point: Vec3, _: Vec3) -> f32 {
+    fn visibility(&self, point: Vec3, _: Vec3) -> f32 {
         self.transmittance(point)
     }
 }

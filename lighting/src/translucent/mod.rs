@@ -4,7 +4,7 @@
 //! triangles in any order. [`FaceBlockers`] yields them as segments, texel by
 //! texel, and a [`TransmittanceMap`] holds a curve of the crate `transmittance`
 //! per texel. Asked at a point, it tells the share of the light that gets there:
-//! in the air ([`visibility::TransmittanceMarch`](crate::visibility::TransmittanceMarch)),
+//! in the air ([`visibility::March`](crate::visibility::March)),
 //! on a surface, or inside of the smoke and the hair themselves.
 //!
 //! | caster | a segment per | optical depth or transmittance | depths |

@@ -1,7 +1,7 @@
 //! Two sources of which each knows some of what is in the way.
 
-use super::VisibilitySource;
-use crate::{Interval, LightPath, LitInterval};
+use super::{Behind, LitInterval, Share, VisibilitySource};
+use crate::{Interval, LightPath};
 
 /// What reaches a ray through the blockers of both sources: where both are
 /// lit, with the product of their visibilities.
@@ -13,8 +13,15 @@ use crate::{Interval, LightPath, LitInterval};
 #[derive(Debug, Clone, Copy)]
 pub struct Both<A, B>(pub A, pub B);
 
-impl<A: VisibilitySource, B: VisibilitySource> VisibilitySource for Both<A, B> {
-    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
+impl<A, B> VisibilitySource for Both<A, B>
+where
+    A: VisibilitySource,
+    B: VisibilitySource,
+    A::Share: Behind<B::Share>,
+{
+    type Share = <A::Share as Behind<B::Share>>::Share;
+
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<Self::Share>>) {
         let (mut a, mut b) = (Vec::new(), Vec::new());
         self.0.lit_intervals(path, &mut a);
         if a.is_empty() {
@@ -26,13 +33,17 @@ impl<A: VisibilitySource, B: VisibilitySource> VisibilitySource for Both<A, B> {
 }
 
 /// Appends what two lists of lit intervals, each in order, have in common.
-pub(crate) fn product(a: &[LitInterval], b: &[LitInterval], lit: &mut Vec<LitInterval>) {
+pub(crate) fn product<A: Behind<B>, B: Share>(
+    a: &[LitInterval<A>],
+    b: &[LitInterval<B>],
+    lit: &mut Vec<LitInterval<A::Share>>,
+) {
     let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
     while let (Some(x), Some(y)) = (a.peek(), b.peek()) {
         let start = x.interval.start.max(y.interval.start);
         let end = x.interval.end.min(y.interval.end);
-        let visibility = x.visibility * y.visibility;
-        if start < end && visibility > 0.0 {
+        let visibility = x.visibility.behind(y.visibility);
+        if start < end && !visibility.is_dark() {
             lit.push(LitInterval {
                 interval: Interval::new(start, end),
                 visibility,

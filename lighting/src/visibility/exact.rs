@@ -4,9 +4,11 @@ use std::cell::RefCell;
 
 use glam::{DVec3, Vec3};
 
-use super::VisibilitySource;
+use std::borrow::Borrow;
+
+use super::{LitInterval, VisibilitySource};
 use crate::trace::{Line, Tracer};
-use crate::{Emitter, Interval, LightPath, LitInterval};
+use crate::{Emitter, Interval, LightPath};
 
 /// Computes the lit intervals of a ray from the triangles of the scene.
 ///
@@ -22,13 +24,13 @@ use crate::{Emitter, Interval, LightPath, LitInterval};
 /// the hierarchy whose whole shadow is already known to be dark are skipped. A
 /// triangle whose plane contains the light is seen edge-on and blocks nothing.
 #[derive(Debug, Clone, Copy)]
-pub struct Exact<'a> {
-    tracer: &'a Tracer,
+pub struct Exact<T> {
+    tracer: T,
 }
 
-impl<'a> Exact<'a> {
+impl<T: Borrow<Tracer>> Exact<T> {
     /// Visibility among the triangles of `tracer`.
-    pub fn new(tracer: &'a Tracer) -> Self {
+    pub fn new(tracer: T) -> Self {
         Self { tracer }
     }
 
@@ -40,7 +42,7 @@ impl<'a> Exact<'a> {
         };
         // The closures of the walk share the shadow found so far.
         let shadow = RefCell::new(shadow);
-        self.tracer.walk(
+        self.tracer.borrow().walk(
             |centre, half| {
                 let (a, b) = plane.shadow_of_box(centre, half)?;
                 shadow.borrow().clip(a, b)
@@ -71,7 +73,7 @@ impl<'a> Exact<'a> {
             }
         };
         let everything = (f64::NEG_INFINITY, f64::INFINITY);
-        self.tracer.walk(
+        self.tracer.borrow().walk(
             |centre, half| line.touches(centre, half).then_some(everything),
             |_| false,
             |triangle| {
@@ -89,7 +91,9 @@ impl<'a> Exact<'a> {
     }
 }
 
-impl VisibilitySource for Exact<'_> {
+impl<T: Borrow<Tracer> + Sync> VisibilitySource for Exact<T> {
+    type Share = f32;
+
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
         let Interval { start, end } = path.span();
         let mut lit_from = start;

@@ -1,12 +1,9 @@
-//! Visibility sampled from a shadow map in steps along the ray.
+//! Visibility sampled in steps along the ray.
 
-use gpu_backend::{Host, Memory};
-
-use super::VisibilitySource;
+use super::{LitInterval, PointVisibility, Share, VisibilitySource};
 use crate::airlight::far_end;
 use crate::path::{Arc, Turns};
-use crate::shadow_map::ShadowMap;
-use crate::{Emitter, Interval, LightPath, LitInterval};
+use crate::{Emitter, Interval, LightPath};
 
 /// How a march divides a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,46 +20,49 @@ pub enum Spacing {
     EquiAngular,
 }
 
-/// Marches a ray in `samples` steps and asks the shadow map at the middle of
-/// each whether the step is lit.
+/// Marches a ray in steps and asks at the middle of each how much of the light
+/// gets there.
 ///
-/// Yields one interval per lit step. With [`Midpoint`] this is brute-force ray
-/// marching; with [`EquiAngular`] of one node and equi-angular steps it is
-/// equi-angular sampling; with [`MergeTouching`] in between, the samples find
-/// the ends of the lit runs and the evaluator does the rest.
+/// Yields one interval per step that is not dark. With [`Midpoint`] this is
+/// brute-force ray marching; with [`EquiAngular`] of one node and equi-angular
+/// steps it is equi-angular sampling; where the gather joins what touches, the
+/// steps find the ends of the lit runs and the evaluator does the rest.
 ///
-/// Cost: `samples` lookups per ray. The ends of lit intervals are off by at
-/// most half a step and by what the resolution of the map adds.
+/// What is asked is anything that knows about points: a shadow map, a map of
+/// transmittance, in memory of the backend that marches. It must be that of the
+/// light that is gathered.
+///
+/// Cost: one lookup per step and ray. The ends of lit intervals are off by at
+/// most half a step and by what the resolution of the map adds; where the share
+/// is smooth, the error is of second order in the length of a step.
 ///
 /// [`Midpoint`]: crate::airlight::Midpoint
 /// [`EquiAngular`]: crate::airlight::EquiAngular
-/// [`MergeTouching`]: crate::visibility::MergeTouching
-#[derive(Debug)]
-pub struct ShadowMapMarch<'a, M: Memory> {
-    map: &'a ShadowMap<M>,
-    samples: u32,
+#[derive(Debug, Clone, Copy)]
+pub struct March<P> {
+    points: P,
+    steps: u32,
     spacing: Spacing,
 }
 
-impl<'a, M: Memory> ShadowMapMarch<'a, M> {
-    /// A march of `samples` steps (0 counts as 1) through `map`, which must be
-    /// the map of the light that is gathered.
-    pub fn new(map: &'a ShadowMap<M>, samples: u32, spacing: Spacing) -> Self {
+impl<P> March<P> {
+    /// A march of `steps` steps (0 counts as 1) that asks `points`.
+    pub fn new(points: P, steps: u32, spacing: Spacing) -> Self {
         Self {
-            map,
-            samples: samples.max(1),
+            points,
+            steps: steps.max(1),
             spacing,
         }
     }
 
-    /// The map that is sampled.
-    pub fn map(&self) -> &'a ShadowMap<M> {
-        self.map
+    /// What is asked at every step.
+    pub fn points(&self) -> &P {
+        &self.points
     }
 
     /// Number of steps per ray.
-    pub fn samples(&self) -> u32 {
-        self.samples
+    pub fn steps(&self) -> u32 {
+        self.steps
     }
 
     /// How the steps are spread.
@@ -71,11 +71,17 @@ impl<'a, M: Memory> ShadowMapMarch<'a, M> {
     }
 }
 
-impl VisibilitySource for ShadowMapMarch<'_, Host> {
-    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
-        for_each_step(path, self.samples, self.spacing, |start, middle, end| {
-            if self.map.is_lit(path.ray().at(middle)) {
-                lit.push(LitInterval::unshadowed(start, end));
+impl<P: PointVisibility> VisibilitySource for March<P> {
+    type Share = P::Share;
+
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<P::Share>>) {
+        for_each_step(path, self.steps, self.spacing, |start, middle, end| {
+            let visibility = self.points.visibility(path.ray().at(middle));
+            if !visibility.is_dark() {
+                lit.push(LitInterval {
+                    interval: Interval::new(start, end),
+                    visibility,
+                });
             }
         });
     }
@@ -84,7 +90,7 @@ impl VisibilitySource for ShadowMapMarch<'_, Host> {
 /// Calls `step(start, middle, end)` for each of `samples` steps along the span
 /// of the path that is not empty.
 #[inline]
-pub(super) fn for_each_step(
+fn for_each_step(
     path: &LightPath<'_>,
     samples: u32,
     spacing: Spacing,
@@ -146,7 +152,7 @@ mod tests {
     use crate::emitter::Emission;
     use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
     use crate::shadow_map::{Casters, RenderShadowMap};
-    use crate::visibility::MergeTouching;
+    use crate::visibility::join_touching;
     use crate::{Ray, VisibilitySource};
 
     #[test]
@@ -171,7 +177,7 @@ mod tests {
         let path = LightPath::new(&ray, &light, &fog).unwrap();
         for spacing in [Spacing::Distance, Spacing::EquiAngular] {
             for samples in [1_u32, 10, 100, 1000] {
-                let march = ShadowMapMarch::new(&map, samples, spacing);
+                let march = March::new(&map, samples, spacing);
                 let mut steps = Vec::new();
                 march.lit_intervals(&path, &mut steps);
                 assert!(
@@ -179,8 +185,8 @@ mod tests {
                         .windows(2)
                         .all(|w| w[0].interval.end <= w[1].interval.start)
                 );
-                let mut runs = Vec::new();
-                MergeTouching(march).lit_intervals(&path, &mut runs);
+                let mut runs = steps;
+                join_touching(&mut runs, 0);
                 if samples < 10 {
                     continue;
                 }
@@ -215,7 +221,7 @@ mod tests {
         let ray = Ray::new(Vec3::ZERO, Vec3::X, f32::INFINITY).unwrap();
         let path = LightPath::new(&ray, &sun, &red).unwrap();
         let mut steps = Vec::new();
-        ShadowMapMarch::new(&map, 1000, Spacing::Distance).lit_intervals(&path, &mut steps);
+        March::new(&map, 1000, Spacing::Distance).lit_intervals(&path, &mut steps);
         assert_eq!((steps.len(), steps[999].interval.end), (1000, 100.0));
         let radiance = steps
             .iter()

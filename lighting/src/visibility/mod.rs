@@ -5,9 +5,8 @@ mod both;
 mod exact;
 #[cfg(feature = "march")]
 mod march;
-mod merge;
-#[cfg(feature = "translucent")]
-mod translucent;
+mod point;
+mod share;
 
 pub use both::Both;
 #[cfg(feature = "shadow-dag")]
@@ -15,39 +14,43 @@ pub(crate) use both::product;
 #[cfg(feature = "trace")]
 pub use exact::Exact;
 #[cfg(feature = "march")]
-pub use march::{ShadowMapMarch, Spacing};
-pub use merge::MergeTouching;
-#[cfg(feature = "translucent")]
-pub use translucent::TransmittanceMarch;
+pub use march::{March, Spacing};
+pub use point::{PointVisibility, SurfaceShadow};
+pub use share::{Behind, LitInterval, Share, join_touching};
+
+use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::{LightPath, LitInterval};
+use crate::LightPath;
 
 /// Tells which parts of a ray a light reaches.
 ///
 /// A source belongs to one light: the one its shadow map was rendered for, say.
 pub trait VisibilitySource: Sync {
+    /// What it knows of a share: one number, or one for each colour.
+    type Share: Share;
+
     /// Appends the lit parts of `path.span()` to `lit`: in order along the
-    /// ray, not overlapping, each with a visibility above 0. Parts may touch
-    /// (a march yields one per lit step); see [`MergeTouching`].
-    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>);
+    /// ray, not overlapping, none of them dark. Parts may touch (a march yields one
+    /// per lit step); [`Gather`](crate::Gather) joins them where that is asked for.
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<Self::Share>>);
 }
 
 impl<V: VisibilitySource + ?Sized> VisibilitySource for &V {
-    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
+    type Share = V::Share;
+
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<V::Share>>) {
         (**self).lit_intervals(path, lit);
     }
 }
 
-/// Tells how much of a light reaches a point of a surface.
-///
-/// It belongs to one light, like a [`VisibilitySource`]: the same question
-/// asked at a point.
-pub trait SurfaceShadow: Sync {
-    /// The share of the light, 0 to 1, that is not blocked on its way to
-    /// `point` on a surface with the unit `normal`, on the side of the light.
-    fn reaching(&self, point: Vec3, normal: Vec3) -> f32;
+impl<V: VisibilitySource + Send + ?Sized> VisibilitySource for Arc<V> {
+    type Share = V::Share;
+
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<V::Share>>) {
+        (**self).lit_intervals(path, lit);
+    }
 }
 
 /// Nothing is in the way: all of the span is lit.
@@ -55,6 +58,8 @@ pub trait SurfaceShadow: Sync {
 pub struct Unshadowed;
 
 impl VisibilitySource for Unshadowed {
+    type Share = f32;
+
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
         let span = path.span();
         lit.push(LitInterval::unshadowed(span.start, span.end));
@@ -62,7 +67,7 @@ impl VisibilitySource for Unshadowed {
 }
 
 impl SurfaceShadow for Unshadowed {
-    fn reaching(&self, _: Vec3, _: Vec3) -> f32 {
+    fn visibility(&self, _: Vec3, _: Vec3) -> f32 {
         1.0
     }
 }

@@ -19,7 +19,7 @@
 //! use lighting::scene::{Camera, Geometry, Medium, Mesh, PhaseFunction, Scene};
 //! use lighting::shadow_map::{Casters, RenderShadowMap};
 //! use lighting::voxels::{Detail, Eye, Resolution, VoxelVolume};
-//! use lighting::{Emitter, Gather, Ray};
+//! use lighting::{Emitter, Gather, LitRays, Ray};
 //!
 //! // A triangle under a lamp, in fog.
 //! let scene = Scene::from(Mesh {
@@ -43,7 +43,8 @@
 //! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
 //! let quadrature = Quadrature::with_tolerance(fog.phase(), 1e-4)?;
 //! let shadow = voxels.source(Detail::Runs);
-//! cpu.gather(&rays, &lamp, &fog, &shadow, &quadrature, &mut radiance)?;
+//! let lit = LitRays::new(&rays, &lamp, &fog);
+//! cpu.gather(&lit, &shadow, &quadrature, &mut radiance)?;
 //! assert!(cpu.download(&radiance)?[0][0] > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -1,5 +1,8 @@
 //! What a gather reads from the voxels of a ray.
 
+use std::borrow::Borrow;
+use std::marker::PhantomData;
+
 use gpu_backend::{Host, Memory};
 use voxel_shadow::ShadowVolume;
 
@@ -23,37 +26,46 @@ pub enum Detail {
     Runs,
 }
 
-/// The lit parts of rays, from a [`VoxelVolume`].
-#[derive(Debug)]
-pub struct VoxelShadow<'a, M: Memory> {
-    pub(super) volume: &'a VoxelVolume<M>,
-    pub(super) detail: Detail,
+/// The lit parts of rays, from a [`VoxelVolume`] that is borrowed or shared.
+#[derive(Debug, Clone, Copy)]
+pub struct VoxelShadow<V, M> {
+    volume: V,
+    detail: Detail,
+    memory: PhantomData<fn() -> M>,
 }
 
-impl<M: Memory> Clone for VoxelShadow<'_, M> {
-    fn clone(&self) -> Self {
-        *self
+impl<V: Borrow<VoxelVolume<M>>, M: Memory> VoxelShadow<V, M> {
+    /// What `volume` knows in this detail.
+    pub fn new(volume: V, detail: Detail) -> Self {
+        Self {
+            volume,
+            detail,
+            memory: PhantomData,
+        }
     }
-}
 
-impl<M: Memory> Copy for VoxelShadow<'_, M> {}
-
-impl<'a, M: Memory> VoxelShadow<'a, M> {
     /// The voxels.
-    pub fn volume(&self) -> &'a VoxelVolume<M> {
-        self.volume
+    pub fn volume(&self) -> &VoxelVolume<M> {
+        self.volume.borrow()
     }
 
     /// What is read from them.
     pub fn detail(&self) -> Detail {
         self.detail
     }
+
+    /// The voxels as they were given.
+    pub fn into_volume(self) -> V {
+        self.volume
+    }
 }
 
-impl VisibilitySource for VoxelShadow<'_, Host> {
+impl<V: Borrow<VoxelVolume<Host>> + Sync> VisibilitySource for VoxelShadow<V, Host> {
+    type Share = f32;
+
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
         let span = path.span();
-        let lattice = match self.volume.state() {
+        let lattice = match self.volume().state() {
             State::Lit => {
                 lit.push(LitInterval::unshadowed(span.start, span.end));
                 return;
@@ -61,7 +73,7 @@ impl VisibilitySource for VoxelShadow<'_, Host> {
             State::Dark => return,
             State::Voxels(lattice) => lattice,
         };
-        let volume = ShadowVolume::new(lattice, self.volume.grid(), self.volume.sampling());
+        let volume = ShadowVolume::new(lattice, self.volume().grid(), self.volume().sampling());
         // They were checked when the voxels were made.
         let Ok(volume) = volume else { return };
         let ray = path.ray();

@@ -267,11 +267,8 @@ impl<M: Memory> VoxelVolume<M> {
     }
 
     /// Its voxels as a visibility source.
-    pub fn source(&self, detail: Detail) -> VoxelShadow<'_, M> {
-        VoxelShadow {
-            volume: self,
-            detail,
-        }
+    pub fn source(&self, detail: Detail) -> VoxelShadow<&Self, M> {
+        VoxelShadow::new(self, detail)
     }
 
     /// Number of voxels along each axis.

@@ -6,7 +6,7 @@
 //! a [`Sampling`].
 //!
 //! A shadow map that lives on the GPU takes part in [`Rectify`](crate::Rectify) as
-//! a [`WgslFirstBlocker`].
+//! what fits the [`FirstBlockerSlot`].
 //!
 //! # Agreement with the CPU
 //!
@@ -22,7 +22,7 @@
 //!
 //! # Limits
 //!
-//! At most five storage buffers, and what a [`WgslFirstBlocker`] adds.
+//! At most five storage buffers, and what a part in the [`FirstBlockerSlot`] adds.
 
 mod build;
 mod query;
@@ -31,7 +31,7 @@ mod rectify;
 mod tests;
 
 pub use query::SamplingRecord;
-pub use rectify::WgslFirstBlocker;
+pub use rectify::FirstBlockerSlot;
 
 #[cfg(doc)]
 use crate::Sampling;

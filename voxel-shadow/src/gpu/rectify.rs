@@ -5,30 +5,38 @@ use epipolar::gpu::{EPIPOLAR, LatticeRecord};
 use glam::Vec3;
 use gpu_backend::Buffer;
 use gpu_backend::gpu::{
-    Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, Kernel, Workgroups,
+    Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, InShader, Kernel, Workgroups,
 };
+use gpu_backend::shader::{Assembly, Slot};
 
 use super::GROUP;
 use crate::rectify::check;
 use crate::{Error, IndexMap, Rectify, RectifyTriangles};
 
-/// Anything whose first blocker a shader knows; the [`FirstBlocker`] of shaders.
+/// *How far does this light ray get?* The question that a [`FirstBlocker`] answers,
+/// in shaders. A part `x` defines
+///
+/// ```wgsl
+/// fn x_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32
+/// ```
+///
+/// the distance in metres along the ray to the first blocker, [`f32::MAX`] if there
+/// is none.
 ///
 /// [`FirstBlocker`]: crate::FirstBlocker
-pub trait WgslFirstBlocker {
-    /// WGSL that defines
-    /// `fn vsv_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32`,
-    /// the distance in metres along a light ray to the first blocker,
-    /// [`f32::MAX`] if there is none. Its bindings are in `@group(1)`.
-    fn parts() -> &'static [&'static str];
+#[derive(Debug, Clone, Copy)]
+pub struct FirstBlockerSlot;
 
-    /// Values of `override` constants.
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        Vec::new()
+impl Slot for FirstBlockerSlot {
+    fn glue(part: &str) -> String {
+        format!(
+            "
+fn vsv_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {{
+    return {part}_first_blocker(origin, direction);
+}}
+"
+        )
     }
-
-    /// What is bound to `@group(1)`.
-    fn arguments(&self) -> Vec<Argument<'_>>;
 }
 
 /// Uniforms of `triangles.wgsl`.
@@ -40,16 +48,16 @@ pub(super) struct TriangleParameters {
     padding: [u32; 3],
 }
 
-/// All parts of the shader for a source.
-pub(super) fn parts<S: WgslFirstBlocker>() -> Vec<&'static str> {
-    let before = [INDEX_WGSL, EPIPOLAR];
-    let entry = [include_str!("rectify.wgsl")];
-    [&before, S::parts(), &entry].concat()
+/// The shader for a source.
+pub(super) fn shader<S: InShader<FirstBlockerSlot>>() -> Result<Assembly, gpu_backend::Error> {
+    let mut shader = Assembly::new(&[INDEX_WGSL, EPIPOLAR, include_str!("rectify.wgsl")]);
+    shader.fill::<FirstBlockerSlot>(&S::part())?;
+    Ok(shader)
 }
 
 pub(super) const TRIANGLES: &[&str] = &[INDEX_WGSL, EPIPOLAR, include_str!("triangles.wgsl")];
 
-impl<S: WgslFirstBlocker, E: Encode> Rectify<S> for Gpu<E> {
+impl<S: InShader<FirstBlockerSlot>, E: Encode> Rectify<S> for Gpu<E> {
     fn rectify(
         &self,
         lattice: &Lattice,
@@ -61,7 +69,7 @@ impl<S: WgslFirstBlocker, E: Encode> Rectify<S> for Gpu<E> {
         self.dispatch(
             &Kernel {
                 label: "rectify",
-                parts: &parts::<S>(),
+                parts: &shader::<S>()?.finish(1),
                 entry: "rectify",
                 constants: &source.constants(),
             },

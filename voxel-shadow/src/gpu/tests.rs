@@ -3,13 +3,14 @@
 use epipolar::gpu::{EPIPOLAR, PHI};
 use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
 use glam::Vec3;
-use gpu_backend::gpu::{Argument, Gpu, Queued};
+use gpu_backend::gpu::{Argument, Gpu, InShader, Queued};
+use gpu_backend::shader::Part;
 use gpu_backend::testing::{self, Shader};
 use gpu_backend::{Backend, Cpu, Download, Host, assert_same_layout};
 
 use super::build::{self, BLOCK, EXTRUDE, Scan, VOXELISE, extrude_by};
 use super::query::{self, INTERVALS, QUERY};
-use super::rectify::{TRIANGLES, TriangleParameters, parts};
+use super::rectify::{self, TRIANGLES, TriangleParameters};
 use super::*;
 use crate::{
     BuildGrid, Grid, IndexMap, LitInterval, Query, Rectify, RectifyTriangles, Sampling,
@@ -20,7 +21,7 @@ use crate::{
 struct Disc;
 
 const DISC: &str = "
-    fn vsv_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    fn test_disc_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
         let distance = (2.0 - origin.y) / direction.y;
         let hit = origin.xz + distance * direction.xz;
         if distance > 0.0 && dot(hit, hit) < 2.25 {
@@ -29,9 +30,9 @@ const DISC: &str = "
         return epi_INFINITE;
     }";
 
-impl WgslFirstBlocker for Disc {
-    fn parts() -> &'static [&'static str] {
-        &[DISC]
+impl InShader<FirstBlockerSlot> for Disc {
+    fn part() -> Part {
+        Part::new("test_disc").source(DISC)
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
@@ -123,7 +124,7 @@ fn the_part_is_fit_for_other_shaders_and_all_structures_are_those_of_rust() {
         "Parameters",
         TriangleParameters { lattice, triangles }
     );
-    Shader::new(&parts::<Disc>()).unwrap();
+    Shader::new(&rectify::shader::<Disc>().unwrap().finish(1)).unwrap();
 }
 
 /// Numbers without a pattern.

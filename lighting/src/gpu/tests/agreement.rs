@@ -8,8 +8,8 @@ use crate::airlight::{EquiAngular, Midpoint};
 use crate::emitter::Emission;
 use crate::scene::Medium;
 use crate::shadow_map::{Casters, RenderShadowMap};
-use crate::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
-use crate::{AirlightEvaluator, Emitter, Gather, Ray, VisibilitySource};
+use crate::visibility::{March, Spacing, Unshadowed};
+use crate::{AirlightEvaluator, Emitter, Gather, LitRays, Ray, VisibilitySource};
 
 pub(super) fn gathered<B, V, A>(
     backend: &B,
@@ -21,11 +21,40 @@ pub(super) fn gathered<B, V, A>(
 where
     B: Gather<V, A> + Download,
 {
-    let before = vec![[0.0, 0.0, 0.0, 9.0]; rays.len()];
-    let rays = backend.upload(rays).unwrap();
+    let there = backend.upload(rays).unwrap();
+    let lit = LitRays::new(&there, light, medium);
+    gathered_of(backend, rays.len(), &lit, (visibility, airlight))
+}
+
+/// [`gathered`] with parts that touch joined.
+fn joined<B, V, A>(
+    backend: &B,
+    rays: &[Ray],
+    light: &Emitter,
+    medium: &Medium,
+    pair: (&V, &A),
+) -> Vec<[f32; 4]>
+where
+    B: Gather<V, A> + Download,
+{
+    let there = backend.upload(rays).unwrap();
+    let lit = LitRays::new(&there, light, medium).joined();
+    gathered_of(backend, rays.len(), &lit, pair)
+}
+
+fn gathered_of<B, V, A>(
+    backend: &B,
+    count: usize,
+    lit: &LitRays<'_, B::Memory>,
+    (visibility, airlight): (&V, &A),
+) -> Vec<[f32; 4]>
+where
+    B: Gather<V, A> + Download,
+{
+    let before = vec![[0.0, 0.0, 0.0, 9.0]; count];
     let mut radiance = backend.upload(&before).unwrap();
     backend
-        .gather(&rays, light, medium, visibility, airlight, &mut radiance)
+        .gather(lit, visibility, airlight, &mut radiance)
         .unwrap();
     backend.download(&radiance).unwrap()
 }
@@ -107,12 +136,6 @@ fn the_gpu_agrees_with_the_cpu_for_all_lights_media_and_pairs() {
     let quadrature = EquiAngular::new(8).unwrap();
     compare(&gpu, "quadrature", (&Unshadowed, &quadrature), 1e-4);
     compare(&gpu, "midpoint", (&Unshadowed, &Midpoint), 1e-4);
-    compare(
-        &gpu,
-        "merged",
-        (&MergeTouching(Unshadowed), &quadrature),
-        1e-4,
-    );
 }
 
 /// Share of the rays that may differ because a sample within rounding of the
@@ -137,8 +160,8 @@ fn marches_through_the_same_map_agree_but_for_samples_on_the_border_of_a_texel()
         let map_there = map.upload(&gpu).unwrap();
         for spacing in [Spacing::Distance, Spacing::EquiAngular] {
             for (_, medium) in media() {
-                let here = ShadowMapMarch::new(&map, 16, spacing);
-                let there = ShadowMapMarch::new(&map_there, 16, spacing);
+                let here = March::new(&map, 16, spacing);
+                let there = March::new(&map_there, 16, spacing);
                 let scale = {
                     let everywhere = without_borders(&light);
                     let pair = (&Unshadowed, &quadrature);
@@ -159,10 +182,9 @@ fn marches_through_the_same_map_agree_but_for_samples_on_the_border_of_a_texel()
                     gathered(&cpu, &rays, &light, &medium, (&here, &Midpoint)),
                     gathered(&gpu, &rays, &light, &medium, (&there, &Midpoint)),
                 );
-                let (here, there) = (MergeTouching(here), MergeTouching(there));
                 count(
-                    gathered(&cpu, &rays, &light, &medium, (&here, &quadrature)),
-                    gathered(&gpu, &rays, &light, &medium, (&there, &quadrature)),
+                    joined(&cpu, &rays, &light, &medium, (&here, &quadrature)),
+                    joined(&gpu, &rays, &light, &medium, (&there, &quadrature)),
                 );
             }
         }
@@ -374,7 +396,12 @@ fn empty_bundles_and_wrong_lengths_are_handled_as_on_the_cpu() {
     let buffer = gpu.upload(&rays(3, 1.0)).unwrap();
     let mut short = gpu.zeros::<[f32; 4]>(2).unwrap();
     let error = gpu
-        .gather(&buffer, &light, &medium, pair.0, pair.1, &mut short)
+        .gather(
+            &LitRays::new(&buffer, &light, &medium),
+            pair.0,
+            pair.1,
+            &mut short,
+        )
         .unwrap_err();
     assert!(matches!(
         error,

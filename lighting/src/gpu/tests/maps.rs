@@ -6,9 +6,9 @@ use gpu_backend::{Backend, Buffer, Cpu, Download, Memory, testing};
 use super::scenes::{casters, lights, media, rays};
 use crate::airlight::EquiAngular;
 use crate::scene::Medium;
-use crate::shadow_map::{Casters, RenderShadowMap, ShadowMapError};
-use crate::visibility::{ShadowMapMarch, Spacing};
-use crate::{Emitter, Gather, Ray};
+use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, ShadowMapError};
+use crate::visibility::{March, Spacing};
+use crate::{Emitter, Gather, LitRays, Ray};
 
 /// Relative error of a depth: the corners are off by 2 ε of their distance of up
 /// to ten times the depth, seen at angles down to 3° here, 20 times as flat as
@@ -88,15 +88,20 @@ fn picture<B, M>(
 ) -> M::Buffer<[f32; 4]>
 where
     M: Memory,
-    B: RenderShadowMap<Memory = M> + for<'a> Gather<ShadowMapMarch<'a, M>, EquiAngular>,
+    B: RenderShadowMap<Memory = M> + for<'a> Gather<March<&'a ShadowMap<M>>, EquiAngular>,
 {
     let casters = Casters::upload(backend, &casters()).unwrap();
     let map = backend.shadow_map(&casters, light, 128).unwrap();
     let mut radiance = backend.zeros(rays.len()).unwrap();
-    let march = ShadowMapMarch::new(&map, 8, Spacing::EquiAngular);
+    let march = March::new(&map, 8, Spacing::EquiAngular);
     let quadrature = EquiAngular::new(2).unwrap();
     backend
-        .gather(rays, light, medium, &march, &quadrature, &mut radiance)
+        .gather(
+            &LitRays::new(rays, light, medium),
+            &march,
+            &quadrature,
+            &mut radiance,
+        )
         .unwrap();
     radiance
 }

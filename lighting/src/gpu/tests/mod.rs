@@ -12,13 +12,14 @@ mod translucent;
 use ::airlight::Table;
 use ::airlight::gpu::PHASE;
 use gpu_backend::assert_same_layout;
+use gpu_backend::gpu::InShader;
 use gpu_backend::testing::Shader;
 
-use super::gather::parts;
+use super::gather::shader;
 use super::scene::{self, EmitterRecord, MediumRecord, Scene};
 use super::*;
 use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
-use crate::visibility::{MergeTouching, Unshadowed};
+use crate::visibility::Unshadowed;
 
 /// Stands for the entry point.
 const CONTRACT: &str = "
@@ -30,12 +31,17 @@ pub(crate) fn path_shader() -> Shader {
     Shader::new(&[NUMERIC, PHASE, PATH, ARC, DIRECTIONAL, LIT, CONTRACT]).unwrap()
 }
 
-fn complete<V: WgslVisibility, A: WgslAirlight>() -> Shader {
-    let shader = Shader::new(&parts::<V, A>()).unwrap();
-    for merge in [0.0, 1.0] {
-        shader.specialise(&[("MERGE", merge)]).unwrap();
-    }
-    shader
+/// The shader of a pair, which must be valid and keep to WebGPU's eight storage
+/// buffers, of which the frame has three.
+fn complete<V: InShader<VisibilitySlot>, A: InShader<AirlightSlot>>() -> Shader {
+    let assembly = shader::<V, A>().unwrap();
+    let storage = assembly.bindings().iter().filter(|b| b.kind.is_storage());
+    let storage = 3 + storage.count();
+    assert!(storage <= 8, "{storage} storage buffers");
+    let parts = assembly.finish(1);
+    let groups = (0..4).filter(|g| parts.iter().any(|p| p.contains(&format!("@group({g})"))));
+    assert!(groups.eq(0..2) || parts.iter().all(|p| !p.contains("@group(1)")));
+    Shader::new(&parts).unwrap()
 }
 
 #[test]
@@ -47,11 +53,8 @@ fn all_parts_are_fit_for_other_shaders() {
 fn every_pair_compiles() {
     complete::<Unshadowed, Midpoint>();
     complete::<Unshadowed, EquiAngular>();
-    complete::<MergeTouching<Unshadowed>, EquiAngular>();
     complete::<Unshadowed, Quadrature>();
     complete::<Unshadowed, Analytic<Table>>();
-    let merge = MergeTouching(Unshadowed).constants();
-    assert_eq!(merge, [("MERGE", 1.0)]);
 }
 
 #[cfg(feature = "march")]
@@ -59,11 +62,14 @@ fn every_pair_compiles() {
 fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
     use gpu_backend::gpu::GpuMemory;
 
-    use super::scene::{FaceRecord, Map};
-    use crate::visibility::ShadowMapMarch;
+    use super::scene::{FaceRecord, PicturesRecord};
+    use super::visibility::MarchRecord;
+    use crate::shadow_map::ShadowMap;
+    use crate::visibility::March;
 
-    complete::<ShadowMapMarch<'_, GpuMemory>, Midpoint>();
-    let shader = complete::<ShadowMapMarch<'_, GpuMemory>, EquiAngular>();
+    complete::<March<ShadowMap<GpuMemory>>, Midpoint>();
+    let shader = complete::<March<ShadowMap<GpuMemory>>, EquiAngular>();
+    assert_same_layout!(shader, "light_March", MarchRecord { steps, equi_angular });
     assert_same_layout!(
         shader,
         "light_Face",
@@ -80,13 +86,13 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
     );
     assert_same_layout!(
         shader,
-        "Map",
-        Map {
+        "light_Pictures",
+        PicturesRecord {
             faces,
             face_count,
             resolution,
-            samples,
-            equi_angular
+            padding_a,
+            padding_b
         }
     );
 }
@@ -97,31 +103,33 @@ fn marches_through_transmittance_compile_with_every_evaluator() {
     use gpu_backend::gpu::GpuMemory;
 
     use crate::translucent::StoredMap;
-    use crate::visibility::TransmittanceMarch;
+    use crate::visibility::March;
 
-    complete::<TransmittanceMarch<'_, StoredMap<GpuMemory>>, Midpoint>();
-    complete::<TransmittanceMarch<'_, StoredMap<GpuMemory>>, EquiAngular>();
-    complete::<TransmittanceMarch<'_, StoredMap<GpuMemory>>, Quadrature>();
-    complete::<MergeTouching<TransmittanceMarch<'_, StoredMap<GpuMemory>>>, Analytic<Table>>();
+    complete::<March<StoredMap<GpuMemory>>, Midpoint>();
+    complete::<March<StoredMap<GpuMemory>>, EquiAngular>();
+    complete::<March<StoredMap<GpuMemory>>, Quadrature>();
+    complete::<March<StoredMap<GpuMemory>>, Analytic<Table>>();
 }
 
 #[cfg(feature = "voxel-shadow")]
 #[test]
 fn voxels_compile_with_every_evaluator_and_are_seen_as_they_are() {
     use gpu_backend::gpu::{GpuMemory, INDEX_WGSL};
-    use voxel_shadow::gpu::WgslFirstBlocker;
+    use gpu_backend::shader::Assembly;
+    use voxel_shadow::gpu::FirstBlockerSlot;
 
     use super::voxels::VoxelRecord;
     use crate::shadow_map::ShadowMap;
-    use crate::voxels::VoxelShadow;
+    use crate::voxels::{VoxelShadow, VoxelVolume};
 
-    complete::<VoxelShadow<'_, GpuMemory>, EquiAngular>();
-    complete::<VoxelShadow<'_, GpuMemory>, Quadrature>();
-    complete::<VoxelShadow<'_, GpuMemory>, Analytic<Table>>();
-    let shader = complete::<VoxelShadow<'_, GpuMemory>, Midpoint>();
+    type Voxels = VoxelShadow<VoxelVolume<GpuMemory>, GpuMemory>;
+    complete::<Voxels, EquiAngular>();
+    complete::<Voxels, Quadrature>();
+    complete::<Voxels, Analytic<Table>>();
+    let shader = complete::<Voxels, Midpoint>();
     assert_same_layout!(
         shader,
-        "Voxels",
+        "light_Voxels",
         VoxelRecord {
             lattice,
             sampling,
@@ -129,8 +137,10 @@ fn voxels_compile_with_every_evaluator_and_are_seen_as_they_are() {
             state
         }
     );
-    let blocker = <ShadowMap<GpuMemory> as WgslFirstBlocker>::parts();
-    let shader = Shader::new(&[&[INDEX_WGSL], blocker].concat()).unwrap();
+    let mut blocker = Assembly::new(&[INDEX_WGSL]);
+    let part = <ShadowMap<GpuMemory> as InShader<FirstBlockerSlot>>::part();
+    blocker.fill::<FirstBlockerSlot>(&part).unwrap();
+    let shader = Shader::new(&blocker.finish(1)).unwrap();
     let empty = f64::from(crate::shadow_map::EMPTY);
     assert_eq!(shader.values("light_EMPTY").unwrap(), [empty]);
 }
@@ -144,8 +154,31 @@ fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
     complete::<GpuShadow, Quadrature>();
     complete::<GpuShadow, Analytic<Table>>();
     let shader = complete::<GpuShadow, EquiAngular>();
-    assert_same_layout!(shader, "BakedGrid", GridRecord { dag, space, base });
-    assert_same_layout!(shader, "Baked", BakedRecord { grids, count });
+    assert_same_layout!(shader, "light_BakedGrid", GridRecord { dag, space, base });
+    assert_same_layout!(shader, "light_Baked", BakedRecord { grids, count });
+}
+
+#[cfg(all(feature = "shadow-dag", feature = "translucent", feature = "voxel-shadow"))]
+#[test]
+fn two_sources_of_different_kinds_meet_in_one_shader() {
+    use gpu_backend::gpu::GpuMemory;
+
+    use crate::shadow_map::ShadowMap;
+    use crate::translucent::StoredMap;
+    use crate::visibility::{Both, March};
+    use crate::voxels::{VoxelShadow, VoxelVolume};
+
+    type Voxels = VoxelShadow<VoxelVolume<GpuMemory>, GpuMemory>;
+    type Map = March<ShadowMap<GpuMemory>>;
+    type Curves = March<StoredMap<GpuMemory>>;
+
+    complete::<Both<GpuShadow, Map>, Midpoint>();
+    complete::<Both<GpuShadow, Map>, Analytic<Table>>();
+    complete::<Both<GpuShadow, Curves>, Quadrature>();
+    complete::<Both<Voxels, Map>, Analytic<Table>>();
+    complete::<Both<Voxels, GpuShadow>, EquiAngular>();
+    let twice = shader::<Both<Map, Curves>, Midpoint>().unwrap_err();
+    assert!(twice.to_string().contains("light_march"), "{twice}");
 }
 
 #[cfg(feature = "march")]
@@ -217,9 +250,9 @@ fn structures_and_constants_are_those_of_rust() {
             emitter,
             medium,
             rays,
-            padding_a,
-            padding_b,
-            padding_c,
+            first,
+            joined,
+            padding,
         }
     );
     let constant = |name: &str, value: u32| {

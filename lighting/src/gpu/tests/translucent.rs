@@ -9,7 +9,7 @@ use super::scenes::{casters, lights, media, rays};
 use crate::airlight::{EquiAngular, Midpoint};
 use crate::scene::{Geometry, Particle, Particles, Profile, StrandPoint, Strands, Translucent};
 use crate::translucent::{Casters, TransmittanceMap};
-use crate::visibility::{Spacing, TransmittanceMarch, Unshadowed};
+use crate::visibility::{March, Spacing, Unshadowed};
 
 /// What the transmittance of a sample may differ by in smoke.
 ///
@@ -73,8 +73,8 @@ fn compare(translucent: &[Translucent], geometry: Option<&Geometry>, share_of_ra
         let map = TransmittanceMap::build(&cpu, &casters, &light, 128, &clear).unwrap();
         let map_there = map.upload(&gpu).unwrap();
         for spacing in [Spacing::Distance, Spacing::EquiAngular] {
-            let here = TransmittanceMarch::new(&map, 16, spacing);
-            let there = TransmittanceMarch::new(&map_there, 16, spacing);
+            let here = March::new(&map, 16, spacing);
+            let there = March::new(&map_there, 16, spacing);
             for (_, medium) in media() {
                 let everywhere = without_borders(&light);
                 let pair = (&Unshadowed, &reference);

@@ -1,0 +1,102 @@
+//! The questions that parts of a shader answer.
+
+use gpu_backend::shader::Slot;
+
+/// *Which parts of this ray are lit?* A part `x` defines, see [`LIT`](super::LIT),
+///
+/// ```wgsl
+/// struct x_Cursor                                   its state along one ray
+/// fn x_cursor(path: light_Path) -> x_Cursor
+/// fn x_next_lit(cursor: ptr<function, x_Cursor>, path: light_Path) -> light_Lit
+/// ```
+///
+/// and yields the lit parts of the path in order, then `light_dark()`.
+#[derive(Debug, Clone, Copy)]
+pub struct VisibilitySlot;
+
+impl Slot for VisibilitySlot {
+    fn glue(part: &str) -> String {
+        visibility(
+            part,
+            ["light_Cursor", "light_cursor", "light_next_lit"],
+        )
+    }
+}
+
+/// The first source of [`Both`](crate::visibility::Both).
+pub(super) struct First;
+
+impl Slot for First {
+    fn glue(part: &str) -> String {
+        let names = ["FirstCursor", "first", "next_first"];
+        visibility(part, names.map(|name| format!("light_both_{name}")))
+    }
+}
+
+/// Its second source.
+pub(super) struct Second;
+
+impl Slot for Second {
+    fn glue(part: &str) -> String {
+        let names = ["SecondCursor", "second", "next_second"];
+        visibility(part, names.map(|name| format!("light_both_{name}")))
+    }
+}
+
+fn visibility<S: std::fmt::Display>(part: &str, [cursor, start, next]: [S; 3]) -> String {
+    format!(
+        "
+alias {cursor} = {part}_Cursor;
+fn {start}(path: light_Path) -> {cursor} {{
+    return {part}_cursor(path);
+}}
+fn {next}(cursor: ptr<function, {cursor}>, path: light_Path) -> light_Lit {{
+    return {part}_next_lit(cursor, path);
+}}
+"
+    )
+}
+
+/// *How much light arrives from this part of a ray?* A part `x` defines
+///
+/// ```wgsl
+/// fn x_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32>
+/// ```
+///
+/// the radiance from an interval all of which is lit.
+#[derive(Debug, Clone, Copy)]
+pub struct AirlightSlot;
+
+impl Slot for AirlightSlot {
+    fn glue(part: &str) -> String {
+        format!(
+            "
+fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {{
+    return {part}_airlight(path, start, end);
+}}
+"
+        )
+    }
+}
+
+/// *How much of the light gets to this point?* A part `x` defines
+///
+/// ```wgsl
+/// fn x_visibility(point: vec3<f32>) -> vec3<f32>
+/// ```
+///
+/// the share of each colour, from 0 to 1.
+#[derive(Debug, Clone, Copy)]
+pub struct PointSlot;
+
+impl Slot for PointSlot {
+    fn glue(part: &str) -> String {
+        format!(
+            "
+fn light_point_visibility(point: vec3<f32>) -> vec3<f32> {{
+    return {part}_visibility(point);
+}}
+"
+        )
+    }
+}

@@ -1,0 +1,34 @@
+// Lookup in a map of transmittance: the shader's side of `TransmittanceMap`.
+//
+// Needs the parts place.wgsl and those of `transmittance::gpu::lookup_parts`, and
+// the variables
+//   light_curves: light_Pictures
+//   light_curve_words: array<u32>, the curves of face after face
+
+override BILINEAR: bool = true;
+// Words of the curves of a face.
+override FACE_WORDS: u32 = 0u;
+
+// The first word of the face that is looked at.
+var<private> light_curve_face: u32;
+
+fn avsm_word(index: u32) -> u32 {
+    return light_curve_words[light_curve_face + index];
+}
+
+fn light_curves_visibility(point: vec3<f32>) -> vec3<f32> {
+    if light_curves.face_count == 0u {
+        return vec3(1.0);
+    }
+    // One origin for all faces.
+    let v = point - light_curves.faces[0].origin;
+    let index = light_face_along(light_curves.face_count, v);
+    let face = light_curves.faces[index];
+    let texel = light_texel_along(face, light_curves.resolution, v);
+    if texel.x < 0.0 {
+        return vec3(1.0);
+    }
+    light_curve_face = index * FACE_WORDS;
+    let extent = vec2(light_curves.resolution);
+    return vec3(avsm_filtered(extent, texel, light_depth_of(face, v), BILINEAR)[0]);
+}

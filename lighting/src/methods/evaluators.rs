@@ -1,0 +1,319 @@
+//! The evaluators of airlight that go with every source.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use airlight::{Exact, PhaseFunction, SunTable, Table};
+use gpu_backend::Backend;
+
+use super::{Frame, FrameInputs, MethodError, Verdict};
+use crate::airlight::{AirlightEvaluator, Analytic, EquiAngular, Midpoint, Quadrature};
+use crate::emitter::{Emission, Emitter};
+
+/// A kind of airlight evaluator.
+pub trait Evaluators: Send + Sync + Debug {
+    /// An evaluator.
+    type Evaluator: AirlightEvaluator + Send + Sync + 'static;
+
+    /// What it is.
+    const ABOUT: EvaluatorAbout;
+
+    /// An evaluator for media of this phase function.
+    ///
+    /// # Errors
+    /// [`MethodError`], among others for a quality out of range.
+    fn make(&self, phase: PhaseFunction, quality: u32) -> Result<Self::Evaluator, MethodError>;
+
+    /// Its memory, bytes.
+    fn bytes(_evaluator: &Self::Evaluator) -> u64 {
+        0
+    }
+
+    /// Evaluations of the integrand, or lookups, for an interval.
+    fn work(quality: u32) -> f64 {
+        f64::from(quality)
+    }
+
+    /// Whether it applies to a frame.
+    fn applies(&self, _inputs: &FrameInputs<'_>) -> Verdict {
+        Verdict::Applies
+    }
+
+    /// What it does in another way than its name says.
+    fn notes(&self, _inputs: &FrameInputs<'_>) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The evaluator of a frame, from its store.
+    ///
+    /// # Errors
+    /// Those of [`Evaluators::make`].
+    fn kept<B: Backend>(
+        &self,
+        frame: &Frame<'_, B>,
+        quality: u32,
+    ) -> Result<Arc<Self::Evaluator>, MethodError> {
+        let phase = frame.inputs.medium.phase();
+        frame
+            .store
+            .get(Self::ABOUT.title, quality, Self::bytes, || {
+                self.make(phase, quality)
+            })
+    }
+}
+
+/// What a kind of evaluator says of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EvaluatorAbout {
+    /// How it is asked for: `table`.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub title: &'static str,
+    /// What its quality is a number of; `None` if it has none.
+    pub unit: Option<&'static str>,
+    /// The quality that is used unless another is asked for: for intervals that are
+    /// single samples, and for others.
+    pub usual: [u32; 2],
+}
+
+impl FrameInputs<'_> {
+    /// True if all light is parallel.
+    pub fn has_only_suns(&self) -> bool {
+        let is_sun = |emitter: &Emitter| matches!(emitter, Emitter::Directional(_));
+        self.emitters.iter().all(is_sun)
+    }
+
+    /// The lights for which evaluators of plain points do not stand: those with a
+    /// pattern, and those outside of a bounded medium. Parallel light is none of
+    /// these: it has a closed form.
+    fn lights_with_a_pattern(&self) -> Vec<usize> {
+        let has_pattern = |emitter: &Emitter| match emitter {
+            Emitter::Directional(_) => false,
+            Emitter::Point(point) => {
+                let is_outside = self
+                    .medium
+                    .bounds()
+                    .is_some_and(|bounds| !bounds.contains(point.position()));
+                *point.emission() != Emission::Isotropic || is_outside
+            }
+        };
+        let all = self.emitters.iter().enumerate();
+        all.filter(|(_, emitter)| has_pattern(emitter))
+            .map(|(index, _)| index)
+            .collect()
+    }
+
+    /// Whether an evaluator of plain points has something to evaluate.
+    fn has_plain_points(&self) -> Verdict {
+        let points = self
+            .emitters
+            .iter()
+            .filter(|emitter| matches!(emitter, Emitter::Point(_)))
+            .count();
+        if points > self.lights_with_a_pattern().len() {
+            return Verdict::Applies;
+        }
+        Verdict::Impossible("no light shines alike in all directions from a point in the medium".into())
+    }
+}
+
+/// One sample in the middle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Midpoints;
+
+impl Evaluators for Midpoints {
+    type Evaluator = Midpoint;
+
+    const ABOUT: EvaluatorAbout = EvaluatorAbout {
+        name: "midpoint",
+        title: "one sample in the middle",
+        unit: None,
+        usual: [1, 1],
+    };
+
+    fn make(&self, _: PhaseFunction, _: u32) -> Result<Midpoint, MethodError> {
+        Ok(Midpoint)
+    }
+}
+
+/// Gauss–Legendre quadrature with a number of nodes, equi-angular at a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gauss;
+
+impl Evaluators for Gauss {
+    type Evaluator = EquiAngular;
+
+    const ABOUT: EvaluatorAbout = EvaluatorAbout {
+        name: "gauss",
+        title: "Gauss-Legendre quadrature, equi-angular at a point light",
+        unit: Some("nodes"),
+        usual: [1, 8],
+    };
+
+    fn make(&self, _: PhaseFunction, nodes: u32) -> Result<EquiAngular, MethodError> {
+        EquiAngular::new(nodes).map_err(MethodError::resource("a quadrature"))
+    }
+}
+
+/// Gauss–Legendre quadrature with as many nodes as a tolerance needs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tolerances;
+
+impl Evaluators for Tolerances {
+    type Evaluator = Quadrature;
+
+    const ABOUT: EvaluatorAbout = EvaluatorAbout {
+        name: "quadrature",
+        title: "quadrature to a tolerance",
+        unit: Some("digits"),
+        usual: [4, 4],
+    };
+
+    fn make(&self, phase: PhaseFunction, digits: u32) -> Result<Quadrature, MethodError> {
+        if !(1..=6).contains(&digits) {
+            return Err(MethodError::Quality {
+                value: digits,
+                unit: "digits",
+                expected: "1 to 6".into(),
+            });
+        }
+        Quadrature::with_tolerance(phase, 10_f32.powi(-(digits as i32)))
+            .map_err(MethodError::resource("a quadrature"))
+    }
+
+    fn work(digits: u32) -> f64 {
+        4.0 * f64::from(digits)
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        if inputs.has_only_suns() {
+            let why = "the airlight of a directional light is in closed form";
+            return Verdict::Pointless(why.into());
+        }
+        Verdict::Applies
+    }
+}
+
+/// Tolerance for lights that tables do not apply to, far below their own.
+const FALLBACK: f32 = 1e-5;
+
+fn fallback(phase: PhaseFunction) -> Result<Quadrature, MethodError> {
+    Quadrature::with_tolerance(phase, FALLBACK).map_err(MethodError::resource("a quadrature"))
+}
+
+fn falls_back(inputs: &FrameInputs<'_>, name: &str) -> Vec<String> {
+    let others = inputs.lights_with_a_pattern();
+    let text = others.iter().map(ToString::to_string);
+    let text = text.collect::<Vec<_>>().join(", ");
+    match others.len() {
+        0 => Vec::new(),
+        _ => vec![format!(
+            "airlight by {name} is that of plain points; lights with a pattern, or outside of the medium, have a quadrature to 1e-5 (emitters {text})"
+        )],
+    }
+}
+
+/// A table for lights at points.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tables;
+
+impl Evaluators for Tables {
+    type Evaluator = Analytic<Table>;
+
+    const ABOUT: EvaluatorAbout = EvaluatorAbout {
+        name: "table",
+        title: "a table of the scaled tail",
+        unit: Some("KiB"),
+        usual: [64, 64],
+    };
+
+    fn make(&self, phase: PhaseFunction, size: u32) -> Result<Self::Evaluator, MethodError> {
+        let table = Table::new(&phase, size).map_err(MethodError::resource("a table"))?;
+        Ok(Analytic::new(table, fallback(phase)?))
+    }
+
+    fn bytes(evaluator: &Self::Evaluator) -> u64 {
+        evaluator.evaluator().bytes() as u64
+    }
+
+    fn work(_: u32) -> f64 {
+        2.0
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        inputs.has_plain_points()
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        falls_back(inputs, Self::ABOUT.name)
+    }
+}
+
+/// In double precision.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Doubles;
+
+impl Evaluators for Doubles {
+    type Evaluator = Analytic<Exact>;
+
+    const ABOUT: EvaluatorAbout = EvaluatorAbout {
+        name: "double",
+        title: "double precision",
+        unit: Some("bits"),
+        usual: [64, 64],
+    };
+
+    fn make(&self, phase: PhaseFunction, _: u32) -> Result<Self::Evaluator, MethodError> {
+        let exact = Exact::new(phase).map_err(MethodError::resource("double precision"))?;
+        Ok(Analytic::new(exact, fallback(phase)?))
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        inputs.has_plain_points().and(|| {
+            if inputs.lights_with_a_pattern().is_empty() {
+                return Verdict::Applies;
+            }
+            let why = "double precision is for plain points, and there are lights with a pattern";
+            Verdict::Impossible(why.into())
+        })
+    }
+}
+
+/// The table of Sun et al. as published.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Published;
+
+impl Evaluators for Published {
+    type Evaluator = Analytic<SunTable>;
+
+    const ABOUT: EvaluatorAbout = EvaluatorAbout {
+        name: "published",
+        title: "the published table",
+        unit: Some("entries a side"),
+        usual: [512, 512],
+    };
+
+    fn make(&self, phase: PhaseFunction, _: u32) -> Result<Self::Evaluator, MethodError> {
+        Ok(Analytic::new(SunTable::new(), fallback(phase)?))
+    }
+
+    fn bytes(evaluator: &Self::Evaluator) -> u64 {
+        evaluator.evaluator().bytes() as u64
+    }
+
+    fn work(_: u32) -> f64 {
+        2.0
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        if inputs.medium.phase() != PhaseFunction::Isotropic {
+            let why = "the published table is one of isotropic scattering";
+            return Verdict::Impossible(why.into());
+        }
+        inputs.has_plain_points()
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        falls_back(inputs, Self::ABOUT.name)
+    }
+}

@@ -1,0 +1,140 @@
+//! What methods are told.
+
+use std::sync::Mutex;
+use std::time::Instant;
+
+use gpu_backend::{Backend, BufferOf, Host};
+
+use super::{MethodError, Store};
+use crate::{Ray, Watch};
+use crate::emitter::Emitter;
+use crate::scene::{Camera, Geometry, Medium, Translucent};
+use crate::trace::Hit;
+
+/// A frame as everybody knows it, whatever the backend.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameInputs<'a> {
+    /// The lights whose airlight is wanted.
+    pub emitters: &'a [Emitter],
+    /// What scatters.
+    pub medium: &'a Medium,
+    /// Opaque casters.
+    pub geometry: &'a Geometry,
+    /// Hair and smoke.
+    pub translucent: &'a [Translucent],
+    /// Whence the rays come.
+    pub camera: &'a Camera,
+    /// Width and height of the picture, pixels.
+    pub size: [u32; 2],
+    /// The rays of the pixels, row by row from the top.
+    pub rays: &'a [Ray],
+    /// What each ray ends on; `None` is the sky.
+    pub hits: &'a [Option<Hit>],
+    /// Texels per side of shadow maps.
+    pub map: u32,
+    /// What is made on the host, whatever the backend: on the CPU it may be the
+    /// store of the frame itself.
+    pub host: &'a Store<Host>,
+    /// Told of progress, and asked whether to go on between lights.
+    pub watch: &'a dyn Watch,
+}
+
+/// A frame on a backend.
+#[derive(Debug)]
+pub struct Frame<'a, B: Backend> {
+    /// Where it is made.
+    pub backend: &'a B,
+    /// What it shows.
+    pub inputs: FrameInputs<'a>,
+    /// The rays, in the memory of the backend.
+    pub rays: BufferOf<B, Ray>,
+    /// What is kept between frames.
+    pub store: &'a Store<B::Memory>,
+    passes: Option<Mutex<Vec<Pass>>>,
+}
+
+/// A pass that ran.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pass {
+    /// What it did.
+    pub what: &'static str,
+    /// How long it took, seconds.
+    pub seconds: f64,
+    /// How often it ran.
+    pub times: usize,
+}
+
+impl<'a, B: Backend> Frame<'a, B> {
+    /// A frame whose rays are copied to the backend.
+    ///
+    /// # Errors
+    /// Those of [`Backend::upload`].
+    pub fn new(
+        backend: &'a B,
+        inputs: FrameInputs<'a>,
+        store: &'a Store<B::Memory>,
+    ) -> Result<Self, MethodError> {
+        Ok(Self {
+            rays: backend.upload(inputs.rays)?,
+            backend,
+            inputs,
+            store,
+            passes: None,
+        })
+    }
+
+    /// The same, with the time of each pass measured, which on a GPU means waiting
+    /// for each; see [`Store::waiting`].
+    #[must_use]
+    pub fn timed(self) -> Self {
+        Self {
+            passes: Some(Mutex::default()),
+            ..self
+        }
+    }
+
+    /// Runs a pass, by which methods say what they do.
+    ///
+    /// # Errors
+    /// Those of `run`, and of the work that is waited for.
+    pub fn pass<R>(
+        &self,
+        what: &'static str,
+        run: impl FnOnce() -> Result<R, MethodError>,
+    ) -> Result<R, MethodError> {
+        let Some(passes) = &self.passes else {
+            return run();
+        };
+        let clock = Instant::now();
+        let result = run()?;
+        self.store.wait()?;
+        let seconds = clock.elapsed().as_secs_f64();
+        let mut passes = passes
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        match passes.iter_mut().find(|pass| pass.what == what) {
+            Some(pass) => {
+                pass.seconds += seconds;
+                pass.times += 1;
+            }
+            None => passes.push(Pass {
+                what,
+                seconds,
+                times: 1,
+            }),
+        }
+        Ok(result)
+    }
+
+    /// The passes that ran, in the order of their first run; none unless the frame
+    /// is [`timed`](Frame::timed).
+    pub fn passes(&self) -> Vec<Pass> {
+        let passes = self.passes.as_ref();
+        passes.map_or_else(Vec::new, |passes| {
+            passes
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner)
+                .clone()
+        })
+    }
+}

@@ -1,0 +1,285 @@
+//! Any visibility source × any airlight evaluator, light by light.
+
+use std::borrow::Cow;
+use std::fmt::Debug;
+
+use gpu_backend::{Backend, BufferOf, Memory};
+
+use super::{
+    About, Evaluators, Frame, FrameInputs, Method, MethodError, RunOn, Verdict, Work,
+};
+use crate::{Gather, LitRays, Touching};
+
+/// A kind of visibility source: how there is one for each light.
+///
+/// `SourceOn` makes them on a backend.
+pub trait LightSources: Send + Sync + Debug {
+    /// A source whose data is in the memory `M`.
+    type Source<M: Memory>;
+
+    /// What it is.
+    fn about(&self) -> SourceAbout;
+
+    /// Whether it applies to a frame.
+    fn applies(&self, _inputs: &FrameInputs<'_>) -> Verdict {
+        Verdict::Applies
+    }
+
+    /// What it expects to do for a frame, all lights together; evaluations aside.
+    fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work;
+}
+
+/// A kind of visibility source on a backend.
+pub trait SourceOn<B: Backend>: LightSources {
+    /// Puts into the store what the source of the light `light` needs in every
+    /// frame.
+    ///
+    /// # Errors
+    /// [`MethodError`].
+    fn prepare(&self, frame: &Frame<'_, B>, light: usize, quality: u32) -> Result<(), MethodError>;
+
+    /// The source of the light `light` in this frame.
+    ///
+    /// # Errors
+    /// [`MethodError`].
+    fn source(
+        &self,
+        frame: &Frame<'_, B>,
+        light: usize,
+        quality: u32,
+    ) -> Result<Self::Source<B::Memory>, MethodError>;
+
+    /// Takes back a source that has been gathered.
+    fn done(
+        &self,
+        _frame: &Frame<'_, B>,
+        _source: Self::Source<B::Memory>,
+        _quality: u32,
+    ) {
+    }
+}
+
+/// What a kind of visibility source says of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SourceAbout {
+    /// How it is asked for: `march`.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub title: &'static str,
+    /// What its quality is a number of; `None` if it has none.
+    pub quality: Option<SourceQuality>,
+    /// What becomes of lit parts that touch.
+    pub touching: Touching,
+    /// Whether its parts are single samples, for which an evaluator of one node is
+    /// enough.
+    pub is_sampled: bool,
+    /// Whether it sees hair and smoke.
+    pub sees_translucent: bool,
+}
+
+/// The quality of a kind of visibility source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SourceQuality {
+    /// What it is a number of: `steps`.
+    pub unit: &'static str,
+    /// See [`About::qualities`].
+    pub qualities: &'static [u32],
+    /// See [`About::quick`].
+    pub quick: &'static [u32],
+    /// See [`About::pictured`].
+    pub pictured: u32,
+    /// The one of a picture for which nothing else is asked.
+    pub usual: u32,
+}
+
+/// A pair that comparisons show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Compared {
+    /// Name of the evaluator.
+    pub airlight: &'static str,
+    /// The evaluator's quality if the source has one too, `None` if it is the
+    /// evaluator's that is compared.
+    pub detail: Option<u32>,
+    /// See [`About::title`].
+    pub title: &'static str,
+    /// See [`About::purpose`].
+    pub purpose: &'static str,
+    /// See [`About::paper`].
+    pub paper: &'static str,
+    /// The evaluator's qualities, where these are compared: all, those of a quick
+    /// comparison, the one that is pictured.
+    pub qualities: (&'static [u32], &'static [u32], u32),
+    /// Shown beside hair and smoke, although it does not see them: to show what
+    /// their shadows are worth.
+    pub is_baseline: bool,
+}
+
+/// A method that finds the lit parts of rays by `S` and integrates them by `E`,
+/// one light after the other.
+///
+/// Its quality is that of the source, if that has one, and else that of the
+/// evaluator.
+#[derive(Debug, Clone)]
+pub struct PerLight<S, E> {
+    sources: S,
+    evaluators: E,
+    /// The evaluator's quality, where the method's is the source's.
+    detail: u32,
+    compared: Option<Compared>,
+}
+
+impl<S: LightSources, E: Evaluators> PerLight<S, E> {
+    /// The pair, as comparisons show it if they do.
+    pub fn new(sources: S, evaluators: E, compared: Option<Compared>) -> Self {
+        let is_sampled = sources.about().is_sampled;
+        let usual = E::ABOUT.usual[usize::from(!is_sampled)];
+        let detail = compared.and_then(|c| c.detail).unwrap_or(usual);
+        Self {
+            sources,
+            evaluators,
+            detail,
+            compared,
+        }
+    }
+
+    /// The same with another quality of the evaluator, and for nobody to compare.
+    #[must_use]
+    pub fn with_detail(self, detail: u32) -> Self {
+        Self {
+            detail,
+            compared: None,
+            ..self
+        }
+    }
+
+    /// Qualities of the source and of the evaluator.
+    fn qualities(&self, quality: u32) -> [u32; 2] {
+        match self.sources.about().quality {
+            Some(_) => [quality, self.detail],
+            None => [0, quality],
+        }
+    }
+}
+
+impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
+    fn about(&self) -> About {
+        let source = self.sources.about();
+        let evaluator = E::ABOUT;
+        let name = match source.quality {
+            Some(_) if evaluator.unit.is_some() => {
+                format!("{} x {}-{}", source.name, evaluator.name, self.detail)
+            }
+            _ => format!("{} x {}", source.name, evaluator.name),
+        };
+        let (unit, (qualities, quick, pictured)) = match source.quality {
+            Some(q) => (q.unit, (q.qualities, q.quick, q.pictured)),
+            None => (
+                evaluator.unit.unwrap_or("evaluations"),
+                self.compared.map_or((&[][..], &[][..], self.detail), |c| c.qualities),
+            ),
+        };
+        let is_compared = self.compared.is_some();
+        About {
+            name: Cow::Owned(name),
+            title: self.compared.map_or(source.title, |c| c.title),
+            purpose: self.compared.map_or("a pair of one's own", |c| c.purpose),
+            paper: self.compared.map_or("", |c| c.paper),
+            quality: unit,
+            qualities: if is_compared { qualities } else { &[] },
+            quick: if is_compared { quick } else { &[] },
+            pictured,
+        }
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        let is_baseline = self.compared.is_some_and(|c| c.is_baseline);
+        let sees_all =
+            inputs.translucent.is_empty() || self.sources.about().sees_translucent || is_baseline;
+        self.sources
+            .applies(inputs)
+            .and(|| self.evaluators.applies(inputs))
+            .and(|| match sees_all {
+                true => Verdict::Applies,
+                false => Verdict::Pointless(
+                    "it does not see hair and smoke, which exact intervals and no shadows stand for"
+                        .into(),
+                ),
+            })
+    }
+
+    fn distinct<'q>(
+        &self,
+        inputs: &FrameInputs<'_>,
+        qualities: &'q [u32],
+    ) -> (&'q [u32], Option<&'static str>) {
+        let of_evaluator = self.sources.about().quality.is_none();
+        if of_evaluator && inputs.has_only_suns() && qualities.len() > 1 {
+            // Nodes are nodes of nothing.
+            let why = "the airlight of a directional light is in closed form";
+            return (&qualities[..1], Some(why));
+        }
+        (qualities, None)
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        let mut notes = self.evaluators.notes(inputs);
+        if !inputs.translucent.is_empty() && !self.sources.about().sees_translucent {
+            notes.push(format!(
+                "hair and smoke cast no shadow into the air with {} visibility",
+                self.sources.about().name
+            ));
+        }
+        notes
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work {
+        let [steps, detail] = self.qualities(quality);
+        let mut work = self.sources.work(inputs, steps);
+        work.per_ray += inputs.emitters.len() as f64 * E::work(detail);
+        work
+    }
+}
+
+impl<B, S, E> RunOn<B> for PerLight<S, E>
+where
+    B: Backend + Gather<S::Source<<B as Backend>::Memory>, E::Evaluator>,
+    S: SourceOn<B>,
+    E: Evaluators,
+{
+    fn prepare(&self, frame: &Frame<'_, B>, quality: u32) -> Result<(), MethodError> {
+        let [quality, detail] = self.qualities(quality);
+        self.evaluators.kept(frame, detail)?;
+        let total = frame.inputs.emitters.len();
+        for light in 0..total {
+            if !frame.inputs.watch.goes_on(light, total) {
+                return Err(MethodError::Stopped { done: light, total });
+            }
+            self.sources.prepare(frame, light, quality)?;
+        }
+        Ok(())
+    }
+
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, B>,
+        quality: u32,
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), MethodError> {
+        let [quality, detail] = self.qualities(quality);
+        let evaluator = self.evaluators.kept(frame, detail)?;
+        let touching = self.sources.about().touching;
+        for (light, emitter) in frame.inputs.emitters.iter().enumerate() {
+            let source = self.sources.source(frame, light, quality)?;
+            let lit = LitRays {
+                touching,
+                watch: frame.inputs.watch,
+                ..LitRays::new(&frame.rays, emitter, frame.inputs.medium)
+            };
+            frame.pass("gather", || {
+                Ok(frame.backend.gather(&lit, &source, &*evaluator, radiance)?)
+            })?;
+            self.sources.done(frame, source, quality);
+        }
+        Ok(())
+    }
+}

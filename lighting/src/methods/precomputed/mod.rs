@@ -1,0 +1,125 @@
+//! Precomputed voxelized shadows: baked once for static scenes, walked in large
+//! steps.
+
+#[cfg(feature = "wgpu")]
+mod gpu;
+
+use std::sync::Arc;
+
+use gpu_backend::{Cpu, Host, Memory};
+
+use super::registry::pairs;
+use super::{
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, SourceAbout,
+    SourceOn, SourceQuality, Work,
+};
+use crate::Touching;
+use crate::dag::{BakedShadow, Builder, Resolution};
+
+const VOXELS: SourceQuality = SourceQuality {
+    unit: "voxels a side",
+    qualities: &[256, 512, 1024, 2048, 4096, 8192],
+    quick: &[512, 2048],
+    pictured: 2048,
+    usual: 2048,
+};
+
+/// The quality of shadows that the caller has put into the store, whatever their
+/// resolution: those of a file.
+pub const FROM_FILE: u32 = 0;
+
+/// The baked shadows of every light.
+#[derive(Debug, Clone, Copy)]
+struct Baked;
+
+impl LightSources for Baked {
+    type Source<M: Memory> = Arc<BakedShadow<M>>;
+
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            name: "precomputed",
+            title: "precomputed voxelized shadows",
+            quality: Some(VOXELS),
+            // Where grids meet, a lit part goes on in the next one.
+            touching: Touching::Joined,
+            is_sampled: false,
+            sees_translucent: false,
+        }
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, side: u32) -> Work {
+        let lights = inputs.emitters.len() as f64;
+        let side = f64::from(side);
+        Work {
+            // Silhouettes grow with the side, faces of open meshes with its square.
+            once: lights * side.powf(1.5),
+            per_ray: lights * side.sqrt(),
+            ..Work::default()
+        }
+    }
+}
+
+/// Those of a light, in the memory of the host.
+fn baked(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+    resolution: u32,
+) -> Result<Arc<BakedShadow<Host>>, MethodError> {
+    let key = OfLight { light, resolution };
+    let bytes = |shadow: &BakedShadow<Host>| shadow.bytes() as u64;
+    inputs.host.get("baked shadows", key, bytes, || {
+        let what = "baked shadows";
+        let side = Resolution::new(resolution).map_err(MethodError::resource(what))?;
+        let emitter = &inputs.emitters[light];
+        let cpu = Cpu::new();
+        BakedShadow::bake(&cpu, inputs.geometry, emitter, side, Builder::new())
+            .map(|(shadow, _)| shadow)
+            .map_err(MethodError::resource(what))
+    })
+}
+
+impl SourceOn<Cpu> for Baked {
+    fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, side: u32) -> Result<(), MethodError> {
+        baked(&frame.inputs, light, side).map(|_| ())
+    }
+
+    fn source(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        light: usize,
+        side: u32,
+    ) -> Result<Arc<BakedShadow<Host>>, MethodError> {
+        baked(&frame.inputs, light, side)
+    }
+}
+
+pub(super) fn methods() -> Vec<Entry> {
+    let compared = |airlight, detail, title, purpose, paper| Compared {
+        airlight,
+        detail: Some(detail),
+        title,
+        purpose,
+        paper,
+        qualities: (&[], &[], 0),
+        is_baseline: false,
+    };
+    pairs!(
+        Baked,
+        &[
+            compared(
+                "gauss",
+                8,
+                "precomputed voxelized shadows",
+                "static scenes: baked once, walked in large steps, fine enough for any view",
+                "Sintorn et al., Compact Precomputed Voxelized Shadows, SIGGRAPH 2014; Kämpe et al., I3D 2015",
+            ),
+            compared(
+                "table",
+                64,
+                "precomputed voxelized shadows by table",
+                "point lights in static scenes: two lookups for a lit run",
+                "Sintorn et al., SIGGRAPH 2014; Kämpe et al., I3D 2015; Sun et al., SIGGRAPH 2005, for the integral",
+            ),
+        ]
+    )
+}

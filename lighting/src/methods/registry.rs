@@ -1,0 +1,306 @@
+//! The list of methods.
+
+use std::fmt;
+use std::sync::Arc;
+
+use gpu_backend::{Backend, Cpu};
+#[cfg(feature = "wgpu")]
+use gpu_backend::gpu::{Gpu, Queued, Recording};
+
+use super::{About, Method, RunOn};
+
+/// A method that runs on every backend of this build.
+///
+/// Implemented for every method that does.
+#[cfg(not(feature = "wgpu"))]
+pub trait RunEverywhere: Method + RunOn<Cpu> {}
+
+#[cfg(not(feature = "wgpu"))]
+impl<M: Method + RunOn<Cpu>> RunEverywhere for M {}
+
+/// A method that runs on every backend of this build: on the CPU, on a GPU with a
+/// command encoder of its own, and on one with the caller's.
+///
+/// Implemented for every method that does.
+#[cfg(feature = "wgpu")]
+pub trait RunEverywhere:
+    Method + RunOn<Cpu> + RunOn<Gpu<Queued>> + for<'r> RunOn<Gpu<Recording<'r>>>
+{
+}
+
+#[cfg(feature = "wgpu")]
+impl<M> RunEverywhere for M where
+    M: Method + RunOn<Cpu> + RunOn<Gpu<Queued>> + for<'r> RunOn<Gpu<Recording<'r>>>
+{
+}
+
+/// A method and where it runs.
+#[derive(Clone)]
+pub struct Entry {
+    method: Arc<dyn Method>,
+    cpu: Arc<dyn RunOn<Cpu>>,
+    #[cfg(feature = "wgpu")]
+    gpu: Option<OnGpu>,
+    pair: Option<Pair>,
+}
+
+#[cfg(feature = "wgpu")]
+#[derive(Clone)]
+struct OnGpu {
+    queued: Arc<dyn RunOn<Gpu<Queued>>>,
+    recording: Arc<dyn for<'r> RunOn<Gpu<Recording<'r>>>>,
+}
+
+/// What it is a product of.
+#[derive(Clone)]
+struct Pair {
+    visibility: &'static str,
+    airlight: &'static str,
+    with_detail: Arc<dyn Fn(u32) -> Entry + Send + Sync>,
+}
+
+impl fmt::Debug for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Entry").field(&self.method).finish()
+    }
+}
+
+impl Entry {
+    /// A method that runs on every backend.
+    pub fn everywhere<M: RunEverywhere + 'static>(method: M) -> Self {
+        let method = Arc::new(method);
+        Self {
+            method: method.clone(),
+            #[cfg(feature = "wgpu")]
+            gpu: Some(OnGpu {
+                queued: method.clone(),
+                recording: method.clone(),
+            }),
+            cpu: method,
+            pair: None,
+        }
+    }
+
+    /// A method that runs on the CPU alone.
+    pub fn on_cpu<M: Method + RunOn<Cpu> + 'static>(method: M) -> Self {
+        let method = Arc::new(method);
+        Self {
+            method: method.clone(),
+            cpu: method,
+            #[cfg(feature = "wgpu")]
+            gpu: None,
+            pair: None,
+        }
+    }
+
+    /// The same as the product `visibility` × `airlight`; `with_detail` makes it
+    /// with another quality of the evaluator.
+    pub(super) fn as_pair(
+        self,
+        [visibility, airlight]: [&'static str; 2],
+        with_detail: impl Fn(u32) -> Self + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            pair: Some(Pair {
+                visibility,
+                airlight,
+                with_detail: Arc::new(with_detail),
+            }),
+            ..self
+        }
+    }
+
+    /// What it is.
+    pub fn about(&self) -> About {
+        self.method.about()
+    }
+
+    /// The method, whatever the backend.
+    pub fn method(&self) -> &dyn Method {
+        &*self.method
+    }
+
+    /// The method on a backend; `None` if it does not run there.
+    pub fn on<B: MethodBackend>(&self) -> Option<&dyn RunOn<B>> {
+        B::find(self)
+    }
+
+    /// True if `filter` names it: by its name, its visibility or its title, or a
+    /// part of these.
+    pub fn matches(&self, filter: &str) -> bool {
+        let filter = filter.trim().to_lowercase().replace('×', "x");
+        let About { name, title, .. } = self.about();
+        let visibility = self.pair.as_ref().map(|pair| pair.visibility);
+        !filter.is_empty()
+            && (visibility == Some(&filter) || name.contains(&filter) || title.contains(&filter))
+    }
+}
+
+/// A backend on which methods can run.
+pub trait MethodBackend: Backend + Sized {
+    /// The method of an entry on this backend; `None` if it does not run there.
+    fn find(entry: &Entry) -> Option<&dyn RunOn<Self>>;
+}
+
+impl MethodBackend for Cpu {
+    fn find(entry: &Entry) -> Option<&dyn RunOn<Self>> {
+        Some(&*entry.cpu)
+    }
+}
+
+#[cfg(feature = "wgpu")]
+impl MethodBackend for Gpu<Queued> {
+    fn find(entry: &Entry) -> Option<&dyn RunOn<Self>> {
+        entry.gpu.as_ref().map(|gpu| &*gpu.queued)
+    }
+}
+
+#[cfg(feature = "wgpu")]
+impl<'r> MethodBackend for Gpu<Recording<'r>> {
+    fn find(entry: &Entry) -> Option<&dyn RunOn<Self>> {
+        let gpu = entry.gpu.as_ref()?;
+        let recording: &dyn RunOn<Gpu<Recording<'r>>> = &*gpu.recording;
+        Some(recording)
+    }
+}
+
+/// Methods, in the order of reports. No two share a name.
+#[derive(Debug, Clone, Default)]
+pub struct Registry {
+    entries: Vec<Entry>,
+}
+
+impl Registry {
+    /// No methods.
+    pub fn empty() -> Self {
+        Self::default()
+    }
+
+    /// All methods that this build has.
+    pub fn standard() -> Self {
+        let registry = Self::empty()
+            .with_all(super::unshadowed::methods())
+            .with_all(super::exact::methods())
+            .with_all(super::march::methods());
+        #[cfg(feature = "voxel-shadow")]
+        let registry = registry.with_all(super::voxelized::methods());
+        #[cfg(feature = "shadow-dag")]
+        let registry = registry.with_all(super::precomputed::methods());
+        #[cfg(feature = "translucent")]
+        let registry = registry.with_all(super::translucent::methods());
+        registry
+    }
+
+    /// The same and a method that runs on every backend. It replaces one of the
+    /// same name.
+    #[must_use]
+    pub fn with<M: RunEverywhere + 'static>(self, method: M) -> Self {
+        self.with_all(vec![Entry::everywhere(method)])
+    }
+
+    /// The same and a few more; see [`Registry::with`].
+    #[must_use]
+    pub fn with_all(mut self, entries: Vec<Entry>) -> Self {
+        for entry in entries {
+            let name = entry.about().name;
+            let same = self.entries.iter().position(|old| old.about().name == name);
+            match same {
+                Some(index) => self.entries[index] = entry,
+                None => self.entries.push(entry),
+            }
+        }
+        self
+    }
+
+    /// All methods.
+    pub fn all(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// Those that comparisons show.
+    pub fn compared(&self) -> impl Iterator<Item = &Entry> {
+        let all = self.entries.iter();
+        all.filter(|entry| !entry.about().qualities.is_empty())
+    }
+
+    /// The method of this name, or the only one that the name is a part of.
+    pub fn find(&self, name: &str) -> Option<&Entry> {
+        let name = name.trim().to_lowercase().replace('×', "x");
+        let exact = self.entries.iter().find(|entry| {
+            let about = entry.about();
+            about.name == name || about.title == name
+        });
+        exact.or_else(|| {
+            let mut matching = self.compared().filter(|entry| entry.matches(&name));
+            let first = matching.next()?;
+            matching.next().is_none().then_some(first)
+        })
+    }
+
+    /// Names of the visibility sources that pairs are made of.
+    pub fn visibilities(&self) -> Vec<&'static str> {
+        self.names(|pair| pair.visibility)
+    }
+
+    /// Names of the evaluators that pairs are made of.
+    pub fn evaluators(&self) -> Vec<&'static str> {
+        self.names(|pair| pair.airlight)
+    }
+
+    fn names(&self, name: impl Fn(&Pair) -> &'static str) -> Vec<&'static str> {
+        let mut names = Vec::new();
+        for pair in self.entries.iter().filter_map(|entry| entry.pair.as_ref()) {
+            if !names.contains(&name(pair)) {
+                names.push(name(pair));
+            }
+        }
+        names
+    }
+
+    /// The product `visibility` × `airlight`, if there is one, with a quality of
+    /// the evaluator of one's own if `detail` is given.
+    pub fn pair(&self, visibility: &str, airlight: &str, detail: Option<u32>) -> Option<Entry> {
+        self.entries.iter().find_map(|entry| {
+            let pair = entry.pair.as_ref()?;
+            let is_it = pair.visibility == visibility && pair.airlight == airlight;
+            is_it.then(|| detail.map_or_else(|| entry.clone(), |d| (pair.with_detail)(d)))
+        })
+    }
+}
+
+/// Entries for a kind of source with every evaluator: on every backend where the
+/// evaluator has a shader.
+macro_rules! pairs {
+    ($sources:expr, $compared:expr) => {
+        $crate::methods::registry::pairs!(@all everywhere, $sources, $compared)
+    };
+    (cpu: $sources:expr, $compared:expr) => {
+        $crate::methods::registry::pairs!(@all on_cpu, $sources, $compared)
+    };
+    (@all $backends:ident, $sources:expr, $compared:expr) => {{
+        use $crate::methods::evaluators::*;
+        use $crate::methods::registry::pairs;
+        vec![
+            pairs!(@one $backends, $sources, $compared, Midpoints),
+            pairs!(@one $backends, $sources, $compared, Gauss),
+            pairs!(@one $backends, $sources, $compared, Tolerances),
+            pairs!(@one $backends, $sources, $compared, Tables),
+            pairs!(@one on_cpu, $sources, $compared, Published),
+            pairs!(@one on_cpu, $sources, $compared, Doubles),
+        ]
+    }};
+    (@one $backends:ident, $sources:expr, $compared:expr, $evaluator:ident) => {{
+        use $crate::methods::{Evaluators, PerLight};
+        let name = $evaluator::ABOUT.name;
+        let compared: &[$crate::methods::Compared] = $compared;
+        let compared = compared.iter().find(|c| c.airlight == name).copied();
+        let pair = PerLight::new($sources, $evaluator, compared);
+        let names = [$crate::methods::LightSources::about(&$sources).name, name];
+        let again = pair.clone();
+        $crate::methods::Entry::$backends(pair).as_pair(names, move |detail| {
+            $crate::methods::Entry::$backends(again.clone().with_detail(detail))
+        })
+    }};
+}
+
+pub(super) use pairs;

@@ -1,0 +1,73 @@
+//! What several methods share, each made once.
+
+use std::sync::Arc;
+
+use gpu_backend::Backend;
+
+use super::{Frame, FrameInputs, MethodError, Work};
+use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
+use crate::trace::Tracer;
+
+/// The only one of its kind in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct OfScene;
+
+/// That of a light, with so many texels a side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct OfLight {
+    /// Index of the light.
+    pub light: usize,
+    /// Texels or voxels a side.
+    pub resolution: u32,
+}
+
+impl FrameInputs<'_> {
+    /// The hierarchy of the triangles, on the host.
+    ///
+    /// # Errors
+    /// None; the result is that of the store.
+    pub fn tracer(&self) -> Result<Arc<Tracer>, MethodError> {
+        self.host
+            .get("BVH", OfScene, |_| 0, || Ok(Tracer::new(self.geometry)))
+    }
+
+    /// What shadow maps of all lights cost.
+    pub(super) fn map_work(&self) -> Work {
+        let faces = self.emitters.iter();
+        let faces: usize = faces.map(|e| face_count(self.geometry, e)).sum();
+        let texels = faces as f64 * f64::from(self.map).powi(2);
+        Work {
+            once: texels + (faces * self.geometry.triangles().len()) as f64,
+            bytes: 4 * texels as u64,
+            ..Work::default()
+        }
+    }
+}
+
+impl<B: Backend> Frame<'_, B> {
+    /// The opaque casters where the backend renders them.
+    fn casters(&self) -> Result<Arc<Casters<B::Memory>>, MethodError> {
+        self.store.get("casters", OfScene, |_| 0, || {
+            Ok(Casters::upload(self.backend, self.inputs.geometry)?)
+        })
+    }
+
+    /// The shadow map of a light.
+    ///
+    /// # Errors
+    /// [`MethodError`] if it cannot be rendered.
+    pub fn shadow_map(&self, light: usize) -> Result<Arc<ShadowMap<B::Memory>>, MethodError>
+    where
+        B: RenderShadowMap,
+    {
+        let resolution = self.inputs.map;
+        let key = OfLight { light, resolution };
+        self.store
+            .get("shadow map", key, ShadowMap::bytes, || {
+                let casters = self.casters()?;
+                self.backend
+                    .shadow_map(&casters, &self.inputs.emitters[light], resolution)
+                    .map_err(MethodError::resource("a shadow map"))
+            })
+    }
+}

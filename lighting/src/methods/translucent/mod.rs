@@ -1,0 +1,132 @@
+//! Adaptive volumetric shadow maps: what hair and smoke let through, as a curve for
+//! each texel of a light's map, asked in equi-angular steps.
+
+#[cfg(feature = "wgpu")]
+mod gpu;
+
+use std::sync::Arc;
+
+use gpu_backend::{Cpu, Host, Memory};
+use transmittance::{Packed, Stream};
+
+use super::registry::pairs;
+use super::{
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, SourceAbout,
+    SourceOn, SourceQuality, Verdict, Work,
+};
+use crate::Touching;
+use crate::emitter::Emitter;
+use crate::translucent::{Casters, TransmittanceMap};
+use crate::visibility::{March, Spacing};
+
+const STEPS: SourceQuality = SourceQuality {
+    unit: "steps",
+    qualities: &[4, 8, 16, 32, 64, 128, 256],
+    quick: &[8, 32, 128],
+    pictured: 32,
+    usual: 64,
+};
+
+/// Memory that the maps of all lights may take together.
+const MAX_BYTES: u64 = 1 << 29;
+
+/// A march through the map of transmittance of every light.
+#[derive(Debug, Clone, Copy)]
+struct Curves;
+
+/// Texels per side of each face: a half of those of a shadow map, because a texel
+/// holds a curve, or less if the maps of all lights would take more than 512 MiB.
+fn resolution(inputs: &FrameInputs<'_>) -> u32 {
+    let faces = |emitter: &Emitter| match emitter {
+        Emitter::Directional(_) => 1,
+        _ => 6,
+    };
+    let faces: u64 = inputs.emitters.iter().map(faces).sum();
+    let texel = size_of::<Packed<8>>() as u64;
+    let bytes = |side: u32| texel * faces * u64::from(side) * u64::from(side);
+    let mut side = (inputs.map / 2).max(1);
+    while side > 16 && bytes(side) > MAX_BYTES {
+        side /= 2;
+    }
+    side
+}
+
+/// That of a light, in the memory of the host. Opaque casters enter it too.
+fn map(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+) -> Result<Arc<TransmittanceMap<Host>>, MethodError> {
+    let resolution = resolution(inputs);
+    let key = OfLight { light, resolution };
+    inputs
+        .host
+        .get("map of transmittance", key, TransmittanceMap::bytes, || {
+            let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
+            let (cpu, clear) = (Cpu::new(), Stream::<8>::new());
+            TransmittanceMap::build(&cpu, &casters, &inputs.emitters[light], resolution, &clear)
+                .map_err(MethodError::resource("a map of transmittance"))
+        })
+}
+
+impl LightSources for Curves {
+    type Source<M: Memory> = March<Arc<TransmittanceMap<M>>>;
+
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            name: "translucent",
+            title: "adaptive volumetric shadow map",
+            quality: Some(STEPS),
+            touching: Touching::Apart,
+            is_sampled: true,
+            sees_translucent: true,
+        }
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        if inputs.translucent.is_empty() {
+            return Verdict::Pointless("nothing in the scene is translucent".into());
+        }
+        Verdict::Applies
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
+        let maps = inputs.map_work();
+        Work {
+            once: 8.0 * maps.once,
+            bytes: 8 * maps.bytes,
+            per_ray: inputs.emitters.len() as f64 * 4.0 * f64::from(steps),
+            ..maps
+        }
+    }
+}
+
+impl SourceOn<Cpu> for Curves {
+    fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, _: u32) -> Result<(), MethodError> {
+        map(&frame.inputs, light).map(|_| ())
+    }
+
+    fn source(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        light: usize,
+        steps: u32,
+    ) -> Result<Self::Source<Host>, MethodError> {
+        let map = map(&frame.inputs, light)?;
+        Ok(March::new(map, steps, Spacing::EquiAngular))
+    }
+}
+
+pub(super) fn methods() -> Vec<Entry> {
+    pairs!(
+        Curves,
+        &[Compared {
+            airlight: "gauss",
+            detail: Some(1),
+            title: "adaptive volumetric shadow map",
+            purpose: "hair and smoke: a curve of 8 nodes per texel tells how much gets how far",
+            paper: "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010; nodes by least area instead of theirs",
+            qualities: (&[], &[], 0),
+            is_baseline: false,
+        }]
+    )
+}

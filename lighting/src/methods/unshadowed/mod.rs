@@ -1,0 +1,59 @@
+//! No volumetric shadows: what leaving them out would cost, and the floor of the run
+//! time.
+
+use gpu_backend::{Backend, Memory};
+
+use super::registry::pairs;
+use super::{
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, SourceAbout, SourceOn, Work,
+};
+use crate::Touching;
+use crate::visibility::Unshadowed;
+
+/// Nothing is in the way of any light.
+#[derive(Debug, Clone, Copy)]
+struct Nothing;
+
+impl LightSources for Nothing {
+    type Source<M: Memory> = Unshadowed;
+
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            name: "none",
+            title: "no shadows",
+            quality: None,
+            touching: Touching::Apart,
+            is_sampled: false,
+            sees_translucent: false,
+        }
+    }
+
+    fn work(&self, _: &FrameInputs<'_>, _: u32) -> Work {
+        Work::default()
+    }
+}
+
+impl<B: Backend> SourceOn<B> for Nothing {
+    fn prepare(&self, _: &Frame<'_, B>, _: usize, _: u32) -> Result<(), MethodError> {
+        Ok(())
+    }
+
+    fn source(&self, _: &Frame<'_, B>, _: usize, _: u32) -> Result<Unshadowed, MethodError> {
+        Ok(Unshadowed)
+    }
+}
+
+pub(super) fn methods() -> Vec<Entry> {
+    pairs!(
+        Nothing,
+        &[Compared {
+            airlight: "gauss",
+            detail: None,
+            title: "no shadows",
+            purpose: "what leaving the shadows out would cost; the floor of the run time",
+            paper: "Sun et al., A Practical Analytic Single Scattering Model, SIGGRAPH 2005 (the integral)",
+            qualities: (&[8], &[8], 8),
+            is_baseline: true,
+        }]
+    )
+}

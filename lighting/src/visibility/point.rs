@@ -1,0 +1,43 @@
+//! How much of a light reaches a point.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::Share;
+
+/// Tells how much of a light reaches a point of the air: a shadow map, or a map of
+/// transmittance.
+///
+/// It belongs to one light, like a [`VisibilitySource`](super::VisibilitySource):
+/// the same question asked at a point. A `March` asks it along rays.
+pub trait PointVisibility: Sync {
+    /// What it knows of a share: one number, or one for each colour.
+    type Share: Share;
+
+    /// The share of the light that is not blocked on its way to `point`.
+    fn visibility(&self, point: Vec3) -> Self::Share;
+}
+
+impl<P: PointVisibility + ?Sized> PointVisibility for &P {
+    type Share = P::Share;
+
+    fn visibility(&self, point: Vec3) -> P::Share {
+        (**self).visibility(point)
+    }
+}
+
+impl<P: PointVisibility + Send + ?Sized> PointVisibility for Arc<P> {
+    type Share = P::Share;
+
+    fn visibility(&self, point: Vec3) -> P::Share {
+        (**self).visibility(point)
+    }
+}
+
+/// Tells how much of a light reaches a point of a surface.
+pub trait SurfaceShadow: Sync {
+    /// The share of the light, 0 to 1, that is not blocked on its way to
+    /// `point` on a surface with the unit `normal`, on the side of the light.
+    fn visibility(&self, point: Vec3, normal: Vec3) -> f32;
+}
