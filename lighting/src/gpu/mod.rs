@@ -41,7 +41,7 @@ mod airlight;
 mod baked;
 mod gather;
 mod scene;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod shadow_map;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -6,8 +6,7 @@ use glam::Vec3;
 
 use crate::Emitter;
 use crate::airlight::far_end;
-use crate::emitter::Emission;
-use crate::scene::Medium;
+use crate::scene::{Emission, Medium};
 
 /// `light_Emitter` of `path.wgsl`.
 #[repr(C)]
@@ -129,22 +128,21 @@ impl MediumRecord {
     }
 }
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 pub(super) use map::{FaceRecord, Map};
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod map {
     use bytemuck::{Pod, Zeroable};
     use glam::Vec3;
     use gpu_backend::gpu::GpuMemory;
 
+    use crate::scene::raster::{Face, Rays};
     use crate::shadow_map::ShadowMap;
-    use crate::shadow_map::raster::{Face, Rays};
     #[cfg(feature = "translucent")]
     use crate::translucent::StoredMap;
     #[cfg(feature = "translucent")]
-    use crate::visibility::TransmittanceMarch;
-    use crate::visibility::{ShadowMapMarch, Spacing};
+    use crate::visibility::{ShadowMapMarch, Spacing, TransmittanceMarch};
 
     /// `light_Face` of `map.wgsl`.
     #[repr(C)]

@@ -49,7 +49,7 @@ impl<V: WgslVisibility> WgslVisibility for MergeTouching<V> {
     }
 }
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod march {
     use gpu_backend::gpu::{Argument, GpuMemory};
 

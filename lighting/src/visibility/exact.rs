@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use glam::{DVec3, Vec3};
 
 use super::VisibilitySource;
-use crate::trace::{Line, Tracer};
+use crate::scene::trace::{Line, Tracer};
 use crate::{Emitter, Interval, LightPath, LitInterval};
 
 /// Computes the lit intervals of a ray from the triangles of the scene.
@@ -304,8 +304,7 @@ impl Plane {
 mod tests {
     use super::*;
     use crate::Ray;
-    use crate::emitter::Emission;
-    use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
+    use crate::scene::{Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
 
     fn tracer(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Tracer {
         let scene = Scene::from(Mesh {

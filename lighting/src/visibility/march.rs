@@ -143,8 +143,7 @@ mod tests {
 
     use super::*;
     use crate::airlight::{AirlightEvaluator, Midpoint};
-    use crate::emitter::Emission;
-    use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
+    use crate::scene::{Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
     use crate::shadow_map::{Casters, RenderShadowMap};
     use crate::visibility::MergeTouching;
     use crate::{Ray, VisibilitySource};

@@ -3,7 +3,7 @@
 mod both;
 #[cfg(feature = "trace")]
 mod exact;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod march;
 mod merge;
 #[cfg(feature = "translucent")]
@@ -14,7 +14,7 @@ pub use both::Both;
 pub(crate) use both::product;
 #[cfg(feature = "trace")]
 pub use exact::Exact;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 pub use march::{ShadowMapMarch, Spacing};
 pub use merge::MergeTouching;
 #[cfg(feature = "translucent")]
@@ -22,7 +22,27 @@ pub use translucent::TransmittanceMarch;
 
 use glam::Vec3;
 
-use crate::{LightPath, LitInterval};
+use crate::{Interval, LightPath};
+
+/// A part of a ray that the light reaches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LitInterval {
+    /// Which part.
+    pub interval: Interval,
+    /// Share of the light that gets there, from 0 to 1: 1 where nothing is in
+    /// the way, less behind translucent blockers.
+    pub visibility: f32,
+}
+
+impl LitInterval {
+    /// A part that nothing hides from the light.
+    pub const fn unshadowed(start: f32, end: f32) -> Self {
+        Self {
+            interval: Interval::new(start, end),
+            visibility: 1.0,
+        }
+    }
+}
 
 /// Tells which parts of a ray a light reaches.
 ///
