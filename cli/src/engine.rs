@@ -8,9 +8,9 @@ use gpu_backend::gpu::{Gpu, GpuMemory, Queued};
 use gpu_backend::{Backend, BufferOf, Cpu, Download};
 use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use lighting::dag::{BakedShadow, HoldShadow};
+use lighting::scene::trace::Tracer;
 use lighting::scene::{Geometry, Medium, PhaseFunction};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
-use lighting::trace::Tracer;
 use lighting::translucent::{StoredMap, TransmittanceMap};
 use lighting::visibility::{
     Exact, MergeTouching, ShadowMapMarch, Spacing, TransmittanceMarch, Unshadowed,
@@ -492,8 +492,8 @@ pub(crate) fn affordable_resolution(asked: u32, geometry: &Geometry, emitters: &
 mod tests {
     use glam::Vec3;
     use gpu_backend::Cpu;
-    use lighting::emitter::Emission;
-    use lighting::procedural::Embedded;
+    use lighting::scene::Emission;
+    use lighting::scene::procedural::Embedded;
 
     use super::*;
 

@@ -4,10 +4,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use lighting::Emitter;
-use lighting::load::{Loaded, scene_from_path};
-use lighting::procedural::Embedded;
+use lighting::scene::load::{Loaded, scene_from_path};
+use lighting::scene::procedural::Embedded;
+use lighting::scene::trace::Tracer;
 use lighting::scene::{Bounds, Camera, Geometry, Medium, PhaseFunction, Scene};
-use lighting::trace::Tracer;
 
 use crate::args::{MediumOptions, Phase, SceneOptions};
 use crate::failure::Failure;

@@ -1,8 +1,9 @@
 //! Tables of what there is: methods and embedded scenes.
 
 use gpu_backend::Cpu;
-use lighting::procedural::{Embedded, figures};
 use lighting::scene::Geometry;
+use lighting::scene::procedural::Embedded;
+use lighting::scene::statistics::figures;
 
 use crate::args::Scenes;
 use crate::failure::Failure;

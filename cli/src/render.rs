@@ -6,13 +6,13 @@ use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::dag::FilterSize;
 use lighting::plan::{Plan, Reason};
+use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
 use lighting::shadow_map::Casters;
-use lighting::view::{Lit, View};
+use lighting::surface::{self, Lit};
 use lighting::voxels::Eye;
 
 use crate::args::Render;
-use crate::baked;
 use crate::engine::{Held, Stage, Tables, Voxels, affordable_resolution, shadow_maps};
 use crate::failure::Failure;
 use crate::format::{count, significant};
@@ -21,7 +21,7 @@ use crate::methods::{Airlight, Setting, Visibility};
 use crate::output::PendingFile;
 use crate::picture::Picture;
 use crate::print::{complain, print};
-use crate::{progress, veils};
+use crate::{baked, progress, veils};
 
 /// Rays between two moves of the progress bar.
 const BATCH: usize = 1 << 13;
@@ -86,8 +86,9 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         if !input.scene.translucent.is_empty() {
             (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
         }
-        view.surface_radiance_with(
+        surface::radiance_with(
             &cpu,
+            &view,
             &input.scene,
             &input.geometry,
             &input.tracer,

@@ -1,11 +1,11 @@
 //! Maps of what hair and smoke let through, and the surfaces behind them.
 
 use gpu_backend::Cpu;
-use lighting::Emitter;
 use lighting::scene::Geometry;
+use lighting::scene::view::View;
 use lighting::translucent::{Casters, TransmittanceMap};
-use lighting::view::View;
 use lighting::visibility::SurfaceShadow;
+use lighting::{Emitter, surface};
 use transmittance::Stream;
 
 use crate::failure::Failure;
@@ -65,10 +65,14 @@ pub(crate) fn surfaces(view: &View, input: &Input, map: u32) -> Result<Vec<[f32;
     let medium = scene.medium.as_ref();
     let cpu = Cpu::new();
     if scene.translucent.is_empty() {
-        return Ok(view.surface_radiance(&cpu, scene, geometry, tracer, emitters, medium));
+        return Ok(surface::radiance(
+            &cpu, view, scene, geometry, tracer, emitters, medium,
+        ));
     }
     let maps = veils(input, None, emitters, resolution(map, emitters))?;
     let shadows = maps.iter().map(|map| map as &dyn SurfaceShadow);
     let lights: Vec<_> = emitters.iter().zip(shadows).collect();
-    Ok(view.surface_radiance_behind(&cpu, scene, geometry, tracer, &lights, medium))
+    Ok(surface::radiance_behind(
+        &cpu, view, scene, geometry, tracer, &lights, medium,
+    ))
 }

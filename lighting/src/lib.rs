@@ -19,9 +19,8 @@
 //! ```
 //! use glam::Vec3;
 //! use gpu_backend::{Backend, Cpu, Download};
-//! use lighting::scene::{Medium, PhaseFunction};
+//! use lighting::scene::{Emission, Medium, PhaseFunction};
 //! use lighting::{Emitter, Gather, LitRays, Ray, airlight, visibility};
-//! # use lighting::emitter::Emission;
 //!
 //! let cpu = Cpu::new();
 //! let fog = Medium::new(Vec3::splat(0.1), Vec3::splat(0.01), PhaseFunction::Isotropic)?;
@@ -42,21 +41,17 @@
 //!
 //! | module | feature | what |
 //! |---|---|---|
-//! | [`scene`] | | meshes, hair, smoke, lights, camera, medium; [`scene::Geometry`] is the checked world-space form |
-//! | [`emitter`] | | lights as algorithms see them |
-//! | [`visibility`] | `march`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
+//! | [`scene`] | `gltf`, `ply`, `hair`, `vol`, `procedural`, `trace` | the crate `crepuscular-scene`: meshes, hair, smoke, lights, camera, medium; files, procedural scenes, a BVH; [`scene::Geometry`] and [`Emitter`] are what algorithms see |
+//! | [`visibility`] | `shadow-map`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
 //! | `methods` | `methods` | every way of making an image of airlight, and the list of them |
-//! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
+//! | `shadow_map` | `shadow-map` | orthographic, spot and cube maps |
 //! | `voxels` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
 //! | `dag` | `shadow-dag` | baked shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
-//! | `trace` | `trace` | a BVH: camera rays, shadow rays |
-//! | `view` | `trace` | the rays of a picture, and its surfaces |
-//! | `procedural` | `procedural` | scenes that need no file, and the figures of any scene |
+//! | `surface` | `trace` | the light of the surfaces at the ends of rays |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
-//! | `load` | `gltf`, `ply`, `hair`, `vol` | scene files |
 //!
 //! # Conventions and limits
 //!
@@ -69,37 +64,29 @@
 pub mod airlight;
 #[cfg(feature = "shadow-dag")]
 pub mod dag;
-pub mod emitter;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
-#[cfg(any(feature = "gltf", feature = "ply", feature = "hair", feature = "vol"))]
-pub mod load;
 #[cfg(feature = "methods")]
 pub mod methods;
 mod path;
 pub mod plan;
-#[cfg(feature = "procedural")]
-pub mod procedural;
-mod ray;
-pub mod scene;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 pub mod shadow_map;
 #[cfg(feature = "trace")]
-pub mod trace;
+pub mod surface;
 #[cfg(feature = "translucent")]
 pub mod translucent;
-#[cfg(feature = "trace")]
-pub mod view;
 pub mod visibility;
 #[cfg(feature = "voxel-shadow")]
 pub mod voxels;
 
+pub use scene;
+
 pub use airlight::AirlightEvaluator;
-pub use emitter::Emitter;
 pub use gather::{Gather, LitRays, Touching, Watch};
 pub use path::LightPath;
-pub use ray::{Interval, Ray};
+pub use scene::{Emitter, Interval, Ray};
 pub use visibility::{LitInterval, VisibilitySource};
 
 /// The README's example is a test.

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use crate::emitter::Emitter;
-use crate::scene::Medium;
+use crate::scene::{Emitter, Medium};
 use crate::{LightPath, Ray};
 
 /// Which passes a picture needs and which it does not, each with its reason.
@@ -262,8 +261,7 @@ mod tests {
     use super::*;
     use crate::{Gather, LitRays};
     use crate::airlight::EquiAngular;
-    use crate::emitter::Emission;
-    use crate::scene::{Bounds, Cone, PhaseFunction};
+    use crate::scene::{Bounds, Cone, Emission, PhaseFunction};
     use crate::visibility::Unshadowed;
 
     fn fog() -> Medium {

@@ -3,16 +3,17 @@
 
 use std::time::Duration;
 
-use crepuscular_tests::scenes::Stage;
+use crepuscular_tests::scenes::eye;
 use crepuscular_tests::suite::{self, Subject};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use gpu_backend::{Backend, Cpu, Download};
 use lighting::Gather;
 use lighting::airlight::{EquiAngular, Midpoint};
-use lighting::procedural::Embedded;
+use lighting::scene::procedural::Embedded;
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing};
 use lighting::voxels::{Detail, Resolution, VoxelVolume};
+use reference::scenes::TestScene;
 
 /// A sun, a spotlight and a point light.
 const SCENES: [Embedded; 3] = [Embedded::City, Embedded::Smoke, Embedded::Coil];
@@ -20,7 +21,7 @@ const SIZE: (u32, u32) = (160, 90);
 const MAP: u32 = 1024;
 
 /// One gather of `visibility` × `airlight` over all emitters of the stage.
-fn gather<B, V, A>(backend: &B, stage: &Stage, sources: &[V], airlight: &A)
+fn gather<B, V, A>(backend: &B, stage: &TestScene, sources: &[V], airlight: &A)
 where
     B: Download + Gather<V, A>,
 {
@@ -44,7 +45,7 @@ where
 /// Exact visibility, which is traced on the CPU.
 fn traced(criterion: &mut Criterion, backend: &Cpu) {
     for embedded in SCENES {
-        let stage = Stage::new(embedded, SIZE.0, SIZE.1);
+        let stage = TestScene::new(embedded, SIZE.0, SIZE.1);
         let rays = Throughput::Elements(stage.rays.len() as u64);
         let id =
             |quality: u32| BenchmarkId::new(format!("{}/{}", backend.name(), stage.name), quality);
@@ -63,7 +64,7 @@ fn traced(criterion: &mut Criterion, backend: &Cpu) {
 
 fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
     for embedded in SCENES {
-        let stage = Stage::new(embedded, SIZE.0, SIZE.1);
+        let stage = TestScene::new(embedded, SIZE.0, SIZE.1);
         let casters = Casters::upload(backend, &stage.geometry).expect("memory");
         let maps: Vec<ShadowMap<B::Memory>> = stage
             .emitters
@@ -125,7 +126,7 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
                         let mut radiance = backend.zeros(stage.rays.len()).expect("memory");
                         for (emitter, map) in stage.emitters.iter().zip(&maps) {
                             volume
-                                .update(backend, emitter, &stage.eye(), map)
+                                .update(backend, emitter, &eye(&stage), map)
                                 .expect("voxels");
                             backend
                                 .gather(

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use crepuscular_tests::oracle::visibility::Blockers;
-use crepuscular_tests::scenes::Stage;
 use crepuscular_tests::suite::{self, Subject};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use gpu_backend::Cpu;
-use lighting::procedural::Embedded;
+use lighting::scene::procedural::Embedded;
+use lighting::scene::trace::Tracer;
 use lighting::shadow_map::Casters;
-use lighting::trace::Tracer;
+use reference::oracle::visibility::Blockers;
+use reference::scenes::TestScene;
 
 /// A sun, a spotlight and a point light.
 const SCENES: [Embedded; 3] = [Embedded::City, Embedded::Smoke, Embedded::Coil];
@@ -17,7 +17,7 @@ const SCENES: [Embedded; 3] = [Embedded::City, Embedded::Smoke, Embedded::Coil];
 fn shadow_maps<B: Subject>(criterion: &mut Criterion, backend: &B) {
     let mut group = criterion.benchmark_group("shadow map");
     for embedded in SCENES {
-        let stage = Stage::new(embedded, 1, 1);
+        let stage = TestScene::new(embedded, 1, 1);
         let casters = Casters::upload(backend, &stage.geometry).expect("memory");
         let emitter = &stage.emitters[0];
         for resolution in [256, 1024, 2048] {
@@ -38,7 +38,7 @@ fn shadow_maps<B: Subject>(criterion: &mut Criterion, backend: &B) {
 
 fn hierarchies(criterion: &mut Criterion) {
     for embedded in SCENES {
-        let geometry = Stage::new(embedded, 1, 1).geometry;
+        let geometry = TestScene::new(embedded, 1, 1).geometry;
         let triangles = geometry.triangles().len();
         let mut group = criterion.benchmark_group("hierarchy");
         group.throughput(Throughput::Elements(triangles as u64));

@@ -2,15 +2,15 @@
 
 use std::time::Duration;
 
-use crepuscular_tests::oracle::image::{Options, reference};
-use crepuscular_tests::scenes::Stage;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use lighting::procedural::Embedded;
+use lighting::scene::procedural::Embedded;
+use reference::oracle::image::{Options, reference};
+use reference::scenes::TestScene;
 
 fn images(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("reference");
     for embedded in Embedded::ALL {
-        let stage = Stage::new(embedded, 64, 36);
+        let stage = TestScene::new(embedded, 64, 36);
         group.throughput(Throughput::Elements(stage.rays.len() as u64));
         for tolerance in [1e-3, 1e-6, 1e-9] {
             let options = Options {

@@ -1,6 +1,4 @@
-//! One test body for every backend, and one loop for every property.
-
-use std::fmt::Debug;
+//! One test body for every backend.
 
 use airlight::Table;
 use gpu_backend::gpu::{Gpu, Queued};
@@ -10,8 +8,6 @@ use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use lighting::shadow_map::RenderShadowMap;
 use lighting::visibility::{MergeTouching, ShadowMapMarch, Unshadowed};
 use lighting::voxels::{BuildVoxels, VoxelShadow};
-use proptest::strategy::Strategy;
-use proptest::test_runner::{Config, RngAlgorithm, TestCaseResult, TestRng, TestRunner};
 
 /// What a backend must be able to do to be tested: every step there is but
 /// exact visibility, which is traced on the CPU.
@@ -104,31 +100,4 @@ macro_rules! on_every_backend {
             )+
         }
     };
-}
-
-/// Tries a property on `cases` values of `strategy` and panics with the
-/// simplest one that fails.
-///
-/// The values are the same on every run and every machine, so that a failure
-/// can be repeated; the environment variable `PROPTEST_CASES` overrides
-/// `cases` for longer hunts.
-pub fn holds_for<S>(cases: u32, strategy: S, property: impl Fn(S::Value) -> TestCaseResult)
-where
-    S: Strategy,
-    S::Value: Debug,
-{
-    let cases = std::env::var("PROPTEST_CASES")
-        .ok()
-        .and_then(|value| value.parse().ok())
-        .unwrap_or(cases);
-    let config = Config {
-        cases,
-        failure_persistence: None,
-        ..Config::default()
-    };
-    let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
-    let mut runner = TestRunner::new_with_rng(config, rng);
-    if let Err(failure) = runner.run(&strategy, property) {
-        panic!("{failure}");
-    }
 }

@@ -3,20 +3,20 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::scenes::Stage;
 use crepuscular_tests::suite::{self, Subject};
-use crepuscular_tests::tolerances::Allowed;
 use gpu_backend::{Cpu, Download};
 use lighting::airlight::{EquiAngular, Midpoint};
-use lighting::emitter::Emission;
-use lighting::procedural::Embedded;
+use lighting::scene::Emission;
+use lighting::scene::procedural::Embedded;
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 use lighting::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
 use lighting::{Emitter, Gather, Ray};
+use reference::scenes::TestScene;
+use reference::tolerances::Allowed;
 
 fn gathered<B, V, A>(
     backend: &B,
-    stage: &Stage,
+    stage: &TestScene,
     emitter: &Emitter,
     (visibility, airlight): (&V, &A),
 ) -> Vec<[f32; 4]>
@@ -41,7 +41,7 @@ where
 /// Four ways to march, in 32 steps.
 fn marches<B: Subject>(
     backend: &B,
-    stage: &Stage,
+    stage: &TestScene,
     emitter: &Emitter,
     map: &ShadowMap<B::Memory>,
 ) -> [Vec<[f32; 4]>; 4] {
@@ -108,7 +108,7 @@ fn marches_through_the_same_map_agree_on_every_scene() {
     let cpu = Cpu::new();
     let reference = EquiAngular::new(8).unwrap();
     for embedded in Embedded::ALL {
-        let stage = Stage::new(embedded, 48, 27);
+        let stage = TestScene::new(embedded, 48, 27);
         let casters = Casters::upload(&cpu, &stage.geometry).unwrap();
         let (mut all, mut different) = (0, 0);
         for emitter in &stage.emitters {
@@ -145,7 +145,7 @@ fn shadow_maps_agree_but_for_texels_on_an_edge_on_every_scene() {
     let Some(gpu) = suite::gpu() else { return };
     let cpu = Cpu::new();
     for embedded in Embedded::ALL {
-        let stage = Stage::new(embedded, 1, 1);
+        let stage = TestScene::new(embedded, 1, 1);
         let here = Casters::upload(&cpu, &stage.geometry).unwrap();
         let there = Casters::upload(&gpu, &stage.geometry).unwrap();
         for emitter in &stage.emitters {

@@ -2,25 +2,26 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::generators::{bulb, ray, soup, sun};
-use crepuscular_tests::metrics::{image_error, order};
-use crepuscular_tests::oracle::image::{Options, reference};
-use crepuscular_tests::scenes::Stage;
-use crepuscular_tests::shapes;
-use crepuscular_tests::suite::{cpu_alone, cpu_with_threads, holds_for};
-use crepuscular_tests::tolerances::Allowed;
+use crepuscular_tests::suite::{cpu_alone, cpu_with_threads};
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::airlight::EquiAngular;
 use lighting::dag::{BakedShadow, Builder, FilterSize, Resolution};
-use lighting::procedural::Embedded;
+use lighting::scene::procedural::Embedded;
+use lighting::scene::trace::Tracer;
 use lighting::scene::{Medium, PhaseFunction};
-use lighting::trace::Tracer;
 use lighting::visibility::{Both, Exact, SurfaceShadow};
 use lighting::{Gather, LightPath, LitInterval, VisibilitySource};
 use proptest::prelude::*;
+use reference::generators::{bulb, ray, soup, sun};
+use reference::metrics::{image_error, order};
+use reference::oracle::image::{Options, reference};
+use reference::property::holds_for;
+use reference::scenes::TestScene;
+use reference::shapes;
+use reference::tolerances::Allowed;
 
-fn baked(cpu: &Cpu, stage: &Stage, resolution: u32) -> Vec<BakedShadow> {
+fn baked(cpu: &Cpu, stage: &TestScene, resolution: u32) -> Vec<BakedShadow> {
     let resolution = Resolution::new(resolution).unwrap();
     let bake = |emitter| {
         BakedShadow::bake(cpu, &stage.geometry, emitter, resolution, Builder::new())
@@ -32,7 +33,7 @@ fn baked(cpu: &Cpu, stage: &Stage, resolution: u32) -> Vec<BakedShadow> {
 
 fn image<V: VisibilitySource>(
     cpu: &Cpu,
-    stage: &Stage,
+    stage: &TestScene,
     sources: &[V],
     nodes: u32,
 ) -> Vec<[f32; 4]> {
@@ -56,7 +57,7 @@ fn image<V: VisibilitySource>(
 fn images_converge_to_the_reference_as_grids_get_finer() {
     let cpu = Cpu::new();
     for embedded in Embedded::ALL {
-        let stage = Stage::new(embedded, 32, 18);
+        let stage = TestScene::new(embedded, 32, 18);
         let truth = reference(
             &stage.rays,
             &stage.emitters,
@@ -85,7 +86,7 @@ fn images_converge_to_the_reference_as_grids_get_finer() {
 #[test]
 fn threads_change_no_bit_of_a_bake_or_an_image() {
     for embedded in [Embedded::City, Embedded::Coil] {
-        let stage = Stage::new(embedded, 32, 18);
+        let stage = TestScene::new(embedded, 32, 18);
         let all = |cpu: Cpu| {
             let baked = baked(&cpu, &stage, 256);
             let image = image(&cpu, &stage, &baked, 8);
@@ -185,7 +186,7 @@ fn casters_may_be_shared_out_among_sources() {
 fn shadows_on_surfaces_are_those_of_traced_rays_away_from_edges() {
     let cpu = Cpu::new();
     for embedded in [Embedded::City, Embedded::Landscape] {
-        let stage = Stage::new(embedded, 64, 36);
+        let stage = TestScene::new(embedded, 64, 36);
         let bounds = stage.geometry.bounds();
         let texel = bounds.min().distance(bounds.max()) / 4096.0;
         let one = FilterSize::new(1).unwrap();
@@ -203,7 +204,6 @@ fn shadows_on_surfaces_are_those_of_traced_rays_away_from_edges() {
                 let to_light = match emitter {
                     lighting::Emitter::Directional(sun) => -sun.direction(),
                     lighting::Emitter::Point(point) => (point.position() - lifted).normalize(),
-                    _ => continue,
                 };
                 if normal.dot(to_light) < 0.2 {
                     continue;

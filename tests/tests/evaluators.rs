@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use airlight::{Evaluator, Exact, PhaseFunction, Quadrature, Segment64, SunTable, Table};
-use crepuscular_tests::segments::{Case, easy, stiff};
-use crepuscular_tests::tolerances::Allowed;
+use airlight::{Evaluator, Exact, PhaseFunction, Quadrature, Segment, Segment64, SunTable, Table};
+use reference::segments::{Case, easy, stiff};
+use reference::tolerances::Allowed;
 
 const PHASES: [PhaseFunction; 6] = [
     PhaseFunction::Isotropic,
@@ -36,7 +36,7 @@ fn errors(cases: &[Case], value: impl Fn(&Case) -> f64) -> Vec<f64> {
 }
 
 fn worst(cases: &[Case], evaluator: &impl Evaluator) -> f64 {
-    let value = |case: &Case| f64::from(evaluator.airlight(case.sigma_t, &case.segment));
+    let value = |case: &Case| f64::from(evaluator.airlight(case.sigma_t, &case.part.into()));
     errors(cases, value).last().copied().unwrap()
 }
 
@@ -45,7 +45,10 @@ fn the_exact_evaluator_is_the_truth() {
     for phase in PHASES {
         let exact = Exact::new(phase).unwrap();
         let errors = errors(&stiff(phase), |case| {
-            exact.airlight(case.sigma_t.into(), &Segment64::from(case.segment))
+            exact.airlight(
+                case.sigma_t.into(),
+                &Segment64::from(Segment::from(case.part)),
+            )
         });
         let worst = errors.last().unwrap();
         assert!(
@@ -86,7 +89,7 @@ fn quadratures_keep_their_tolerance() {
 fn the_published_table_is_as_good_as_published_on_ordinary_rays() {
     let table = SunTable::new();
     let errors = errors(&easy(PhaseFunction::Isotropic, 6000), |case| {
-        f64::from(table.airlight(case.sigma_t, &case.segment))
+        f64::from(table.airlight(case.sigma_t, &case.part.into()))
     });
     let median = errors[errors.len() / 2];
     assert!(median <= 1e-5, "{median:e}");

@@ -2,22 +2,22 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::metrics::{image_error, order};
-use crepuscular_tests::oracle::image::Reference;
-use crepuscular_tests::scenes::Stage;
-use crepuscular_tests::shapes;
+use crepuscular_tests::scenes::maps;
 use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
-use crepuscular_tests::tolerances::Allowed;
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::airlight::{EquiAngular, Midpoint};
-use lighting::emitter::Emission;
-use lighting::procedural::Embedded;
-use lighting::scene::{Camera, Medium, PhaseFunction};
+use lighting::scene::procedural::Embedded;
+use lighting::scene::trace::Tracer;
+use lighting::scene::{Camera, Emission, Medium, PhaseFunction};
 use lighting::shadow_map::ShadowMap;
-use lighting::trace::Tracer;
 use lighting::visibility::{ShadowMapMarch, Spacing};
 use lighting::{Emitter, Ray};
+use reference::metrics::{image_error, order};
+use reference::oracle::image::Reference;
+use reference::scenes::TestScene;
+use reference::shapes;
+use reference::tolerances::Allowed;
 
 crepuscular_tests::on_every_backend!(
     without_shadows_marches_converge_at_second_order,
@@ -31,7 +31,7 @@ crepuscular_tests::on_every_backend!(heavy:
 /// The image of a stage by marching `maps` in `samples` steps.
 fn march<B: Subject>(
     backend: &B,
-    stage: &Stage,
+    stage: &TestScene,
     maps: &[ShadowMap<B::Memory>],
     samples: u32,
     spacing: Spacing,
@@ -62,9 +62,9 @@ fn march<B: Subject>(
 #[test]
 fn threads_change_no_bit_of_a_map_or_a_march() {
     for embedded in [Embedded::City, Embedded::Smoke, Embedded::Coil] {
-        let stage = Stage::new(embedded, 32, 18);
+        let stage = TestScene::new(embedded, 32, 18);
         let images = |backend: &Cpu| {
-            let maps = stage.maps(backend, 256);
+            let maps = maps(backend, &stage, 256);
             let depths: Vec<Vec<f32>> = maps.iter().map(|map| map.depth().clone()).collect();
             let march = |spacing| march(backend, &stage, &maps, 32, spacing);
             (depths, SPACINGS.map(march))
@@ -92,8 +92,8 @@ fn limit(image: &[[f32; 4]]) -> Reference {
 const COARSEST: u32 = 64;
 
 /// An embedded scene as far as steps and maps can resolve it.
-fn resolvable(embedded: Embedded) -> Stage {
-    Stage::resolvable(embedded, 32, 18, COARSEST)
+fn resolvable(embedded: Embedded) -> TestScene {
+    TestScene::resolvable(embedded, 32, 18, COARSEST)
 }
 
 const SPACINGS: [Spacing; 2] = [Spacing::Distance, Spacing::EquiAngular];
@@ -106,7 +106,7 @@ fn marches_converge_to_the_limit_of_their_map_at_first_order_on_every_scene<B: S
     // where they dominate the order may be higher.
     for embedded in Embedded::ALL {
         let stage = resolvable(embedded);
-        let maps = stage.maps(backend, 512);
+        let maps = maps(backend, &stage, 512);
         for spacing in SPACINGS {
             // Not more: some software drivers end loops after 65,535 iterations.
             let limit = limit(&march(backend, &stage, &maps, 4096, spacing));
@@ -131,7 +131,7 @@ fn with_the_map_refined_along_marches_converge_to_the_reference<B: Subject>(back
         let truth = stage.truth();
         let mut errors = SPACINGS.map(|_| Vec::new());
         for finer in [1, 2, 4, 8] {
-            let maps = stage.maps(backend, 128 * finer);
+            let maps = maps(backend, &stage, 128 * finer);
             for (spacing, errors) in SPACINGS.into_iter().zip(&mut errors) {
                 let samples = COARSEST * finer;
                 let image = march(backend, &stage, &maps, samples, spacing);
@@ -151,7 +151,7 @@ fn with_the_map_refined_along_marches_converge_to_the_reference<B: Subject>(back
 
 fn without_shadows_marches_converge_at_second_order<B: Subject>(backend: &B) {
     let stage = unshadowed_lamp_in_view();
-    let maps = stage.maps(backend, 16);
+    let maps = maps(backend, &stage, 16);
     let truth = stage.truth();
     // Equal steps must be finer than the light's distance from the ray, 0.1 m.
     for (spacing, coarsest) in [(Spacing::Distance, 128), (Spacing::EquiAngular, 64)] {
@@ -169,7 +169,7 @@ fn without_shadows_marches_converge_at_second_order<B: Subject>(backend: &B) {
 
 fn without_shadows_16_equi_angular_steps_beat_64_of_equal_length<B: Subject>(backend: &B) {
     let stage = unshadowed_lamp_in_view();
-    let maps = stage.maps(backend, 16);
+    let maps = maps(backend, &stage, 16);
     let truth = stage.truth();
     let error =
         |samples, spacing| image_error(&march(backend, &stage, &maps, samples, spacing), &truth);
@@ -180,7 +180,7 @@ fn without_shadows_16_equi_angular_steps_beat_64_of_equal_length<B: Subject>(bac
 }
 
 /// A lamp 4 m in front of the eye, and nothing in its light.
-fn unshadowed_lamp_in_view() -> Stage {
+fn unshadowed_lamp_in_view() -> TestScene {
     let grey = Vec3::splat(0.1);
     let lamp = Vec3::new(0.013, 0.021, -4.0);
     // Pixels of 0.2 m around the lamp, none closer to it than 0.1 m.
@@ -189,7 +189,7 @@ fn unshadowed_lamp_in_view() -> Stage {
         Ray::new(Vec3::ZERO, Vec3::new(0.05 * x, 0.05 * y, -1.0), 10.0).unwrap()
     });
     let geometry = shapes::nothing();
-    Stage {
+    TestScene {
         name: "lamp in view",
         tracer: Tracer::new(&geometry),
         geometry,

@@ -3,26 +3,26 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
 use airlight::Table;
-use crepuscular_tests::generators::{bulb, ray, solids, soup, sun};
-use crepuscular_tests::hard_cases::{HardCase, hard_cases};
-use crepuscular_tests::metrics::image_error;
-use crepuscular_tests::oracle::airlight::{Airlight, Tolerance, reach};
-use crepuscular_tests::oracle::image::{Options, reference};
-use crepuscular_tests::oracle::visibility::{Blockers, Search};
-use crepuscular_tests::oracle::{Fog, Lamp, Line};
-use crepuscular_tests::scenes::Stage;
-use crepuscular_tests::shapes;
-use crepuscular_tests::suite::{Subject, holds_for};
-use crepuscular_tests::tolerances::Allowed;
+use crepuscular_tests::suite::Subject;
 use glam::{DVec3, Vec3};
 use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
-use lighting::emitter::Emission;
-use lighting::procedural::Embedded;
-use lighting::scene::{Medium, PhaseFunction};
-use lighting::trace::Tracer;
+use lighting::scene::procedural::Embedded;
+use lighting::scene::trace::Tracer;
+use lighting::scene::{Emission, Medium, PhaseFunction};
 use lighting::visibility::{Exact, Unshadowed};
 use lighting::{Emitter, Gather, LightPath, Ray, VisibilitySource};
 use proptest::prelude::*;
+use reference::generators::{bulb, ray, solids, soup, sun};
+use reference::hard_cases::{HardCase, hard_cases};
+use reference::metrics::image_error;
+use reference::oracle::airlight::{Airlight, Tolerance, reach};
+use reference::oracle::image::{Options, reference};
+use reference::oracle::visibility::{Blockers, Search};
+use reference::oracle::{Fog, Lamp, Line};
+use reference::property::holds_for;
+use reference::scenes::TestScene;
+use reference::shapes;
+use reference::tolerances::Allowed;
 
 crepuscular_tests::on_every_backend!(
     quadrature_converges_to_the_oracle_on_every_hard_case,
@@ -174,7 +174,7 @@ where
             512
         };
         let quadrature = EquiAngular::new(nodes).unwrap();
-        let stage = Stage::new(embedded, 24, 13);
+        let stage = TestScene::new(embedded, 24, 13);
         let truth = reference(
             &stage.rays,
             &stage.emitters,

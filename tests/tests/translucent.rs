@@ -2,22 +2,21 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::metrics::image_error;
-use crepuscular_tests::oracle::Lamp;
-use crepuscular_tests::oracle::image::{Options, Reference, reference};
-use crepuscular_tests::oracle::translucent::{self, Veil};
-use crepuscular_tests::scenes::Stage;
-use crepuscular_tests::suite::holds_for;
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::airlight::EquiAngular;
-use lighting::emitter::Emission;
-use lighting::procedural::{Embedded, ponytail, smoke_grid, smoke_particles};
-use lighting::scene::{Medium, Particle, Particles, PhaseFunction, Profile, Translucent};
+use lighting::scene::procedural::{Embedded, ponytail, smoke_grid, smoke_particles};
+use lighting::scene::{Emission, Medium, Particle, Particles, PhaseFunction, Profile, Translucent};
 use lighting::translucent::{Casters, TransmittanceMap};
 use lighting::visibility::{Spacing, TransmittanceMarch};
 use lighting::{Emitter, Gather, LightPath, Ray, VisibilitySource};
 use proptest::prelude::*;
+use reference::metrics::image_error;
+use reference::oracle::Lamp;
+use reference::oracle::image::{Options, Reference, reference};
+use reference::oracle::translucent::{self, Veil};
+use reference::property::holds_for;
+use reference::scenes::TestScene;
 use transmittance::baseline::{Captured, Uncompressed};
 use transmittance::{Packed, Stream};
 
@@ -116,7 +115,7 @@ fn in_hair_maps_have_the_right_mean_and_in_the_limit_the_right_shadows() {
     }
 }
 
-fn march(stage: &Stage, map: &impl VisibilitySource, emitter: &Emitter) -> Vec<[f32; 4]> {
+fn march(stage: &TestScene, map: &impl VisibilitySource, emitter: &Emitter) -> Vec<[f32; 4]> {
     let mut radiance = vec![[0.0; 4]; stage.rays.len()];
     let one = EquiAngular::new(1).unwrap();
     Cpu::new()
@@ -133,8 +132,8 @@ fn march(stage: &Stage, map: &impl VisibilitySource, emitter: &Emitter) -> Vec<[
 }
 
 /// The scene with smoke and hair, its casters and the truth.
-fn scene() -> (Stage, Vec<Translucent>, Reference) {
-    let stage = Stage::new(Embedded::Translucent, 40, 22);
+fn scene() -> (TestScene, Vec<Translucent>, Reference) {
+    let stage = TestScene::new(Embedded::Translucent, 40, 22);
     let casters = Embedded::Translucent.build(1).translucent;
     let truth = translucent::reference(
         &stage.rays,
@@ -300,7 +299,6 @@ fn light_never_grows_on_its_way() {
             let start = match &emitter {
                 Emitter::Point(point) => point.position(),
                 Emitter::Directional(sun) => target - 8.0 * sun.direction(),
-                other => panic!("{other:?}"),
             };
             let mut before = 1.0;
             for step in 1..100 {

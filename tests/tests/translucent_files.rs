@@ -16,7 +16,7 @@ use std::path::Path;
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::load::scene_from_path;
+use lighting::scene::load::scene_from_path;
 use lighting::scene::{StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
 use support::errors;

@@ -2,17 +2,18 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::metrics::{image_error, order};
-use crepuscular_tests::scenes::Stage;
+use crepuscular_tests::scenes::{eye, maps};
 use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
-use crepuscular_tests::tolerances::Allowed;
 use glam::Vec3;
 use lighting::airlight::{EquiAngular, Quadrature};
-use lighting::emitter::Emission;
-use lighting::procedural::Embedded;
+use lighting::scene::Emission;
+use lighting::scene::procedural::Embedded;
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::voxels::{Detail, Resolution, VoxelVolume};
 use lighting::{Emitter, Ray};
+use reference::metrics::{image_error, order};
+use reference::scenes::TestScene;
+use reference::tolerances::Allowed;
 
 crepuscular_tests::on_every_backend!(heavy:
     with_the_map_refined_along_voxels_converge_to_the_reference,
@@ -33,7 +34,7 @@ enum Blockers<'a, M: gpu_backend::Memory> {
 /// The image of a stage from `side` voxels along each coordinate.
 fn image<B: Subject>(
     backend: &B,
-    stage: &Stage,
+    stage: &TestScene,
     blockers: &Blockers<'_, B::Memory>,
     side: u32,
     detail: Detail,
@@ -49,9 +50,9 @@ fn image<B: Subject>(
     let mut volume = VoxelVolume::new(backend, resolution).unwrap();
     for (index, emitter) in stage.emitters.iter().enumerate() {
         match blockers {
-            Blockers::Maps(maps) => volume.update(backend, emitter, &stage.eye(), &maps[index]),
+            Blockers::Maps(maps) => volume.update(backend, emitter, &eye(stage), &maps[index]),
             Blockers::Triangles(casters) => {
-                volume.update_from_triangles(backend, emitter, &stage.eye(), casters)
+                volume.update_from_triangles(backend, emitter, &eye(stage), casters)
             }
         }
         .unwrap();
@@ -69,11 +70,11 @@ fn image<B: Subject>(
 fn with_the_map_refined_along_voxels_converge_to_the_reference<B: Subject>(backend: &B) {
     // Bits are binary: at a shadow's edge first order.
     for embedded in Embedded::ALL {
-        let stage = Stage::resolvable(embedded, 32, 18, COARSEST);
+        let stage = TestScene::resolvable(embedded, 32, 18, COARSEST);
         let truth = stage.truth();
         for detail in [Detail::Runs, Detail::Voxels] {
             let errors = REFINEMENTS.map(|finer| {
-                let maps = stage.maps(backend, 128 * finer);
+                let maps = maps(backend, &stage, 128 * finer);
                 let side = COARSEST * finer;
                 let image = image(backend, &stage, &Blockers::Maps(&maps), side, detail);
                 (side, image_error(&image, &truth).rmse)
@@ -95,7 +96,7 @@ fn with_the_map_refined_along_voxels_converge_to_the_reference<B: Subject>(backe
 /// A lamp in the middle of the picture, just outside of it, behind the camera,
 /// and on its way through the eye.
 fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) {
-    let mut stage = Stage::new(Embedded::Fence, 32, 18);
+    let mut stage = TestScene::new(Embedded::Fence, 32, 18);
     let eye = stage.camera.eye();
     let rotation = stage.camera.rotation();
     let (forward, right) = (rotation * Vec3::NEG_Z, rotation * Vec3::X);
@@ -117,7 +118,7 @@ fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) 
         stage.emitters = vec![lamp.unwrap()];
         let truth = stage.truth();
         let errors = REFINEMENTS.map(|finer| {
-            let maps = stage.maps(backend, 128 * finer);
+            let maps = maps(backend, &stage, 128 * finer);
             let side = COARSEST * finer;
             let image = image(backend, &stage, &Blockers::Maps(&maps), side, Detail::Runs);
             (side, image_error(&image, &truth))
@@ -134,9 +135,9 @@ fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) 
 #[test]
 fn threads_change_no_bit_of_voxels_or_images() {
     for embedded in [Embedded::City, Embedded::Coil] {
-        let stage = Stage::new(embedded, 32, 18);
+        let stage = TestScene::new(embedded, 32, 18);
         let images = |backend: &gpu_backend::Cpu| {
-            let maps = stage.maps(backend, 256);
+            let maps = maps(backend, &stage, 256);
             let details = [Detail::Average, Detail::Voxels, Detail::Runs];
             details.map(|detail| image(backend, &stage, &Blockers::Maps(&maps), 128, detail))
         };
@@ -152,7 +153,7 @@ fn threads_change_no_bit_of_voxels_or_images() {
 fn voxels_from_triangles_converge_without_a_map() {
     let cpu = cpu_with_threads().unwrap();
     for embedded in [Embedded::Coil, Embedded::Fence, Embedded::TexturedSpot] {
-        let stage = Stage::resolvable(embedded, 32, 18, COARSEST);
+        let stage = TestScene::resolvable(embedded, 32, 18, COARSEST);
         let truth = stage.truth();
         let casters = Casters::upload(&cpu, &stage.geometry).unwrap();
         let blockers = Blockers::Triangles(&casters);
@@ -175,12 +176,12 @@ fn voxels_from_triangles_converge_without_a_map() {
 #[test]
 fn without_a_shadow_all_details_are_the_unshadowed_light() {
     let cpu = cpu_with_threads().unwrap();
-    let mut stage = Stage::new(Embedded::Coil, 32, 18);
-    stage.geometry = crepuscular_tests::shapes::nothing();
+    let mut stage = TestScene::new(Embedded::Coil, 32, 18);
+    stage.geometry = reference::shapes::nothing();
     let end = |ray: &Ray| Ray::new(ray.origin(), ray.direction(), 20.0).unwrap();
     stage.rays = stage.rays.iter().map(end).collect();
     let truth = stage.truth();
-    let maps = stage.maps(&cpu, 64);
+    let maps = maps(&cpu, &stage, 64);
     for detail in [Detail::Average, Detail::Runs] {
         let image = image(&cpu, &stage, &Blockers::Maps(&maps), 64, detail);
         let error = image_error(&image, &truth);

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use airlight::{Evaluator, Exact, PhaseFunction, Quadrature, Segment, SunTable, Table};
-use crepuscular_tests::segments::{Case, easy, stiff};
+use reference::segments::{Case, easy, stiff};
 
 use super::results::Times;
 use crate::failure::Failure;
@@ -240,7 +240,7 @@ impl List {
                     });
                     batches.len() - 1
                 });
-            batches[index].segments.push(case.segment);
+            batches[index].segments.push(case.part.into());
             batches[index].truths.push(case.truth);
         }
         Self {

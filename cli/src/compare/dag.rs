@@ -8,9 +8,9 @@ use glam::{DVec3, Vec3};
 use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::dag::{Builder, FilterSize, Form, Resolution, Soundness, casters, light_spaces};
+use lighting::scene::trace::Tracer;
+use lighting::scene::view::View;
 use lighting::scene::{Camera, Geometry};
-use lighting::trace::Tracer;
-use lighting::view::View;
 use shadow_dag::{Casters, Error, Exits, LightSpace, Mesh, Rule, ShadowDag, TileRect};
 
 use super::results::Times;
@@ -419,7 +419,6 @@ fn receivers(
             let to_light = match emitter {
                 Emitter::Directional(sun) => -sun.direction(),
                 Emitter::Point(light) => light.position() - point,
-                _ => return None,
             };
             let space = dag.light()?;
             let position = space.voxel(resolution, point)?;
@@ -534,7 +533,7 @@ pub(crate) fn csv(dag: &Dag) -> String {
 
 #[cfg(test)]
 mod tests {
-    use lighting::procedural::Embedded;
+    use lighting::scene::procedural::Embedded;
 
     use super::*;
 

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use crepuscular_tests::metrics::image_error;
-use crepuscular_tests::oracle::image::Reference;
 use gpu_backend::BufferOf;
+use lighting::scene::trace::Tracer;
 use lighting::scene::{Camera, Geometry, Medium};
 use lighting::shadow_map::{Casters, ShadowMap};
-use lighting::trace::Tracer;
 use lighting::voxels::Eye;
 use lighting::{Emitter, Ray};
+use reference::metrics::image_error;
+use reference::oracle::image::Reference;
 
 use super::backends::Present;
 use super::baked::Baked;

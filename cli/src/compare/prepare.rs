@@ -2,10 +2,9 @@
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::emitter::Emission;
 use lighting::plan::Plan;
-use lighting::scene::{Camera, Medium, PhaseFunction};
-use lighting::view::View;
+use lighting::scene::view::View;
+use lighting::scene::{Camera, Emission, Medium, PhaseFunction};
 use lighting::voxels::Eye;
 
 use super::backends::Backends;

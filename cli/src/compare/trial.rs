@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use crepuscular_tests::oracle::image::{Options, Reference, reference};
-use crepuscular_tests::oracle::translucent;
 use lighting::Ray;
 use lighting::scene::Medium;
+use reference::oracle::image::{Options, Reference, reference};
+use reference::oracle::translucent;
 
 use super::baked::bake_all;
 use super::budget::{Budget, affordable_size};

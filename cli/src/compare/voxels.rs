@@ -6,15 +6,15 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::time::Instant;
 
-use crepuscular_tests::metrics::image_error;
-use crepuscular_tests::oracle::image::{Options, Reference, reference};
 use gpu_backend::{Backend, Cpu, Host};
 use lighting::airlight::EquiAngular;
+use lighting::scene::trace::Tracer;
 use lighting::scene::{Geometry, Medium};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
-use lighting::trace::Tracer;
 use lighting::voxels::{Detail, Eye, Resolution, Sampling, VoxelVolume};
 use lighting::{Emitter, Gather, Ray};
+use reference::metrics::image_error;
+use reference::oracle::image::{Options, Reference, reference};
 use voxel_shadow::{Grid, IndexMap, ShadowVolume};
 
 use super::results::{LeftOut, Times};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::emitter::DirectionalEmitter;
+use crate::scene::DirectionalEmitter;
 use crate::{Interval, LightPath};
 
 /// The airlight of a directional light over `interval`: elementary, exact to

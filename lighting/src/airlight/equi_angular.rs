@@ -96,8 +96,7 @@ impl EquiAngular {
 mod tests {
     use super::*;
     use crate::Ray;
-    use crate::emitter::Emission;
-    use crate::scene::{Bounds, Cone, Medium, PhaseFunction};
+    use crate::scene::{Bounds, Cone, Emission, Medium, PhaseFunction};
 
     #[test]
     fn the_number_of_nodes_is_limited() {

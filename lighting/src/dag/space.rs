@@ -5,8 +5,8 @@ use shadow_dag::{Error, LightSpace, Resolution};
 
 use crate::Emitter;
 use crate::scene::Geometry;
+use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::faces;
-use crate::shadow_map::raster::{Face, Rays};
 
 /// Slices begin no closer to a point light than this share of the distance at
 /// which they end: `ln 1e5 = 11.5` spreads 4096 slices 0.3 % apart.

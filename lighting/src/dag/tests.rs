@@ -4,8 +4,7 @@ use glam::{Quat, Vec3};
 use gpu_backend::Cpu;
 
 use super::*;
-use crate::emitter::Emission;
-use crate::scene::{Cone, Geometry, Medium, Mesh, PhaseFunction, Scene};
+use crate::scene::{Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
 use crate::visibility::{Both, SurfaceShadow};
 use crate::{Emitter, LightPath, LitInterval, Ray, VisibilitySource};
 

@@ -46,7 +46,7 @@ mod baked;
 mod gather;
 mod scene;
 mod slots;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod shadow_map;
 #[cfg(test)]
 pub(crate) mod tests;

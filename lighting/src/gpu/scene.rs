@@ -6,8 +6,7 @@ use glam::Vec3;
 
 use crate::Emitter;
 use crate::airlight::far_end;
-use crate::emitter::Emission;
-use crate::scene::Medium;
+use crate::scene::{Emission, Medium};
 
 /// `light_Emitter` of `path.wgsl`.
 #[repr(C)]
@@ -129,15 +128,15 @@ impl MediumRecord {
     }
 }
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 pub(super) use map::{FaceRecord, PicturesRecord};
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod map {
     use bytemuck::{Pod, Zeroable};
     use glam::Vec3;
 
-    use crate::shadow_map::raster::{Face, Rays};
+    use crate::scene::raster::{Face, Rays};
 
     /// `light_Face` of `map.wgsl`.
     #[repr(C)]

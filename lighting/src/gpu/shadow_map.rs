@@ -8,7 +8,7 @@ use gpu_backend::{Backend, Buffer, Error};
 use super::FACE;
 use super::scene::FaceRecord;
 use crate::Emitter;
-use crate::shadow_map::raster::Face;
+use crate::scene::raster::Face;
 use crate::shadow_map::{
     Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, check_size, faces,
 };

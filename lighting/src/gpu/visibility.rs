@@ -44,7 +44,7 @@ where
     }
 }
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod march {
     use bytemuck::{Pod, Zeroable};
     use gpu_backend::gpu::{Argument, GpuMemory, InShader};
@@ -113,7 +113,7 @@ mod march {
     }
 }
 
-#[cfg(all(feature = "march", test))]
+#[cfg(all(feature = "shadow-map", test))]
 pub(super) use march::MarchRecord;
 #[cfg(feature = "voxel-shadow")]
 pub(super) use march::{map_arguments, map_part};

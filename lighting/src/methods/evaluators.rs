@@ -8,7 +8,7 @@ use gpu_backend::Backend;
 
 use super::{Frame, FrameInputs, MethodError, Verdict};
 use crate::airlight::{AirlightEvaluator, Analytic, EquiAngular, Midpoint, Quadrature};
-use crate::emitter::{Emission, Emitter};
+use crate::scene::{Emission, Emitter};
 
 /// A kind of airlight evaluator.
 pub trait Evaluators: Send + Sync + Debug {

@@ -7,9 +7,9 @@ use gpu_backend::{Backend, BufferOf, Host};
 
 use super::{MethodError, Store};
 use crate::{Ray, Watch};
-use crate::emitter::Emitter;
+use crate::scene::Emitter;
 use crate::scene::{Camera, Geometry, Medium, Translucent};
-use crate::trace::Hit;
+use crate::scene::trace::Hit;
 
 /// A frame as everybody knows it, whatever the backend.
 #[derive(Debug, Clone, Copy)]

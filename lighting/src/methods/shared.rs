@@ -6,7 +6,7 @@ use gpu_backend::Backend;
 
 use super::{Frame, FrameInputs, MethodError, Work};
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
-use crate::trace::Tracer;
+use crate::scene::trace::Tracer;
 
 /// The only one of its kind in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

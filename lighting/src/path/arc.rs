@@ -1,9 +1,9 @@
 //! The equi-angular variable: an interval of a ray as an arc seen from a light.
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 use std::f64::consts::PI;
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 use glam::DVec2;
 
 use crate::{Interval, LightPath};
@@ -102,7 +102,7 @@ impl Arc {
 /// Positions at equal steps of the angle, without a sine per position: the
 /// direction from the light is turned by the same small rotation each time, in
 /// f64, where the drift of thousands of rotations does not reach an f32.
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 #[derive(Debug, Clone)]
 pub(crate) struct Turns {
     arc: Arc,
@@ -112,7 +112,7 @@ pub(crate) struct Turns {
     turned: DVec2,
 }
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 impl Turns {
     /// `steps` equal steps, at least 1.
     pub(crate) fn new(arc: Arc, steps: f64) -> Self {
@@ -159,13 +159,12 @@ impl Turns {
     }
 }
 
-#[cfg(all(test, feature = "march"))]
+#[cfg(all(test, feature = "shadow-map"))]
 mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::emitter::Emission;
-    use crate::scene::{Medium, PhaseFunction};
+    use crate::scene::{Emission, Medium, PhaseFunction};
     use crate::{Emitter, Ray};
 
     #[test]

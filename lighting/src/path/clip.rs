@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use super::MOST_KINKS;
-use crate::emitter::{DirectionalEmitter, Emission, PointEmitter};
-use crate::scene::{Bounds, Medium};
+use crate::scene::{Bounds, DirectionalEmitter, Emission, Medium, PointEmitter};
 use crate::{Interval, Ray};
 
 /// The line of a ray as a point light sees it, in f64.

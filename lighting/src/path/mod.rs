@@ -7,12 +7,11 @@ use airlight::Segment;
 use glam::Vec3;
 
 pub(crate) use arc::Arc;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 pub(crate) use arc::Turns;
 use clip::Clip;
 
-use crate::emitter::{DirectionalEmitter, Emission, Emitter, PointEmitter};
-use crate::scene::{Medium, ScatteringAngle};
+use crate::scene::{DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle};
 use crate::{Interval, Ray};
 
 /// An eye ray, a light and a medium together: what a

@@ -1,12 +1,10 @@
 //! Shadow maps of all kinds of lights, and the step that renders them.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
-use super::raster::{Face, Footprint, Rays};
-use crate::Emitter;
-use crate::emitter::Emission;
-use crate::scene::Geometry;
+use crate::scene::raster::{Face, Footprint, Rays};
+use crate::scene::{Emission, Emitter, Geometry};
 use crate::visibility::PointVisibility;
 
 /// Depth of a texel in which the light sees nothing. Shaders must not meet an
@@ -367,7 +365,7 @@ pub fn face_count(geometry: &Geometry, emitter: &Emitter) -> usize {
 /// The picture planes of a light that can see casters between two corners.
 pub(crate) fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
     let point = match emitter {
-        Emitter::Directional(sun) => return vec![orthographic(corners, sun.direction())],
+        Emitter::Directional(sun) => return vec![Face::orthographic(corners, sun.direction())],
         Emitter::Point(point) => point,
     };
     let cone = match point.emission() {
@@ -449,28 +447,10 @@ fn cube(origin: Vec3) -> Vec<Face> {
     .into()
 }
 
-/// The tightest picture along `direction` around the box of the casters.
-pub(crate) fn orthographic([min, max]: [Vec3; 2], direction: Vec3) -> Face {
-    let centre = 0.5 * (min + max);
-    let half = 0.5 * (max - min);
-    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
-    let (right, up) = (rotation * Vec3::X, rotation * Vec3::Y);
-    // How far the box reaches from its centre along an axis.
-    let reach = |axis: Vec3| axis.abs().dot(half) * (1.0 + 1e-6);
-    Face {
-        origin: centre - reach(direction) * direction,
-        right,
-        up,
-        forward: direction,
-        rays: Rays::Parallel {
-            half_width: reach(right),
-            half_height: reach(up),
-        },
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::Quat;
+
     use super::*;
     use crate::scene::{Cone, Mesh, Scene};
 

@@ -13,14 +13,11 @@
 //! air have no surface of their own to be shadowed by.
 
 mod map;
-pub mod raster;
 
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;
 #[cfg(any(feature = "shadow-dag", feature = "translucent", feature = "wgpu"))]
 pub(crate) use map::faces;
-#[cfg(feature = "procedural")]
-pub(crate) use map::orthographic;
 pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 #[cfg(feature = "translucent")]
 pub(crate) use map::{locate, render_face};

@@ -8,10 +8,9 @@ use super::particles::Ball;
 use super::strands::Outline;
 use super::view::{Texels, View, corners};
 use super::{Casters, grid};
+use crate::scene::raster::Face;
 use crate::scene::{DensityGrid, Particles, Strands, Translucent};
-use crate::shadow_map::EMPTY;
-use crate::shadow_map::raster::Face;
-use crate::shadow_map::render_face;
+use crate::shadow_map::{EMPTY, render_face};
 
 /// The blockers of a scene over the picture plane of a light, or of a camera:
 /// a [`Source`] of segments for a map of curves.

@@ -6,7 +6,7 @@ use transmittance::{Accumulate, Evaluate, Filter, Packed, Receiver, ShadowMap};
 
 use super::{Casters, FaceBlockers};
 use crate::Emitter;
-use crate::shadow_map::raster::Face;
+use crate::scene::raster::Face;
 use crate::shadow_map::{faces, locate};
 use crate::visibility::{PointVisibility, SurfaceShadow};
 

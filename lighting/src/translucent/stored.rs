@@ -4,7 +4,7 @@ use gpu_backend::{Backend, Error, Memory};
 use transmittance::{Filter, Packed, Stored};
 
 use super::TransmittanceMap;
-use crate::shadow_map::raster::Face;
+use crate::scene::raster::Face;
 
 /// A [`TransmittanceMap`] of curves of 8 nodes in the memory of a backend, where
 /// shaders look them up.

@@ -7,10 +7,9 @@ use transmittance::{Evaluate, Filter, Segment, Source, Stream, Tile};
 
 use super::{Casters, TransmittanceMap};
 use crate::Emitter;
-use crate::emitter::Emission;
 use crate::scene::{
-    Bounds, DensityGrid, Geometry, Interpolation, Mesh, Particle, Particles, Profile, Scene,
-    StrandPoint, Strands, Translucent,
+    Bounds, DensityGrid, Emission, Geometry, Interpolation, Mesh, Particle, Particles, Profile,
+    Scene, StrandPoint, Strands, Translucent,
 };
 
 type Exact = TransmittanceMap<Uncompressed>;
@@ -86,7 +85,7 @@ fn the_light_that_a_strand_takes_is_its_area_times_its_opacity() {
                     .texels()
                     .iter()
                     .map(|curve| 1.0 - f64::from(curve.evaluate(f32::MAX)[0]));
-                let crate::shadow_map::raster::Rays::Parallel {
+                let crate::scene::raster::Rays::Parallel {
                     half_width,
                     half_height,
                 } = map.faces()[0].rays

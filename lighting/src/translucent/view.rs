@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::scene::Bounds;
-use crate::shadow_map::raster::{Face, Rays};
+use crate::scene::raster::{Face, Rays};
 
 /// A [`Face`] with its number of texels. *Local* coordinates are those along
 /// its right, up and forward.

@@ -1,13 +1,12 @@
 //! Lit intervals whose ends are computed, not sampled.
 
+use std::borrow::Borrow;
 use std::cell::RefCell;
 
 use glam::{DVec3, Vec3};
 
-use std::borrow::Borrow;
-
 use super::{LitInterval, VisibilitySource};
-use crate::trace::{Line, Tracer};
+use crate::scene::trace::{Line, Tracer};
 use crate::{Emitter, Interval, LightPath};
 
 /// Computes the lit intervals of a ray from the triangles of the scene.
@@ -308,8 +307,7 @@ impl Plane {
 mod tests {
     use super::*;
     use crate::Ray;
-    use crate::emitter::Emission;
-    use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
+    use crate::scene::{Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
 
     fn tracer(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Tracer {
         let scene = Scene::from(Mesh {

@@ -149,8 +149,7 @@ mod tests {
 
     use super::*;
     use crate::airlight::{AirlightEvaluator, Midpoint};
-    use crate::emitter::Emission;
-    use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
+    use crate::scene::{Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
     use crate::shadow_map::{Casters, RenderShadowMap};
     use crate::visibility::join_touching;
     use crate::{Ray, VisibilitySource};

@@ -3,7 +3,7 @@
 mod both;
 #[cfg(feature = "trace")]
 mod exact;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod march;
 mod point;
 mod share;
@@ -13,7 +13,7 @@ pub use both::Both;
 pub(crate) use both::product;
 #[cfg(feature = "trace")]
 pub use exact::Exact;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 pub use march::{March, Spacing};
 pub use point::{PointVisibility, SurfaceShadow};
 pub use share::{Behind, LitInterval, Share, join_touching};

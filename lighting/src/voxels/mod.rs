@@ -15,7 +15,7 @@
 //! use glam::Vec3;
 //! use gpu_backend::{Backend, Cpu, Download};
 //! use lighting::airlight::Quadrature;
-//! use lighting::emitter::Emission;
+//! use lighting::scene::Emission;
 //! use lighting::scene::{Camera, Geometry, Medium, Mesh, PhaseFunction, Scene};
 //! use lighting::shadow_map::{Casters, RenderShadowMap};
 //! use lighting::voxels::{Detail, Eye, Resolution, VoxelVolume};

@@ -4,8 +4,7 @@ use glam::Vec3;
 use gpu_backend::Cpu;
 
 use super::*;
-use crate::emitter::Emission;
-use crate::scene::{Bounds, Cone, Geometry, Medium, Mesh, PhaseFunction, Scene};
+use crate::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 use crate::{Emitter, Interval, LightPath, LitInterval, Ray, VisibilitySource};
 

@@ -9,8 +9,7 @@ use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, RectifyTriangles, Samplin
 
 use super::{Detail, VoxelShadow};
 use crate::airlight::far_end;
-use crate::emitter::Emission;
-use crate::scene::{Camera, Medium};
+use crate::scene::{Camera, Emission, Medium};
 use crate::shadow_map::{Casters, ShadowMap};
 use crate::{Emitter, Interval, Ray};
 

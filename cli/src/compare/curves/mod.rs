@@ -12,7 +12,7 @@ use std::fmt::Write;
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::procedural::{ponytail, smoke_grid, smoke_particles};
+use lighting::scene::procedural::{ponytail, smoke_grid, smoke_particles};
 use lighting::scene::{Particle, Particles, StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
 

@@ -5,8 +5,7 @@ use gpu_backend::{Backend, Cpu, Download, Error, testing};
 
 use super::scenes::{casters, lights, media, rays};
 use crate::airlight::{EquiAngular, Midpoint};
-use crate::emitter::Emission;
-use crate::scene::Medium;
+use crate::scene::{Emission, Medium};
 use crate::shadow_map::{Casters, RenderShadowMap};
 use crate::visibility::{March, Spacing, Unshadowed};
 use crate::{AirlightEvaluator, Emitter, Gather, LitRays, Ray, VisibilitySource};
@@ -273,8 +272,7 @@ fn voxels_of_the_same_map_agree_but_for_those_on_the_border_of_another() {
 #[cfg(feature = "voxel-shadow")]
 #[test]
 fn volumes_that_need_no_voxels_are_all_lit_or_all_dark_on_the_gpu_too() {
-    use crate::emitter::Emission;
-    use crate::scene::Cone;
+    use crate::scene::{Cone, Emission};
     use crate::voxels::{Detail, Eye, Resolution, Spacing, VoxelVolume};
     use crate::{Emitter, Interval};
     use glam::{Quat, Vec3};

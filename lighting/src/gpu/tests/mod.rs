@@ -1,16 +1,17 @@
 //! Shaders without a device, and steps against the CPU with one.
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod agreement;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod maps;
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 mod scenes;
 #[cfg(feature = "translucent")]
 mod translucent;
 
 use ::airlight::Table;
 use ::airlight::gpu::PHASE;
+use glam::Vec3;
 use gpu_backend::assert_same_layout;
 use gpu_backend::gpu::InShader;
 use gpu_backend::testing::Shader;
@@ -18,6 +19,7 @@ use gpu_backend::testing::Shader;
 use super::gather::shader;
 use super::scene::{self, EmitterRecord, MediumRecord, Scene};
 use super::*;
+use crate::Ray;
 use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use crate::visibility::Unshadowed;
 
@@ -27,7 +29,7 @@ const CONTRACT: &str = "
     fn light_medium() -> light_Medium { return light_Medium(); }
     fn light_slide(index: u32) -> vec3<f32> { return vec3(f32(index)); }";
 
-pub(crate) fn path_shader() -> Shader {
+fn path_shader() -> Shader {
     Shader::new(&[NUMERIC, PHASE, PATH, ARC, DIRECTIONAL, LIT, CONTRACT]).unwrap()
 }
 
@@ -50,6 +52,27 @@ fn all_parts_are_fit_for_other_shaders() {
 }
 
 #[test]
+fn shaders_see_rays_as_they_are() {
+    // The fields of a ray are its own business; its bytes are not.
+    let origin = Vec3::new(1.0, 2.0, 3.0);
+    let ray = Ray::new(origin, Vec3::NEG_Y, 5.0).unwrap();
+    let words: [f32; 8] = bytemuck::cast(ray);
+    let at = |first: f32| 4 * words.iter().position(|word| *word == first).unwrap();
+    let direction = 4 * words.iter().position(|word| *word == -1.0).unwrap() - 4;
+    let fields = [
+        ("origin", at(1.0)),
+        ("length", at(5.0)),
+        ("direction", direction),
+        ("padding", 28),
+    ];
+    assert_eq!(words[direction / 4..][..3], [0.0, -1.0, 0.0]);
+    assert_eq!(words[at(1.0) / 4..][..3], origin.to_array());
+    path_shader()
+        .same_layout("light_Ray", size_of::<Ray>(), &fields)
+        .unwrap();
+}
+
+#[test]
 fn every_pair_compiles() {
     complete::<Unshadowed, Midpoint>();
     complete::<Unshadowed, EquiAngular>();
@@ -57,7 +80,7 @@ fn every_pair_compiles() {
     complete::<Unshadowed, Analytic<Table>>();
 }
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 #[test]
 fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
     use gpu_backend::gpu::GpuMemory;
@@ -181,7 +204,7 @@ fn two_sources_of_different_kinds_meet_in_one_shader() {
     assert!(twice.to_string().contains("light_march"), "{twice}");
 }
 
-#[cfg(feature = "march")]
+#[cfg(feature = "shadow-map")]
 #[test]
 fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {
     use super::shadow_map::{COPY, RENDER, Tile};

@@ -2,8 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use crate::emitter::Emission;
-use crate::scene::{Bounds, Cone, Geometry, Medium, Mesh, PhaseFunction, Scene, Texture};
+use crate::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene, Texture};
 use crate::{Emitter, Ray};
 
 /// Numbers in [0, 1) that are the same on every run.

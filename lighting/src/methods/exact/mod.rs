@@ -9,7 +9,7 @@ use super::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, SourceAbout, SourceOn, Work,
 };
 use crate::Touching;
-use crate::trace::Tracer;
+use crate::scene::trace::Tracer;
 use crate::visibility::Exact;
 
 /// Exact lit intervals of every light. They have no shader.

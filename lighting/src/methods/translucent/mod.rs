@@ -15,7 +15,7 @@ use super::{
     SourceOn, SourceQuality, Verdict, Work,
 };
 use crate::Touching;
-use crate::emitter::Emitter;
+use crate::scene::Emitter;
 use crate::translucent::{Casters, TransmittanceMap};
 use crate::visibility::{March, Spacing};
 

@@ -1,0 +1,280 @@
+//! Lights as the algorithms see them: points with an angular emission, and
+//! directions.
+
+use std::f32::consts::FRAC_PI_2;
+
+use glam::{Quat, Vec2, Vec3};
+
+use crate::{Cone, SceneError, Texture, is_near};
+
+/// A light that reaches any point of space from exactly one direction.
+///
+/// Made by [`Light::emitters`](crate::Light::emitters) or by the
+/// constructors here; its numbers are known to be sound. Another kind would be a
+/// breaking change: every algorithm has to say what it does with each.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Emitter {
+    /// At a point.
+    Point(PointEmitter),
+    /// Infinitely far away.
+    Directional(DirectionalEmitter),
+}
+
+/// A point that emits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointEmitter {
+    position: Vec3,
+    intensity: Vec3,
+    range: f32,
+    emission: Emission,
+}
+
+/// Parallel light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectionalEmitter {
+    direction: Vec3,
+    irradiance: Vec3,
+}
+
+/// How the intensity of a point spreads over directions.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Emission {
+    /// The same everywhere.
+    Isotropic,
+    /// Proportional to the cosine to `normal`, 0 behind it.
+    Cosine {
+        /// Unit normal of the emitting surface.
+        normal: Vec3,
+    },
+    /// A cone with a smooth edge; see [`Cone`].
+    Spot(SpotEmission),
+}
+
+/// The emission of a spotlight, prepared for evaluation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpotEmission {
+    rotation: Quat,
+    cos_inner: f32,
+    cos_outer: f32,
+    tan_outer: f32,
+    texture: Option<Texture>,
+}
+
+impl Emission {
+    /// A spotlight along the local −Z of `rotation`.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] if the angles are not 0 ≤ inner < outer ≤ π/2,
+    /// the rotation is not a finite quaternion other than 0, or there is a
+    /// texture and `outer` exceeds 1.5 rad (the slide would be infinite).
+    pub fn spot(rotation: Quat, cone: Cone, texture: Option<Texture>) -> Result<Self, SceneError> {
+        let Cone { inner, outer } = cone;
+        let largest = if texture.is_some() { 1.5 } else { FRAC_PI_2 };
+        if !(inner >= 0.0 && inner < outer && outer <= largest) {
+            return Err(SceneError::bad_value(
+                "spotlight",
+                "cone",
+                format!("{inner} to {outer} rad"),
+                "0 <= inner < outer <= pi/2 (1.5 with a texture)",
+            ));
+        }
+        let length = rotation.length();
+        if !(length.is_finite() && length > 0.0) {
+            return Err(SceneError::bad_value(
+                "spotlight",
+                "rotation",
+                rotation,
+                "a finite quaternion other than 0",
+            ));
+        }
+        Ok(Self::Spot(SpotEmission {
+            rotation: rotation.normalize(),
+            cos_inner: inner.cos(),
+            // cos(π/2) in f32 is slightly negative; the cone must stay convex.
+            cos_outer: outer.cos().max(0.0),
+            tan_outer: outer.tan(),
+            texture,
+        }))
+    }
+
+    /// The factor on the intensity into the unit `direction` away from the
+    /// light.
+    pub fn factor(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::Isotropic => Vec3::ONE,
+            Self::Cosine { normal } => Vec3::splat(normal.dot(direction).max(0.0)),
+            Self::Spot(spot) => spot.factor(direction),
+        }
+    }
+}
+
+impl SpotEmission {
+    /// Unit direction of the axis.
+    pub fn axis(&self) -> Vec3 {
+        self.rotation * Vec3::NEG_Z
+    }
+
+    /// From the light's space to the world's.
+    pub fn rotation(&self) -> Quat {
+        self.rotation
+    }
+
+    /// Cosine of the half angle up to which the intensity is full.
+    pub fn cos_inner(&self) -> f32 {
+        self.cos_inner
+    }
+
+    /// Cosine of the half angle up to which the intensity is in fact full: that
+    /// of the inner cone, or 0.001 more than that of the outer one if they are
+    /// closer to each other.
+    pub fn cos_full(&self) -> f32 {
+        self.cos_outer + (self.cos_inner - self.cos_outer).max(0.001)
+    }
+
+    /// Cosine of the half angle at which the light ends, at least 0.
+    pub fn cos_outer(&self) -> f32 {
+        self.cos_outer
+    }
+
+    /// Half the side of the slide at distance 1 in front of the light: the
+    /// tangent of the half angle at which the light ends.
+    pub fn tan_outer(&self) -> f32 {
+        self.tan_outer
+    }
+
+    /// The slide in front of the light.
+    pub fn texture(&self) -> Option<&Texture> {
+        self.texture.as_ref()
+    }
+
+    fn factor(&self, direction: Vec3) -> Vec3 {
+        let cos = self.axis().dot(direction);
+        let edge = (cos - self.cos_outer) / (self.cos_inner - self.cos_outer).max(0.001);
+        let edge = edge.clamp(0.0, 1.0);
+        let falloff = Vec3::splat(edge * edge);
+        match &self.texture {
+            Some(texture) if edge > 0.0 => {
+                let local = self.rotation.inverse() * direction;
+                let plane = Vec2::new(local.x, -local.y) / (-local.z * self.tan_outer);
+                falloff * texture.clamp(0.5 + 0.5 * plane)
+            }
+            _ => falloff,
+        }
+    }
+}
+
+impl Emitter {
+    /// A point of radiant intensity `intensity` (times the factor of
+    /// `emission`) that lights nothing farther away than `range`.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] if the position is not finite or beyond 1e9 m, an
+    /// intensity is neither 0 nor from 1e-20 to 1e20, or the range is not above
+    /// 0 (it may be infinite).
+    pub fn point(
+        position: Vec3,
+        intensity: Vec3,
+        range: f32,
+        emission: Emission,
+    ) -> Result<Self, SceneError> {
+        if !is_near(position) {
+            return Err(SceneError::bad_value(
+                "light",
+                "position",
+                position,
+                "coordinates within 1e9 m",
+            ));
+        }
+        check_power("intensity", intensity)?;
+        if !(range > 0.0) {
+            return Err(SceneError::bad_value(
+                "light",
+                "range",
+                range,
+                "a distance above 0",
+            ));
+        }
+        Ok(Self::Point(PointEmitter {
+            position,
+            intensity,
+            range,
+            emission,
+        }))
+    }
+
+    /// Parallel light that travels along `direction` (any length but 0).
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] if the direction is 0 or not finite, or an
+    /// irradiance is neither 0 nor from 1e-20 to 1e20.
+    pub fn directional(direction: Vec3, irradiance: Vec3) -> Result<Self, SceneError> {
+        check_power("irradiance", irradiance)?;
+        match direction.try_normalize() {
+            Some(direction) => Ok(Self::Directional(DirectionalEmitter {
+                direction,
+                irradiance,
+            })),
+            None => Err(SceneError::bad_value(
+                "directional light",
+                "direction",
+                direction,
+                "a finite vector other than 0",
+            )),
+        }
+    }
+
+    /// Radiant intensity on the axis, or irradiance.
+    pub fn intensity(&self) -> Vec3 {
+        match self {
+            Self::Point(point) => point.intensity,
+            Self::Directional(sun) => sun.irradiance,
+        }
+    }
+}
+
+impl PointEmitter {
+    /// World position, m.
+    pub fn position(&self) -> Vec3 {
+        self.position
+    }
+
+    /// Radiant intensity before the factor of the emission.
+    pub fn intensity(&self) -> Vec3 {
+        self.intensity
+    }
+
+    /// Nothing farther away than this is lit; may be infinite.
+    pub fn range(&self) -> f32 {
+        self.range
+    }
+
+    /// The intensity's distribution over directions.
+    pub fn emission(&self) -> &Emission {
+        &self.emission
+    }
+}
+
+impl DirectionalEmitter {
+    /// Unit vector along which the light travels.
+    pub fn direction(&self) -> Vec3 {
+        self.direction
+    }
+
+    /// Irradiance on a plane that faces the light.
+    pub fn irradiance(&self) -> Vec3 {
+        self.irradiance
+    }
+}
+
+fn check_power(what: &'static str, value: Vec3) -> Result<(), SceneError> {
+    let sound = |channel: &f32| *channel == 0.0 || (1e-20..=1e20).contains(channel);
+    if value.to_array().iter().all(sound) {
+        return Ok(());
+    }
+    Err(SceneError::bad_value(
+        "light",
+        what,
+        value,
+        "0, or 1e-20 to 1e20, in each channel",
+    ))
+}

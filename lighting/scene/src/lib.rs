@@ -1,0 +1,240 @@
+//! What a scene is: meshes and their instances, hair and smoke, a camera,
+//! lights, a medium; and what can be said about it without any light transport.
+//!
+//! The fields of a [`Scene`] are plain data. [`Geometry`] is the checked
+//! world-space form of its triangles, [`Emitter`] the checked form of its
+//! lights; algorithms take these two. How light travels is the business of the
+//! crate `lighting`, which re-exports this one as `lighting::scene`.
+//!
+//! ```
+//! use glam::Vec3;
+//! use scene::{Geometry, Light, Mesh, PointLight, Scene};
+//!
+//! let mut scene = Scene::from(Mesh {
+//!     positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+//!     triangles: vec![[0, 1, 2]],
+//!     ..Mesh::default()
+//! });
+//! let geometry = Geometry::new(&scene)?;
+//! scene.complete(geometry.bounds())?;
+//! assert_eq!(geometry.triangles().len(), 1);
+//! assert!(scene.camera.is_some() && !scene.lights.is_empty());
+//! # Ok::<(), scene::SceneError>(())
+//! ```
+//!
+//! # Modules and features
+//!
+//! | module | feature | what |
+//! |---|---|---|
+//! | [`raster`] | | scan conversion of triangles as a light sees them |
+//! | [`statistics`] | | what makes a scene hard for a shadow map, in numbers |
+//! | `trace` | `trace` | a BVH: the first surface along a ray, and whether there is any |
+//! | `view` | `trace` | the rays of a picture and what they meet |
+//! | `procedural` | `procedural` | scenes that need no file |
+//! | `load` | `gltf`, `ply`, `hair`, `vol` | scene files |
+//!
+//! # Conventions
+//!
+//! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
+//! Light is linear RGB radiance. Coordinates lie within 1e9 m.
+
+mod camera;
+mod complete;
+mod emitter;
+mod geometry;
+mod light;
+#[cfg(any(feature = "gltf", feature = "ply", feature = "hair", feature = "vol"))]
+pub mod load;
+mod medium;
+#[cfg(feature = "procedural")]
+pub mod procedural;
+pub mod raster;
+mod ray;
+pub mod statistics;
+mod texture;
+#[cfg(feature = "trace")]
+pub mod trace;
+mod translucent;
+#[cfg(feature = "trace")]
+pub mod view;
+
+pub use camera::Camera;
+pub use complete::Placement;
+pub use emitter::{DirectionalEmitter, Emission, Emitter, PointEmitter, SpotEmission};
+pub use geometry::{Geometry, MAX_TRIANGLES, Source};
+pub use light::{AreaLight, Cone, DirectionalLight, Light, PointLight, SpotLight};
+pub use medium::{Bounds, Medium, PhaseFunction, ScatteringAngle};
+pub use ray::{Interval, Ray};
+pub use texture::Texture;
+pub use translucent::{
+    DensityGrid, Interpolation, MAX_SAMPLES, Particle, Particles, Piece, Profile, StrandPoint,
+    Strands, Translucent,
+};
+
+use glam::{Affine3A, Vec2, Vec3};
+
+/// Coordinates farther out than this leave f32 no digits for light transport.
+pub(crate) const MAX_COORDINATE: f32 = 1e9;
+
+/// True if no coordinate is NaN or beyond [`MAX_COORDINATE`].
+pub(crate) fn is_near(point: Vec3) -> bool {
+    // The largest element of a vector would pass over a NaN.
+    point.abs().cmple(Vec3::splat(MAX_COORDINATE)).all()
+}
+
+/// A scene as it was loaded or generated.
+///
+/// The fields are plain data and may hold anything; [`Geometry::new`] and
+/// [`Light::emitters`] check what they take over. A scene without a camera or
+/// without lights can be given sensible ones by [`Scene::complete`].
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// A name for reports.
+    pub name: String,
+    /// Triangle meshes in their own space.
+    pub meshes: Vec<Mesh>,
+    /// Surface materials that meshes refer to.
+    pub materials: Vec<Material>,
+    /// Meshes placed in the world.
+    pub instances: Vec<Instance>,
+    /// What lets a part of the light through.
+    pub translucent: Vec<Translucent>,
+    /// The view, if the scene brings one.
+    pub camera: Option<Camera>,
+    /// The lights, possibly none.
+    pub lights: Vec<Light>,
+    /// What fills the air; `None` is a vacuum.
+    pub medium: Option<Medium>,
+}
+
+/// One mesh, where it is.
+impl From<Mesh> for Scene {
+    fn from(mesh: Mesh) -> Self {
+        Self {
+            meshes: vec![mesh],
+            instances: vec![Instance {
+                mesh: 0,
+                transform: Affine3A::IDENTITY,
+            }],
+            ..Self::default()
+        }
+    }
+}
+
+/// A triangle mesh in its own space, metres.
+#[derive(Debug, Clone, Default)]
+pub struct Mesh {
+    /// A name for error messages.
+    pub name: String,
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Texture coordinates, one per position, or empty. (0, 0) is the upper
+    /// left corner of the image.
+    pub texture_coordinates: Vec<Vec2>,
+    /// Corners of each triangle, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into [`Scene::materials`]; `None` is [`Material::default`].
+    pub material: Option<usize>,
+}
+
+/// A mesh placed in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instance {
+    /// Index into [`Scene::meshes`].
+    pub mesh: usize,
+    /// From the mesh's space to the world's.
+    pub transform: Affine3A,
+}
+
+/// A Lambertian surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Diffuse albedo in linear RGB, multiplied by the texture.
+    pub base_color: Vec3,
+    /// Diffuse albedo over the surface.
+    pub base_color_texture: Option<Texture>,
+    /// Emitted radiance in linear RGB.
+    pub emitted: Vec3,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            base_color: Vec3::splat(0.8),
+            base_color_texture: None,
+            emitted: Vec3::ZERO,
+        }
+    }
+}
+
+/// Why a scene cannot be used. Every message names the offending value.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// No triangle is left to look at.
+    #[error("the scene has no triangles")]
+    Empty,
+    /// Too many triangles for one scene once instances are expanded.
+    #[error("the scene has {triangles} triangles after instancing, the limit is {limit}")]
+    TooManyTriangles {
+        /// Triangles after instancing.
+        triangles: u64,
+        /// [`MAX_TRIANGLES`].
+        limit: u64,
+    },
+    /// An index points past the end of what it indexes.
+    #[error("{owner}: {what} index {index} is out of range, there are {count}")]
+    IndexOutOfRange {
+        /// The object that holds the index.
+        owner: String,
+        /// What is indexed.
+        what: &'static str,
+        /// The index.
+        index: u64,
+        /// Number of things it could point to.
+        count: u64,
+    },
+    /// Two arrays that belong together differ in length.
+    #[error("{owner}: {what} has {actual} entries, but {expected} were expected")]
+    LengthMismatch {
+        /// The object that holds the arrays.
+        owner: String,
+        /// The array at fault.
+        what: &'static str,
+        /// Entries it has.
+        actual: usize,
+        /// Entries it should have.
+        expected: usize,
+    },
+    /// A number outside its domain, NaN and infinity included.
+    #[error("{owner}: {what} is {value}, expected {expected}")]
+    BadValue {
+        /// The object that holds the number.
+        owner: String,
+        /// Which number.
+        what: &'static str,
+        /// The number as text.
+        value: String,
+        /// Its domain in words.
+        expected: &'static str,
+    },
+    /// A phase function that is none.
+    #[error("medium: {0}")]
+    PhaseFunction(#[from] airlight::Error),
+}
+
+impl SceneError {
+    pub(crate) fn bad_value(
+        owner: impl Into<String>,
+        what: &'static str,
+        value: impl ToString,
+        expected: &'static str,
+    ) -> Self {
+        Self::BadValue {
+            owner: owner.into(),
+            what,
+            value: value.to_string(),
+            expected,
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! glTF 2.0 and GLB.
+//!
+//! Only the document's structure is taken from the library; every index, offset
+//! and length in it is checked here before it is used.
+
+mod accessor;
+mod container;
+mod image;
+mod light;
+mod material;
+mod medium;
+mod node;
+mod primitive;
+mod quad;
+#[cfg(test)]
+mod tests;
+mod uri;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use gltf_json::{Index, Root};
+
+use self::accessor::Buffers;
+use self::container::Container;
+use self::material::Converted;
+use self::primitive::Shape;
+use super::limits::{Budget, Notes};
+use super::{LoadError, Loaded, MAX_DECODED_BYTES};
+use crate::{Scene, SceneError, Texture};
+
+/// Returns the contents of a file that a document refers to.
+type OpenFile<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, LoadError>;
+
+/// Reads a glTF or GLB file; see the [module](super) for what is understood.
+/// `open` returns the contents of a buffer or image file, given its decoded
+/// path relative to the document; `data:` URIs never reach it.
+///
+/// # Errors
+/// Any [`LoadError`], those of `open` included. What is wrong with an image is
+/// a note and not an error.
+pub fn gltf_from_slice(
+    bytes: &[u8],
+    open: &mut dyn FnMut(&str) -> Result<Vec<u8>, LoadError>,
+) -> Result<Loaded, LoadError> {
+    read(bytes, open, Budget::new(MAX_DECODED_BYTES))
+}
+
+fn read(bytes: &[u8], open: OpenFile<'_>, budget: Budget) -> Result<Loaded, LoadError> {
+    let container = Container::split(bytes)?;
+    let root = container::parse(container.json)?;
+    let mut builder = Builder {
+        root: &root,
+        buffers: Buffers::new(&root, container.binary, open),
+        budget,
+        notes: Notes::default(),
+        scene: Scene::default(),
+        images: BTreeMap::new(),
+        materials: BTreeMap::new(),
+        upside_down: BTreeMap::new(),
+        shapes: BTreeMap::new(),
+    };
+    builder.document()?;
+    Ok(Loaded {
+        scene: builder.scene,
+        notes: builder.notes.into_vec(),
+    })
+}
+
+/// A scene that is being made from a document.
+struct Builder<'a> {
+    root: &'a Root,
+    buffers: Buffers<'a>,
+    budget: Budget,
+    notes: Notes,
+    scene: Scene,
+    /// Images by their index, `None` if they cannot be read.
+    images: BTreeMap<usize, Option<Texture>>,
+    /// Materials by their index.
+    materials: BTreeMap<usize, Converted>,
+    /// Emissive textures in reverse row order, by material.
+    upside_down: BTreeMap<usize, Texture>,
+    /// Primitives by mesh, number and whether they are mirrored; `None` if
+    /// there is nothing to draw.
+    shapes: BTreeMap<(usize, usize, bool), Option<Shape>>,
+}
+
+impl Builder<'_> {
+    fn document(&mut self) -> Result<(), LoadError> {
+        let root = self.root;
+        for extension in &root.extensions_used {
+            if !container::is_supported(extension) {
+                self.notes
+                    .add(format!("the extension {extension:.80} is ignored"));
+            }
+        }
+        if !root.animations.is_empty() {
+            self.notes.add("animations are ignored");
+        }
+        let scene = match (root.scene, root.scenes.first()) {
+            (Some(index), _) => Some(entry(&root.scenes, index, "the document", "scene")?),
+            (None, Some(first)) => {
+                if root.scenes.len() > 1 {
+                    self.notes.add("no scene is the default: the first is used");
+                }
+                Some(first)
+            }
+            (None, None) => None,
+        };
+        match scene {
+            Some(scene) => {
+                self.scene.name = scene.name.clone().unwrap_or_default();
+                self.walk(&scene.nodes, "the scene")?;
+            }
+            None => self.walk_all()?,
+        }
+        let extras = [
+            scene.map(|scene| &scene.extras),
+            Some(&root.extras),
+            Some(&root.asset.extras),
+        ];
+        for extras in extras.into_iter().flatten() {
+            self.scene.medium = medium::medium(extras)?;
+            if self.scene.medium.is_some() {
+                break;
+            }
+        }
+        let mut meshes = self
+            .scene
+            .instances
+            .iter()
+            .map(|i| &self.scene.meshes[i.mesh]);
+        if meshes.all(|mesh| mesh.triangles.is_empty()) {
+            return Err(SceneError::Empty.into());
+        }
+        Ok(())
+    }
+
+    /// Without a scene, whatever is nobody's child is taken.
+    fn walk_all(&mut self) -> Result<(), LoadError> {
+        let nodes = &self.root.nodes;
+        let children: BTreeSet<usize> = nodes
+            .iter()
+            .flat_map(|node| node.children.iter().flatten())
+            .map(Index::value)
+            .collect();
+        let roots: Vec<_> = (0..nodes.len())
+            .filter(|index| !children.contains(index))
+            .map(|index| Index::new(index as u32))
+            .collect();
+        if roots.is_empty() && !nodes.is_empty() {
+            return Err(LoadError::bad_value(
+                "the hierarchy of nodes",
+                "without a root",
+                "a tree of nodes: no cycles, no second parent",
+            ));
+        }
+        if !roots.is_empty() {
+            self.notes
+                .add("the document has no scene: all of its nodes are used");
+        }
+        self.walk(&roots, "the document")
+    }
+}
+
+/// What an index points to. `owner` holds the index.
+fn entry<'a, T>(
+    items: &'a [T],
+    index: Index<T>,
+    owner: &str,
+    what: &'static str,
+) -> Result<&'a T, LoadError> {
+    items.get(index.value()).ok_or_else(|| {
+        LoadError::Scene(SceneError::IndexOutOfRange {
+            owner: owner.to_owned(),
+            what,
+            index: index.value() as u64,
+            count: items.len() as u64,
+        })
+    })
+}
+
+/// How a part of the document is called in messages.
+fn label(kind: &str, index: usize, name: Option<&str>) -> String {
+    match name {
+        Some(name) if !name.is_empty() => format!("{kind} {index} \"{name:.60}\""),
+        _ => format!("{kind} {index}"),
+    }
+}

@@ -1,0 +1,250 @@
+use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+
+use glam::Vec3;
+
+use super::*;
+use crate::{Light, PhaseFunction};
+
+fn with_nodes(nodes: &str, rest: &str) -> Result<Loaded, LoadError> {
+    let (draft, mesh) = tetrahedron();
+    draft.load(&format!(
+        r#"{mesh},"nodes":[{{"mesh":0}},{nodes}],"scenes":[{{"nodes":[0,1]}}]{rest}"#
+    ))
+}
+
+fn with_light(node: &str, light: &str) -> Result<Loaded, LoadError> {
+    with_nodes(
+        &format!(r#"{{{node}"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}"#),
+        &format!(r#","extensions":{{"KHR_lights_punctual":{{"lights":[{light}]}}}}"#),
+    )
+}
+
+/// Looks along +X and is scaled without mercy.
+const TURNED: &str =
+    r#""translation":[1,2,3],"rotation":[0,-0.70710678,0,0.70710678],"scale":[5,0.1,9],"#;
+
+#[test]
+fn punctual_lights_are_taken_as_they_are() {
+    let loaded = with_light(
+        TURNED,
+        r#"{"type":"spot","color":[1,0.5,0.25],"intensity":40,"range":12,"spot":{"innerConeAngle":0.3,"outerConeAngle":0.7}}"#,
+    )
+    .unwrap();
+    let [Light::Spot(spot)] = &loaded.scene.lights[..] else {
+        panic!("{:?}", loaded.scene.lights);
+    };
+    assert_eq!(spot.position, Vec3::new(1.0, 2.0, 3.0));
+    assert_eq!(spot.intensity, Vec3::new(40.0, 20.0, 10.0));
+    assert_eq!(
+        (spot.range, spot.cone.inner, spot.cone.outer),
+        (12.0, 0.3, 0.7)
+    );
+    assert!((spot.rotation * Vec3::NEG_Z - Vec3::X).length() < 1e-6);
+    assert!((spot.rotation * Vec3::Y - Vec3::Y).length() < 1e-6);
+
+    let loaded = with_light(TURNED, r#"{"type":"directional","intensity":3}"#).unwrap();
+    let [Light::Directional(sun)] = &loaded.scene.lights[..] else {
+        panic!("{:?}", loaded.scene.lights);
+    };
+    assert!((sun.direction - Vec3::X).length() < 1e-6);
+    assert_eq!(sun.irradiance, Vec3::splat(3.0));
+
+    let loaded = with_light(TURNED, r#"{"type":"point"}"#).unwrap();
+    let [Light::Point(point)] = &loaded.scene.lights[..] else {
+        panic!("{:?}", loaded.scene.lights);
+    };
+    assert_eq!((point.intensity, point.range), (Vec3::ONE, f32::INFINITY));
+}
+
+#[test]
+fn a_mirrored_light_looks_where_its_node_looks() {
+    let node = format!(
+        r#""matrix":[-1,0,0,0, 0,{h},{h},0, 0,-{h},{h},0, 0,0,0,1],"#,
+        h = FRAC_1_SQRT_2
+    );
+    let loaded = with_light(&node, r#"{"type":"spot","spot":{}}"#).unwrap();
+    let [Light::Spot(spot)] = &loaded.scene.lights[..] else {
+        panic!("{:?}", loaded.scene.lights);
+    };
+    let expected = Vec3::new(0.0, FRAC_1_SQRT_2, -FRAC_1_SQRT_2);
+    assert!((spot.rotation * Vec3::NEG_Z - expected).length() < 1e-6);
+    assert!((spot.rotation.length() - 1.0).abs() < 1e-6);
+    assert_eq!(spot.cone.inner, 0.0);
+}
+
+#[test]
+fn lights_at_the_border_of_the_specification_still_load() {
+    let widest = format!(r#"{{"type":"spot","spot":{{"outerConeAngle":{FRAC_PI_2}}}}}"#);
+    assert_eq!(with_light("", &widest).unwrap().scene.lights.len(), 1);
+    let hard = r#"{"type":"spot","spot":{"innerConeAngle":0.5,"outerConeAngle":0.5}}"#;
+    let loaded = with_light("", hard).unwrap();
+    assert!(loaded.scene.lights[0].emitters(1).is_ok());
+    assert!(loaded.notes[0].contains("softer"), "{:?}", loaded.notes);
+    let flat = with_light(r#""scale":[0,0,0],"#, r#"{"type":"directional"}"#).unwrap();
+    assert!(flat.scene.lights.is_empty());
+    assert!(
+        flat.notes[0].contains("scaled to nothing"),
+        "{:?}",
+        flat.notes
+    );
+}
+
+#[test]
+fn bad_lights_are_refused_with_their_cause() {
+    for (light, cause) in [
+        (r#"{"type":"moon"}"#, "directional, point or spot"),
+        (r#"{"type":"spot"}"#, "spot"),
+        (r#"{"type":"point","intensity":-1}"#, "intensity"),
+        (r#"{"type":"point","intensity":1e99}"#, "intensity"),
+        (r#"{"type":"point","name":"lamp","range":0}"#, "\"lamp\""),
+        (r#"{"type":"spot","spot":{"innerConeAngle":0.9}}"#, "cone"),
+        (r#"{"type":"spot","spot":{"outerConeAngle":2}}"#, "cone"),
+        ("", "light index 0"),
+    ] {
+        let error = with_light("", light).unwrap_err().to_string();
+        assert!(error.contains(cause), "{light}: {error}");
+    }
+}
+
+#[test]
+fn the_first_perspective_camera_is_the_camera() {
+    let cameras = r#","cameras":[{"type":"orthographic","orthographic":{"xmag":1,"ymag":1,"zfar":9,"znear":1}},{"type":"perspective","perspective":{"yfov":0.9,"znear":0.1}}]"#;
+    let loaded = with_nodes(
+        r#"{"camera":0,"children":[2,3]},{"camera":1,"translation":[0,1,0],"scale":[3,3,3],"rotation":[0,1,0,0]},{"camera":1}"#,
+        cameras,
+    )
+    .unwrap();
+    let camera = loaded.scene.camera.unwrap();
+    assert_eq!((camera.eye(), camera.vertical_fov()), (Vec3::Y, 0.9));
+    assert!((camera.direction(0.5, 0.5, 1, 1) - Vec3::Z).length() < 1e-6);
+    let notes = loaded.notes.join("\n");
+    assert!(
+        notes.contains("no perspective") && notes.contains("first camera"),
+        "{notes}"
+    );
+
+    let wide = cameras.replace("0.9", "3.2");
+    let error = with_nodes(r#"{"camera":1}"#, &wide)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("field of view"), "{error}");
+    let lying = r#","cameras":[{"type":"perspective"}]"#;
+    assert!(
+        with_nodes(r#"{"camera":0}"#, lying)
+            .unwrap()
+            .scene
+            .camera
+            .is_none()
+    );
+}
+
+fn with_extras(medium: &str) -> Result<Loaded, LoadError> {
+    with_nodes(
+        "{}",
+        &format!(r#","extras":{{"other":1,"medium":{medium}}}"#),
+    )
+}
+
+#[test]
+fn the_medium_comes_from_the_extras() {
+    let medium = with_extras(
+        r#"{"sigma_s":[0.1,0.2,0.3],"sigma_a":0.5,"phase":"henyey-greenstein","g":-0.3,"box":[[-1,0,-1],[1,2,1]]}"#,
+    );
+    let medium = medium.unwrap().scene.medium.unwrap();
+    assert_eq!(medium.sigma_s(), Vec3::new(0.1, 0.2, 0.3));
+    assert_eq!(medium.sigma_a(), Vec3::splat(0.5));
+    assert_eq!(medium.phase(), PhaseFunction::HenyeyGreenstein { g: -0.3 });
+    assert_eq!(medium.bounds().unwrap().max(), Vec3::new(1.0, 2.0, 1.0));
+    for (extras, phase) in [
+        (
+            r#"{"sigma_s":1,"phase":"cornette-shanks","g":0.5}"#,
+            PhaseFunction::CornetteShanks { g: 0.5 },
+        ),
+        (
+            r#"{"sigma_s":1,"phase":"schlick","k":-0.5}"#,
+            PhaseFunction::Schlick { k: -0.5 },
+        ),
+    ] {
+        let medium = with_extras(extras).unwrap().scene.medium.unwrap();
+        assert_eq!(medium.phase(), phase);
+    }
+    let medium = with_extras(r#"{"sigma_s":1,"phase":"rayleigh"}"#)
+        .unwrap()
+        .scene
+        .medium
+        .unwrap();
+    assert_eq!(medium.phase(), PhaseFunction::Rayleigh);
+    assert!(medium.bounds().is_none() && medium.sigma_a() == Vec3::ZERO);
+    assert!(
+        with_nodes("{}", r#","extras":[1]"#)
+            .unwrap()
+            .scene
+            .medium
+            .is_none()
+    );
+}
+
+#[test]
+fn the_extras_of_the_scene_go_before_those_of_the_document_and_the_asset() {
+    let (draft, mesh) = tetrahedron();
+    let extras = |sigma: f32| format!(r#""extras":{{"medium":{{"sigma_s":{sigma}}}}}"#);
+    for (scene, document, asset, expected) in [
+        (1.0, 2.0, 3.0, 1.0),
+        (0.0, 2.0, 3.0, 2.0),
+        (0.0, 0.0, 3.0, 3.0),
+    ] {
+        let put = |sigma: f32| {
+            if sigma > 0.0 {
+                extras(sigma)
+            } else {
+                r#""extras":{}"#.into()
+            }
+        };
+        let json = draft.json(
+            Some("x.bin"),
+            &format!(
+                r#"{mesh},"nodes":[{{"mesh":0}}],"scenes":[{{"nodes":[0],{}}}],{}"#,
+                put(scene),
+                put(document)
+            ),
+        );
+        let version = r#""version":"2.0""#;
+        let json = json.replace(version, &format!("{version},{}", put(asset)));
+        let loaded = gltf_from_slice(json.as_bytes(), &mut |_| Ok(draft.binary.clone())).unwrap();
+        assert_eq!(loaded.scene.medium.unwrap().sigma_s().x, expected);
+    }
+}
+
+#[test]
+fn a_bad_medium_is_refused_by_field() {
+    for (medium, field) in [
+        ("3", "\"medium\""),
+        ("{}", "sigma_s or sigma_a"),
+        (r#"{"sigma_t":1}"#, "sigma_t"),
+        (r#"{"sigma_s":-1}"#, "medium.sigma_s"),
+        (r#"{"sigma_s":"1"}"#, "medium.sigma_s"),
+        (r#"{"sigma_s":[1,2]}"#, "medium.sigma_s"),
+        (r#"{"sigma_a":[1,2,-3]}"#, "medium.sigma_a"),
+        (r#"{"sigma_a":1e99}"#, "medium.sigma_a"),
+        (r#"{"sigma_s":3e38}"#, "sigma_s"),
+        (r#"{"sigma_s":1,"phase":"mie"}"#, "medium.phase"),
+        (r#"{"sigma_s":1,"phase":null}"#, "medium.phase"),
+        (r#"{"sigma_s":1,"phase":"henyey-greenstein"}"#, "medium.g"),
+        (
+            r#"{"sigma_s":1,"phase":"henyey-greenstein","g":1}"#,
+            "medium.g",
+        ),
+        (r#"{"sigma_s":1,"g":0.5}"#, "medium.g"),
+        (r#"{"sigma_s":1,"phase":"schlick","g":0.5}"#, "medium.g"),
+        (r#"{"sigma_s":1,"phase":"schlick","k":2}"#, "medium.k"),
+        (r#"{"sigma_s":1,"box":[0,1]}"#, "medium.box"),
+        (r#"{"sigma_s":1,"box":[[0,0,0],[1,0,1]]}"#, "medium.box"),
+        (
+            r#"{"sigma_s":1,"box":[[0,0,0],[1,1,1],[2,2,2]]}"#,
+            "medium.box",
+        ),
+    ] {
+        let error = with_extras(medium).unwrap_err().to_string();
+        assert!(error.contains(field), "{medium}: {error}");
+    }
+}

@@ -1,0 +1,213 @@
+//! Mitsuba's VOL files, version 3.
+
+use half::f16;
+
+use super::limits::{Budget, Notes};
+use super::words::{Words, vec3};
+use super::{LoadError, Loaded, MAX_DECODED_BYTES};
+use crate::{Bounds, DensityGrid, Interpolation, MAX_SAMPLES, Scene};
+
+/// Reads a VOL file as a scene of one density grid; see the [module](super)
+/// for what is understood.
+///
+/// # Errors
+/// [`LoadError::Truncated`], [`LoadError::BadValue`],
+/// [`LoadError::Unsupported`], [`LoadError::TooLarge`]; [`LoadError::Scene`]
+/// for a box or a density that [`Bounds::new`] or [`DensityGrid::new`] refuses.
+pub fn vol_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
+    let what = "the header of a VOL file";
+    let mut words = Words::new(bytes);
+    let [magic @ .., version] = words.item::<4>(what)?;
+    if magic != *b"VOL" {
+        let magic = String::from_utf8_lossy(&magic);
+        return Err(LoadError::bad_value(
+            "the start of the file",
+            magic,
+            "\"VOL\"",
+        ));
+    }
+    if version != 3 {
+        return Err(LoadError::Unsupported(format!("VOL version {version}")));
+    }
+    let encoding = Encoding::of(words.u32(what)?)?;
+    let resolution = [words.u32(what)?, words.u32(what)?, words.u32(what)?];
+    let channels = words.u32(what)?;
+    if channels != 1 && channels != 3 {
+        return Err(LoadError::bad_value(
+            "the number of VOL channels",
+            channels,
+            "1 or 3",
+        ));
+    }
+    let bounds = Bounds::new(vec3(words.item(what)?), vec3(words.item(what)?))?;
+    let samples = resolution
+        .into_iter()
+        .fold(1_u64, |product, count| product.saturating_mul(count.into()));
+    if samples > MAX_SAMPLES {
+        let [x, y, z] = resolution;
+        return Err(LoadError::TooLarge {
+            what: format!("a VOL grid of {x} x {y} x {z}"),
+            bytes: samples.saturating_mul(4),
+            limit: 4 * MAX_SAMPLES,
+        });
+    }
+    let values = encoding.values(&mut words, samples * u64::from(channels))?;
+    let mut notes = Notes::default();
+    let density = if channels == 3 {
+        notes.add("the density is the mean of the three channels");
+        let (colours, _) = values.as_chunks::<3>();
+        colours.iter().map(|[r, g, b]| (r + g + b) / 3.0).collect()
+    } else {
+        values
+    };
+    if words.available() > 0 {
+        notes.add(format!(
+            "{} bytes after the last density ignored",
+            words.available()
+        ));
+    }
+    let grid = DensityGrid::new(bounds, resolution, density, 1.0, Interpolation::Linear)?;
+    let scene = Scene {
+        translucent: vec![grid.into()],
+        ..Scene::default()
+    };
+    Ok(Loaded {
+        scene,
+        notes: notes.into_vec(),
+    })
+}
+
+/// How numbers are stored.
+#[derive(Debug, Clone, Copy)]
+enum Encoding {
+    F32,
+    F16,
+    U8,
+}
+
+impl Encoding {
+    fn of(number: u32) -> Result<Self, LoadError> {
+        match number {
+            1 => Ok(Self::F32),
+            2 => Ok(Self::F16),
+            3 => Ok(Self::U8),
+            4 => Err(LoadError::Unsupported("a VOL file of directions".into())),
+            _ => Err(LoadError::bad_value("the VOL encoding", number, "1 to 4")),
+        }
+    }
+
+    fn values(self, words: &mut Words<'_>, count: u64) -> Result<Vec<f32>, LoadError> {
+        let what = "the VOL densities";
+        Budget::new(MAX_DECODED_BYTES).take(what, count, size_of::<f32>())?;
+        Ok(match self {
+            Self::F32 => words.items(what, count)?.map(f32::from_le_bytes).collect(),
+            Self::F16 => {
+                let half = |bytes| f16::from_le_bytes(bytes).to_f32();
+                words.items(what, count)?.map(half).collect()
+            }
+            Self::U8 => {
+                let byte = |[byte]: [u8; 1]| f32::from(byte) / 255.0;
+                words.items(what, count)?.map(byte).collect()
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::Translucent;
+
+    /// 2 × 1 × 3 samples of these bytes.
+    fn file(encoding: u32, channels: u32, values: &[u8]) -> Vec<u8> {
+        let mut bytes = b"VOL\x03".to_vec();
+        for word in [encoding, 2, 1, 3, channels] {
+            bytes.extend(word.to_le_bytes());
+        }
+        for number in [-1.0_f32, 0.0, 2.0, 1.0, 4.0, 3.0] {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend(values);
+        bytes
+    }
+
+    fn f32s(count: u32) -> Vec<u8> {
+        let number = |i: u32| (0.5 * i as f32).to_le_bytes();
+        (0..count).flat_map(number).collect()
+    }
+
+    fn grid(file: &[u8]) -> DensityGrid {
+        match vol_from_slice(file).unwrap().scene.translucent.remove(0) {
+            Translucent::Grid(grid) => grid,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn every_encoding_is_read() {
+        let halves: Vec<u8> = (0..6_u8)
+            .flat_map(|i| f16::from_f32(0.5 * f32::from(i)).to_le_bytes())
+            .collect();
+        let expected = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5];
+        for file in [file(1, 1, &f32s(6)), file(2, 1, &halves)] {
+            let grid = grid(&file);
+            assert_eq!(
+                (grid.resolution(), grid.density()),
+                ([2, 1, 3], &expected[..])
+            );
+            assert_eq!(grid.bounds().min(), Vec3::new(-1.0, 0.0, 2.0));
+            assert_eq!(grid.bounds().max(), Vec3::new(1.0, 4.0, 3.0));
+        }
+        let bytes = grid(&file(3, 1, &[0, 51, 102, 153, 204, 255]));
+        assert!((bytes.density()[4] - 0.8).abs() < 1e-6 && bytes.density()[5] == 1.0);
+        let coloured = file(1, 3, &f32s(18));
+        assert_eq!(grid(&coloured).density()[..2], [0.5, 2.0]);
+        assert!(vol_from_slice(&coloured).unwrap().notes[0].contains("mean"));
+    }
+
+    #[test]
+    fn bad_files_are_refused_with_their_cause() {
+        let with = |place: usize, bytes: &[u8]| {
+            let mut file = file(1, 1, &f32s(6));
+            file[place..place + bytes.len()].copy_from_slice(bytes);
+            file
+        };
+        let number = f32::to_le_bytes;
+        for (file, cause) in [
+            (b"VOX\x03".to_vec(), "VOX"),
+            (with(3, &[2]), "version 2"),
+            (with(4, &[4]), "directions"),
+            (with(4, &[9]), "encoding is 9"),
+            (with(8, &[0]), "0 x 1 x 3"),
+            (with(8, &[255; 12]), "4294967295 x 4294967295"),
+            (with(8, &[255, 255, 0, 0]), "786420 bytes"),
+            (with(20, &[2]), "channels is 2"),
+            (with(24, &number(1.0)), "corners"),
+            (with(24, &number(f32::NAN)), "NaN"),
+            (with(48, &number(-1.0)), "sample 0: density is -1"),
+            (with(52, &number(f32::INFINITY)), "sample 1"),
+        ] {
+            let error = vol_from_slice(&file).unwrap_err().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
+    }
+
+    #[test]
+    fn every_truncation_is_an_error_and_more_bytes_are_a_note() {
+        let mut file = file(1, 1, &f32s(6));
+        for length in 0..file.len() {
+            assert!(vol_from_slice(&file[..length]).is_err(), "{length}");
+        }
+        file.push(0);
+        assert!(vol_from_slice(&file).unwrap().notes[0].starts_with("1 bytes"));
+    }
+
+    #[test]
+    fn damage_never_panics() {
+        crate::load::damage::survives(&file(1, 3, &f32s(18)), |damaged| {
+            drop(vol_from_slice(damaged));
+        });
+    }
+}

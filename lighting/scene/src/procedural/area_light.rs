@@ -1,0 +1,74 @@
+//! A dense curved mesh under a glowing rectangle.
+
+use glam::Vec3;
+
+use super::primitives::{cuboid, torus_grid};
+use super::random::{Random, circle};
+use super::stage::{Stage, fog, look, paint};
+use crate::{AreaLight, Light, Material, Mesh, PhaseFunction, Scene, Texture};
+
+/// Grid of the knot: 2 · 720 · 72 triangles.
+const ALONG: u32 = 720;
+const AROUND: u32 = 72;
+
+pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
+    let mut random = Random::new(seed);
+    stage.add("knot", knot(random.unit()), paint(0.70, 0.62, 0.50));
+    let floor = cuboid(Vec3::new(-12.0, -0.3, -12.0), Vec3::new(12.0, 0.0, 12.0));
+    stage.add("floor", floor, paint(0.55, 0.55, 0.55));
+
+    // The light faces down, X × Z = −Y; its casing is behind it.
+    let corner = Vec3::new(-0.6, 5.2, -0.45);
+    let radiance = Vec3::splat(320.0);
+    let casing = cuboid(
+        corner + Vec3::new(0.0, 0.01, 0.0),
+        corner + Vec3::new(1.2, 0.09, 0.9),
+    );
+    let glow = Material {
+        base_color: Vec3::ZERO,
+        emitted: 0.008 * radiance,
+        ..Material::default()
+    };
+    stage.add("light", casing, glow);
+    let panel = AreaLight {
+        corner,
+        edges: [1.2 * Vec3::X, 0.9 * Vec3::Z],
+        radiance,
+        texture: Some(warm_to_cold()),
+    };
+    stage.seen(
+        look(Vec3::new(0.0, 3.6, 7.6), Vec3::new(0.0, 2.55, 0.0), 46.0),
+        vec![Light::Area(panel)],
+        fog(
+            Vec3::splat(0.10),
+            Vec3::splat(0.01),
+            PhaseFunction::Isotropic,
+        ),
+    )
+}
+
+/// A trefoil knot with ribs, 2 m above the floor.
+fn knot(phase: f32) -> Mesh {
+    let axis = |u: f32| {
+        let (ring, wave) = (circle(2.0 * u + phase), circle(3.0 * u));
+        let radius = 1.25 + 0.5 * wave.x;
+        Vec3::new(radius * ring.x, 2.4 + 0.55 * wave.y, radius * ring.y)
+    };
+    torus_grid(ALONG, AROUND, |u, v| {
+        let centre = axis(u);
+        let along = (axis(u + 1e-3) - axis(u - 1e-3)).normalize();
+        // The core of the torus gives a direction that is never along the
+        // curve and comes back to itself after one round.
+        let ring = circle(2.0 * u + phase);
+        let core = Vec3::new(1.25 * ring.x, 2.4, 1.25 * ring.y);
+        let out = (centre - core).reject_from_normalized(along).normalize();
+        let rib = circle(60.0 * u).x * 0.018 + circle(6.0 * v + 9.0 * u).x * 0.02;
+        let p = (0.27 + rib) * circle(v);
+        centre + p.x * out + p.y * out.cross(along)
+    })
+}
+
+fn warm_to_cold() -> Texture {
+    let texels = vec![Vec3::new(1.0, 0.55, 0.25), Vec3::new(0.30, 0.55, 1.0)];
+    Texture::new(2, 1, texels).expect("numbers of this program")
+}

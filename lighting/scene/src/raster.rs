@@ -1,0 +1,435 @@
+//! Scan conversion of triangles as a light sees them.
+//!
+//! A [`Face`] is a square picture plane of a light. A triangle over it is
+//! reduced to linear functions of the texel position ([`Footprint`]): three
+//! whose signs tell coverage, one that gives the depth. Coverage is the sign of
+//! the determinants that decide whether a ray through the texel centre meets
+//! the triangle, so triangles that reach behind the light need no clipping and
+//! common edges leave no gaps.
+
+use glam::{DVec3, Quat, Vec3};
+
+/// A picture plane of `resolution` × `resolution` texels; row 0 is on top.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// A point of every light ray for a perspective face; the point from which
+    /// depth counts for an orthographic one.
+    pub origin: Vec3,
+    /// Unit vector to the right of the picture.
+    pub right: Vec3,
+    /// Unit vector to the top of the picture.
+    pub up: Vec3,
+    /// Unit vector into the picture: `up × right`.
+    pub forward: Vec3,
+    /// How light rays run.
+    pub rays: Rays,
+}
+
+impl Face {
+    /// The tightest picture along the unit `direction` around the box between
+    /// two opposite corners; depth is the distance from the box's first plane.
+    pub fn orthographic([min, max]: [Vec3; 2], direction: Vec3) -> Self {
+        let centre = 0.5 * (min + max);
+        let half = 0.5 * (max - min);
+        let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
+        let (right, up) = (rotation * Vec3::X, rotation * Vec3::Y);
+        // How far the box reaches from its centre along an axis.
+        let reach = |axis: Vec3| axis.abs().dot(half) * (1.0 + 1e-6);
+        Self {
+            origin: centre - reach(direction) * direction,
+            right,
+            up,
+            forward: direction,
+            rays: Rays::Parallel {
+                half_width: reach(right),
+                half_height: reach(up),
+            },
+        }
+    }
+}
+
+/// How the light rays of a [`Face`] run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rays {
+    /// Parallel to `forward`; the picture spans `half_width` to either side
+    /// and `half_height` up and down, metres. Depth is the distance along
+    /// `forward`.
+    Parallel {
+        /// Half the width of the picture, m.
+        half_width: f32,
+        /// Half the height of the picture, m.
+        half_height: f32,
+    },
+    /// From `origin`; the picture spans the tangent `tan` to all four sides.
+    /// Depth is the Euclidean distance from `origin`.
+    Central {
+        /// Tangent of half the opening angle.
+        tan: f32,
+    },
+}
+
+/// `a x + b y + c` over texel coordinates.
+#[derive(Debug, Clone, Copy)]
+struct Linear {
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+impl Linear {
+    fn at(&self, x: f64, y: f64) -> f64 {
+        self.a * x + (self.b * y + self.c)
+    }
+}
+
+/// A triangle over the texels of a face.
+#[derive(Debug, Clone, Copy)]
+pub struct Footprint {
+    edges: [Linear; 3],
+    /// Depth, or the reciprocal of the distance per length of the ray.
+    depth: Linear,
+    /// Tangent per texel and at texel 0 of a perspective face.
+    central: Option<(f64, f64)>,
+    front: bool,
+    columns: (u32, u32),
+    rows: (u32, u32),
+}
+
+impl Footprint {
+    /// `None` if the triangle covers no texel centre: it is outside of the
+    /// picture, behind the light, seen edge-on, or falls between the centres.
+    pub fn new(face: &Face, triangle: &[Vec3; 3], resolution: u32) -> Option<Self> {
+        let local = triangle.map(|corner| {
+            let v = (corner - face.origin).as_dvec3();
+            DVec3::new(
+                v.dot(face.right.as_dvec3()),
+                v.dot(face.up.as_dvec3()),
+                v.dot(face.forward.as_dvec3()),
+            )
+        });
+        let n = f64::from(resolution);
+        match face.rays {
+            Rays::Parallel {
+                half_width,
+                half_height,
+            } => {
+                let scale_x = 0.5 * n / f64::from(half_width);
+                let scale_y = 0.5 * n / f64::from(half_height);
+                let texel = local
+                    .map(|p| DVec3::new(0.5 * n + p.x * scale_x, 0.5 * n - p.y * scale_y, p.z));
+                Self::parallel(texel, resolution)
+            }
+            Rays::Central { tan } => Self::central(local, f64::from(tan), resolution),
+        }
+    }
+
+    fn parallel([a, b, c]: [DVec3; 3], resolution: u32) -> Option<Self> {
+        let (e, f) = (b - a, c - a);
+        let area = e.x * f.y - e.y * f.x;
+        if area == 0.0 || !area.is_finite() {
+            return None;
+        }
+        let sign = area.signum();
+        let edge = |p: DVec3, q: DVec3| Linear {
+            a: sign * (p.y - q.y),
+            b: sign * (q.x - p.x),
+            c: sign * (p.x * q.y - p.y * q.x),
+        };
+        let slope_x = (e.z * f.y - f.z * e.y) / area;
+        let slope_y = (f.z * e.x - e.z * f.x) / area;
+        let bounds = Bounds2::of(&[a, b, c], |p| (p.x, p.y));
+        Some(Self {
+            edges: [edge(a, b), edge(b, c), edge(c, a)],
+            depth: Linear {
+                a: slope_x,
+                b: slope_y,
+                c: a.z - slope_x * a.x - slope_y * a.y,
+            },
+            central: None,
+            // Rows grow downwards, which turns counter-clockwise around.
+            front: area < 0.0,
+            columns: texels_between(bounds.min.0, bounds.max.0, resolution)?,
+            rows: texels_between(bounds.min.1, bounds.max.1, resolution)?,
+        })
+    }
+
+    fn central([a, b, c]: [DVec3; 3], tan: f64, resolution: u32) -> Option<Self> {
+        // A ray r meets the triangle if it is a positive combination of the
+        // corners; the weights are the three determinants over det(a, b, c).
+        let (bc, ca, ab) = (b.cross(c), c.cross(a), a.cross(b));
+        let determinant = a.dot(bc);
+        if determinant == 0.0 || !determinant.is_finite() {
+            return None;
+        }
+        let n = f64::from(resolution);
+        // r = (x step − tan, tan − y step, 1) at texel position (x, y).
+        let step = 2.0 * tan / n;
+        let over_texels = |v: DVec3| Linear {
+            a: v.x * step,
+            b: -v.y * step,
+            c: tan * (v.y - v.x) + v.z,
+        };
+        let sign = determinant.signum();
+        let edges = [bc, ca, ab].map(|v| over_texels(sign * v));
+        let normal = (b - a).cross(c - a);
+        let depth = over_texels(normal / normal.dot(a));
+        let bounds = in_front(&[a, b, c])?;
+        let to_x = |u: f64| (u + tan) / step;
+        let to_y = |v: f64| (tan - v) / step;
+        Some(Self {
+            edges,
+            depth,
+            central: Some((step, tan)),
+            // Negative in a right-handed frame; (right, up, forward) is not one.
+            front: determinant > 0.0,
+            columns: texels_between(to_x(bounds.min.0), to_x(bounds.max.0), resolution)?,
+            rows: texels_between(to_y(bounds.max.1), to_y(bounds.min.1), resolution)?,
+        })
+    }
+
+    /// True if the light sees the outside (counter-clockwise side) of the
+    /// triangle.
+    pub fn is_front(&self) -> bool {
+        self.front
+    }
+
+    /// First row that may be covered, and the one after the last.
+    pub fn rows(&self) -> (u32, u32) {
+        self.rows
+    }
+
+    /// Calls `texel(x, y, depth)` for every covered texel centre of the rows
+    /// from `first` to before `end`.
+    pub fn for_each(&self, first: u32, end: u32, mut texel: impl FnMut(u32, u32, f32)) {
+        for row in self.rows.0.max(first)..self.rows.1.min(end) {
+            let y = f64::from(row) + 0.5;
+            let Some((from, to)) = self.covered_columns(y) else {
+                continue;
+            };
+            for column in from..to {
+                let x = f64::from(column) + 0.5;
+                if self.edges.iter().all(|edge| edge.at(x, y) >= 0.0) {
+                    let depth = self.depth_at(x, y);
+                    texel(column, row, depth);
+                }
+            }
+        }
+    }
+
+    /// The columns of a row in which all edges can be positive, one texel
+    /// wider on either side than rounding may take away.
+    fn covered_columns(&self, y: f64) -> Option<(u32, u32)> {
+        let (mut from, mut to) = (f64::from(self.columns.0), f64::from(self.columns.1));
+        for edge in &self.edges {
+            let rest = edge.b * y + edge.c;
+            let crossing = -rest / edge.a;
+            if edge.a > 0.0 {
+                from = from.max(crossing - 1.5);
+            } else if edge.a < 0.0 {
+                to = to.min(crossing + 1.5);
+            } else if rest < 0.0 {
+                return None;
+            }
+        }
+        // Float to integer conversion saturates, NaN becomes 0.
+        (from < to).then(|| (from.max(0.0) as u32, to.ceil() as u32))
+    }
+
+    fn depth_at(&self, x: f64, y: f64) -> f32 {
+        let value = self.depth.at(x, y);
+        let depth = match self.central {
+            None => value,
+            Some((step, tan)) => {
+                let (u, v) = (x * step - tan, tan - y * step);
+                (u * u + v * v + 1.0).sqrt() / value
+            }
+        };
+        depth as f32
+    }
+}
+
+struct Bounds2 {
+    min: (f64, f64),
+    max: (f64, f64),
+}
+
+impl Bounds2 {
+    fn of<P>(points: &[P], position: impl Fn(&P) -> (f64, f64)) -> Self {
+        let mut bounds = Self {
+            min: (f64::INFINITY, f64::INFINITY),
+            max: (f64::NEG_INFINITY, f64::NEG_INFINITY),
+        };
+        for point in points {
+            let (x, y) = position(point);
+            bounds.min = (bounds.min.0.min(x), bounds.min.1.min(y));
+            bounds.max = (bounds.max.0.max(x), bounds.max.1.max(y));
+        }
+        bounds
+    }
+}
+
+/// The bounds of the central projection of the part of a triangle in front of
+/// the light, `None` if there is none. Corners behind the light are replaced by
+/// points of the edges just in front of it.
+fn in_front(corners: &[DVec3; 3]) -> Option<Bounds2> {
+    let scale = corners
+        .iter()
+        .map(|p| p.abs().max_element())
+        .fold(0.0, f64::max);
+    let near = 1e-9 * scale;
+    let mut points = [(0.0, 0.0); 6];
+    let mut count = 0;
+    for i in 0..3 {
+        let (p, q) = (corners[i], corners[(i + 1) % 3]);
+        if p.z >= near {
+            points[count] = (p.x / p.z, p.y / p.z);
+            count += 1;
+        }
+        if (p.z >= near) != (q.z >= near) {
+            let cut = p + (q - p) * ((near - p.z) / (q.z - p.z));
+            points[count] = (cut.x / near, cut.y / near);
+            count += 1;
+        }
+    }
+    (count > 0).then(|| Bounds2::of(&points[..count], |p| *p))
+}
+
+/// The texels whose centres may lie between two positions: first, and one
+/// after the last; `None` if there are none.
+fn texels_between(low: f64, high: f64, resolution: u32) -> Option<(u32, u32)> {
+    let first = (low - 0.5 - 1e-6).ceil().max(0.0);
+    let end = ((high - 0.5 + 1e-6).floor() + 1.0).min(f64::from(resolution));
+    (first < end).then_some((first as u32, end as u32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PARALLEL: Face = Face {
+        origin: Vec3::ZERO,
+        right: Vec3::X,
+        up: Vec3::Y,
+        forward: Vec3::NEG_Z,
+        rays: Rays::Parallel {
+            half_width: 2.0,
+            half_height: 1.0,
+        },
+    };
+
+    fn central(tan: f32) -> Face {
+        Face {
+            rays: Rays::Central { tan },
+            ..PARALLEL
+        }
+    }
+
+    fn texels(face: &Face, triangle: &[Vec3; 3], resolution: u32) -> Vec<(u32, u32, f32)> {
+        let mut found = Vec::new();
+        if let Some(footprint) = Footprint::new(face, triangle, resolution) {
+            footprint.for_each(0, resolution, |x, y, depth| found.push((x, y, depth)));
+        }
+        found
+    }
+
+    /// Whether a line meets a triangle and at which distance, by Cramer's rule.
+    fn meets(origin: DVec3, direction: DVec3, triangle: &[Vec3; 3]) -> Option<f64> {
+        let [a, b, c] = triangle.map(|corner| corner.as_dvec3());
+        let m = glam::DMat3::from_cols(b - a, c - a, -direction);
+        if m.determinant().abs() < 1e-12 {
+            return None;
+        }
+        let s = m.inverse() * (origin - a);
+        (s.x >= 0.0 && s.y >= 0.0 && s.x + s.y <= 1.0 && s.z > 0.0).then_some(s.z)
+    }
+
+    #[test]
+    fn coverage_and_depth_are_those_of_a_ray_per_texel() {
+        let mut state = 3_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / 16_777_216.0 - 0.5
+        };
+        let mut covered = 0;
+        for round in 0..400 {
+            let mut corner = || {
+                Vec3::new(
+                    6.0 * next() as f32,
+                    6.0 * next() as f32,
+                    6.0 * next() as f32,
+                )
+            };
+            // Many of these reach behind the light.
+            let triangle = [corner(), corner(), corner()];
+            let face = if round % 2 == 0 {
+                PARALLEL
+            } else {
+                central(0.8)
+            };
+            let n = 16;
+            let found = texels(&face, &triangle, n);
+            for y in 0..n {
+                for x in 0..n {
+                    let u = (f64::from(x) + 0.5) / 8.0 - 1.0;
+                    let v = 1.0 - (f64::from(y) + 0.5) / 8.0;
+                    let expected = if round % 2 == 0 {
+                        let start = DVec3::new(2.0 * u, v, 100.0);
+                        meets(start, DVec3::NEG_Z, &triangle).map(|t| t - 100.0)
+                    } else {
+                        let tan = f64::from(0.8_f32);
+                        let ray = DVec3::new(tan * u, tan * v, -1.0);
+                        meets(DVec3::ZERO, ray, &triangle).map(|t| t * ray.length())
+                    };
+                    let depth = found
+                        .iter()
+                        .find(|texel| (texel.0, texel.1) == (x, y))
+                        .map(|texel| texel.2);
+                    match (expected, depth) {
+                        (None, None) => {}
+                        (Some(e), Some(d)) => {
+                            covered += 1;
+                            let error = (f64::from(d) - e).abs();
+                            assert!(error < 1e-5 * (1.0 + e.abs()), "{round} {e} {d}");
+                        }
+                        (e, d) => panic!("round {round}, texel {x} {y}: {e:?} but {d:?}"),
+                    }
+                }
+            }
+        }
+        assert!(covered > 1000, "{covered}");
+    }
+
+    #[test]
+    fn front_faces_are_counter_clockwise_towards_the_light() {
+        let facing = [
+            Vec3::new(-1.0, -1.0, -3.0),
+            Vec3::new(1.0, -1.0, -3.0),
+            Vec3::new(0.0, 1.0, -3.0),
+        ];
+        let mut averted = facing;
+        averted.swap(0, 1);
+        for face in [PARALLEL, central(1.0)] {
+            let front = |t| Footprint::new(&face, t, 64).map(|f| f.is_front());
+            assert_eq!(front(&facing), Some(true));
+            assert_eq!(front(&averted), Some(false));
+        }
+    }
+
+    #[test]
+    fn a_fan_covers_every_texel_without_gaps() {
+        let ring = |i: u32| {
+            let angle = f64::from(i) * std::f64::consts::TAU / 7.0;
+            Vec3::new(20.0 * angle.cos() as f32, 20.0 * angle.sin() as f32, -3.3)
+        };
+        for face in [PARALLEL, central(1.0)] {
+            let mut count = vec![0; 50 * 50];
+            for i in 0..7 {
+                let triangle = [Vec3::new(0.01, 0.02, -3.0), ring(i), ring(i + 1)];
+                for (x, y, _) in texels(&face, &triangle, 50) {
+                    count[(y * 50 + x) as usize] += 1;
+                }
+            }
+            assert!(count.iter().all(|&n| n >= 1));
+        }
+    }
+}

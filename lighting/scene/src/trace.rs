@@ -1,0 +1,397 @@
+//! Rays against the triangles of a scene.
+//!
+//! The bounding volume hierarchy comes from the library `obvhs`; the
+//! intersection tests are here, in f64 and watertight: a ray through the
+//! common edge of two triangles hits at least one of them.
+
+use std::fmt;
+use std::time::Duration;
+
+use glam::{DVec3, Vec3};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::bvh2::node::Bvh2Node;
+
+use crate::{Geometry, Ray};
+
+/// The triangles of a scene, arranged for tracing.
+#[derive(Clone)]
+pub struct Tracer {
+    nodes: Vec<Bvh2Node>,
+    /// In the order of the leaves.
+    triangles: Vec<[Vec3; 3]>,
+    /// Index into [`Geometry::triangles`] of each.
+    indices: Vec<u32>,
+}
+
+impl fmt::Debug for Tracer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Tracer")
+            .field("triangles", &self.triangles.len())
+            .field("nodes", &self.nodes.len())
+            .finish()
+    }
+}
+
+/// Where a ray meets a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Distance from the origin of the ray, rounded towards it.
+    pub distance: f32,
+    /// Index into [`Geometry::triangles`].
+    pub triangle: u32,
+    /// Barycentric coordinate of the triangle's second corner.
+    pub u: f32,
+    /// Barycentric coordinate of the triangle's third corner.
+    pub v: f32,
+}
+
+impl Tracer {
+    /// Builds the hierarchy: O(n log n), about 0.5 µs per triangle and core.
+    pub fn new(geometry: &Geometry) -> Self {
+        let boxes: Vec<Aabb> = geometry
+            .triangles()
+            .iter()
+            .map(|corners| {
+                let [a, b, c] = corners.map(glam::Vec3A::from);
+                Aabb::new(a.min(b).min(c), a.max(b).max(c))
+            })
+            .collect();
+        let bvh = build_bvh2(
+            &boxes,
+            BvhBuildParams::medium_build(),
+            &mut Duration::default(),
+        );
+        Self {
+            triangles: bvh
+                .primitive_indices
+                .iter()
+                .map(|&index| geometry.triangles()[index as usize])
+                .collect(),
+            indices: bvh.primitive_indices,
+            nodes: bvh.nodes,
+        }
+    }
+
+    /// Memory used, bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.indices[..])
+    }
+
+    /// The first surface between the origin of the ray and its length.
+    ///
+    /// Of several triangles at exactly the same distance the one with the
+    /// lowest index is reported.
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let line = Line::new(ray.origin(), ray.direction());
+        let mut best: Option<Hit> = None;
+        self.visit(&line, 0.0, f64::from(ray.length()), |slot, far| {
+            let Some((t, u, v)) = line.meets(&self.triangles[slot]) else {
+                return far;
+            };
+            let triangle = self.indices[slot];
+            let first = best.is_none_or(|hit| t < far || triangle < hit.triangle);
+            if !(0.0 < t && t <= far && first) {
+                return far;
+            }
+            best = Some(Hit {
+                distance: toward_zero(t),
+                triangle,
+                u: u as f32,
+                v: v as f32,
+            });
+            t
+        });
+        best
+    }
+
+    /// True if a triangle lies on `origin + t direction` for some `t` between
+    /// `start` and `end`, both excluded. `end` may be infinite.
+    pub fn occluded(&self, origin: Vec3, direction: Vec3, start: f32, end: f32) -> bool {
+        let line = Line::new(origin, direction);
+        let (start, end) = (f64::from(start), f64::from(end));
+        let mut found = false;
+        self.visit(&line, start, end, |slot, far| {
+            let hit = line.meets(&self.triangles[slot]);
+            found = hit.is_some_and(|(t, _, _)| start < t && t < end);
+            if found { f64::NEG_INFINITY } else { far }
+        });
+        found
+    }
+
+    /// Calls `leaf(slot, far)` for the triangles whose boxes meet the line
+    /// between `near` and `far`, near boxes first. It returns the `far` from
+    /// then on; a value below `near` ends the visit.
+    fn visit(&self, line: &Line, near: f64, mut far: f64, mut leaf: impl FnMut(usize, f64) -> f64) {
+        let mut stack = Vec::with_capacity(64);
+        let Some(root) = self.nodes.first() else {
+            return;
+        };
+        if let Some(entry) = line.enters(root, near, far) {
+            stack.push((0_usize, entry));
+        }
+        while let Some((index, entry)) = stack.pop() {
+            if entry > far {
+                continue;
+            }
+            let node = &self.nodes[index];
+            let first = node.first_index as usize;
+            if node.prim_count > 0 {
+                for slot in first..first + node.prim_count as usize {
+                    far = leaf(slot, far);
+                    if far < near {
+                        return;
+                    }
+                }
+                continue;
+            }
+            let left = line.enters(&self.nodes[first], near, far);
+            let right = line.enters(&self.nodes[first + 1], near, far);
+            match (left, right) {
+                (Some(l), Some(r)) if l <= r => {
+                    stack.push((first + 1, r));
+                    stack.push((first, l));
+                }
+                (Some(l), Some(r)) => {
+                    stack.push((first, l));
+                    stack.push((first + 1, r));
+                }
+                (Some(l), None) => stack.push((first, l)),
+                (None, Some(r)) => stack.push((first + 1, r)),
+                (None, None) => {}
+            }
+        }
+    }
+
+    /// Walks the hierarchy for shadows. `shadow_of_box` says which interval a
+    /// box (centre and half extent) could hide, if any; `is_dark` whether an
+    /// interval is hidden already, so that the box can be skipped; `leaf` takes
+    /// the triangles of the boxes that remain, larger intervals first.
+    pub fn walk(
+        &self,
+        shadow_of_box: impl Fn(DVec3, DVec3) -> Option<(f64, f64)>,
+        is_dark: impl Fn((f64, f64)) -> bool,
+        mut leaf: impl FnMut(&[Vec3; 3]),
+    ) {
+        let enter = |index: usize| {
+            let (min, max) = corners(&self.nodes[index]);
+            shadow_of_box(0.5 * (min + max), 0.5 * (max - min))
+        };
+        let mut stack = Vec::with_capacity(64);
+        if !self.nodes.is_empty()
+            && let Some(shadow) = enter(0)
+        {
+            stack.push((0, shadow));
+        }
+        while let Some((index, shadow)) = stack.pop() {
+            if is_dark(shadow) {
+                continue;
+            }
+            let node = &self.nodes[index];
+            let first = node.first_index as usize;
+            if node.prim_count > 0 {
+                for triangle in &self.triangles[first..first + node.prim_count as usize] {
+                    leaf(triangle);
+                }
+                continue;
+            }
+            match (enter(first), enter(first + 1)) {
+                (Some(left), Some(right)) => {
+                    let mut children = [(first, left), (first + 1, right)];
+                    if left.1 - left.0 > right.1 - right.0 {
+                        children.swap(0, 1);
+                    }
+                    stack.extend(children);
+                }
+                (Some(left), None) => stack.push((first, left)),
+                (None, Some(right)) => stack.push((first + 1, right)),
+                (None, None) => {}
+            }
+        }
+    }
+}
+
+/// The largest f32 that is not above a distance: the end of a ray stays on
+/// the eye's side of what it hits, so that no light leaks in from behind.
+fn toward_zero(t: f64) -> f32 {
+    let nearest = t as f32;
+    if f64::from(nearest) > t {
+        nearest.next_down()
+    } else {
+        nearest
+    }
+}
+
+fn corners(node: &Bvh2Node) -> (DVec3, DVec3) {
+    let vector = |v: glam::Vec3A| Vec3::from(v).as_dvec3();
+    (vector(node.aabb.min), vector(node.aabb.max))
+}
+
+/// A line, endless both ways, prepared for many tests in f64.
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    origin: DVec3,
+    direction: DVec3,
+    inverse: DVec3,
+}
+
+impl Line {
+    /// The line through `origin` along `direction`, of any length but 0.
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        let direction = direction.as_dvec3().normalize();
+        Self {
+            origin: origin.as_dvec3(),
+            direction,
+            inverse: direction.recip(),
+        }
+    }
+
+    /// Where the line enters the box of `node`, if that is before `far` and
+    /// it leaves after `near`.
+    fn enters(&self, node: &Bvh2Node, near: f64, far: f64) -> Option<f64> {
+        let (min, max) = corners(node);
+        let (mut enter, mut leave) = (near, far);
+        for axis in 0..3 {
+            let a = (min[axis] - self.origin[axis]) * self.inverse[axis];
+            let b = (max[axis] - self.origin[axis]) * self.inverse[axis];
+            // 0 · ∞ = NaN says that the line runs in the face: it is inside.
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        // The boxes are exact, the distances rounded.
+        let margin = 1e-12 * (enter.abs() + leave.abs().min(1e300));
+        (enter <= leave + margin).then_some(enter - margin)
+    }
+
+    /// False only if the line, both ways, misses the box of the given centre
+    /// and half extent.
+    pub fn touches(&self, centre: DVec3, half: DVec3) -> bool {
+        let offset = centre - self.origin;
+        let along = offset.dot(self.direction);
+        let reach = half.length();
+        let miss2 = (offset - along * self.direction).length_squared();
+        miss2 <= reach * reach * (1.0 + 1e-9) + 1e-18 * offset.length_squared()
+    }
+
+    /// Distance along the line (any sign) and barycentric coordinates of the
+    /// second and third corner where it meets the triangle, edges included;
+    /// `None` for a triangle that is seen edge-on.
+    pub fn meets(&self, triangle: &[Vec3; 3]) -> Option<(f64, f64, f64)> {
+        // The line meets the triangle where its direction (either way) is a
+        // positive combination of the corners. The sign of each weight is that
+        // of a determinant, and neighbours compute the same determinant for
+        // their common edge with opposite sign: no gaps.
+        let [a, b, c] = triangle.map(|corner| corner.as_dvec3() - self.origin);
+        let weight_a = self.direction.dot(b.cross(c));
+        let weight_b = self.direction.dot(c.cross(a));
+        let weight_c = self.direction.dot(a.cross(b));
+        let all_positive = weight_a >= 0.0 && weight_b >= 0.0 && weight_c >= 0.0;
+        let all_negative = weight_a <= 0.0 && weight_b <= 0.0 && weight_c <= 0.0;
+        if !(all_positive || all_negative) {
+            return None;
+        }
+        let normal = (b - a).cross(c - a);
+        let across = normal.dot(self.direction);
+        let sum = weight_a + weight_b + weight_c;
+        if across == 0.0 || sum == 0.0 {
+            return None;
+        }
+        let t = normal.dot(a) / across;
+        t.is_finite().then_some((t, weight_b / sum, weight_c / sum))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Mesh, Scene};
+
+    fn geometry(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Geometry {
+        let scene = Scene::from(Mesh {
+            positions,
+            triangles,
+            ..Mesh::default()
+        });
+        Geometry::new(&scene).unwrap()
+    }
+
+    fn square() -> Geometry {
+        let corner = |x: f32, y: f32| Vec3::new(x, y, -2.0);
+        geometry(
+            vec![
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ],
+            vec![[0, 1, 2], [0, 2, 3]],
+        )
+    }
+
+    #[test]
+    fn a_square_is_hit_everywhere_and_only_there() {
+        let geometry = square();
+        let tracer = Tracer::new(&geometry);
+        for i in 0..41 {
+            for j in 0..41 {
+                let (x, y) = (i as f32 * 0.06 - 1.2, j as f32 * 0.06 - 1.2);
+                let ray = Ray::new(Vec3::ZERO, Vec3::new(x, y, -2.0), f32::INFINITY).unwrap();
+                let hit = tracer.closest_hit(&ray);
+                let inside = x.abs() <= 1.0 && y.abs() <= 1.0;
+                assert_eq!(hit.is_some(), inside, "{x} {y}");
+                let Some(hit) = hit else { continue };
+                assert!((ray.at(hit.distance).z + 2.0).abs() < 1e-5);
+                let [a, b, c] = geometry.triangles()[hit.triangle as usize];
+                let point = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+                assert!((point - ray.at(hit.distance)).length() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn lengths_and_open_ends_are_respected() {
+        let tracer = Tracer::new(&square());
+        let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, 1.9).unwrap();
+        assert_eq!(tracer.closest_hit(&ray), None);
+        assert!(tracer.closest_hit(&ray.with_length(2.1)).is_some());
+        let occluded = |start, end| tracer.occluded(Vec3::ZERO, Vec3::NEG_Z, start, end);
+        assert!(occluded(0.0, f32::INFINITY));
+        assert!(!occluded(0.0, 2.0) && !occluded(2.0, 3.0));
+        assert!(occluded(1.0, 3.0));
+    }
+
+    #[test]
+    fn the_hierarchy_finds_what_brute_force_finds() {
+        let mut state = 1_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 16_777_216.0 - 0.5
+        };
+        let mut vector = |scale: f32| Vec3::new(next(), next(), next()) * scale;
+        let mut positions = Vec::new();
+        for _ in 0..300 {
+            let centre = vector(10.0);
+            positions.extend([0; 3].map(|_| centre + vector(2.0)));
+        }
+        let triangles = (0..300).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let geometry = geometry(positions, triangles);
+        let tracer = Tracer::new(&geometry);
+        for _ in 0..500 {
+            let ray = Ray::new(vector(14.0), vector(1.0), f32::INFINITY).unwrap();
+            let line = Line::new(ray.origin(), ray.direction());
+            let expected = geometry
+                .triangles()
+                .iter()
+                .filter_map(|triangle| line.meets(triangle))
+                .map(|(t, _, _)| t)
+                .filter(|&t| t > 0.0)
+                .min_by(f64::total_cmp)
+                .map(toward_zero);
+            let found = tracer.closest_hit(&ray).map(|hit| hit.distance);
+            assert_eq!(found, expected);
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Smoke as balls of denser air.
+
+use glam::Vec3;
+
+use super::{around, check_extinction, check_position, check_size};
+use crate::{Bounds, SceneError};
+
+/// A ball of denser air.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Particle {
+    /// World position, m.
+    pub centre: Vec3,
+    /// Radius, m.
+    pub radius: f32,
+    /// Extinction coefficient at the centre, 1/m.
+    pub sigma_t: f32,
+}
+
+/// How the extinction of a [`Particle`] falls with the distance `r` from its
+/// centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Profile {
+    /// The same up to the radius `R`.
+    Constant,
+    /// `(1 − r²/R²)` of that at the centre: no edge is seen.
+    Soft,
+}
+
+/// Balls, each of which looks the same from all sides. Where they overlap,
+/// extinctions add up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Particles {
+    all: Vec<Particle>,
+    profile: Profile,
+}
+
+impl Particles {
+    /// Takes them over.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] for a centre that is not finite or beyond
+    /// 5e8 m, a radius outside of 0 to 1e8 m, an extinction outside of 0 to
+    /// 1e15 per metre, more than 2²⁶ particles.
+    pub fn new(all: Vec<Particle>, profile: Profile) -> Result<Self, SceneError> {
+        const MAX_PARTICLES: usize = 1 << 26;
+        if all.len() > MAX_PARTICLES {
+            return Err(SceneError::bad_value(
+                "particles",
+                "their number",
+                all.len(),
+                "at most 2^26",
+            ));
+        }
+        for (index, particle) in all.iter().enumerate() {
+            let owner = || format!("particle {index}");
+            check_position(owner, particle.centre)?;
+            check_size(owner, "radius", particle.radius)?;
+            check_extinction(owner, "sigma_t", particle.sigma_t)?;
+        }
+        Ok(Self { all, profile })
+    }
+
+    /// All of them.
+    pub fn all(&self) -> &[Particle] {
+        &self.all
+    }
+
+    /// How their extinction falls.
+    pub fn profile(&self) -> Profile {
+        self.profile
+    }
+
+    /// A box around them, `None` if there is none.
+    pub fn bounds(&self) -> Option<Bounds> {
+        around(self.all.iter().map(|ball| (ball.centre, ball.radius)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_particles_name_their_cause() {
+        let good = Particle {
+            centre: Vec3::X,
+            radius: 1.0,
+            sigma_t: 0.5,
+        };
+        let new = |particle| Particles::new(vec![good, particle], Profile::Soft);
+        for (bad, cause) in [
+            (
+                Particle {
+                    centre: Vec3::NAN,
+                    ..good
+                },
+                "particle 1",
+            ),
+            (
+                Particle {
+                    radius: -1.0,
+                    ..good
+                },
+                "radius is -1",
+            ),
+            (
+                Particle {
+                    sigma_t: f32::INFINITY,
+                    ..good
+                },
+                "sigma_t is inf",
+            ),
+        ] {
+            let error = new(bad).unwrap_err().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
+        let bounds = new(good).unwrap().bounds().unwrap();
+        assert!((bounds.max() - Vec3::new(2.0, 1.0, 1.0)).length() < 1e-5);
+    }
+}

@@ -1,0 +1,208 @@
+//! Strands: hair, fur, grass.
+
+use glam::Vec3;
+
+use super::{around, check_position, check_size};
+use crate::{Bounds, SceneError};
+
+/// A point of a strand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrandPoint {
+    /// World position, m.
+    pub position: Vec3,
+    /// Diameter, m.
+    pub thickness: f32,
+    /// Share of the light that meets the strand and does not pass it, 0 to 1.
+    pub opacity: f32,
+}
+
+/// Polygonal lines of round cross-section.
+///
+/// Between two points of a strand runs a cylinder of their mean thickness and
+/// mean opacity, with open ends: light that runs along it passes. What meets a
+/// cylinder anywhere within its outline is reduced to the share `1 − opacity`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strands {
+    points: Vec<StrandPoint>,
+    ends: Vec<u32>,
+    /// The first point of each piece.
+    pieces: Vec<u32>,
+}
+
+/// The cylinder between two points of a strand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// The ends of its axis, m.
+    pub axis: [Vec3; 2],
+    /// Half its thickness, m.
+    pub radius: f32,
+    /// Share of the light that it keeps.
+    pub opacity: f32,
+}
+
+impl Strands {
+    /// Strand `i` has the points from `ends[i − 1]` (0 for the first) to before
+    /// `ends[i]`. A strand of less than two points is legal and invisible.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] for a position that is not finite or beyond
+    /// 5e8 m, a thickness outside of 0 to 1e8 m, an opacity outside of 0 to 1,
+    /// an end before the one in front of it, more than 2²⁶ points;
+    /// [`SceneError::LengthMismatch`] if the last end is not the number of
+    /// points.
+    pub fn new(points: Vec<StrandPoint>, ends: Vec<u32>) -> Result<Self, SceneError> {
+        const MAX_POINTS: usize = 1 << 26;
+        if points.len() > MAX_POINTS {
+            return Err(SceneError::bad_value(
+                "strands",
+                "the number of points",
+                points.len(),
+                "at most 2^26",
+            ));
+        }
+        let last = ends.last().copied().unwrap_or(0);
+        if last as usize != points.len() {
+            return Err(SceneError::LengthMismatch {
+                owner: "strands".into(),
+                what: "the list of points",
+                actual: points.len(),
+                expected: last as usize,
+            });
+        }
+        if let Some(pair) = ends.windows(2).find(|pair| pair[1] < pair[0]) {
+            return Err(SceneError::bad_value(
+                "strands",
+                "the end of a strand",
+                pair[1],
+                "a number that is not below the end in front of it",
+            ));
+        }
+        for (index, point) in points.iter().enumerate() {
+            let owner = || format!("strand point {index}");
+            check_position(owner, point.position)?;
+            check_size(owner, "thickness", point.thickness)?;
+            if !(0.0..=1.0).contains(&point.opacity) {
+                return Err(SceneError::bad_value(
+                    owner(),
+                    "opacity",
+                    point.opacity,
+                    "a number from 0 to 1",
+                ));
+            }
+        }
+        let mut pieces = Vec::with_capacity(points.len());
+        let mut first = 0;
+        for &end in &ends {
+            pieces.extend(first..end.saturating_sub(1).max(first));
+            first = end;
+        }
+        Ok(Self {
+            points,
+            ends,
+            pieces,
+        })
+    }
+
+    /// The points of all strands, one after the other.
+    pub fn points(&self) -> &[StrandPoint] {
+        &self.points
+    }
+
+    /// How many strands there are.
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// True if there is none.
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    /// How many pieces all strands have.
+    pub fn piece_count(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// The piece of this number.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    pub fn piece(&self, index: usize) -> Piece {
+        let first = self.pieces[index] as usize;
+        let (a, b) = (&self.points[first], &self.points[first + 1]);
+        Piece {
+            axis: [a.position, b.position],
+            radius: 0.25 * (a.thickness + b.thickness),
+            opacity: 0.5 * (a.opacity + b.opacity),
+        }
+    }
+
+    /// A box around all pieces, `None` if there is none.
+    pub fn bounds(&self) -> Option<Bounds> {
+        // Both ends are as thick as the piece: at its thin end, a piece of a
+        // strand that tapers is thicker than the strand.
+        let pieces = (0..self.pieces.len()).map(|index| self.piece(index));
+        around(pieces.flat_map(|piece| piece.axis.map(|end| (end, piece.radius))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(count: usize) -> Vec<StrandPoint> {
+        (0..count)
+            .map(|i| StrandPoint {
+                position: Vec3::X * i as f32,
+                thickness: 0.1,
+                opacity: 0.5,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn pieces_join_the_points_of_one_strand_only() {
+        let strands = Strands::new(points(6), vec![0, 3, 4, 6]).unwrap();
+        assert_eq!((strands.len(), strands.piece_count()), (4, 3));
+        let starts: Vec<f32> = (0..3).map(|i| strands.piece(i).axis[0].x).collect();
+        assert_eq!(starts, [0.0, 1.0, 4.0]);
+        let none = Strands::new(vec![], vec![]).unwrap();
+        assert!(none.is_empty() && none.bounds().is_none());
+    }
+
+    #[test]
+    fn bounds_hold_the_thin_ends_of_pieces_and_nothing_that_is_invisible() {
+        let mut tapered = points(3);
+        tapered[0].thickness = 2.0;
+        tapered[1].thickness = 0.0;
+        tapered[2].position = Vec3::splat(9.0); // a strand of its own
+        let bounds = Strands::new(tapered, vec![2, 3]).unwrap().bounds().unwrap();
+        let (min, max) = (Vec3::splat(-0.5), Vec3::new(1.5, 0.5, 0.5));
+        assert!(bounds.min().cmple(min).all() && bounds.max().cmpge(max).all());
+        assert!(bounds.min().abs_diff_eq(min, 1e-5) && bounds.max().abs_diff_eq(max, 1e-5));
+        let invisible = Strands::new(points(1), vec![1]).unwrap();
+        assert_eq!(invisible.bounds(), None);
+    }
+
+    #[test]
+    fn bad_strands_name_their_cause() {
+        let with = |change: fn(&mut StrandPoint)| {
+            let mut points = points(2);
+            change(&mut points[1]);
+            Strands::new(points, vec![2])
+        };
+        for (strands, cause) in [
+            (with(|p| p.position.y = f32::NAN), "point 1"),
+            (with(|p| p.position.y = 6e8), "5e8"),
+            (with(|p| p.thickness = -0.1), "-0.1"),
+            (with(|p| p.opacity = 1.5), "opacity is 1.5"),
+            (with(|p| p.opacity = f32::NAN), "NaN"),
+            (Strands::new(points(3), vec![2]), "3 entries"),
+            (Strands::new(points(3), vec![4, 3]), "3, expected"),
+            (Strands::new(points(1), vec![]), "1 entries"),
+        ] {
+            let error = strands.unwrap_err().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
+    }
+}

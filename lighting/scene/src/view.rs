@@ -1,0 +1,83 @@
+//! The rays of a picture, and what they meet.
+
+use gpu_backend::Cpu;
+
+use crate::trace::{Hit, Tracer};
+use crate::{Camera, Ray};
+
+/// Largest width and height of a picture.
+pub const MAX_SIDE: u32 = 16384;
+
+/// A picture size that is not supported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a picture of {width} x {height} pixels was asked for, expected 1 to {MAX_SIDE} per side")]
+pub struct SizeError {
+    width: u32,
+    height: u32,
+}
+
+/// One ray per pixel, through its centre, up to the first surface.
+#[derive(Debug, Clone)]
+pub struct View {
+    width: u32,
+    height: u32,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+}
+
+impl View {
+    /// The view of `camera`, traced against the scene.
+    ///
+    /// # Errors
+    /// [`SizeError`] if a side is 0 or above [`MAX_SIDE`].
+    pub fn new(
+        cpu: &Cpu,
+        camera: &Camera,
+        tracer: &Tracer,
+        width: u32,
+        height: u32,
+    ) -> Result<Self, SizeError> {
+        if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
+            return Err(SizeError { width, height });
+        }
+        let count = width as usize * height as usize;
+        let traced: Vec<(Ray, Option<Hit>)> = cpu.map(count, |pixel| {
+            let (row, column) = (pixel / width as usize, pixel % width as usize);
+            let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
+            let direction = camera.direction(x, y, width, height);
+            let ray = Ray::new(camera.eye(), direction, f32::INFINITY)
+                .expect("a camera has a finite eye and unit directions");
+            match tracer.closest_hit(&ray) {
+                Some(hit) => (ray.with_length(hit.distance), Some(hit)),
+                None => (ray, None),
+            }
+        });
+        let (rays, hits) = traced.into_iter().unzip();
+        Ok(Self {
+            width,
+            height,
+            rays,
+            hits,
+        })
+    }
+
+    /// Pixels per row.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Number of rows.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// One ray per pixel, row by row from the top.
+    pub fn rays(&self) -> &[Ray] {
+        &self.rays
+    }
+
+    /// What each ray ends on; `None` is the sky.
+    pub fn hits(&self) -> &[Option<Hit>] {
+        &self.hits
+    }
+}

@@ -1,0 +1,202 @@
+//! The light of the surfaces of a picture, as it reaches the eye.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+use gpu_backend::Cpu;
+
+use crate::scene::trace::{Hit, Tracer};
+use crate::scene::view::View;
+use crate::scene::{Emitter, Geometry, Material, Medium, Ray, Scene};
+use crate::visibility::SurfaceShadow;
+
+/// Radiance of the surfaces that reaches the eye through the medium, one
+/// RGB0 per ray:
+///
+/// ```text
+/// exp(−σ_t D_s) [ L_emitted + albedo/π Σ E(light) cos θ V exp(−σ_t d) ]
+/// ```
+///
+/// Surfaces are Lambertian and flat per triangle, both sides alike;
+/// shadows are traced. The sky is black. `scene` and `geometry` must be
+/// those the view was made from.
+pub fn radiance(
+    cpu: &Cpu,
+    view: &View,
+    scene: &Scene,
+    geometry: &Geometry,
+    tracer: &Tracer,
+    emitters: &[Emitter],
+    medium: Option<&Medium>,
+) -> Vec<[f32; 4]> {
+    let traced: Vec<Lit<'_>> = emitters.iter().map(|emitter| (emitter, None)).collect();
+    radiance_with(cpu, view, scene, geometry, tracer, &traced, medium)
+}
+
+/// [`radiance`] with shadows from the source that belongs to
+/// a light, where it has one.
+pub fn radiance_with(
+    cpu: &Cpu,
+    view: &View,
+    scene: &Scene,
+    geometry: &Geometry,
+    tracer: &Tracer,
+    lights: &[Lit<'_>],
+    medium: Option<&Medium>,
+) -> Vec<[f32; 4]> {
+    lit_surfaces(cpu, view, scene, geometry, medium, |surface| {
+        lights.iter().fold(Vec3::ZERO, |sum, &(emitter, shadow)| {
+            let reaching = |to_light, distance| match shadow {
+                Some(shadow) => shadow.visibility(surface.point, surface.normal),
+                None => surface.traced(tracer, to_light, distance),
+            };
+            sum + surface.reflected(emitter, medium, reaching)
+        })
+    })
+}
+
+/// [`radiance`] behind something translucent: traced shadows,
+/// times the share of each light that the source beside it lets through.
+pub fn radiance_behind(
+    cpu: &Cpu,
+    view: &View,
+    scene: &Scene,
+    geometry: &Geometry,
+    tracer: &Tracer,
+    lights: &[(&Emitter, &dyn SurfaceShadow)],
+    medium: Option<&Medium>,
+) -> Vec<[f32; 4]> {
+    lit_surfaces(cpu, view, scene, geometry, medium, |surface| {
+        lights.iter().fold(Vec3::ZERO, |sum, (emitter, shadow)| {
+            let reaching = |to_light, distance| {
+                let traced = surface.traced(tracer, to_light, distance);
+                if traced == 0.0 {
+                    return 0.0;
+                }
+                traced * shadow.visibility(surface.point, surface.normal)
+            };
+            sum + surface.reflected(emitter, medium, reaching)
+        })
+    })
+}
+
+/// What surfaces emit and reflect, as it reaches the eye.
+fn lit_surfaces(
+    cpu: &Cpu,
+    view: &View,
+    scene: &Scene,
+    geometry: &Geometry,
+    medium: Option<&Medium>,
+    reflected: impl Fn(&Surface) -> Vec3 + Sync + Send,
+) -> Vec<[f32; 4]> {
+    cpu.map(view.rays().len(), |pixel| {
+        let (ray, Some(hit)) = (&view.rays()[pixel], view.hits()[pixel]) else {
+            return [0.0; 4];
+        };
+        let surface = Surface::new(ray, &hit, scene, geometry);
+        let radiance = surface.emitted + reflected(&surface);
+        let reaching =
+            radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance);
+        [reaching.x, reaching.y, reaching.z, 0.0]
+    })
+}
+
+fn transmittance(medium: Option<&Medium>, start: Vec3, direction: Vec3, length: f32) -> Vec3 {
+    match medium {
+        None => Vec3::ONE,
+        // 0 · ∞: a medium that extinguishes nothing does so over any length.
+        Some(medium) if medium.sigma_t() == Vec3::ZERO => Vec3::ONE,
+        Some(medium) => (-medium.sigma_t() * medium.length_inside(start, direction, length)).exp(),
+    }
+}
+
+/// A light and where its shadows on surfaces come from; traced if from nowhere.
+pub type Lit<'a> = (&'a Emitter, Option<&'a dyn SurfaceShadow>);
+
+/// A point of a surface, ready to be lit.
+struct Surface {
+    point: Vec3,
+    /// Towards the eye's side.
+    normal: Vec3,
+    albedo: Vec3,
+    emitted: Vec3,
+    /// How far shadow rays start from the surface.
+    offset: f32,
+}
+
+impl Surface {
+    fn new(ray: &Ray, hit: &Hit, scene: &Scene, geometry: &Geometry) -> Self {
+        let [a, b, c] = geometry.triangles()[hit.triangle as usize];
+        let outside = (b - a)
+            .as_dvec3()
+            .cross((c - a).as_dvec3())
+            .normalize()
+            .as_vec3();
+        let towards_eye = outside.dot(ray.direction()) < 0.0;
+        let normal = if towards_eye { outside } else { -outside };
+        let (material, coordinates) = geometry.surface(scene, hit.triangle as usize, hit.u, hit.v);
+        let plain = Material::default();
+        let material = material.unwrap_or(&plain);
+        let texture = match (&material.base_color_texture, coordinates) {
+            (Some(texture), Some(uv)) => texture.repeat(uv),
+            _ => Vec3::ONE,
+        };
+        let point = ray.at(hit.distance);
+        Self {
+            point,
+            normal,
+            albedo: material.base_color * texture,
+            emitted: material.emitted,
+            // Far above the rounding of the point, far below any detail.
+            offset: 1e-5 * (hit.distance + point.abs().max_element()),
+        }
+    }
+
+    /// Share of the light that gets here from where it is.
+    fn traced(&self, tracer: &Tracer, to_light: Vec3, distance: f32) -> f32 {
+        let start = self.point + self.offset * self.normal;
+        if tracer.occluded(start, to_light, 0.0, distance) {
+            0.0
+        } else {
+            1.0
+        }
+    }
+
+    /// `reaching` is asked for the share of the light that is not blocked,
+    /// where the rest of it comes to anything, by direction and distance.
+    fn reflected(
+        &self,
+        emitter: &Emitter,
+        medium: Option<&Medium>,
+        reaching: impl Fn(Vec3, f32) -> f32,
+    ) -> Vec3 {
+        let (to_light, distance, irradiance) = match emitter {
+            Emitter::Directional(sun) => (-sun.direction(), f32::INFINITY, sun.irradiance()),
+            Emitter::Point(point) => {
+                let offset = point.position() - self.point;
+                let distance = offset.length();
+                if distance == 0.0 || distance > point.range() {
+                    return Vec3::ZERO;
+                }
+                let to_light = offset / distance;
+                let intensity = point.intensity() * point.emission().factor(-to_light);
+                (to_light, distance, intensity / (distance * distance))
+            }
+        };
+        let cos = self.normal.dot(to_light);
+        if cos <= 0.0 || irradiance == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let share = reaching(to_light, distance);
+        if share == 0.0 {
+            return Vec3::ZERO;
+        }
+        // Sunlight in an unbounded medium has been attenuated "before": the
+        // irradiance is the one that arrives.
+        let through = match (emitter, medium) {
+            (Emitter::Directional(_), Some(medium)) if medium.bounds().is_none() => Vec3::ONE,
+            _ => transmittance(medium, self.point, to_light, distance),
+        };
+        self.albedo / PI * irradiance * cos * through * share
+    }
+}

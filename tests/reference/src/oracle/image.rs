@@ -1,0 +1,127 @@
+//! The reference image: exact lit intervals times error-bounded quadrature,
+//! summed over the lights.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use scene::{Emitter, Geometry, Medium, Ray};
+
+use super::airlight::{Airlight, Estimate, Tolerance, reach};
+use super::visibility::{Blockers, Search};
+use super::{Fog, Lamp, Line};
+
+pub use crate::metrics::{DARKEST, Reference};
+
+/// How to compute a reference.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// Allowed error relative to the brightest channel of a pixel, or of
+    /// [`DARKEST`] of the mean of the image for pixels darker than that.
+    pub tolerance: f64,
+    /// Called from any thread with the number of rays that were finished since
+    /// the last call.
+    pub progress: &'a (dyn Fn(usize) + Sync),
+    /// How blockers are found.
+    pub search: Search,
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            progress: &|_| {},
+            search: Search::Tree,
+        }
+    }
+}
+
+impl std::fmt::Debug for Options<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Options")
+            .field("tolerance", &self.tolerance)
+            .field("search", &self.search)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The light that `medium` scatters along each ray into its origin, from all
+/// `emitters`, with the shadows of `geometry`.
+///
+/// # Rays through a light
+/// Along a ray through a point light the airlight is infinite. If the foot
+/// point of the light lies in the part of the ray that the light could reach
+/// without blockers, its distance `h` from the ray counts as at least 1e-4 of
+/// the distance between eye and light, and as 1e-12 m at an eye at the light.
+///
+/// The result does not depend on the number of threads.
+pub fn reference(
+    rays: &[Ray],
+    emitters: &[Emitter],
+    medium: &Medium,
+    geometry: &Geometry,
+    options: Options<'_>,
+) -> Reference {
+    let world = World {
+        lamps: emitters.iter().map(Lamp::new).collect(),
+        fog: Fog::new(medium),
+        blockers: Blockers::new(geometry),
+        search: options.search,
+    };
+    let absolute = options.tolerance * DARKEST * world.rough_mean(rays);
+    let tolerance = Tolerance {
+        relative: options.tolerance,
+        absolute,
+    };
+    let estimates: Vec<Estimate> = rays
+        .par_chunks(32)
+        .flat_map_iter(|chunk| {
+            let estimates: Vec<_> = chunk
+                .iter()
+                .map(|ray| world.light(ray, tolerance))
+                .collect();
+            (options.progress)(chunk.len());
+            estimates
+        })
+        .collect();
+    Reference {
+        radiance: estimates.iter().map(|e| e.value.to_array()).collect(),
+        bound: estimates.iter().map(|e| e.bound).collect(),
+    }
+}
+
+struct World {
+    lamps: Vec<Lamp>,
+    fog: Fog,
+    blockers: Blockers,
+    search: Search,
+}
+
+impl World {
+    fn light(&self, ray: &Ray, tolerance: Tolerance) -> Estimate {
+        if self.fog.sigma_s == DVec3::ZERO {
+            return Estimate::default();
+        }
+        let line = Line::new(ray);
+        let mut airlight = Airlight::new(&line, &self.fog);
+        let mut lit = Vec::new();
+        for lamp in &self.lamps {
+            if let Some(reach) = reach(&line, lamp, &self.fog) {
+                lit.clear();
+                self.blockers.lit(&line, lamp, reach, self.search, &mut lit);
+                airlight.add_off_the_light(lamp, reach, &lit);
+            }
+        }
+        airlight.total(tolerance)
+    }
+
+    /// The mean of the image without refinement, from at most about 500 rays.
+    fn rough_mean(&self, rays: &[Ray]) -> f64 {
+        let unrefined = Tolerance::relative(f64::INFINITY);
+        let stride = rays.len().div_ceil(500).max(1);
+        let sample: Vec<f64> = rays
+            .par_iter()
+            .step_by(stride)
+            .map(|ray| self.light(ray, unrefined).value.element_sum() / 3.0)
+            .collect();
+        sample.iter().sum::<f64>() / sample.len().max(1) as f64
+    }
+}

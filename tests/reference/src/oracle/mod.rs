@@ -1,0 +1,51 @@
+//! The truth in f64: which parts of a ray see a light, how much light comes
+//! from them, and the image that follows.
+//!
+//! Nothing here calls the mathematics of the crates: it reads the plain numbers
+//! of rays, emitters, media and triangles and starts again from the
+//! definitions. Modules marked with `scene` need that feature.
+//!
+//! | module | feature | question | answer |
+//! |---|---|---|---|
+//! | [`quadrature`] | | what is the integral of a function of three channels? | an estimate with an error bound |
+//! | [`segment`] | | how much light comes from a part of a ray that is given by its own four lengths? | the integral, to any shortness |
+//! | [`closed_form`] | | the same where a formula exists | checks the quadrature |
+//! | `visibility` | `scene` | which parts of a ray see a light? | exact intervals |
+//! | `airlight` | `scene` | how much light comes from them? | adaptive quadrature with an error bound |
+//! | `image` | `scene` | the reference image | the product of the last two, summed over lights |
+//! | `translucent` | `scene` | how much gets through hair and smoke? | the exact transmittance to a point, and the image behind them |
+
+#[cfg(feature = "scene")]
+pub mod airlight;
+#[cfg(feature = "scene")]
+mod blockers;
+pub mod closed_form;
+#[cfg(feature = "scene")]
+mod fog;
+#[cfg(feature = "scene")]
+pub mod image;
+#[cfg(feature = "scene")]
+mod lamp;
+#[cfg(feature = "scene")]
+mod line;
+mod phase;
+pub mod quadrature;
+pub mod segment;
+#[cfg(feature = "scene")]
+mod shades;
+#[cfg(feature = "scene")]
+mod span;
+#[cfg(feature = "scene")]
+pub mod translucent;
+#[cfg(feature = "scene")]
+pub mod visibility;
+
+#[cfg(feature = "scene")]
+pub use fog::Fog;
+#[cfg(feature = "scene")]
+pub use lamp::{Lamp, PointLamp, Sun};
+#[cfg(feature = "scene")]
+pub use line::Line;
+pub use phase::Phase;
+#[cfg(feature = "scene")]
+pub use span::Span;

@@ -1,0 +1,106 @@
+//! Embedded scenes made ready for suites and benches.
+
+use gpu_backend::Cpu;
+use scene::procedural::Embedded;
+use scene::trace::Tracer;
+use scene::view::View;
+use scene::{Camera, Emitter, Geometry, Medium, Ray, Scene};
+
+use crate::oracle::airlight::reach;
+use crate::oracle::image::{Options, Reference, reference};
+use crate::oracle::{Fog, Lamp, Line};
+
+/// A scene, its emitters and the rays of its view.
+#[derive(Debug)]
+pub struct TestScene {
+    /// The embedded scene's name.
+    pub name: &'static str,
+    /// The checked triangles.
+    pub geometry: Geometry,
+    /// The triangles in their hierarchy.
+    pub tracer: Tracer,
+    /// All lights.
+    pub emitters: Vec<Emitter>,
+    /// What fills the air.
+    pub medium: Medium,
+    /// Where the rays start.
+    pub camera: Camera,
+    /// Width and height of the picture.
+    pub size: [u32; 2],
+    /// One per pixel.
+    pub rays: Vec<Ray>,
+}
+
+impl TestScene {
+    /// Builds `embedded` with seed 1, seen in `width` × `height` pixels; an
+    /// area light becomes about four points.
+    ///
+    /// # Panics
+    /// If the scene is not sound, which its own tests exclude.
+    pub fn new(embedded: Embedded, width: u32, height: u32) -> Self {
+        let mut scene: Scene = embedded.build(1);
+        let geometry = Geometry::new(&scene).expect("a sound scene");
+        scene
+            .complete(geometry.bounds())
+            .expect("a camera and a light");
+        scene.fill_with_fog(geometry.bounds()).expect("a medium");
+        let tracer = Tracer::new(&geometry);
+        let camera = scene.camera.expect("a camera was placed");
+        let view = View::new(&Cpu::new(), &camera, &tracer, width, height).expect("a legal size");
+        let emitters = scene
+            .lights
+            .iter()
+            .flat_map(|light| light.emitters(4).expect("a sound light"))
+            .collect();
+        Self {
+            name: embedded.name(),
+            tracer,
+            emitters,
+            medium: scene.medium.expect("a medium was placed"),
+            camera,
+            size: [width, height],
+            rays: view.rays().to_vec(),
+            geometry,
+        }
+    }
+
+    /// An embedded scene as far as `coarsest` steps along a ray resolve it.
+    ///
+    /// An order of convergence is what errors do in the end, when steps are finer
+    /// than what they sample. So rays are left out that pass a light closer than
+    /// one of the coarsest steps, unless all do.
+    pub fn resolvable(embedded: Embedded, width: u32, height: u32, coarsest: u32) -> Self {
+        let mut test_scene = Self::new(embedded, width, height);
+        let bounds = test_scene.geometry.bounds();
+        let size = bounds.min().distance(bounds.max());
+        let fog = Fog::new(&test_scene.medium);
+        let lamps: Vec<Lamp> = test_scene.emitters.iter().map(Lamp::new).collect();
+        let far_enough = |ray: &Ray| {
+            let line = Line::new(ray);
+            lamps.iter().all(|lamp| {
+                let Lamp::Point(bulb) = lamp else { return true };
+                reach(&line, lamp, &fog).is_none_or(|span| {
+                    let h = line.nearest(bulb.position).1.length();
+                    let way = (span.end - span.start).min(10.0 * f64::from(size));
+                    h * f64::from(coarsest) > way
+                })
+            })
+        };
+        let rays: Vec<Ray> = test_scene.rays.iter().copied().filter(far_enough).collect();
+        if !rays.is_empty() {
+            test_scene.rays = rays;
+        }
+        test_scene
+    }
+
+    /// The reference image of the rays.
+    pub fn truth(&self) -> Reference {
+        reference(
+            &self.rays,
+            &self.emitters,
+            &self.medium,
+            &self.geometry,
+            Options::default(),
+        )
+    }
+}
