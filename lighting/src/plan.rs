@@ -259,10 +259,10 @@ mod tests {
     use gpu_backend::Cpu;
 
     use super::*;
-    use crate::{Gather, LitRays};
     use crate::airlight::EquiAngular;
     use crate::scene::{Bounds, Cone, Emission, PhaseFunction};
     use crate::visibility::Unshadowed;
+    use crate::{Gather, LitRays};
 
     fn fog() -> Medium {
         Medium::new(

@@ -11,7 +11,7 @@ use lighting::Gather;
 use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::scene::procedural::Embedded;
 use lighting::shadow_map::{Casters, ShadowMap};
-use lighting::visibility::{Exact, MergeTouching, ShadowMapMarch, Spacing};
+use lighting::visibility::{Exact, March, Spacing};
 use lighting::voxels::{Detail, Resolution, VoxelVolume};
 use reference::scenes::TestScene;
 
@@ -21,8 +21,12 @@ const SIZE: (u32, u32) = (160, 90);
 const MAP: u32 = 1024;
 
 /// One gather of `visibility` × `airlight` over all emitters of the stage.
-fn gather<B, V, A>(backend: &B, stage: &TestScene, sources: &[V], airlight: &A)
-where
+fn gather<B, V, A>(
+    backend: &B,
+    stage: &TestScene,
+    touching: Touching,
+    (sources, airlight): (&[V], &A),
+) where
     B: Download + Gather<V, A>,
 {
     let rays = backend.upload(&stage.rays).expect("memory");
@@ -30,9 +34,10 @@ where
     for (emitter, source) in stage.emitters.iter().zip(sources) {
         backend
             .gather(
-                &rays,
-                emitter,
-                &stage.medium,
+                &LitRays {
+                    touching,
+                    ..LitRays::new(&rays, emitter, &stage.medium)
+                },
                 source,
                 airlight,
                 &mut radiance,
@@ -55,7 +60,7 @@ fn traced(criterion: &mut Criterion, backend: &Cpu) {
             let quadrature = EquiAngular::new(nodes).expect("a legal number");
             let exact = vec![Exact::new(&stage.tracer); stage.emitters.len()];
             group.bench_function(id(nodes), |b| {
-                b.iter(|| gather(backend, &stage, &exact, &quadrature));
+                b.iter(|| gather(backend, &stage, Touching::Apart, (&exact, &quadrature)));
             });
         }
         group.finish();
@@ -76,7 +81,7 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
             |quality: u32| BenchmarkId::new(format!("{}/{}", backend.name(), stage.name), quality);
 
         let march = |samples, spacing| -> Vec<_> {
-            let new = |map| ShadowMapMarch::new(map, samples, spacing);
+            let new = |map| March::new(map, samples, spacing);
             maps.iter().map(new).collect()
         };
         let one = EquiAngular::new(1).expect("a legal number");
@@ -86,18 +91,15 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
             group.throughput(rays.clone());
             let steps = march(samples, Spacing::Distance);
             group.bench_function(id(samples), |b| {
-                b.iter(|| gather(backend, &stage, &steps, &Midpoint));
+                b.iter(|| gather(backend, &stage, Touching::Apart, (&steps, &Midpoint)));
             });
             group.finish();
 
             let mut group = criterion.benchmark_group("merged march x quadrature 8");
             group.throughput(rays.clone());
-            let runs: Vec<_> = march(samples, Spacing::Distance)
-                .into_iter()
-                .map(MergeTouching)
-                .collect();
+            let runs = march(samples, Spacing::Distance);
             group.bench_function(id(samples), |b| {
-                b.iter(|| gather(backend, &stage, &runs, &eight));
+                b.iter(|| gather(backend, &stage, Touching::Joined, (&runs, &eight)));
             });
             group.finish();
 
@@ -105,7 +107,7 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
             group.throughput(rays.clone());
             let steps = march(samples, Spacing::EquiAngular);
             group.bench_function(id(samples), |b| {
-                b.iter(|| gather(backend, &stage, &steps, &one));
+                b.iter(|| gather(backend, &stage, Touching::Apart, (&steps, &one)));
             });
             group.finish();
         }
@@ -130,9 +132,7 @@ fn bench<B: Subject>(criterion: &mut Criterion, backend: &B) {
                                 .expect("voxels");
                             backend
                                 .gather(
-                                    &upload,
-                                    emitter,
-                                    &stage.medium,
+                                    &LitRays::new(&upload, emitter, &stage.medium),
                                     &volume.source(detail),
                                     &eight,
                                     &mut radiance,

@@ -5,41 +5,52 @@ use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, Cpu, Download, testing};
 use lighting::Gather;
 use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
-use lighting::shadow_map::RenderShadowMap;
-use lighting::visibility::{MergeTouching, ShadowMapMarch, Unshadowed};
-use lighting::voxels::{BuildVoxels, VoxelShadow};
+use lighting::methods::MethodBackend;
+use lighting::shadow_map::{RenderShadowMap, ShadowMap};
+use lighting::visibility::{March, Unshadowed};
+use lighting::voxels::{BuildVoxels, VoxelShadow, VoxelVolume};
 
 /// What a backend must be able to do to be tested: every step there is but
 /// exact visibility, which is traced on the CPU.
 pub trait Subject:
     Download
+    + MethodBackend
     + RenderShadowMap
     + BuildVoxels
     + Gather<Unshadowed, Midpoint>
     + Gather<Unshadowed, EquiAngular>
     + Gather<Unshadowed, Quadrature>
     + Gather<Unshadowed, Analytic<Table>>
-    + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, Midpoint>
-    + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, EquiAngular>
-    + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <Self as Backend>::Memory>>, EquiAngular>
-    + for<'a> Gather<VoxelShadow<'a, <Self as Backend>::Memory>, Quadrature>
-    + for<'a> Gather<VoxelShadow<'a, <Self as Backend>::Memory>, EquiAngular>
+    + for<'a> Gather<March<&'a ShadowMap<<Self as Backend>::Memory>>, Midpoint>
+    + for<'a> Gather<March<&'a ShadowMap<<Self as Backend>::Memory>>, EquiAngular>
+    + for<'a> Gather<
+        VoxelShadow<&'a VoxelVolume<<Self as Backend>::Memory>, <Self as Backend>::Memory>,
+        Quadrature,
+    > + for<'a> Gather<
+        VoxelShadow<&'a VoxelVolume<<Self as Backend>::Memory>, <Self as Backend>::Memory>,
+        EquiAngular,
+    >
 {
 }
 
 impl<B> Subject for B where
     B: Download
+        + MethodBackend
         + RenderShadowMap
         + BuildVoxels
         + Gather<Unshadowed, Midpoint>
         + Gather<Unshadowed, EquiAngular>
         + Gather<Unshadowed, Quadrature>
         + Gather<Unshadowed, Analytic<Table>>
-        + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, Midpoint>
-        + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, EquiAngular>
-        + for<'a> Gather<MergeTouching<ShadowMapMarch<'a, <B as Backend>::Memory>>, EquiAngular>
-        + for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, Quadrature>
-        + for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, EquiAngular>
+        + for<'a> Gather<March<&'a ShadowMap<<B as Backend>::Memory>>, Midpoint>
+        + for<'a> Gather<March<&'a ShadowMap<<B as Backend>::Memory>>, EquiAngular>
+        + for<'a> Gather<
+            VoxelShadow<&'a VoxelVolume<<B as Backend>::Memory>, <B as Backend>::Memory>,
+            Quadrature,
+        > + for<'a> Gather<
+            VoxelShadow<&'a VoxelVolume<<B as Backend>::Memory>, <B as Backend>::Memory>,
+            EquiAngular,
+        >
 {
 }
 

@@ -9,8 +9,8 @@ use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::scene::Emission;
 use lighting::scene::procedural::Embedded;
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
-use lighting::visibility::{MergeTouching, ShadowMapMarch, Spacing, Unshadowed};
-use lighting::{Emitter, Gather, Ray};
+use lighting::visibility::{March, Spacing, Unshadowed};
+use lighting::{Emitter, Gather, LitRays, Ray, Touching};
 use reference::scenes::TestScene;
 use reference::tolerances::Allowed;
 
@@ -23,17 +23,33 @@ fn gathered<B, V, A>(
 where
     B: Gather<V, A> + Download,
 {
+    gathered_as(
+        backend,
+        stage,
+        emitter,
+        Touching::Apart,
+        (visibility, airlight),
+    )
+}
+
+fn gathered_as<B, V, A>(
+    backend: &B,
+    stage: &TestScene,
+    emitter: &Emitter,
+    touching: Touching,
+    (visibility, airlight): (&V, &A),
+) -> Vec<[f32; 4]>
+where
+    B: Gather<V, A> + Download,
+{
     let rays = backend.upload(&stage.rays).unwrap();
     let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
+    let lit = LitRays {
+        touching,
+        ..LitRays::new(&rays, emitter, &stage.medium)
+    };
     backend
-        .gather(
-            &rays,
-            emitter,
-            &stage.medium,
-            visibility,
-            airlight,
-            &mut radiance,
-        )
+        .gather(&lit, visibility, airlight, &mut radiance)
         .unwrap();
     backend.download(&radiance).unwrap()
 }
@@ -45,9 +61,8 @@ fn marches<B: Subject>(
     emitter: &Emitter,
     map: &ShadowMap<B::Memory>,
 ) -> [Vec<[f32; 4]>; 4] {
-    let march = |spacing| ShadowMapMarch::new(map, 32, spacing);
+    let march = |spacing| March::new(map, 32, spacing);
     let nodes = |n| EquiAngular::new(n).unwrap();
-    let merged = |spacing| MergeTouching(march(spacing));
     [
         gathered(
             backend,
@@ -61,17 +76,19 @@ fn marches<B: Subject>(
             emitter,
             (&march(Spacing::EquiAngular), &nodes(1)),
         ),
-        gathered(
+        gathered_as(
             backend,
             stage,
             emitter,
-            (&merged(Spacing::Distance), &nodes(8)),
+            Touching::Joined,
+            (&march(Spacing::Distance), &nodes(8)),
         ),
-        gathered(
+        gathered_as(
             backend,
             stage,
             emitter,
-            (&merged(Spacing::EquiAngular), &nodes(8)),
+            Touching::Joined,
+            (&march(Spacing::EquiAngular), &nodes(8)),
         ),
     ]
 }

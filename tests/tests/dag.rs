@@ -11,7 +11,7 @@ use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{Medium, PhaseFunction};
 use lighting::visibility::{Both, Exact, SurfaceShadow};
-use lighting::{Gather, LightPath, LitInterval, VisibilitySource};
+use lighting::{Gather, LightPath, LitInterval, LitRays, VisibilitySource};
 use proptest::prelude::*;
 use reference::generators::{bulb, ray, soup, sun};
 use reference::metrics::{image_error, order};
@@ -41,9 +41,7 @@ fn image<V: VisibilitySource>(
     let mut radiance = vec![[0.0; 4]; stage.rays.len()];
     for (emitter, source) in stage.emitters.iter().zip(sources) {
         cpu.gather(
-            &stage.rays,
-            emitter,
-            &stage.medium,
+            &LitRays::new(&stage.rays, emitter, &stage.medium),
             source,
             &quadrature,
             &mut radiance,
@@ -221,7 +219,7 @@ fn shadows_on_surfaces_are_those_of_traced_rays_away_from_edges() {
                     continue;
                 }
                 all += 1;
-                wrong += u32::from((shadow.reaching(point, normal) > 0.5) != lit);
+                wrong += u32::from((shadow.visibility(point, normal) > 0.5) != lit);
             }
             println!("{}: {wrong} of {all}", stage.name);
             assert!(

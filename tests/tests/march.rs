@@ -11,8 +11,8 @@ use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{Camera, Emission, Medium, PhaseFunction};
 use lighting::shadow_map::ShadowMap;
-use lighting::visibility::{ShadowMapMarch, Spacing};
-use lighting::{Emitter, Ray};
+use lighting::visibility::{March, Spacing};
+use lighting::{Emitter, LitRays, Ray};
 use reference::metrics::{image_error, order};
 use reference::oracle::image::Reference;
 use reference::scenes::TestScene;
@@ -40,19 +40,11 @@ fn march<B: Subject>(
     let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
     let one = EquiAngular::new(1).unwrap();
     for (emitter, map) in stage.emitters.iter().zip(maps) {
-        let march = ShadowMapMarch::new(map, samples, spacing);
+        let march = March::new(map, samples, spacing);
+        let lit = LitRays::new(&rays, emitter, &stage.medium);
         match spacing {
-            Spacing::Distance => backend.gather(
-                &rays,
-                emitter,
-                &stage.medium,
-                &march,
-                &Midpoint,
-                &mut radiance,
-            ),
-            Spacing::EquiAngular => {
-                backend.gather(&rays, emitter, &stage.medium, &march, &one, &mut radiance)
-            }
+            Spacing::Distance => backend.gather(&lit, &march, &Midpoint, &mut radiance),
+            Spacing::EquiAngular => backend.gather(&lit, &march, &one, &mut radiance),
         }
         .unwrap();
     }

@@ -10,7 +10,7 @@ use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{Emission, Medium, PhaseFunction};
 use lighting::visibility::{Exact, Unshadowed};
-use lighting::{Emitter, Gather, LightPath, Ray, VisibilitySource};
+use lighting::{Emitter, Gather, LightPath, LitRays, Ray, VisibilitySource};
 use proptest::prelude::*;
 use reference::generators::{bulb, ray, solids, soup, sun};
 use reference::hard_cases::{HardCase, hard_cases};
@@ -48,7 +48,12 @@ where
     let rays = backend.upload(rays).unwrap();
     let mut radiance = backend.zeros::<[f32; 4]>(rays_len::<B>(&rays)).unwrap();
     backend
-        .gather(&rays, emitter, medium, &Unshadowed, airlight, &mut radiance)
+        .gather(
+            &LitRays::new(&rays, emitter, medium),
+            &Unshadowed,
+            airlight,
+            &mut radiance,
+        )
         .unwrap();
     backend.download(&radiance).unwrap()
 }
@@ -188,9 +193,7 @@ where
             let exact = Exact::new(&stage.tracer);
             backend
                 .gather(
-                    &rays,
-                    emitter,
-                    &stage.medium,
+                    &LitRays::new(&rays, emitter, &stage.medium),
                     &exact,
                     &quadrature,
                     &mut radiance,

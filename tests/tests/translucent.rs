@@ -8,8 +8,8 @@ use lighting::airlight::EquiAngular;
 use lighting::scene::procedural::{Embedded, ponytail, smoke_grid, smoke_particles};
 use lighting::scene::{Emission, Medium, Particle, Particles, PhaseFunction, Profile, Translucent};
 use lighting::translucent::{Casters, TransmittanceMap};
-use lighting::visibility::{Spacing, TransmittanceMarch};
-use lighting::{Emitter, Gather, LightPath, Ray, VisibilitySource};
+use lighting::visibility::{March, Spacing};
+use lighting::{Emitter, Gather, LightPath, LitRays, Ray, VisibilitySource};
 use proptest::prelude::*;
 use reference::metrics::image_error;
 use reference::oracle::Lamp;
@@ -20,7 +20,7 @@ use reference::scenes::TestScene;
 use transmittance::baseline::{Captured, Uncompressed};
 use transmittance::{Packed, Stream};
 
-type Exact = TransmittanceMap<Uncompressed>;
+type Exact = TransmittanceMap<Host, Uncompressed>;
 
 fn exact(casters: &Casters<'_>, emitter: &Emitter, resolution: u32) -> Exact {
     TransmittanceMap::build(&Cpu::new(), casters, emitter, resolution, &Captured::new()).unwrap()
@@ -120,9 +120,7 @@ fn march(stage: &TestScene, map: &impl VisibilitySource, emitter: &Emitter) -> V
     let one = EquiAngular::new(1).unwrap();
     Cpu::new()
         .gather(
-            &stage.rays,
-            emitter,
-            &stage.medium,
+            &LitRays::new(&stage.rays, emitter, &stage.medium),
             map,
             &one,
             &mut radiance,
@@ -155,9 +153,9 @@ fn images_converge_to_the_truth_with_steps_and_texels() {
     let uncertain = truth.bound.iter().sum::<f64>() / truth.bound.len() as f64 / truth.mean();
     let errors = [(64, 128), (128, 256), (256, 512)].map(|(samples, side)| {
         let map = exact(&casters, emitter, side);
-        let march_ = TransmittanceMarch::new(&map, samples, Spacing::EquiAngular);
+        let march_ = March::new(&map, samples, Spacing::EquiAngular);
         let error = image_error(&march(&stage, &march_, emitter), &truth).rmse;
-        let adaptive = TransmittanceMap::<Packed<8>>::build(
+        let adaptive = TransmittanceMap::<Host, Packed<8>>::build(
             &Cpu::new(),
             &casters,
             emitter,
@@ -165,7 +163,7 @@ fn images_converge_to_the_truth_with_steps_and_texels() {
             &Stream::<8>::new(),
         )
         .unwrap();
-        let march_ = TransmittanceMarch::new(&adaptive, samples, Spacing::EquiAngular);
+        let march_ = March::new(&adaptive, samples, Spacing::EquiAngular);
         let of_curves = image_error(&march(&stage, &march_, emitter), &truth).rmse;
         println!("{samples} steps, {side} texels: {error:.5}, with 8 nodes {of_curves:.5}");
         // What curves of 8 nodes add is small against the rest.
@@ -247,7 +245,7 @@ fn every_march_yields_ordered_parts_of_visibility_between_0_and_1() {
             return Ok(());
         };
         for emitter in &emitters {
-            let map = TransmittanceMap::<Packed<4>>::build(
+            let map = TransmittanceMap::<Host, Packed<4>>::build(
                 &cpu,
                 &casters,
                 emitter,
@@ -260,7 +258,7 @@ fn every_march_yields_ordered_parts_of_visibility_between_0_and_1() {
                     continue;
                 };
                 let mut lit = Vec::new();
-                TransmittanceMarch::new(&map, samples, spacing).lit_intervals(&path, &mut lit);
+                March::new(&map, samples, spacing).lit_intervals(&path, &mut lit);
                 prop_assert!(lit.len() <= samples.max(1) as usize);
                 let mut from = path.span().start;
                 for part in lit {
@@ -282,7 +280,7 @@ fn light_never_grows_on_its_way() {
     let casters = Embedded::Translucent.build(1).translucent;
     let casters = Casters::new(&casters, None);
     for emitter in lights() {
-        let map = TransmittanceMap::<Packed<8>>::build(
+        let map = TransmittanceMap::<Host, Packed<8>>::build(
             &Cpu::new(),
             &casters,
             &emitter,

@@ -10,7 +10,7 @@ use lighting::scene::Emission;
 use lighting::scene::procedural::Embedded;
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::voxels::{Detail, Resolution, VoxelVolume};
-use lighting::{Emitter, Ray};
+use lighting::{Emitter, LitRays, Ray};
 use reference::metrics::{image_error, order};
 use reference::scenes::TestScene;
 use reference::tolerances::Allowed;
@@ -57,10 +57,11 @@ fn image<B: Subject>(
         }
         .unwrap();
         let (source, medium) = (volume.source(detail), &stage.medium);
+        let lit = LitRays::new(&rays, emitter, medium);
         match detail {
-            Detail::Voxels => backend.gather(&rays, emitter, medium, &source, &one, &mut radiance),
-            _ if has_slide => backend.gather(&rays, emitter, medium, &source, &many, &mut radiance),
-            _ => backend.gather(&rays, emitter, medium, &source, &quadrature, &mut radiance),
+            Detail::Voxels => backend.gather(&lit, &source, &one, &mut radiance),
+            _ if has_slide => backend.gather(&lit, &source, &many, &mut radiance),
+            _ => backend.gather(&lit, &source, &quadrature, &mut radiance),
         }
         .unwrap();
     }

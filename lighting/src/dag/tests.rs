@@ -79,7 +79,11 @@ fn bake(geometry: &Geometry, light: &Emitter, side: u32) -> BakedShadow {
         .0
 }
 
-fn lit(source: &impl VisibilitySource<Share = f32>, ray: &Ray, light: &Emitter) -> Vec<LitInterval> {
+fn lit(
+    source: &impl VisibilitySource<Share = f32>,
+    ray: &Ray,
+    light: &Emitter,
+) -> Vec<LitInterval> {
     let medium = Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
     let mut lit = Vec::new();
     if let Some(path) = LightPath::new(ray, light, &medium) {

@@ -45,9 +45,9 @@ mod airlight;
 mod baked;
 mod gather;
 mod scene;
-mod slots;
 #[cfg(feature = "shadow-map")]
 mod shadow_map;
+mod slots;
 #[cfg(test)]
 pub(crate) mod tests;
 mod visibility;

@@ -16,10 +16,7 @@ pub struct VisibilitySlot;
 
 impl Slot for VisibilitySlot {
     fn glue(part: &str) -> String {
-        visibility(
-            part,
-            ["light_Cursor", "light_cursor", "light_next_lit"],
-        )
+        visibility(part, ["light_Cursor", "light_cursor", "light_next_lit"])
     }
 }
 

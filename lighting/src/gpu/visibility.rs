@@ -127,9 +127,9 @@ mod translucent {
 
     use crate::gpu::scene::PicturesRecord;
     use crate::gpu::{FACE, PLACE, PointSlot, TRANSMITTANCE_MAP};
-    use crate::translucent::StoredMap;
+    use crate::translucent::TransmittanceMap;
 
-    impl InShader<PointSlot> for StoredMap<GpuMemory> {
+    impl InShader<PointSlot> for TransmittanceMap<GpuMemory> {
         fn part() -> Part {
             Part::new("light_curves")
                 .sources(&[FACE, PLACE])
@@ -150,7 +150,7 @@ mod translucent {
         fn arguments(&self) -> Vec<Argument<'_>> {
             vec![
                 Argument::uniform(PicturesRecord::new(self.faces(), self.resolution())),
-                Argument::read(self.words()),
+                Argument::read(self.curves()),
             ]
         }
     }

@@ -113,7 +113,9 @@ impl FrameInputs<'_> {
         if points > self.lights_with_a_pattern().len() {
             return Verdict::Applies;
         }
-        Verdict::Impossible("no light shines alike in all directions from a point in the medium".into())
+        Verdict::Impossible(
+            "no light shines alike in all directions from a point in the medium".into(),
+        )
     }
 }
 

@@ -6,10 +6,10 @@ use std::time::Instant;
 use gpu_backend::{Backend, BufferOf, Host};
 
 use super::{MethodError, Store};
-use crate::{Ray, Watch};
 use crate::scene::Emitter;
-use crate::scene::{Camera, Geometry, Medium, Translucent};
 use crate::scene::trace::Hit;
+use crate::scene::{Camera, Geometry, Medium, Translucent};
+use crate::{Ray, Watch};
 
 /// A frame as everybody knows it, whatever the backend.
 #[derive(Debug, Clone, Copy)]

@@ -21,7 +21,7 @@
 //! ```
 //! use gpu_backend::{Backend, BufferOf, Cpu};
 //! use lighting::methods::{
-//!     About, Frame, FrameInputs, Method, MethodError, Registry, RunOn, Verdict,
+//!     About, Frame, FrameInputs, Method, MethodError, Registry, Role, RunOn, Verdict,
 //! };
 //!
 //! /// The same light from everywhere.
@@ -39,6 +39,9 @@
 //!             qualities: &[1000],
 //!             quick: &[1000],
 //!             pictured: 1000,
+//!             usual: 1000,
+//!             role: Role::Variant,
+//!             uses_shadow_map: false,
 //!         }
 //!     }
 //!
@@ -112,9 +115,27 @@ pub struct About {
     pub qualities: &'static [u32],
     /// Those of a quick comparison.
     pub quick: &'static [u32],
-    /// The quality whose picture is shown, and the one that is used unless another
-    /// is asked for.
+    /// The quality whose picture a comparison shows.
     pub pictured: u32,
+    /// The quality of a picture for which no other is asked.
+    pub usual: u32,
+    /// What it is to a comparison.
+    pub role: Role,
+    /// Whether it looks into shadow maps, whose resolution limits it.
+    pub uses_shadow_map: bool,
+}
+
+/// What a method is to a comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// It leaves the shadows out, which tells what they are worth.
+    Unshadowed,
+    /// What all others are compared with: plain ray marching.
+    Baseline,
+    /// The method of a paper.
+    Paper,
+    /// Another way to do it, the first to be dropped when time is short.
+    Variant,
 }
 
 /// Whether a method applies to a frame.

@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 use std::fmt::Debug;
 
-use gpu_backend::{Backend, BufferOf, Memory};
+use gpu_backend::{Backend, BufferOf};
 
 use super::{
-    About, Evaluators, Frame, FrameInputs, Method, MethodError, RunOn, Verdict, Work,
+    About, Evaluators, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
 use crate::{Gather, LitRays, Touching};
 
@@ -14,9 +14,6 @@ use crate::{Gather, LitRays, Touching};
 ///
 /// `SourceOn` makes them on a backend.
 pub trait LightSources: Send + Sync + Debug {
-    /// A source whose data is in the memory `M`.
-    type Source<M: Memory>;
-
     /// What it is.
     fn about(&self) -> SourceAbout;
 
@@ -31,6 +28,9 @@ pub trait LightSources: Send + Sync + Debug {
 
 /// A kind of visibility source on a backend.
 pub trait SourceOn<B: Backend>: LightSources {
+    /// A source whose data is in the memory of the backend.
+    type Source;
+
     /// Puts into the store what the source of the light `light` needs in every
     /// frame.
     ///
@@ -47,16 +47,10 @@ pub trait SourceOn<B: Backend>: LightSources {
         frame: &Frame<'_, B>,
         light: usize,
         quality: u32,
-    ) -> Result<Self::Source<B::Memory>, MethodError>;
+    ) -> Result<Self::Source, MethodError>;
 
     /// Takes back a source that has been gathered.
-    fn done(
-        &self,
-        _frame: &Frame<'_, B>,
-        _source: Self::Source<B::Memory>,
-        _quality: u32,
-    ) {
-    }
+    fn done(&self, _frame: &Frame<'_, B>, _source: Self::Source, _quality: u32) {}
 }
 
 /// What a kind of visibility source says of itself.
@@ -75,6 +69,8 @@ pub struct SourceAbout {
     pub is_sampled: bool,
     /// Whether it sees hair and smoke.
     pub sees_translucent: bool,
+    /// See [`About::uses_shadow_map`].
+    pub uses_shadow_map: bool,
 }
 
 /// The quality of a kind of visibility source.
@@ -109,6 +105,8 @@ pub struct Compared {
     /// The evaluator's qualities, where these are compared: all, those of a quick
     /// comparison, the one that is pictured.
     pub qualities: (&'static [u32], &'static [u32], u32),
+    /// See [`About::role`].
+    pub role: Role,
     /// Shown beside hair and smoke, although it does not see them: to show what
     /// their shadows are worth.
     pub is_baseline: bool,
@@ -171,12 +169,14 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
             }
             _ => format!("{} x {}", source.name, evaluator.name),
         };
-        let (unit, (qualities, quick, pictured)) = match source.quality {
-            Some(q) => (q.unit, (q.qualities, q.quick, q.pictured)),
-            None => (
-                evaluator.unit.unwrap_or("evaluations"),
-                self.compared.map_or((&[][..], &[][..], self.detail), |c| c.qualities),
-            ),
+        let (unit, (qualities, quick, pictured), usual) = match source.quality {
+            Some(q) => (q.unit, (q.qualities, q.quick, q.pictured), q.usual),
+            None => {
+                let own = (&[][..], &[][..], self.detail);
+                let qualities = self.compared.map_or(own, |c| c.qualities);
+                let unit = evaluator.unit.unwrap_or("evaluations");
+                (unit, qualities, self.detail)
+            }
         };
         let is_compared = self.compared.is_some();
         About {
@@ -188,6 +188,9 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
             qualities: if is_compared { qualities } else { &[] },
             quick: if is_compared { quick } else { &[] },
             pictured,
+            usual,
+            role: self.compared.map_or(Role::Variant, |c| c.role),
+            uses_shadow_map: source.uses_shadow_map,
         }
     }
 
@@ -198,12 +201,14 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
         self.sources
             .applies(inputs)
             .and(|| self.evaluators.applies(inputs))
-            .and(|| match sees_all {
+            .and(|| {
+                match sees_all {
                 true => Verdict::Applies,
                 false => Verdict::Pointless(
                     "it does not see hair and smoke, which exact intervals and no shadows stand for"
                         .into(),
                 ),
+            }
             })
     }
 
@@ -242,7 +247,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
 
 impl<B, S, E> RunOn<B> for PerLight<S, E>
 where
-    B: Backend + Gather<S::Source<<B as Backend>::Memory>, E::Evaluator>,
+    B: Backend + Gather<<S as SourceOn<B>>::Source, E::Evaluator>,
     S: SourceOn<B>,
     E: Evaluators,
 {

@@ -3,11 +3,11 @@
 use std::fmt;
 use std::sync::Arc;
 
-use gpu_backend::{Backend, Cpu};
 #[cfg(feature = "wgpu")]
 use gpu_backend::gpu::{Gpu, Queued, Recording};
+use gpu_backend::{Backend, Cpu};
 
-use super::{About, Method, RunOn};
+use super::{About, EvaluatorAbout, Method, RunOn, SourceAbout};
 
 /// A method that runs on every backend of this build.
 ///
@@ -56,6 +56,9 @@ struct OnGpu {
 struct Pair {
     visibility: &'static str,
     airlight: &'static str,
+    /// What their qualities are numbers of.
+    units: [Option<&'static str>; 2],
+    titles: [&'static str; 2],
     with_detail: Arc<dyn Fn(u32) -> Entry + Send + Sync>,
 }
 
@@ -97,13 +100,16 @@ impl Entry {
     /// with another quality of the evaluator.
     pub(super) fn as_pair(
         self,
-        [visibility, airlight]: [&'static str; 2],
+        source: SourceAbout,
+        evaluator: EvaluatorAbout,
         with_detail: impl Fn(u32) -> Self + Send + Sync + 'static,
     ) -> Self {
         Self {
             pair: Some(Pair {
-                visibility,
-                airlight,
+                visibility: source.name,
+                airlight: evaluator.name,
+                units: [source.quality.map(|quality| quality.unit), evaluator.unit],
+                titles: [source.title, evaluator.title],
                 with_detail: Arc::new(with_detail),
             }),
             ..self
@@ -123,6 +129,24 @@ impl Entry {
     /// The method on a backend; `None` if it does not run there.
     pub fn on<B: MethodBackend>(&self) -> Option<&dyn RunOn<B>> {
         B::find(self)
+    }
+
+    /// The names of the visibility source and of the evaluator that it is a product
+    /// of, and what their qualities are numbers of.
+    pub fn halves(&self) -> Option<[(&'static str, Option<&'static str>); 2]> {
+        let pair = self.pair.as_ref()?;
+        Some([
+            (pair.visibility, pair.units[0]),
+            (pair.airlight, pair.units[1]),
+        ])
+    }
+
+    /// Whether it runs on GPUs; every method runs on the CPU.
+    pub fn runs_on_gpus(&self) -> bool {
+        #[cfg(feature = "wgpu")]
+        return self.gpu.is_some();
+        #[cfg(not(feature = "wgpu"))]
+        false
     }
 
     /// True if `filter` names it: by its name, its visibility or its title, or a
@@ -237,24 +261,24 @@ impl Registry {
         })
     }
 
-    /// Names of the visibility sources that pairs are made of.
-    pub fn visibilities(&self) -> Vec<&'static str> {
-        self.names(|pair| pair.visibility)
+    /// Names and titles of the visibility sources that pairs are made of.
+    pub fn visibilities(&self) -> Vec<[&'static str; 2]> {
+        self.halves(|pair| [pair.visibility, pair.titles[0]])
     }
 
-    /// Names of the evaluators that pairs are made of.
-    pub fn evaluators(&self) -> Vec<&'static str> {
-        self.names(|pair| pair.airlight)
+    /// Names and titles of the evaluators that pairs are made of.
+    pub fn evaluators(&self) -> Vec<[&'static str; 2]> {
+        self.halves(|pair| [pair.airlight, pair.titles[1]])
     }
 
-    fn names(&self, name: impl Fn(&Pair) -> &'static str) -> Vec<&'static str> {
-        let mut names = Vec::new();
+    fn halves(&self, half: impl Fn(&Pair) -> [&'static str; 2]) -> Vec<[&'static str; 2]> {
+        let mut halves = Vec::new();
         for pair in self.entries.iter().filter_map(|entry| entry.pair.as_ref()) {
-            if !names.contains(&name(pair)) {
-                names.push(name(pair));
+            if !halves.contains(&half(pair)) {
+                halves.push(half(pair));
             }
         }
-        names
+        halves
     }
 
     /// The product `visibility` × `airlight`, if there is one, with a quality of
@@ -295,9 +319,9 @@ macro_rules! pairs {
         let compared: &[$crate::methods::Compared] = $compared;
         let compared = compared.iter().find(|c| c.airlight == name).copied();
         let pair = PerLight::new($sources, $evaluator, compared);
-        let names = [$crate::methods::LightSources::about(&$sources).name, name];
+        let source = $crate::methods::LightSources::about(&$sources);
         let again = pair.clone();
-        $crate::methods::Entry::$backends(pair).as_pair(names, move |detail| {
+        $crate::methods::Entry::$backends(pair).as_pair(source, $evaluator::ABOUT, move |detail| {
             $crate::methods::Entry::$backends(again.clone().with_detail(detail))
         })
     }};

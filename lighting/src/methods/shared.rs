@@ -5,8 +5,8 @@ use std::sync::Arc;
 use gpu_backend::Backend;
 
 use super::{Frame, FrameInputs, MethodError, Work};
-use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 use crate::scene::trace::Tracer;
+use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 
 /// The only one of its kind in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -47,9 +47,12 @@ impl FrameInputs<'_> {
 impl<B: Backend> Frame<'_, B> {
     /// The opaque casters where the backend renders them.
     fn casters(&self) -> Result<Arc<Casters<B::Memory>>, MethodError> {
-        self.store.get("casters", OfScene, |_| 0, || {
-            Ok(Casters::upload(self.backend, self.inputs.geometry)?)
-        })
+        self.store.get(
+            "casters",
+            OfScene,
+            |_| 0,
+            || Ok(Casters::upload(self.backend, self.inputs.geometry)?),
+        )
     }
 
     /// The shadow map of a light.
@@ -62,12 +65,11 @@ impl<B: Backend> Frame<'_, B> {
     {
         let resolution = self.inputs.map;
         let key = OfLight { light, resolution };
-        self.store
-            .get("shadow map", key, ShadowMap::bytes, || {
-                let casters = self.casters()?;
-                self.backend
-                    .shadow_map(&casters, &self.inputs.emitters[light], resolution)
-                    .map_err(MethodError::resource("a shadow map"))
-            })
+        self.store.get("shadow map", key, ShadowMap::bytes, || {
+            let casters = self.casters()?;
+            self.backend
+                .shadow_map(&casters, &self.inputs.emitters[light], resolution)
+                .map_err(MethodError::resource("a shadow map"))
+        })
     }
 }

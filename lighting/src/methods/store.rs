@@ -150,14 +150,7 @@ impl<M: Memory> Store<M> {
         Some(value)
     }
 
-    fn put<K, T>(
-        &self,
-        key: K,
-        value: T,
-        what: &'static str,
-        seconds: f64,
-        bytes: u64,
-    ) -> Arc<T>
+    fn put<K, T>(&self, key: K, value: T, what: &'static str, seconds: f64, bytes: u64) -> Arc<T>
     where
         K: Eq + Hash + Send + 'static,
         T: Send + Sync + 'static,
@@ -246,13 +239,23 @@ mod tests {
         let store = Store::<Host>::new();
         let pause = std::time::Duration::from_millis(20);
         store
-            .get("outer", 0_u32, |_: &u32| 0, || {
-                let inner = store.get("inner", 1_u8, |_: &u32| 0, || {
-                    std::thread::sleep(pause);
-                    Ok(1)
-                })?;
-                Ok(*inner + 1)
-            })
+            .get(
+                "outer",
+                0_u32,
+                |_: &u32| 0,
+                || {
+                    let inner = store.get(
+                        "inner",
+                        1_u8,
+                        |_: &u32| 0,
+                        || {
+                            std::thread::sleep(pause);
+                            Ok(1)
+                        },
+                    )?;
+                    Ok(*inner + 1)
+                },
+            )
             .unwrap();
         let used = store.used();
         let seconds = |what| used.iter().find(|u| u.what == what).unwrap().seconds;
@@ -264,9 +267,8 @@ mod tests {
     #[test]
     fn what_cannot_be_made_is_tried_again() {
         let store = Store::<Host>::new();
-        let fails = || -> Result<u32, MethodError> {
-            Err(MethodError::Stopped { done: 0, total: 1 })
-        };
+        let fails =
+            || -> Result<u32, MethodError> { Err(MethodError::Stopped { done: 0, total: 1 }) };
         assert!(store.get("nothing", 0_u32, |_: &u32| 0, fails).is_err());
         let found = store.get("something", 0_u32, |_: &u32| 0, || Ok(7));
         assert_eq!(*found.unwrap(), 7);

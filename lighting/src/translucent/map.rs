@@ -1,7 +1,9 @@
 //! Maps of transmittance for all kinds of lights.
 
+use std::fmt::Debug;
+
 use glam::Vec3;
-use gpu_backend::Cpu;
+use gpu_backend::{Cpu, Host, Memory};
 use transmittance::{Accumulate, Evaluate, Filter, Packed, Receiver, ShadowMap};
 
 use super::{Casters, FaceBlockers};
@@ -36,7 +38,7 @@ pub enum TransmittanceMapError {
 ///
 /// ```
 /// use glam::Vec3;
-/// use gpu_backend::Cpu;
+/// use gpu_backend::{Cpu, Host, Memory};
 /// use lighting::Emitter;
 /// use lighting::scene::{Particle, Particles, Profile, Translucent};
 /// use lighting::translucent::{Casters, TransmittanceMap};
@@ -54,14 +56,25 @@ pub enum TransmittanceMapError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct TransmittanceMap<T = Packed<8>> {
-    faces: Vec<Face>,
-    resolution: u32,
-    curves: Vec<ShadowMap<T>>,
-    filter: Filter,
+pub struct TransmittanceMap<M: CurveMemory<T> = Host, T = Packed<8>> {
+    pub(super) faces: Vec<Face>,
+    pub(super) resolution: u32,
+    pub(super) curves: M::Curves,
+    pub(super) filter: Filter,
 }
 
-impl<T: Evaluate + Send> TransmittanceMap<T> {
+/// A memory that holds curves of the kind `T`.
+pub trait CurveMemory<T>: Memory {
+    /// The curves of all faces.
+    type Curves: Debug;
+}
+
+/// Any curves, as the CPU asks them: a map for each face.
+impl<T: Debug> CurveMemory<T> for Host {
+    type Curves = Vec<ShadowMap<T>>;
+}
+
+impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
     /// The map of `emitter` with `resolution` texels per side of each face. Each
     /// curve starts as a copy of `clear` and is stored as a `T`. The result does
     /// not depend on threads.
@@ -100,7 +113,7 @@ impl<T: Evaluate + Send> TransmittanceMap<T> {
     }
 }
 
-impl<T> TransmittanceMap<T> {
+impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
     /// The same map with another filter; a new map has a bilinear one.
     #[must_use]
     pub fn with_filter(self, filter: Filter) -> Self {
@@ -117,8 +130,8 @@ impl<T> TransmittanceMap<T> {
         self.resolution
     }
 
-    /// The curves of each face.
-    pub fn curves(&self) -> &[ShadowMap<T>] {
+    /// The curves of all faces.
+    pub fn curves(&self) -> &M::Curves {
         &self.curves
     }
 
@@ -129,12 +142,12 @@ impl<T> TransmittanceMap<T> {
 
     /// Memory used by curves of fixed size, bytes.
     pub fn bytes(&self) -> u64 {
-        let texels = self.curves.iter().map(|map| map.texels().len() as u64);
-        texels.sum::<u64>() * size_of::<T>() as u64
+        let texels = self.faces.len() as u64 * u64::from(self.resolution).pow(2);
+        texels * size_of::<T>() as u64
     }
 }
 
-impl<T: Evaluate> TransmittanceMap<T> {
+impl<T: Evaluate + Debug> TransmittanceMap<Host, T> {
     /// Share of the light that gets as far as `point`, from 0 to 1. What is
     /// outside of the picture is lit: it holds all casters, and a spotlight does
     /// not light the rest anyway.
@@ -156,7 +169,7 @@ impl<T: Evaluate> TransmittanceMap<T> {
     }
 }
 
-impl<T: Evaluate + Sync> PointVisibility for TransmittanceMap<T> {
+impl<T: Evaluate + Debug + Sync> PointVisibility for TransmittanceMap<Host, T> {
     type Share = f32;
 
     fn visibility(&self, point: Vec3) -> f32 {
@@ -165,7 +178,7 @@ impl<T: Evaluate + Sync> PointVisibility for TransmittanceMap<T> {
 }
 
 /// For maps without opaque casters: a surface that is one would shadow itself.
-impl<T: Evaluate + Sync> SurfaceShadow for TransmittanceMap<T> {
+impl<T: Evaluate + Debug + Sync> SurfaceShadow for TransmittanceMap<Host, T> {
     fn visibility(&self, point: Vec3, _: Vec3) -> f32 {
         self.transmittance(point)
     }

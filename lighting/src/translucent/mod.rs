@@ -27,18 +27,18 @@
 
 mod bins;
 mod blockers;
+#[cfg(feature = "wgpu")]
+mod gpu;
 mod grid;
 mod map;
 mod particles;
-mod stored;
 mod strands;
 #[cfg(test)]
 mod tests;
 mod view;
 
 pub use blockers::FaceBlockers;
-pub use map::{MAX_RESOLUTION, TransmittanceMap, TransmittanceMapError};
-pub use stored::StoredMap;
+pub use map::{CurveMemory, MAX_RESOLUTION, TransmittanceMap, TransmittanceMapError};
 
 use crate::scene::{Bounds, Geometry, Translucent};
 

@@ -12,7 +12,7 @@ use crate::scene::{
     Scene, StrandPoint, Strands, Translucent,
 };
 
-type Exact = TransmittanceMap<Uncompressed>;
+type Exact = TransmittanceMap<Host, Uncompressed>;
 
 fn sun(direction: Vec3) -> Emitter {
     Emitter::directional(direction, Vec3::ONE).unwrap()
@@ -268,7 +268,7 @@ fn adaptive_curves_stay_within_their_bounds_of_the_exact_map() {
         lamp(Vec3::new(0.0, 0.7, 0.0)),
     ] {
         let truth = exact(&casters, &emitter, 48);
-        let map = TransmittanceMap::<transmittance::Curve<8>>::build(
+        let map = TransmittanceMap::<Host, transmittance::Curve<8>>::build(
             &Cpu::with_threads(3).unwrap(),
             &casters,
             &emitter,
@@ -299,7 +299,7 @@ fn threads_and_the_division_into_tiles_change_nothing() {
     let casters = Casters::new(&all, None);
     let emitter = lamp(Vec3::new(0.1, 6.0, 0.0));
     let with = |cpu: Cpu| {
-        TransmittanceMap::<transmittance::Curve<4>>::build(
+        TransmittanceMap::<Host, transmittance::Curve<4>>::build(
             &cpu,
             &casters,
             &emitter,
@@ -401,7 +401,7 @@ fn extreme_casters_break_nothing() {
             lamp(Vec3::new(0.0, 1.0, 0.0)),
             lamp(Vec3::splat(9e8)),
         ] {
-            let map = TransmittanceMap::<transmittance::Curve<4>>::build(
+            let map = TransmittanceMap::<Host, transmittance::Curve<4>>::build(
                 &cpu,
                 &casters,
                 &emitter,

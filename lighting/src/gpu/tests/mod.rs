@@ -92,7 +92,14 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
 
     complete::<March<ShadowMap<GpuMemory>>, Midpoint>();
     let shader = complete::<March<ShadowMap<GpuMemory>>, EquiAngular>();
-    assert_same_layout!(shader, "light_March", MarchRecord { steps, equi_angular });
+    assert_same_layout!(
+        shader,
+        "light_March",
+        MarchRecord {
+            steps,
+            equi_angular
+        }
+    );
     assert_same_layout!(
         shader,
         "light_Face",
@@ -125,13 +132,13 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
 fn marches_through_transmittance_compile_with_every_evaluator() {
     use gpu_backend::gpu::GpuMemory;
 
-    use crate::translucent::StoredMap;
+    use crate::translucent::TransmittanceMap;
     use crate::visibility::March;
 
-    complete::<March<StoredMap<GpuMemory>>, Midpoint>();
-    complete::<March<StoredMap<GpuMemory>>, EquiAngular>();
-    complete::<March<StoredMap<GpuMemory>>, Quadrature>();
-    complete::<March<StoredMap<GpuMemory>>, Analytic<Table>>();
+    complete::<March<TransmittanceMap<GpuMemory>>, Midpoint>();
+    complete::<March<TransmittanceMap<GpuMemory>>, EquiAngular>();
+    complete::<March<TransmittanceMap<GpuMemory>>, Quadrature>();
+    complete::<March<TransmittanceMap<GpuMemory>>, Analytic<Table>>();
 }
 
 #[cfg(feature = "voxel-shadow")]
@@ -181,19 +188,23 @@ fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
     assert_same_layout!(shader, "light_Baked", BakedRecord { grids, count });
 }
 
-#[cfg(all(feature = "shadow-dag", feature = "translucent", feature = "voxel-shadow"))]
+#[cfg(all(
+    feature = "shadow-dag",
+    feature = "translucent",
+    feature = "voxel-shadow"
+))]
 #[test]
 fn two_sources_of_different_kinds_meet_in_one_shader() {
     use gpu_backend::gpu::GpuMemory;
 
     use crate::shadow_map::ShadowMap;
-    use crate::translucent::StoredMap;
+    use crate::translucent::TransmittanceMap;
     use crate::visibility::{Both, March};
     use crate::voxels::{VoxelShadow, VoxelVolume};
 
     type Voxels = VoxelShadow<VoxelVolume<GpuMemory>, GpuMemory>;
     type Map = March<ShadowMap<GpuMemory>>;
-    type Curves = March<StoredMap<GpuMemory>>;
+    type Curves = March<TransmittanceMap<GpuMemory>>;
 
     complete::<Both<GpuShadow, Map>, Midpoint>();
     complete::<Both<GpuShadow, Map>, Analytic<Table>>();

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use gpu_backend::{Backend, Memory};
+use gpu_backend::Backend;
 
 use super::registry::pairs;
 use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, SourceAbout, SourceOn, Work,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
+    Work,
 };
 use crate::Touching;
 use crate::scene::trace::Tracer;
@@ -17,8 +18,6 @@ use crate::visibility::Exact;
 struct Traced;
 
 impl LightSources for Traced {
-    type Source<M: Memory> = Exact<Arc<Tracer>>;
-
     fn about(&self) -> SourceAbout {
         SourceAbout {
             name: "exact",
@@ -27,6 +26,7 @@ impl LightSources for Traced {
             touching: Touching::Apart,
             is_sampled: false,
             sees_translucent: false,
+            uses_shadow_map: false,
         }
     }
 
@@ -42,6 +42,8 @@ impl LightSources for Traced {
 }
 
 impl<B: Backend> SourceOn<B> for Traced {
+    type Source = Exact<Arc<Tracer>>;
+
     fn prepare(&self, frame: &Frame<'_, B>, light: usize, _: u32) -> Result<(), MethodError> {
         self.source(frame, light, 0).map(|_| ())
     }
@@ -57,56 +59,62 @@ impl<B: Backend> SourceOn<B> for Traced {
 }
 
 pub(super) fn methods() -> Vec<Entry> {
-    let compared = |airlight, title, purpose, paper, qualities| Compared {
+    let compared = |role, airlight, title, purpose, paper, qualities| Compared {
         airlight,
         detail: None,
         title,
         purpose,
         paper,
         qualities,
+        role,
         is_baseline: false,
     };
     pairs!(
-        cpu: Traced,
-        &[
-            Compared {
-                is_baseline: true,
-                ..compared(
-                    "gauss",
-                    "exact intervals",
-                    "truth at the price of tracing; sharp shafts from thin blockers",
-                    "the shadow-volume half of Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008",
-                    (&[2, 4, 8, 16], &[2, 8], 8),
-                )
-            },
-            compared(
-                "quadrature",
-                "exact, to a tolerance",
-                "any light and any phase function to as many digits as asked for",
-                "the integral of Sun et al., SIGGRAPH 2005, in a half-angle variable",
-                (&[2, 3, 4, 5], &[4], 4),
-            ),
-            compared(
-                "table",
-                "exact, by table",
-                "point lights: two lookups for a lit run, wherever the light is",
-                "Sun et al., SIGGRAPH 2005, with a table of the scaled tail instead of theirs",
-                (&[16, 64], &[64], 64),
-            ),
-            compared(
-                "published",
-                "exact, by the published table",
-                "what the table of 2005 costs in error: dense fog, looks away from the light",
-                "Sun et al., A Practical Analytic Single Scattering Model, SIGGRAPH 2005",
-                (&[512], &[512], 512),
-            ),
-            compared(
-                "double",
-                "exact, in double precision",
-                "point lights to all digits; the rest of the error is that of positions in f32",
-                "Sun et al., SIGGRAPH 2005, by the scaled exponential integral",
-                (&[64], &[64], 64),
-            ),
-        ]
-    )
+            cpu: Traced,
+            &[
+                Compared {
+                    is_baseline: true,
+                    ..compared(
+    Role::Paper,
+                        "gauss",
+                        "exact intervals",
+                        "truth at the price of tracing; sharp shafts from thin blockers",
+                        "the shadow-volume half of Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008",
+                        (&[2, 4, 8, 16], &[2, 8], 8),
+                    )
+                },
+                compared(
+    Role::Paper,
+                    "quadrature",
+                    "exact, to a tolerance",
+                    "any light and any phase function to as many digits as asked for",
+                    "the integral of Sun et al., SIGGRAPH 2005, in a half-angle variable",
+                    (&[2, 3, 4, 5], &[4], 4),
+                ),
+                compared(
+    Role::Variant,
+                    "table",
+                    "exact, by table",
+                    "point lights: two lookups for a lit run, wherever the light is",
+                    "Sun et al., SIGGRAPH 2005, with a table of the scaled tail instead of theirs",
+                    (&[16, 64], &[64], 64),
+                ),
+                compared(
+    Role::Variant,
+                    "published",
+                    "exact, by the published table",
+                    "what the table of 2005 costs in error: dense fog, looks away from the light",
+                    "Sun et al., A Practical Analytic Single Scattering Model, SIGGRAPH 2005",
+                    (&[512], &[512], 512),
+                ),
+                compared(
+    Role::Variant,
+                    "double",
+                    "exact, in double precision",
+                    "point lights to all digits; the rest of the error is that of positions in f32",
+                    "Sun et al., SIGGRAPH 2005, by the scaled exponential integral",
+                    (&[64], &[64], 64),
+                ),
+            ]
+        )
 }

@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use gpu_backend::Memory;
-
 use super::registry::pairs;
 use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, SourceAbout, SourceOn,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
     SourceQuality, Verdict, Work,
 };
 use crate::Touching;
@@ -34,8 +32,6 @@ struct Marches {
 pub(super) const NO_ANGLE: &str = "a directional light has no equi-angular variable";
 
 impl LightSources for Marches {
-    type Source<M: Memory> = March<Arc<ShadowMap<M>>>;
-
     fn about(&self) -> SourceAbout {
         SourceAbout {
             name: self.name,
@@ -44,6 +40,7 @@ impl LightSources for Marches {
             touching: self.touching,
             is_sampled: self.touching == Touching::Apart,
             sees_translucent: false,
+            uses_shadow_map: true,
         }
     }
 
@@ -63,6 +60,8 @@ impl LightSources for Marches {
 }
 
 impl<B: RenderShadowMap> SourceOn<B> for Marches {
+    type Source = March<Arc<ShadowMap<B::Memory>>>;
+
     fn prepare(&self, frame: &Frame<'_, B>, light: usize, _: u32) -> Result<(), MethodError> {
         frame.shadow_map(light).map(|_| ())
     }
@@ -72,19 +71,20 @@ impl<B: RenderShadowMap> SourceOn<B> for Marches {
         frame: &Frame<'_, B>,
         light: usize,
         steps: u32,
-    ) -> Result<Self::Source<B::Memory>, MethodError> {
+    ) -> Result<Self::Source, MethodError> {
         Ok(March::new(frame.shadow_map(light)?, steps, self.spacing))
     }
 }
 
 pub(super) fn methods() -> Vec<Entry> {
-    let compared = |airlight, detail, title, purpose, paper| Compared {
+    let compared = |role, airlight, detail, title, purpose, paper| Compared {
         airlight,
         detail: Some(detail),
         title,
         purpose,
         paper,
         qualities: (&[], &[], 0),
+        role,
         is_baseline: false,
     };
     let sources = |name, title, spacing, touching| Marches {
@@ -96,6 +96,7 @@ pub(super) fn methods() -> Vec<Entry> {
     let mut all = pairs!(
         sources("march", "ray marching", Spacing::Distance, Touching::Apart),
         &[compared(
+            Role::Baseline,
             "midpoint",
             1,
             "ray marching",
@@ -111,6 +112,7 @@ pub(super) fn methods() -> Vec<Entry> {
             Touching::Joined
         ),
         &[compared(
+Role::Paper,
             "gauss",
             8,
             "marched visibility",
@@ -126,6 +128,7 @@ pub(super) fn methods() -> Vec<Entry> {
             Touching::Apart
         ),
         &[compared(
+Role::Variant,
             "gauss",
             1,
             "equi-angular sampling",
@@ -142,6 +145,7 @@ pub(super) fn methods() -> Vec<Entry> {
         ),
         &[
             compared(
+Role::Variant,
                 "gauss",
                 8,
                 "equi-angular visibility",
@@ -149,6 +153,7 @@ pub(super) fn methods() -> Vec<Entry> {
                 "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
             ),
             compared(
+Role::Variant,
                 "table",
                 64,
                 "equi-angular visibility by table",

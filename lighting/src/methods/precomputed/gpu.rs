@@ -9,6 +9,8 @@ use crate::dag::BakedShadow;
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 
 impl<E: Encode> SourceOn<Gpu<E>> for Baked {
+    type Source = Arc<BakedShadow<GpuMemory>>;
+
     fn prepare(
         &self,
         frame: &Frame<'_, Gpu<E>>,

@@ -6,11 +6,11 @@ mod gpu;
 
 use std::sync::Arc;
 
-use gpu_backend::{Cpu, Host, Memory};
+use gpu_backend::{Cpu, Host};
 
 use super::registry::pairs;
 use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, SourceAbout,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
     SourceOn, SourceQuality, Work,
 };
 use crate::Touching;
@@ -33,8 +33,6 @@ pub const FROM_FILE: u32 = 0;
 struct Baked;
 
 impl LightSources for Baked {
-    type Source<M: Memory> = Arc<BakedShadow<M>>;
-
     fn about(&self) -> SourceAbout {
         SourceAbout {
             name: "precomputed",
@@ -44,6 +42,7 @@ impl LightSources for Baked {
             touching: Touching::Joined,
             is_sampled: false,
             sees_translucent: false,
+            uses_shadow_map: false,
         }
     }
 
@@ -79,6 +78,8 @@ fn baked(
 }
 
 impl SourceOn<Cpu> for Baked {
+    type Source = Arc<BakedShadow<Host>>;
+
     fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, side: u32) -> Result<(), MethodError> {
         baked(&frame.inputs, light, side).map(|_| ())
     }
@@ -94,19 +95,21 @@ impl SourceOn<Cpu> for Baked {
 }
 
 pub(super) fn methods() -> Vec<Entry> {
-    let compared = |airlight, detail, title, purpose, paper| Compared {
+    let compared = |role, airlight, detail, title, purpose, paper| Compared {
         airlight,
         detail: Some(detail),
         title,
         purpose,
         paper,
         qualities: (&[], &[], 0),
+        role,
         is_baseline: false,
     };
     pairs!(
         Baked,
         &[
             compared(
+                Role::Paper,
                 "gauss",
                 8,
                 "precomputed voxelized shadows",
@@ -114,6 +117,7 @@ pub(super) fn methods() -> Vec<Entry> {
                 "Sintorn et al., Compact Precomputed Voxelized Shadows, SIGGRAPH 2014; Kämpe et al., I3D 2015",
             ),
             compared(
+                Role::Variant,
                 "table",
                 64,
                 "precomputed voxelized shadows by table",

@@ -24,12 +24,9 @@ fn uploaded<E: Encode>(
 }
 
 impl<E: Encode> SourceOn<Gpu<E>> for Curves {
-    fn prepare(
-        &self,
-        frame: &Frame<'_, Gpu<E>>,
-        light: usize,
-        _: u32,
-    ) -> Result<(), MethodError> {
+    type Source = March<Arc<TransmittanceMap<GpuMemory>>>;
+
+    fn prepare(&self, frame: &Frame<'_, Gpu<E>>, light: usize, _: u32) -> Result<(), MethodError> {
         uploaded(frame, light).map(|_| ())
     }
 
@@ -39,6 +36,10 @@ impl<E: Encode> SourceOn<Gpu<E>> for Curves {
         light: usize,
         steps: u32,
     ) -> Result<March<Arc<TransmittanceMap<GpuMemory>>>, MethodError> {
-        Ok(March::new(uploaded(frame, light)?, steps, Spacing::EquiAngular))
+        Ok(March::new(
+            uploaded(frame, light)?,
+            steps,
+            Spacing::EquiAngular,
+        ))
     }
 }

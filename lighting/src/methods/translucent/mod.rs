@@ -6,12 +6,12 @@ mod gpu;
 
 use std::sync::Arc;
 
-use gpu_backend::{Cpu, Host, Memory};
+use gpu_backend::{Cpu, Host};
 use transmittance::{Packed, Stream};
 
 use super::registry::pairs;
 use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, SourceAbout,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
     SourceOn, SourceQuality, Verdict, Work,
 };
 use crate::Touching;
@@ -52,10 +52,7 @@ fn resolution(inputs: &FrameInputs<'_>) -> u32 {
 }
 
 /// That of a light, in the memory of the host. Opaque casters enter it too.
-fn map(
-    inputs: &FrameInputs<'_>,
-    light: usize,
-) -> Result<Arc<TransmittanceMap<Host>>, MethodError> {
+fn map(inputs: &FrameInputs<'_>, light: usize) -> Result<Arc<TransmittanceMap<Host>>, MethodError> {
     let resolution = resolution(inputs);
     let key = OfLight { light, resolution };
     inputs
@@ -69,8 +66,6 @@ fn map(
 }
 
 impl LightSources for Curves {
-    type Source<M: Memory> = March<Arc<TransmittanceMap<M>>>;
-
     fn about(&self) -> SourceAbout {
         SourceAbout {
             name: "translucent",
@@ -79,6 +74,7 @@ impl LightSources for Curves {
             touching: Touching::Apart,
             is_sampled: true,
             sees_translucent: true,
+            uses_shadow_map: false,
         }
     }
 
@@ -101,6 +97,8 @@ impl LightSources for Curves {
 }
 
 impl SourceOn<Cpu> for Curves {
+    type Source = March<Arc<TransmittanceMap<Host>>>;
+
     fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, _: u32) -> Result<(), MethodError> {
         map(&frame.inputs, light).map(|_| ())
     }
@@ -110,7 +108,7 @@ impl SourceOn<Cpu> for Curves {
         frame: &Frame<'_, Cpu>,
         light: usize,
         steps: u32,
-    ) -> Result<Self::Source<Host>, MethodError> {
+    ) -> Result<Self::Source, MethodError> {
         let map = map(&frame.inputs, light)?;
         Ok(March::new(map, steps, Spacing::EquiAngular))
     }
@@ -126,6 +124,7 @@ pub(super) fn methods() -> Vec<Entry> {
             purpose: "hair and smoke: a curve of 8 nodes per texel tells how much gets how far",
             paper: "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010; nodes by least area instead of theirs",
             qualities: (&[], &[], 0),
+            role: Role::Paper,
             is_baseline: false,
         }]
     )

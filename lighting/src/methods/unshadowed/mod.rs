@@ -1,11 +1,12 @@
 //! No volumetric shadows: what leaving them out would cost, and the floor of the run
 //! time.
 
-use gpu_backend::{Backend, Memory};
+use gpu_backend::Backend;
 
 use super::registry::pairs;
 use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, SourceAbout, SourceOn, Work,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
+    Work,
 };
 use crate::Touching;
 use crate::visibility::Unshadowed;
@@ -15,8 +16,6 @@ use crate::visibility::Unshadowed;
 struct Nothing;
 
 impl LightSources for Nothing {
-    type Source<M: Memory> = Unshadowed;
-
     fn about(&self) -> SourceAbout {
         SourceAbout {
             name: "none",
@@ -25,6 +24,7 @@ impl LightSources for Nothing {
             touching: Touching::Apart,
             is_sampled: false,
             sees_translucent: false,
+            uses_shadow_map: false,
         }
     }
 
@@ -34,6 +34,8 @@ impl LightSources for Nothing {
 }
 
 impl<B: Backend> SourceOn<B> for Nothing {
+    type Source = Unshadowed;
+
     fn prepare(&self, _: &Frame<'_, B>, _: usize, _: u32) -> Result<(), MethodError> {
         Ok(())
     }
@@ -53,6 +55,7 @@ pub(super) fn methods() -> Vec<Entry> {
             purpose: "what leaving the shadows out would cost; the floor of the run time",
             paper: "Sun et al., A Practical Analytic Single Scattering Model, SIGGRAPH 2005 (the integral)",
             qualities: (&[8], &[8], 8),
+            role: Role::Unshadowed,
             is_baseline: true,
         }]
     )

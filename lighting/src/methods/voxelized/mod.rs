@@ -6,7 +6,7 @@ use gpu_backend::Memory;
 
 use super::registry::pairs;
 use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, SourceAbout, SourceOn,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
     SourceQuality, Work,
 };
 use crate::Touching;
@@ -74,8 +74,6 @@ impl Volumes {
 }
 
 impl LightSources for Volumes {
-    type Source<M: Memory> = VoxelShadow<VoxelVolume<M>, M>;
-
     fn about(&self) -> SourceAbout {
         SourceAbout {
             name: self.name,
@@ -84,6 +82,7 @@ impl LightSources for Volumes {
             touching: Touching::Apart,
             is_sampled: self.detail == Detail::Voxels,
             sees_translucent: false,
+            uses_shadow_map: true,
         }
     }
 
@@ -100,6 +99,8 @@ impl LightSources for Volumes {
 }
 
 impl<B: RenderShadowMap + BuildVoxels> SourceOn<B> for Volumes {
+    type Source = VoxelShadow<VoxelVolume<B::Memory>, B::Memory>;
+
     fn prepare(&self, frame: &Frame<'_, B>, light: usize, side: u32) -> Result<(), MethodError> {
         resolution(side)?;
         frame.shadow_map(light).map(|_| ())
@@ -110,7 +111,7 @@ impl<B: RenderShadowMap + BuildVoxels> SourceOn<B> for Volumes {
         frame: &Frame<'_, B>,
         light: usize,
         side: u32,
-    ) -> Result<Self::Source<B::Memory>, MethodError> {
+    ) -> Result<Self::Source, MethodError> {
         let FrameInputs {
             emitters,
             medium,
@@ -130,7 +131,7 @@ impl<B: RenderShadowMap + BuildVoxels> SourceOn<B> for Volumes {
         Ok(VoxelShadow::new(volume, self.detail))
     }
 
-    fn done(&self, frame: &Frame<'_, B>, source: Self::Source<B::Memory>, side: u32) {
+    fn done(&self, frame: &Frame<'_, B>, source: Self::Source, side: u32) {
         // Its memory is used again in the order of the commands.
         let kept = frame.store.get(
             "voxels",
@@ -145,13 +146,14 @@ impl<B: RenderShadowMap + BuildVoxels> SourceOn<B> for Volumes {
 }
 
 pub(super) fn methods() -> Vec<Entry> {
-    let compared = |airlight, detail, title, purpose, paper| Compared {
+    let compared = |role, airlight, detail, title, purpose, paper| Compared {
         airlight,
         detail: Some(detail),
         title,
         purpose,
         paper,
         qualities: (&[], &[], 0),
+        role,
         is_baseline: false,
     };
     let mut all = pairs!(
@@ -161,6 +163,7 @@ pub(super) fn methods() -> Vec<Entry> {
             detail: Detail::Average,
         },
         &[compared(
+            Role::Paper,
             "gauss",
             8,
             "voxelized shadow volumes, average",
@@ -175,6 +178,7 @@ pub(super) fn methods() -> Vec<Entry> {
             detail: Detail::Voxels,
         },
         &[compared(
+            Role::Variant,
             "gauss",
             1,
             "voxelized shadow volumes, per voxel",
@@ -190,6 +194,7 @@ pub(super) fn methods() -> Vec<Entry> {
         },
         &[
             compared(
+                Role::Variant,
                 "gauss",
                 8,
                 "voxelized shadow volumes, run by run",
@@ -197,6 +202,7 @@ pub(super) fn methods() -> Vec<Entry> {
                 "Wyman, Voxelized Shadow Volumes, HPG 2011, for the bits",
             ),
             compared(
+                Role::Variant,
                 "table",
                 64,
                 "voxelized shadow volumes by table",
