@@ -1,12 +1,15 @@
 //! The command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use glam::Vec3;
+use lighting::methods::Registry;
 use lighting::scene::Bounds;
 
-use crate::methods::{Airlight, Visibility};
+use crate::devices::BackendName;
 use crate::parse::{self, Size};
 
 const EXAMPLES: &str = "\
@@ -42,6 +45,32 @@ Lengths are metres, coefficients 1/m, light is linear RGB.";
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Arguments {
+    /// Reads a command line. What names a method may say is what `methods` has.
+    pub(crate) fn read(
+        methods: &Registry,
+        arguments: impl IntoIterator<Item = OsString>,
+    ) -> Result<Self, clap::Error> {
+        let command = with_names(Self::command(), methods);
+        Self::from_arg_matches(&command.try_get_matches_from(arguments)?)
+    }
+}
+
+/// The command line with the names of visibility sources and of evaluators.
+fn with_names(command: clap::Command, methods: &Registry) -> clap::Command {
+    let values = |halves: Vec<[&'static str; 2]>| {
+        let value = |[name, title]: [&'static str; 2]| PossibleValue::new(name).help(title);
+        PossibleValuesParser::new(halves.into_iter().map(value))
+    };
+    let visibilities = values(methods.visibilities());
+    let evaluators = values(methods.evaluators());
+    command.mut_subcommand("render", |render| {
+        render
+            .mut_arg("visibility", |arg| arg.value_parser(visibilities))
+            .mut_arg("airlight", |arg| arg.value_parser(evaluators))
+    })
 }
 
 #[derive(Debug, Subcommand)]
@@ -123,15 +152,6 @@ pub(crate) struct Compare {
     pub(crate) options: SceneOptions,
 }
 
-/// Where steps run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum BackendName {
-    /// The processor, all threads
-    Cpu,
-    /// The graphics processor, through Vulkan, Metal or Direct3D 12
-    Gpu,
-}
-
 /// Render one picture: surfaces and airlight
 ///
 /// Surfaces are Lambertian with traced shadows, whatever the method; the
@@ -147,26 +167,38 @@ pub(crate) struct Render {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 
-    /// Which parts of a ray see the light
-    #[arg(long, value_enum, default_value = "exact")]
-    pub(crate) visibility: Visibility,
+    /// The method of the airlight, by its name or its title (see `crepuscular
+    /// methods`) [default: exact x quadrature]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["visibility", "airlight"])]
+    pub(crate) method: Option<String>,
 
-    /// How much light arrives from a part
-    #[arg(long, value_enum, default_value = "quadrature")]
-    pub(crate) airlight: Airlight,
+    /// The method's quality, whatever that is a number of
+    #[arg(long, value_name = "N", conflicts_with_all = ["samples"], value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(crate) quality: Option<u32>,
+
+    /// Which parts of a ray see the light [default: exact]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) visibility: Option<String>,
+
+    /// How much light arrives from a part [default: quadrature]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) airlight: Option<String>,
 
     /// Steps per ray of a march; voxels along each coordinate (at most 4096; of φ
-    /// at most 1024 and a multiple of 32), or along each axis of baked shadows (a
-    /// power of two)
-    /// [default: 64 steps, 512 voxels, 2048 of baked shadows]
+    /// at most 1024 and a multiple of 32), or along each axis of precomputed
+    /// shadows (a power of two)
+    /// [default: 64 steps, 512 voxels, 2048 of precomputed shadows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) samples: Option<u32>,
 
-    /// Nodes of the equi-angular quadrature per lit interval
-    /// [default: 8, 1 for march, equi-angular, voxel-bits and translucent, whose
-    /// intervals are steps]
+    /// Nodes of the Gauss-Legendre quadrature per lit interval
+    /// [default: 8, 1 where intervals are single samples]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,
+
+    /// Where the airlight is made; surfaces are those of the CPU
+    #[arg(long, value_name = "NAME", default_value = "cpu")]
+    pub(crate) backend: BackendName,
 
     /// Files of baked shadows (see `bake`): their lights take them, in the air
     /// and, filtered, on surfaces
@@ -174,13 +206,14 @@ pub(crate) struct Render {
     pub(crate) shadows: Vec<PathBuf>,
 
     /// Texels along each side of the filter of baked shadows on surfaces, odd
+    /// [default: 9]
     #[arg(
         long,
         value_name = "TEXELS",
-        default_value_t = 9,
+        requires = "shadows",
         allow_negative_numbers = true
     )]
-    pub(crate) filter: u32,
+    pub(crate) filter: Option<u32>,
 
     /// Size of the picture
     #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse::size, allow_hyphen_values = true)]
@@ -236,9 +269,9 @@ pub(crate) struct Bake {
     #[arg(long, value_enum, default_value = "packed")]
     pub(crate) form: NodeForm,
 
-    /// Seed of an embedded scene
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
+    /// Seed of an embedded scene [default: 1]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
 }
 
 /// How nodes of baked shadows are stored.
@@ -273,9 +306,9 @@ pub(crate) struct Scenes {
 /// What is in the scene and how its lights are treated.
 #[derive(Debug, Args)]
 pub(crate) struct SceneOptions {
-    /// Seed of an embedded scene
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
+    /// Seed of an embedded scene [default: 1]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
 
     /// Points that stand for an area light
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -337,7 +370,7 @@ mod tests {
 
     #[test]
     fn the_definition_is_consistent() {
-        Arguments::command().debug_assert();
+        with_names(Arguments::command(), &Registry::standard()).debug_assert();
     }
 
     #[test]

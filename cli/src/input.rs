@@ -1,9 +1,11 @@
 //! A scene from the command line, ready to be measured or rendered.
 
 use std::path::Path;
-use std::time::Instant;
+use std::sync::Arc;
 
+use gpu_backend::Host;
 use lighting::Emitter;
+use lighting::methods::{Store, tracer};
 use lighting::scene::load::{Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
@@ -18,9 +20,9 @@ use crate::progress;
 pub(crate) struct Input {
     pub(crate) scene: Scene,
     pub(crate) geometry: Geometry,
-    pub(crate) tracer: Tracer,
-    /// Seconds that the tracer took to build.
-    pub(crate) seconds_tracer: f64,
+    pub(crate) tracer: Arc<Tracer>,
+    /// What methods share on the host, the tracer to begin with.
+    pub(crate) host: Store<Host>,
     /// Every light as emitters, area lights as several.
     pub(crate) emitters: Vec<Emitter>,
     /// What was placed, assumed or ignored.
@@ -62,15 +64,14 @@ impl Input {
             let found = light.emitters(options.lights);
             emitters.extend(found.map_err(|error| about(error.into()))?);
         }
-        let clock = Instant::now();
-        let tracer = Tracer::new(&geometry);
-        let seconds_tracer = clock.elapsed().as_secs_f64();
+        let host = Store::new();
+        let tracer = tracer(&host, &geometry)?;
         spinner.finish_and_clear();
         Ok(Self {
             scene,
             geometry,
             tracer,
-            seconds_tracer,
+            host,
             emitters,
             notes,
         })
@@ -117,10 +118,10 @@ impl Input {
 }
 
 /// The embedded scene of that name, or else the file.
-fn read(name: &str, seed: u64) -> Result<Loaded, Failure> {
+fn read(name: &str, seed: Option<u64>) -> Result<Loaded, Failure> {
     if let Some(embedded) = Embedded::from_name(name) {
         return Ok(Loaded {
-            scene: embedded.build(seed),
+            scene: embedded.build(seed.unwrap_or(1)),
             notes: Vec::new(),
         });
     }
@@ -130,6 +131,11 @@ fn read(name: &str, seed: u64) -> Result<Loaded, Failure> {
         return Err(Failure::new(format!(
             "there is no file {name}, and no embedded scene of that name; embedded scenes are {}",
             names.join(", ")
+        )));
+    }
+    if seed.is_some() {
+        return Err(Failure::new(format!(
+            "--seed is that of an embedded scene, and {name} is a file"
         )));
     }
     let mut loaded = scene_from_path(path).map_err(|error| Failure::from(error).about(name))?;

@@ -1,47 +1,46 @@
 //! Tables of what there is: methods and embedded scenes.
 
 use gpu_backend::Cpu;
+use lighting::methods::Registry;
 use lighting::scene::Geometry;
 use lighting::scene::procedural::Embedded;
 use lighting::scene::statistics::figures;
 
 use crate::args::Scenes;
 use crate::failure::Failure;
-use crate::methods::{METHODS, Visibility};
 use crate::print::print;
 use crate::progress;
 
 /// Runs `crepuscular methods`.
-pub(crate) fn methods() -> Result<(), Failure> {
+pub(crate) fn methods(methods: &Registry) -> Result<(), Failure> {
     let mut text = String::from(
-        "A method is a source of lit intervals × an evaluator of an interval. Qualities are\n\
-         those of `compare`; `render` takes any with --visibility, --samples, --airlight, --nodes.\n\n",
+        "Qualities are those of `compare`; `render` takes any method with --method and --quality.\n\
+         Most methods are a source of lit intervals × an evaluator of an interval; `render` takes\n\
+         any such pair with --visibility, --samples, --airlight, --nodes.\n\n",
     );
-    for method in METHODS {
-        let qualities: Vec<String> = method.qualities.iter().map(u32::to_string).collect();
-        text += &format!("{}\n", method.title);
-        text += &format!("    pair     {}\n", method.name().replace(" x ", " × "));
-        text += &format!("    for      {}\n", method.purpose);
-        text += &format!(
-            "    quality  {}: {}\n",
-            method.quality_name(),
-            qualities.join(", ")
-        );
-        text += &format!(
-            "    on       {}\n",
-            if method.visibility.is_traced() {
-                "cpu (it traces; there is no shader)"
-            } else {
-                "cpu, gpu"
-            }
-        );
-        if method.visibility == Visibility::Translucent {
-            text += "    not for  scenes without hair or smoke\n";
+    for entry in methods.compared() {
+        let about = entry.about();
+        let qualities: Vec<String> = about.qualities.iter().map(u32::to_string).collect();
+        text += &format!("{}\n", about.title);
+        text += &format!("    name     {}\n", about.name);
+        text += &format!("    for      {}\n", about.purpose);
+        text += &format!("    quality  {}: {}\n", about.quality, qualities.join(", "));
+        let backends = match entry.runs_on_gpus() {
+            true => "cpu, gpu",
+            false => "cpu (it has no shader)",
+        };
+        text += &format!("    on       {backends}\n");
+        text += &format!("    paper    {}\n\n", about.paper);
+    }
+    for (what, halves) in [
+        ("sources of lit intervals", methods.visibilities()),
+        ("evaluators of an interval", methods.evaluators()),
+    ] {
+        text += &format!("{what}\n");
+        for [name, title] in halves {
+            text += &format!("    {name:20} {title}\n");
         }
-        if method.visibility.is_equi_angular() {
-            text += "    not for  scenes whose only lights are directional\n";
-        }
-        text += &format!("    paper    {}\n\n", method.paper);
+        text += "\n";
     }
     print(&text)
 }

@@ -2,29 +2,29 @@
 
 use std::path::Path;
 
-use gpu_backend::Cpu;
-use lighting::Emitter;
-use lighting::dag::FilterSize;
+use gpu_backend::gpu::Gpu;
+use gpu_backend::{Cpu, Download};
+use indicatif::ProgressBar;
+use lighting::methods::{
+    Entry, FROM_FILE, Frame, FrameInputs, MethodBackend, OfLight, Registry, Store, Verdict,
+};
 use lighting::plan::{Plan, Reason};
+use lighting::precomputed::FilterSize;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
-use lighting::shadow_map::Casters;
 use lighting::surface::{self, Lit};
-use lighting::voxels::Eye;
+use lighting::{Emitter, Watch};
 
 use crate::args::Render;
-use crate::engine::{Held, Stage, Tables, Voxels, affordable_resolution, shadow_maps};
+use crate::devices::{self, Device};
 use crate::failure::Failure;
 use crate::format::{count, significant};
 use crate::input::{Input, describe_medium};
-use crate::methods::{Airlight, Setting, Visibility};
 use crate::output::PendingFile;
 use crate::picture::Picture;
 use crate::print::{complain, print};
-use crate::{baked, progress, veils};
-
-/// Rays between two moves of the progress bar.
-const BATCH: usize = 1 << 13;
+use crate::shadow_files::Shadows;
+use crate::{maps, progress, shadow_files, surfaces};
 
 /// Formats by file name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,16 +48,18 @@ impl Format {
 }
 
 /// Runs `crepuscular render`.
-pub(crate) fn run(args: &Render) -> Result<(), Failure> {
+pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     let format = Format::of(&args.output)?;
-    let is_exact_only = matches!(args.airlight, Airlight::Double | Airlight::Published);
-    if is_exact_only && !args.shadows.is_empty() {
+    if format == Format::Exr && args.exposure.is_some() {
         return Err(Failure::new(
-            "--airlight double and published go with exact visibility only, not with --shadows",
+            "--exposure is that of a PNG; an EXR holds linear radiance",
         ));
     }
+    let chosen = Chosen::new(methods, args)?;
     let file = PendingFile::create(&args.output)?;
+    let (devices, _) = devices::find(&[args.backend])?;
     let mut input = Input::load(&args.scene, &args.options)?;
+    chosen.check_map(args, &input)?;
     let cpu = Cpu::new();
     let camera = input.camera()?;
     let spinner = progress::spinner("surfaces");
@@ -68,73 +70,38 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         args.size.width,
         args.size.height,
     )?;
-    let medium = input.scene.medium;
-    let shadows = baked::read(&args.shadows, &input)?;
-    let filter =
-        FilterSize::new(args.filter).map_err(|error| Failure::from(error).about("--filter"))?;
-    let filtered: Vec<_> = shadows
-        .iter()
-        .map(|shadow| shadow.as_ref().map(|shadow| shadow.filtered(filter)))
-        .collect();
-    let lights: Vec<Lit<'_>> = (input.emitters.iter().zip(&filtered))
-        .map(|(emitter, filtered)| (emitter, filtered.as_ref().map(|shadow| shadow as _)))
-        .collect();
-    let traced = shadows.iter().all(Option::is_none);
-    let surfaces = if traced && !input.scene.translucent.is_empty() {
-        veils::surfaces(&view, &input, args.options.map.unwrap_or(1024))?
-    } else {
-        if !input.scene.translucent.is_empty() {
-            (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
-        }
-        surface::radiance_with(
-            &cpu,
-            &view,
-            &input.scene,
-            &input.geometry,
-            &input.tracer,
-            &lights,
-            medium.as_ref(),
-        )
-    };
+    let shadows = shadow_files::read(&args.shadows, &input)?;
+    let surfaces = light_surfaces(args, &mut input, &view, &shadows)?;
     spinner.finish_and_clear();
     let mut picture = Picture::new(args.size, &surfaces);
 
-    let plan = Plan::new(&input.emitters, medium.as_ref(), view.rays());
+    let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
     for part in plan.left_out() {
-        let unused =
-            part.reason == Reason::OnlyDirectionalLight && !args.visibility.is_equi_angular();
-        if !unused {
-            input
-                .notes
-                .push(format!("left out: {} ({})", part.subject, part.reason));
+        if part.reason != Reason::OnlyDirectionalLight {
+            (input.notes).push(format!("left out: {} ({})", part.subject, part.reason));
         }
     }
-    if let (Some(medium), false) = (&medium, plan.emitters().is_empty()) {
+    if let Some(medium) = input.scene.medium {
         let (from_files, others): (Vec<usize>, Vec<usize>) =
             (plan.emitters().iter()).partition(|index| shadows[**index].is_some());
-        let pick = |indices: &[usize]| -> Vec<Emitter> {
-            let emitters = indices.iter().map(|index| input.emitters[*index].clone());
-            emitters.collect()
+        let job = Job {
+            args,
+            camera: &camera,
+            view: &view,
+            medium: &medium,
+            device: &devices[0],
         };
-        let setting = setting(args);
-        let others = pick(&others);
-        let held = match setting.visibility {
-            Visibility::Dag => baked::bake(&input, &others, setting.samples)?,
-            _ => Vec::new(),
-        };
-        let own = from_files
-            .iter()
-            .filter_map(|index| shadows[*index].clone());
-        let from_file = Held {
-            resolution: 0,
-            shadows: own.collect(),
-        };
-        let groups = [
-            (others, held, setting),
-            (pick(&from_files), vec![from_file], setting_of_files(args)),
-        ];
-        for group in groups.iter().filter(|(emitters, ..)| !emitters.is_empty()) {
-            let airlight = airlight(args, &mut input, (&camera, &view), medium, group)?;
+        if !others.is_empty() {
+            let emitters = pick(&input, &others);
+            let airlight =
+                job.airlight(&mut input, &emitters, &chosen.entry, chosen.quality, &[])?;
+            picture = picture.plus(&airlight);
+        }
+        if !from_files.is_empty() {
+            let emitters = pick(&input, &from_files);
+            let entry = chosen.of_files(methods)?;
+            let own: Shadows = from_files.iter().map(|i| shadows[*i].clone()).collect();
+            let airlight = job.airlight(&mut input, &emitters, &entry, FROM_FILE, &own)?;
             picture = picture.plus(&airlight);
         }
     }
@@ -163,159 +130,260 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     for note in &input.notes {
         text += &format!("note: {note}\n");
     }
-    let baked = shadows.iter().flatten().count();
-    let method = match baked {
-        0 => describe(setting(args)),
-        _ if baked == input.emitters.len() => "baked shadows".into(),
+    let from_files = shadows.iter().flatten().count();
+    let method = match from_files {
+        0 => chosen.describe(),
+        _ if from_files == input.emitters.len() => "precomputed shadows".into(),
         _ => format!(
-            "baked shadows of {}, {}",
-            count(baked, "light"),
-            describe(setting(args))
+            "precomputed shadows of {}, {}",
+            count(from_files, "light"),
+            chosen.describe()
         ),
     };
     text += &format!(
         "{}: {} in {}, {method}\n",
         args.output.display(),
         args.size,
-        describe_medium(medium.as_ref()),
+        describe_medium(input.scene.medium.as_ref()),
     );
     print(&text)
 }
 
-/// Unless told otherwise, intervals that are single steps get one node.
-fn setting(args: &Render) -> Setting {
-    let steps_apart = matches!(
-        args.visibility,
-        Visibility::March
-            | Visibility::EquiAngular
-            | Visibility::VoxelBits
-            | Visibility::Translucent
-    );
-    let samples = match args.visibility.voxel_detail() {
-        Some(_) => 512,
-        None if args.visibility == Visibility::Dag => 2048,
-        None => 64,
-    };
-    Setting {
-        visibility: args.visibility,
-        samples: args.samples.unwrap_or(samples),
-        airlight: args.airlight,
-        detail: match args.airlight {
-            Airlight::EquiAngular | Airlight::Midpoint => {
-                args.nodes.unwrap_or(if steps_apart { 1 } else { 8 })
-            }
-            Airlight::Quadrature => 4,
-            Airlight::Table | Airlight::Double => 64,
-            Airlight::Published => 512,
-        },
-    }
+fn pick(input: &Input, indices: &[usize]) -> Vec<Emitter> {
+    let emitters = indices.iter().map(|index| input.emitters[*index].clone());
+    emitters.collect()
 }
 
-/// Of lights whose shadows are in files, whatever their resolution: it counts
-/// as 0.
-fn setting_of_files(args: &Render) -> Setting {
-    let setting = setting(args);
-    let detail = match args.airlight {
-        Airlight::EquiAngular | Airlight::Midpoint => args.nodes.unwrap_or(8),
-        _ => setting.detail,
-    };
-    Setting {
-        visibility: Visibility::Dag,
-        samples: 0,
-        detail,
-        ..setting
-    }
-}
-
-fn describe(setting: Setting) -> String {
-    let mut text = format!("{} visibility", setting.visibility.name());
-    if setting.visibility.has_steps() {
-        text += &format!(" with {} steps", setting.samples);
-    } else if setting.visibility.voxel_detail().is_some() || setting.visibility == Visibility::Dag {
-        text += &format!(" with {} voxels a side", setting.samples);
-    }
-    match setting.airlight {
-        Airlight::Midpoint => text + " × midpoint",
-        Airlight::EquiAngular => {
-            let nodes = count(setting.detail as usize, "node");
-            text + &format!(" × equi-angular quadrature of {nodes}")
-        }
-        Airlight::Quadrature => text + " × quadrature to 1e-4",
-        Airlight::Table => text + " × table of 64 KiB",
-        Airlight::Double => text + " × double precision",
-        Airlight::Published => text + " × the published table",
-    }
-}
-
-/// Lights that are rendered alike, with the shadows that were baked for them.
-type Group = (Vec<Emitter>, Vec<Held<Cpu>>, Setting);
-
-fn airlight(
+/// The light of surfaces, with the shadows of files where there are some.
+fn light_surfaces(
     args: &Render,
     input: &mut Input,
-    (camera, view): (&Camera, &View),
-    medium: &Medium,
-    (emitters, held, setting): &Group,
-) -> Result<Picture, Failure> {
-    let setting = *setting;
-    let cpu = Cpu::new();
-    let mut maps = Vec::new();
-    if setting.visibility.needs_shadow_map() {
-        let asked = args.options.map.unwrap_or(1024);
-        let map = affordable_resolution(asked, &input.geometry, emitters);
-        if map < asked {
-            input.notes.push(format!(
-                "shadow maps have {map} texels per side instead of {asked}, so that all fit into 512 MiB"
-            ));
+    view: &View,
+    shadows: &Shadows,
+) -> Result<Vec<[f32; 4]>, Failure> {
+    if shadows.iter().all(Option::is_none) {
+        return surfaces::radiance(view, input, args.options.map.unwrap_or(1024));
+    }
+    if !input.scene.translucent.is_empty() {
+        (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
+    }
+    let filter = FilterSize::new(args.filter.unwrap_or(9))
+        .map_err(|error| Failure::from(error).about("--filter"))?;
+    let filtered: Vec<_> = shadows
+        .iter()
+        .map(|shadow| shadow.as_ref().map(|shadow| shadow.filtered(filter)))
+        .collect();
+    let lights: Vec<Lit<'_>> = (input.emitters.iter().zip(&filtered))
+        .map(|(emitter, filtered)| (emitter, filtered.as_ref().map(|shadow| shadow as _)))
+        .collect();
+    Ok(surface::radiance_with(
+        &Cpu::new(),
+        view,
+        &input.scene,
+        &input.geometry,
+        &input.tracer,
+        &lights,
+        input.scene.medium.as_ref(),
+    ))
+}
+
+/// The method that the command line names.
+struct Chosen {
+    entry: Entry,
+    quality: u32,
+}
+
+/// What pairs consist of unless something else is asked for.
+const VISIBILITY: &str = "exact";
+const AIRLIGHT: &str = "quadrature";
+
+impl Chosen {
+    fn new(methods: &Registry, args: &Render) -> Result<Self, Failure> {
+        let entry = match &args.method {
+            Some(name) => find(methods, name)?.clone(),
+            None => {
+                let visibility = args.visibility.as_deref().unwrap_or(VISIBILITY);
+                let airlight = args.airlight.as_deref().unwrap_or(AIRLIGHT);
+                let missing = || {
+                    Failure::new(format!("there is no method {visibility} x {airlight}"))
+                };
+                methods
+                    .pair(visibility, airlight, None)
+                    .ok_or_else(missing)?
+            }
+        };
+        let Some([(visibility, steps), (airlight, detail)]) = entry.halves() else {
+            if args.samples.is_some() || args.nodes.is_some() {
+                return Err(Failure::new(format!(
+                    "--samples and --nodes are those of a pair; the quality of {} is --quality",
+                    entry.about().name
+                )));
+            }
+            let quality = args.quality.unwrap_or(entry.about().usual);
+            return Ok(Self { entry, quality });
+        };
+        if args.samples.is_some() && steps.is_none() {
+            return Err(Failure::new(format!(
+                "--samples is a number of steps or voxels, and {visibility} visibility has none"
+            )));
         }
-        let bar = progress::bar("shadow maps", emitters.len() as u64);
-        let casters = Casters::upload(&cpu, &input.geometry)?;
-        maps = shadow_maps(&cpu, &casters, emitters, map, || bar.inc(1))?;
-        bar.finish_and_clear();
-    }
-    let mut veils = Vec::new();
-    if setting.visibility == Visibility::Translucent {
-        let side = veils::resolution(args.options.map.unwrap_or(1024), emitters);
-        veils = veils::veils(input, Some(&input.geometry), emitters, side)?;
-    } else if !input.scene.translucent.is_empty() {
-        // Shadows from files have no resolution of their own.
-        let option = match setting.samples {
-            0 => "--shadows".to_owned(),
-            _ => format!("--visibility {}", setting.visibility.name()),
+        if args.nodes.is_some() && detail != Some("nodes") {
+            return Err(Failure::new(format!(
+                "--nodes is that of a quadrature with a number of nodes, which airlight by {airlight} is not"
+            )));
+        }
+        let given = args.quality.or(args.samples);
+        // Without a quality of the visibility, nodes are the quality of the pair.
+        let (entry, given) = match (steps, args.nodes) {
+            (Some(_), Some(nodes)) => {
+                let entry = methods.pair(visibility, airlight, Some(nodes));
+                (entry.expect("the pair was found before"), given)
+            }
+            (None, Some(nodes)) if given.is_none() => (entry, Some(nodes)),
+            (None, Some(_)) => {
+                return Err(Failure::new("--nodes is the quality here: give one of the two"));
+            }
+            (_, None) => (entry, given),
         };
-        (input.notes).push(format!(
-            "hair and smoke cast no shadow into the air with {option}"
-        ));
+        let quality = given.unwrap_or(entry.about().usual);
+        Ok(Self { entry, quality })
     }
-    let tables = Tables::new(medium.phase(), std::iter::once(setting))?;
-    let size = [args.size.width, args.size.height];
-    let eye = Eye::of_camera(camera, size, view.rays(), medium);
-    let voxels = Voxels::default();
-    let bar = progress::bar("airlight", view.rays().len() as u64);
-    let mut radiance = Vec::with_capacity(view.rays().len());
-    // Voxels are made anew for each bundle of rays.
-    let batch = match setting.visibility.voxel_detail() {
-        Some(_) => view.rays().len(),
-        None => BATCH,
-    };
-    for rays in view.rays().chunks(batch.max(1)) {
-        let stage = Stage {
-            backend: &cpu,
-            tracer: &input.tracer,
-            medium,
+
+    /// The method of lights whose shadows are in files.
+    fn of_files(&self, methods: &Registry) -> Result<Entry, Failure> {
+        let [_, (airlight, _)] = self.entry.halves().ok_or_else(|| {
+            Failure::new(format!(
+                "--shadows goes with a pair of visibility and airlight, which {} is not",
+                self.entry.about().name
+            ))
+        })?;
+        shadow_files::method(methods, airlight)
+    }
+
+    /// Refuses a size of maps that nothing uses.
+    fn check_map(&self, args: &Render, input: &Input) -> Result<(), Failure> {
+        let used = self.entry.about().uses_shadow_map || !input.scene.translucent.is_empty();
+        if args.options.map.is_some() && !used {
+            return Err(Failure::new(format!(
+                "--map is the size of shadow maps, and {} has none",
+                self.entry.about().name
+            )));
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        let about = self.entry.about();
+        format!("{} with {} {}", about.name, self.quality, about.quality)
+    }
+}
+
+/// The method of a name.
+fn find<'a>(methods: &'a Registry, name: &str) -> Result<&'a Entry, Failure> {
+    methods.find(name).ok_or_else(|| {
+        let names: Vec<_> = methods.compared().map(|entry| entry.about().name).collect();
+        Failure::new(format!(
+            "no method is called \"{name}\", or several are; there are {}",
+            names.join(", ")
+        ))
+    })
+}
+
+/// What is the same for all lights of a picture.
+struct Job<'a> {
+    args: &'a Render,
+    camera: &'a Camera,
+    view: &'a View,
+    medium: &'a Medium,
+    device: &'a Device,
+}
+
+impl Job<'_> {
+    /// The airlight of some lights by a method; `given` are shadows from files.
+    fn airlight(
+        &self,
+        input: &mut Input,
+        emitters: &[Emitter],
+        entry: &Entry,
+        quality: u32,
+        given: &[Option<shadow_files::Shadow>],
+    ) -> Result<Picture, Failure> {
+        let asked = self.args.options.map.unwrap_or(1024);
+        let map = if entry.about().uses_shadow_map {
+            maps::affordable(asked, &input.geometry, emitters, &mut input.notes)
+        } else {
+            asked
+        };
+        // Lights are numbered anew.
+        let host = Store::new();
+        lighting::methods::share_tracer(&host, &input.tracer);
+        for (light, shadow) in given.iter().enumerate() {
+            if let Some(shadow) = shadow {
+                let key = OfLight {
+                    light,
+                    resolution: FROM_FILE,
+                };
+                host.insert("baked shadows", key, shadow.clone(), shadow.bytes() as u64);
+            }
+        }
+        let rays = self.view.rays().len() * emitters.len();
+        let bar = Bar(progress::bar("airlight", rays as u64));
+        let inputs = FrameInputs {
             emitters,
-            maps: &maps,
-            veils: &veils,
-            tables: &tables,
-            eye,
-            voxels: &voxels,
-            baked: held,
-            rays: rays.to_vec(),
-            count: rays.len(),
+            medium: self.medium,
+            geometry: &input.geometry,
+            translucent: &input.scene.translucent,
+            camera: self.camera,
+            size: [self.args.size.width, self.args.size.height],
+            rays: self.view.rays(),
+            hits: self.view.hits(),
+            map,
+            host: &host,
+            watch: &bar,
         };
-        radiance.extend(stage.airlight(setting)?);
-        bar.inc(rays.len() as u64);
+        match entry.method().applies(&inputs) {
+            Verdict::Impossible(why) => {
+                let name = entry.about().name;
+                return Err(Failure::new(format!("{name}: {why}")));
+            }
+            Verdict::Applies | Verdict::Pointless(_) => {}
+        }
+        let notes = entry.method().notes(&inputs);
+        let radiance = match &self.device.context {
+            None => run_on(&Cpu::new(), &host, inputs, entry, quality)?,
+            Some(context) => {
+                let store = Store::new();
+                run_on(&Gpu::new(context.clone()), &store, inputs, entry, quality)?
+            }
+        };
+        bar.0.finish_and_clear();
+        input.notes.extend(notes);
+        Ok(Picture::new(self.args.size, &radiance))
     }
-    bar.finish_and_clear();
-    Ok(Picture::new(args.size, &radiance))
+}
+
+/// A progress bar that counts rays.
+struct Bar(ProgressBar);
+
+impl Watch for Bar {
+    fn gathered(&self, rays: usize) {
+        self.0.inc(rays as u64);
+    }
+}
+
+fn run_on<B: MethodBackend + Download>(
+    backend: &B,
+    store: &Store<B::Memory>,
+    inputs: FrameInputs<'_>,
+    entry: &Entry,
+    quality: u32,
+) -> Result<Vec<[f32; 4]>, Failure> {
+    let method = entry.on::<B>().ok_or_else(|| {
+        let name = entry.about().name;
+        Failure::new(format!("{name} has no shader: it runs with --backend cpu"))
+    })?;
+    let frame = Frame::new(backend, inputs, store)?;
+    let mut radiance = backend.zeros::<[f32; 4]>(inputs.rays.len())?;
+    method.add_radiance(&frame, quality, &mut radiance)?;
+    Ok(backend.download(&radiance)?)
 }

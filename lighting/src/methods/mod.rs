@@ -89,8 +89,10 @@ pub use per_light::{Compared, LightSources, PerLight, SourceAbout, SourceOn, Sou
 #[cfg(feature = "shadow-dag")]
 pub use precomputed::FROM_FILE;
 pub use registry::{Entry, MethodBackend, Registry, RunEverywhere};
-pub use shared::{OfLight, OfScene};
+pub use shared::{OfLight, OfScene, share_tracer, tracer};
 pub use store::{Store, Used};
+#[cfg(feature = "translucent")]
+pub use translucent::curve_resolution;
 
 use std::borrow::Cow;
 use std::fmt::Debug;

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use gpu_backend::Backend;
+use gpu_backend::{Backend, Host};
 
-use super::{Frame, FrameInputs, MethodError, Work};
+use super::{Frame, FrameInputs, MethodError, Store, Work};
+use crate::scene::Geometry;
 use crate::scene::trace::Tracer;
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 
@@ -21,14 +22,26 @@ pub struct OfLight {
     pub resolution: u32,
 }
 
+/// The hierarchy of the triangles, which a store on the host keeps.
+///
+/// # Errors
+/// None; the result is that of the store.
+pub fn tracer(host: &Store<Host>, geometry: &Geometry) -> Result<Arc<Tracer>, MethodError> {
+    host.get("BVH", OfScene, |_| 0, || Ok(Tracer::new(geometry)))
+}
+
+/// Gives a store the hierarchy of another one.
+pub fn share_tracer(host: &Store<Host>, tracer: &Arc<Tracer>) {
+    host.insert("BVH", OfScene, tracer.clone(), 0);
+}
+
 impl FrameInputs<'_> {
     /// The hierarchy of the triangles, on the host.
     ///
     /// # Errors
     /// None; the result is that of the store.
     pub fn tracer(&self) -> Result<Arc<Tracer>, MethodError> {
-        self.host
-            .get("BVH", OfScene, |_| 0, || Ok(Tracer::new(self.geometry)))
+        tracer(self.host, self.geometry)
     }
 
     /// What shadow maps of all lights cost.

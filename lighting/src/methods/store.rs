@@ -124,16 +124,16 @@ impl<M: Memory> Store<M> {
         drop(shelves);
         let value = made?;
         let bytes = bytes(&value);
-        Ok(self.put(key, value, what, seconds, bytes))
+        Ok(self.put(key, Arc::new(value), what, seconds, bytes))
     }
 
     /// Puts in a value that was made elsewhere, or replaces one.
-    pub fn insert<K, T>(&self, what: &'static str, key: K, value: T, bytes: u64)
+    pub fn insert<K, T>(&self, what: &'static str, key: K, value: impl Into<Arc<T>>, bytes: u64)
     where
         K: Eq + Hash + Send + 'static,
         T: Send + Sync + 'static,
     {
-        self.put(key, value, what, 0.0, bytes);
+        self.put(key, value.into(), what, 0.0, bytes);
     }
 
     fn find<K, T>(&self, key: &K) -> Option<Arc<T>>
@@ -155,7 +155,6 @@ impl<M: Memory> Store<M> {
         K: Eq + Hash + Send + 'static,
         T: Send + Sync + 'static,
     {
-        let value = Arc::new(value);
         let mut shelves = self.lock();
         let used = Used {
             what,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
 
-use super::{Curves, map, resolution};
+use super::{Curves, curve_resolution, map};
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 use crate::translucent::TransmittanceMap;
 use crate::visibility::{March, Spacing};
@@ -14,7 +14,7 @@ fn uploaded<E: Encode>(
     frame: &Frame<'_, Gpu<E>>,
     light: usize,
 ) -> Result<Arc<TransmittanceMap<GpuMemory>>, MethodError> {
-    let resolution = resolution(&frame.inputs);
+    let resolution = curve_resolution(frame.inputs.map, frame.inputs.emitters);
     let key = OfLight { light, resolution };
     frame
         .store

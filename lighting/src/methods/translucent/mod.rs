@@ -34,17 +34,18 @@ const MAX_BYTES: u64 = 1 << 29;
 #[derive(Debug, Clone, Copy)]
 struct Curves;
 
-/// Texels per side of each face: a half of those of a shadow map, because a texel
+/// Texels per side of each face of a map of transmittance beside shadow maps of
+/// `map` texels: a half of those, because a texel
 /// holds a curve, or less if the maps of all lights would take more than 512 MiB.
-fn resolution(inputs: &FrameInputs<'_>) -> u32 {
+pub fn curve_resolution(map: u32, emitters: &[Emitter]) -> u32 {
     let faces = |emitter: &Emitter| match emitter {
         Emitter::Directional(_) => 1,
         _ => 6,
     };
-    let faces: u64 = inputs.emitters.iter().map(faces).sum();
+    let faces: u64 = emitters.iter().map(faces).sum();
     let texel = size_of::<Packed<8>>() as u64;
     let bytes = |side: u32| texel * faces * u64::from(side) * u64::from(side);
-    let mut side = (inputs.map / 2).max(1);
+    let mut side = (map / 2).max(1);
     while side > 16 && bytes(side) > MAX_BYTES {
         side /= 2;
     }
@@ -53,7 +54,7 @@ fn resolution(inputs: &FrameInputs<'_>) -> u32 {
 
 /// That of a light, in the memory of the host. Opaque casters enter it too.
 fn map(inputs: &FrameInputs<'_>, light: usize) -> Result<Arc<TransmittanceMap<Host>>, MethodError> {
-    let resolution = resolution(inputs);
+    let resolution = curve_resolution(inputs.map, inputs.emitters);
     let key = OfLight { light, resolution };
     inputs
         .host

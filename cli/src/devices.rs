@@ -1,0 +1,77 @@
+//! The backends that there are.
+
+use clap::ValueEnum;
+use gpu_backend::gpu::Context;
+
+use crate::failure::Failure;
+use crate::print::complain;
+
+/// Turns a missing GPU into a failure if it is `1`.
+const REQUIRE_VARIABLE: &str = "REQUIRE_GPU";
+
+/// Where steps run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackendName {
+    /// The processor, all threads
+    Cpu,
+    /// The graphics processor, through Vulkan, Metal or Direct3D 12
+    Gpu,
+}
+
+/// A backend that is there.
+#[derive(Debug)]
+pub(crate) struct Device {
+    /// Its name in reports.
+    pub(crate) label: String,
+    /// False on a software adapter: its times say nothing about a GPU.
+    pub(crate) representative: bool,
+    /// True if its failure must not go unnoticed.
+    pub(crate) required: bool,
+    /// `None` is the CPU.
+    pub(crate) context: Option<Context>,
+}
+
+impl Device {
+    fn cpu() -> Self {
+        Self {
+            label: "cpu".into(),
+            representative: true,
+            required: true,
+            context: None,
+        }
+    }
+
+    fn gpu(context: Context, required: bool) -> Self {
+        let software = context.is_software();
+        let kind = if software { ", software" } else { "" };
+        Self {
+            label: format!("gpu ({}{kind})", context.adapter().name),
+            representative: !software,
+            required,
+            context: Some(context),
+        }
+    }
+}
+
+/// Those of the backends that are asked for, or of all if none is, that are there,
+/// the CPU first; why the GPU is not, if it is missing and nobody asked for it.
+pub(crate) fn find(asked: &[BackendName]) -> Result<(Vec<Device>, Option<String>), Failure> {
+    let any = asked.is_empty();
+    let mut present = Vec::new();
+    let mut missing = None;
+    if any || asked.contains(&BackendName::Cpu) {
+        present.push(Device::cpu());
+    }
+    if any || asked.contains(&BackendName::Gpu) {
+        let required = !any || std::env::var(REQUIRE_VARIABLE).is_ok_and(|value| value == "1");
+        match Context::request() {
+            Ok(context) => present.push(Device::gpu(context, required)),
+            Err(error) if required => return Err(error.into()),
+            Err(error) => {
+                complain(&format!("gpu: skipped, {error}"));
+                missing = Some(error.to_string());
+            }
+        }
+    }
+    Ok((present, missing))
+}

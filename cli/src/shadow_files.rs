@@ -1,0 +1,1 @@
+//! Precomputed shadows of a picture's lights, from files.
