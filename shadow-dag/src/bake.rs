@@ -8,31 +8,10 @@ use gpu_backend::Cpu;
 
 use crate::checkpoint::{self, CheckpointError};
 use crate::identity::Identity;
-use crate::tiles::{Tiles, Watch};
+use crate::mesh::{BINS, Scratch};
+use crate::progress::Progress;
+use crate::tiles::{Plan, Tiles, Watch};
 use crate::{Builder, Casters, Error, Form, LightSpace, Mesh, Rule, ShadowDag};
-
-/// How far a bake is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// Tiles that are finished.
-    pub finished: usize,
-    /// All tiles. They take different times, those without casters none.
-    pub tiles: usize,
-}
-
-impl Progress {
-    /// True if no tile is missing.
-    pub fn is_complete(self) -> bool {
-        self.finished == self.tiles
-    }
-
-    pub(crate) fn cancelled(self) -> Error {
-        Error::Cancelled {
-            finished: self.finished,
-            tiles: self.tiles,
-        }
-    }
-}
 
 /// Shadows in the making, tile by tile of the map.
 ///
@@ -196,4 +175,58 @@ fn identity(casters: Identity, tiles: &Tiles) -> Identity {
         .into_iter()
         .chain(version)
         .fold(casters, Identity::with)
+}
+
+impl Builder {
+    /// Builds the shadows of a mesh without maps.
+    ///
+    /// Where no surface crosses a gap between the last front face and the
+    /// first back face over a footprint, all of its texels can turn within
+    /// that gap, and nothing is rasterised: only tiles at silhouettes, and
+    /// surfaces of parts with holes, are looked at texel by texel. Time and
+    /// memory grow with the length of the silhouettes.
+    ///
+    /// Answers are those of [`Builder::build`] wherever those are defined. For
+    /// rules other than [`Rule::Aligned`] it is the same as that. A [`Bake`]
+    /// does the same work in parts.
+    ///
+    /// # Errors
+    /// [`Error::TooManyNodes`].
+    pub fn bake(&self, cpu: &Cpu, mesh: &Mesh) -> Result<ShadowDag, Error> {
+        let mut bake = Bake::of_mesh(*self, mesh);
+        bake.advance(cpu, usize::MAX, &AtomicBool::new(false), |_| {})?;
+        bake.finish()
+    }
+
+    /// The tiles in which a mesh is baked.
+    pub(crate) fn plan_of_mesh(&self, mesh: &Mesh) -> Plan {
+        let resolution = mesh.resolution();
+        if self.rule != Rule::Aligned {
+            return self.plan_of_maps(resolution);
+        }
+        self.plan(
+            resolution,
+            resolution.side() / BINS.min(resolution.side() / 8),
+        )
+    }
+}
+
+impl Tiles {
+    /// [`Tiles::advance`] over the triangles of `mesh`.
+    pub(crate) fn bake(
+        &mut self,
+        cpu: &Cpu,
+        most: usize,
+        watch: Watch<'_>,
+        mesh: &Mesh,
+    ) -> Result<(), Error> {
+        let plan = self.plan;
+        if plan.rule != Rule::Aligned {
+            return self.read(cpu, most, watch, mesh);
+        }
+        let scratch = || Scratch::new(mesh, true);
+        self.advance(cpu, most, watch, scratch, |scratch, x, y| {
+            Ok(scratch.start(plan.tile(x, y)))
+        })
+    }
 }

@@ -4,22 +4,13 @@ use std::sync::Arc;
 
 use gpu_backend::Cpu;
 
-use crate::file::{self, FileError};
+use crate::file;
+use crate::file_error::FileError;
+use crate::form::Form;
 use crate::graph::Graph;
 use crate::layout::Layout;
 use crate::top::Top;
 use crate::{Builder, Casters, Error, LightSpace, Resolution};
-
-/// How nodes are stored. Answers are the same.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Form {
-    /// References of 32 bits: the quickest to walk.
-    Plain,
-    /// References and shapes of as many bits as each level needs, nothing
-    /// stored twice within a node: 0.26 to 0.33 of the size of plain nodes for
-    /// closed scenes, 0.39 to 0.47 for open ones.
-    Packed,
-}
 
 /// The shadows that the static geometry of a scene casts from one light: for
 /// every voxel of a grid in the space of the light, whether it is lit.

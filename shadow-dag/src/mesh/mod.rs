@@ -10,17 +10,13 @@ mod footprint;
 mod texels;
 mod triangle;
 
-use std::sync::atomic::AtomicBool;
-
 use glam::Vec3;
-use gpu_backend::Cpu;
 
 use crate::casters::{Casters, Exits, TileRect};
 use crate::footprint::{Footprints, Look};
 use crate::identity::Identity;
 use crate::rule::Tile;
-use crate::tiles::{Plan, Tiles, Watch};
-use crate::{Bake, Builder, Error, LightSpace, Resolution, Rule, ShadowDag};
+use crate::{Error, LightSpace, Resolution};
 use closed::Components;
 use footprint::Part;
 pub(crate) use footprint::Scratch;
@@ -30,7 +26,7 @@ pub(crate) use triangle::ONE;
 pub(crate) use triangle::Triangle;
 
 /// Bins along each side of the map.
-const BINS: u32 = 64;
+pub(crate) const BINS: u32 = 64;
 
 /// Triangles as a light sees them.
 #[derive(Debug, Clone)]
@@ -234,59 +230,5 @@ fn fill(
                 }
             }
         }
-    }
-}
-
-impl Builder {
-    /// Builds the shadows of a mesh without maps.
-    ///
-    /// Where no surface crosses a gap between the last front face and the
-    /// first back face over a footprint, all of its texels can turn within
-    /// that gap, and nothing is rasterised: only tiles at silhouettes, and
-    /// surfaces of parts with holes, are looked at texel by texel. Time and
-    /// memory grow with the length of the silhouettes.
-    ///
-    /// Answers are those of [`Builder::build`] wherever those are defined. For
-    /// rules other than [`Rule::Aligned`] it is the same as that. A [`Bake`]
-    /// does the same work in parts.
-    ///
-    /// # Errors
-    /// [`Error::TooManyNodes`].
-    pub fn bake(&self, cpu: &Cpu, mesh: &Mesh) -> Result<ShadowDag, Error> {
-        let mut bake = Bake::of_mesh(*self, mesh);
-        bake.advance(cpu, usize::MAX, &AtomicBool::new(false), |_| {})?;
-        bake.finish()
-    }
-
-    /// The tiles in which a mesh is baked.
-    pub(crate) fn plan_of_mesh(&self, mesh: &Mesh) -> Plan {
-        let resolution = mesh.resolution;
-        if self.rule != Rule::Aligned {
-            return self.plan_of_maps(resolution);
-        }
-        self.plan(
-            resolution,
-            resolution.side() / BINS.min(resolution.side() / 8),
-        )
-    }
-}
-
-impl Tiles {
-    /// [`Tiles::advance`] over the triangles of `mesh`.
-    pub(crate) fn bake(
-        &mut self,
-        cpu: &Cpu,
-        most: usize,
-        watch: Watch<'_>,
-        mesh: &Mesh,
-    ) -> Result<(), Error> {
-        let plan = self.plan;
-        if plan.rule != Rule::Aligned {
-            return self.read(cpu, most, watch, mesh);
-        }
-        let scratch = || Scratch::new(mesh, true);
-        self.advance(cpu, most, watch, scratch, |scratch, x, y| {
-            Ok(scratch.start(plan.tile(x, y)))
-        })
     }
 }
