@@ -1,10 +1,10 @@
-//! Baked shadows for a picture: from files, or baked for it.
+//! Precomputed voxelized shadows for a picture: from files, or baked for it.
 
 use std::path::PathBuf;
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::dag::{BakedShadow, Builder, Form, Resolution, light_spaces};
+use lighting::precomputed::{BakedShadow, Builder, Form, Resolution, ShadowSet, light_spaces};
 
 use crate::engine::Held;
 use crate::failure::Failure;
@@ -18,14 +18,17 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Vec<Option<BakedS
         let name = path.display().to_string();
         let about = |failure: Failure| failure.about(&name);
         let file = std::fs::read(path).map_err(|error| about(error.into()))?;
-        let baked = BakedShadow::from_bytes(&file).map_err(|error| about(error.into()))?;
-        let resolution = baked.grids()[0].resolution();
+        let set = ShadowSet::from_bytes(&file).map_err(|error| about(error.into()))?;
+        let lights = BakedShadow::of_set(&set).map_err(|error| about(error.into()))?;
         let mut found = false;
-        for (emitter, shadow) in input.emitters.iter().zip(&mut shadows) {
-            let spaces = light_spaces(&input.geometry, emitter, resolution);
-            if spaces.is_ok_and(|spaces| baked.fits(&spaces)) {
-                *shadow = Some(baked.to_form(Form::Plain)?);
-                found = true;
+        for baked in &lights {
+            let resolution = baked.grids()[0].resolution();
+            for (emitter, shadow) in input.emitters.iter().zip(&mut shadows) {
+                let spaces = light_spaces(&input.geometry, emitter, resolution);
+                if spaces.is_ok_and(|spaces| baked.fits(&spaces)) {
+                    *shadow = Some(baked.to_form(Form::Plain)?);
+                    found = true;
+                }
             }
         }
         if !found {

@@ -7,7 +7,7 @@ use airlight::{SunTable, Table};
 use gpu_backend::gpu::{Gpu, GpuMemory, Queued};
 use gpu_backend::{Backend, BufferOf, Cpu, Download};
 use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
-use lighting::dag::{BakedShadow, HoldShadow};
+use lighting::precomputed::BakedShadow;
 use lighting::scene::{Geometry, Medium, PhaseFunction};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 use lighting::trace::Tracer;
@@ -103,8 +103,7 @@ impl Veils for Gpu<Queued> {
 pub(crate) trait GatherMapped<A>:
     Veils
     + Gather<Unshadowed, A>
-    + HoldShadow
-    + Gather<<Self as HoldShadow>::Shadow, A>
+    + Gather<BakedShadow<<Self as Backend>::Memory>, A>
     + for<'a> Gather<TransmittanceMarch<'a, <Self as Veils>::Veil>, A>
     + for<'a> Gather<VoxelShadow<'a, <Self as Backend>::Memory>, A>
     + for<'a> Gather<ShadowMapMarch<'a, <Self as Backend>::Memory>, A>
@@ -115,8 +114,7 @@ pub(crate) trait GatherMapped<A>:
 impl<B, A> GatherMapped<A> for B where
     B: Veils
         + Gather<Unshadowed, A>
-        + HoldShadow
-        + Gather<<B as HoldShadow>::Shadow, A>
+        + Gather<BakedShadow<<B as Backend>::Memory>, A>
         + for<'a> Gather<TransmittanceMarch<'a, <B as Veils>::Veil>, A>
         + for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, A>
         + for<'a> Gather<ShadowMapMarch<'a, <B as Backend>::Memory>, A>
@@ -129,7 +127,6 @@ pub(crate) trait Renderer:
     Download
     + RenderShadowMap
     + BuildVoxels
-    + HoldShadow
     + Tracing
     + GatherMapped<Midpoint>
     + GatherMapped<EquiAngular>
@@ -142,7 +139,6 @@ impl<B> Renderer for B where
     B: Download
         + RenderShadowMap
         + BuildVoxels
-        + HoldShadow
         + Tracing
         + GatherMapped<Midpoint>
         + GatherMapped<EquiAngular>
@@ -221,7 +217,7 @@ pub(crate) const PUBLISHED_IS_ISOTROPIC: &str =
     "the published table is one of isotropic scattering";
 
 /// Lights and rays on a backend, ready to be gathered.
-pub(crate) struct Stage<'a, B: HoldShadow + Veils> {
+pub(crate) struct Stage<'a, B: Veils> {
     pub(crate) backend: &'a B,
     pub(crate) tracer: &'a Tracer,
     pub(crate) medium: &'a Medium,
@@ -243,19 +239,19 @@ pub(crate) struct Stage<'a, B: HoldShadow + Veils> {
 
 /// The baked shadows of all lights at one resolution, on a backend.
 #[derive(Debug)]
-pub(crate) struct Held<B: HoldShadow> {
+pub(crate) struct Held<B: Backend> {
     pub(crate) resolution: u32,
-    pub(crate) shadows: Vec<B::Shadow>,
+    pub(crate) shadows: Vec<BakedShadow<B::Memory>>,
 }
 
-impl<B: HoldShadow> Held<B> {
+impl<B: Backend> Held<B> {
     /// Copies shadows to a backend.
     pub(crate) fn new(
         backend: &B,
         resolution: u32,
         shadows: &[BakedShadow],
     ) -> Result<Self, Failure> {
-        let shadows = shadows.iter().map(|shadow| backend.hold(shadow));
+        let shadows = shadows.iter().map(|shadow| shadow.upload(backend));
         Ok(Self {
             resolution,
             shadows: shadows.collect::<Result<_, _>>()?,

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::dag::FilterSize;
 use lighting::plan::{Plan, Reason};
+use lighting::precomputed::FilterSize;
 use lighting::scene::{Camera, Medium};
 use lighting::shadow_map::Casters;
 use lighting::view::{Lit, View};

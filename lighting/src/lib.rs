@@ -6,7 +6,7 @@
 //!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]),
 //!    sampled from a shadow map ([`visibility::ShadowMapMarch`]), read from a
 //!    voxelized shadow volume (`voxels::VoxelShadow`) or walked through baked
-//!    shadows (`dag::BakedShadow`); [`visibility::Both`] joins two.
+//!    shadows (`precomputed::BakedShadow`); [`visibility::Both`] joins two.
 //! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
 //!    integrates the scattered light over intervals
 //!    ([`airlight::Quadrature`], any evaluator of the crate `airlight` in
@@ -48,7 +48,7 @@
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
 //! | `shadow_map` | `march` | orthographic, spot and cube maps, and the rasteriser behind them |
 //! | `voxels` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
-//! | `dag` | `shadow-dag` | baked shadows: of the medium, and filtered on surfaces |
+//! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
 //! | `trace` | `trace` | a BVH: camera rays, shadow rays |
 //! | `view` | `trace` | the rays of a picture, and its surfaces |
@@ -65,8 +65,6 @@
 //! finite.
 
 pub mod airlight;
-#[cfg(feature = "shadow-dag")]
-pub mod dag;
 pub mod emitter;
 mod gather;
 #[cfg(feature = "wgpu")]
@@ -75,6 +73,8 @@ pub mod gpu;
 pub mod load;
 mod path;
 pub mod plan;
+#[cfg(feature = "shadow-dag")]
+pub mod precomputed;
 #[cfg(feature = "procedural")]
 pub mod procedural;
 mod ray;

@@ -1,5 +1,6 @@
 //! Building shadows with breaks.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::sync::atomic::AtomicBool;
@@ -23,11 +24,11 @@ use crate::{Builder, Casters, Error, Form, LightSpace, Mesh, Rule, ShadowDag};
 ///
 /// ```
 /// # use std::sync::atomic::{AtomicBool, Ordering};
-/// # use glam::{DMat4, Vec3};
+/// # use glam::DMat4;
 /// # use gpu_backend::Cpu;
 /// # use shadow_dag::{Bake, Builder, Error, LightSpace, Mesh, Resolution};
 /// # let light = LightSpace::orthographic(DMat4::IDENTITY, 2.0, 2.0, 0.0, 2.0)?;
-/// # let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|v| v - Vec3::Z);
+/// # let corners = [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0]];
 /// # let mesh = Mesh::new(Resolution::new(512)?, light, &corners, &[[0, 1, 2]])?;
 /// let stop = AtomicBool::new(false);
 /// let mut bake = Bake::of_mesh(Builder::new(), &mesh);
@@ -54,7 +55,7 @@ pub struct Bake<'a> {
 }
 
 enum Source<'a> {
-    Mesh(&'a Mesh),
+    Mesh(Cow<'a, Mesh>),
     Maps(&'a dyn Casters),
 }
 
@@ -71,11 +72,15 @@ impl<'a> Bake<'a> {
     /// What [`Builder::bake`] does, with nothing done yet: 64×64 tiles, or
     /// those of [`Bake::of_casters`] for other rules than [`Rule::Aligned`].
     pub fn of_mesh(builder: Builder, mesh: &'a Mesh) -> Self {
-        let tiles = Tiles::new(builder.plan_of_mesh(mesh));
+        Self::of_any_mesh(builder, Cow::Borrowed(mesh))
+    }
+
+    fn of_any_mesh(builder: Builder, mesh: Cow<'a, Mesh>) -> Self {
+        let tiles = Tiles::new(builder.plan_of_mesh(&mesh));
         Self {
-            source: Source::Mesh(mesh),
             light: mesh.light(),
             identity: identity(mesh.identity(), &tiles),
+            source: Source::Mesh(mesh),
             tiles,
         }
     }
@@ -124,9 +129,9 @@ impl<'a> Bake<'a> {
     ) -> Result<Progress, Error> {
         let observe = &mut observe;
         let watch = Watch { stop, observe };
-        match self.source {
+        match &self.source {
             Source::Mesh(mesh) => self.tiles.bake(cpu, most.max(1), watch, mesh)?,
-            Source::Maps(casters) => self.tiles.read(cpu, most.max(1), watch, casters)?,
+            Source::Maps(casters) => self.tiles.read(cpu, most.max(1), watch, *casters)?,
         }
         Ok(self.progress())
     }
@@ -158,6 +163,13 @@ impl<'a> Bake<'a> {
     pub fn finish(self) -> Result<ShadowDag, Error> {
         let graph = self.tiles.graph()?;
         ShadowDag::from_graph(&graph, self.light.as_ref(), Form::Plain)
+    }
+}
+
+impl Bake<'static> {
+    /// [`Bake::of_mesh`] of a mesh that it keeps.
+    pub(crate) fn of_own_mesh(builder: Builder, mesh: Mesh) -> Self {
+        Self::of_any_mesh(builder, Cow::Owned(mesh))
     }
 }
 

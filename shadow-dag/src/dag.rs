@@ -20,7 +20,7 @@ use crate::{Builder, Casters, Error, LightSpace, Resolution};
 /// address.
 #[derive(Debug, Clone)]
 pub struct ShadowDag<B = Vec<u8>> {
-    bytes: B,
+    pub(crate) bytes: B,
     // Shared with what is made of the same shadows for other memory.
     pub(crate) layout: Arc<Layout>,
     pub(crate) top: Arc<Top>,
@@ -90,6 +90,28 @@ impl ShadowDag {
     }
 }
 
+impl<B> ShadowDag<B> {
+    /// The same shadows in bytes that are known to be a file with this layout.
+    pub(crate) fn from_parts(bytes: B, layout: Arc<Layout>, top: Arc<Top>) -> Self {
+        Self { bytes, layout, top }
+    }
+
+    /// Voxels along each axis.
+    pub fn resolution(&self) -> Resolution {
+        self.layout.resolution
+    }
+
+    /// Where in the grid a point of the world is, if that is known.
+    pub fn light(&self) -> Option<&LightSpace> {
+        self.layout.light.as_ref()
+    }
+
+    /// How the nodes are stored.
+    pub fn form(&self) -> Form {
+        self.layout.form()
+    }
+}
+
 impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// Takes the bytes of a file for shadows, where they are.
     ///
@@ -115,11 +137,6 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
         dag.with_top_grid(log2)
     }
 
-    /// The same shadows in bytes that are known to be a file with this layout.
-    pub(crate) fn from_parts(bytes: B, layout: Arc<Layout>, top: Arc<Top>) -> Self {
-        Self { bytes, layout, top }
-    }
-
     /// Replaces the `log2` coarsest levels by a grid of references of
     /// `2^log2` cells along each axis; 0 to 5, and no more than there are
     /// levels. The default is the largest that is no larger than the nodes.
@@ -136,19 +153,10 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
         self.bytes.as_ref()
     }
 
-    /// Voxels along each axis.
-    pub fn resolution(&self) -> Resolution {
-        self.layout.resolution
-    }
-
-    /// Where in the grid a point of the world is, if that is known.
-    pub fn light(&self) -> Option<&LightSpace> {
-        self.layout.light.as_ref()
-    }
-
-    /// How the nodes are stored.
-    pub fn form(&self) -> Form {
-        self.layout.form()
+    /// The same shadows, in bytes that are borrowed.
+    pub fn borrowed(&self) -> ShadowDag<&[u8]> {
+        let (layout, top) = (Arc::clone(&self.layout), Arc::clone(&self.top));
+        ShadowDag::from_parts(self.as_bytes(), layout, top)
     }
 
     /// The same shadows in another form.

@@ -42,7 +42,7 @@
 //! * A [`Mesh`] is triangles as a light sees them: it hands out such tiles,
 //!   and [`Builder::bake`] makes its shadows without any map, in a time that
 //!   grows with the silhouettes alone if the mesh is closed; whether it is,
-//!   [`Mesh::soundness`] says.
+//!   [`Mesh::watertightness`] says.
 //! * A [`Bake`] is the same work tile by tile: it can be watched and stopped,
 //!   what is finished can be saved, and another process can resume it.
 //! * [`ShadowDag`] answers: [single voxels](ShadowDag::is_lit),
@@ -110,6 +110,8 @@ mod region;
 mod resident;
 mod resolution;
 mod rule;
+mod set;
+mod set_bake;
 mod sizes;
 mod slices;
 #[cfg(test)]
@@ -126,11 +128,13 @@ pub use error::Error;
 pub use file_error::FileError;
 pub use form::Form;
 pub use light_space::LightSpace;
-pub use mesh::{Mesh, Soundness};
+pub use mesh::{Mesh, Surfaces, Watertightness};
 pub use progress::Progress;
 pub use query::{FilterSize, LitIntervals, Query, Ray, RayRecord, Visibility};
-pub use resident::ResidentDag;
+pub use resident::{Resident, ResidentDag};
 pub use resolution::Resolution;
 pub use rule::Rule;
+pub use set::{SetError, ShadowSet};
+pub use set_bake::SetBake;
 pub use sizes::{LevelSize, Sizes};
 pub use slices::{Logarithmic, Slices};

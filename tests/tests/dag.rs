@@ -12,7 +12,7 @@ use crepuscular_tests::tolerances::Allowed;
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::airlight::EquiAngular;
-use lighting::dag::{BakedShadow, Builder, FilterSize, Resolution};
+use lighting::precomputed::{BakedShadow, Builder, FilterSize, Resolution};
 use lighting::procedural::Embedded;
 use lighting::scene::{Medium, PhaseFunction};
 use lighting::trace::Tracer;

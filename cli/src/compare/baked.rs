@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::dag::{BakedShadow, Builder, Resolution};
+use lighting::precomputed::{BakedShadow, Builder, Resolution};
 use lighting::scene::Geometry;
 
 use super::budget::Budget;
@@ -31,10 +31,7 @@ pub(crate) struct Baked {
 
 impl Baked {
     pub(crate) fn bytes(&self) -> u64 {
-        self.shadows
-            .iter()
-            .map(|shadow| shadow.bytes() as u64)
-            .sum()
+        self.shadows.iter().map(BakedShadow::bytes).sum()
     }
 }
 

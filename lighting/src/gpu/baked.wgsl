@@ -1,9 +1,8 @@
-// Visibility: a walk through baked shadows; the shader's side of `BakedShadow`.
+// Visibility: a walk through precomputed voxelized shadows; the shader's side of `BakedShadow`.
 //
 // Needs the parts POINT, PACKED, SPACE and RAY of shadow-dag, and
 //   fn light_dag_grids() -> u32                       how many grids there are
-//   fn light_dag_shadows(grid: u32) -> dag_Shadows    what is in one of them;
-//                                                     dag_word is its from then on
+//   fn light_dag_shadows(grid: u32) -> dag_Shadows    what is in one of them
 //   fn light_dag_space(grid: u32) -> dag_Space        and where it is
 
 const light_MOST_GRIDS: u32 = 6u;

@@ -1,10 +1,8 @@
-// Where baked shadows are found when this crate assembles the shader.
+// Where precomputed voxelized shadows are found when this crate assembles the shader.
 
 struct BakedGrid {
     dag: dag_Shadows,
     space: dag_Space,
-    // The first of its words.
-    base: u32,
 }
 
 struct Baked {
@@ -15,10 +13,8 @@ struct Baked {
 @group(1) @binding(0) var<uniform> baked: Baked;
 @group(1) @binding(1) var<storage> words: array<u32>;
 
-var<private> base: u32;
-
 fn dag_word(index: u32) -> u32 {
-    return words[base + index];
+    return words[index];
 }
 
 fn light_dag_grids() -> u32 {
@@ -26,7 +22,6 @@ fn light_dag_grids() -> u32 {
 }
 
 fn light_dag_shadows(grid: u32) -> dag_Shadows {
-    base = baked.grids[grid].base;
     return baked.grids[grid].dag;
 }
 

@@ -50,8 +50,6 @@ mod visibility;
 mod voxels;
 
 pub use airlight::WgslAirlight;
-#[cfg(feature = "shadow-dag")]
-pub use baked::GpuShadow;
 pub use visibility::WgslVisibility;
 
 /// Own trigonometry and exponentials.

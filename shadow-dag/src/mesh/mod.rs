@@ -7,6 +7,7 @@
 mod clip;
 mod closed;
 mod footprint;
+mod surfaces;
 mod texels;
 mod triangle;
 
@@ -17,9 +18,9 @@ use crate::footprint::{Footprints, Look};
 use crate::identity::Identity;
 use crate::rule::Tile;
 use crate::{Error, LightSpace, Resolution};
-use closed::Components;
 use footprint::Part;
 pub(crate) use footprint::Scratch;
+pub use surfaces::Surfaces;
 #[cfg(feature = "wgpu")]
 pub(crate) use triangle::Kind;
 pub(crate) use triangle::ONE;
@@ -36,14 +37,14 @@ pub struct Mesh {
     pub(crate) triangles: Vec<Triangle>,
     /// Numbers of the triangles over each bin, row by row.
     bins: Vec<Vec<u32>>,
-    soundness: Soundness,
+    watertightness: Watertightness,
     /// Of what it was made of.
     identity: Identity,
 }
 
 /// How much of a mesh encloses something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Soundness {
+pub struct Watertightness {
     /// Parts that hang together by the positions of their vertices.
     pub parts: usize,
     /// Parts with holes: what is behind their surface is shadowed at once,
@@ -56,7 +57,7 @@ pub struct Soundness {
     pub open_edges: usize,
 }
 
-impl Soundness {
+impl Watertightness {
     /// True if every part encloses something.
     pub fn is_closed(&self) -> bool {
         self.open_parts == 0 && self.inverted_parts == 0
@@ -64,48 +65,27 @@ impl Soundness {
 }
 
 impl Mesh {
-    /// The triangles `indices` of the points `positions`, in the world, front
-    /// faces counter-clockwise. Solids may touch, overlap and intersect
-    /// themselves. Triangles without area cast no shadow; an empty mesh is
-    /// legal.
-    ///
-    /// [`Mesh::soundness`] tells which parts turned out not to be solids.
-    /// Parts of triangles in front of a perspective light's near distance are
-    /// cut off; what is inside of a solid there begins in shadow.
+    /// [`Surfaces::new`], [seen from](Surfaces::seen_from) `light`.
     ///
     /// # Errors
-    /// [`Error::BadValue`] for a coordinate that is not finite,
-    /// [`Error::NoSuchVertex`] for an index beyond the positions.
+    /// Those of [`Surfaces::new`].
     pub fn new(
         resolution: Resolution,
         light: LightSpace,
-        positions: &[Vec3],
+        positions: &[[f32; 3]],
         indices: &[[u32; 3]],
     ) -> Result<Self, Error> {
-        if let Some(position) = positions.iter().find(|position| !position.is_finite()) {
-            return Err(Error::bad_value(
-                "the position of a vertex, summed",
-                position.element_sum(),
-                "finite coordinates",
-            ));
-        }
-        for (triangle, corners) in indices.iter().enumerate() {
-            let vertices = positions.len();
-            if let Some(&vertex) = corners.iter().find(|&&corner| corner as usize >= vertices) {
-                return Err(Error::NoSuchVertex {
-                    triangle,
-                    vertex,
-                    vertices,
-                });
-            }
-        }
-        let components = Components::new(positions, indices);
+        Surfaces::new(positions, indices).map(|surfaces| surfaces.seen_from(light, resolution))
+    }
+
+    fn of(surfaces: &Surfaces<'_>, light: LightSpace, resolution: Resolution) -> Self {
+        let positions: &[Vec3] = bytemuck::cast_slice(&surfaces.positions);
         let points: Vec<_> = (positions.iter())
             .map(|position| light.homogeneous(position.as_dvec3().extend(1.0)))
             .collect();
         let setup = triangle::Setup::new(&light);
-        let mut triangles = Vec::with_capacity(indices.len());
-        for (corners, closed) in indices.iter().zip(&components.closed) {
+        let mut triangles = Vec::with_capacity(surfaces.indices.len());
+        for (corners, closed) in surfaces.indices.iter().zip(&surfaces.closed) {
             let corners = corners.map(|corner| points[corner as usize]);
             setup.triangles(corners, *closed, &mut triangles);
         }
@@ -124,14 +104,14 @@ impl Mesh {
                 }
             }
         }
-        Ok(Self {
+        Self {
             resolution,
             light,
             triangles,
             bins,
-            soundness: components.soundness,
-            identity: Identity::of_triangles(&light, positions, indices),
-        })
+            watertightness: surfaces.watertightness(),
+            identity: Identity::of_triangles(&light, positions, &surfaces.indices),
+        }
     }
 
     /// The same mesh and light for a grid of another resolution.
@@ -141,8 +121,8 @@ impl Mesh {
     }
 
     /// How much of the mesh encloses something.
-    pub fn soundness(&self) -> Soundness {
-        self.soundness
+    pub fn watertightness(&self) -> Watertightness {
+        self.watertightness
     }
 
     /// What tells it from other meshes, at any resolution.

@@ -140,11 +140,13 @@ fn voxels_compile_with_every_evaluator_and_are_seen_as_they_are() {
 fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
     use super::baked::{BakedRecord, GridRecord};
 
-    complete::<GpuShadow, Midpoint>();
-    complete::<GpuShadow, Quadrature>();
-    complete::<GpuShadow, Analytic<Table>>();
-    let shader = complete::<GpuShadow, EquiAngular>();
-    assert_same_layout!(shader, "BakedGrid", GridRecord { dag, space, base });
+    type Shadow = crate::precomputed::BakedShadow<gpu_backend::gpu::GpuMemory>;
+
+    complete::<Shadow, Midpoint>();
+    complete::<Shadow, Quadrature>();
+    complete::<Shadow, Analytic<Table>>();
+    let shader = complete::<Shadow, EquiAngular>();
+    assert_same_layout!(shader, "BakedGrid", GridRecord { dag, space });
     assert_same_layout!(shader, "Baked", BakedRecord { grids, count });
 }
 
