@@ -1,15 +1,14 @@
 //! Baking the shadows of one light into a file.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use gpu_backend::Cpu;
-use indicatif::ProgressBar;
 use lighting::Emitter;
-use lighting::dag::{BakedShadow, Builder, Form, Resolution, Soundness, casters, light_spaces};
+use lighting::precomputed::{self, Builder, Form, Resolution, Watertightness};
 use lighting::scene::Light;
-use shadow_dag::{LightSpace, ShadowDag};
+use shadow_dag::SetBake;
 
 use crate::args::{Bake, MediumOptions, NodeForm, SceneOptions};
 use crate::checkpoint;
@@ -20,15 +19,8 @@ use crate::output::PendingFile;
 use crate::print::print;
 use crate::{interrupt, progress};
 
-/// Parts in which the tiles of a grid are made, with a look at the clock after
-/// each.
-const ROUNDS: usize = 64;
-
 /// Time between two checkpoints, at least.
 const PAUSE: Duration = Duration::from_secs(10);
-
-/// Writing checkpoints may take this share of the time.
-const SHARE: u32 = 20;
 
 /// Runs `crepuscular bake`.
 pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
@@ -39,7 +31,6 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     let clock = Instant::now();
     let mut input = Input::load(&args.scene, &scene_options(args))?;
     let emitter = emitter(&input.scene.lights, args.light.as_deref())?;
-    let spaces = light_spaces(&input.geometry, &emitter, resolution)?;
     let part = checkpoint::path(&args.output);
     let saved = match args.resume {
         true => checkpoint::read(&part)?,
@@ -55,33 +46,23 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
         input.notes.push(note.into());
     }
 
-    let mut work = Work {
-        input: &input,
-        spaces: &spaces,
-        resolution,
-        stop: &stop,
-        part: &part,
-        grids: Vec::new(),
-        soundness: Soundness::default(),
-    };
-    let resumed = match &saved {
-        Some(saved) => {
-            let found = work.take_over(saved);
-            Some(found.map_err(|failure| failure.about(&part.display().to_string()))?)
-        }
-        None => None,
-    };
-    work.bake(resumed)?;
-    let Work {
-        grids, soundness, ..
-    } = work;
-    let spinner = progress::spinner("writing");
+    let spinner = progress::spinner("sorting triangles");
+    let emitters = std::slice::from_ref(&emitter);
+    let mut bake = precomputed::bake(&input.geometry, emitters, resolution, Builder::new())?;
+    if let Some(saved) = saved {
+        let resumed = bake.resume(&saved);
+        resumed.map_err(|error| Failure::from(error).about(&part.display().to_string()))?;
+    }
+    let watertightness = bake.watertightness();
+    let (_, grids) = bake.grid();
+    spinner.finish_and_clear();
+    run_bake(&mut bake, &stop, &part)?;
+    let spinner = progress::spinner("putting tiles together");
     let form = match args.form {
         NodeForm::Plain => Form::Plain,
         NodeForm::Packed => Form::Packed,
     };
-    let baked = BakedShadow::new(grids)?.to_form(form)?;
-    let content = baked.to_bytes();
+    let content = bake.finish()?.to_form(form)?.to_bytes();
     file.finish(&content)?;
     checkpoint::remove(&part)?;
     spinner.finish_and_clear();
@@ -89,12 +70,12 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     for note in &input.notes {
         text += &format!("note: {note}\n");
     }
-    text += &describe_soundness(soundness);
-    let maps = 2.0 * f64::from(args.resolution).powi(2) * spaces.len() as f64;
+    text += &describe_watertightness(watertightness);
+    let maps = 2.0 * f64::from(args.resolution).powi(2) * grids as f64;
     text += &format!(
         "{}: {} of {}³ voxels in {}, 1/{} of 16-bit shadow maps; {}\n",
         args.output.display(),
-        count(spaces.len(), "grid"),
+        count(grids, "grid"),
         args.resolution,
         bytes(content.len() as u64),
         significant(maps / content.len() as f64),
@@ -167,14 +148,14 @@ fn emitter(lights: &[Light], name: Option<&str>) -> Result<Emitter, Failure> {
 }
 
 /// What the bake says about the scene.
-fn describe_soundness(soundness: Soundness) -> String {
+fn describe_watertightness(watertightness: Watertightness) -> String {
     let mut text = String::new();
-    let Soundness {
+    let Watertightness {
         parts,
         open_parts,
         inverted_parts,
         open_edges,
-    } = soundness;
+    } = watertightness;
     if open_parts > 0 {
         text += &format!(
             "note: {open_parts} of {} have holes ({}): baked as surfaces, which takes more time and space\n",
@@ -191,105 +172,41 @@ fn describe_soundness(soundness: Soundness) -> String {
     text
 }
 
-/// A bake on its way.
-struct Work<'a> {
-    input: &'a Input,
-    spaces: &'a [LightSpace],
-    resolution: Resolution,
-    stop: &'a AtomicBool,
-    part: &'a Path,
-    /// Those that are finished.
-    grids: Vec<ShadowDag>,
-    soundness: Soundness,
+/// Why a bake ended early.
+enum Ended {
+    Bake(shadow_dag::Error),
+    Save(Failure),
 }
 
-impl Work<'_> {
-    /// Takes over the finished grids of a checkpoint; returns what there is of
-    /// the next.
-    fn take_over<'c>(&mut self, checkpoint: &'c [u8]) -> Result<&'c [u8], Failure> {
-        let (grids, rest) = checkpoint::load(checkpoint)?;
-        let mine = |(grid, space): (&ShadowDag, &LightSpace)| {
-            grid.light() == Some(space) && grid.resolution() == self.resolution
-        };
-        if grids.len() >= self.spaces.len() || !grids.iter().zip(self.spaces).all(mine) {
-            return Err(Failure::new("it is of another scene, light or resolution"));
-        }
-        self.grids = grids;
-        Ok(rest)
+impl From<shadow_dag::Error> for Ended {
+    fn from(error: shadow_dag::Error) -> Self {
+        Self::Bake(error)
     }
+}
 
-    /// Bakes the grids that are missing, the first of them from a checkpoint.
-    fn bake(&mut self, mut resumed: Option<&[u8]>) -> Result<(), Failure> {
-        let first = self.grids.len();
-        let all = self.spaces.len();
-        for (index, space) in self.spaces.iter().enumerate().skip(first) {
-            let spinner = progress::spinner("sorting triangles");
-            let mesh = casters(&self.input.geometry, *space, self.resolution)?;
-            self.soundness = mesh.soundness();
-            spinner.finish_and_clear();
-            let mut bake = shadow_dag::Bake::of_mesh(Builder::new(), &mesh);
-            if let Some(tiles) = resumed.take() {
-                bake.resume(tiles).map_err(|error| {
-                    Failure::from(error).about(&self.part.display().to_string())
-                })?;
-            }
-            let what = if all == 1 {
-                "shadows"
-            } else {
-                "shadows, of six grids"
-            };
-            let bar = progress::bar(what, (bake.progress().tiles * all) as u64);
-            self.tiles(&mut bake, &bar, index)?;
-            bar.finish_and_clear();
-            let spinner = progress::spinner("putting tiles together");
-            self.grids.push(bake.finish()?);
-            spinner.finish_and_clear();
-        }
-        Ok(())
-    }
-
-    /// Makes all tiles of a grid, with checkpoints.
-    fn tiles(
-        &self,
-        bake: &mut shadow_dag::Bake<'_>,
-        bar: &ProgressBar,
-        index: usize,
-    ) -> Result<(), Failure> {
-        let cpu = Cpu::new();
-        let tiles = bake.progress().tiles;
-        let before = tiles * index;
-        let mut pause = PAUSE;
-        let mut clock = Instant::now();
-        while !bake.progress().is_complete() {
-            let observe = |progress: shadow_dag::Progress| {
-                bar.set_position((before + progress.finished) as u64);
-            };
-            match bake.advance(&cpu, tiles.div_ceil(ROUNDS), self.stop, observe) {
-                Err(shadow_dag::Error::Cancelled { .. }) => break,
-                result => result?,
-            };
-            if clock.elapsed() >= pause && !bake.progress().is_complete() {
-                clock = Instant::now();
-                checkpoint::save(self.part, &self.grids, bake)?;
-                pause = PAUSE.max(clock.elapsed() * SHARE);
-                clock = Instant::now();
-            }
-        }
-        // Also when it was asked for after the last tile: what comes next takes
-        // a while too.
-        if self.stop.load(Ordering::Relaxed) {
-            checkpoint::save(self.part, &self.grids, bake)?;
-            bar.finish_and_clear();
-            let shadow_dag::Progress { finished, tiles } = bake.progress();
-            return Err(Failure::new(format!(
-                "interrupted after {finished} of {tiles} tiles of grid {} of {}; --resume goes on from {}",
-                index + 1,
-                self.spaces.len(),
-                self.part.display()
-            )));
-        }
-        Ok(())
-    }
+/// Makes all tiles of all grids, with checkpoints at `part`.
+fn run_bake(bake: &mut SetBake<'_>, stop: &AtomicBool, part: &Path) -> Result<(), Failure> {
+    let what = match bake.grid() {
+        (_, 1) => "shadows",
+        _ => "shadows, of several grids",
+    };
+    let bar = progress::bar(what, bake.progress().tiles as u64);
+    let ended = bake.run(
+        &Cpu::new(),
+        stop,
+        PAUSE,
+        |progress| bar.set_position(progress.finished as u64),
+        |bake| checkpoint::save(part, bake).map_err(Ended::Save),
+    );
+    bar.finish_and_clear();
+    ended.map_err(|ended| match ended {
+        Ended::Bake(shadow_dag::Error::Cancelled { finished, tiles }) => Failure::new(format!(
+            "interrupted after {finished} of {tiles} tiles; --resume goes on from {}",
+            part.display()
+        )),
+        Ended::Bake(error) => error.into(),
+        Ended::Save(failure) => failure,
+    })
 }
 
 #[cfg(test)]
@@ -308,32 +225,22 @@ mod tests {
         };
         let input = Input::load("city", &options).unwrap();
         let resolution = Resolution::new(64).unwrap();
-        let emitter = emitter(&input.scene.lights, None).unwrap();
-        let spaces = light_spaces(&input.geometry, &emitter, resolution).unwrap();
-        let work = |stop| Work {
-            input: &input,
-            spaces: &spaces,
-            resolution,
-            stop,
-            part: &part,
-            grids: Vec::new(),
-            soundness: Soundness::default(),
-        };
-        let mesh = casters(&input.geometry, spaces[0], resolution).unwrap();
-        let mut bake = shadow_dag::Bake::of_mesh(Builder::new(), &mesh);
+        let emitters = [emitter(&input.scene.lights, None).unwrap()];
+        let begin =
+            || precomputed::bake(&input.geometry, &emitters, resolution, Builder::new()).unwrap();
+        let mut bake = begin();
         let (asked, never) = (AtomicBool::new(true), AtomicBool::new(false));
         bake.advance(&Cpu::new(), usize::MAX, &never, |_| {})
             .unwrap();
         assert!(bake.progress().is_complete());
-        let error = work(&asked).tiles(&mut bake, &ProgressBar::hidden(), 0);
-        let error = error.unwrap_err().to_string();
+        let error = run_bake(&mut bake, &asked, &part).unwrap_err().to_string();
         assert!(error.contains("interrupted after"), "{error}");
 
         let saved = checkpoint::read(&part).unwrap().unwrap();
-        let mut resumed = work(&never);
-        let rest = resumed.take_over(&saved).unwrap();
-        resumed.bake(Some(rest)).unwrap();
+        let mut resumed = begin();
+        resumed.resume(&saved).unwrap();
+        run_bake(&mut resumed, &never, &part).unwrap();
         let expected = bake.finish().unwrap();
-        assert_eq!(resumed.grids[0].as_bytes(), expected.as_bytes());
+        assert!(resumed.finish().unwrap().to_bytes() == expected.to_bytes());
     }
 }

@@ -1,7 +1,6 @@
-//! What is in a file of baked shadows.
+//! What is in a file of precomputed voxelized shadows.
 
-use lighting::dag::{BakedShadow, Form};
-use shadow_dag::{LevelSize, ShadowDag, Slices};
+use shadow_dag::{Form, LevelSize, ShadowDag, ShadowSet, Slices};
 
 use crate::args::Inspect;
 use crate::failure::Failure;
@@ -13,12 +12,20 @@ pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
     let name = args.file.display().to_string();
     let about = |failure: Failure| failure.about(&name);
     let file = std::fs::read(&args.file).map_err(|error| about(error.into()))?;
-    let baked = BakedShadow::from_bytes(&file).map_err(|error| about(error.into()))?;
-    let grids = baked.grids();
-    let side = grids[0].resolution().side();
+    let set = ShadowSet::from_bytes(&file).map_err(|error| about(error.into()))?;
+    let lights = set.lights().len();
+    let grids: Vec<_> = set.grids().collect();
+    let mut sides: Vec<u32> = grids.iter().map(|grid| grid.resolution().side()).collect();
+    sides.dedup();
+    let sides: Vec<String> = sides.iter().map(|side| format!("{side}³")).collect();
+    let of_lights = match lights {
+        1 => String::new(),
+        lights => format!(" of {}", count(lights, "light")),
+    };
     let mut text = format!(
-        "{name}: {} of {side}³ voxels, {}, sound\n",
+        "{name}: {}{of_lights} of {} voxels, {}, sound\n",
         count(grids.len(), "grid"),
+        sides.join(", "),
         bytes(file.len() as u64)
     );
     for (index, grid) in grids.iter().enumerate() {

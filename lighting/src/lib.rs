@@ -6,7 +6,7 @@
 //!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]),
 //!    sampled from a shadow map (`visibility::March`), read from a
 //!    voxelized shadow volume (`voxels::VoxelShadow`) or walked through baked
-//!    shadows (`dag::BakedShadow`); [`visibility::Both`] joins two.
+//!    shadows (`precomputed::BakedShadow`); [`visibility::Both`] joins two.
 //! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
 //!    integrates the scattered light over intervals
 //!    ([`airlight::Quadrature`], any evaluator of the crate `airlight` in
@@ -48,7 +48,7 @@
 //! | `methods` | `methods` | every way of making an image of airlight, and the list of them |
 //! | `shadow_map` | `shadow-map` | orthographic, spot and cube maps |
 //! | `voxels` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
-//! | `dag` | `shadow-dag` | baked shadows: of the medium, and filtered on surfaces |
+//! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
@@ -62,8 +62,6 @@
 //! finite.
 
 pub mod airlight;
-#[cfg(feature = "shadow-dag")]
-pub mod dag;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
@@ -71,6 +69,8 @@ pub mod gpu;
 pub mod methods;
 mod path;
 pub mod plan;
+#[cfg(feature = "shadow-dag")]
+pub mod precomputed;
 #[cfg(feature = "shadow-map")]
 pub mod shadow_map;
 #[cfg(feature = "trace")]

@@ -26,7 +26,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("dense city", scenes::city(resolution, 60, 10)?),
         ("landscape", scenes::landscape(resolution, 512)?),
     ] {
-        assert!(mesh.soundness().is_closed(), "{:?}", mesh.soundness());
+        assert!(
+            mesh.watertightness().is_closed(),
+            "{:?}",
+            mesh.watertightness()
+        );
         println!("{name}");
         match what {
             "bake" => bake(mesh, side)?,

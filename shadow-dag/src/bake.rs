@@ -1,5 +1,6 @@
 //! Building shadows with breaks.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::sync::atomic::AtomicBool;
@@ -8,31 +9,10 @@ use gpu_backend::Cpu;
 
 use crate::checkpoint::{self, CheckpointError};
 use crate::identity::Identity;
-use crate::tiles::{Tiles, Watch};
+use crate::mesh::{BINS, Scratch};
+use crate::progress::Progress;
+use crate::tiles::{Plan, Tiles, Watch};
 use crate::{Builder, Casters, Error, Form, LightSpace, Mesh, Rule, ShadowDag};
-
-/// How far a bake is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// Tiles that are finished.
-    pub finished: usize,
-    /// All tiles. They take different times, those without casters none.
-    pub tiles: usize,
-}
-
-impl Progress {
-    /// True if no tile is missing.
-    pub fn is_complete(self) -> bool {
-        self.finished == self.tiles
-    }
-
-    pub(crate) fn cancelled(self) -> Error {
-        Error::Cancelled {
-            finished: self.finished,
-            tiles: self.tiles,
-        }
-    }
-}
 
 /// Shadows in the making, tile by tile of the map.
 ///
@@ -44,11 +24,11 @@ impl Progress {
 ///
 /// ```
 /// # use std::sync::atomic::{AtomicBool, Ordering};
-/// # use glam::{DMat4, Vec3};
+/// # use glam::DMat4;
 /// # use gpu_backend::Cpu;
 /// # use shadow_dag::{Bake, Builder, Error, LightSpace, Mesh, Resolution};
 /// # let light = LightSpace::orthographic(DMat4::IDENTITY, 2.0, 2.0, 0.0, 2.0)?;
-/// # let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|v| v - Vec3::Z);
+/// # let corners = [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0]];
 /// # let mesh = Mesh::new(Resolution::new(512)?, light, &corners, &[[0, 1, 2]])?;
 /// let stop = AtomicBool::new(false);
 /// let mut bake = Bake::of_mesh(Builder::new(), &mesh);
@@ -75,7 +55,7 @@ pub struct Bake<'a> {
 }
 
 enum Source<'a> {
-    Mesh(&'a Mesh),
+    Mesh(Cow<'a, Mesh>),
     Maps(&'a dyn Casters),
 }
 
@@ -92,11 +72,15 @@ impl<'a> Bake<'a> {
     /// What [`Builder::bake`] does, with nothing done yet: 64×64 tiles, or
     /// those of [`Bake::of_casters`] for other rules than [`Rule::Aligned`].
     pub fn of_mesh(builder: Builder, mesh: &'a Mesh) -> Self {
-        let tiles = Tiles::new(builder.plan_of_mesh(mesh));
+        Self::of_any_mesh(builder, Cow::Borrowed(mesh))
+    }
+
+    fn of_any_mesh(builder: Builder, mesh: Cow<'a, Mesh>) -> Self {
+        let tiles = Tiles::new(builder.plan_of_mesh(&mesh));
         Self {
-            source: Source::Mesh(mesh),
             light: mesh.light(),
             identity: identity(mesh.identity(), &tiles),
+            source: Source::Mesh(mesh),
             tiles,
         }
     }
@@ -145,9 +129,9 @@ impl<'a> Bake<'a> {
     ) -> Result<Progress, Error> {
         let observe = &mut observe;
         let watch = Watch { stop, observe };
-        match self.source {
+        match &self.source {
             Source::Mesh(mesh) => self.tiles.bake(cpu, most.max(1), watch, mesh)?,
-            Source::Maps(casters) => self.tiles.read(cpu, most.max(1), watch, casters)?,
+            Source::Maps(casters) => self.tiles.read(cpu, most.max(1), watch, *casters)?,
         }
         Ok(self.progress())
     }
@@ -182,6 +166,13 @@ impl<'a> Bake<'a> {
     }
 }
 
+impl Bake<'static> {
+    /// [`Bake::of_mesh`] of a mesh that it keeps.
+    pub(crate) fn of_own_mesh(builder: Builder, mesh: Mesh) -> Self {
+        Self::of_any_mesh(builder, Cow::Owned(mesh))
+    }
+}
+
 /// Casters cut into tiles. Another version may choose other nodes.
 fn identity(casters: Identity, tiles: &Tiles) -> Identity {
     let plan = tiles.plan;
@@ -196,4 +187,58 @@ fn identity(casters: Identity, tiles: &Tiles) -> Identity {
         .into_iter()
         .chain(version)
         .fold(casters, Identity::with)
+}
+
+impl Builder {
+    /// Builds the shadows of a mesh without maps.
+    ///
+    /// Where no surface crosses a gap between the last front face and the
+    /// first back face over a footprint, all of its texels can turn within
+    /// that gap, and nothing is rasterised: only tiles at silhouettes, and
+    /// surfaces of parts with holes, are looked at texel by texel. Time and
+    /// memory grow with the length of the silhouettes.
+    ///
+    /// Answers are those of [`Builder::build`] wherever those are defined. For
+    /// rules other than [`Rule::Aligned`] it is the same as that. A [`Bake`]
+    /// does the same work in parts.
+    ///
+    /// # Errors
+    /// [`Error::TooManyNodes`].
+    pub fn bake(&self, cpu: &Cpu, mesh: &Mesh) -> Result<ShadowDag, Error> {
+        let mut bake = Bake::of_mesh(*self, mesh);
+        bake.advance(cpu, usize::MAX, &AtomicBool::new(false), |_| {})?;
+        bake.finish()
+    }
+
+    /// The tiles in which a mesh is baked.
+    pub(crate) fn plan_of_mesh(&self, mesh: &Mesh) -> Plan {
+        let resolution = mesh.resolution();
+        if self.rule != Rule::Aligned {
+            return self.plan_of_maps(resolution);
+        }
+        self.plan(
+            resolution,
+            resolution.side() / BINS.min(resolution.side() / 8),
+        )
+    }
+}
+
+impl Tiles {
+    /// [`Tiles::advance`] over the triangles of `mesh`.
+    pub(crate) fn bake(
+        &mut self,
+        cpu: &Cpu,
+        most: usize,
+        watch: Watch<'_>,
+        mesh: &Mesh,
+    ) -> Result<(), Error> {
+        let plan = self.plan;
+        if plan.rule != Rule::Aligned {
+            return self.read(cpu, most, watch, mesh);
+        }
+        let scratch = || Scratch::new(mesh, true);
+        self.advance(cpu, most, watch, scratch, |scratch, x, y| {
+            Ok(scratch.start(plan.tile(x, y)))
+        })
+    }
 }

@@ -7,12 +7,15 @@
 use std::io::{self, Write};
 
 use crate::column::Run;
+use crate::file_error::FileError;
 use crate::identity::Identity;
 use crate::interval::Interval;
 use crate::pool::{Pool, is_mixed};
 use crate::tiles::{Finished, Plan, Tiles};
 
 const MAGIC: [u8; 8] = *b"CPVSPART";
+/// What checkpoints of several grids begin with.
+pub(crate) const SET_MAGIC: [u8; 8] = *b"CPVSGRID";
 const VERSION: u32 = 1;
 
 /// Why bytes are no checkpoint of a bake.
@@ -35,6 +38,28 @@ pub enum CheckpointError {
         /// The one to be resumed.
         expected: u64,
     },
+    /// They have as many finished grids as the bake is to make, or more.
+    #[error("the checkpoint is of another bake: {found} grids are finished, of {grids}")]
+    Grids {
+        /// Grids that are finished.
+        found: u64,
+        /// Grids that the bake is to make.
+        grids: usize,
+    },
+    /// A finished grid is of another bake.
+    #[error("the checkpoint is of another bake: grid {grid} is of another light or resolution")]
+    OtherGrid {
+        /// Which one, from 0.
+        grid: usize,
+    },
+    /// A finished grid is not sound.
+    #[error("grid {grid} of the checkpoint: {error}")]
+    Grid {
+        /// Which one, from 0.
+        grid: usize,
+        /// What is wrong with it.
+        error: FileError,
+    },
     /// They were cut off or changed.
     #[error("the checkpoint is damaged: {what}")]
     Damaged {
@@ -43,8 +68,13 @@ pub enum CheckpointError {
     },
 }
 
-fn damaged(what: &'static str) -> CheckpointError {
+pub(crate) fn damaged(what: &'static str) -> CheckpointError {
     CheckpointError::Damaged { what }
+}
+
+/// True if bytes begin like a checkpoint, of one grid or several.
+pub(crate) fn is_one(bytes: &[u8]) -> bool {
+    bytes.starts_with(&MAGIC) || bytes.starts_with(&SET_MAGIC)
 }
 
 /// What tiles begin with.

@@ -4,22 +4,13 @@ use std::sync::Arc;
 
 use gpu_backend::Cpu;
 
-use crate::file::{self, FileError};
+use crate::file;
+use crate::file_error::FileError;
+use crate::form::Form;
 use crate::graph::Graph;
 use crate::layout::Layout;
 use crate::top::Top;
 use crate::{Builder, Casters, Error, LightSpace, Resolution};
-
-/// How nodes are stored. Answers are the same.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Form {
-    /// References of 32 bits: the quickest to walk.
-    Plain,
-    /// References and shapes of as many bits as each level needs, nothing
-    /// stored twice within a node: 0.26 to 0.33 of the size of plain nodes for
-    /// closed scenes, 0.39 to 0.47 for open ones.
-    Packed,
-}
 
 /// The shadows that the static geometry of a scene casts from one light: for
 /// every voxel of a grid in the space of the light, whether it is lit.
@@ -29,7 +20,7 @@ pub enum Form {
 /// address.
 #[derive(Debug, Clone)]
 pub struct ShadowDag<B = Vec<u8>> {
-    bytes: B,
+    pub(crate) bytes: B,
     // Shared with what is made of the same shadows for other memory.
     pub(crate) layout: Arc<Layout>,
     pub(crate) top: Arc<Top>,
@@ -99,6 +90,28 @@ impl ShadowDag {
     }
 }
 
+impl<B> ShadowDag<B> {
+    /// The same shadows in bytes that are known to be a file with this layout.
+    pub(crate) fn from_parts(bytes: B, layout: Arc<Layout>, top: Arc<Top>) -> Self {
+        Self { bytes, layout, top }
+    }
+
+    /// Voxels along each axis.
+    pub fn resolution(&self) -> Resolution {
+        self.layout.resolution
+    }
+
+    /// Where in the grid a point of the world is, if that is known.
+    pub fn light(&self) -> Option<&LightSpace> {
+        self.layout.light.as_ref()
+    }
+
+    /// How the nodes are stored.
+    pub fn form(&self) -> Form {
+        self.layout.form()
+    }
+}
+
 impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// Takes the bytes of a file for shadows, where they are.
     ///
@@ -124,11 +137,6 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
         dag.with_top_grid(log2)
     }
 
-    /// The same shadows in bytes that are known to be a file with this layout.
-    pub(crate) fn from_parts(bytes: B, layout: Arc<Layout>, top: Arc<Top>) -> Self {
-        Self { bytes, layout, top }
-    }
-
     /// Replaces the `log2` coarsest levels by a grid of references of
     /// `2^log2` cells along each axis; 0 to 5, and no more than there are
     /// levels. The default is the largest that is no larger than the nodes.
@@ -145,19 +153,10 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
         self.bytes.as_ref()
     }
 
-    /// Voxels along each axis.
-    pub fn resolution(&self) -> Resolution {
-        self.layout.resolution
-    }
-
-    /// Where in the grid a point of the world is, if that is known.
-    pub fn light(&self) -> Option<&LightSpace> {
-        self.layout.light.as_ref()
-    }
-
-    /// How the nodes are stored.
-    pub fn form(&self) -> Form {
-        self.layout.form()
+    /// The same shadows, in bytes that are borrowed.
+    pub fn borrowed(&self) -> ShadowDag<&[u8]> {
+        let (layout, top) = (Arc::clone(&self.layout), Arc::clone(&self.top));
+        ShadowDag::from_parts(self.as_bytes(), layout, top)
     }
 
     /// The same shadows in another form.

@@ -37,6 +37,14 @@ pub enum Error {
         /// Elements expected.
         expected: usize,
     },
+    /// A vertex that is nowhere.
+    #[error("vertex {vertex} is at {position:?}, expected finite coordinates")]
+    NotFinite {
+        /// Which vertex.
+        vertex: usize,
+        /// Its coordinates.
+        position: [f32; 3],
+    },
     /// A triangle that names a vertex that is not there.
     #[error("triangle {triangle} names vertex {vertex}, but there are {vertices}")]
     NoSuchVertex {

@@ -2,72 +2,13 @@
 
 use crate::bytes::{BIT_PADDING, BitWriter, load_bits, load_u32};
 use crate::chain;
+use crate::file_error::FileError;
+use crate::form::Form;
 use crate::graph::Graph;
-use crate::layout::{CHECKED, Layout, MAGIC, PackedLevel, PlainLevel, Stored};
+use crate::layout::{CHECKED, Layout, PackedLevel, PlainLevel, Stored};
 use crate::nodes::{kind, slot};
 use crate::pool::{Children, LIT, Reference, SHADOWED, is_mixed};
-use crate::{Error, Form, LightSpace};
-
-/// Why bytes are no shadows.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FileError {
-    /// They do not begin like a file of this kind.
-    #[error("not a file of shadows: it does not begin with {MAGIC:?}")]
-    Magic,
-    /// Another version wrote them.
-    #[error("version {0} of the format, expected 1")]
-    Version(u32),
-    /// The end is missing.
-    #[error("{given} bytes, expected at least {expected}: the file is cut off")]
-    Truncated {
-        /// Bytes that there are.
-        given: u64,
-        /// Bytes that there must be.
-        expected: u64,
-    },
-    /// There is something behind the end.
-    #[error("{given} bytes, expected {expected}")]
-    TooLong {
-        /// Bytes that there are.
-        given: u64,
-        /// Bytes that there should be.
-        expected: u64,
-    },
-    /// A number of the head that makes no sense.
-    #[error("{what} cannot be {value}")]
-    Header {
-        /// Which number.
-        what: &'static str,
-        /// As it was read.
-        value: u64,
-    },
-    /// The space of the light cannot be one.
-    #[error("the space of the light is singular, not finite or has no depth")]
-    Light,
-    /// The numbers that describe a level make no sense.
-    #[error("the sizes of level {level} do not fit together")]
-    Level {
-        /// The level, 0 for the finest.
-        level: u32,
-    },
-    /// The content was changed.
-    #[error("the checksum is {found:#010x}, expected {expected:#010x}: the file is damaged")]
-    Checksum {
-        /// Of the content.
-        found: u32,
-        /// As the file says.
-        expected: u32,
-    },
-    /// A node that cannot be.
-    #[error("the node at {at} of level {level} refers to something that is not there")]
-    Node {
-        /// The level, 0 for the finest.
-        level: u32,
-        /// Its number, or its first word in the plain form.
-        at: u32,
-    },
-}
+use crate::{Error, LightSpace};
 
 /// Puts the checksum into a complete file.
 fn seal(bytes: &mut [u8]) {

@@ -21,12 +21,12 @@
 
 use crate::bytes::BIT_PADDING;
 use crate::bytes::{load_u32, load_u64};
-use crate::file::FileError;
+use crate::file_error::{FileError, MAGIC};
+use crate::form::Form;
 use crate::pool::{LIT, Reference, SHADOWED};
 use crate::resolution::Resolution;
-use crate::{Form, LightSpace, Slices};
+use crate::{LightSpace, Slices};
 
-pub(crate) const MAGIC: [u8; 8] = *b"CPVSDAG\0";
 pub(crate) const VERSION: u32 = 1;
 /// Where the part begins that the checksum covers.
 pub(crate) const CHECKED: usize = 16;

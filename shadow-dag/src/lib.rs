@@ -42,7 +42,7 @@
 //! * A [`Mesh`] is triangles as a light sees them: it hands out such tiles,
 //!   and [`Builder::bake`] makes its shadows without any map, in a time that
 //!   grows with the silhouettes alone if the mesh is closed; whether it is,
-//!   [`Mesh::soundness`] says.
+//!   [`Mesh::watertightness`] says.
 //! * A [`Bake`] is the same work tile by tile: it can be watched and stopped,
 //!   what is finished can be saved, and another process can resume it.
 //! * [`ShadowDag`] answers: [single voxels](ShadowDag::is_lit),
@@ -91,7 +91,9 @@ mod column;
 mod dag;
 mod error;
 mod file;
+mod file_error;
 mod footprint;
+mod form;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
 mod graph;
@@ -102,11 +104,14 @@ mod light_space;
 mod mesh;
 mod nodes;
 mod pool;
+mod progress;
 mod query;
 mod region;
 mod resident;
 mod resolution;
 mod rule;
+mod set;
+mod set_bake;
 mod sizes;
 mod slices;
 #[cfg(test)]
@@ -114,18 +119,22 @@ mod tests;
 mod tiles;
 mod top;
 
-pub use bake::{Bake, Progress};
+pub use bake::Bake;
 pub use build::Builder;
 pub use casters::{Casters, DepthMap, Exits, TileRect};
 pub use checkpoint::CheckpointError;
-pub use dag::{Form, ShadowDag};
+pub use dag::ShadowDag;
 pub use error::Error;
-pub use file::FileError;
+pub use file_error::FileError;
+pub use form::Form;
 pub use light_space::LightSpace;
-pub use mesh::{Mesh, Soundness};
+pub use mesh::{Mesh, Surfaces, Watertightness};
+pub use progress::Progress;
 pub use query::{FilterSize, LitIntervals, Query, Ray, RayRecord, Visibility};
-pub use resident::ResidentDag;
+pub use resident::{Resident, ResidentDag};
 pub use resolution::Resolution;
 pub use rule::Rule;
+pub use set::{SetError, ShadowSet};
+pub use set_bake::SetBake;
 pub use sizes::{LevelSize, Sizes};
 pub use slices::{Logarithmic, Slices};

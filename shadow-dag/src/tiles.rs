@@ -6,13 +6,16 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use gpu_backend::Cpu;
 
+use crate::Error;
+use crate::casters::TileRect;
 use crate::column::{Column, Columns, Run};
 use crate::footprint::{Footprints, Look};
 use crate::graph::Graph;
 use crate::interval::Interval;
 use crate::pool::{Pool, Reference, is_mixed};
-use crate::rule::Tile;
-use crate::{Error, Progress, Resolution, Rule, TileRect};
+use crate::progress::Progress;
+use crate::resolution::Resolution;
+use crate::rule::{Rule, Tile};
 
 /// What decides about the nodes over a tile, and how they are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

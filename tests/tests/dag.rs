@@ -6,7 +6,7 @@ use crepuscular_tests::suite::{cpu_alone, cpu_with_threads};
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::airlight::EquiAngular;
-use lighting::dag::{BakedShadow, Builder, FilterSize, Resolution};
+use lighting::precomputed::{BakedShadow, Builder, FilterSize, Resolution};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{Medium, PhaseFunction};

@@ -169,7 +169,7 @@ fn bare(emitter: &Emitter) -> Emitter {
 
 fn exact_intervals_with_quadrature_are_the_reference_image<B>(backend: &B)
 where
-    B: Subject + for<'a> Gather<Exact<'a>, EquiAngular>,
+    B: Subject + for<'a> Gather<Exact<&'a Tracer>, EquiAngular>,
 {
     for embedded in Embedded::ALL {
         // 64 texels across a slide are 64 kinks.

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
 use glam::Vec3;
-use gpu_backend::Cpu;
+use gpu_backend::{Cpu, Host};
 use lighting::airlight::EquiAngular;
 use lighting::scene::procedural::{Embedded, ponytail, smoke_grid, smoke_particles};
 use lighting::scene::{Emission, Medium, Particle, Particles, PhaseFunction, Profile, Translucent};

@@ -7,7 +7,9 @@ use std::time::Instant;
 use glam::{DVec3, Vec3};
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::dag::{Builder, FilterSize, Form, Resolution, Soundness, casters, light_spaces};
+use lighting::precomputed::{
+    Builder, FilterSize, Form, Resolution, Watertightness, light_spaces, surfaces,
+};
 use lighting::scene::trace::Tracer;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Geometry};
@@ -23,7 +25,7 @@ use crate::progress;
 pub(crate) struct Dag {
     /// The light in words; empty if there is nothing to say.
     pub(crate) light: String,
-    pub(crate) soundness: Soundness,
+    pub(crate) watertightness: Watertightness,
     pub(crate) sizes: Option<Sizes>,
     pub(crate) bakes: Vec<Bake>,
     pub(crate) filters: Option<Filters>,
@@ -141,8 +143,8 @@ pub(crate) fn judge(
         ..Dag::default()
     };
     let (light, resolution) = space(extent.sizes)?;
-    let mesh = casters(geometry, light, resolution)?;
-    dag.soundness = mesh.soundness();
+    let mesh = surfaces(geometry)?.seen_from(light, resolution);
+    dag.watertightness = mesh.watertightness();
     // A scene of millions of triangles leaves no time for tables.
     let sorted = clock.elapsed().as_secs_f64();
     if sorted < 0.15 * seconds {
@@ -153,7 +155,10 @@ pub(crate) fn judge(
     bar.inc(1);
     if clock.elapsed().as_secs_f64() + sorted < 0.4 * seconds {
         let (light, resolution) = space(extent.filters)?;
-        let plain = Builder::new().bake(&Cpu::new(), &casters(geometry, light, resolution)?)?;
+        let plain = Builder::new().bake(
+            &Cpu::new(),
+            &surfaces(geometry)?.seen_from(light, resolution),
+        )?;
         dag.filters = Some(filters(
             &plain,
             (geometry, tracer, camera),
@@ -207,7 +212,7 @@ fn suitable<'a>(
         }
         let mut most = (0, 0);
         for (grid, space) in spaces.into_iter().enumerate() {
-            let mesh = casters(geometry, space, coarse)?;
+            let mesh = surfaces(geometry)?.seen_from(space, coarse);
             let bytes = Builder::new().bake(&Cpu::new(), &mesh)?.as_bytes().len();
             most = most.max((bytes, grid));
             if is_over() {
@@ -345,7 +350,7 @@ fn bake(geometry: &Geometry, light: LightSpace, resolution: Resolution) -> Resul
     let cpu = Cpu::new();
     let never = std::sync::atomic::AtomicBool::new(false);
     let mut stage = Stage::begin();
-    let mesh = casters(geometry, light, resolution)?;
+    let mesh = surfaces(geometry)?.seen_from(light, resolution);
     let sorted = stage.next();
     let mut bake = shadow_dag::Bake::of_mesh(Builder::new(), &mesh);
     bake.advance(&cpu, usize::MAX, &never, |_| {})?;
@@ -604,7 +609,7 @@ mod tests {
         assert_eq!(spaces.len(), 6);
         let mut all = 0;
         for space in spaces {
-            let mesh = casters(&geometry, space, resolution).unwrap();
+            let mesh = surfaces(&geometry).unwrap().seen_from(space, resolution);
             let dag = Builder::new().bake(&cpu, &mesh).unwrap();
             let found = receivers(&dag, (&geometry, &view), emitter);
             for (at, _) in &found {

@@ -11,13 +11,13 @@ pub(super) fn write(html: &mut String, results: &Results) {
     if dag.light.is_empty() {
         return;
     }
-    let closed = if dag.soundness.is_closed() {
+    let closed = if dag.watertightness.is_closed() {
         "All of its parts are closed.".to_owned()
     } else {
         format!(
             "{} of its {} have holes or are turned inside out: these are baked as surfaces, which compress less.",
-            dag.soundness.open_parts + dag.soundness.inverted_parts,
-            count(dag.soundness.parts, "part")
+            dag.watertightness.open_parts + dag.watertightness.inverted_parts,
+            count(dag.watertightness.parts, "part")
         )
     };
     let _ = writeln!(

@@ -10,8 +10,6 @@ const light_MOST_GRIDS: u32 = 6u;
 struct light_BakedGrid {
     dag: dag_Shadows,
     space: dag_Space,
-    // The first of its words.
-    base: u32,
 }
 
 struct light_Baked {
@@ -19,16 +17,8 @@ struct light_Baked {
     count: u32,
 }
 
-// The first word of the grid that is asked.
-var<private> light_baked_base: u32;
-
 fn dag_word(index: u32) -> u32 {
-    return light_baked_words[light_baked_base + index];
-}
-
-fn light_baked_shadows(grid: u32) -> dag_Shadows {
-    light_baked_base = light_baked.grids[grid].base;
-    return light_baked.grids[grid].dag;
+    return light_baked_words[index];
 }
 
 struct light_baked_Cursor {
@@ -64,7 +54,7 @@ fn light_baked_next_lit(cursor: ptr<function, light_baked_Cursor>, path: light_P
         let grid = (*cursor).grid;
         if grid < light_MOST_GRIDS {
             var walk = (*cursor).walk;
-            let part = dag_next_lit(light_baked_shadows(grid), light_baked.grids[grid].space, &walk);
+            let part = dag_next_lit(light_baked.grids[grid].dag, light_baked.grids[grid].space, &walk);
             (*cursor).walk = walk;
             if part.start < part.end {
                 return light_lit(part.start, part.end, 1.0);

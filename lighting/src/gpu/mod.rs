@@ -54,8 +54,6 @@ mod visibility;
 #[cfg(feature = "voxel-shadow")]
 mod voxels;
 
-#[cfg(feature = "shadow-dag")]
-pub use baked::GpuShadow;
 pub use slots::{AirlightSlot, PointSlot, VisibilitySlot};
 
 /// Own trigonometry and exponentials.

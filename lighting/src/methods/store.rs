@@ -128,12 +128,12 @@ impl<M: Memory> Store<M> {
     }
 
     /// Puts in a value that was made elsewhere, or replaces one.
-    pub fn insert<K, T>(&self, what: &'static str, key: K, value: impl Into<Arc<T>>, bytes: u64)
+    pub fn insert<K, T>(&self, what: &'static str, key: K, value: Arc<T>, bytes: u64)
     where
         K: Eq + Hash + Send + 'static,
         T: Send + Sync + 'static,
     {
-        self.put(key, value.into(), what, 0.0, bytes);
+        self.put(key, value, what, 0.0, bytes);
     }
 
     fn find<K, T>(&self, key: &K) -> Option<Arc<T>>
@@ -150,7 +150,14 @@ impl<M: Memory> Store<M> {
         Some(value)
     }
 
-    fn put<K, T>(&self, key: K, value: T, what: &'static str, seconds: f64, bytes: u64) -> Arc<T>
+    fn put<K, T>(
+        &self,
+        key: K,
+        value: Arc<T>,
+        what: &'static str,
+        seconds: f64,
+        bytes: u64,
+    ) -> Arc<T>
     where
         K: Eq + Hash + Send + 'static,
         T: Send + Sync + 'static,

@@ -1,7 +1,7 @@
 //! What maps must say of casters whose shadows are known.
 
 use glam::{DVec3, Vec3};
-use gpu_backend::Cpu;
+use gpu_backend::{Cpu, Host};
 use transmittance::baseline::{Captured, Uncompressed};
 use transmittance::{Evaluate, Filter, Segment, Source, Stream, Tile};
 

@@ -1,7 +1,7 @@
 //! Closed scenes under a slanted sun: a city and a fractal landscape.
 
 use glam::dcamera::rh::view::look_at_mat4;
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DVec3};
 use gpu_backend::Cpu;
 use shadow_dag::{Casters, Error, Exits, LightSpace, Mesh, Resolution, TileRect};
 
@@ -23,7 +23,7 @@ fn sun() -> Result<LightSpace, Error> {
 
 #[derive(Debug, Default)]
 struct Triangles {
-    positions: Vec<Vec3>,
+    positions: Vec<[f32; 3]>,
     indices: Vec<[u32; 3]>,
 }
 
@@ -37,7 +37,7 @@ impl Triangles {
             let (x, y) = (half[0] * sign(0), half[1] * sign(1));
             let z = if corner >> 2 == 1 { top } else { bottom };
             let at = [middle[0] + c * x - s * y, middle[1] + s * x + c * y, z];
-            self.positions.push(at.into());
+            self.positions.push(at);
         }
         for [a, b, c, d] in [
             [0, 2, 3, 1],
@@ -118,7 +118,7 @@ pub(crate) fn landscape(resolution: Resolution, cells: u32) -> Result<Mesh, Erro
                 (i / width) as f32 / cells as f32,
             );
             let z = if side == 0 { height(u, v) } else { -0.2 };
-            scene.positions.push(Vec3::new(u, v, z));
+            scene.positions.push([u, v, z]);
         }
     }
     let under = width * width;

@@ -1,7 +1,7 @@
 //! What shaders are told about shadows and lights.
 
 use glam::{DVec4, Vec4};
-use gpu_backend::{Buffer, Memory};
+use gpu_backend::Memory;
 
 use crate::layout::Stored;
 use crate::{LightSpace, ResidentDag, Resolution, Slices};
@@ -25,7 +25,8 @@ impl DagRecord {
     pub fn new<M: Memory>(dag: &ResidentDag<M>) -> Self {
         // Everything but the bits of packed nodes begins at a whole word, and
         // there are fewer than 2²⁷ of them.
-        let word = |byte: usize| (byte / 4) as u32;
+        let word = |byte: usize| (dag.first_word() + byte / 4) as u32;
+        let (cells, top) = dag.cell_words();
         let shapes = match &dag.layout.stored {
             Stored::Plain(_) => [0; 2],
             Stored::Packed { shapes, .. } => shapes.map(|(start, _)| word(start)),
@@ -33,10 +34,10 @@ impl DagRecord {
         Self {
             log2: dag.resolution().log2(),
             root: dag.layout.root,
-            top: dag.top.log2,
-            cells: (dag.words().len() - dag.top.cells.len()) as u32,
+            top,
+            cells: cells as u32,
             masks: word(dag.layout.masks),
-            levels: dag.len.div_ceil(4) as u32,
+            levels: dag.level_words() as u32,
             slice_shapes: shapes[0],
             node_shapes: shapes[1],
         }

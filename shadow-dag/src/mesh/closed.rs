@@ -4,14 +4,14 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use super::Soundness;
+use super::Watertightness;
 
 /// Parts of a mesh that hang together.
 #[derive(Debug)]
 pub(crate) struct Components {
     /// Whether each triangle belongs to a part that is closed.
     pub(crate) closed: Vec<bool>,
-    pub(crate) soundness: Soundness,
+    pub(crate) watertightness: Watertightness,
 }
 
 /// Disjoint sets of vertices.
@@ -69,10 +69,10 @@ impl Components {
         }
         edges.sort_unstable();
         let mut open = vec![false; positions.len()];
-        let mut soundness = Soundness::default();
+        let mut watertightness = Watertightness::default();
         for edge in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             if edge.iter().map(|edge| edge.2).sum::<i32>() != 0 {
-                soundness.open_edges += 1;
+                watertightness.open_edges += 1;
                 open[sets.find(edge[0].0) as usize] = true;
             }
         }
@@ -90,17 +90,20 @@ impl Components {
             used[part] = true;
         }
         for part in (0..positions.len()).filter(|&part| used[part]) {
-            soundness.parts += 1;
+            watertightness.parts += 1;
             if open[part] {
-                soundness.open_parts += 1;
+                watertightness.open_parts += 1;
             } else if volume[part] < 0.0 {
-                soundness.inverted_parts += 1;
+                watertightness.inverted_parts += 1;
                 open[part] = true;
             }
         }
         let closed = (indices.iter())
             .map(|corners| !open[sets.find(same[corners[0] as usize]) as usize])
             .collect();
-        Self { closed, soundness }
+        Self {
+            closed,
+            watertightness,
+        }
     }
 }

@@ -7,30 +7,27 @@
 mod clip;
 mod closed;
 mod footprint;
+mod surfaces;
 mod texels;
 mod triangle;
 
-use std::sync::atomic::AtomicBool;
-
 use glam::Vec3;
-use gpu_backend::Cpu;
 
 use crate::casters::{Casters, Exits, TileRect};
 use crate::footprint::{Footprints, Look};
 use crate::identity::Identity;
 use crate::rule::Tile;
-use crate::tiles::{Plan, Tiles, Watch};
-use crate::{Bake, Builder, Error, LightSpace, Resolution, Rule, ShadowDag};
-use closed::Components;
+use crate::{Error, LightSpace, Resolution};
 use footprint::Part;
 pub(crate) use footprint::Scratch;
+pub use surfaces::Surfaces;
 #[cfg(feature = "wgpu")]
 pub(crate) use triangle::Kind;
 pub(crate) use triangle::ONE;
 pub(crate) use triangle::Triangle;
 
 /// Bins along each side of the map.
-const BINS: u32 = 64;
+pub(crate) const BINS: u32 = 64;
 
 /// Triangles as a light sees them.
 #[derive(Debug, Clone)]
@@ -40,14 +37,14 @@ pub struct Mesh {
     pub(crate) triangles: Vec<Triangle>,
     /// Numbers of the triangles over each bin, row by row.
     bins: Vec<Vec<u32>>,
-    soundness: Soundness,
+    watertightness: Watertightness,
     /// Of what it was made of.
     identity: Identity,
 }
 
 /// How much of a mesh encloses something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Soundness {
+pub struct Watertightness {
     /// Parts that hang together by the positions of their vertices.
     pub parts: usize,
     /// Parts with holes: what is behind their surface is shadowed at once,
@@ -60,7 +57,7 @@ pub struct Soundness {
     pub open_edges: usize,
 }
 
-impl Soundness {
+impl Watertightness {
     /// True if every part encloses something.
     pub fn is_closed(&self) -> bool {
         self.open_parts == 0 && self.inverted_parts == 0
@@ -68,48 +65,27 @@ impl Soundness {
 }
 
 impl Mesh {
-    /// The triangles `indices` of the points `positions`, in the world, front
-    /// faces counter-clockwise. Solids may touch, overlap and intersect
-    /// themselves. Triangles without area cast no shadow; an empty mesh is
-    /// legal.
-    ///
-    /// [`Mesh::soundness`] tells which parts turned out not to be solids.
-    /// Parts of triangles in front of a perspective light's near distance are
-    /// cut off; what is inside of a solid there begins in shadow.
+    /// [`Surfaces::new`], [seen from](Surfaces::seen_from) `light`.
     ///
     /// # Errors
-    /// [`Error::BadValue`] for a coordinate that is not finite,
-    /// [`Error::NoSuchVertex`] for an index beyond the positions.
+    /// Those of [`Surfaces::new`].
     pub fn new(
         resolution: Resolution,
         light: LightSpace,
-        positions: &[Vec3],
+        positions: &[[f32; 3]],
         indices: &[[u32; 3]],
     ) -> Result<Self, Error> {
-        if let Some(position) = positions.iter().find(|position| !position.is_finite()) {
-            return Err(Error::bad_value(
-                "the position of a vertex, summed",
-                position.element_sum(),
-                "finite coordinates",
-            ));
-        }
-        for (triangle, corners) in indices.iter().enumerate() {
-            let vertices = positions.len();
-            if let Some(&vertex) = corners.iter().find(|&&corner| corner as usize >= vertices) {
-                return Err(Error::NoSuchVertex {
-                    triangle,
-                    vertex,
-                    vertices,
-                });
-            }
-        }
-        let components = Components::new(positions, indices);
+        Surfaces::new(positions, indices).map(|surfaces| surfaces.seen_from(light, resolution))
+    }
+
+    fn of(surfaces: &Surfaces<'_>, light: LightSpace, resolution: Resolution) -> Self {
+        let positions: &[Vec3] = bytemuck::cast_slice(&surfaces.positions);
         let points: Vec<_> = (positions.iter())
             .map(|position| light.homogeneous(position.as_dvec3().extend(1.0)))
             .collect();
         let setup = triangle::Setup::new(&light);
-        let mut triangles = Vec::with_capacity(indices.len());
-        for (corners, closed) in indices.iter().zip(&components.closed) {
+        let mut triangles = Vec::with_capacity(surfaces.indices.len());
+        for (corners, closed) in surfaces.indices.iter().zip(&surfaces.closed) {
             let corners = corners.map(|corner| points[corner as usize]);
             setup.triangles(corners, *closed, &mut triangles);
         }
@@ -128,14 +104,14 @@ impl Mesh {
                 }
             }
         }
-        Ok(Self {
+        Self {
             resolution,
             light,
             triangles,
             bins,
-            soundness: components.soundness,
-            identity: Identity::of_triangles(&light, positions, indices),
-        })
+            watertightness: surfaces.watertightness(),
+            identity: Identity::of_triangles(&light, positions, &surfaces.indices),
+        }
     }
 
     /// The same mesh and light for a grid of another resolution.
@@ -145,8 +121,8 @@ impl Mesh {
     }
 
     /// How much of the mesh encloses something.
-    pub fn soundness(&self) -> Soundness {
-        self.soundness
+    pub fn watertightness(&self) -> Watertightness {
+        self.watertightness
     }
 
     /// What tells it from other meshes, at any resolution.
@@ -234,59 +210,5 @@ fn fill(
                 }
             }
         }
-    }
-}
-
-impl Builder {
-    /// Builds the shadows of a mesh without maps.
-    ///
-    /// Where no surface crosses a gap between the last front face and the
-    /// first back face over a footprint, all of its texels can turn within
-    /// that gap, and nothing is rasterised: only tiles at silhouettes, and
-    /// surfaces of parts with holes, are looked at texel by texel. Time and
-    /// memory grow with the length of the silhouettes.
-    ///
-    /// Answers are those of [`Builder::build`] wherever those are defined. For
-    /// rules other than [`Rule::Aligned`] it is the same as that. A [`Bake`]
-    /// does the same work in parts.
-    ///
-    /// # Errors
-    /// [`Error::TooManyNodes`].
-    pub fn bake(&self, cpu: &Cpu, mesh: &Mesh) -> Result<ShadowDag, Error> {
-        let mut bake = Bake::of_mesh(*self, mesh);
-        bake.advance(cpu, usize::MAX, &AtomicBool::new(false), |_| {})?;
-        bake.finish()
-    }
-
-    /// The tiles in which a mesh is baked.
-    pub(crate) fn plan_of_mesh(&self, mesh: &Mesh) -> Plan {
-        let resolution = mesh.resolution;
-        if self.rule != Rule::Aligned {
-            return self.plan_of_maps(resolution);
-        }
-        self.plan(
-            resolution,
-            resolution.side() / BINS.min(resolution.side() / 8),
-        )
-    }
-}
-
-impl Tiles {
-    /// [`Tiles::advance`] over the triangles of `mesh`.
-    pub(crate) fn bake(
-        &mut self,
-        cpu: &Cpu,
-        most: usize,
-        watch: Watch<'_>,
-        mesh: &Mesh,
-    ) -> Result<(), Error> {
-        let plan = self.plan;
-        if plan.rule != Rule::Aligned {
-            return self.read(cpu, most, watch, mesh);
-        }
-        let scratch = || Scratch::new(mesh, true);
-        self.advance(cpu, most, watch, scratch, |scratch, x, y| {
-            Ok(scratch.start(plan.tile(x, y)))
-        })
     }
 }

@@ -157,7 +157,6 @@ impl Query for Cpu {
         voxels: &Vec<[i32; 4]>,
         lit: &mut Vec<u32>,
     ) -> Result<(), Error> {
-        let dag = dag.dag();
         batch(self, voxels, lit, |voxel| {
             u32::from(dag.is_lit(IVec4::from_array(*voxel).truncate()))
         })
@@ -170,7 +169,6 @@ impl Query for Cpu {
         voxels: &Vec<[i32; 4]>,
         counts: &mut Vec<u32>,
     ) -> Result<(), Error> {
-        let dag = dag.dag();
         batch(self, voxels, counts, |voxel| {
             dag.count_lit(IVec4::from_array(*voxel).truncate(), size)
         })
@@ -183,7 +181,6 @@ impl Query for Cpu {
         voxels: &Vec<[i32; 4]>,
         lit: &mut Vec<f32>,
     ) -> Result<(), Error> {
-        let dag = dag.dag();
         batch(self, voxels, lit, |voxel| {
             dag.filter(IVec4::from_array(*voxel).truncate(), size)
         })
@@ -196,7 +193,6 @@ impl Query for Cpu {
         positions: &Vec<[f32; 4]>,
         lit: &mut Vec<f32>,
     ) -> Result<(), Error> {
-        let dag = dag.dag();
         batch(self, positions, lit, |position| {
             dag.filter_bilinear(Vec4::from_array(*position).truncate(), size)
         })
@@ -208,7 +204,6 @@ impl Query for Cpu {
         texels: &Vec<[u32; 2]>,
         depths: &mut Vec<u32>,
     ) -> Result<(), Error> {
-        let dag = dag.dag();
         batch(self, texels, depths, |texel| {
             dag.depth(UVec2::from_array(*texel))
         })
@@ -220,7 +215,6 @@ impl Query for Cpu {
         boxes: &Vec<[[i32; 4]; 2]>,
         seen: &mut Vec<u32>,
     ) -> Result<(), Error> {
-        let dag = dag.dag();
         batch(self, boxes, seen, |ends| {
             let [first, last] = ends.map(|voxel| IVec4::from_array(voxel).truncate());
             dag.visibility(first, last) as u32
@@ -233,7 +227,6 @@ impl Query for Cpu {
         rays: &Vec<RayRecord>,
         lengths: &mut Vec<f32>,
     ) -> Result<(), Error> {
-        let dag = dag.dag();
         batch(self, rays, lengths, |ray| {
             let ray = Ray::new(ray.origin, ray.direction, ray.length);
             ray.map_or(0.0, |ray| dag.lit_length(&ray) as f32)
@@ -247,7 +240,6 @@ impl Query for Cpu {
         intervals: &mut Vec<[f32; 2]>,
         counts: &mut Vec<u32>,
     ) -> Result<(), Error> {
-        let dag = dag.dag();
         let places = places(rays.len(), intervals.len(), counts.len())?;
         let find = |ray: &RayRecord| {
             let ray = Ray::new(ray.origin, ray.direction, ray.length);

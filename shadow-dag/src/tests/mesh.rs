@@ -5,7 +5,8 @@ use proptest::prelude::*;
 
 use super::build::no_two_equal;
 use crate::{
-    Builder, Casters, Error, LightSpace, Mesh, Resolution, Rule, ShadowDag, Soundness, TileRect,
+    Builder, Casters, Error, LightSpace, Mesh, Resolution, Rule, ShadowDag, TileRect,
+    Watertightness,
 };
 
 /// A turned box.
@@ -18,7 +19,7 @@ pub(crate) struct Solid {
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Soup {
-    positions: Vec<Vec3>,
+    pub(crate) positions: Vec<Vec3>,
     pub(crate) indices: Vec<[u32; 3]>,
 }
 
@@ -53,7 +54,13 @@ impl Soup {
 
     pub(crate) fn mesh(&self, resolution: u32, light: LightSpace) -> Mesh {
         let resolution = Resolution::new(resolution).unwrap();
-        Mesh::new(resolution, light, &self.positions, &self.indices).unwrap()
+        Mesh::new(
+            resolution,
+            light,
+            bytemuck::cast_slice(&self.positions),
+            &self.indices,
+        )
+        .unwrap()
     }
 }
 
@@ -196,7 +203,7 @@ proptest! {
     ) {
         let side = 64;
         let mesh = Soup::of(&solids).mesh(side, light);
-        prop_assert!(mesh.soundness().is_closed());
+        prop_assert!(mesh.watertightness().is_closed());
         let mut compared = 0;
         for (i, texel) in map(&mesh).into_iter().enumerate() {
             let [x, y] = [i as u32 % side, i as u32 / side].map(|i| f64::from(i) + 0.5);
@@ -227,7 +234,7 @@ proptest! {
 #[test]
 fn nothing_casts_no_shadow() {
     let mesh = Soup::default().mesh(64, lights()[0]);
-    assert_eq!(mesh.soundness(), Soundness::default());
+    assert_eq!(mesh.watertightness(), Watertightness::default());
     let dag = Builder::new().bake(&Cpu::new(), &mesh).unwrap();
     assert!(map(&mesh).iter().all(|texel| *texel == [64; 2]));
     assert!(dag.is_lit(IVec3::new(3, 4, 63)));
@@ -245,10 +252,10 @@ fn a_mesh_with_a_hole_is_open_and_casts_the_same_shadow() {
     let mut soup = Soup::of(&[solid]);
     let closed = soup.mesh(64, light);
     assert_eq!(
-        closed.soundness(),
-        Soundness {
+        closed.watertightness(),
+        Watertightness {
             parts: 1,
-            ..Soundness::default()
+            ..Watertightness::default()
         }
     );
     // Without one triangle of the far side.
@@ -266,13 +273,13 @@ fn a_mesh_with_a_hole_is_open_and_casts_the_same_shadow() {
     });
     soup.indices.remove(far.unwrap());
     let open = soup.mesh(64, light);
-    let expected = Soundness {
+    let expected = Watertightness {
         parts: 1,
         open_parts: 1,
         open_edges: 3,
         inverted_parts: 0,
     };
-    assert_eq!(open.soundness(), expected);
+    assert_eq!(open.watertightness(), expected);
     for (closed, open) in map(&closed).into_iter().zip(map(&open)) {
         assert_eq!(open, [closed[0]; 2]);
     }
@@ -291,8 +298,8 @@ fn a_solid_turned_inside_out_still_casts_a_shadow() {
         corners.swap(0, 1);
     }
     let mesh = soup.mesh(64, lights()[1]);
-    assert_eq!(mesh.soundness().inverted_parts, 1);
-    assert!(!mesh.soundness().is_closed());
+    assert_eq!(mesh.watertightness().inverted_parts, 1);
+    assert!(!mesh.watertightness().is_closed());
     for (right, inverted) in right.into_iter().zip(map(&mesh)) {
         assert_eq!(inverted, [right[0]; 2]);
     }
@@ -368,7 +375,13 @@ fn a_bake_at_the_highest_resolutions_agrees_with_single_tiles() {
 fn meshes_that_are_none_are_errors() {
     let resolution = Resolution::new(64).unwrap();
     let new = |positions: &[Vec3], indices: &[[u32; 3]]| {
-        Mesh::new(resolution, lights()[0], positions, indices).map(|_| ())
+        Mesh::new(
+            resolution,
+            lights()[0],
+            bytemuck::cast_slice(positions),
+            indices,
+        )
+        .map(|_| ())
     };
     let error = new(&[Vec3::ZERO; 2], &[[0, 1, 0], [0, 1, 2]]).unwrap_err();
     assert!(
@@ -382,8 +395,18 @@ fn meshes_that_are_none_are_errors() {
         ),
         "{error}"
     );
-    assert!(new(&[Vec3::NAN], &[]).is_err());
-    assert!(new(&[Vec3::splat(f32::INFINITY)], &[]).is_err());
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for axis in 0..3 {
+            let mut at = [0.0; 3];
+            at[axis] = bad;
+            let error = new(&[Vec3::ONE, Vec3::ZERO, at.into(), at.into()], &[]).unwrap_err();
+            assert!(
+                matches!(error, Error::NotFinite { vertex: 2, .. }),
+                "{error}"
+            );
+            assert!(error.to_string().starts_with("vertex 2 is at ["), "{error}");
+        }
+    }
     // Far away, huge, tiny and without area.
     let far = [
         Vec3::splat(f32::MAX),
@@ -396,7 +419,7 @@ fn meshes_that_are_none_are_errors() {
         let mesh = Mesh::new(
             resolution,
             light,
-            &far,
+            bytemuck::cast_slice(&far),
             &[[0, 1, 2], [2, 3, 4], [4, 4, 4], [0, 2, 4]],
         );
         let dag = Builder::new().bake(&Cpu::new(), &mesh.unwrap()).unwrap();

@@ -8,6 +8,7 @@ pub(crate) mod maps;
 pub(crate) mod mesh;
 mod queries;
 mod rays;
+mod set;
 
 #[cfg(feature = "wgpu")]
 pub(crate) use build::Hills;

@@ -187,7 +187,7 @@ proptest! {
             .collect();
         for cpu in [Cpu::new(), Cpu::single_threaded()] {
             let resident = dag.upload(&cpu).unwrap();
-            prop_assert!(resident.dag().as_bytes() == dag.as_bytes());
+            prop_assert!(resident.as_bytes() == dag.as_bytes());
             let (mut lit, mut counts, mut depths, mut seen, mut parts) =
                 (vec![0; count], vec![0; count], vec![0; count], vec![0; count], vec![0; count]);
             let (mut hard, mut soft, mut lengths) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);

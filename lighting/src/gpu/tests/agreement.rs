@@ -338,7 +338,7 @@ const OTHER_CELL: f32 = 0.03;
 #[cfg(feature = "shadow-dag")]
 #[test]
 fn baked_shadows_agree_but_for_rays_on_the_border_of_voxels() {
-    use crate::dag::{BakedShadow, Builder, HoldShadow, Resolution};
+    use crate::precomputed::{BakedShadow, Builder, Resolution};
 
     let Some(gpu) = testing::gpu() else { return };
     let cpu = Cpu::new();
@@ -348,7 +348,7 @@ fn baked_shadows_agree_but_for_rays_on_the_border_of_voxels() {
     for (light_name, light) in lights() {
         let (baked, _) =
             BakedShadow::bake(&cpu, &casters(), &light, resolution, Builder::new()).unwrap();
-        let (here, there) = (cpu.hold(&baked).unwrap(), gpu.hold(&baked).unwrap());
+        let (here, there) = (baked.upload(&cpu).unwrap(), baked.upload(&gpu).unwrap());
         assert!(there.bytes() > 0);
         let (mut all, mut different, mut shadowed) = (0, 0, 0);
         for (_, medium) in media() {

@@ -180,11 +180,13 @@ fn voxels_compile_with_every_evaluator_and_are_seen_as_they_are() {
 fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
     use super::baked::{BakedRecord, GridRecord};
 
-    complete::<GpuShadow, Midpoint>();
-    complete::<GpuShadow, Quadrature>();
-    complete::<GpuShadow, Analytic<Table>>();
-    let shader = complete::<GpuShadow, EquiAngular>();
-    assert_same_layout!(shader, "light_BakedGrid", GridRecord { dag, space, base });
+    type Shadow = crate::precomputed::BakedShadow<gpu_backend::gpu::GpuMemory>;
+
+    complete::<Shadow, Midpoint>();
+    complete::<Shadow, Quadrature>();
+    complete::<Shadow, Analytic<Table>>();
+    let shader = complete::<Shadow, EquiAngular>();
+    assert_same_layout!(shader, "light_BakedGrid", GridRecord { dag, space });
     assert_same_layout!(shader, "light_Baked", BakedRecord { grids, count });
 }
 
@@ -203,14 +205,15 @@ fn two_sources_of_different_kinds_meet_in_one_shader() {
     use crate::voxels::{VoxelShadow, VoxelVolume};
 
     type Voxels = VoxelShadow<VoxelVolume<GpuMemory>, GpuMemory>;
+    type Baked = crate::precomputed::BakedShadow<GpuMemory>;
     type Map = March<ShadowMap<GpuMemory>>;
     type Curves = March<TransmittanceMap<GpuMemory>>;
 
-    complete::<Both<GpuShadow, Map>, Midpoint>();
-    complete::<Both<GpuShadow, Map>, Analytic<Table>>();
-    complete::<Both<GpuShadow, Curves>, Quadrature>();
+    complete::<Both<Baked, Map>, Midpoint>();
+    complete::<Both<Baked, Map>, Analytic<Table>>();
+    complete::<Both<Baked, Curves>, Quadrature>();
     complete::<Both<Voxels, Map>, Analytic<Table>>();
-    complete::<Both<Voxels, GpuShadow>, EquiAngular>();
+    complete::<Both<Voxels, Baked>, EquiAngular>();
     let twice = shader::<Both<Map, Curves>, Midpoint>().unwrap_err();
     assert!(twice.to_string().contains("light_march"), "{twice}");
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
 
 use super::{Baked, baked};
-use crate::dag::BakedShadow;
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
+use crate::precomputed::BakedShadow;
 
 impl<E: Encode> SourceOn<Gpu<E>> for Baked {
     type Source = Arc<BakedShadow<GpuMemory>>;

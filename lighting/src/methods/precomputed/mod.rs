@@ -6,7 +6,7 @@ mod gpu;
 
 use std::sync::Arc;
 
-use gpu_backend::{Cpu, Host};
+use gpu_backend::Cpu;
 
 use super::registry::pairs;
 use super::{
@@ -14,7 +14,7 @@ use super::{
     SourceOn, SourceQuality, Work,
 };
 use crate::Touching;
-use crate::dag::{BakedShadow, Builder, Resolution};
+use crate::precomputed::{BakedShadow, Builder, Resolution};
 
 const VOXELS: SourceQuality = SourceQuality {
     unit: "voxels a side",
@@ -63,9 +63,9 @@ fn baked(
     inputs: &FrameInputs<'_>,
     light: usize,
     resolution: u32,
-) -> Result<Arc<BakedShadow<Host>>, MethodError> {
+) -> Result<Arc<BakedShadow>, MethodError> {
     let key = OfLight { light, resolution };
-    let bytes = |shadow: &BakedShadow<Host>| shadow.bytes() as u64;
+    let bytes = |shadow: &BakedShadow| shadow.bytes() as u64;
     inputs.host.get("baked shadows", key, bytes, || {
         let what = "baked shadows";
         let side = Resolution::new(resolution).map_err(MethodError::resource(what))?;
@@ -78,7 +78,7 @@ fn baked(
 }
 
 impl SourceOn<Cpu> for Baked {
-    type Source = Arc<BakedShadow<Host>>;
+    type Source = Arc<BakedShadow>;
 
     fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, side: u32) -> Result<(), MethodError> {
         baked(&frame.inputs, light, side).map(|_| ())
@@ -89,7 +89,7 @@ impl SourceOn<Cpu> for Baked {
         frame: &Frame<'_, Cpu>,
         light: usize,
         side: u32,
-    ) -> Result<Arc<BakedShadow<Host>>, MethodError> {
+    ) -> Result<Arc<BakedShadow>, MethodError> {
         baked(&frame.inputs, light, side)
     }
 }

@@ -1,4 +1,5 @@
-//! Baked shadows of what does not move: in the air, and filtered on surfaces.
+//! Precomputed voxelized shadows of what does not move: in the air, and filtered
+//! on surfaces.
 //!
 //! Based on: Sintorn, Kämpe, Olsson and Assarsson, Compact Precomputed
 //! Voxelized Shadows, SIGGRAPH 2014; Kämpe, Sintorn and Assarsson, Fast,
@@ -16,7 +17,7 @@
 //! use glam::Vec3;
 //! use gpu_backend::{Backend, Cpu};
 //! use lighting::airlight::Quadrature;
-//! use lighting::dag::{BakedShadow, Builder, FilterSize, Resolution};
+//! use lighting::precomputed::{BakedShadow, Builder, FilterSize, Resolution};
 //! use lighting::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
 //! use lighting::shadow_map::{Casters, RenderShadowMap};
 //! use lighting::visibility::{Both, March, Spacing, SurfaceShadow};
@@ -36,9 +37,9 @@
 //! let fog = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PhaseFunction::Isotropic)?;
 //! let cpu = Cpu::new();
 //!
-//! let (baked, soundness) =
+//! let (baked, watertightness) =
 //!     BakedShadow::bake(&cpu, &scenery, &sun, Resolution::new(512)?, Builder::new())?;
-//! assert_eq!(soundness.open_parts, 1, "a triangle encloses nothing");
+//! assert_eq!(watertightness.open_parts, 1, "a triangle encloses nothing");
 //! let map = cpu.shadow_map(&Casters::upload(&cpu, &guest)?, &sun, 256)?;
 //! let march = March::new(&map, 64, Spacing::Distance);
 //! let shadow = Both(&baked, march);
@@ -57,7 +58,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`HoldShadow::hold`] takes baked shadows to any backend.
+//! [`BakedShadow::upload`] takes them to any backend. Files hold the shadows of
+//! one light or several, see [`ShadowSet`]; [`bake`] makes them with breaks.
 //!
 //! # Accuracy
 //!
@@ -66,12 +68,13 @@
 //! ray through its centre meets them. What is inside of closed solids has no
 //! meaning. A light inside of a solid lights nothing.
 
-mod baked;
-mod file;
+mod shadow;
 mod space;
 #[cfg(test)]
 mod tests;
 
-pub use baked::{BakedError, BakedShadow, FilteredShadow, HoldShadow, casters};
-pub use shadow_dag::{Builder, Error, FilterSize, Form, Resolution, Soundness};
+pub use shadow::{BakedError, BakedShadow, FilteredShadow, bake, surfaces};
+pub use shadow_dag::{
+    Builder, Error, FilterSize, Form, Resolution, SetError, ShadowSet, Surfaces, Watertightness,
+};
 pub use space::light_spaces;

@@ -79,6 +79,13 @@ fn bake(geometry: &Geometry, light: &Emitter, side: u32) -> BakedShadow {
         .0
 }
 
+/// The shadows of a file of one light.
+fn read(file: &[u8]) -> BakedShadow {
+    let mut read = BakedShadow::of_set(&ShadowSet::from_bytes(file).unwrap()).unwrap();
+    assert_eq!(read.len(), 1);
+    read.swap_remove(0)
+}
+
 fn lit(
     source: &impl VisibilitySource<Share = f32>,
     ray: &Ray,
@@ -226,37 +233,40 @@ fn grids_are_told_apart_and_read_from_files() {
     for (i, light) in lights.iter().enumerate() {
         let baked = bake(&scene, light, 64);
         let file = baked.to_bytes();
-        let read = BakedShadow::from_bytes(&file).unwrap();
+        let read = read(&file);
         assert_eq!(read.to_bytes(), file);
         for (j, other) in lights.iter().enumerate() {
             let spaces = light_spaces(&scene, other, resolution).unwrap();
             assert_eq!(read.fits(&spaces), i == j, "{i} {j}");
         }
-        let two = read.grids().iter().cycle().take(2).cloned().collect();
-        assert_eq!(BakedShadow::new(two).unwrap_err(), BakedError::Grids(2));
+        let two: Vec<_> = read.grids().iter().cycle().take(2).cloned().collect();
+        let error = BakedShadow::new(&two).unwrap_err();
+        assert!(matches!(error, BakedError::Grids(2)), "{error}");
     }
     // A grid that was built from depths of nobody knows where.
     let empty = vec![f32::INFINITY; 64 * 64];
     let map = shadow_dag::DepthMap::new(resolution, shadow_dag::Slices::Linear, &empty).unwrap();
     let nowhere = Builder::new().build(&Cpu::new(), &map).unwrap();
-    assert_eq!(
-        BakedShadow::new(vec![nowhere]).unwrap_err(),
-        BakedError::NoLight(0)
-    );
+    let error = BakedShadow::new(&[nowhere]).unwrap_err();
+    assert!(matches!(error, BakedError::NoLight(0)), "{error}");
     // Six grids, one of them finer.
     let mut mixed = bake(&scene, &lights[2], 64).grids().to_vec();
     mixed[4] = bake(&scene, &lights[2], 128).grids()[4].clone();
-    let error = BakedError::Resolutions {
-        grid: 4,
-        side: 128,
-        expected: 64,
-    };
-    assert_eq!(BakedShadow::new(mixed).unwrap_err(), error);
+    let error = BakedShadow::new(&mixed).unwrap_err();
+    let expected = matches!(
+        error,
+        BakedError::Resolutions {
+            grid: 4,
+            side: 128,
+            expected: 64,
+        }
+    );
+    assert!(expected, "{error}");
     // The same grids in another order are those of no light.
     let mut turned = bake(&scene, &lights[2], 64).grids().to_vec();
     turned.swap(0, 1);
     let spaces = light_spaces(&scene, &lights[2], resolution).unwrap();
-    assert!(!BakedShadow::new(turned).unwrap().fits(&spaces));
+    assert!(!BakedShadow::new(&turned).unwrap().fits(&spaces));
 }
 
 #[test]
@@ -325,10 +335,14 @@ fn an_open_scene_is_baked_as_such_and_said_so() {
     let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
     let resolution = Resolution::new(256).unwrap();
     let scene = geometry(&[sheet, floor]);
-    let (baked, soundness) =
+    let (baked, watertightness) =
         BakedShadow::bake(&Cpu::new(), &scene, &sun, resolution, Builder::new()).unwrap();
     assert_eq!(
-        (soundness.parts, soundness.open_parts, soundness.open_edges),
+        (
+            watertightness.parts,
+            watertightness.open_parts,
+            watertightness.open_edges
+        ),
         (2, 1, 3)
     );
     let ray = Ray::new(Vec3::new(0.0, 3.0, 0.1), Vec3::NEG_Y, 2.9).unwrap();
@@ -341,26 +355,68 @@ fn an_open_scene_is_baked_as_such_and_said_so() {
 fn no_file_of_six_grids_is_read_past_its_end() {
     let light = lamp(Vec3::new(0.0, 4.0, 0.0), Emission::Isotropic);
     let file = bake(&roof_and_floor(), &light, 16).to_bytes();
-    assert!(BakedShadow::from_bytes(&file).is_ok());
+    assert!(ShadowSet::from_bytes(&file).is_ok());
     for length in 0..file.len() {
-        let error = BakedShadow::from_bytes(&file[..length]).unwrap_err();
-        assert!(
-            matches!(error, BakedError::File { .. }),
-            "{length}: {error}"
-        );
+        assert!(ShadowSet::from_bytes(&file[..length]).is_err(), "{length}");
     }
     let mut longer = file.clone();
     longer.push(0);
-    assert!(BakedShadow::from_bytes(&longer).is_err());
-    for at in 0..56 {
+    assert!(ShadowSet::from_bytes(&longer).is_err());
+    for at in 0..76 {
         for value in [0, 0x7f, 0xff] {
             let mut bytes = file.clone();
             bytes[at] = value;
-            assert_eq!(
-                BakedShadow::from_bytes(&bytes).is_ok(),
-                bytes == file,
-                "{at}"
-            );
+            assert_eq!(ShadowSet::from_bytes(&bytes).is_ok(), bytes == file, "{at}");
         }
+    }
+}
+
+#[test]
+fn the_lights_of_a_scene_share_a_file_and_know_their_own() {
+    let scene = roof_and_floor();
+    let resolution = Resolution::new(64).unwrap();
+    let lights = [
+        Emitter::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::ONE).unwrap(),
+        lamp(Vec3::new(0.0, 4.0, 0.0), Emission::Isotropic),
+        spot(Vec3::new(0.0, 3.0, 0.0)),
+    ];
+    let mut all = super::bake(&scene, &lights, resolution, Builder::new()).unwrap();
+    let never = std::sync::atomic::AtomicBool::new(false);
+    while !all.progress().is_complete() {
+        all.advance(&Cpu::new(), usize::MAX, &never, |_| {})
+            .unwrap();
+    }
+    let file = all.finish().unwrap().to_bytes();
+    let read = BakedShadow::of_set(&ShadowSet::from_bytes(&file).unwrap()).unwrap();
+    assert_eq!(read.len(), lights.len());
+    for (i, light) in lights.iter().enumerate() {
+        let spaces = light_spaces(&scene, light, resolution).unwrap();
+        for (j, shadow) in read.iter().enumerate() {
+            assert_eq!(shadow.fits(&spaces), i == j, "{i} {j}");
+        }
+        assert!(read[i].to_bytes() == bake(&scene, light, 64).to_bytes());
+    }
+}
+
+#[test]
+fn shadows_in_another_memory_answer_the_same() {
+    let scene = roof_and_floor();
+    let light = lamp(Vec3::new(0.0, 4.0, 0.0), Emission::Isotropic);
+    let plain = bake(&scene, &light, 128);
+    let packed = plain.to_form(Form::Packed).unwrap();
+    let uploaded = packed.upload(&Cpu::new()).unwrap();
+    assert!(
+        uploaded
+            .grids()
+            .iter()
+            .all(|grid| grid.form() == Form::Plain)
+    );
+    assert!(packed.bytes() < plain.bytes());
+    for i in 0..200 {
+        let start = Vec3::new(-5.0, 0.01 * i as f32, 0.1);
+        let ray = Ray::new(start, Vec3::new(1.0, 0.001 * i as f32, 0.3), 10.0).unwrap();
+        let expected = lit(&plain, &ray, &light);
+        assert_eq!(lit(&packed, &ray, &light), expected);
+        assert_eq!(lit(&uploaded, &ray, &light), expected);
     }
 }

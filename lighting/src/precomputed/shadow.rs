@@ -1,11 +1,12 @@
-//! The baked shadows of one light.
+//! The shadows of one light.
 
-use std::fmt;
+use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
-use gpu_backend::{Backend, Cpu};
+use gpu_backend::{Backend, Cpu, Host, Memory};
 use shadow_dag::{
-    Builder, Error, FileError, FilterSize, Form, LightSpace, Mesh, Resolution, ShadowDag, Soundness,
+    Builder, Error, FilterSize, Form, LightSpace, ResidentDag, Resolution, SetBake, ShadowDag,
+    ShadowSet, Surfaces, Watertightness,
 };
 
 use super::space::light_spaces;
@@ -13,8 +14,8 @@ use crate::scene::Geometry;
 use crate::visibility::{SurfaceShadow, product};
 use crate::{Emitter, LightPath, LitInterval, VisibilitySource};
 
-/// Why shadows could not be put together from files.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+/// Why grids are not the shadows of a light.
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BakedError {
     /// A light has one grid, or six.
@@ -33,73 +34,76 @@ pub enum BakedError {
         /// Voxels along each axis of the first.
         expected: u32,
     },
-    /// Bytes that are no grid.
-    #[error("grid {grid}: {error}")]
-    File {
-        /// Which one, from 0.
-        grid: usize,
-        /// Why not.
-        error: FileError,
-    },
+    /// There is no room for them.
+    #[error(transparent)]
+    Memory(#[from] Error),
 }
 
-/// The shadows that all of a scene casts from one light, baked.
+/// The precomputed voxelized shadows that all of a scene casts from one light,
+/// in the memory `M`.
 ///
-/// One grid where a single picture holds all casters: for a sun, a spotlight of
-/// up to 75° half angle and a light far enough outside of the scene; six
-/// otherwise, see [`light_spaces`]. `B` is who owns their bytes.
-#[derive(Debug, Clone)]
-pub struct BakedShadow<B = Vec<u8>> {
-    grids: Vec<ShadowDag<B>>,
+/// There is one grid where a single picture holds all casters: for a sun, a
+/// spotlight of up to 75° half angle and a light far enough outside of the
+/// scene. There are six otherwise, see [`light_spaces`]. All of them lie in one
+/// buffer.
+///
+/// In the memory of the CPU they are a [`VisibilitySource`];
+/// [`BakedShadow::upload`] takes them to that of a GPU, where they are one too.
+/// A ray takes a step for each homogeneous volume on its way. On a GPU the ends
+/// of lit parts differ from those of the CPU as `shadow_dag::gpu` says, and where
+/// grids meet by the rounding of an f32.
+#[derive(Debug)]
+pub struct BakedShadow<M: Memory = Host> {
+    grids: Vec<ResidentDag<M>>,
 }
 
-/// A backend that can hold baked shadows, as a source that it gathers.
-pub trait HoldShadow: Backend {
-    /// The shadows in its memory.
-    type Shadow: fmt::Debug;
-
-    /// Copies shadows to the backend: as plain nodes, which are the quickest
-    /// to walk, to the CPU, packed to a GPU.
-    ///
-    /// # Errors
-    /// [`Error::TooManyNodes`], and [`gpu_backend::Error::TooLarge`] if they do
-    /// not fit.
-    fn hold<B: AsRef<[u8]>>(&self, shadow: &BakedShadow<B>) -> Result<Self::Shadow, Error>;
-}
-
-impl HoldShadow for Cpu {
-    type Shadow = BakedShadow;
-
-    fn hold<B: AsRef<[u8]>>(&self, shadow: &BakedShadow<B>) -> Result<BakedShadow, Error> {
-        shadow.to_form(Form::Plain)
+impl<M: Memory> Clone for BakedShadow<M> {
+    /// The buffer is shared.
+    fn clone(&self) -> Self {
+        Self {
+            grids: self.grids.clone(),
+        }
     }
 }
 
-/// The triangles of a scene as shadow casters for one grid of a light.
+/// The triangles of a scene as shadow casters, for any number of lights.
 ///
-/// Which parts of the scene are closed, [`Mesh::soundness`] tells: the inside of
-/// those compresses well. All others cast their shadows as open surfaces.
+/// Which parts of the scene are closed, [`Surfaces::watertightness`] tells: the
+/// inside of those compresses well. All others cast their shadows as open
+/// surfaces.
 ///
 /// # Errors
 /// None that a checked scene could cause.
-pub fn casters(
-    geometry: &Geometry,
-    space: LightSpace,
-    resolution: Resolution,
-) -> Result<Mesh, Error> {
-    let corners = geometry.triangles().as_flattened();
+pub fn surfaces(geometry: &Geometry) -> Result<Surfaces<'_>, Error> {
+    let corners: &[[f32; 3]] = bytemuck::cast_slice(geometry.triangles().as_flattened());
     let indices: Vec<[u32; 3]> = (0..geometry.triangles().len() as u32)
         .map(|triangle| [3 * triangle, 3 * triangle + 1, 3 * triangle + 2])
         .collect();
-    Mesh::new(resolution, space, corners, &indices)
+    Surfaces::new(corners, indices)
+}
+
+/// A bake of the grids that each of `emitters` needs in a scene, with nothing
+/// done yet: it can be watched, stopped, saved and resumed. [`BakedShadow::of_set`]
+/// takes what comes out.
+///
+/// # Errors
+/// Those of [`light_spaces`]; [`Error::Length`] without emitters.
+pub fn bake<'a>(
+    geometry: &'a Geometry,
+    emitters: &[Emitter],
+    resolution: Resolution,
+    builder: Builder,
+) -> Result<SetBake<'a>, Error> {
+    let spaces = (emitters.iter()).map(|emitter| light_spaces(geometry, emitter, resolution));
+    let spaces = spaces.collect::<Result<_, _>>()?;
+    SetBake::new(builder, surfaces(geometry)?, resolution, spaces)
 }
 
 impl BakedShadow {
     /// Bakes the shadows of a scene from `emitter` into grids of `resolution`
     /// voxels along each axis, and tells how much of the scene is closed.
     ///
-    /// A [`shadow_dag::Bake`] of the [`casters`] of each of the [`light_spaces`]
-    /// does the same with breaks.
+    /// [`bake`] does the same with breaks, and for several lights.
     ///
     /// # Errors
     /// Those of [`light_spaces`], and [`Error::TooManyNodes`].
@@ -109,26 +113,29 @@ impl BakedShadow {
         emitter: &Emitter,
         resolution: Resolution,
         builder: Builder,
-    ) -> Result<(Self, Soundness), Error> {
-        let mut grids = Vec::new();
-        let mut soundness = Soundness::default();
-        for space in light_spaces(geometry, emitter, resolution)? {
-            let casters = casters(geometry, space, resolution)?;
-            soundness = casters.soundness();
-            grids.push(builder.bake(cpu, &casters)?);
+    ) -> Result<(Self, Watertightness), Error> {
+        let mut bake = bake(geometry, std::slice::from_ref(emitter), resolution, builder)?;
+        let watertightness = bake.watertightness();
+        while !bake.progress().is_complete() {
+            bake.advance(cpu, usize::MAX, &AtomicBool::new(false), |_| {})?;
         }
-        Ok((Self { grids }, soundness))
+        let grids = bake.finish()?.into_lights().concat();
+        Ok((Self::resident(&grids)?, watertightness))
     }
-}
 
-impl<B: AsRef<[u8]>> BakedShadow<B> {
-    /// The shadows of a light from its grids. They answer in any order, but only
-    /// in that of [`light_spaces`] do they [fit](BakedShadow::fits) a light.
+    fn resident<B: AsRef<[u8]>>(grids: &[ShadowDag<B>]) -> Result<Self, Error> {
+        let grids = ShadowDag::upload_all(grids, &Cpu::single_threaded())?;
+        Ok(Self { grids })
+    }
+
+    /// The shadows of a light from copies of its grids. They answer in any
+    /// order, but only in that of [`light_spaces`] do they
+    /// [fit](BakedShadow::fits) a light.
     ///
     /// # Errors
     /// [`BakedError`] if there are not one or six of them, one does not know
     /// the space of its light, or their resolutions differ.
-    pub fn new(grids: Vec<ShadowDag<B>>) -> Result<Self, BakedError> {
+    pub fn new<B: AsRef<[u8]>>(grids: &[ShadowDag<B>]) -> Result<Self, BakedError> {
         if !matches!(grids.len(), 1 | 6) {
             return Err(BakedError::Grids(grids.len()));
         }
@@ -136,23 +143,31 @@ impl<B: AsRef<[u8]>> BakedShadow<B> {
             return Err(BakedError::NoLight(grid));
         }
         let expected = grids[0].resolution().side();
-        let mut sides = grids
-            .iter()
-            .map(|grid| grid.resolution().side())
-            .enumerate();
+        let mut sides = (grids.iter().map(|grid| grid.resolution().side())).enumerate();
         match sides.find(|(_, side)| *side != expected) {
             Some((grid, side)) => Err(BakedError::Resolutions {
                 grid,
                 side,
                 expected,
             }),
-            None => Ok(Self { grids }),
+            None => Ok(Self::resident(grids)?),
         }
     }
 
-    /// The grids.
-    pub fn grids(&self) -> &[ShadowDag<B>] {
-        &self.grids
+    /// The shadows of each light of a set: of a file that
+    /// [`ShadowSet::from_bytes`] read, or of a finished [`bake`].
+    ///
+    /// # Errors
+    /// As for [`BakedShadow::new`].
+    pub fn of_set<B: AsRef<[u8]>>(set: &ShadowSet<B>) -> Result<Vec<Self>, BakedError> {
+        set.lights().map(Self::new).collect()
+    }
+
+    /// The file of these shadows alone, see [`ShadowSet::write`].
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let grids = self.grids.iter().map(ShadowDag::borrowed).collect();
+        // A light has grids.
+        ShadowSet::new(vec![grids]).map_or(Vec::new(), |set| set.to_bytes())
     }
 
     /// The same shadows with their nodes in another form.
@@ -160,19 +175,36 @@ impl<B: AsRef<[u8]>> BakedShadow<B> {
     /// # Errors
     /// [`Error::TooManyNodes`] if the plain form is too long for its
     /// references.
-    pub fn to_form(&self, form: Form) -> Result<BakedShadow, Error> {
+    pub fn to_form(&self, form: Form) -> Result<Self, Error> {
+        if self.grids.iter().all(|grid| grid.form() == form) {
+            return Ok(self.clone());
+        }
         let grids = self.grids.iter().map(|grid| grid.to_form(form));
-        let grids = grids.collect::<Result<_, _>>()?;
-        Ok(BakedShadow { grids })
+        Self::resident(&grids.collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// Memory used, bytes.
-    pub fn bytes(&self) -> usize {
-        let bytes = self.grids.iter().map(|grid| {
-            let sizes = grid.sizes();
-            sizes.file + sizes.top_grid
-        });
-        bytes.sum()
+    /// Copies the shadows to the memory of a backend, in the form that is
+    /// [walked best](Form::suitable) there.
+    ///
+    /// # Errors
+    /// [`Error::TooManyNodes`], and [`gpu_backend::Error::TooLarge`] if they do
+    /// not fit.
+    pub fn upload<B: Backend>(&self, backend: &B) -> Result<BakedShadow<B::Memory>, Error> {
+        let suitable = self.to_form(Form::suitable::<B::Memory>())?;
+        let grids = ShadowDag::upload_all(&suitable.grids, backend)?;
+        Ok(BakedShadow { grids })
+    }
+}
+
+impl<M: Memory> BakedShadow<M> {
+    /// The grids.
+    pub fn grids(&self) -> &[ResidentDag<M>] {
+        &self.grids
+    }
+
+    /// Bytes of the buffer that holds them.
+    pub fn bytes(&self) -> u64 {
+        self.grids.first().map_or(0, ResidentDag::buffer_bytes)
     }
 
     /// True if the grids lie where those of a light do: the [`light_spaces`] of
@@ -180,7 +212,7 @@ impl<B: AsRef<[u8]>> BakedShadow<B> {
     /// rounding. Whether the scene has changed within its bounds since it was
     /// baked, nothing tells.
     pub fn fits(&self, spaces: &[LightSpace]) -> bool {
-        let same = |(grid, space): (&ShadowDag<B>, &LightSpace)| {
+        let same = |(grid, space): (&ResidentDag<M>, &LightSpace)| {
             grid.light().is_some_and(|light| alike(light, space))
         };
         self.grids.len() == spaces.len() && self.grids.iter().zip(spaces).all(same)
@@ -203,7 +235,7 @@ fn alike(a: &LightSpace, b: &LightSpace) -> bool {
             .all(|(x, y)| (x - y).abs() <= 1e-6 * x.abs().max(y.abs()))
 }
 
-impl<B: AsRef<[u8]> + Sync> VisibilitySource for BakedShadow<B> {
+impl VisibilitySource for BakedShadow {
     type Share = f32;
 
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
@@ -230,26 +262,26 @@ impl<B: AsRef<[u8]> + Sync> VisibilitySource for BakedShadow<B> {
 
 /// Filtered shadows on surfaces, from a [`BakedShadow`].
 #[derive(Debug, Clone, Copy)]
-pub struct FilteredShadow<'a, B> {
-    shadow: &'a BakedShadow<B>,
+pub struct FilteredShadow<'a> {
+    shadow: &'a BakedShadow,
     size: FilterSize,
     /// What is kept clear of the surface.
     clearance: FilterSize,
 }
 
-impl<B: AsRef<[u8]>> BakedShadow<B> {
+impl BakedShadow {
     /// Shadows on surfaces, filtered over `size` texels.
-    pub fn filtered(&self, size: FilterSize) -> FilteredShadow<'_, B> {
+    pub fn filtered(&self, size: FilterSize) -> FilteredShadow<'_> {
         FilteredShadow {
             shadow: self,
             size,
-            // The widest filter has itself to do.
+            // The widest filter falls back to its own bias.
             clearance: FilterSize::new(size.width() + 2).unwrap_or(size),
         }
     }
 }
 
-impl<B: AsRef<[u8]> + Sync> SurfaceShadow for FilteredShadow<'_, B> {
+impl SurfaceShadow for FilteredShadow<'_> {
     /// The lit share of the texels around the point, lifted off the surface
     /// along its normal so that it does not shadow itself: by half a filter
     /// width, as in the paper, and a voxel more, because point and surface are

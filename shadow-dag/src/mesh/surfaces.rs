@@ -1,0 +1,92 @@
+//! Triangles before any light looks at them.
+
+use std::borrow::Cow;
+
+use glam::Vec3;
+
+use super::closed::Components;
+use super::{Mesh, Watertightness};
+use crate::{Error, LightSpace, Resolution};
+
+/// The triangles of a scene as shadow casters: checked once, and sorted into
+/// solids and open surfaces, for any number of lights.
+///
+/// ```
+/// # use shadow_dag::{LightSpace, Resolution, Surfaces};
+/// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let surfaces = Surfaces::new(&corners[..], &[[0, 1, 2]][..])?;
+/// assert_eq!(surfaces.watertightness().open_edges, 3);
+/// let resolution = Resolution::new(64)?;
+/// let mesh = surfaces.seen_from(LightSpace::of_voxels(resolution), resolution);
+/// # Ok::<(), shadow_dag::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Surfaces<'a> {
+    pub(crate) positions: Cow<'a, [[f32; 3]]>,
+    pub(crate) indices: Cow<'a, [[u32; 3]]>,
+    /// Whether each triangle belongs to a solid.
+    pub(super) closed: Vec<bool>,
+    watertightness: Watertightness,
+}
+
+impl<'a> Surfaces<'a> {
+    /// The triangles `indices` of the points `positions`, in the world, front
+    /// faces counter-clockwise. Solids may touch, overlap and intersect
+    /// themselves. Triangles without area cast no shadow; no triangles at all
+    /// are legal.
+    ///
+    /// Vertices at the same position count as one, so that triangles may bring
+    /// corners of their own. [`Surfaces::watertightness`] tells which parts
+    /// turned out not to be solids. Takes a time of `n log n`.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] for a coordinate that is not finite,
+    /// [`Error::NoSuchVertex`] for an index beyond the positions.
+    pub fn new(
+        positions: impl Into<Cow<'a, [[f32; 3]]>>,
+        indices: impl Into<Cow<'a, [[u32; 3]]>>,
+    ) -> Result<Self, Error> {
+        let (positions, indices) = (positions.into(), indices.into());
+        let finite = |position: &[f32; 3]| position.iter().all(|x| x.is_finite());
+        if let Some(vertex) = positions.iter().position(|position| !finite(position)) {
+            return Err(Error::NotFinite {
+                vertex,
+                position: positions[vertex],
+            });
+        }
+        for (triangle, corners) in indices.iter().enumerate() {
+            let vertices = positions.len();
+            if let Some(&vertex) = corners.iter().find(|&&corner| corner as usize >= vertices) {
+                return Err(Error::NoSuchVertex {
+                    triangle,
+                    vertex,
+                    vertices,
+                });
+            }
+        }
+        let points: &[Vec3] = bytemuck::cast_slice(&positions);
+        let Components {
+            closed,
+            watertightness,
+        } = Components::new(points, &indices);
+        Ok(Self {
+            positions,
+            indices,
+            closed,
+            watertightness,
+        })
+    }
+
+    /// How much of them encloses something.
+    pub fn watertightness(&self) -> Watertightness {
+        self.watertightness
+    }
+
+    /// The triangles as a light sees them, for a grid of `resolution`.
+    ///
+    /// Parts of triangles in front of a perspective light's near distance are
+    /// cut off; what is inside of a solid there begins in shadow.
+    pub fn seen_from(&self, light: LightSpace, resolution: Resolution) -> Mesh {
+        Mesh::of(self, light, resolution)
+    }
+}
