@@ -1,1 +1,57 @@
 //! Precomputed shadows of a picture's lights, from files.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use lighting::methods::{Entry, Registry};
+use lighting::precomputed::{BakedShadow, Form, ShadowSet, light_spaces};
+
+use crate::failure::Failure;
+use crate::input::Input;
+
+/// Those of one light.
+pub(crate) type Shadow = Arc<BakedShadow>;
+
+/// Those of each emitter, where a file has them.
+pub(crate) type Shadows = Vec<Option<Shadow>>;
+
+/// The shadows of each emitter, where a file has them, as plain nodes.
+pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure> {
+    let mut shadows = vec![None; input.emitters.len()];
+    for path in files {
+        let name = path.display().to_string();
+        let about = |failure: Failure| failure.about(&name);
+        let file = std::fs::read(path).map_err(|error| about(error.into()))?;
+        let set = ShadowSet::from_bytes(&file).map_err(|error| about(error.into()))?;
+        let lights = BakedShadow::of_set(&set).map_err(|error| about(error.into()))?;
+        let mut found = false;
+        for baked in &lights {
+            let resolution = baked.grids()[0].resolution();
+            for (emitter, shadow) in input.emitters.iter().zip(&mut shadows) {
+                let spaces = light_spaces(&input.geometry, emitter, resolution);
+                if spaces.is_ok_and(|spaces| baked.fits(&spaces)) {
+                    *shadow = Some(Arc::new(baked.to_form(Form::Plain)?));
+                    found = true;
+                }
+            }
+        }
+        if !found {
+            return Err(Failure::new(format!(
+                "{name} was baked for another scene or light: none of the scene's sees it that way"
+            )));
+        }
+    }
+    Ok(shadows)
+}
+
+/// The method of lights whose shadows are in files, with the evaluator `airlight`.
+pub(crate) fn method(methods: &Registry, airlight: &str) -> Result<Entry, Failure> {
+    methods
+        .pair(lighting::methods::PRECOMPUTED, airlight, None)
+        .filter(|entry| entry.halves().is_some())
+        .ok_or_else(|| {
+            Failure::new(format!(
+                "airlight by {airlight} does not go with precomputed shadows"
+            ))
+        })
+}

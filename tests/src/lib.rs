@@ -2,10 +2,12 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | [`frames`] | methods on test scenes |
 //! | [`suite`] | one test body for every backend |
 //! | [`scenes`] | the embedded scenes as methods take them |
 //!
 //! What judges the results is the crate `reference`.
 
+pub mod frames;
 pub mod scenes;
 pub mod suite;

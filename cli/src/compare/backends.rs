@@ -1,90 +1,25 @@
 //! The backends that a comparison runs on.
 
 use gpu_backend::Cpu;
-use gpu_backend::gpu::{Context, Gpu, Queued};
+use gpu_backend::gpu::{Gpu, Queued};
+use lighting::methods::Entry;
 
-use super::measure::{Job, Measure, Session};
 use super::results::LeftOut;
 use super::selection::Candidate;
-use super::voxels;
-use crate::args::{BackendName, Compare};
-use crate::engine::{EXACT_IS_TRACED, Tracing};
+use crate::args::Compare;
+use crate::devices::{self, Device};
 use crate::failure::Failure;
-use crate::methods::Method;
 use crate::print::complain;
 
-/// Turns a missing GPU into a failure if it is `1`.
-const REQUIRE_VARIABLE: &str = "REQUIRE_GPU";
+/// Why a method is left out on a GPU.
+const NO_SHADER: &str = "it has no shader";
 
-/// A backend that is there.
-#[derive(Debug)]
-pub(crate) struct Present {
-    /// Its name in reports.
-    pub(crate) label: String,
-    /// False on a software adapter: its times say nothing about a GPU.
-    pub(crate) representative: bool,
-    /// True if its failure must not go unnoticed.
-    required: bool,
-    /// `None` is the CPU.
-    context: Option<Context>,
-}
-
-impl Present {
-    fn cpu() -> Self {
-        Self {
-            label: "cpu".into(),
-            representative: true,
-            required: true,
-            context: None,
-        }
-    }
-
-    fn gpu(context: Context, required: bool) -> Self {
-        let software = context.is_software();
-        let kind = if software { ", software" } else { "" };
-        Self {
-            label: format!("gpu ({}{kind})", context.adapter().name),
-            representative: !software,
-            required,
-            context: Some(context),
-        }
-    }
-
-    /// True if it has what `method` needs.
-    pub(crate) fn runs(&self, method: &Method) -> bool {
-        let traces = match self.context {
-            None => Cpu::TRACES,
-            Some(_) => Gpu::<Queued>::TRACES,
-        };
-        traces || !method.visibility.is_traced()
-    }
-
-    /// Gets ready for those of the candidates that it runs.
-    pub(crate) fn session<'a>(
-        &'a self,
-        job: Job<'a>,
-        candidates: &[Candidate],
-    ) -> Result<Box<dyn Measure + 'a>, Failure> {
-        let mut own = candidates.to_vec();
-        own.retain(|candidate| self.runs(candidate.method));
-        Ok(match &self.context {
-            None => Box::new(Session::new(Cpu::new(), self, job, own)?),
-            Some(context) => Box::new(Session::new(Gpu::new(context.clone()), self, job, own)?),
-        })
-    }
-
-    /// The steps of voxelized shadow volumes.
-    pub(crate) fn time_voxels(
-        &self,
-        scene: voxels::Scene<'_>,
-        quick: bool,
-    ) -> Result<Option<voxels::Steps>, Failure> {
-        let rounds = if quick { 3 } else { 9 };
-        match &self.context {
-            None => voxels::time_steps(&Cpu::new(), &self.label, scene, rounds),
-            Some(context) => {
-                voxels::time_steps(&Gpu::new(context.clone()), &self.label, scene, rounds)
-            }
+impl Device {
+    /// True if the method runs on it.
+    pub(crate) fn runs(&self, entry: &Entry) -> bool {
+        match self.context {
+            None => entry.on::<Cpu>().is_some(),
+            Some(_) => entry.on::<Gpu<Queued>>().is_some(),
         }
     }
 
@@ -93,6 +28,7 @@ impl Present {
         if self.required {
             return Err(failure.about(&self.label));
         }
+        complain(&format!("{}: skipped, {failure}", self.label));
         Ok(skipped(&self.label, &failure.to_string()))
     }
 }
@@ -100,56 +36,45 @@ impl Present {
 /// All backends that are asked for and present, the CPU first.
 #[derive(Debug)]
 pub(crate) struct Backends {
-    pub(crate) present: Vec<Present>,
+    pub(crate) present: Vec<Device>,
     pub(crate) left_out: Vec<LeftOut>,
 }
 
 impl Backends {
     /// Finds those asked for, or all there are.
     pub(crate) fn find(args: &Compare) -> Result<Self, Failure> {
-        let asked = |name| args.backend.contains(&name);
-        let any = args.backend.is_empty();
-        let mut backends = Self {
-            present: Vec::new(),
-            left_out: Vec::new(),
-        };
-        if any || asked(BackendName::Cpu) {
-            backends.present.push(Present::cpu());
-        }
-        if any || asked(BackendName::Gpu) {
-            let required = !any || std::env::var(REQUIRE_VARIABLE).is_ok_and(|value| value == "1");
-            match Context::request() {
-                Ok(context) => backends.present.push(Present::gpu(context, required)),
-                Err(error) if required => return Err(error.into()),
-                Err(error) => backends.left_out.push(skipped("gpu", &error.to_string())),
-            }
-        }
-        Ok(backends)
+        let (present, missing) = devices::find(&args.backend)?;
+        Ok(Self {
+            present,
+            left_out: missing.iter().map(|why| skipped("gpu", why)).collect(),
+        })
     }
 
-    /// Labels of those that run `method`.
-    pub(crate) fn running(&self, method: &Method) -> Vec<&str> {
-        let all = self.present.iter().filter(|backend| backend.runs(method));
-        all.map(|backend| backend.label.as_str()).collect()
+    /// Labels of those that run a method.
+    pub(crate) fn running(&self, entry: &Entry) -> Vec<&str> {
+        let all = self.present.iter().filter(|device| device.runs(entry));
+        all.map(|device| device.label.as_str()).collect()
     }
 
     /// What some of them cannot run of what is selected.
     pub(crate) fn gaps(&self, candidates: &[Candidate]) -> Vec<LeftOut> {
-        let mut gaps = Vec::new();
-        for backend in &self.present {
-            let gap = candidates.iter().find(|c| !backend.runs(c.method));
-            gaps.extend(gap.map(|candidate| LeftOut {
-                what: format!("{} on {}", candidate.method.title, backend.label),
-                why: EXACT_IS_TRACED.into(),
-            }));
+        let mut gaps: Vec<LeftOut> = Vec::new();
+        for device in &self.present {
+            for candidate in candidates.iter().filter(|c| !device.runs(&c.entry)) {
+                let gap = LeftOut {
+                    what: format!("{} on {}", candidate.entry.about().title, device.label),
+                    why: NO_SHADER.into(),
+                };
+                if !gaps.contains(&gap) {
+                    gaps.push(gap);
+                }
+            }
         }
         gaps
     }
 }
 
-/// Says on standard error, too, that a backend is missing from the report.
 fn skipped(label: &str, reason: &str) -> LeftOut {
-    complain(&format!("{label}: skipped, {reason}"));
     LeftOut {
         what: label.into(),
         why: format!("skipped, {reason}"),

@@ -1,37 +1,37 @@
 //! Time and error of every candidate on one backend.
 
+use std::collections::HashMap;
 use std::time::Instant;
 
-use gpu_backend::BufferOf;
-use lighting::scene::trace::Tracer;
-use lighting::scene::{Camera, Geometry, Medium};
-use lighting::shadow_map::{Casters, ShadowMap};
-use lighting::voxels::Eye;
-use lighting::{Emitter, Ray};
+use gpu_backend::gpu::Gpu;
+use gpu_backend::{BufferOf, Cpu, Download, Error};
+use indicatif::ProgressBar;
+use lighting::methods::{Frame, FrameInputs, MethodBackend, MethodError, Store, Used, Work};
+use lighting::scene::view::View;
+use lighting::scene::{Camera, Medium};
+use lighting::{Emitter, Watch};
 use reference::metrics::image_error;
 use reference::oracle::image::Reference;
 
-use super::backends::Present;
-use super::baked::Baked;
 use super::budget::Budget;
 use super::results::{Errors, LeftOut, Measurement, MethodPicture, Times};
+use super::schedule::{Place, order, run_while_there_is_time};
 use super::selection::Candidate;
-use crate::engine::{Held, Renderer, Stage, Tables, Voxels, shadow_maps};
+use crate::devices::Device;
 use crate::failure::Failure;
+use crate::format::{count, seconds};
 use crate::input::Input;
-use crate::methods::{Method, Visibility};
 use crate::parse::Size;
 use crate::picture::Picture;
-use crate::{progress, veils};
+use crate::progress;
 
 /// What is measured, whatever the backend.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
-    pub(crate) camera: &'a Camera,
     pub(crate) input: &'a Input,
-    pub(crate) geometry: &'a Geometry,
-    pub(crate) tracer: &'a Tracer,
-    pub(crate) seconds_tracer: f64,
+    pub(crate) camera: &'a Camera,
+    pub(crate) view: &'a View,
+    pub(crate) size: Size,
     pub(crate) medium: &'a Medium,
     /// Those that the plan keeps.
     pub(crate) emitters: &'a [Emitter],
@@ -40,11 +40,25 @@ pub(crate) struct Job<'a> {
     /// Parts that the reference cuts rays into behind translucent casters;
     /// `None` if there are none.
     pub(crate) parts: Option<u32>,
-    /// Tables of airlight that the candidates need.
-    pub(crate) tables: &'a Tables,
-    /// By resolution; those for which there was time.
-    pub(crate) baked: &'a [Baked],
-    pub(crate) budget: Budget,
+}
+
+impl<'a> Job<'a> {
+    /// What methods are told of the picture.
+    pub(crate) fn inputs(&self, watch: &'a dyn Watch) -> FrameInputs<'a> {
+        FrameInputs {
+            emitters: self.emitters,
+            medium: self.medium,
+            geometry: &self.input.geometry,
+            translucent: &self.input.scene.translucent,
+            camera: self.camera,
+            size: [self.size.width, self.size.height],
+            rays: self.view.rays(),
+            hits: self.view.hits(),
+            map: self.map,
+            host: &self.input.host,
+            watch,
+        }
+    }
 }
 
 /// What came out on one backend.
@@ -56,430 +70,345 @@ pub(crate) struct Outcome {
     pub(crate) left_out: Vec<LeftOut>,
 }
 
-/// An estimate of the seconds that a candidate takes.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Cost {
-    /// Whatever the number of rays.
-    pub(crate) start: f64,
-    pub(crate) per_ray: f64,
-}
-
-impl Cost {
-    fn of(&self, rays: usize) -> f64 {
-        self.start + self.per_ray * rays as f64
-    }
-}
-
-/// A backend with its shadow maps, whichever it is.
-pub(crate) trait Measure {
-    /// What it runs on.
-    fn backend(&self) -> &Present;
-
-    /// What each of its candidates takes, from a few rays of a picture.
-    fn probe(&self, view: (&[Ray], Size)) -> Result<Vec<Cost>, Failure>;
-
-    /// Runs the candidates in turns, all of them once and then again as long
-    /// as `budget` allows. `costs` is what [`Measure::probe`] returned.
-    fn measure(
-        &self,
-        view: (&[Ray], Size),
-        costs: &[Cost],
-        reference: &Reference,
-        budget: Budget,
-    ) -> Result<Outcome, Failure>;
-}
-
-/// A backend with what has to exist before a frame.
-pub(crate) struct Session<'a, B: Renderer> {
-    backend: B,
-    present: &'a Present,
-    job: Job<'a>,
-    /// Those that the backend runs.
-    candidates: Vec<Candidate>,
-    /// None if they would take too long.
-    maps: Option<Vec<ShadowMap<B::Memory>>>,
-    seconds_maps: f64,
-    /// Maps of transmittance, if a candidate needs them.
-    veils: Vec<B::Veil>,
-    /// Why the backend cannot hold them.
-    no_veils: Option<Failure>,
-    bytes_veils: u64,
-    seconds_veils: f64,
-    voxels: Voxels<B>,
-    held: Vec<Held<B>>,
-    /// Resolutions whose shadows the backend cannot hold, and why.
-    not_held: Vec<(u32, Failure)>,
-}
-
-/// Emitters on which the time of all shadow maps is estimated.
-const PROBE_MAPS: usize = 4;
-
-/// Emitters on which the time of voxels is estimated.
-const PROBE_VOXELS: usize = 2;
-
-/// Share of the time left that all shadow maps may take.
-const MAPS_SHARE: f64 = 0.5;
+/// Rays on which the time of a candidate is estimated.
+const PROBE_RAYS: usize = 256;
 
 /// No more repetitions than this: the median has settled.
 const MAX_REPETITIONS: usize = 9;
 
-impl<'a, B: Renderer> Session<'a, B> {
-    /// Renders the shadow maps if a candidate needs them and time allows; if
-    /// that is quick, three times for the median of its time.
-    pub(crate) fn new(
-        backend: B,
-        present: &'a Present,
-        job: Job<'a>,
-        candidates: Vec<Candidate>,
-    ) -> Result<Self, Failure> {
-        let mut maps = Some(Vec::new());
-        let mut seconds = Vec::new();
-        let needed = candidates
-            .iter()
-            .any(|c| c.method.visibility.needs_shadow_map());
-        if needed {
-            // Pipelines are built at their first use, which is not timed.
-            let casters = Casters::upload(&backend, job.geometry)?;
-            let first = &job.emitters[..job.emitters.len().min(1)];
-            shadow_maps(&backend, &casters, first, 1, || ())?;
-            backend.wait()?;
-        }
-        if needed && !affordable_maps(&backend, job)? {
-            maps = None;
-        } else if needed {
-            let bar = progress::bar("shadow maps", job.emitters.len() as u64);
-            while seconds.is_empty() || (seconds.len() < 3 && seconds[0] < 0.02 * job.budget.left())
-            {
-                let clock = Instant::now();
-                let casters = Casters::upload(&backend, job.geometry)?;
-                bar.set_position(0);
-                let all = shadow_maps(&backend, &casters, job.emitters, job.map, || bar.inc(1))?;
-                maps = Some(all);
-                backend.wait()?;
-                seconds.push(clock.elapsed().as_secs_f64());
-            }
-            bar.finish_and_clear();
-        }
-        let seconds_maps = if seconds.is_empty() {
-            0.0
-        } else {
-            Times::of(&seconds).median
-        };
-        let (mut held, mut not_held) = (Vec::new(), Vec::new());
-        for baked in job.baked {
-            match Held::new(&backend, baked.resolution, &baked.shadows) {
-                Ok(shadows) => held.push(shadows),
-                Err(failure) => not_held.push((baked.resolution, failure)),
-            }
-        }
-        let (mut veils, mut bytes_veils, mut no_veils) = (Vec::new(), 0, None);
-        let clock = Instant::now();
-        let needed = candidates
-            .iter()
-            .any(|c| c.method.visibility == Visibility::Translucent);
-        if needed {
-            let side = veils::resolution(job.map, job.emitters);
-            for map in veils::veils(job.input, Some(job.geometry), job.emitters, side)? {
-                bytes_veils += map.bytes();
-                match backend.veil(map) {
-                    Ok(veil) => veils.push(veil),
-                    Err(failure) => no_veils = Some(failure),
-                }
-            }
-            backend.wait()?;
-        }
-        let seconds_veils = clock.elapsed().as_secs_f64();
-        Ok(Self {
-            held,
-            not_held,
-            backend,
-            present,
-            job,
-            candidates,
-            maps,
-            seconds_maps,
-            veils,
-            no_veils,
-            bytes_veils,
-            seconds_veils,
-            voxels: Voxels::default(),
-        })
-    }
+/// Share of the time left that may be spent on what a candidate needs.
+const PREPARATION: f64 = 0.3;
 
-    /// Everything that frames of these rays of a picture need, on the backend.
-    fn stage(&self, rays: &[Ray], size: Size) -> Result<Stage<'_, B>, Failure> {
-        let uploaded = self.backend.upload(rays)?;
-        self.backend.wait()?;
-        Ok(Stage {
-            backend: &self.backend,
-            tracer: self.job.tracer,
-            medium: self.job.medium,
-            emitters: self.job.emitters,
-            maps: self.maps.as_deref().unwrap_or_default(),
-            veils: &self.veils,
-            tables: self.job.tables,
-            eye: Eye::of_camera(
-                self.job.camera,
-                [size.width, size.height],
-                rays,
-                self.job.medium,
-            ),
-            voxels: &self.voxels,
-            baked: &self.held,
-            rays: uploaded,
-            count: rays.len(),
-        })
-    }
-
-    /// Indices of the candidates, those whose picture is shown first: if the
-    /// time is short, every method has one.
-    fn most_telling_first(&self) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.candidates.len()).collect();
-        order.sort_by_key(|index| !self.is_pictured(&self.candidates[*index]));
-        order
-    }
-
-    fn is_pictured(&self, candidate: &Candidate) -> bool {
-        candidate.quality == pictured(candidate.method, &self.candidates)
-    }
-
-    /// Why it cannot run: there was no time or no room for what it needs.
-    fn lacks(&self, candidate: &Candidate) -> Option<String> {
-        let visibility = candidate.method.visibility;
-        let lights = || crate::format::count(self.job.emitters.len(), "emitter");
-        if self.maps.is_none() && visibility.needs_shadow_map() {
-            return Some(format!(
-                "no time for the shadow maps of {} (--time-budget, --lights, --map)",
-                lights()
-            ));
-        }
-        if let (Visibility::Translucent, Some(failure)) = (visibility, &self.no_veils) {
-            return Some(failure.to_string());
-        }
-        let resolution = candidate.setting().samples;
-        let held = self.held.iter().any(|held| held.resolution == resolution);
-        if visibility != Visibility::Dag || held {
-            return None;
-        }
-        let mut not_held = self.not_held.iter();
-        Some(match not_held.find(|not_held| not_held.0 == resolution) {
-            Some((_, failure)) => failure.to_string(),
-            None => format!(
-                "no time to bake the shadows of {} (--time-budget)",
-                lights()
-            ),
-        })
-    }
-
-    /// A measurement of one frame that took `time`.
-    fn measurement(
-        &self,
-        candidate: &Candidate,
-        time: f64,
-        radiance: &[[f32; 4]],
-        reference: &Reference,
-    ) -> Measurement {
-        let error = image_error(radiance, reference);
-        let (seconds_build, bytes) = match candidate.method.visibility {
-            Visibility::None => (0.0, 0),
-            Visibility::Exact => (self.job.seconds_tracer, self.job.tracer.bytes() as u64),
-            Visibility::Dag => {
-                let resolution = candidate.setting().samples;
-                let mut baked = self.job.baked.iter();
-                let baked = baked.find(|baked| baked.resolution == resolution);
-                baked.map_or((0.0, 0), |baked| (baked.seconds, baked.bytes()))
-            }
-            Visibility::Translucent => (self.seconds_veils, self.bytes_veils),
-            _ => (
-                self.seconds_maps,
-                self.maps.iter().flatten().map(ShadowMap::bytes).sum(),
-            ),
-        };
-        let (seconds_table, bytes_table) = self.job.tables.cost(candidate.setting());
-        Measurement {
-            method: candidate.method,
-            backend: self.present.label.clone(),
-            representative: self.present.representative,
-            quality: candidate.quality,
-            error: Errors {
-                rmse: error.rmse,
-                max: error.max,
-                rel_p99: error.rel_p99,
-            },
-            seconds_build: seconds_build + seconds_table,
-            frame: Times::of(&[time]),
-            bytes: bytes + bytes_table + self.voxels.bytes(candidate.setting()),
+/// Measures the candidates that the device runs, as long as `budget` allows.
+pub(crate) fn measure(
+    device: &Device,
+    job: Job<'_>,
+    candidates: &[Candidate],
+    truth: &Reference,
+    budget: Budget,
+) -> Result<Outcome, Failure> {
+    match &device.context {
+        // What is on the host is in the memory of this backend.
+        None => On::new(&Cpu::new(), &job.input.host, device, job, truth, budget)
+            .measure(candidates),
+        Some(context) => {
+            let waited_for = Gpu::new(context.clone());
+            let backend = Gpu::new(context.clone());
+            let store = Store::waiting(move || waited_for.wait());
+            On::new(&backend, &store, device, job, truth, budget).measure(candidates)
         }
     }
 }
 
-impl<B: Renderer> Measure for Session<'_, B> {
-    fn backend(&self) -> &Present {
-        self.present
+/// A backend on which candidates are measured.
+struct On<'a, B: MethodBackend + Download> {
+    backend: &'a B,
+    store: &'a Store<B::Memory>,
+    device: &'a Device,
+    job: Job<'a>,
+    truth: &'a Reference,
+    budget: Budget,
+}
+
+/// What is known of the time of a method.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    seconds: f64,
+    work: f64,
+}
+
+/// A candidate that has been measured.
+struct Run {
+    candidate: Candidate,
+    times: Vec<f64>,
+    measurement: Measurement,
+    picture: Picture,
+}
+
+impl<'a, B: MethodBackend + Download> On<'a, B> {
+    fn new(
+        backend: &'a B,
+        store: &'a Store<B::Memory>,
+        device: &'a Device,
+        job: Job<'a>,
+        truth: &'a Reference,
+        budget: Budget,
+    ) -> Self {
+        Self {
+            backend,
+            store,
+            device,
+            job,
+            truth,
+            budget,
+        }
     }
 
-    fn probe(&self, (rays, size): (&[Ray], Size)) -> Result<Vec<Cost>, Failure> {
-        let mut one = self.stage(&rays[..rays.len().min(1)], size)?;
-        let mut all = self.stage(rays, size)?;
-        let mut costs = Vec::with_capacity(self.candidates.len());
-        let mut warm: Option<&Method> = None;
-        for candidate in &self.candidates {
-            if self.lacks(candidate).is_some() {
-                costs.push(Cost::default());
-                continue;
-            }
-            // Voxels of all lights of a city would take most of the time.
-            let every = self.job.emitters;
-            let few = match candidate.method.visibility.voxel_detail() {
-                Some(_) => &every[..every.len().min(PROBE_VOXELS)],
-                None => every,
+    fn measure(&self, candidates: &[Candidate]) -> Result<Outcome, Failure> {
+        let own: Vec<&Candidate> = candidates
+            .iter()
+            .filter(|candidate| candidate.entry.on::<B>().is_some())
+            .collect();
+        let places: Vec<Place> = own.iter().map(|candidate| candidate.place()).collect();
+        let bar = progress::bar("measuring", own.len() as u64);
+        let mut outcome = Outcome::default();
+        let mut runs: Vec<Run> = Vec::new();
+        let mut known: HashMap<usize, Known> = HashMap::new();
+        let mut failed: HashMap<usize, String> = HashMap::new();
+        let turns = order(&places);
+        let dropped = {
+            let (known, failed) = (std::cell::RefCell::new(&mut known), &mut failed);
+            let failed = std::cell::RefCell::new(failed);
+            run_while_there_is_time::<Failure>(
+                &turns,
+                || self.budget.left(),
+                |index| {
+                    let candidate = own[index];
+                    match self.expected(candidate, &mut known.borrow_mut()) {
+                        Ok(seconds) => Ok(seconds),
+                        Err(error) => {
+                            let why = self.reason(error)?;
+                            failed.borrow_mut().insert(index, why);
+                            Ok(0.0)
+                        }
+                    }
+                },
+                |index| {
+                    bar.inc(1);
+                    if failed.borrow().contains_key(&index) {
+                        return Ok(());
+                    }
+                    let candidate = own[index];
+                    match self.first_run(candidate) {
+                        Ok(run) => {
+                            let work = self.work_of(candidate, self.job.view.rays().len());
+                            let seconds = run.times[0];
+                            known
+                                .borrow_mut()
+                                .insert(candidate.method, Known { seconds, work });
+                            runs.push(run);
+                        }
+                        Err(error) => {
+                            let why = self.reason(error)?;
+                            failed.borrow_mut().insert(index, why);
+                        }
+                    }
+                    Ok(())
+                },
+            )?
+        };
+        bar.finish_and_clear();
+        let on = |index: usize| format!("{} on {}", own[index].name(), self.device.label);
+        for (index, expected) in dropped {
+            let frame = match expected {
+                0.0 => "no time left".to_owned(),
+                _ => format!("no time left for a frame of about {}", seconds(expected)),
             };
-            (one.emitters, all.emitters) = (few, few);
-            let scale = every.len() as f64 / few.len().max(1) as f64;
-            // The first run of a method builds its pipelines.
-            if !warm.is_some_and(|method| std::ptr::eq(method, candidate.method)) {
-                timed(&one, candidate)?;
-                warm = Some(candidate.method);
-            }
-            let (start, _) = timed(&one, candidate)?;
-            let (seconds, _) = timed(&all, candidate)?;
-            let more = rays.len().saturating_sub(1).max(1);
-            costs.push(Cost {
-                start: scale * start,
-                per_ray: scale * (seconds - start).max(0.0) / more as f64,
+            outcome.left_out.push(LeftOut {
+                what: on(index),
+                why: format!("{frame} (--time-budget)"),
             });
         }
-        Ok(costs)
+        let mut failed: Vec<(usize, String)> = failed.into_iter().collect();
+        failed.sort();
+        for (index, why) in failed {
+            let what = on(index);
+            outcome.left_out.push(LeftOut { what, why });
+        }
+        self.repeat(&mut runs)?;
+        runs.sort_by_key(|run| (run.candidate.method, run.candidate.quality));
+        for index in pictured(&runs) {
+            let size = self.job.size;
+            let airlight = std::mem::replace(&mut runs[index].picture, Picture::empty(size));
+            outcome.pictures.push(MethodPicture {
+                measurement: index,
+                airlight,
+            });
+        }
+        let measurements = runs.into_iter().map(|run| Measurement {
+            frame: Times::of(&run.times),
+            ..run.measurement
+        });
+        outcome.measurements = measurements.collect();
+        Ok(outcome)
     }
 
-    fn measure(
+    /// Why a candidate is left out; a lost device is the end of all.
+    fn reason(&self, error: MethodError) -> Result<String, Failure> {
+        match error {
+            MethodError::Backend(error @ Error::DeviceLost { .. }) => Err(error.into()),
+            MethodError::Stopped { .. } => Ok(format!(
+                "no time to prepare the shadows of {} (--time-budget, --lights, --map)",
+                count(self.job.emitters.len(), "emitter")
+            )),
+            error => Ok(Failure::from(error).to_string()),
+        }
+    }
+
+    /// Counted work of a frame.
+    fn work_of(&self, candidate: &Candidate, rays: usize) -> f64 {
+        let work = self.work(candidate);
+        (work.per_frame + work.per_ray * rays as f64).max(1.0)
+    }
+
+    fn work(&self, candidate: &Candidate) -> Work {
+        let inputs = self.job.inputs(&());
+        candidate.entry.method().work(&inputs, candidate.quality)
+    }
+
+    /// Seconds that a frame of the candidate is expected to take: from the last
+    /// frame of its method, or from a few rays if there is none.
+    fn expected(
         &self,
-        (rays, size): (&[Ray], Size),
-        costs: &[Cost],
-        reference: &Reference,
-        budget: Budget,
-    ) -> Result<Outcome, Failure> {
-        let stage = self.stage(rays, size)?;
-        let mut outcome = Outcome::default();
-        let mut runs: Vec<Option<Run>> = self.candidates.iter().map(|_| None).collect();
-        let bar = progress::bar("measuring", self.candidates.len() as u64);
-        for index in self.most_telling_first() {
-            let candidate = &self.candidates[index];
-            let expected = costs[index].of(rays.len());
-            if let Some(why) = self.lacks(candidate) {
-                outcome.left_out.push(LeftOut {
-                    what: format!("{} on {}", candidate.name(), self.present.label),
-                    why,
-                });
-            } else if expected > budget.left() {
-                outcome.left_out.push(LeftOut {
-                    what: format!("{} on {}", candidate.name(), self.present.label),
-                    why: format!(
-                        "no time left for a frame of about {} (--time-budget)",
-                        crate::format::seconds(expected)
-                    ),
-                });
-            } else {
-                let (time, radiance) = timed(&stage, candidate)?;
-                let radiance = self.backend.download(&radiance)?;
-                runs[index] = Some(Run {
-                    time,
-                    measurement: self.measurement(candidate, time, &radiance, reference),
-                    picture: self
-                        .is_pictured(candidate)
-                        .then(|| Picture::new(size, &radiance)),
-                });
+        candidate: &Candidate,
+        known: &mut HashMap<usize, Known>,
+    ) -> Result<f64, MethodError> {
+        let work = self.work_of(candidate, self.job.view.rays().len());
+        if let Some(known) = known.get(&candidate.method) {
+            return Ok(known.seconds * (work / known.work).max(1.0));
+        }
+        let rays = self.job.view.rays();
+        // An odd step does not run along the columns of usual widths.
+        let step = (rays.len() / PROBE_RAYS).max(1) | 1;
+        let few: Vec<_> = rays.iter().step_by(step).copied().collect();
+        let hits: Vec<_> = self.job.view.hits().iter().step_by(step).copied().collect();
+        let watch = Patience::new(PREPARATION * self.budget.left());
+        let inputs = FrameInputs {
+            rays: &few,
+            hits: &hits,
+            ..self.job.inputs(&watch)
+        };
+        let frame = Frame::new(self.backend, inputs, self.store)?;
+        self.prepare(candidate, &frame)?;
+        // The first frame of a method builds its pipelines, where there are any.
+        if self.device.context.is_some() {
+            self.timed(candidate, &frame)?;
+        }
+        let (seconds, _) = self.timed(candidate, &frame)?;
+        Ok(seconds * work / self.work_of(candidate, few.len()))
+    }
+
+    fn prepare(&self, candidate: &Candidate, frame: &Frame<'_, B>) -> Result<(), MethodError> {
+        let method = candidate.entry.on::<B>();
+        let method = method.expect("candidates are those that the backend runs");
+        method.prepare(frame, candidate.quality)?;
+        self.backend.wait()?;
+        Ok(())
+    }
+
+    fn timed(
+        &self,
+        candidate: &Candidate,
+        frame: &Frame<'_, B>,
+    ) -> Result<(f64, BufferOf<B, [f32; 4]>), MethodError> {
+        let method = candidate.entry.on::<B>();
+        let method = method.expect("candidates are those that the backend runs");
+        let mut radiance = self.backend.zeros(frame.inputs.rays.len())?;
+        self.backend.wait()?;
+        let clock = Instant::now();
+        method.add_radiance(frame, candidate.quality, &mut radiance)?;
+        self.backend.wait()?;
+        Ok((clock.elapsed().as_secs_f64(), radiance))
+    }
+
+    fn first_run(&self, candidate: &Candidate) -> Result<Run, MethodError> {
+        self.store.watch_use();
+        self.job.input.host.watch_use();
+        let watch = Patience::new(PREPARATION * self.budget.left());
+        let frame = Frame::new(self.backend, self.job.inputs(&watch), self.store)?;
+        self.prepare(candidate, &frame)?;
+        let (time, radiance) = self.timed(candidate, &frame)?;
+        let mut used = self.store.used();
+        if self.device.context.is_some() {
+            used.extend(self.job.input.host.used());
+        }
+        let radiance = self.backend.download(&radiance)?;
+        let error = image_error(&radiance, self.truth);
+        Ok(Run {
+            candidate: candidate.clone(),
+            times: vec![time],
+            measurement: Measurement {
+                method: candidate.method,
+                backend: self.device.label.clone(),
+                representative: self.device.representative,
+                quality: candidate.quality,
+                error: Errors {
+                    rmse: error.rmse,
+                    max: error.max,
+                    rel_p99: error.rel_p99,
+                },
+                seconds_build: used.iter().map(|used: &Used| used.seconds).sum(),
+                frame: Times::of(&[time]),
+                bytes: used.iter().map(|used| used.bytes).sum(),
+            },
+            picture: Picture::new(self.job.size, &radiance),
+        })
+    }
+
+    /// Measures everything again and again until the time is up.
+    fn repeat(&self, runs: &mut [Run]) -> Result<(), Failure> {
+        let bar = progress::bar("repeating", MAX_REPETITIONS as u64 - 1);
+        let frame = Frame::new(self.backend, self.job.inputs(&()), self.store)?;
+        for _ in 1..MAX_REPETITIONS {
+            for run in runs.iter_mut() {
+                if run.times[0] < self.budget.left() {
+                    run.times.push(self.timed(&run.candidate, &frame)?.0);
+                }
             }
             bar.inc(1);
         }
         bar.finish_and_clear();
-        let mut seconds = Vec::new();
-        for run in runs.into_iter().flatten() {
-            if let Some(airlight) = run.picture {
-                outcome.pictures.push(MethodPicture {
-                    measurement: outcome.measurements.len(),
-                    airlight,
-                });
-            }
-            outcome.measurements.push(run.measurement);
-            seconds.push(vec![run.time]);
+        Ok(())
+    }
+}
+
+/// For each method the index of the run whose quality is nearest to the one that is
+/// pictured.
+fn pictured(runs: &[Run]) -> Vec<usize> {
+    let mut nearest: Vec<usize> = Vec::new();
+    let distance = |index: usize| {
+        let Candidate { entry, quality, .. } = &runs[index].candidate;
+        quality.abs_diff(entry.about().pictured)
+    };
+    for index in 0..runs.len() {
+        let same = |other: &&mut usize| runs[**other].candidate.method == runs[index].candidate.method;
+        match nearest.iter_mut().find(same) {
+            Some(other) if distance(index) < distance(*other) => *other = index,
+            Some(_) => {}
+            None => nearest.push(index),
         }
-        repeat(&stage, budget, &mut outcome.measurements, &mut seconds)?;
-        Ok(outcome)
     }
+    nearest
 }
 
-/// The first run of a candidate.
-struct Run {
-    time: f64,
-    measurement: Measurement,
-    picture: Option<Picture>,
+/// Waits no longer than so many seconds, going by what the first lights took.
+struct Patience {
+    start: Instant,
+    seconds: f64,
+    bar: ProgressBar,
 }
 
-/// True if the shadow maps of all emitters will be done in their share of the
-/// time, going by the first few.
-fn affordable_maps<B: Renderer>(backend: &B, job: Job<'_>) -> Result<bool, Failure> {
-    if job.emitters.len() <= PROBE_MAPS {
-        return Ok(true);
-    }
-    let casters = Casters::upload(backend, job.geometry)?;
-    let clock = Instant::now();
-    shadow_maps(
-        backend,
-        &casters,
-        &job.emitters[..PROBE_MAPS],
-        job.map,
-        || (),
-    )?;
-    backend.wait()?;
-    let each = clock.elapsed().as_secs_f64() / PROBE_MAPS as f64;
-    Ok(each * job.emitters.len() as f64 <= MAPS_SHARE * job.budget.left())
-}
-
-/// Measures everything again and again until the time is up.
-fn repeat<B: Renderer>(
-    stage: &Stage<'_, B>,
-    budget: Budget,
-    measurements: &mut [Measurement],
-    seconds: &mut [Vec<f64>],
-) -> Result<(), Failure> {
-    let bar = progress::bar("repeating", MAX_REPETITIONS as u64 - 1);
-    for _ in 1..MAX_REPETITIONS {
-        for (measurement, seconds) in measurements.iter().zip(seconds.iter_mut()) {
-            if seconds[0] < budget.left() {
-                let candidate = Candidate {
-                    method: measurement.method,
-                    quality: measurement.quality,
-                };
-                seconds.push(timed(stage, &candidate)?.0);
-            }
+impl Patience {
+    fn new(seconds: f64) -> Self {
+        Self {
+            start: Instant::now(),
+            seconds,
+            bar: progress::bar("preparing", 0),
         }
-        bar.inc(1);
     }
-    for (measurement, seconds) in measurements.iter_mut().zip(seconds) {
-        measurement.frame = Times::of(seconds);
-    }
-    bar.finish_and_clear();
-    Ok(())
 }
 
-/// The quality of `method` whose picture is shown, of those that are measured.
-fn pictured(method: &Method, candidates: &[Candidate]) -> u32 {
-    let own = candidates
-        .iter()
-        .filter(|c| std::ptr::eq(c.method, method))
-        .map(|c| c.quality);
-    own.min_by_key(|quality| quality.abs_diff(method.pictured))
-        .unwrap_or(method.pictured)
+impl Watch for Patience {
+    fn goes_on(&self, done: usize, total: usize) -> bool {
+        self.bar.set_length(total as u64);
+        self.bar.set_position(done as u64);
+        let so_far = self.start.elapsed().as_secs_f64();
+        done == 0 || so_far / done as f64 * total as f64 <= self.seconds
+    }
 }
 
-type Radiance<B> = BufferOf<B, [f32; 4]>;
-
-fn timed<B: Renderer>(
-    stage: &Stage<'_, B>,
-    candidate: &Candidate,
-) -> Result<(f64, Radiance<B>), Failure> {
-    let clock = Instant::now();
-    let radiance = stage.airlight(candidate.setting())?;
-    Ok((clock.elapsed().as_secs_f64(), radiance))
+impl Drop for Patience {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }

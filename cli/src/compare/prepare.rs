@@ -2,129 +2,97 @@
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
+use lighting::methods::Registry;
 use lighting::plan::Plan;
 use lighting::scene::view::View;
-use lighting::scene::{Camera, Emission, Medium, PhaseFunction};
-use lighting::voxels::Eye;
+use lighting::scene::Camera;
 
 use super::backends::Backends;
+use super::measure::Job;
 use super::results::LeftOut;
-use super::selection::{Candidate, Evaluated, Selection, select};
-use super::voxels;
+use super::selection::{Candidate, Selection, select};
+use super::size::fitted;
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::format::count;
 use crate::input::{Input, describe_medium};
-use crate::methods::Method;
+use crate::maps;
 use crate::parse::Size;
 
 /// The scene and what is to be done with it.
 pub(crate) struct Prepared {
     pub(crate) input: Input,
     pub(crate) camera: Camera,
-    pub(crate) frame: Frame,
+    /// The size that was asked for, and the one that is compared.
+    pub(crate) asked: Size,
+    pub(crate) size: Size,
+    pub(crate) view: View,
+    pub(crate) plan: Plan,
+    /// The emitters that the plan keeps.
+    pub(crate) emitters: Vec<Emitter>,
+    /// Texels per side of shadow maps.
+    pub(crate) map: u32,
     pub(crate) selection: Selection,
     pub(crate) backends: Backends,
 }
 
-/// A picture of the scene and the passes it needs.
-pub(crate) struct Frame {
-    pub(crate) size: Size,
-    pub(crate) view: View,
-    pub(crate) plan: Plan,
-}
-
-impl Frame {
-    fn new(input: &Input, camera: &Camera, size: Size) -> Result<Self, Failure> {
-        let Size { width, height } = size;
-        let view = View::new(&Cpu::new(), camera, &input.tracer, width, height)?;
-        let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
-        Ok(Self { size, view, plan })
-    }
-
-    /// Becomes a smaller picture. The plan stays as it is, unless the new rays
-    /// need an emitter that was dropped, which happens where one of them
-    /// grazes its cone: true then.
-    pub(crate) fn shrink(
-        &mut self,
-        input: &Input,
-        camera: &Camera,
-        size: Size,
-    ) -> Result<bool, Failure> {
-        let Self { view, plan, .. } = Self::new(input, camera, size)?;
-        self.size = size;
-        self.view = view;
-        let mut needed = plan.emitters().iter();
-        let grown = needed.any(|index| !self.plan.emitters().contains(index));
-        if grown {
-            self.plan = plan;
-        }
-        Ok(grown)
-    }
-}
-
 impl Prepared {
-    pub(crate) fn new(args: &Compare) -> Result<Self, Failure> {
-        let input = Input::load(&args.scene, &args.options)?;
+    pub(crate) fn new(methods: &Registry, args: &Compare, seconds: f64) -> Result<Self, Failure> {
+        let mut input = Input::load(&args.scene, &args.options)?;
         let (width, height) = if args.quick { (160, 90) } else { (480, 270) };
-        let size = args.size.unwrap_or(Size { width, height });
+        let asked = args.size.unwrap_or(Size { width, height });
         let camera = input.camera()?;
-        let frame = Frame::new(&input, &camera, size)?;
-        let is_even = |emitter: &Emitter| matches!(emitter, Emitter::Point(p) if *p.emission() == Emission::Isotropic);
-        let kept = || frame.plan.emitters().iter().map(|i| &input.emitters[*i]);
-        let phase = input.scene.medium.map(|medium| medium.phase());
-        let evaluated = Evaluated {
-            has_even_points: kept().any(is_even),
-            is_isotropic: phase == Some(PhaseFunction::Isotropic),
-            is_translucent: !input.scene.translucent.is_empty(),
-        };
-        let mut selection = select(args, &frame.plan, evaluated);
+        let triangles = input.geometry.triangles().len();
+        let size = fitted(asked, input.emitters.len(), triangles, seconds);
+        let view = View::new(&Cpu::new(), &camera, &input.tracer, size.width, size.height)?;
+        let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
+        let kept = plan.emitters().iter();
+        let emitters: Vec<Emitter> = kept.map(|i| input.emitters[*i].clone()).collect();
+        let asked_map = args
+            .options
+            .map
+            .unwrap_or(if args.quick { 512 } else { 1024 });
+        let map = maps::affordable(asked_map, &input.geometry, &emitters, &mut input.notes);
         let backends = Backends::find(args)?;
+        let mut prepared = Self {
+            input,
+            camera,
+            asked,
+            size,
+            view,
+            plan,
+            emitters,
+            map,
+            selection: Selection::default(),
+            backends,
+        };
+        let mut selection = {
+            let job = prepared.job(args.quick);
+            let inputs = job.as_ref().map(|job| job.inputs(&()));
+            select(methods, args, &prepared.plan, inputs.as_ref())
+        };
+        let backends = &prepared.backends;
         selection.left_out.extend(backends.left_out.clone());
         selection
             .left_out
             .extend(backends.gaps(&selection.candidates));
-        Ok(Self {
-            input,
-            camera,
-            frame,
-            selection,
-            backends,
-        })
+        prepared.selection = selection;
+        Ok(prepared)
     }
 
-    /// The emitters that the plan keeps.
-    pub(crate) fn emitters(&self) -> Vec<Emitter> {
-        let kept = self.frame.plan.emitters().iter();
-        kept.map(|index| self.input.emitters[*index].clone())
-            .collect()
-    }
-
-    /// The first light that is seen, for voxels by themselves; why there is
-    /// none otherwise.
-    pub(crate) fn voxel_scene<'a>(
-        &'a self,
-        medium: &'a Medium,
-        map: u32,
-    ) -> Result<voxels::Scene<'a>, String> {
-        let (input, Frame { size, view, plan }) = (&self.input, &self.frame);
-        if !input.scene.translucent.is_empty() {
-            return Err("they do not see hair and smoke".into());
-        }
-        let size = [size.width, size.height];
-        let eye = Eye::of_camera(&self.camera, size, view.rays(), medium);
-        let mut kept = plan.emitters().iter().map(|index| &input.emitters[*index]);
-        let emitter = kept
-            .next()
-            .ok_or("no light that voxels could be made for")?;
-        Ok(voxels::Scene {
-            geometry: &input.geometry,
-            tracer: &input.tracer,
+    /// What is measured; nothing if there is no airlight.
+    pub(crate) fn job(&self, quick: bool) -> Option<Job<'_>> {
+        let medium = self.input.scene.medium.as_ref()?;
+        let is_translucent = !self.input.scene.translucent.is_empty();
+        (!self.emitters.is_empty()).then_some(Job {
+            input: &self.input,
+            camera: &self.camera,
+            view: &self.view,
+            size: self.size,
             medium,
-            emitter,
-            eye,
-            rays: view.rays(),
-            map,
+            emitters: &self.emitters,
+            map: self.map,
+            parts: is_translucent.then_some(if quick { 48 } else { 128 }),
         })
     }
 
@@ -139,7 +107,7 @@ impl Prepared {
             count(input.geometry.triangles().len(), "triangle"),
             describe_medium(input.scene.medium.as_ref())
         );
-        for note in &input.notes {
+        for note in self.notes() {
             text += &format!("note: {note}\n");
         }
         for line in self.passes() {
@@ -151,9 +119,21 @@ impl Prepared {
         text
     }
 
+    /// What was placed, assumed or reduced.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let mut notes = self.input.notes.clone();
+        if self.size != self.asked {
+            notes.push(format!(
+                "the picture is {} instead of {}, by the number of lights and triangles and the time there is (--time-budget)",
+                self.size, self.asked
+            ));
+        }
+        notes
+    }
+
     /// One line per pass that runs.
     pub(crate) fn passes(&self) -> Vec<String> {
-        let mut passes = vec![format!("view of {} rays", self.frame.size)];
+        let mut passes = vec![format!("view of {} rays", self.size)];
         if self.selection.candidates.is_empty() {
             return passes;
         }
@@ -163,26 +143,25 @@ impl Prepared {
             "reference: exact intervals, in short parts × their exact transmittance × quadrature"
                 .into()
         });
-        passes.extend(self.frame.plan.passes().iter().map(ToString::to_string));
-        let mut methods: Vec<(&Method, Vec<String>)> = Vec::new();
-        for Candidate { method, quality } in &self.selection.candidates {
+        passes.extend(self.plan.passes().iter().map(ToString::to_string));
+        let mut methods: Vec<(&Candidate, Vec<String>)> = Vec::new();
+        for candidate in &self.selection.candidates {
             match methods.last_mut() {
-                Some((last, qualities)) if std::ptr::eq(*last, *method) => {
-                    qualities.push(quality.to_string());
+                Some((last, qualities)) if last.method == candidate.method => {
+                    qualities.push(candidate.quality.to_string());
                 }
-                _ => {
-                    methods.push((method, vec![quality.to_string()]));
-                }
+                _ => methods.push((candidate, vec![candidate.quality.to_string()])),
             }
         }
-        for (method, qualities) in methods {
-            let backends = self.backends.running(method);
+        for (Candidate { entry, .. }, qualities) in methods {
+            let backends = self.backends.running(entry);
+            let about = entry.about();
             if !backends.is_empty() {
                 passes.push(format!(
                     "{} with {} {} on {}",
-                    method.title,
+                    about.title,
                     qualities.join(", "),
-                    method.quality_name(),
+                    about.quality,
                     backends.join(", ")
                 ));
             }

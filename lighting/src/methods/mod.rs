@@ -87,7 +87,7 @@ pub use evaluators::{EvaluatorAbout, Evaluators};
 pub use frame::{Frame, FrameInputs, Pass};
 pub use per_light::{Compared, LightSources, PerLight, SourceAbout, SourceOn, SourceQuality};
 #[cfg(feature = "shadow-dag")]
-pub use precomputed::FROM_FILE;
+pub use precomputed::{FROM_FILE, PRECOMPUTED};
 pub use registry::{Entry, MethodBackend, Registry, RunEverywhere};
 pub use shared::{OfLight, OfScene, share_tracer, tracer};
 pub use store::{Store, Used};

@@ -2,9 +2,9 @@
 
 use gpu_backend::Cpu;
 use scene::procedural::Embedded;
-use scene::trace::Tracer;
+use scene::trace::{Hit, Tracer};
 use scene::view::View;
-use scene::{Camera, Emitter, Geometry, Medium, Ray, Scene};
+use scene::{Camera, Emitter, Geometry, Medium, Ray, Scene, Translucent};
 
 use crate::oracle::airlight::reach;
 use crate::oracle::image::{Options, Reference, reference};
@@ -29,6 +29,10 @@ pub struct TestScene {
     pub size: [u32; 2],
     /// One per pixel.
     pub rays: Vec<Ray>,
+    /// What each ray ends on.
+    pub hits: Vec<Option<Hit>>,
+    /// Hair and smoke.
+    pub translucent: Vec<Translucent>,
 }
 
 impl TestScene {
@@ -60,6 +64,8 @@ impl TestScene {
             camera,
             size: [width, height],
             rays: view.rays().to_vec(),
+            hits: view.hits().to_vec(),
+            translucent: scene.translucent,
             geometry,
         }
     }
@@ -86,9 +92,11 @@ impl TestScene {
                 })
             })
         };
-        let rays: Vec<Ray> = test_scene.rays.iter().copied().filter(far_enough).collect();
+        let all = test_scene.rays.iter().zip(&test_scene.hits);
+        let (rays, hits): (Vec<Ray>, Vec<Option<Hit>>) =
+            all.filter(|(ray, _)| far_enough(ray)).unzip();
         if !rays.is_empty() {
-            test_scene.rays = rays;
+            (test_scene.rays, test_scene.hits) = (rays, hits);
         }
         test_scene
     }

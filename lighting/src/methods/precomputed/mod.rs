@@ -24,6 +24,9 @@ const VOXELS: SourceQuality = SourceQuality {
     usual: 2048,
 };
 
+/// The name of its visibility in pairs.
+pub const PRECOMPUTED: &str = "precomputed";
+
 /// The quality of shadows that the caller has put into the store, whatever their
 /// resolution: those of a file.
 pub const FROM_FILE: u32 = 0;
@@ -35,7 +38,7 @@ struct Baked;
 impl LightSources for Baked {
     fn about(&self) -> SourceAbout {
         SourceAbout {
-            name: "precomputed",
+            name: PRECOMPUTED,
             title: "precomputed voxelized shadows",
             quality: Some(VOXELS),
             // Where grids meet, a lit part goes on in the next one.

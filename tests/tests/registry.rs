@@ -1,0 +1,337 @@
+//! What every method of the registry must do, on every backend. A method that is
+//! added is tested here without a word.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
+use crepuscular_tests::frames::{image, inputs};
+use crepuscular_tests::suite::{self, Subject};
+use std::sync::Arc;
+
+use gpu_backend::gpu::{Context, Gpu, Queued};
+use gpu_backend::{Backend, BufferOf, Cpu, Download};
+use lighting::Emitter;
+use lighting::methods::{
+    About, Entry, Frame, FrameInputs, Method, MethodError, OfLight, Registry, Role, RunOn, Store,
+    Verdict,
+};
+use lighting::scene::procedural::Embedded;
+use lighting::shadow_map::{Casters, RenderShadowMap};
+use reference::metrics::image_error;
+use reference::scenes::TestScene;
+use reference::tolerances::Allowed;
+
+crepuscular_tests::on_every_backend!(
+    images_are_finite_and_added_to_what_is_there,
+    no_quality_panics,
+);
+crepuscular_tests::on_every_backend!(heavy:
+    the_best_quality_is_no_worse_than_the_worst_one,
+);
+
+/// Texels per side of shadow maps.
+const MAP: u32 = 128;
+
+/// The same light from everywhere: a method that only this test knows.
+#[derive(Debug)]
+struct Constant;
+
+impl Method for Constant {
+    fn about(&self) -> About {
+        About {
+            name: "constant".into(),
+            title: "constant light",
+            purpose: "an example",
+            paper: "none",
+            quality: "units",
+            qualities: &[1, 2],
+            quick: &[1],
+            pictured: 1,
+            usual: 1,
+            role: Role::Variant,
+            uses_shadow_map: false,
+        }
+    }
+
+    fn applies(&self, _: &FrameInputs<'_>) -> Verdict {
+        Verdict::Applies
+    }
+}
+
+impl<B: Backend> RunOn<B> for Constant {
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, B>,
+        quality: u32,
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), MethodError> {
+        let light = quality as f32;
+        let all = vec![[light, light, light, 0.0]; frame.inputs.rays.len()];
+        *radiance = frame.backend.upload(&all)?;
+        Ok(())
+    }
+}
+
+fn registry() -> Registry {
+    Registry::standard().with(Constant)
+}
+
+/// A sun, a spotlight with a cookie, a lamp, hair and smoke.
+const SCENES: [Embedded; 4] = [
+    Embedded::Fence,
+    Embedded::TexturedSpot,
+    Embedded::Coil,
+    Embedded::Translucent,
+];
+
+/// Calls `test` for each method that applies to each scene.
+fn for_each([width, height]: [u32; 2], mut test: impl FnMut(&TestScene, FrameInputs<'_>, &Entry)) {
+    let registry = registry();
+    for embedded in SCENES {
+        let scene = TestScene::new(embedded, width, height);
+        let host = Store::new();
+        let inputs = inputs(&scene, MAP, &host);
+        for entry in registry.compared() {
+            if entry.method().applies(&inputs) == Verdict::Applies {
+                test(&scene, inputs, entry);
+            }
+        }
+    }
+}
+
+fn images_are_finite_and_added_to_what_is_there<B: Subject>(backend: &B) {
+    for_each([16, 9], |scene, inputs, entry| {
+        let Some(method) = entry.on::<B>() else {
+            return;
+        };
+        let about = entry.about();
+        if about.name == "constant" {
+            return;
+        }
+        let quality = about.quick[0];
+        let store = Store::new();
+        let frame = Frame::new(backend, inputs, &store).unwrap();
+        let before = vec![[1.0, 2.0, 3.0, 4.0]; scene.rays.len()];
+        let mut radiance = backend.upload(&before).unwrap();
+        method.prepare(&frame, quality).unwrap();
+        method.add_radiance(&frame, quality, &mut radiance).unwrap();
+        let after = backend.download(&radiance).unwrap();
+        for pixel in after {
+            let [r, g, b, a] = pixel;
+            let name = &about.name;
+            assert!(pixel.iter().all(|c| c.is_finite()), "{name}: {pixel:?}");
+            assert!(r >= 1.0 && g >= 2.0 && b >= 3.0, "{name}: {pixel:?}");
+            assert_eq!(a, 4.0, "{name}");
+        }
+    });
+}
+
+/// Every number is a quality or an error that says what is expected.
+fn no_quality_panics<B: Subject>(backend: &B) {
+    let registry = Registry::standard();
+    let scene = TestScene::new(Embedded::Coil, 2, 2);
+    let host = Store::new();
+    let inputs = inputs(&scene, 16, &host);
+    for entry in registry.all() {
+        for quality in [0, 1, 3, 7, 100_000] {
+            match image(backend, inputs, entry, quality) {
+                Ok(_) => {}
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        }
+    }
+}
+
+fn the_best_quality_is_no_worse_than_the_worst_one<B: Subject>(backend: &B) {
+    let registry = registry();
+    for embedded in [Embedded::Fence, Embedded::Coil] {
+        let scene = TestScene::new(embedded, 24, 14);
+        let truth = scene.truth();
+        let host = Store::new();
+        let inputs = inputs(&scene, 512, &host);
+        for entry in registry.compared() {
+            let about = entry.about();
+            let (qualities, _) = entry.method().distinct(&inputs, about.quick);
+            let is_left_out = entry.method().applies(&inputs) != Verdict::Applies;
+            if is_left_out || about.name == "constant" || qualities.len() < 2 {
+                continue;
+            }
+            let ends = [qualities[0], qualities[qualities.len() - 1]];
+            let errors = ends.map(|quality| {
+                let image = image(backend, inputs, entry, quality).unwrap();
+                image.map(|image| image_error(&image, &truth).rmse)
+            });
+            let [Some(worst), Some(best)] = errors else {
+                continue;
+            };
+            println!("{} {}: {worst:.5} {best:.5}", scene.name, about.name);
+            // Errors at a floor scatter by as much; see `Allowed::Order`.
+            assert!(best <= 1.1 * worst, "{}: {worst} {best}", about.name);
+        }
+    }
+}
+
+#[test]
+fn names_are_distinct_and_qualities_rise() {
+    let registry = registry();
+    for (index, entry) in registry.all().iter().enumerate() {
+        let about = entry.about();
+        let before = || registry.all()[..index].iter().map(Entry::about);
+        assert!(before().all(|other| other.name != about.name), "{about:?}");
+        assert!(about.qualities.is_sorted());
+        if about.qualities.is_empty() {
+            continue;
+        }
+        let others = || before().filter(|other| !other.qualities.is_empty());
+        assert!(
+            others().all(|other| other.title != about.title),
+            "{about:?}"
+        );
+        for quality in about.quick.iter().chain([&about.pictured]) {
+            assert!(about.qualities.contains(quality), "{about:?}");
+        }
+        assert!(!about.purpose.is_empty() && !about.paper.is_empty());
+        assert_eq!(registry.find(&about.name).unwrap().about().name, about.name);
+    }
+}
+
+#[test]
+fn methods_are_found_by_any_of_their_names() {
+    let registry = registry();
+    let found = |filter: &str| registry.compared().filter(|e| e.matches(filter)).count();
+    assert_eq!(found("march x midpoint"), 1);
+    assert_eq!(found("march × midpoint"), 1);
+    assert_eq!(found("exact"), 5);
+    assert_eq!(found("Equi-Angular visibility"), 2);
+    assert_eq!(found("constant"), 1);
+    assert_eq!((found("no such thing"), found("")), (0, 0));
+    assert!(registry.find("ray marching").is_some());
+    assert!(
+        registry.find("equi-angular").is_none(),
+        "several are called so"
+    );
+    assert!(registry.pair("march", "table", None).is_some());
+    let own = registry.pair("march", "gauss", Some(3)).unwrap();
+    assert_eq!(own.about().name, "march x gauss-3");
+    assert!(registry.pair("march", "no such thing", None).is_none());
+}
+
+/// Threads change nothing, and neither does which methods ran before.
+#[test]
+fn images_do_not_depend_on_threads_or_on_what_is_in_the_store() {
+    let (one, three) = (Cpu::single_threaded(), Cpu::with_threads(3).unwrap());
+    for_each([16, 9], |_, inputs, entry| {
+        let quality = entry.about().quick[0];
+        let expected = image(&one, inputs, entry, quality).unwrap().unwrap();
+        let actual = image(&three, inputs, entry, quality).unwrap().unwrap();
+        assert_eq!(expected, actual, "{}", entry.about().name);
+        // The same frame twice, from what the first has left in the store.
+        let fresh = Store::new();
+        for store in [&fresh, &fresh] {
+            let frame = Frame::new(&one, inputs, store).unwrap();
+            let mut radiance = vec![[0.0; 4]; inputs.rays.len()];
+            let method = entry.on::<Cpu>().unwrap();
+            method.add_radiance(&frame, quality, &mut radiance).unwrap();
+            assert_eq!(radiance, expected, "{}", entry.about().name);
+        }
+    });
+}
+
+/// The relative error that the GPU may have along a ray past the lights of a scene.
+fn allowed(scene: &TestScene, ray: usize) -> f64 {
+    let ray = &scene.rays[ray];
+    let of_light = |emitter: &Emitter| {
+        let Emitter::Point(point) = emitter else {
+            return Allowed::GpuRadiance.error();
+        };
+        let to_light = (point.position() - ray.origin()).as_dvec3();
+        let h = to_light.cross(ray.direction().as_dvec3()).length();
+        // Images put a light no closer to a ray than this.
+        let ratio = (to_light.length() / h).min(1e4);
+        Allowed::GpuRadiance.error() + ratio * Allowed::GpuRadianceNearTheAxis.error()
+    };
+    scene.emitters.iter().map(of_light).fold(0.0, f64::max)
+}
+
+/// Puts the shadow maps of the CPU into the store of a frame on the GPU.
+fn share_maps(cpu: &Cpu, frame: &Frame<'_, Gpu<Queued>>) {
+    let inputs = frame.inputs;
+    let casters = Casters::upload(cpu, inputs.geometry).unwrap();
+    for (light, emitter) in inputs.emitters.iter().enumerate() {
+        let map = cpu.shadow_map(&casters, emitter, inputs.map).unwrap();
+        let map = map.upload(frame.backend).unwrap();
+        let resolution = inputs.map;
+        let key = OfLight { light, resolution };
+        frame.store.insert("shadow map", key, Arc::new(map), 0);
+    }
+}
+
+/// Through the same shadow maps, which rasterisers render differently at edges.
+/// Errors are relative to the light without shadows.
+#[test]
+fn both_backends_agree_on_every_method_but_for_rays_at_an_edge() {
+    let Some(gpu) = suite::gpu() else { return };
+    let cpu = Cpu::new();
+    let unshadowed = Registry::standard().pair("none", "gauss", None).unwrap();
+    for_each([48, 27], |scene, inputs, entry| {
+        let about = entry.about();
+        let quality = about.quick[0];
+        let Some(method) = entry.on::<Gpu<Queued>>() else {
+            return;
+        };
+        let store = Store::new();
+        let frame = Frame::new(&gpu, inputs, &store).unwrap();
+        if about.uses_shadow_map {
+            share_maps(&cpu, &frame);
+        }
+        let mut radiance = gpu.zeros::<[f32; 4]>(scene.rays.len()).unwrap();
+        method.add_radiance(&frame, quality, &mut radiance).unwrap();
+        let actual = gpu.download(&radiance).unwrap();
+        let expected = image(&cpu, inputs, entry, quality).unwrap().unwrap();
+        let scale = image(&cpu, inputs, &unshadowed, 8).unwrap().unwrap();
+        let differs = |i: &usize| {
+            (0..3).any(|c| {
+                let (e, g) = (f64::from(expected[*i][c]), f64::from(actual[*i][c]));
+                let scale = f64::from(scale[*i][c].max(f32::MIN_POSITIVE)).max(e);
+                (e - g).abs() > scale * allowed(scene, *i)
+            })
+        };
+        let different = (0..expected.len()).filter(differs).count();
+        let share = different as f64 / expected.len() as f64;
+        println!("{} {}: {different} rays differ", scene.name, about.name);
+        assert!(
+            share <= Allowed::GpuRays.error() * scene.emitters.len() as f64,
+            "{} {}: {different} of {} rays differ",
+            scene.name,
+            about.name,
+            expected.len()
+        );
+    });
+}
+
+#[test]
+fn every_method_records_into_an_encoder_of_the_users() {
+    let Some(queued) = suite::gpu() else { return };
+    let context: &Context = queued.context();
+    for_each([16, 9], |_, inputs, entry| {
+        let about = entry.about();
+        let quality = about.quick[0];
+        let Some(expected) = image(&queued, inputs, entry, quality).unwrap() else {
+            return;
+        };
+        let device = context.device();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let store = Store::new();
+        let radiance = {
+            let recording = Gpu::record(context, &mut encoder);
+            let frame = Frame::new(&recording, inputs, &store).unwrap();
+            let mut radiance = recording.zeros::<[f32; 4]>(inputs.rays.len()).unwrap();
+            let method = entry.on::<Gpu<gpu_backend::gpu::Recording<'_>>>().unwrap();
+            method.prepare(&frame, quality).unwrap();
+            method.add_radiance(&frame, quality, &mut radiance).unwrap();
+            radiance
+        };
+        context.queue().submit([encoder.finish()]);
+        let actual = queued.download(&radiance).unwrap();
+        assert_eq!(actual, expected, "{}", about.name);
+    });
+}
