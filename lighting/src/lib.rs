@@ -5,7 +5,7 @@
 //! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields
 //!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]),
 //!    sampled from a shadow map (`visibility::March`), read from a
-//!    voxelized shadow volume (`voxels::VoxelShadow`) or walked through baked
+//!    voxelized shadow volume (`voxelized::VoxelShadow`) or walked through baked
 //!    shadows (`precomputed::BakedShadow`); [`visibility::Both`] joins two.
 //! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
 //!    integrates the scattered light over intervals
@@ -45,9 +45,9 @@
 //! | [`visibility`] | `shadow-map`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
-//! | `methods` | `methods` | every way of making an image of airlight, and the list of them |
+//! | [`methods`] | `methods` for the list | every way of making an image of airlight, a folder each, and the list of them |
 //! | `shadow_map` | `shadow-map` | orthographic, spot and cube maps |
-//! | `voxels` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
+//! | `voxelized` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
@@ -65,26 +65,25 @@ pub mod airlight;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
-#[cfg(feature = "methods")]
 pub mod methods;
 mod path;
 pub mod plan;
-#[cfg(feature = "shadow-dag")]
-pub mod precomputed;
 #[cfg(feature = "shadow-map")]
 pub mod shadow_map;
 #[cfg(feature = "trace")]
 pub mod surface;
-#[cfg(feature = "translucent")]
-pub mod translucent;
 pub mod visibility;
-#[cfg(feature = "voxel-shadow")]
-pub mod voxels;
 
 pub use scene;
 
 pub use airlight::AirlightEvaluator;
 pub use gather::{Gather, LitRays, Touching, Watch};
+#[cfg(feature = "shadow-dag")]
+pub use methods::precomputed;
+#[cfg(feature = "translucent")]
+pub use methods::translucent;
+#[cfg(feature = "voxel-shadow")]
+pub use methods::voxelized;
 pub use path::LightPath;
 pub use scene::{Emitter, Interval, Ray};
 pub use visibility::{LitInterval, VisibilitySource};

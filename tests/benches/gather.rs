@@ -12,7 +12,7 @@ use lighting::airlight::{EquiAngular, Midpoint};
 use lighting::scene::procedural::Embedded;
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::visibility::{Exact, March, Spacing};
-use lighting::voxels::{Detail, Resolution, VoxelVolume};
+use lighting::voxelized::{Detail, Resolution, VoxelVolume};
 use reference::scenes::TestScene;
 
 /// A sun, a spotlight and a point light.

@@ -1,7 +1,7 @@
 //! What methods take, made from a [`TestScene`].
 
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
-use lighting::voxels::Eye;
+use lighting::voxelized::Eye;
 use reference::scenes::TestScene;
 
 /// The shadow maps of all lights.

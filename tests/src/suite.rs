@@ -8,7 +8,7 @@ use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use lighting::methods::MethodBackend;
 use lighting::shadow_map::{RenderShadowMap, ShadowMap};
 use lighting::visibility::{March, Unshadowed};
-use lighting::voxels::{BuildVoxels, VoxelShadow, VoxelVolume};
+use lighting::voxelized::{BuildVoxels, VoxelShadow, VoxelVolume};
 
 /// What a backend must be able to do to be tested: every step there is but
 /// exact visibility, which is traced on the CPU.

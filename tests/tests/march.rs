@@ -192,5 +192,7 @@ fn unshadowed_lamp_in_view() -> TestScene {
         camera: Camera::look_at(Vec3::ZERO, lamp, 1.0).unwrap(),
         size: [20, 20],
         rays: rays.collect(),
+        hits: vec![None; 400],
+        translucent: Vec::new(),
     }
 }

@@ -9,7 +9,7 @@ use lighting::airlight::{EquiAngular, Quadrature};
 use lighting::scene::Emission;
 use lighting::scene::procedural::Embedded;
 use lighting::shadow_map::{Casters, ShadowMap};
-use lighting::voxels::{Detail, Resolution, VoxelVolume};
+use lighting::voxelized::{Detail, Resolution, VoxelVolume};
 use lighting::{Emitter, LitRays, Ray};
 use reference::metrics::{image_error, order};
 use reference::scenes::TestScene;

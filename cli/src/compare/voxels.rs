@@ -11,7 +11,7 @@ use lighting::airlight::EquiAngular;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{Geometry, Medium};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
-use lighting::voxels::{Detail, Eye, Resolution, Sampling, VoxelVolume};
+use lighting::voxelized::{Detail, Eye, Resolution, Sampling, VoxelVolume};
 use lighting::{Emitter, Gather, Ray};
 use reference::metrics::image_error;
 use reference::oracle::image::{Options, Reference, reference};

@@ -41,9 +41,9 @@ fn light_both_next_lit(cursor: ptr<function, light_both_Cursor>, path: light_Pat
             (*cursor).b = light_both_next_second(&second, path);
             (*cursor).second = second;
         }
-        let common = light_Lit(max(a.start, b.start), min(a.end, b.end), a.visibility * b.visibility);
-        if common.start < common.end && !light_is_dark(common) {
-            return common;
+        let overlap = light_Lit(max(a.start, b.start), min(a.end, b.end), a.visibility * b.visibility);
+        if overlap.start < overlap.end && !light_is_dark(overlap) {
+            return overlap;
         }
     }
 }

@@ -41,18 +41,16 @@
 //! nodes stay below that.
 
 mod airlight;
-#[cfg(feature = "shadow-dag")]
-mod baked;
+mod both;
 mod gather;
-mod scene;
+#[cfg(feature = "shadow-map")]
+mod map;
+pub(crate) mod scene;
 #[cfg(feature = "shadow-map")]
 mod shadow_map;
 mod slots;
 #[cfg(test)]
 pub(crate) mod tests;
-mod visibility;
-#[cfg(feature = "voxel-shadow")]
-mod voxels;
 
 pub use slots::{AirlightSlot, PointSlot, VisibilitySlot};
 
@@ -72,6 +70,3 @@ pub const FACE: &str = include_str!("face.wgsl");
 pub const PLACE: &str = include_str!("place.wgsl");
 /// Lookup in a shadow map.
 pub const MAP: &str = include_str!("map.wgsl");
-/// Lookup in a map of transmittance.
-#[cfg(feature = "translucent")]
-pub const TRANSMITTANCE_MAP: &str = include_str!("transmittance_map.wgsl");

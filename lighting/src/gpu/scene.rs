@@ -129,7 +129,7 @@ impl MediumRecord {
 }
 
 #[cfg(feature = "shadow-map")]
-pub(super) use map::{FaceRecord, PicturesRecord};
+pub(crate) use map::{FaceRecord, PicturesRecord};
 
 #[cfg(feature = "shadow-map")]
 mod map {
@@ -141,19 +141,19 @@ mod map {
     /// `light_Face` of `map.wgsl`.
     #[repr(C)]
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-    pub(in crate::gpu) struct FaceRecord {
-        pub(in crate::gpu) origin: Vec3,
-        pub(in crate::gpu) tan: f32,
-        pub(in crate::gpu) right: Vec3,
-        pub(in crate::gpu) half_width: f32,
-        pub(in crate::gpu) up: Vec3,
-        pub(in crate::gpu) half_height: f32,
-        pub(in crate::gpu) forward: Vec3,
-        pub(in crate::gpu) padding: f32,
+    pub(crate) struct FaceRecord {
+        pub(crate) origin: Vec3,
+        pub(crate) tan: f32,
+        pub(crate) right: Vec3,
+        pub(crate) half_width: f32,
+        pub(crate) up: Vec3,
+        pub(crate) half_height: f32,
+        pub(crate) forward: Vec3,
+        pub(crate) padding: f32,
     }
 
     impl FaceRecord {
-        pub(in crate::gpu) fn new(face: &Face) -> Self {
+        pub(crate) fn new(face: &Face) -> Self {
             let (tan, half_width, half_height) = match face.rays {
                 Rays::Parallel {
                     half_width,
@@ -177,16 +177,16 @@ mod map {
     /// `light_Pictures` of `place.wgsl`.
     #[repr(C)]
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-    pub(in crate::gpu) struct PicturesRecord {
-        pub(in crate::gpu) faces: [FaceRecord; 6],
-        pub(in crate::gpu) face_count: u32,
-        pub(in crate::gpu) resolution: u32,
-        pub(in crate::gpu) padding_a: u32,
-        pub(in crate::gpu) padding_b: u32,
+    pub(crate) struct PicturesRecord {
+        pub(crate) faces: [FaceRecord; 6],
+        pub(crate) face_count: u32,
+        pub(crate) resolution: u32,
+        pub(crate) padding_a: u32,
+        pub(crate) padding_b: u32,
     }
 
     impl PicturesRecord {
-        pub(in crate::gpu) fn new(all: &[Face], resolution: u32) -> Self {
+        pub(crate) fn new(all: &[Face], resolution: u32) -> Self {
             let mut faces = [FaceRecord::zeroed(); 6];
             for (record, face) in faces.iter_mut().zip(all) {
                 *record = FaceRecord::new(face);

@@ -66,225 +66,56 @@
 //! let methods = Registry::standard().with(Constant);
 //! assert!(methods.find("constant").is_some());
 //! ```
+//!
+//! # Files
+//!
+//! A method is a folder: what it computes on the CPU (`mod.rs`), its shaders
+//! (`gpu.rs` and WGSL), and how it enters the list of methods (`method.rs`, with the
+//! feature `methods`). The folders alone are of use without the list: their sources
+//! and maps go into [`Gather`](crate::Gather) directly.
 
-mod evaluators;
-mod exact;
-mod frame;
-mod march;
-mod per_light;
+#[cfg(feature = "trace")]
+pub mod exact;
+#[cfg(feature = "shadow-map")]
+pub mod march;
 #[cfg(feature = "shadow-dag")]
-mod precomputed;
-mod registry;
-mod shared;
-mod store;
+pub mod precomputed;
 #[cfg(feature = "translucent")]
-mod translucent;
-mod unshadowed;
+pub mod translucent;
+pub mod unshadowed;
 #[cfg(feature = "voxel-shadow")]
-mod voxelized;
+pub mod voxelized;
 
+#[cfg(feature = "methods")]
+mod contract;
+#[cfg(feature = "methods")]
+mod evaluators;
+#[cfg(feature = "methods")]
+mod frame;
+#[cfg(feature = "methods")]
+mod per_light;
+#[cfg(feature = "methods")]
+mod registry;
+#[cfg(feature = "methods")]
+mod shared;
+#[cfg(feature = "methods")]
+mod store;
+
+#[cfg(feature = "methods")]
+pub use contract::{About, Method, MethodError, Role, RunOn, Verdict, Work};
+#[cfg(feature = "methods")]
 pub use evaluators::{EvaluatorAbout, Evaluators};
+#[cfg(feature = "methods")]
 pub use frame::{Frame, FrameInputs, Pass};
+#[cfg(feature = "methods")]
 pub use per_light::{Compared, LightSources, PerLight, SourceAbout, SourceOn, SourceQuality};
-#[cfg(feature = "shadow-dag")]
+#[cfg(all(feature = "methods", feature = "shadow-dag"))]
 pub use precomputed::{FROM_FILE, PRECOMPUTED};
+#[cfg(feature = "methods")]
 pub use registry::{Entry, MethodBackend, Registry, RunEverywhere};
+#[cfg(feature = "methods")]
 pub use shared::{OfLight, OfScene, share_tracer, tracer};
+#[cfg(feature = "methods")]
 pub use store::{Store, Used};
-#[cfg(feature = "translucent")]
+#[cfg(all(feature = "methods", feature = "translucent"))]
 pub use translucent::curve_resolution;
-
-use std::borrow::Cow;
-use std::fmt::Debug;
-
-use gpu_backend::{Backend, BufferOf};
-
-/// What a method says of itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct About {
-    /// How it is asked for: `march x midpoint`. No two methods share a name.
-    pub name: Cow<'static, str>,
-    /// What it is, in a few words.
-    pub title: &'static str,
-    /// What it is for.
-    pub purpose: &'static str,
-    /// Who described it.
-    pub paper: &'static str,
-    /// What its quality is a number of: `steps`.
-    pub quality: &'static str,
-    /// The qualities worth comparing, in rising order; none if only those who ask
-    /// for it by name want it.
-    pub qualities: &'static [u32],
-    /// Those of a quick comparison.
-    pub quick: &'static [u32],
-    /// The quality whose picture a comparison shows.
-    pub pictured: u32,
-    /// The quality of a picture for which no other is asked.
-    pub usual: u32,
-    /// What it is to a comparison.
-    pub role: Role,
-    /// Whether it looks into shadow maps, whose resolution limits it.
-    pub uses_shadow_map: bool,
-}
-
-/// What a method is to a comparison.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// It leaves the shadows out, which tells what they are worth.
-    Unshadowed,
-    /// What all others are compared with: plain ray marching.
-    Baseline,
-    /// The method of a paper.
-    Paper,
-    /// Another way to do it, the first to be dropped when time is short.
-    Variant,
-}
-
-/// Whether a method applies to a frame.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
-    /// It does.
-    Applies,
-    /// It runs, but a comparison need not show it; the reason.
-    Pointless(Cow<'static, str>),
-    /// It cannot run, or would not do what its name says; the reason.
-    Impossible(Cow<'static, str>),
-}
-
-impl Verdict {
-    /// The worse of two.
-    #[must_use]
-    pub fn and(self, other: impl FnOnce() -> Self) -> Self {
-        match self {
-            Self::Applies => other(),
-            Self::Impossible(_) => self,
-            Self::Pointless(_) => match other() {
-                worse @ Self::Impossible(_) => worse,
-                _ => self,
-            },
-        }
-    }
-
-    /// Why not, unless it applies.
-    pub fn reason(&self) -> Option<&str> {
-        match self {
-            Self::Applies => None,
-            Self::Pointless(reason) | Self::Impossible(reason) => Some(reason),
-        }
-    }
-}
-
-/// Counted work, which does not depend on the machine: what a method expects to do.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Work {
-    /// Texels, voxels and the like that are made before the first frame.
-    pub once: f64,
-    /// The same for each frame.
-    pub per_frame: f64,
-    /// Lookups and evaluations along each ray.
-    pub per_ray: f64,
-    /// Memory for what is kept, bytes.
-    pub bytes: u64,
-}
-
-/// A way of making an image of the light in the air.
-pub trait Method: Send + Sync + Debug {
-    /// What it is.
-    fn about(&self) -> About;
-
-    /// Whether it applies to a frame.
-    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict;
-
-    /// Those of `qualities`, in rising order, that differ on this frame; why the
-    /// others do not, if there are others.
-    fn distinct<'q>(
-        &self,
-        _inputs: &FrameInputs<'_>,
-        qualities: &'q [u32],
-    ) -> (&'q [u32], Option<&'static str>) {
-        (qualities, None)
-    }
-
-    /// What should be said of its picture of a frame: what it leaves out, or does in
-    /// another way than its name says.
-    fn notes(&self, _inputs: &FrameInputs<'_>) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// What it expects to do for a frame.
-    fn work(&self, _inputs: &FrameInputs<'_>, _quality: u32) -> Work {
-        Work::default()
-    }
-}
-
-/// A method on a backend.
-pub trait RunOn<B: Backend>: Send + Sync {
-    /// Puts into the store what is the same in every frame, as long as the scene
-    /// stays the same. Without it, the first frame does.
-    ///
-    /// # Errors
-    /// [`MethodError`], among others for a quality that is out of range.
-    fn prepare(&self, _frame: &Frame<'_, B>, _quality: u32) -> Result<(), MethodError> {
-        Ok(())
-    }
-
-    /// Adds the airlight of the ray `frame.inputs.rays[i]`, due to all lights, to
-    /// the first three components of `radiance[i]`.
-    ///
-    /// # Errors
-    /// [`MethodError`]; what has been added by then stays.
-    fn add_radiance(
-        &self,
-        frame: &Frame<'_, B>,
-        quality: u32,
-        radiance: &mut BufferOf<B, [f32; 4]>,
-    ) -> Result<(), MethodError>;
-}
-
-/// Why there is no image.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MethodError {
-    /// The backend failed.
-    #[error(transparent)]
-    Backend(#[from] gpu_backend::Error),
-    /// Something that the method needs cannot be made.
-    #[error("{what}: {source}")]
-    Resource {
-        /// What.
-        what: &'static str,
-        /// Why not.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
-    /// A quality that the method does not have.
-    #[error("{value} {unit} were asked for, expected {expected}")]
-    Quality {
-        /// What was asked for.
-        value: u32,
-        /// What it is a number of.
-        unit: &'static str,
-        /// What it may be.
-        expected: String,
-    },
-    /// The [`Watch`](crate::Watch) wanted no more.
-    #[error("stopped after {done} of {total} lights")]
-    Stopped {
-        /// Lights that are ready.
-        done: usize,
-        /// All lights.
-        total: usize,
-    },
-}
-
-impl MethodError {
-    /// The error of something that could not be made.
-    pub fn resource<E>(what: &'static str) -> impl FnOnce(E) -> Self
-    where
-        E: std::error::Error + Send + Sync + 'static,
-    {
-        move |source| Self::Resource {
-            what,
-            source: Box::new(source),
-        }
-    }
-}

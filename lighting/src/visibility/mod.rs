@@ -1,26 +1,21 @@
 //! Which parts of an eye ray see the light.
 
 mod both;
-#[cfg(feature = "trace")]
-mod exact;
-#[cfg(feature = "shadow-map")]
-mod march;
 mod point;
 mod share;
 
+#[cfg(feature = "trace")]
+pub use crate::methods::exact::Exact;
+#[cfg(feature = "shadow-map")]
+pub use crate::methods::march::{March, Spacing};
+pub use crate::methods::unshadowed::Unshadowed;
 pub use both::Both;
 #[cfg(feature = "shadow-dag")]
 pub(crate) use both::product;
-#[cfg(feature = "trace")]
-pub use exact::Exact;
-#[cfg(feature = "shadow-map")]
-pub use march::{March, Spacing};
 pub use point::{PointVisibility, SurfaceShadow};
 pub use share::{Behind, LitInterval, Share, join_touching};
 
 use std::sync::Arc;
-
-use glam::Vec3;
 
 use crate::LightPath;
 
@@ -50,24 +45,5 @@ impl<V: VisibilitySource + Send + ?Sized> VisibilitySource for Arc<V> {
 
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<V::Share>>) {
         (**self).lit_intervals(path, lit);
-    }
-}
-
-/// Nothing is in the way: all of the span is lit.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Unshadowed;
-
-impl VisibilitySource for Unshadowed {
-    type Share = f32;
-
-    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
-        let span = path.span();
-        lit.push(LitInterval::unshadowed(span.start, span.end));
-    }
-}
-
-impl SurfaceShadow for Unshadowed {
-    fn visibility(&self, _: Vec3, _: Vec3) -> f32 {
-        1.0
     }
 }

@@ -86,7 +86,7 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
     use gpu_backend::gpu::GpuMemory;
 
     use super::scene::{FaceRecord, PicturesRecord};
-    use super::visibility::MarchRecord;
+    use crate::methods::march::gpu::MarchRecord;
     use crate::shadow_map::ShadowMap;
     use crate::visibility::March;
 
@@ -148,9 +148,9 @@ fn voxels_compile_with_every_evaluator_and_are_seen_as_they_are() {
     use gpu_backend::shader::Assembly;
     use voxel_shadow::gpu::FirstBlockerSlot;
 
-    use super::voxels::VoxelRecord;
+    use crate::methods::voxelized::gpu::VoxelRecord;
     use crate::shadow_map::ShadowMap;
-    use crate::voxels::{VoxelShadow, VoxelVolume};
+    use crate::voxelized::{VoxelShadow, VoxelVolume};
 
     type Voxels = VoxelShadow<VoxelVolume<GpuMemory>, GpuMemory>;
     complete::<Voxels, EquiAngular>();
@@ -178,7 +178,7 @@ fn voxels_compile_with_every_evaluator_and_are_seen_as_they_are() {
 #[cfg(feature = "shadow-dag")]
 #[test]
 fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
-    use super::baked::{BakedRecord, GridRecord};
+    use crate::methods::precomputed::gpu::{BakedRecord, GridRecord};
 
     type Shadow = crate::precomputed::BakedShadow<gpu_backend::gpu::GpuMemory>;
 
@@ -202,7 +202,7 @@ fn two_sources_of_different_kinds_meet_in_one_shader() {
     use crate::shadow_map::ShadowMap;
     use crate::translucent::TransmittanceMap;
     use crate::visibility::{Both, March};
-    use crate::voxels::{VoxelShadow, VoxelVolume};
+    use crate::voxelized::{VoxelShadow, VoxelVolume};
 
     type Voxels = VoxelShadow<VoxelVolume<GpuMemory>, GpuMemory>;
     type Baked = crate::precomputed::BakedShadow<GpuMemory>;

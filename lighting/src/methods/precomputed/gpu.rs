@@ -1,38 +1,59 @@
-//! Baked shadows on GPUs.
+//! Precomputed voxelized shadows in shaders.
 
-use std::sync::Arc;
+use bytemuck::{Pod, Zeroable};
+use gpu_backend::gpu::{Argument, GpuMemory, InShader};
+use gpu_backend::shader::Part;
+use shadow_dag::gpu::{DagRecord, SpaceRecord};
 
-use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
+use super::BakedShadow;
+use crate::gpu::VisibilitySlot;
 
-use super::{Baked, baked};
-use crate::methods::{Frame, MethodError, OfLight, SourceOn};
-use crate::precomputed::BakedShadow;
+/// `light_BakedGrid` of `baked.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct GridRecord {
+    pub(crate) dag: DagRecord,
+    pub(crate) space: SpaceRecord,
+}
 
-impl<E: Encode> SourceOn<Gpu<E>> for Baked {
-    type Source = Arc<BakedShadow<GpuMemory>>;
+/// `light_Baked` of `baked.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct BakedRecord {
+    pub(crate) grids: [GridRecord; 6],
+    pub(crate) count: u32,
+    pub(crate) padding: [u32; 3],
+}
 
-    fn prepare(
-        &self,
-        frame: &Frame<'_, Gpu<E>>,
-        light: usize,
-        side: u32,
-    ) -> Result<(), MethodError> {
-        self.source(frame, light, side).map(|_| ())
+impl BakedRecord {
+    fn new(shadow: &BakedShadow<GpuMemory>) -> Self {
+        let mut record = Self::zeroed();
+        for (to, grid) in record.grids.iter_mut().zip(shadow.grids()) {
+            *to = GridRecord {
+                dag: DagRecord::new(grid),
+                space: SpaceRecord::of(grid),
+            };
+        }
+        record.count = shadow.grids().len() as u32;
+        record
+    }
+}
+
+impl InShader<VisibilitySlot> for BakedShadow<GpuMemory> {
+    fn part() -> Part {
+        Part::new("light_baked")
+            .sources(&[shadow_dag::gpu::POINT, shadow_dag::gpu::PACKED])
+            .sources(&[shadow_dag::gpu::SPACE, shadow_dag::gpu::RAY])
+            .source(include_str!("baked.wgsl"))
+            .uniform("light_baked", "light_Baked")
+            .read("light_baked_words", "array<u32>")
     }
 
-    fn source(
-        &self,
-        frame: &Frame<'_, Gpu<E>>,
-        light: usize,
-        side: u32,
-    ) -> Result<Arc<BakedShadow<GpuMemory>>, MethodError> {
-        let resolution = side;
-        let key = OfLight { light, resolution };
-        let bytes = |shadow: &BakedShadow<GpuMemory>| shadow.bytes() as u64;
-        frame.store.get("baked shadows", key, bytes, || {
-            baked(&frame.inputs, light, side)?
-                .upload(frame.backend)
-                .map_err(MethodError::resource("baked shadows"))
-        })
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        vec![
+            Argument::uniform(BakedRecord::new(self)),
+            // All grids are in one buffer.
+            Argument::read(self.grids()[0].words()),
+        ]
     }
 }

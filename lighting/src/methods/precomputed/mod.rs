@@ -1,132 +1,90 @@
-//! Precomputed voxelized shadows: baked once for static scenes, walked in large
-//! steps.
+//! Precomputed voxelized shadows of what does not move: in the air, and filtered
+//! on surfaces.
+//!
+//! Based on: Sintorn, Kämpe, Olsson and Assarsson, Compact Precomputed
+//! Voxelized Shadows, SIGGRAPH 2014; Kämpe, Sintorn and Assarsson, Fast,
+//! Memory-Efficient Construction of Voxelized Shadows, I3D 2015. They filter
+//! shadows on surfaces; the same voxels also tell which parts of an eye ray are
+//! lit, by a step for each homogeneous volume on its way.
+//!
+//! [`BakedShadow::bake`] makes the grids of one light from a scene, once.
+//! A [`BakedShadow`] is a [`VisibilitySource`](crate::VisibilitySource) that
+//! [`Gather`](crate::Gather) takes, and [`BakedShadow::filtered`] a
+//! [`SurfaceShadow`](crate::visibility::SurfaceShadow). What moves gets an
+//! ordinary shadow map of its own beside it:
+//!
+//! ```
+//! use glam::Vec3;
+//! use gpu_backend::{Backend, Cpu};
+//! use lighting::airlight::Quadrature;
+//! use lighting::precomputed::{BakedShadow, Builder, FilterSize, Resolution};
+//! use lighting::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
+//! use lighting::shadow_map::{Casters, RenderShadowMap};
+//! use lighting::visibility::{Both, March, Spacing, SurfaceShadow};
+//! use lighting::{Emitter, Gather, LitRays, Ray};
+//!
+//! let triangle = |x: f32| {
+//!     let corner = |dx: f32, dz: f32| Vec3::new(x + dx, 2.0, -5.0 + dz);
+//!     let scene = Scene::from(Mesh {
+//!         positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)],
+//!         triangles: vec![[0, 1, 2]],
+//!         ..Mesh::default()
+//!     });
+//!     Geometry::new(&scene)
+//! };
+//! let (scenery, guest) = (triangle(-2.0)?, triangle(2.0)?);
+//! let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE)?;
+//! let fog = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PhaseFunction::Isotropic)?;
+//! let cpu = Cpu::new();
+//!
+//! let (baked, watertightness) =
+//!     BakedShadow::bake(&cpu, &scenery, &sun, Resolution::new(512)?, Builder::new())?;
+//! assert_eq!(watertightness.open_parts, 1, "a triangle encloses nothing");
+//! let map = cpu.shadow_map(&Casters::upload(&cpu, &guest)?, &sun, 256)?;
+//! let march = March::new(&map, 64, Spacing::Distance);
+//! let shadow = Both(&baked, march);
+//!
+//! let rays = [Ray::new(Vec3::new(-9.0, 1.0, -5.5), Vec3::X, 18.0).expect("a sound ray")];
+//! let rays = cpu.upload(&rays)?;
+//! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
+//! let quadrature = Quadrature::with_tolerance(fog.phase(), 1e-4)?;
+//! let lit = LitRays::new(&rays, &sun, &fog).joined();
+//! cpu.gather(&lit, &shadow, &quadrature, &mut radiance)?;
+//! assert!(radiance[0][0] > 0.0);
+//!
+//! let floor = baked.filtered(FilterSize::new(9)?);
+//! assert_eq!(floor.visibility(Vec3::new(-2.0, 0.0, -5.0), Vec3::Y), 0.0);
+//! assert_eq!(floor.visibility(Vec3::new(2.0, 0.0, -5.0), Vec3::Y), 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`BakedShadow::upload`] takes them to any backend. Files hold the shadows of
+//! one light or several, see [`ShadowSet`]; [`bake`] makes them with breaks.
+//!
+//! # Accuracy
+//!
+//! A shadow's edge is off by at most a texel across the rays of the light and
+//! half a slice along them; details smaller than a texel are there where the
+//! ray through its centre meets them. What is inside of closed solids has no
+//! meaning. A light inside of a solid lights nothing.
 
 #[cfg(feature = "wgpu")]
-mod gpu;
+pub(crate) mod gpu;
+#[cfg(feature = "methods")]
+mod method;
+#[cfg(all(feature = "methods", feature = "wgpu"))]
+mod method_gpu;
+mod shadow;
+mod space;
+#[cfg(test)]
+mod tests;
 
-use std::sync::Arc;
-
-use gpu_backend::Cpu;
-
-use super::registry::pairs;
-use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
-    SourceOn, SourceQuality, Work,
+#[cfg(feature = "methods")]
+pub(super) use method::methods;
+#[cfg(feature = "methods")]
+pub use method::{FROM_FILE, PRECOMPUTED};
+pub use shadow::{BakedError, BakedShadow, FilteredShadow, bake, surfaces};
+pub use shadow_dag::{
+    Builder, Error, FilterSize, Form, Resolution, SetError, ShadowSet, Surfaces, Watertightness,
 };
-use crate::Touching;
-use crate::precomputed::{BakedShadow, Builder, Resolution};
-
-const VOXELS: SourceQuality = SourceQuality {
-    unit: "voxels a side",
-    qualities: &[256, 512, 1024, 2048, 4096, 8192],
-    quick: &[512, 2048],
-    pictured: 2048,
-    usual: 2048,
-};
-
-/// The name of its visibility in pairs.
-pub const PRECOMPUTED: &str = "precomputed";
-
-/// The quality of shadows that the caller has put into the store, whatever their
-/// resolution: those of a file.
-pub const FROM_FILE: u32 = 0;
-
-/// The baked shadows of every light.
-#[derive(Debug, Clone, Copy)]
-struct Baked;
-
-impl LightSources for Baked {
-    fn about(&self) -> SourceAbout {
-        SourceAbout {
-            name: PRECOMPUTED,
-            title: "precomputed voxelized shadows",
-            quality: Some(VOXELS),
-            // Where grids meet, a lit part goes on in the next one.
-            touching: Touching::Joined,
-            is_sampled: false,
-            sees_translucent: false,
-            uses_shadow_map: false,
-        }
-    }
-
-    fn work(&self, inputs: &FrameInputs<'_>, side: u32) -> Work {
-        let lights = inputs.emitters.len() as f64;
-        let side = f64::from(side);
-        Work {
-            // Silhouettes grow with the side, faces of open meshes with its square.
-            once: lights * side.powf(1.5),
-            per_ray: lights * side.sqrt(),
-            ..Work::default()
-        }
-    }
-}
-
-/// Those of a light, in the memory of the host.
-fn baked(
-    inputs: &FrameInputs<'_>,
-    light: usize,
-    resolution: u32,
-) -> Result<Arc<BakedShadow>, MethodError> {
-    let key = OfLight { light, resolution };
-    let bytes = |shadow: &BakedShadow| shadow.bytes() as u64;
-    inputs.host.get("baked shadows", key, bytes, || {
-        let what = "baked shadows";
-        let side = Resolution::new(resolution).map_err(MethodError::resource(what))?;
-        let emitter = &inputs.emitters[light];
-        let cpu = Cpu::new();
-        BakedShadow::bake(&cpu, inputs.geometry, emitter, side, Builder::new())
-            .map(|(shadow, _)| shadow)
-            .map_err(MethodError::resource(what))
-    })
-}
-
-impl SourceOn<Cpu> for Baked {
-    type Source = Arc<BakedShadow>;
-
-    fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, side: u32) -> Result<(), MethodError> {
-        baked(&frame.inputs, light, side).map(|_| ())
-    }
-
-    fn source(
-        &self,
-        frame: &Frame<'_, Cpu>,
-        light: usize,
-        side: u32,
-    ) -> Result<Arc<BakedShadow>, MethodError> {
-        baked(&frame.inputs, light, side)
-    }
-}
-
-pub(super) fn methods() -> Vec<Entry> {
-    let compared = |role, airlight, detail, title, purpose, paper| Compared {
-        airlight,
-        detail: Some(detail),
-        title,
-        purpose,
-        paper,
-        qualities: (&[], &[], 0),
-        role,
-        is_baseline: false,
-    };
-    pairs!(
-        Baked,
-        &[
-            compared(
-                Role::Paper,
-                "gauss",
-                8,
-                "precomputed voxelized shadows",
-                "static scenes: baked once, walked in large steps, fine enough for any view",
-                "Sintorn et al., Compact Precomputed Voxelized Shadows, SIGGRAPH 2014; Kämpe et al., I3D 2015",
-            ),
-            compared(
-                Role::Variant,
-                "table",
-                64,
-                "precomputed voxelized shadows by table",
-                "point lights in static scenes: two lookups for a lit run",
-                "Sintorn et al., SIGGRAPH 2014; Kämpe et al., I3D 2015; Sun et al., SIGGRAPH 2005, for the integral",
-            ),
-        ]
-    )
-}
+pub use space::light_spaces;

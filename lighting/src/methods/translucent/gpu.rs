@@ -1,45 +1,83 @@
-//! Maps of transmittance on GPUs.
+//! Maps of transmittance in the memory of a GPU, and in shaders.
 
-use std::sync::Arc;
+use gpu_backend::Backend;
+use gpu_backend::Error;
+use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, GpuMemory, InShader};
+use gpu_backend::shader::Part;
+use transmittance::gpu::lookup_parts;
+use transmittance::{Filter, Packed, Stored};
 
-use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
+use super::TransmittanceMap;
+use super::map::CurveMemory;
+use crate::gpu::scene::PicturesRecord;
+use crate::gpu::{FACE, PLACE, PointSlot};
 
-use super::{Curves, curve_resolution, map};
-use crate::methods::{Frame, MethodError, OfLight, SourceOn};
-use crate::translucent::TransmittanceMap;
-use crate::visibility::{March, Spacing};
+/// Words of a curve.
+const WORDS: usize = <Packed<8> as Stored>::WORDS;
 
-/// The map of a light, where shaders look it up.
-fn uploaded<E: Encode>(
-    frame: &Frame<'_, Gpu<E>>,
-    light: usize,
-) -> Result<Arc<TransmittanceMap<GpuMemory>>, MethodError> {
-    let resolution = curve_resolution(frame.inputs.map, frame.inputs.emitters);
-    let key = OfLight { light, resolution };
-    frame
-        .store
-        .get("map of transmittance", key, TransmittanceMap::bytes, || {
-            Ok(map(&frame.inputs, light)?.upload(frame.backend)?)
-        })
+/// The curves as `transmittance` stores them, face by face, each row by row from
+/// the top; a single 0 without casters.
+impl CurveMemory<Packed<8>> for GpuMemory {
+    type Curves = GpuBuffer<u32>;
 }
 
-impl<E: Encode> SourceOn<Gpu<E>> for Curves {
-    type Source = March<Arc<TransmittanceMap<GpuMemory>>>;
+impl TransmittanceMap {
+    /// The same map where shaders look it up.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if it does not fit there.
+    pub fn upload<E: Encode>(&self, gpu: &Gpu<E>) -> Result<TransmittanceMap<GpuMemory>, Error> {
+        let texels = || self.curves.iter().flat_map(|face| face.texels());
+        let mut words = vec![0; texels().count() * WORDS];
+        for (curve, words) in texels().zip(words.chunks_exact_mut(WORDS)) {
+            curve.write(words);
+        }
+        if words.is_empty() {
+            // Backends may not have buffers of nothing.
+            words.push(0);
+        }
+        Ok(TransmittanceMap {
+            faces: self.faces.clone(),
+            resolution: self.resolution,
+            curves: gpu.upload(&words)?,
+            filter: self.filter,
+        })
+    }
+}
 
-    fn prepare(&self, frame: &Frame<'_, Gpu<E>>, light: usize, _: u32) -> Result<(), MethodError> {
-        uploaded(frame, light).map(|_| ())
+impl TransmittanceMap<GpuMemory> {
+    /// Words of each face.
+    fn face_words(&self) -> u32 {
+        // All faces are in one buffer, whose indices are u32.
+        self.resolution.pow(2) * WORDS as u32
+    }
+}
+
+/// WGSL of lookups in a map of transmittance.
+const TRANSMITTANCE_MAP: &str = include_str!("transmittance_map.wgsl");
+
+impl InShader<PointSlot> for TransmittanceMap<GpuMemory> {
+    fn part() -> Part {
+        Part::new("light_curves")
+            .sources(&[FACE, PLACE])
+            .sources(&lookup_parts::<Packed<8>, 1>())
+            .source(TRANSMITTANCE_MAP)
+            .uniform("light_curves", "light_Pictures")
+            .read("light_curve_words", "array<u32>")
     }
 
-    fn source(
-        &self,
-        frame: &Frame<'_, Gpu<E>>,
-        light: usize,
-        steps: u32,
-    ) -> Result<March<Arc<TransmittanceMap<GpuMemory>>>, MethodError> {
-        Ok(March::new(
-            uploaded(frame, light)?,
-            steps,
-            Spacing::EquiAngular,
-        ))
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        let is_bilinear = self.filter() == Filter::Bilinear;
+        vec![
+            ("BILINEAR", f64::from(u8::from(is_bilinear))),
+            ("FACE_WORDS", f64::from(self.face_words())),
+        ]
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        vec![
+            Argument::uniform(PicturesRecord::new(self.faces(), self.resolution())),
+            Argument::read(self.curves()),
+        ]
     }
 }

@@ -1,132 +1,76 @@
-//! Adaptive volumetric shadow maps: what hair and smoke let through, as a curve for
-//! each texel of a light's map, asked in equi-angular steps.
+//! Hair and smoke as a light sees them: how much of it gets how far.
+//!
+//! Each ray of a light meets strands, cells of a density grid, particles and
+//! triangles in any order. [`FaceBlockers`] yields them as segments, texel by
+//! texel, and a [`TransmittanceMap`] holds a curve of the crate `transmittance`
+//! per texel. Asked at a point, it tells the share of the light that gets there:
+//! in the air ([`visibility::March`](crate::visibility::March)),
+//! on a surface, or inside of the smoke and the hair themselves.
+//!
+//! | caster | a segment per | optical depth or transmittance | depths |
+//! |---|---|---|---|
+//! | [`Strands`](crate::scene::Strands) | piece and texel | `1 − coverage × opacity`, the coverage exact over the texel | of the piece within the texel |
+//! | [`DensityGrid`](crate::scene::DensityGrid) | cell on the ray of the texel's centre | the exact integral over the cell | the ray's way in the cell |
+//! | [`Particles`](crate::scene::Particles) | ball, or quarter of a soft one | the exact integral over the chord | of the chord |
+//! | triangles | texel | opaque | of the nearest one |
+//!
+//! Based on: M. Salvi, K. Vidimče, A. Lauritzen, A. Lefohn, "Adaptive Volumetric
+//! Shadow Maps", Eurographics Symposium on Rendering 2010, section 3. Departures:
+//! coverage of strands is exact where the paper has a rasteriser's, and density
+//! grids are walked where the paper has particles only.
+//!
+//! Strands are averaged over texels before anything else: behind two strands
+//! that cover half of a texel each, a quarter of the light is left, whether they
+//! cover the same half or not. Grids and particles are met on the ray of each
+//! texel's centre: the error of a filtered map falls with the square of the
+//! texel's size where the shadow is smooth.
 
+mod bins;
+mod blockers;
 #[cfg(feature = "wgpu")]
 mod gpu;
+mod grid;
+mod map;
+#[cfg(feature = "methods")]
+mod method;
+#[cfg(all(feature = "methods", feature = "wgpu"))]
+mod method_gpu;
+mod particles;
+mod strands;
+#[cfg(test)]
+mod tests;
+mod view;
 
-use std::sync::Arc;
+pub use blockers::FaceBlockers;
+pub use map::{CurveMemory, MAX_RESOLUTION, TransmittanceMap, TransmittanceMapError};
+#[cfg(feature = "methods")]
+pub use method::curve_resolution;
+#[cfg(feature = "methods")]
+pub(super) use method::methods;
 
-use gpu_backend::{Cpu, Host};
-use transmittance::{Packed, Stream};
+use crate::scene::{Bounds, Geometry, Translucent};
 
-use super::registry::pairs;
-use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
-    SourceOn, SourceQuality, Verdict, Work,
-};
-use crate::Touching;
-use crate::scene::Emitter;
-use crate::translucent::{Casters, TransmittanceMap};
-use crate::visibility::{March, Spacing};
-
-const STEPS: SourceQuality = SourceQuality {
-    unit: "steps",
-    qualities: &[4, 8, 16, 32, 64, 128, 256],
-    quick: &[8, 32, 128],
-    pictured: 32,
-    usual: 64,
-};
-
-/// Memory that the maps of all lights may take together.
-const MAX_BYTES: u64 = 1 << 29;
-
-/// A march through the map of transmittance of every light.
+/// What a light meets.
 #[derive(Debug, Clone, Copy)]
-struct Curves;
-
-/// Texels per side of each face of a map of transmittance beside shadow maps of
-/// `map` texels: a half of those, because a texel
-/// holds a curve, or less if the maps of all lights would take more than 512 MiB.
-pub fn curve_resolution(map: u32, emitters: &[Emitter]) -> u32 {
-    let faces = |emitter: &Emitter| match emitter {
-        Emitter::Directional(_) => 1,
-        _ => 6,
-    };
-    let faces: u64 = emitters.iter().map(faces).sum();
-    let texel = size_of::<Packed<8>>() as u64;
-    let bytes = |side: u32| texel * faces * u64::from(side) * u64::from(side);
-    let mut side = (map / 2).max(1);
-    while side > 16 && bytes(side) > MAX_BYTES {
-        side /= 2;
-    }
-    side
+pub struct Casters<'a> {
+    translucent: &'a [Translucent],
+    geometry: Option<&'a Geometry>,
 }
 
-/// That of a light, in the memory of the host. Opaque casters enter it too.
-fn map(inputs: &FrameInputs<'_>, light: usize) -> Result<Arc<TransmittanceMap<Host>>, MethodError> {
-    let resolution = curve_resolution(inputs.map, inputs.emitters);
-    let key = OfLight { light, resolution };
-    inputs
-        .host
-        .get("map of transmittance", key, TransmittanceMap::bytes, || {
-            let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
-            let (cpu, clear) = (Cpu::new(), Stream::<8>::new());
-            TransmittanceMap::build(&cpu, &casters, &inputs.emitters[light], resolution, &clear)
-                .map_err(MethodError::resource("a map of transmittance"))
-        })
-}
-
-impl LightSources for Curves {
-    fn about(&self) -> SourceAbout {
-        SourceAbout {
-            name: "translucent",
-            title: "adaptive volumetric shadow map",
-            quality: Some(STEPS),
-            touching: Touching::Apart,
-            is_sampled: true,
-            sees_translucent: true,
-            uses_shadow_map: false,
+impl<'a> Casters<'a> {
+    /// Translucent casters, and opaque triangles if there are any that should
+    /// cast shadows into the same map.
+    pub fn new(translucent: &'a [Translucent], geometry: Option<&'a Geometry>) -> Self {
+        Self {
+            translucent,
+            geometry,
         }
     }
 
-    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        if inputs.translucent.is_empty() {
-            return Verdict::Pointless("nothing in the scene is translucent".into());
-        }
-        Verdict::Applies
+    /// A box around all of them, `None` if there is nothing.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let opaque = self.geometry.map(Geometry::bounds);
+        let translucent = self.translucent.iter().filter_map(Translucent::bounds);
+        translucent.chain(opaque).reduce(Bounds::around)
     }
-
-    fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
-        let maps = inputs.map_work();
-        Work {
-            once: 8.0 * maps.once,
-            bytes: 8 * maps.bytes,
-            per_ray: inputs.emitters.len() as f64 * 4.0 * f64::from(steps),
-            ..maps
-        }
-    }
-}
-
-impl SourceOn<Cpu> for Curves {
-    type Source = March<Arc<TransmittanceMap<Host>>>;
-
-    fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, _: u32) -> Result<(), MethodError> {
-        map(&frame.inputs, light).map(|_| ())
-    }
-
-    fn source(
-        &self,
-        frame: &Frame<'_, Cpu>,
-        light: usize,
-        steps: u32,
-    ) -> Result<Self::Source, MethodError> {
-        let map = map(&frame.inputs, light)?;
-        Ok(March::new(map, steps, Spacing::EquiAngular))
-    }
-}
-
-pub(super) fn methods() -> Vec<Entry> {
-    pairs!(
-        Curves,
-        &[Compared {
-            airlight: "gauss",
-            detail: Some(1),
-            title: "adaptive volumetric shadow map",
-            purpose: "hair and smoke: a curve of 8 nodes per texel tells how much gets how far",
-            paper: "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010; nodes by least area instead of theirs",
-            qualities: (&[], &[], 0),
-            role: Role::Paper,
-            is_baseline: false,
-        }]
-    )
 }

@@ -1,62 +1,33 @@
-//! No volumetric shadows: what leaving them out would cost, and the floor of the run
-//! time.
+//! No shadows: nothing is in the way of any light.
 
-use gpu_backend::Backend;
+#[cfg(feature = "wgpu")]
+mod gpu;
+#[cfg(feature = "methods")]
+mod method;
 
-use super::registry::pairs;
-use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
-    Work,
-};
-use crate::Touching;
-use crate::visibility::Unshadowed;
+#[cfg(feature = "methods")]
+pub(super) use method::methods;
 
-/// Nothing is in the way of any light.
-#[derive(Debug, Clone, Copy)]
-struct Nothing;
+use glam::Vec3;
 
-impl LightSources for Nothing {
-    fn about(&self) -> SourceAbout {
-        SourceAbout {
-            name: "none",
-            title: "no shadows",
-            quality: None,
-            touching: Touching::Apart,
-            is_sampled: false,
-            sees_translucent: false,
-            uses_shadow_map: false,
-        }
-    }
+use crate::LightPath;
+use crate::visibility::{LitInterval, SurfaceShadow, VisibilitySource};
 
-    fn work(&self, _: &FrameInputs<'_>, _: u32) -> Work {
-        Work::default()
+/// Nothing is in the way: all of the span is lit.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Unshadowed;
+
+impl VisibilitySource for Unshadowed {
+    type Share = f32;
+
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
+        let span = path.span();
+        lit.push(LitInterval::unshadowed(span.start, span.end));
     }
 }
 
-impl<B: Backend> SourceOn<B> for Nothing {
-    type Source = Unshadowed;
-
-    fn prepare(&self, _: &Frame<'_, B>, _: usize, _: u32) -> Result<(), MethodError> {
-        Ok(())
+impl SurfaceShadow for Unshadowed {
+    fn visibility(&self, _: Vec3, _: Vec3) -> f32 {
+        1.0
     }
-
-    fn source(&self, _: &Frame<'_, B>, _: usize, _: u32) -> Result<Unshadowed, MethodError> {
-        Ok(Unshadowed)
-    }
-}
-
-pub(super) fn methods() -> Vec<Entry> {
-    pairs!(
-        Nothing,
-        &[Compared {
-            airlight: "gauss",
-            detail: None,
-            title: "no shadows",
-            purpose: "what leaving the shadows out would cost; the floor of the run time",
-            paper: "Sun et al., A Practical Analytic Single Scattering Model, SIGGRAPH 2005 (the integral)",
-            qualities: (&[8], &[8], 8),
-            role: Role::Unshadowed,
-            is_baseline: true,
-        }]
-    )
 }

@@ -1,215 +1,76 @@
-//! Voxelized shadow volumes, made anew in every frame from shadow maps.
+//! Voxelized shadow volumes as a source of lit intervals: one fetch for all of
+//! a ray.
+//!
+//! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
+//! Voxelized Shadow Volumes, HPG 2013. What they gather, the average visibility
+//! of a ray times the airlight of all of it, is [`Detail::Average`]; the same
+//! bits also tell where the lit parts are.
+//!
+//! A [`VoxelVolume`] holds the voxels of one light for one view.
+//! [`VoxelVolume::update`] makes them anew from a shadow map, each frame or
+//! for each light in turn; [`VoxelVolume::source`] is what
+//! [`Gather`](crate::Gather) takes.
+//!
+//! ```
+//! use glam::Vec3;
+//! use gpu_backend::{Backend, Cpu, Download};
+//! use lighting::airlight::Quadrature;
+//! use lighting::scene::Emission;
+//! use lighting::scene::{Camera, Geometry, Medium, Mesh, PhaseFunction, Scene};
+//! use lighting::shadow_map::{Casters, RenderShadowMap};
+//! use lighting::voxelized::{Detail, Eye, Resolution, VoxelVolume};
+//! use lighting::{Emitter, Gather, LitRays, Ray};
+//!
+//! // A triangle under a lamp, in fog.
+//! let scene = Scene::from(Mesh {
+//!     positions: vec![Vec3::new(-1.0, 2.0, -6.0), Vec3::new(1.0, 2.0, -6.0), Vec3::new(0.0, 2.0, -4.0)],
+//!     triangles: vec![[0, 1, 2]],
+//!     ..Mesh::default()
+//! });
+//! let lamp = Emitter::point(Vec3::new(0.0, 4.0, -5.0), Vec3::splat(50.0), f32::INFINITY, Emission::Isotropic)?;
+//! let fog = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PhaseFunction::Isotropic)?;
+//! let camera = Camera::look_at(Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 2.0, -5.0), 1.0)?;
+//! let rays = [Ray::new(camera.eye(), Vec3::new(0.0, 0.0, -1.0), 20.0).expect("a sound ray")];
+//!
+//! let cpu = Cpu::new();
+//! let casters = Casters::upload(&cpu, &Geometry::new(&scene)?)?;
+//! let map = cpu.shadow_map(&casters, &lamp, 512)?;
+//! let mut voxels = VoxelVolume::new(&cpu, Resolution::new(256, 256, 256)?)?;
+//! let eye = Eye::of_camera(&camera, [16, 9], &rays, &fog);
+//! voxels.update(&cpu, &lamp, &eye, &map)?;
+//!
+//! let rays = cpu.upload(&rays)?;
+//! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
+//! let quadrature = Quadrature::with_tolerance(fog.phase(), 1e-4)?;
+//! let shadow = voxels.source(Detail::Runs);
+//! let lit = LitRays::new(&rays, &lamp, &fog);
+//! cpu.gather(&lit, &shadow, &quadrature, &mut radiance)?;
+//! assert!(cpu.download(&radiance)?[0][0] > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Limits
+//!
+//! Rays must start at the eye; one that does not is answered as if it did.
+//! Interval ends are off by about a voxel, more where a ray passes the
+//! light at a distance of few voxels. Details smaller than voxels, or than the
+//! texels of the shadow map, are lost.
 
-use std::sync::{Mutex, PoisonError};
+#[cfg(feature = "wgpu")]
+pub(crate) mod gpu;
+#[cfg(feature = "methods")]
+mod method;
+mod source;
+#[cfg(test)]
+mod tests;
+mod volume;
 
-use gpu_backend::Memory;
+pub use epipolar::{Resolution, Spacing};
+#[cfg(feature = "methods")]
+pub(super) use method::methods;
+pub use source::{Detail, VoxelShadow};
+pub use volume::{BuildVoxels, Eye, VoxelError, VoxelVolume, depth_range};
+pub use voxel_shadow::Sampling;
 
-use super::registry::pairs;
-use super::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
-    SourceQuality, Work,
-};
-use crate::Touching;
-use crate::shadow_map::RenderShadowMap;
-use crate::voxels::{BuildVoxels, Detail, Eye, Resolution, VoxelShadow, VoxelVolume};
-
-const VOXELS: SourceQuality = SourceQuality {
-    unit: "voxels a side",
-    qualities: &[64, 128, 256, 512, 1024],
-    quick: &[64, 256],
-    pictured: 256,
-    usual: 512,
-};
-
-/// Voxels along a coordinate, at most: a volume of 2 GiB.
-const MAX_VOXELS: u32 = 4096;
-
-/// A volume of `side` voxels along each coordinate, but for φ at most 1024 and a
-/// multiple of 32.
-fn resolution(side: u32) -> Result<Resolution, MethodError> {
-    if side > MAX_VOXELS {
-        return Err(MethodError::Quality {
-            value: side,
-            unit: VOXELS.unit,
-            expected: format!("at most {MAX_VOXELS}"),
-        });
-    }
-    let bits = side.next_multiple_of(32).min(1024);
-    Resolution::new(side, side, bits).map_err(MethodError::resource("a volume of voxels"))
-}
-
-/// The voxels of every light, read in some detail.
-#[derive(Debug, Clone, Copy)]
-struct Volumes {
-    name: &'static str,
-    title: &'static str,
-    detail: Detail,
-}
-
-/// Memory for voxels that is kept from frame to frame: one volume, which all lights
-/// use in turn. It is out while it is in use.
-#[derive(Debug)]
-struct Volume<M: Memory>(Mutex<Option<VoxelVolume<M>>>);
-
-impl Volumes {
-    /// The volume of a size, whoever used it last.
-    fn take<B: BuildVoxels>(
-        frame: &Frame<'_, B>,
-        side: u32,
-    ) -> Result<VoxelVolume<B::Memory>, MethodError> {
-        let resolution = resolution(side)?;
-        let new = || {
-            VoxelVolume::new(frame.backend, resolution)
-                .map_err(MethodError::resource("a volume of voxels"))
-        };
-        let kept = frame.store.get(
-            "voxels",
-            side,
-            |_: &Volume<B::Memory>| 4 * (resolution.words() + resolution.light_rays()) as u64,
-            || Ok(Volume(Mutex::new(Some(new()?)))),
-        )?;
-        let taken = kept.0.lock().unwrap_or_else(PoisonError::into_inner).take();
-        taken.map_or_else(new, Ok)
-    }
-}
-
-impl LightSources for Volumes {
-    fn about(&self) -> SourceAbout {
-        SourceAbout {
-            name: self.name,
-            title: self.title,
-            quality: Some(VOXELS),
-            touching: Touching::Apart,
-            is_sampled: self.detail == Detail::Voxels,
-            sees_translucent: false,
-            uses_shadow_map: true,
-        }
-    }
-
-    fn work(&self, inputs: &FrameInputs<'_>, side: u32) -> Work {
-        let lights = inputs.emitters.len() as f64;
-        let side = f64::from(side);
-        Work {
-            // A lookup for each light ray, and a bit for each voxel, 32 at once.
-            per_frame: lights * (side.powi(2) + side.powi(3) / 32.0),
-            per_ray: lights * side / 32.0,
-            ..inputs.map_work()
-        }
-    }
-}
-
-impl<B: RenderShadowMap + BuildVoxels> SourceOn<B> for Volumes {
-    type Source = VoxelShadow<VoxelVolume<B::Memory>, B::Memory>;
-
-    fn prepare(&self, frame: &Frame<'_, B>, light: usize, side: u32) -> Result<(), MethodError> {
-        resolution(side)?;
-        frame.shadow_map(light).map(|_| ())
-    }
-
-    fn source(
-        &self,
-        frame: &Frame<'_, B>,
-        light: usize,
-        side: u32,
-    ) -> Result<Self::Source, MethodError> {
-        let FrameInputs {
-            emitters,
-            medium,
-            camera,
-            size,
-            rays,
-            ..
-        } = frame.inputs;
-        let map = frame.shadow_map(light)?;
-        let mut volume = Self::take(frame, side)?;
-        frame.pass("voxels", || {
-            let eye = Eye::of_camera(camera, size, rays, medium);
-            volume
-                .update(frame.backend, &emitters[light], &eye, &map)
-                .map_err(MethodError::resource("voxels"))
-        })?;
-        Ok(VoxelShadow::new(volume, self.detail))
-    }
-
-    fn done(&self, frame: &Frame<'_, B>, source: Self::Source, side: u32) {
-        // Its memory is used again in the order of the commands.
-        let kept = frame.store.get(
-            "voxels",
-            side,
-            |_: &Volume<B::Memory>| 0,
-            || Ok(Volume(Mutex::default())),
-        );
-        if let Ok(kept) = kept {
-            *kept.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(source.into_volume());
-        }
-    }
-}
-
-pub(super) fn methods() -> Vec<Entry> {
-    let compared = |role, airlight, detail, title, purpose, paper| Compared {
-        airlight,
-        detail: Some(detail),
-        title,
-        purpose,
-        paper,
-        qualities: (&[], &[], 0),
-        role,
-        is_baseline: false,
-    };
-    let mut all = pairs!(
-        Volumes {
-            name: "voxel-average",
-            title: "voxelized shadow volumes, average",
-            detail: Detail::Average,
-        },
-        &[compared(
-            Role::Paper,
-            "gauss",
-            8,
-            "voxelized shadow volumes, average",
-            "least work per ray, at any number of blockers; its error has a floor",
-            "Wyman, Voxelized Shadow Volumes, HPG 2011; the gather of Wyman and Dai, HPG 2013",
-        )]
-    );
-    all.extend(pairs!(
-        Volumes {
-            name: "per-voxel",
-            title: "voxelized shadow volumes, per voxel",
-            detail: Detail::Voxels,
-        },
-        &[compared(
-            Role::Variant,
-            "gauss",
-            1,
-            "voxelized shadow volumes, per voxel",
-            "the same bits with a weight each: no floor but that of the shadow map",
-            "Wyman, Voxelized Shadow Volumes, HPG 2011",
-        )]
-    ));
-    all.extend(pairs!(
-        Volumes {
-            name: "voxel-runs",
-            title: "voxelized shadow volumes, run by run",
-            detail: Detail::Runs,
-        },
-        &[
-            compared(
-                Role::Variant,
-                "gauss",
-                8,
-                "voxelized shadow volumes, run by run",
-                "the same bits by runs: any light, as few evaluations as can be",
-                "Wyman, Voxelized Shadow Volumes, HPG 2011, for the bits",
-            ),
-            compared(
-                Role::Variant,
-                "table",
-                64,
-                "voxelized shadow volumes by table",
-                "point lights: one texel for the visibility of a ray, two lookups for a run",
-                "Wyman, HPG 2011, for the bits; Sun et al., SIGGRAPH 2005, for the integral",
-            ),
-        ]
-    ));
-    all
-}
+#[cfg(feature = "wgpu")]
+pub(crate) use volume::State;

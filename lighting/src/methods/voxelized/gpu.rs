@@ -7,22 +7,20 @@ use epipolar::gpu::LatticeRecord;
 use glam::Vec2;
 use gpu_backend::gpu::{Argument, GpuMemory, InShader};
 use gpu_backend::shader::Part;
-use voxel_shadow::gpu::{FirstBlockerSlot, SamplingRecord};
+use voxel_shadow::gpu::SamplingRecord;
 
-use super::VisibilitySlot;
-use super::visibility::{map_arguments, map_part};
-use crate::shadow_map::ShadowMap;
-use crate::voxels::{Detail, State, VoxelShadow, VoxelVolume};
+use super::{Detail, State, VoxelShadow, VoxelVolume};
+use crate::gpu::VisibilitySlot;
 
 /// `light_Voxels` of `voxels.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct VoxelRecord {
-    pub(super) lattice: LatticeRecord,
-    pub(super) sampling: SamplingRecord,
-    pub(super) detail: u32,
-    pub(super) state: u32,
-    pub(super) padding: [u32; 2],
+pub(crate) struct VoxelRecord {
+    pub(crate) lattice: LatticeRecord,
+    pub(crate) sampling: SamplingRecord,
+    pub(crate) detail: u32,
+    pub(crate) state: u32,
+    pub(crate) padding: [u32; 2],
 }
 
 impl<V: Borrow<VoxelVolume<GpuMemory>>> InShader<VisibilitySlot> for VoxelShadow<V, GpuMemory> {
@@ -58,15 +56,5 @@ impl<V: Borrow<VoxelVolume<GpuMemory>>> InShader<VisibilitySlot> for VoxelShadow
             Argument::table(bounds),
             Argument::read(volume.grid().words()),
         ]
-    }
-}
-
-impl InShader<FirstBlockerSlot> for ShadowMap<GpuMemory> {
-    fn part() -> Part {
-        map_part()
-    }
-
-    fn arguments(&self) -> Vec<Argument<'_>> {
-        map_arguments(self)
     }
 }

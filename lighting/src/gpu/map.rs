@@ -1,0 +1,46 @@
+//! Shadow maps in shaders.
+
+use gpu_backend::gpu::{Argument, GpuMemory, InShader};
+use gpu_backend::shader::Part;
+#[cfg(feature = "voxel-shadow")]
+use voxel_shadow::gpu::FirstBlockerSlot;
+
+use super::scene::PicturesRecord;
+use super::{FACE, MAP, PLACE, PointSlot};
+use crate::shadow_map::ShadowMap;
+
+/// The text and the variables of a shadow map.
+fn map_part() -> Part {
+    Part::new("light_map")
+        .sources(&[FACE, PLACE, MAP])
+        .uniform("light_map", "light_Pictures")
+        .read("light_map_depths", "array<f32>")
+}
+
+fn map_arguments(map: &ShadowMap<GpuMemory>) -> Vec<Argument<'_>> {
+    vec![
+        Argument::uniform(PicturesRecord::new(map.faces(), map.resolution())),
+        Argument::read(map.depth()),
+    ]
+}
+
+impl InShader<PointSlot> for ShadowMap<GpuMemory> {
+    fn part() -> Part {
+        map_part()
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        map_arguments(self)
+    }
+}
+
+#[cfg(feature = "voxel-shadow")]
+impl InShader<FirstBlockerSlot> for ShadowMap<GpuMemory> {
+    fn part() -> Part {
+        map_part()
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        map_arguments(self)
+    }
+}

@@ -1,0 +1,166 @@
+//! Steps along rays, each lit or not as the light's shadow map says.
+
+use std::sync::Arc;
+
+use super::{March, Spacing};
+use crate::Touching;
+use crate::methods::registry::pairs;
+use crate::methods::{
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
+    SourceQuality, Verdict, Work,
+};
+use crate::shadow_map::{RenderShadowMap, ShadowMap};
+
+const STEPS: SourceQuality = SourceQuality {
+    unit: "steps",
+    qualities: &[4, 8, 16, 32, 64, 128, 256],
+    quick: &[8, 32, 128],
+    pictured: 32,
+    usual: 64,
+};
+
+/// A march through the shadow map of every light.
+#[derive(Debug, Clone, Copy)]
+struct Marches {
+    name: &'static str,
+    title: &'static str,
+    spacing: Spacing,
+    touching: Touching,
+}
+
+/// Why equal angles are pointless for suns.
+pub(super) const NO_ANGLE: &str = "a directional light has no equi-angular variable";
+
+impl LightSources for Marches {
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            name: self.name,
+            title: self.title,
+            quality: Some(STEPS),
+            touching: self.touching,
+            is_sampled: self.touching == Touching::Apart,
+            sees_translucent: false,
+            uses_shadow_map: true,
+        }
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        if self.spacing == Spacing::EquiAngular && inputs.has_only_suns() {
+            return Verdict::Pointless(NO_ANGLE.into());
+        }
+        Verdict::Applies
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
+        Work {
+            per_ray: inputs.emitters.len() as f64 * f64::from(steps),
+            ..inputs.map_work()
+        }
+    }
+}
+
+impl<B: RenderShadowMap> SourceOn<B> for Marches {
+    type Source = March<Arc<ShadowMap<B::Memory>>>;
+
+    fn prepare(&self, frame: &Frame<'_, B>, light: usize, _: u32) -> Result<(), MethodError> {
+        frame.shadow_map(light).map(|_| ())
+    }
+
+    fn source(
+        &self,
+        frame: &Frame<'_, B>,
+        light: usize,
+        steps: u32,
+    ) -> Result<Self::Source, MethodError> {
+        Ok(March::new(frame.shadow_map(light)?, steps, self.spacing))
+    }
+}
+
+pub(in crate::methods) fn methods() -> Vec<Entry> {
+    let compared = |role, airlight, detail, title, purpose, paper| Compared {
+        airlight,
+        detail: Some(detail),
+        title,
+        purpose,
+        paper,
+        qualities: (&[], &[], 0),
+        role,
+        is_baseline: false,
+    };
+    let sources = |name, title, spacing, touching| Marches {
+        name,
+        title,
+        spacing,
+        touching,
+    };
+    let mut all = pairs!(
+        sources("march", "ray marching", Spacing::Distance, Touching::Apart),
+        &[compared(
+            Role::Baseline,
+            "midpoint",
+            1,
+            "ray marching",
+            "the classical baseline: any light, any medium, least code",
+            "folklore; as the comparison in Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013",
+        )]
+    );
+    all.extend(pairs!(
+        sources(
+            "march-merged",
+            "marched visibility",
+            Spacing::Distance,
+            Touching::Joined
+        ),
+        &[compared(
+Role::Paper,
+            "gauss",
+            8,
+            "marched visibility",
+            "as ray marching, but the light of a lit run does not depend on the steps",
+            "Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008 (march between shadow bounds)",
+        )]
+    ));
+    all.extend(pairs!(
+        sources(
+            "equi-angular",
+            "equi-angular sampling",
+            Spacing::EquiAngular,
+            Touching::Apart
+        ),
+        &[compared(
+Role::Variant,
+            "gauss",
+            1,
+            "equi-angular sampling",
+            "point lights in view: steps gather where the inverse square is large",
+            "Kulla and Fajardo, Importance Sampling Techniques for Path Tracing in Participating Media, EGSR 2012",
+        )]
+    ));
+    all.extend(pairs!(
+        sources(
+            "equi-angular-merged",
+            "equi-angular visibility",
+            Spacing::EquiAngular,
+            Touching::Joined
+        ),
+        &[
+            compared(
+Role::Variant,
+                "gauss",
+                8,
+                "equi-angular visibility",
+                "point lights in view, with runs of lit steps integrated as one",
+                "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
+            ),
+            compared(
+Role::Variant,
+                "table",
+                64,
+                "equi-angular visibility by table",
+                "point lights in view, with two lookups for a run of lit steps",
+                "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
+            ),
+        ]
+    ));
+    all
+}

@@ -1,0 +1,129 @@
+//! Precomputed voxelized shadows: baked once for static scenes, walked in large
+//! steps.
+
+use std::sync::Arc;
+
+use gpu_backend::Cpu;
+
+use super::{BakedShadow, Builder, Resolution};
+use crate::Touching;
+use crate::methods::registry::pairs;
+use crate::methods::{
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
+    SourceOn, SourceQuality, Work,
+};
+
+const VOXELS: SourceQuality = SourceQuality {
+    unit: "voxels a side",
+    qualities: &[256, 512, 1024, 2048, 4096, 8192],
+    quick: &[512, 2048],
+    pictured: 2048,
+    usual: 2048,
+};
+
+/// The name of its visibility in pairs.
+pub const PRECOMPUTED: &str = "precomputed";
+
+/// The quality of shadows that the caller has put into the store, whatever their
+/// resolution: those of a file.
+pub const FROM_FILE: u32 = 0;
+
+/// The baked shadows of every light.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Baked;
+
+impl LightSources for Baked {
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            name: PRECOMPUTED,
+            title: "precomputed voxelized shadows",
+            quality: Some(VOXELS),
+            // Where grids meet, a lit part goes on in the next one.
+            touching: Touching::Joined,
+            is_sampled: false,
+            sees_translucent: false,
+            uses_shadow_map: false,
+        }
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, side: u32) -> Work {
+        let lights = inputs.emitters.len() as f64;
+        let side = f64::from(side);
+        Work {
+            // Silhouettes grow with the side, faces of open meshes with its square.
+            once: lights * side.powf(1.5),
+            per_ray: lights * side.sqrt(),
+            ..Work::default()
+        }
+    }
+}
+
+/// Those of a light, in the memory of the host.
+pub(super) fn baked(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+    resolution: u32,
+) -> Result<Arc<BakedShadow>, MethodError> {
+    let key = OfLight { light, resolution };
+    let bytes = |shadow: &BakedShadow| shadow.bytes() as u64;
+    inputs.host.get("baked shadows", key, bytes, || {
+        let what = "baked shadows";
+        let side = Resolution::new(resolution).map_err(MethodError::resource(what))?;
+        let emitter = &inputs.emitters[light];
+        let cpu = Cpu::new();
+        BakedShadow::bake(&cpu, inputs.geometry, emitter, side, Builder::new())
+            .map(|(shadow, _)| shadow)
+            .map_err(MethodError::resource(what))
+    })
+}
+
+impl SourceOn<Cpu> for Baked {
+    type Source = Arc<BakedShadow>;
+
+    fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, side: u32) -> Result<(), MethodError> {
+        baked(&frame.inputs, light, side).map(|_| ())
+    }
+
+    fn source(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        light: usize,
+        side: u32,
+    ) -> Result<Arc<BakedShadow>, MethodError> {
+        baked(&frame.inputs, light, side)
+    }
+}
+
+pub(in crate::methods) fn methods() -> Vec<Entry> {
+    let compared = |role, airlight, detail, title, purpose, paper| Compared {
+        airlight,
+        detail: Some(detail),
+        title,
+        purpose,
+        paper,
+        qualities: (&[], &[], 0),
+        role,
+        is_baseline: false,
+    };
+    pairs!(
+        Baked,
+        &[
+            compared(
+                Role::Paper,
+                "gauss",
+                8,
+                "precomputed voxelized shadows",
+                "static scenes: baked once, walked in large steps, fine enough for any view",
+                "Sintorn et al., Compact Precomputed Voxelized Shadows, SIGGRAPH 2014; Kämpe et al., I3D 2015",
+            ),
+            compared(
+                Role::Variant,
+                "table",
+                64,
+                "precomputed voxelized shadows by table",
+                "point lights in static scenes: two lookups for a lit run",
+                "Sintorn et al., SIGGRAPH 2014; Kämpe et al., I3D 2015; Sun et al., SIGGRAPH 2005, for the integral",
+            ),
+        ]
+    )
+}

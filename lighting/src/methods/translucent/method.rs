@@ -1,0 +1,132 @@
+//! Adaptive volumetric shadow maps: what hair and smoke let through, as a curve for
+//! each texel of a light's map, asked in equi-angular steps.
+
+use std::sync::Arc;
+
+use gpu_backend::{Cpu, Host};
+use transmittance::{Packed, Stream};
+
+use super::{Casters, TransmittanceMap};
+use crate::Touching;
+use crate::methods::march::{March, Spacing};
+use crate::methods::registry::pairs;
+use crate::methods::{
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
+    SourceOn, SourceQuality, Verdict, Work,
+};
+use crate::scene::Emitter;
+
+const STEPS: SourceQuality = SourceQuality {
+    unit: "steps",
+    qualities: &[4, 8, 16, 32, 64, 128, 256],
+    quick: &[8, 32, 128],
+    pictured: 32,
+    usual: 64,
+};
+
+/// Memory that the maps of all lights may take together.
+const MAX_BYTES: u64 = 1 << 29;
+
+/// A march through the map of transmittance of every light.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Curves;
+
+/// Texels per side of each face of a map of transmittance beside shadow maps of
+/// `map` texels: a half of those, because a texel
+/// holds a curve, or less if the maps of all lights would take more than 512 MiB.
+pub fn curve_resolution(map: u32, emitters: &[Emitter]) -> u32 {
+    let faces = |emitter: &Emitter| match emitter {
+        Emitter::Directional(_) => 1,
+        _ => 6,
+    };
+    let faces: u64 = emitters.iter().map(faces).sum();
+    let texel = size_of::<Packed<8>>() as u64;
+    let bytes = |side: u32| texel * faces * u64::from(side) * u64::from(side);
+    let mut side = (map / 2).max(1);
+    while side > 16 && bytes(side) > MAX_BYTES {
+        side /= 2;
+    }
+    side
+}
+
+/// That of a light, in the memory of the host. Opaque casters enter it too.
+pub(super) fn map(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+) -> Result<Arc<TransmittanceMap<Host>>, MethodError> {
+    let resolution = curve_resolution(inputs.map, inputs.emitters);
+    let key = OfLight { light, resolution };
+    inputs
+        .host
+        .get("map of transmittance", key, TransmittanceMap::bytes, || {
+            let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
+            let (cpu, clear) = (Cpu::new(), Stream::<8>::new());
+            TransmittanceMap::build(&cpu, &casters, &inputs.emitters[light], resolution, &clear)
+                .map_err(MethodError::resource("a map of transmittance"))
+        })
+}
+
+impl LightSources for Curves {
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            name: "translucent",
+            title: "adaptive volumetric shadow map",
+            quality: Some(STEPS),
+            touching: Touching::Apart,
+            is_sampled: true,
+            sees_translucent: true,
+            uses_shadow_map: false,
+        }
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        if inputs.translucent.is_empty() {
+            return Verdict::Pointless("nothing in the scene is translucent".into());
+        }
+        Verdict::Applies
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
+        let maps = inputs.map_work();
+        Work {
+            once: 8.0 * maps.once,
+            bytes: 8 * maps.bytes,
+            per_ray: inputs.emitters.len() as f64 * 4.0 * f64::from(steps),
+            ..maps
+        }
+    }
+}
+
+impl SourceOn<Cpu> for Curves {
+    type Source = March<Arc<TransmittanceMap<Host>>>;
+
+    fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, _: u32) -> Result<(), MethodError> {
+        map(&frame.inputs, light).map(|_| ())
+    }
+
+    fn source(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        light: usize,
+        steps: u32,
+    ) -> Result<Self::Source, MethodError> {
+        let map = map(&frame.inputs, light)?;
+        Ok(March::new(map, steps, Spacing::EquiAngular))
+    }
+}
+
+pub(in crate::methods) fn methods() -> Vec<Entry> {
+    pairs!(
+        Curves,
+        &[Compared {
+            airlight: "gauss",
+            detail: Some(1),
+            title: "adaptive volumetric shadow map",
+            purpose: "hair and smoke: a curve of 8 nodes per texel tells how much gets how far",
+            paper: "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010; nodes by least area instead of theirs",
+            qualities: (&[], &[], 0),
+            role: Role::Paper,
+            is_baseline: false,
+        }]
+    )
+}
