@@ -375,6 +375,12 @@ impl Method {
         }
     }
 
+    /// Its place in [`METHODS`].
+    pub(crate) fn place(&self) -> usize {
+        let place = METHODS.iter().position(|method| std::ptr::eq(method, self));
+        place.expect("every method is one of the list")
+    }
+
     /// The pair that it is: `march x midpoint`.
     pub(crate) fn name(&self) -> String {
         format!("{} x {}", self.visibility.name(), self.airlight_name())

@@ -3,10 +3,8 @@
 use gpu_backend::Cpu;
 use gpu_backend::gpu::{Context, Gpu, Queued};
 
-use super::measure::{Job, Measure, Session};
 use super::results::LeftOut;
 use super::selection::Candidate;
-use super::voxels;
 use crate::args::{BackendName, Compare};
 use crate::engine::{EXACT_IS_TRACED, Tracing};
 use crate::failure::Failure;
@@ -59,33 +57,9 @@ impl Present {
         traces || !method.visibility.is_traced()
     }
 
-    /// Gets ready for those of the candidates that it runs.
-    pub(crate) fn session<'a>(
-        &'a self,
-        job: Job<'a>,
-        candidates: &[Candidate],
-    ) -> Result<Box<dyn Measure + 'a>, Failure> {
-        let mut own = candidates.to_vec();
-        own.retain(|candidate| self.runs(candidate.method));
-        Ok(match &self.context {
-            None => Box::new(Session::new(Cpu::new(), self, job, own)?),
-            Some(context) => Box::new(Session::new(Gpu::new(context.clone()), self, job, own)?),
-        })
-    }
-
-    /// The steps of voxelized shadow volumes.
-    pub(crate) fn time_voxels(
-        &self,
-        scene: voxels::Scene<'_>,
-        quick: bool,
-    ) -> Result<Option<voxels::Steps>, Failure> {
-        let rounds = if quick { 3 } else { 9 };
-        match &self.context {
-            None => voxels::time_steps(&Cpu::new(), &self.label, scene, rounds),
-            Some(context) => {
-                voxels::time_steps(&Gpu::new(context.clone()), &self.label, scene, rounds)
-            }
-        }
+    /// What a GPU is reached by; `None` is the CPU.
+    pub(crate) fn context(&self) -> Option<&Context> {
+        self.context.as_ref()
     }
 
     /// What to say where it failed and others can go on without it.

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use crepuscular_tests::metrics::image_error;
 use crepuscular_tests::oracle::image::Reference;
-use gpu_backend::BufferOf;
+use gpu_backend::gpu::Gpu;
+use gpu_backend::{BufferOf, Cpu};
 use lighting::scene::{Camera, Geometry, Medium};
 use lighting::shadow_map::{Casters, ShadowMap};
 use lighting::trace::Tracer;
@@ -19,7 +20,7 @@ use super::selection::Candidate;
 use crate::engine::{Held, Renderer, Stage, Tables, Voxels, shadow_maps};
 use crate::failure::Failure;
 use crate::input::Input;
-use crate::methods::{Method, Visibility};
+use crate::methods::{METHODS, Method, Visibility};
 use crate::parse::Size;
 use crate::picture::Picture;
 use crate::{progress, veils};
@@ -87,6 +88,20 @@ pub(crate) trait Measure {
         reference: &Reference,
         budget: Budget,
     ) -> Result<Outcome, Failure>;
+}
+
+/// Gets a backend ready for those of the candidates that it runs.
+pub(crate) fn session<'a>(
+    present: &'a Present,
+    job: Job<'a>,
+    candidates: &[Candidate],
+) -> Result<Box<dyn Measure + 'a>, Failure> {
+    let mut own = candidates.to_vec();
+    own.retain(|candidate| present.runs(candidate.method));
+    Ok(match present.context() {
+        None => Box::new(Session::new(Cpu::new(), present, job, own)?),
+        Some(context) => Box::new(Session::new(Gpu::new(context.clone()), present, job, own)?),
+    })
 }
 
 /// A backend with what has to exist before a frame.
@@ -297,7 +312,7 @@ impl<'a, B: Renderer> Session<'a, B> {
         };
         let (seconds_table, bytes_table) = self.job.tables.cost(candidate.setting());
         Measurement {
-            method: candidate.method,
+            method: candidate.method.place(),
             backend: self.present.label.clone(),
             representative: self.present.representative,
             quality: candidate.quality,
@@ -448,7 +463,7 @@ fn repeat<B: Renderer>(
         for (measurement, seconds) in measurements.iter().zip(seconds.iter_mut()) {
             if seconds[0] < budget.left() {
                 let candidate = Candidate {
-                    method: measurement.method,
+                    method: &METHODS[measurement.method],
                     quality: measurement.quality,
                 };
                 seconds.push(timed(stage, &candidate)?.0);

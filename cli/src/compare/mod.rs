@@ -1,60 +1,44 @@
 //! The comparison: every applicable method at every quality, its error against
 //! the converged reference and its time.
 
-pub(crate) mod alone;
 mod backends;
 mod baked;
 mod budget;
-mod csv;
-pub(crate) mod curves;
-pub(crate) mod dag;
 mod measure;
 mod prepare;
 pub(crate) mod results;
 mod selection;
+pub(crate) mod studies;
+pub(crate) mod study;
+mod times;
 mod trial;
-pub(crate) mod voxels;
 
-use lighting::Emitter;
+use lighting::scene::Medium;
 
 use crate::args::Compare;
 use crate::engine::affordable_resolution;
 use crate::failure::Failure;
 use crate::format::{count, seconds};
-use crate::input::{describe_medium, describe_phase};
+use crate::input::describe_medium;
+use crate::methods::{Airlight, METHODS, Method, Visibility};
 use crate::output::PendingFolder;
 use crate::picture::Picture;
 use crate::print::{complain, print};
-use crate::{progress, report, veils};
+use crate::{interrupt, progress, report, veils};
 use budget::Budget;
-use curves::Curves;
-use dag::Dag;
 use prepare::Prepared;
-use results::{LeftOut, Pictures, Results};
+use results::{MethodFacts, Pictures, Results};
 use selection::{check_names, dropped};
+use studies::{Device, STUDIES, Subject};
+use study::Study;
 use trial::{Found, try_out};
-use voxels::Voxels;
 
-/// The files of a report; the first one carries the mark.
-const FILES: [&str; 6] = [
-    "index.html",
-    "results.csv",
-    "airlight.csv",
-    "curves.csv",
-    "voxels.csv",
-    "shadows.csv",
-];
+/// The page, which carries the mark of a report, and the main results.
+const PAGE: &str = "index.html";
+const RESULTS: &str = "results.csv";
 
-/// Share of the time that pictures get; the rest is for what is judged by itself.
+/// Share of the time that pictures get; the rest is for studies.
 const PICTURES: f64 = 0.75;
-
-/// Seconds that voxels by themselves may take, in a quick comparison and in a full
-/// one.
-const VOXEL_SECONDS: [f64; 2] = [1.5, 15.0];
-
-/// Seconds that baked shadows by themselves may take: of a quick comparison,
-/// and of another.
-const DAG_SECONDS: [f64; 2] = [1.2, 25.0];
 
 /// Runs `crepuscular compare`.
 pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
@@ -64,7 +48,9 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     if args.plan {
         return print(&Prepared::new(args)?.describe());
     }
-    let folder = PendingFolder::create(&args.out, &FILES, report::MARK)?;
+    let files = [PAGE, RESULTS].into_iter();
+    let files = files.chain(STUDIES.iter().map(|study| study.csv)).collect();
+    let folder = PendingFolder::create(&args.out, files, report::MARK)?;
     let prepared = Prepared::new(args)?;
     let dropped = dropped(&args.methods, &prepared.selection);
     if !dropped.is_empty() && prepared.selection.candidates.is_empty() {
@@ -78,12 +64,11 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     }
     let results = compare(args, prepared, budget)?;
     let spinner = progress::spinner("writing the report");
-    folder.write(FILES[0], report::page(&results)?.as_bytes())?;
-    folder.write(FILES[1], csv::write(&results).as_bytes())?;
-    folder.write(FILES[2], alone::csv(&results.alone).as_bytes())?;
-    folder.write(FILES[3], curves::csv(&results.curves).as_bytes())?;
-    folder.write(FILES[4], voxels::csv(&results.voxels).as_bytes())?;
-    folder.write(FILES[5], dag::csv(&results.dag).as_bytes())?;
+    folder.write(PAGE, report::page(&results)?.as_bytes())?;
+    folder.write(RESULTS, &report::csv(&report::records(&results))?)?;
+    for study in &results.studies {
+        folder.write(study.csv, &report::csv(&study.records)?)?;
+    }
     let place = folder.finish()?;
     spinner.finish_and_clear();
     let mut text = String::new();
@@ -97,7 +82,7 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
         "{} and {} left out; {} after {}\n",
         count(results.measurements.len(), "measurement"),
         count(results.left_out.len(), "item"),
-        place.join(FILES[0]).display(),
+        place.join(PAGE).display(),
         seconds(budget.elapsed())
     );
     print(&text)
@@ -108,11 +93,7 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
     let mut notes = Vec::new();
     let mut shadow_maps = "none".to_owned();
     let mut found = Found::nothing(&prepared);
-    let mut alone = Vec::new();
-    let mut curves = Curves::default();
-    let mut voxels = Voxels::default();
-    let mut dag = Dag::default();
-    let mut left_out = Vec::new();
+    let mut studies = studies::all_blank();
     if let (Some(medium), false) = (prepared.input.scene.medium, candidates.is_empty()) {
         let map = map_resolution(args, &prepared, &mut notes);
         shadow_maps = format!("{map} texels per side");
@@ -134,59 +115,14 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
                 seconds(budget.total())
             ));
         }
-        if prepared.emitters().iter().any(is_point) {
-            alone = alone::judge_all(medium.phase(), args.quick)?;
-        } else {
-            left_out.push(LeftOut {
-                what: "airlight alone".into(),
-                why: "no light at a point; that of a sun has a closed form".into(),
-            });
-        }
-        let translucent = &prepared.input.scene.translucent;
-        let without;
-        (curves, without) = curves::judge_all(translucent, &prepared.emitters(), args.quick)?;
-        left_out.extend(without);
-        match prepared.voxel_scene(&medium, map) {
-            Ok(scene) => {
-                let seconds = VOXEL_SECONDS[usize::from(!args.quick)];
-                voxels = voxels::judge(scene, args.quick, seconds.min(budget.left()))?;
-                left_out.append(&mut voxels.left_out);
-                for backend in &prepared.backends.present {
-                    let steps = match budget.left() > 0.0 {
-                        true => backend.time_voxels(scene, args.quick),
-                        false => Err(Failure::new("no time left (--time-budget)")),
-                    };
-                    match steps {
-                        Ok(steps) => voxels.steps.extend(steps),
-                        // Its pictures stand.
-                        Err(failure) => left_out.push(LeftOut {
-                            what: format!("steps of voxels on {}", backend.label),
-                            why: failure.to_string(),
-                        }),
-                    }
-                }
-            }
-            Err(why) => left_out.push(LeftOut {
-                what: "voxels alone".into(),
-                why,
-            }),
-        }
-        let Prepared { input, camera, .. } = &prepared;
-        dag = dag::judge(
-            (&input.geometry, &input.tracer, camera),
-            &prepared.emitters(),
-            args.quick,
-            DAG_SECONDS[usize::from(!args.quick)].min(budget.left()),
-        )?;
-        left_out.extend(dag.left_out.iter().map(|what| LeftOut {
-            what: (*what).into(),
-            why: "no time left (--time-budget)".into(),
-        }));
+        studies = study(args, &prepared, &medium, map, budget)?;
     }
     let Prepared { input, frame, .. } = &prepared;
     let size = frame.size;
     let map = args.options.map.unwrap_or(512);
     let surfaces = veils::surfaces(&frame.view, input, map)?;
+    let of_studies = studies.iter().flat_map(|study| &study.left_out);
+    let mut left_out: Vec<_> = of_studies.cloned().collect();
     left_out.extend(prepared.selection.left_out.iter().cloned());
     left_out.extend(found.outcome.left_out);
     Ok(Results {
@@ -194,10 +130,6 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
         light: input.light_kinds(),
         lights: input.lights(),
         medium: describe_medium(input.scene.medium.as_ref()),
-        phase: input
-            .scene
-            .medium
-            .map_or_else(String::new, |medium| describe_phase(medium.phase())),
         triangles: input.geometry.triangles().len(),
         size,
         shadow_maps,
@@ -212,17 +144,65 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
             airlight: found.airlight,
             methods: found.outcome.pictures,
         },
+        methods: method_facts(),
         measurements: found.outcome.measurements,
-        alone,
-        curves,
-        voxels,
-        dag,
+        studies,
         seconds_total: budget.elapsed(),
     })
 }
 
-fn is_point(emitter: &Emitter) -> bool {
-    matches!(emitter, Emitter::Point(_))
+/// Carries out the studies, until the first Ctrl-C: what there is of them then
+/// is reported.
+fn study(
+    args: &Compare,
+    prepared: &Prepared,
+    medium: &Medium,
+    map: u32,
+    budget: Budget,
+) -> Result<Vec<Study>, Failure> {
+    let Prepared {
+        input,
+        camera,
+        frame,
+        backends,
+        ..
+    } = prepared;
+    let short = |label: &str, representative| report::short_name(label, representative);
+    let devices = backends.present.iter().map(|backend| Device {
+        label: backend.label.clone(),
+        short: short(&backend.label, backend.representative),
+        context: backend.context(),
+    });
+    let subject = Subject {
+        geometry: &input.geometry,
+        tracer: &input.tracer,
+        medium,
+        translucent: &input.scene.translucent,
+        emitters: &prepared.emitters(),
+        camera,
+        rays: frame.view.rays(),
+        size: frame.size,
+        map,
+        devices: devices.collect(),
+        quick: args.quick,
+    };
+    studies::run_all(&subject, budget, &*interrupt::flag()?)
+}
+
+/// All methods in the order of the registry, as reports know them.
+pub(crate) fn method_facts() -> Vec<MethodFacts> {
+    let facts = |method: &Method| MethodFacts {
+        name: method.name(),
+        title: method.title.into(),
+        quality: method.quality_name().into(),
+        visibility: method.visibility.name().into(),
+        airlight: method.airlight_name(),
+        has_shadows: method.visibility != Visibility::None,
+        is_baseline: method.visibility == Visibility::March
+            && method.airlight == Airlight::Midpoint,
+        samples_shadow_map: method.visibility.needs_shadow_map(),
+    };
+    METHODS.iter().map(facts).collect()
 }
 
 /// Texels per side of the shadow maps, reduced if there are many lights.

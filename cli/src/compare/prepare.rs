@@ -4,14 +4,12 @@ use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::emitter::Emission;
 use lighting::plan::Plan;
-use lighting::scene::{Camera, Medium, PhaseFunction};
+use lighting::scene::{Camera, PhaseFunction};
 use lighting::view::View;
-use lighting::voxels::Eye;
 
 use super::backends::Backends;
 use super::results::LeftOut;
 use super::selection::{Candidate, Evaluated, Selection, select};
-use super::voxels;
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::format::count;
@@ -99,34 +97,6 @@ impl Prepared {
         let kept = self.frame.plan.emitters().iter();
         kept.map(|index| self.input.emitters[*index].clone())
             .collect()
-    }
-
-    /// The first light that is seen, for voxels by themselves; why there is
-    /// none otherwise.
-    pub(crate) fn voxel_scene<'a>(
-        &'a self,
-        medium: &'a Medium,
-        map: u32,
-    ) -> Result<voxels::Scene<'a>, String> {
-        let (input, Frame { size, view, plan }) = (&self.input, &self.frame);
-        if !input.scene.translucent.is_empty() {
-            return Err("they do not see hair and smoke".into());
-        }
-        let size = [size.width, size.height];
-        let eye = Eye::of_camera(&self.camera, size, view.rays(), medium);
-        let mut kept = plan.emitters().iter().map(|index| &input.emitters[*index]);
-        let emitter = kept
-            .next()
-            .ok_or("no light that voxels could be made for")?;
-        Ok(voxels::Scene {
-            geometry: &input.geometry,
-            tracer: &input.tracer,
-            medium,
-            emitter,
-            eye,
-            rays: view.rays(),
-            map,
-        })
     }
 
     /// What `--plan` prints.

@@ -9,7 +9,7 @@ use lighting::scene::Medium;
 
 use super::baked::bake_all;
 use super::budget::{Budget, affordable_size};
-use super::measure::{Cost, Job, Measure, Outcome};
+use super::measure::{Cost, Job, Measure, Outcome, session};
 use super::prepare::Prepared;
 use super::results::ReferenceFacts;
 use super::selection::Candidate;
@@ -113,7 +113,7 @@ pub(crate) fn try_out(
     let mut outcome = Outcome::default();
     let mut sessions: Vec<(Box<dyn Measure + '_>, Vec<Cost>)> = Vec::new();
     for backend in &backends.present {
-        let probed = backend.session(job, candidates).and_then(|session| {
+        let probed = session(backend, job, candidates).and_then(|session| {
             let costs = session.probe((&few, frame.size))?;
             Ok((session, costs))
         });
