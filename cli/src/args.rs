@@ -89,9 +89,11 @@ pub(crate) enum Command {
 /// Runs every method that applies to the scene at every quality setting, on
 /// every backend that is present, and measures its time and its error against
 /// a converged reference. Writes a folder with index.html, which needs nothing
-/// but a browser, and results.csv; airlight.csv, curves.csv, voxels.csv and
-/// shadows.csv have evaluators of airlight, curves of transmittance, voxelized
-/// shadow volumes and baked shadows by themselves.
+/// but a browser, and results.csv. Studies measure one algorithm each, beside
+/// the methods: airlight.csv has evaluators of airlight, voxels.csv voxelized
+/// shadow volumes, curves.csv curves of transmittance, and
+/// precomputed-voxelized-shadows.csv what its name says. An interruption
+/// (Ctrl-C) during the studies ends them early, and what there is is reported.
 ///
 /// Errors are those of the airlight (surfaces are the same for all methods), in
 /// linear radiance, divided by the reference's mean radiance.

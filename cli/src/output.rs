@@ -66,7 +66,7 @@ pub(crate) struct PendingFolder {
     /// Where it leads to.
     path: PathBuf,
     folder: TempDir,
-    ours: &'static [&'static str],
+    ours: Vec<&'static str>,
     mark: &'static str,
 }
 
@@ -75,13 +75,13 @@ impl PendingFolder {
     /// replaced, and the first of them must contain `mark`.
     pub(crate) fn create(
         path: &Path,
-        ours: &'static [&'static str],
+        ours: Vec<&'static str>,
         mark: &'static str,
     ) -> Result<Self, Failure> {
         let given = path.to_owned();
         // A link or a path such as `..` stands for the folder it leads to.
         let path = if path.exists() {
-            check_replaceable(path, ours, mark)?;
+            check_replaceable(path, &ours, mark)?;
             path.canonicalize()
                 .map_err(|error| cannot_write(path, reason(&error)))?
         } else if path.symlink_metadata().is_ok() {
@@ -126,7 +126,7 @@ impl PendingFolder {
         // The previous report moves into a folder that removes itself.
         let mut retired = None;
         if self.path.exists() {
-            if let Err(failure) = check_replaceable(&self.path, self.ours, self.mark) {
+            if let Err(failure) = check_replaceable(&self.path, &self.ours, self.mark) {
                 let kept = self.folder.keep();
                 return Err(Failure::new(format!(
                     "{failure}; the new report is in {}",
@@ -212,7 +212,7 @@ mod tests {
     const OURS: [&str; 2] = ["index.html", "results.csv"];
 
     fn report(path: &Path, text: &str) -> Result<PathBuf, Failure> {
-        let folder = PendingFolder::create(path, &OURS, "marked")?;
+        let folder = PendingFolder::create(path, OURS.into(), "marked")?;
         folder.write("index.html", format!("marked {text}").as_bytes())?;
         folder.finish()
     }
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "no remains");
 
         fs::remove_file(path.join("thesis.tex")).unwrap();
-        let pending = PendingFolder::create(&path, &OURS, "marked").unwrap();
+        let pending = PendingFolder::create(&path, OURS.into(), "marked").unwrap();
         pending.write("index.html", b"marked fourth").unwrap();
         fs::write(path.join("notes.txt"), "written during the run").unwrap();
         let error = pending.finish().unwrap_err().to_string();

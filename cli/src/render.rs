@@ -204,9 +204,8 @@ impl Chosen {
             None => {
                 let visibility = args.visibility.as_deref().unwrap_or(VISIBILITY);
                 let airlight = args.airlight.as_deref().unwrap_or(AIRLIGHT);
-                let missing = || {
-                    Failure::new(format!("there is no method {visibility} x {airlight}"))
-                };
+                let missing =
+                    || Failure::new(format!("there is no method {visibility} x {airlight}"));
                 methods
                     .pair(visibility, airlight, None)
                     .ok_or_else(missing)?
@@ -241,7 +240,9 @@ impl Chosen {
             }
             (None, Some(nodes)) if given.is_none() => (entry, Some(nodes)),
             (None, Some(_)) => {
-                return Err(Failure::new("--nodes is the quality here: give one of the two"));
+                return Err(Failure::new(
+                    "--nodes is the quality here: give one of the two",
+                ));
             }
             (_, None) => (entry, given),
         };

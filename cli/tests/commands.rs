@@ -57,8 +57,8 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "airlight.csv",
             "curves.csv",
             "index.html",
+            "precomputed-voxelized-shadows.csv",
             "results.csv",
-            "shadows.csv",
             "voxels.csv"
         ]
     );

@@ -70,6 +70,19 @@ pub(crate) struct Outcome {
     pub(crate) left_out: Vec<LeftOut>,
 }
 
+impl Outcome {
+    /// Appends what came out on another backend.
+    pub(crate) fn add(&mut self, other: Self) {
+        let offset = self.measurements.len();
+        for mut picture in other.pictures {
+            picture.measurement += offset;
+            self.pictures.push(picture);
+        }
+        self.measurements.extend(other.measurements);
+        self.left_out.extend(other.left_out);
+    }
+}
+
 /// Rays on which the time of a candidate is estimated.
 const PROBE_RAYS: usize = 256;
 
@@ -89,8 +102,9 @@ pub(crate) fn measure(
 ) -> Result<Outcome, Failure> {
     match &device.context {
         // What is on the host is in the memory of this backend.
-        None => On::new(&Cpu::new(), &job.input.host, device, job, truth, budget)
-            .measure(candidates),
+        None => {
+            On::new(&Cpu::new(), &job.input.host, device, job, truth, budget).measure(candidates)
+        }
         Some(context) => {
             let waited_for = Gpu::new(context.clone());
             let backend = Gpu::new(context.clone());
@@ -219,7 +233,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         runs.sort_by_key(|run| (run.candidate.method, run.candidate.quality));
         for index in pictured(&runs) {
             let size = self.job.size;
-            let airlight = std::mem::replace(&mut runs[index].picture, Picture::empty(size));
+            let airlight = std::mem::replace(&mut runs[index].picture, Picture::black(size));
             outcome.pictures.push(MethodPicture {
                 measurement: index,
                 airlight,
@@ -371,7 +385,8 @@ fn pictured(runs: &[Run]) -> Vec<usize> {
         quality.abs_diff(entry.about().pictured)
     };
     for index in 0..runs.len() {
-        let same = |other: &&mut usize| runs[**other].candidate.method == runs[index].candidate.method;
+        let same =
+            |other: &&mut usize| runs[**other].candidate.method == runs[index].candidate.method;
         match nearest.iter_mut().find(same) {
             Some(other) if distance(index) < distance(*other) => *other = index,
             Some(_) => {}

@@ -1,72 +1,60 @@
 //! The comparison: every applicable method at every quality, its error against
 //! the converged reference and its time.
 
-pub(crate) mod alone;
 mod backends;
-mod baked;
 mod budget;
-mod csv;
-pub(crate) mod curves;
-pub(crate) mod dag;
 mod measure;
 mod prepare;
 pub(crate) mod results;
+mod schedule;
 mod selection;
-mod trial;
-pub(crate) mod voxels;
+mod size;
+pub(crate) mod studies;
+pub(crate) mod study;
+mod times;
+mod truth;
 
-use lighting::Emitter;
+use lighting::methods::{Entry, Registry, Role};
 
 use crate::args::Compare;
-use crate::engine::affordable_resolution;
 use crate::failure::Failure;
 use crate::format::{count, seconds};
-use crate::input::{describe_medium, describe_phase};
+use crate::input::describe_medium;
 use crate::output::PendingFolder;
 use crate::picture::Picture;
 use crate::print::{complain, print};
-use crate::{progress, report, veils};
+use crate::{interrupt, progress, report, surfaces};
 use budget::Budget;
-use curves::Curves;
-use dag::Dag;
+use measure::{Job, Outcome, measure};
 use prepare::Prepared;
-use results::{LeftOut, Pictures, Results};
+use results::{MethodFacts, Pictures, ReferenceFacts, Results};
 use selection::{check_names, dropped};
-use trial::{Found, try_out};
-use voxels::Voxels;
+use studies::{Device, STUDIES, Subject};
+use study::Study;
 
-/// The files of a report; the first one carries the mark.
-const FILES: [&str; 6] = [
-    "index.html",
-    "results.csv",
-    "airlight.csv",
-    "curves.csv",
-    "voxels.csv",
-    "shadows.csv",
-];
+/// The page, which carries the mark of a report, and the main results.
+const PAGE: &str = "index.html";
+const RESULTS: &str = "results.csv";
 
-/// Share of the time that pictures get; the rest is for what is judged by itself.
+/// Share of the time that pictures get; the rest is for studies.
 const PICTURES: f64 = 0.75;
 
-/// Seconds that voxels by themselves may take, in a quick comparison and in a full
-/// one.
-const VOXEL_SECONDS: [f64; 2] = [1.5, 15.0];
-
-/// Seconds that baked shadows by themselves may take: of a quick comparison,
-/// and of another.
-const DAG_SECONDS: [f64; 2] = [1.2, 25.0];
+/// Share of the time left that a software GPU may take, whose times mean nothing.
+const SOFTWARE: f64 = 0.25;
 
 /// Runs `crepuscular compare`.
-pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
+pub(crate) fn run(methods: &Registry, args: &Compare) -> Result<(), Failure> {
     let default = if args.quick { 14.0 } else { 150.0 };
     let budget = Budget::new(args.time_budget.unwrap_or(default));
-    check_names(&args.methods)?;
+    check_names(methods, &args.methods)?;
     if args.plan {
-        return print(&Prepared::new(args)?.describe());
+        return print(&Prepared::new(methods, args, budget.total())?.describe());
     }
-    let folder = PendingFolder::create(&args.out, &FILES, report::MARK)?;
-    let prepared = Prepared::new(args)?;
-    let dropped = dropped(&args.methods, &prepared.selection);
+    let files = [PAGE, RESULTS].into_iter();
+    let files = files.chain(STUDIES.iter().map(|study| study.csv)).collect();
+    let folder = PendingFolder::create(&args.out, files, report::MARK)?;
+    let prepared = Prepared::new(methods, args, budget.total())?;
+    let dropped = dropped(methods, &args.methods, &prepared.selection);
     if !dropped.is_empty() && prepared.selection.candidates.is_empty() {
         return Err(Failure::new(format!(
             "nothing to compare: {}",
@@ -76,14 +64,13 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
     for line in dropped {
         complain(&format!("warning: {line}"));
     }
-    let results = compare(args, prepared, budget)?;
+    let results = compare(methods, args, &prepared, budget)?;
     let spinner = progress::spinner("writing the report");
-    folder.write(FILES[0], report::page(&results)?.as_bytes())?;
-    folder.write(FILES[1], csv::write(&results).as_bytes())?;
-    folder.write(FILES[2], alone::csv(&results.alone).as_bytes())?;
-    folder.write(FILES[3], curves::csv(&results.curves).as_bytes())?;
-    folder.write(FILES[4], voxels::csv(&results.voxels).as_bytes())?;
-    folder.write(FILES[5], dag::csv(&results.dag).as_bytes())?;
+    folder.write(PAGE, report::page(&results)?.as_bytes())?;
+    folder.write(RESULTS, &report::csv(&report::records(&results))?)?;
+    for study in &results.studies {
+        folder.write(study.csv, &report::csv(&study.records)?)?;
+    }
     let place = folder.finish()?;
     spinner.finish_and_clear();
     let mut text = String::new();
@@ -97,96 +84,45 @@ pub(crate) fn run(args: &Compare) -> Result<(), Failure> {
         "{} and {} left out; {} after {}\n",
         count(results.measurements.len(), "measurement"),
         count(results.left_out.len(), "item"),
-        place.join(FILES[0]).display(),
+        place.join(PAGE).display(),
         seconds(budget.elapsed())
     );
     print(&text)
 }
 
-fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Results, Failure> {
-    let candidates = prepared.selection.candidates.clone();
-    let mut notes = Vec::new();
+/// The reference and all measurements.
+struct Found {
+    facts: ReferenceFacts,
+    airlight: Picture,
+    outcome: Outcome,
+    backends: Vec<String>,
+}
+
+fn compare(
+    methods: &Registry,
+    args: &Compare,
+    prepared: &Prepared,
+    budget: Budget,
+) -> Result<Results, Failure> {
     let mut shadow_maps = "none".to_owned();
-    let mut found = Found::nothing(&prepared);
-    let mut alone = Vec::new();
-    let mut curves = Curves::default();
-    let mut voxels = Voxels::default();
-    let mut dag = Dag::default();
-    let mut left_out = Vec::new();
-    if let (Some(medium), false) = (prepared.input.scene.medium, candidates.is_empty()) {
-        let map = map_resolution(args, &prepared, &mut notes);
-        shadow_maps = format!("{map} texels per side");
-        let asked = prepared.frame.size;
-        // The estimate of the first pass may reduce the picture; the second
-        // pass takes it as it is.
-        let mut fitted = false;
-        let pictures = budget.share(PICTURES);
-        found = loop {
-            match try_out(args, &mut prepared, &medium, map, pictures, fitted)? {
-                Some(found) => break found,
-                None => fitted = true,
-            }
-        };
-        if prepared.frame.size != asked {
-            notes.push(format!(
-                "the picture is {} instead of {asked}, so that everything fits into {} (--time-budget)",
-                prepared.frame.size,
-                seconds(budget.total())
-            ));
-        }
-        if prepared.emitters().iter().any(is_point) {
-            alone = alone::judge_all(medium.phase(), args.quick)?;
-        } else {
-            left_out.push(LeftOut {
-                what: "airlight alone".into(),
-                why: "no light at a point; that of a sun has a closed form".into(),
-            });
-        }
-        let translucent = &prepared.input.scene.translucent;
-        let without;
-        (curves, without) = curves::judge_all(translucent, &prepared.emitters(), args.quick)?;
-        left_out.extend(without);
-        match prepared.voxel_scene(&medium, map) {
-            Ok(scene) => {
-                let seconds = VOXEL_SECONDS[usize::from(!args.quick)];
-                voxels = voxels::judge(scene, args.quick, seconds.min(budget.left()))?;
-                left_out.append(&mut voxels.left_out);
-                for backend in &prepared.backends.present {
-                    let steps = match budget.left() > 0.0 {
-                        true => backend.time_voxels(scene, args.quick),
-                        false => Err(Failure::new("no time left (--time-budget)")),
-                    };
-                    match steps {
-                        Ok(steps) => voxels.steps.extend(steps),
-                        // Its pictures stand.
-                        Err(failure) => left_out.push(LeftOut {
-                            what: format!("steps of voxels on {}", backend.label),
-                            why: failure.to_string(),
-                        }),
-                    }
-                }
-            }
-            Err(why) => left_out.push(LeftOut {
-                what: "voxels alone".into(),
-                why,
-            }),
-        }
-        let Prepared { input, camera, .. } = &prepared;
-        dag = dag::judge(
-            (&input.geometry, &input.tracer, camera),
-            &prepared.emitters(),
-            args.quick,
-            DAG_SECONDS[usize::from(!args.quick)].min(budget.left()),
-        )?;
-        left_out.extend(dag.left_out.iter().map(|what| LeftOut {
-            what: (*what).into(),
-            why: "no time left (--time-budget)".into(),
-        }));
+    let mut found = Found {
+        facts: truth::nothing(),
+        airlight: Picture::black(prepared.size),
+        outcome: Outcome::default(),
+        backends: Vec::new(),
+    };
+    let mut studies = studies::all_blank();
+    let is_empty = prepared.selection.candidates.is_empty();
+    if let (Some(job), false) = (prepared.job(args.quick), is_empty) {
+        shadow_maps = format!("{} texels per side", job.map);
+        found = measure_all(args, prepared, job, budget.share(PICTURES))?;
+        studies = study(args, prepared, job, budget)?;
     }
-    let Prepared { input, frame, .. } = &prepared;
-    let size = frame.size;
+    let Prepared { input, size, .. } = prepared;
     let map = args.options.map.unwrap_or(512);
-    let surfaces = veils::surfaces(&frame.view, input, map)?;
+    let surfaces = surfaces::radiance(&prepared.view, input, map)?;
+    let of_studies = studies.iter().flat_map(|study| &study.left_out);
+    let mut left_out: Vec<_> = of_studies.cloned().collect();
     left_out.extend(prepared.selection.left_out.iter().cloned());
     left_out.extend(found.outcome.left_out);
     Ok(Results {
@@ -194,52 +130,113 @@ fn compare(args: &Compare, mut prepared: Prepared, budget: Budget) -> Result<Res
         light: input.light_kinds(),
         lights: input.lights(),
         medium: describe_medium(input.scene.medium.as_ref()),
-        phase: input
-            .scene
-            .medium
-            .map_or_else(String::new, |medium| describe_phase(medium.phase())),
         triangles: input.geometry.triangles().len(),
-        size,
+        size: *size,
         shadow_maps,
-        notes: input.notes.iter().cloned().chain(notes).collect(),
+        notes: prepared.notes(),
         ran: prepared.passes(),
         left_out,
         machine: machine(),
         backends: found.backends,
         reference: found.facts,
         pictures: Pictures {
-            surfaces: Picture::new(size, &surfaces),
+            surfaces: Picture::new(*size, &surfaces),
             airlight: found.airlight,
             methods: found.outcome.pictures,
         },
+        methods: methods.compared().map(facts).collect(),
         measurements: found.outcome.measurements,
-        alone,
-        curves,
-        voxels,
-        dag,
+        studies,
         seconds_total: budget.elapsed(),
     })
 }
 
-fn is_point(emitter: &Emitter) -> bool {
-    matches!(emitter, Emitter::Point(_))
+/// Measures all candidates on all backends, the CPU first. A software GPU gets what
+/// is left, at most a quarter of it.
+fn measure_all(
+    args: &Compare,
+    prepared: &Prepared,
+    job: Job<'_>,
+    budget: Budget,
+) -> Result<Found, Failure> {
+    let (truth, facts) = truth::converge(&job, prepared.view.rays(), args.tolerance);
+    let mut found = Found {
+        facts,
+        airlight: Picture::of_reference(prepared.size, &truth.radiance),
+        outcome: Outcome::default(),
+        backends: Vec::new(),
+    };
+    let candidates = &prepared.selection.candidates;
+    let devices = &prepared.backends.present;
+    for (index, device) in devices.iter().enumerate() {
+        let others = &devices[index + 1..];
+        let real = others.iter().filter(|device| device.representative).count();
+        let software = others.len() - real;
+        // What comes after has its share too.
+        let share = match (device.representative, real, software) {
+            (false, ..) if devices.len() > 1 => 1.0,
+            (_, 0, 0) => 1.0,
+            (_, 0, _) => 1.0 - SOFTWARE,
+            (_, real, _) => 1.0 / (1 + real) as f64,
+        };
+        match measure(device, job, candidates, &truth, budget.share(share)) {
+            Ok(outcome) => {
+                found.backends.push(device.label.clone());
+                found.outcome.add(outcome);
+            }
+            Err(failure) => {
+                let left_out = device.excuse(failure)?;
+                found.outcome.left_out.push(left_out);
+            }
+        }
+    }
+    Ok(found)
 }
 
-/// Texels per side of the shadow maps, reduced if there are many lights.
-fn map_resolution(args: &Compare, prepared: &Prepared, notes: &mut Vec<String>) -> u32 {
-    let asked = args
-        .options
-        .map
-        .unwrap_or(if args.quick { 512 } else { 1024 });
-    let emitters = prepared.emitters();
-    let map = affordable_resolution(asked, &prepared.input.geometry, &emitters);
-    if map < asked {
-        notes.push(format!(
-            "shadow maps have {map} texels per side instead of {asked}, so that those of {} fit into 512 MiB",
-            count(emitters.len(), "emitter")
-        ));
+/// Carries out the studies, until the first Ctrl-C: what there is of them then
+/// is reported.
+fn study(
+    args: &Compare,
+    prepared: &Prepared,
+    job: Job<'_>,
+    budget: Budget,
+) -> Result<Vec<Study>, Failure> {
+    let devices = prepared.backends.present.iter().map(|device| Device {
+        label: device.label.clone(),
+        short: report::short_name(&device.label, device.representative),
+        context: device.context.as_ref(),
+    });
+    let subject = Subject {
+        geometry: &job.input.geometry,
+        tracer: &job.input.tracer,
+        medium: job.medium,
+        translucent: &job.input.scene.translucent,
+        emitters: job.emitters,
+        camera: job.camera,
+        rays: job.view.rays(),
+        size: job.size,
+        map: job.map,
+        devices: devices.collect(),
+        quick: args.quick,
+    };
+    studies::run_all(&subject, budget, &*interrupt::flag()?)
+}
+
+/// A method as reports know it.
+pub(crate) fn facts(entry: &Entry) -> MethodFacts {
+    let about = entry.about();
+    // The halves of a pair, the second with its quality where that is fixed.
+    let (visibility, airlight) = about.name.split_once(" x ").unwrap_or((&about.name, ""));
+    MethodFacts {
+        visibility: visibility.into(),
+        airlight: airlight.into(),
+        title: about.title.into(),
+        quality: about.quality.into(),
+        has_shadows: about.role != Role::Unshadowed,
+        is_baseline: about.role == Role::Baseline,
+        samples_shadow_map: about.uses_shadow_map,
+        name: about.name.into_owned(),
     }
-    map
 }
 
 /// The processor, as the system names it, and the threads in use.

@@ -4,8 +4,8 @@ use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::methods::Registry;
 use lighting::plan::Plan;
-use lighting::scene::view::View;
 use lighting::scene::Camera;
+use lighting::scene::view::View;
 
 use super::backends::Backends;
 use super::measure::Job;

@@ -1,10 +1,8 @@
 //! What a comparison found: plain data between measuring and reporting.
 
-use super::alone::Alone;
-use super::curves::Curves;
-use super::dag::Dag;
-use super::voxels::Voxels;
-use crate::methods::Method;
+pub(crate) use super::study::LeftOut;
+use super::study::Study;
+pub(crate) use super::times::Times;
 use crate::parse::Size;
 use crate::picture::Picture;
 
@@ -19,8 +17,6 @@ pub(crate) struct Results {
     pub(crate) lights: String,
     /// The medium in words.
     pub(crate) medium: String,
-    /// Its phase function in words.
-    pub(crate) phase: String,
     /// Number of triangles.
     pub(crate) triangles: usize,
     /// Size of the picture that was measured.
@@ -38,15 +34,11 @@ pub(crate) struct Results {
     /// Labels of the backends that were measured.
     pub(crate) backends: Vec<String>,
     pub(crate) reference: ReferenceFacts,
+    /// All methods there are, measured or not; the place of one is its colour.
+    pub(crate) methods: Vec<MethodFacts>,
     pub(crate) measurements: Vec<Measurement>,
-    /// Evaluators of airlight by themselves.
-    pub(crate) alone: Vec<Alone>,
-    /// Curves of transmittance by themselves.
-    pub(crate) curves: Curves,
-    /// Voxelized shadow volumes by themselves.
-    pub(crate) voxels: Voxels,
-    /// Baked shadows by themselves.
-    pub(crate) dag: Dag,
+    /// What was measured beside the methods.
+    pub(crate) studies: Vec<Study>,
     /// None if there is no airlight.
     pub(crate) pictures: Pictures,
     /// Wall time of everything.
@@ -66,11 +58,24 @@ impl Results {
     }
 }
 
-/// Something that the scene or the budget made pointless.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct LeftOut {
-    pub(crate) what: String,
-    pub(crate) why: String,
+/// A method as a report knows it.
+#[derive(Debug, Clone)]
+pub(crate) struct MethodFacts {
+    /// What it is called on the command line.
+    pub(crate) name: String,
+    /// What it is called in a report.
+    pub(crate) title: String,
+    /// What its quality is a number of.
+    pub(crate) quality: String,
+    /// The two halves of a pair, for CSV.
+    pub(crate) visibility: String,
+    pub(crate) airlight: String,
+    /// False if it leaves the shadows out, which tells what they are worth.
+    pub(crate) has_shadows: bool,
+    /// Plain ray marching, which others are compared with.
+    pub(crate) is_baseline: bool,
+    /// It samples a shadow map, whose resolution limits it.
+    pub(crate) samples_shadow_map: bool,
 }
 
 /// The truth that errors are against.
@@ -93,7 +98,8 @@ pub(crate) struct ReferenceFacts {
 /// One method at one quality on one backend.
 #[derive(Debug, Clone)]
 pub(crate) struct Measurement {
-    pub(crate) method: &'static Method,
+    /// Index into [`Results::methods`].
+    pub(crate) method: usize,
     /// Label of the backend.
     pub(crate) backend: String,
     /// False on a software adapter: the time says nothing about a GPU.
@@ -115,31 +121,6 @@ pub(crate) struct Errors {
     pub(crate) max: f64,
     /// 99th percentile of the relative error of a pixel.
     pub(crate) rel_p99: f64,
-}
-
-/// Repeated measurements of one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Times {
-    pub(crate) median: f64,
-    pub(crate) low: f64,
-    pub(crate) high: f64,
-    pub(crate) repetitions: usize,
-}
-
-impl Times {
-    /// From any number of durations above 0 in any order.
-    pub(crate) fn of(seconds: &[f64]) -> Self {
-        let mut sorted = seconds.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let n = sorted.len();
-        assert!(n > 0, "a time is measured at least once");
-        Self {
-            median: 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
-            low: sorted[0],
-            high: sorted[n - 1],
-            repetitions: n,
-        }
-    }
 }
 
 /// The pictures of a report.
@@ -180,12 +161,12 @@ pub(crate) fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
 /// most `target`, by its frame time.
 pub(crate) fn fastest_within<'a>(
     measurements: impl IntoIterator<Item = &'a Measurement>,
-    method: Option<&Method>,
+    method: Option<usize>,
     target: f64,
 ) -> Option<&'a Measurement> {
     measurements
         .into_iter()
-        .filter(|m| method.is_none_or(|method| std::ptr::eq(m.method, method)))
+        .filter(|m| method.is_none_or(|method| m.method == method))
         .filter(|m| m.error.rmse <= target)
         .min_by(|a, b| a.frame.median.total_cmp(&b.frame.median))
 }
@@ -193,130 +174,41 @@ pub(crate) fn fastest_within<'a>(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::compare::alone::{Family, Judgement};
-    use crate::compare::{curves, dag, voxels};
-    use crate::methods::METHODS;
+    use crate::compare::study;
 
-    /// Two evaluators, one of which fails on stiff segments.
-    fn example_alone() -> Vec<Alone> {
-        let judgement = |worst: f64| Judgement {
-            worst,
-            median: 1e-6,
-            time: Times::of(&[1e-8, 2e-8]),
+    const STEPS: &[u32] = &[4, 8, 16, 32, 64, 128, 256];
+
+    /// A few methods with their qualities.
+    fn example_methods() -> Vec<(MethodFacts, &'static [u32])> {
+        let method = |name: &str, title: &str, quality: &str| {
+            let (visibility, airlight) = name.split_once(" x ").unwrap();
+            MethodFacts {
+                name: name.into(),
+                title: title.into(),
+                quality: quality.into(),
+                visibility: visibility.into(),
+                airlight: airlight.into(),
+                has_shadows: visibility != "none",
+                is_baseline: visibility == "march",
+                samples_shadow_map: !["none", "exact"].contains(&visibility),
+            }
         };
-        [
-            (Family::Table, "64 KiB", 1e-4),
-            (Family::Published, "512²", 10.0),
+        vec![
+            (method("none x gauss", "no shadows", "nodes"), &[8]),
+            (
+                method("exact x gauss", "exact intervals", "nodes"),
+                &[2, 4, 8, 16],
+            ),
+            (method("march x midpoint", "ray marching", "steps"), STEPS),
+            (
+                method("equi-angular x gauss-1", "equi-angular steps", "steps"),
+                STEPS,
+            ),
+            (
+                method("runs x gauss-8", "runs of <voxels>", "voxels a side"),
+                &[64, 128, 256],
+            ),
         ]
-        .map(|(family, setting, worst)| Alone {
-            family,
-            setting: setting.into(),
-            bytes: 1 << 16,
-            seconds_build: 0.2,
-            easy: judgement(1e-5),
-            stiff: judgement(worst),
-        })
-        .to_vec()
-    }
-
-    /// One kind of curve on one subject, and a figure of one line.
-    fn example_curves() -> Curves {
-        let row = curves::Row {
-            family: curves::Family::Area,
-            setting: "8".into(),
-            mean: [0.01; 3],
-            max: [0.1; 3],
-            insertion: Times::of(&[1e-7]),
-            lookup: Times::of(&[2e-8]),
-            bytes: 64.0,
-        };
-        Curves {
-            subjects: vec![curves::Subject {
-                name: "smoke & \"hair\"".into(),
-                rays: 9,
-                segments: 50.0,
-                rows: vec![row],
-            }],
-            figures: vec![curves::Figure {
-                title: "a ray <of> light".into(),
-                depths: vec![0.0, 1.0],
-                lines: vec![curves::Line {
-                    name: "exact".into(),
-                    slot: 0,
-                    values: vec![1.0, 0.5],
-                }],
-            }],
-        }
-    }
-
-    /// One resolution, and a frame of one backend.
-    fn example_voxels() -> Voxels {
-        let times = Times::of(&[1e-3]);
-        Voxels {
-            steps: vec![voxels::Steps {
-                backend: "cpu".into(),
-                rectify: times,
-                voxelise: times,
-                extrude: times,
-                average: times,
-                runs: times,
-                rays: 8,
-            }],
-            refinements: voxels::Axis::ALL
-                .map(|axis| voxels::Refinement {
-                    axis,
-                    size: 64,
-                    rest_coarse: 0.1,
-                    rest_fine: 0.01,
-                })
-                .to_vec(),
-            detachments: vec![voxels::Detachment {
-                alpha: 64,
-                paper: [0.2, 0.3],
-                unbiased: [0.01, 0.1],
-            }],
-            biased: 0.02,
-            unbiased: 0.01,
-            left_out: Vec::new(),
-        }
-    }
-
-    /// One of everything about baked shadows.
-    fn example_dag() -> Dag {
-        Dag {
-            light: "the <sun>".into(),
-            sizes: Some(dag::Sizes {
-                resolution: 512,
-                edges: 0,
-                rows: vec![dag::SizeRow {
-                    rule: "2015",
-                    bytes: [3000, 1000],
-                    seconds: [0.1, 0.4],
-                }],
-            }),
-            bakes: [2048, 4096]
-                .map(|resolution| dag::Bake {
-                    resolution,
-                    stages: [
-                        (0.1, None),
-                        (0.2, Some(1 << 30)),
-                        (0.01, None),
-                        (0.02, None),
-                    ],
-                    bytes: 4000,
-                })
-                .to_vec(),
-            filters: Some(dag::Filters {
-                size: Size {
-                    width: 4,
-                    height: 2,
-                },
-                resolution: 512,
-                receivers: 0,
-                rows: vec![(9, [Times::of(&[1e-3]), Times::of(&[2e-3])])],
-            }),
-            ..Dag::default()
-        }
     }
 
     /// Results with a made-up error of 1/quality and a time of quality ms.
@@ -327,11 +219,11 @@ pub(crate) mod tests {
         };
         let flat = |value: f32| Picture::new(size, &[[value; 4]; 8]);
         let mut measurements = Vec::new();
-        for (slot, method) in METHODS.iter().enumerate() {
-            for &quality in method.qualities {
+        for (slot, (_, qualities)) in example_methods().iter().enumerate() {
+            for &quality in *qualities {
                 let error = 0.5 / f64::from(quality).powi(1 + (slot % 2) as i32);
                 measurements.push(Measurement {
-                    method,
+                    method: slot,
                     backend: "cpu".into(),
                     representative: true,
                     quality,
@@ -351,7 +243,6 @@ pub(crate) mod tests {
             light: "point".into(),
             lights: "point light".into(),
             medium: "sigma_s 0.1".into(),
-            phase: "isotropic".into(),
             triangles: 12,
             size,
             shadow_maps: "one cube map".into(),
@@ -379,11 +270,9 @@ pub(crate) mod tests {
                     airlight: flat(0.31),
                 }],
             },
+            methods: example_methods().into_iter().map(|m| m.0).collect(),
             measurements,
-            alone: example_alone(),
-            curves: example_curves(),
-            voxels: example_voxels(),
-            dag: example_dag(),
+            studies: vec![study::tests::example()],
             seconds_total: 20.0,
         }
     }
@@ -393,7 +282,7 @@ pub(crate) mod tests {
         let mut results = example();
         let label = "gpu (a, \"b\", software)";
         let mut more = results.measurements.clone();
-        more.retain(|m| !m.method.visibility.is_traced());
+        more.retain(|m| results.methods[m.method].visibility != "exact");
         for m in &mut more {
             m.backend = label.into();
             m.representative = false;
@@ -403,13 +292,6 @@ pub(crate) mod tests {
         results.measurements.extend(more);
         results.backends.push(label.into());
         results
-    }
-
-    #[test]
-    fn the_median_is_in_the_middle() {
-        let times = Times::of(&[3.0, 1.0, 2.0, 10.0]);
-        assert_eq!((times.median, times.low, times.high), (2.5, 1.0, 10.0));
-        assert_eq!(Times::of(&[7.0]).median, 7.0);
     }
 
     #[test]
@@ -426,7 +308,8 @@ pub(crate) mod tests {
     fn the_fastest_within_an_error_is_found_per_method() {
         let results = example();
         let all = &results.measurements;
-        let march = METHODS.iter().find(|m| m.title == "ray marching").unwrap();
+        let mut titles = results.methods.iter().map(|method| &method.title);
+        let march = titles.position(|title| title == "ray marching").unwrap();
         assert_eq!(fastest_within(all, Some(march), 0.04).unwrap().quality, 16);
         assert!(fastest_within(all, Some(march), 1e-9).is_none());
         assert!(fastest_within(all, None, 0.04).unwrap().quality <= 16);

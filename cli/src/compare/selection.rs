@@ -63,14 +63,14 @@ fn title_and_name(entry: &Entry) -> String {
 
 /// One line with the reason for every name of `--methods` of which nothing is
 /// left to run.
-pub(crate) fn dropped(methods: &Registry, filters: &[String], selection: &Selection) -> Vec<String> {
+pub(crate) fn dropped(
+    methods: &Registry,
+    filters: &[String],
+    selection: &Selection,
+) -> Vec<String> {
     let mut lines = Vec::new();
     for filter in filters {
-        if selection
-            .candidates
-            .iter()
-            .any(|c| c.entry.matches(filter))
-        {
+        if selection.candidates.iter().any(|c| c.entry.matches(filter)) {
             continue;
         }
         let mut named = methods.compared().filter(|entry| entry.matches(filter));
@@ -140,12 +140,15 @@ pub(crate) fn select(
             });
         }
         let last = qualities.len().saturating_sub(1);
-        let candidates = qualities.iter().enumerate().map(|(place, quality)| Candidate {
-            method: index,
-            entry: entry.clone(),
-            quality: *quality,
-            is_end: place == 0 || place == last,
-        });
+        let candidates = qualities
+            .iter()
+            .enumerate()
+            .map(|(place, quality)| Candidate {
+                method: index,
+                entry: entry.clone(),
+                quality: *quality,
+                is_end: place == 0 || place == last,
+            });
         selection.candidates.extend(candidates);
     }
     if args.quick && !selection.candidates.is_empty() {

@@ -1,8 +1,101 @@
-//! A logarithmic axis.
+//! Axes of charts.
+
+use crate::compare::study::Scale;
+
+/// An axis of either kind.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Ruler {
+    Log(LogAxis),
+    Even(EvenAxis),
+}
+
+impl Ruler {
+    /// An axis for the given values, from pixel `start` to `end`, with about
+    /// `parts` parts between ticks if it is even. Values that are not finite
+    /// are ignored; `None` if the others leave nothing to show.
+    pub(super) fn new(
+        scale: Scale,
+        values: impl Iterator<Item = f64>,
+        (start, end): (f64, f64),
+        parts: u32,
+    ) -> Option<Self> {
+        let (low, high) = match scale {
+            Scale::Log => return LogAxis::around(values, start, end).map(Self::Log),
+            Scale::Between(low, high) => (low, high),
+            Scale::Linear => values
+                .filter(|value| value.is_finite())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                    (low.min(value), high.max(value))
+                }),
+        };
+        let even = EvenAxis {
+            low,
+            high,
+            start,
+            end,
+            parts,
+        };
+        (low < high).then_some(Self::Even(even))
+    }
+
+    /// The pixel of a value; values outside are held at the ends.
+    pub(super) fn position(&self, value: f64) -> f64 {
+        match self {
+            Self::Log(axis) => axis.position(value),
+            Self::Even(axis) => axis.position(value),
+        }
+    }
+
+    pub(super) fn ticks(&self) -> Vec<Tick> {
+        match self {
+            Self::Log(axis) => axis.ticks(),
+            Self::Even(axis) => axis.ticks(),
+        }
+    }
+}
+
+/// Maps values to pixels evenly.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EvenAxis {
+    /// The values at the two ends.
+    low: f64,
+    high: f64,
+    /// Pixels of the two ends.
+    start: f64,
+    end: f64,
+    /// Parts between ticks, about.
+    parts: u32,
+}
+
+impl EvenAxis {
+    fn position(&self, value: f64) -> f64 {
+        let t = (value.clamp(self.low, self.high) - self.low) / (self.high - self.low);
+        self.start + t * (self.end - self.start)
+    }
+
+    /// Round values between the ends, all of them with labels.
+    fn ticks(&self) -> Vec<Tick> {
+        let rough = (self.high - self.low) / f64::from(self.parts);
+        let decade = 10_f64.powf(rough.log10().floor());
+        let fits = [1.0, 2.0, 2.5, 5.0, 10.0].map(|multiple| multiple * decade);
+        let step = fits.into_iter().find(|step| *step >= rough);
+        let step = step.unwrap_or(10.0 * decade);
+        let first = (self.low / step).ceil();
+        (0..2 * self.parts)
+            .map(|i| (first + f64::from(i)) * step)
+            .take_while(|value| *value <= self.high)
+            .map(|value| Tick {
+                value,
+                position: self.position(value),
+                labelled: true,
+            })
+            .collect()
+    }
+}
 
 /// Maps positive values to pixels, and knows where to put its ticks.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LogAxis {
+pub(super) struct LogAxis {
     /// log10 of the values at the two ends.
     low: f64,
     high: f64,
@@ -13,18 +106,18 @@ pub(crate) struct LogAxis {
 
 /// A line of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Tick {
-    pub(crate) value: f64,
-    pub(crate) position: f64,
+pub(super) struct Tick {
+    pub(super) value: f64,
+    pub(super) position: f64,
     /// Wants a number beside it.
-    pub(crate) labelled: bool,
+    pub(super) labelled: bool,
 }
 
 impl LogAxis {
     /// An axis with some air around the given values, from pixel `start` to
     /// `end`. Values that are not positive and finite are ignored; `None` if
     /// there are no others.
-    pub(crate) fn around(values: impl Iterator<Item = f64>, start: f64, end: f64) -> Option<Self> {
+    pub(super) fn around(values: impl Iterator<Item = f64>, start: f64, end: f64) -> Option<Self> {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.filter(|value| *value > 0.0 && value.is_finite()) {
             low = low.min(value.log10());
@@ -43,7 +136,7 @@ impl LogAxis {
     }
 
     /// The pixel of a positive value; values outside are held at the ends.
-    pub(crate) fn position(&self, value: f64) -> f64 {
+    pub(super) fn position(&self, value: f64) -> f64 {
         let log = value.max(f64::MIN_POSITIVE).log10();
         let t = (log.clamp(self.low, self.high) - self.low) / (self.high - self.low);
         self.start + t * (self.end - self.start)
@@ -51,7 +144,7 @@ impl LogAxis {
 
     /// Powers of ten with labels, and their multiples without; the 2 and the 5
     /// have labels too where there would be fewer than three.
-    pub(crate) fn ticks(&self) -> Vec<Tick> {
+    pub(super) fn ticks(&self) -> Vec<Tick> {
         let first = self.low.floor() as i32;
         let last = self.high.ceil() as i32;
         let inside = |value: f64| {
@@ -94,6 +187,34 @@ impl LogAxis {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn even_ticks_are_round_and_inside() {
+        let ticks = |low: f64, high: f64| -> Vec<f64> {
+            let values = [low, f64::NAN, high, f64::INFINITY];
+            let ruler = Ruler::new(Scale::Linear, values.into_iter(), (0.0, 100.0), 6);
+            let ticks = ruler.unwrap().ticks();
+            assert!(ticks.iter().all(|t| (0.0..=100.0).contains(&t.position)));
+            ticks.into_iter().map(|tick| tick.value).collect()
+        };
+        assert_eq!(ticks(0.0, 6.0), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        for (low, high) in [(-3.2, 8.9), (1e6, 1e6 + 3.0), (-1e-9, 1e-9), (1e30, 3e30)] {
+            let ticks = ticks(low, high);
+            assert!((2..=8).contains(&ticks.len()), "{low} {high}: {ticks:?}");
+            assert!(ticks.iter().all(|tick| low <= *tick && *tick <= high));
+        }
+        let unit = Ruler::new(Scale::Between(0.0, 1.0), [].into_iter(), (1.0, 0.0), 4);
+        let values = unit.unwrap().ticks().into_iter().map(|tick| tick.value);
+        assert_eq!(values.collect::<Vec<_>>(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+    }
+
+    #[test]
+    fn an_even_axis_of_nothing_or_of_one_value_is_none() {
+        for values in [&[][..], &[1.0, 1.0], &[f64::NAN, f64::INFINITY, 2.0]] {
+            let values = values.iter().copied();
+            assert!(Ruler::new(Scale::Linear, values, (0.0, 1.0), 6).is_none());
+        }
+    }
 
     fn labels(values: &[f64]) -> Vec<f64> {
         let axis = LogAxis::around(values.iter().copied(), 0.0, 100.0).unwrap();

@@ -1,261 +1,293 @@
-//! Error against time as inline SVG.
+//! Charts as inline SVG.
 
 use std::fmt::Write;
 
-use super::axis::{LogAxis, Tick};
+use maud::{Markup, html};
+
+use super::axis::{Ruler, Tick};
+use super::numbers::written;
 use crate::compare::results::pareto;
-use crate::format::escape;
+use crate::compare::study::{Axis, Chart, Key, Point, Scale, Series, Shape};
+use crate::format::significant;
 
-const WIDTH: f64 = 720.0;
-const HEIGHT: f64 = 470.0;
-const LEFT: f64 = 92.0;
-// Half of the label of a tick at the very end fits beside the plot.
-const RIGHT: f64 = 34.0;
-const TOP: f64 = 14.0;
-const BOTTOM: f64 = 52.0;
-
-/// One method on one backend.
-#[derive(Debug)]
-pub(crate) struct Curve {
-    /// Colour and marker.
-    pub(crate) slot: usize,
-    /// Second and further backends have dashed lines.
-    pub(crate) dashed: bool,
-    /// False if its points may not be on the front.
-    pub(crate) competes: bool,
-    pub(crate) points: Vec<Point>,
+/// The area between the axes, within a picture of some size.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    width: f64,
+    height: f64,
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
 }
 
-/// One measurement.
-#[derive(Debug)]
-pub(crate) struct Point {
-    pub(crate) time: f64,
-    /// The fastest and the slowest repetition.
-    pub(crate) spread: (f64, f64),
-    pub(crate) error: f64,
-    /// The quality, written beside the ends of a curve.
-    pub(crate) label: String,
-    /// What a pointer that rests on it is told.
-    pub(crate) title: String,
-}
+/// Room for errors beside the plot; half of the label of a tick at the very end
+/// fits beside it, too.
+const LOG: Frame = Frame {
+    width: 720.0,
+    height: 470.0,
+    left: 92.0,
+    right: 686.0,
+    top: 14.0,
+    bottom: 418.0,
+};
 
-/// The words around the plot.
-pub(crate) struct Labels<'a> {
-    pub(crate) description: &'a str,
-    pub(crate) time: &'a str,
-    pub(crate) error: &'a str,
-    pub(crate) write_time: &'a dyn Fn(f64) -> String,
-    pub(crate) write_error: &'a dyn Fn(f64) -> String,
-}
+/// Numbers along an even axis are short.
+const EVEN: Frame = Frame {
+    width: 720.0,
+    height: 400.0,
+    left: 62.0,
+    right: 700.0,
+    top: 14.0,
+    bottom: 348.0,
+};
 
-/// A log-log plot; `None` if no point has a positive time and error. Errors of
-/// exactly 0 sit on the lower edge.
-pub(crate) fn chart(curves: &[Curve], labels: &Labels<'_>) -> Option<String> {
-    let all = || curves.iter().flat_map(|curve| &curve.points);
-    let times = all().flat_map(|p| [p.time, p.spread.0, p.spread.1]);
-    let x = LogAxis::around(times, LEFT, WIDTH - RIGHT)?;
-    let y = LogAxis::around(all().map(|p| p.error), HEIGHT - BOTTOM, TOP)?;
-    let mut svg = format!(
-        "<svg class=\"chart\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n",
-        escape(labels.description)
-    );
-    grid(&mut svg, &x, &y, labels);
-    let front = front(curves, &x, &y);
-    let _ = writeln!(svg, "<path class=\"front\" d=\"{}\"/>", front.path);
-    for curve in curves {
-        draw_curve(&mut svg, curve, &x, &y);
-    }
-    for (curve, on_front) in curves.iter().zip(&front.members) {
-        draw_points(&mut svg, curve, on_front, &x, &y);
-    }
+/// Parts between the ticks of even axes, about.
+const PARTS: [u32; 2] = [6, 4];
+
+/// Points of a line from one marker to the next; lines start apart, so that
+/// markers do not cover each other.
+const BETWEEN_MARKERS: usize = 84;
+const APART: usize = 12;
+
+/// The chart as a picture; `None` if its points leave nothing to show: on a
+/// logarithmic axis, if none of them is positive. Points that are not finite
+/// are left out; errors of exactly 0 sit on the lower edge of such an axis.
+pub(super) fn chart(chart: &Chart) -> Option<Markup> {
+    let series: Vec<Series> = chart.series.iter().map(finite).collect();
+    let all = || series.iter().flat_map(|series| &series.points);
+    let frame = match chart.y.scale {
+        Scale::Log => LOG,
+        _ => EVEN,
+    };
+    let across = all().flat_map(|p| [p.x, p.spread[0], p.spread[1]]);
+    let x = Ruler::new(chart.x.scale, across, (frame.left, frame.right), PARTS[0])?;
+    let up = all().map(|p| p.y);
+    let y = Ruler::new(chart.y.scale, up, (frame.bottom, frame.top), PARTS[1])?;
+    let plot = Plot { frame, x, y };
+    let front = if chart.front {
+        plot.front(&series)
+    } else {
+        Front::default()
+    };
     let mut placed = Vec::new();
-    for curve in curves {
-        draw_labels(&mut svg, curve, &x, &y, &mut placed);
-    }
-    svg.push_str("</svg>\n");
-    Some(svg)
+    Some(html! {
+        svg.chart viewBox={ "0 0 " (frame.width) " " (frame.height) } role="img" aria-label=(chart.description) {
+            (plot.grid(&chart.x, &chart.y))
+            @if chart.front {
+                path.front d=(front.path) {}
+            }
+            @for series in &series {
+                (plot.line(series))
+            }
+            @for (index, series) in series.iter().enumerate() {
+                (plot.markers(series, front.members.get(index)))
+            }
+            @for series in &series {
+                (plot.labels(series, &mut placed))
+            }
+        }
+    })
 }
 
-/// The marker of a method on its own, for legends and tables.
-pub(crate) fn swatch(slot: usize, dashed: bool) -> String {
-    let dash = if dashed { " dashed" } else { "" };
-    format!(
-        "<svg class=\"swatch\" viewBox=\"0 0 30 14\" aria-hidden=\"true\"><path class=\"line m{slot}{dash}\" d=\"M0 7H30\"/>{}</svg>",
-        marker(slot, 15.0, 7.0, "")
-    )
-}
-
-fn grid(svg: &mut String, x: &LogAxis, y: &LogAxis, labels: &Labels<'_>) {
-    let (bottom, right) = (HEIGHT - BOTTOM, WIDTH - RIGHT);
-    let class = |tick: &Tick| if tick.labelled { "grid major" } else { "grid" };
-    for tick in x.ticks() {
-        let at = tick.position;
-        let _ = writeln!(
-            svg,
-            "<path class=\"{}\" d=\"M{at:.1} {TOP}V{bottom}\"/>",
-            class(&tick)
-        );
-        if tick.labelled {
-            let text = (labels.write_time)(tick.value);
-            let below = bottom + 18.0;
-            let _ = writeln!(
-                svg,
-                "<text class=\"tick\" x=\"{at:.1}\" y=\"{below}\" text-anchor=\"middle\">{text}</text>"
-            );
+/// The marker of a series on its own, for legends and tables.
+pub(super) fn swatch(key: Key) -> Markup {
+    html! {
+        svg.swatch viewBox="0 0 30 14" aria-hidden="true" {
+            path class={ "line m" (key.slot) (dash(key)) } d="M0 7H30" {}
+            (marker(key.slot, (15.0, 7.0), ""))
         }
     }
-    for tick in y.ticks() {
-        let at = tick.position;
-        let _ = writeln!(
-            svg,
-            "<path class=\"{}\" d=\"M{LEFT} {at:.1}H{right}\"/>",
-            class(&tick)
-        );
-        if tick.labelled {
-            let text = (labels.write_error)(tick.value);
-            let (beside, baseline) = (LEFT - 8.0, at + 4.5);
-            let _ = writeln!(
-                svg,
-                "<text class=\"tick\" x=\"{beside}\" y=\"{baseline:.1}\" text-anchor=\"end\">{text}</text>"
-            );
-        }
-    }
-    let middle = 0.5 * (LEFT + right);
-    let below = HEIGHT - 10.0;
-    let _ = writeln!(
-        svg,
-        "<text class=\"axis\" x=\"{middle}\" y=\"{below}\" text-anchor=\"middle\">{}</text>",
-        escape(labels.time)
-    );
-    let middle = 0.5 * (TOP + bottom);
-    let _ = writeln!(
-        svg,
-        "<text class=\"axis\" transform=\"translate(15 {middle}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-        escape(labels.error)
-    );
 }
 
+fn dash(key: Key) -> &'static str {
+    if key.dashed { " dashed" } else { "" }
+}
+
+/// The series without the points that are not finite.
+fn finite(series: &Series) -> Series {
+    let mut series = series.clone();
+    series
+        .points
+        .retain(|point| point.x.is_finite() && point.y.is_finite());
+    series
+}
+
+/// A coordinate as it is written.
+fn pixels(value: f64) -> String {
+    format!("{value:.1}")
+}
+
+#[derive(Debug, Default)]
 struct Front {
     path: String,
-    /// Per curve, per point.
+    /// Per series, per point.
     members: Vec<Vec<bool>>,
 }
 
-/// The staircase of the best errors within a time.
-fn front(curves: &[Curve], x: &LogAxis, y: &LogAxis) -> Front {
-    let points: Vec<Option<(f64, f64)>> = curves
-        .iter()
-        .flat_map(|curve| {
-            let point = |p: &Point| curve.competes.then_some((p.time, p.error));
-            curve.points.iter().map(point)
-        })
-        .collect();
-    let mut flags = pareto(&points);
-    let mut steps: Vec<(f64, f64)> = points
-        .iter()
-        .zip(&flags)
-        .filter_map(|(point, on_front)| point.filter(|_| *on_front))
-        .collect();
-    steps.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut path = String::new();
-    for (index, (time, error)) in steps.iter().enumerate() {
-        let (px, py) = (x.position(*time), y.position(*error));
-        let _ = if index == 0 {
-            write!(path, "M{px:.1} {TOP}V{py:.1}")
-        } else {
-            write!(path, "H{px:.1}V{py:.1}")
+/// Where things are.
+struct Plot {
+    frame: Frame,
+    x: Ruler,
+    y: Ruler,
+}
+
+impl Plot {
+    fn at(&self, point: &Point) -> (f64, f64) {
+        (self.x.position(point.x), self.y.position(point.y))
+    }
+
+    fn grid(&self, across: &Axis, up: &Axis) -> Markup {
+        let Frame {
+            height,
+            left,
+            right,
+            top,
+            bottom,
+            ..
+        } = self.frame;
+        let class = |tick: &Tick| if tick.labelled { "grid major" } else { "grid" };
+        html! {
+            @for tick in self.x.ticks() {
+                @let at = pixels(tick.position);
+                path class=(class(&tick)) d={ "M" (at) " " (top) "V" (bottom) } {}
+                @if tick.labelled {
+                    text.tick x=(at) y=(bottom + 18.0) text-anchor="middle" { (written(tick.value, across.unit)) }
+                }
+            }
+            @for tick in self.y.ticks() {
+                path class=(class(&tick)) d={ "M" (left) " " (pixels(tick.position)) "H" (right) } {}
+                @if tick.labelled {
+                    text.tick x=(left - 8.0) y=(pixels(tick.position + 4.5)) text-anchor="end" { (written(tick.value, up.unit)) }
+                }
+            }
+            text.axis x=(0.5 * (left + right)) y=(height - 10.0) text-anchor="middle" { (across.label) }
+            text.axis transform={ "translate(15 " (0.5 * (top + bottom)) ") rotate(-90)" } text-anchor="middle" { (up.label) }
+        }
+    }
+
+    /// The staircase of the best errors within a time.
+    fn front(&self, all: &[Series]) -> Front {
+        let points: Vec<Option<(f64, f64)>> = all
+            .iter()
+            .flat_map(|series| {
+                let point = |p: &Point| series.competes.then_some((p.x, p.y));
+                series.points.iter().map(point)
+            })
+            .collect();
+        let mut flags = pareto(&points);
+        let mut steps: Vec<(f64, f64)> = points
+            .iter()
+            .zip(&flags)
+            .filter_map(|(point, on_front)| point.filter(|_| *on_front))
+            .collect();
+        steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut path = String::new();
+        for (index, (x, y)) in steps.iter().enumerate() {
+            let (px, py) = (self.x.position(*x), self.y.position(*y));
+            // Writing to a string cannot fail.
+            let _ = if index == 0 {
+                write!(path, "M{px:.1} {}V{py:.1}", self.frame.top)
+            } else {
+                write!(path, "H{px:.1}V{py:.1}")
+            };
+        }
+        if !path.is_empty() {
+            let _ = write!(path, "H{}", self.frame.right);
+        }
+        let mut members = Vec::new();
+        for series in all {
+            let rest = flags.split_off(series.points.len());
+            members.push(std::mem::replace(&mut flags, rest));
+        }
+        Front { path, members }
+    }
+
+    /// The points joined, and bars where they scatter.
+    fn line(&self, series: &Series) -> Markup {
+        let mut path = String::new();
+        for (index, point) in series.points.iter().enumerate() {
+            let (px, py) = self.at(point);
+            let command = if index == 0 { 'M' } else { 'L' };
+            let _ = write!(path, "{command}{px:.1} {py:.1}");
+        }
+        let slot = series.key.slot;
+        html! {
+            @for point in &series.points {
+                @let (low, high) = (self.x.position(point.spread[0]), self.x.position(point.spread[1]));
+                @if high - low > 1.0 {
+                    path class={ "spread m" (slot) } d={ "M" (pixels(low)) " " (pixels(self.y.position(point.y))) "H" (pixels(high)) } {}
+                }
+            }
+            path class={ "line m" (slot) (dash(series.key)) } d=(path) {}
+        }
+    }
+
+    /// A marker per point, with a ring around those on the front; a few of them
+    /// on a line.
+    fn markers(&self, series: &Series, on_front: Option<&Vec<bool>>) -> Markup {
+        let slot = series.key.slot;
+        let points = series.points.iter().enumerate();
+        match series.shape {
+            Shape::Points => html! {
+                @for (index, point) in points {
+                    @let (px, py) = self.at(point);
+                    @if on_front.is_some_and(|flags| flags[index]) {
+                        circle.ring cx=(pixels(px)) cy=(pixels(py)) r="9.5" {}
+                    }
+                    (marker(slot, (px, py), &point.title))
+                }
+            },
+            Shape::Line => html! {
+                @for (_, point) in points.skip(APART * slot).step_by(BETWEEN_MARKERS) {
+                    (marker(slot, self.at(point), &format!("{}: {}", series.name, significant(point.y))))
+                }
+            },
+        }
+    }
+
+    /// The labels at the ends of a series, where they do not cover another.
+    fn labels(&self, series: &Series, placed: &mut Vec<(f64, f64)>) -> Markup {
+        let ends = match &series.points[..] {
+            [] => vec![],
+            [only] => vec![only],
+            [first, .., last] => vec![first, last],
         };
-    }
-    if !path.is_empty() {
-        let _ = write!(path, "H{}", WIDTH - RIGHT);
-    }
-    let mut members = Vec::new();
-    for curve in curves {
-        let rest = flags.split_off(curve.points.len());
-        members.push(std::mem::replace(&mut flags, rest));
-    }
-    Front { path, members }
-}
-
-fn draw_curve(svg: &mut String, curve: &Curve, x: &LogAxis, y: &LogAxis) {
-    let slot = curve.slot;
-    let dash = if curve.dashed { " dashed" } else { "" };
-    let mut path = String::new();
-    for (index, point) in curve.points.iter().enumerate() {
-        let (px, py) = (x.position(point.time), y.position(point.error));
-        let command = if index == 0 { 'M' } else { 'L' };
-        let _ = write!(path, "{command}{px:.1} {py:.1}");
-        let (low, high) = (x.position(point.spread.0), x.position(point.spread.1));
-        if high - low > 1.0 {
-            let _ = writeln!(
-                svg,
-                "<path class=\"spread m{slot}\" d=\"M{low:.1} {py:.1}H{high:.1}\"/>"
-            );
+        let mut texts = Vec::new();
+        for point in ends.into_iter().filter(|point| !point.label.is_empty()) {
+            let (px, py) = self.at(point);
+            let (tx, anchor) = if px > self.frame.right - 46.0 {
+                (px - 10.0, "end")
+            } else {
+                (px + 10.0, "start")
+            };
+            let ty = (py - 6.0).max(self.frame.top + 10.0);
+            let covers = |&(ox, oy): &(f64, f64)| (ox - tx).abs() < 30.0 && (oy - ty).abs() < 13.0;
+            if placed.iter().any(covers) {
+                continue;
+            }
+            placed.push((tx, ty));
+            texts.push((tx, ty, anchor, &point.label));
+        }
+        html! {
+            @for (tx, ty, anchor, label) in texts {
+                text class={ "count m" (series.key.slot) } x=(pixels(tx)) y=(pixels(ty)) text-anchor=(anchor) { (label) }
+            }
         }
     }
-    let _ = writeln!(svg, "<path class=\"line m{slot}{dash}\" d=\"{path}\"/>");
 }
 
-fn draw_points(svg: &mut String, curve: &Curve, on_front: &[bool], x: &LogAxis, y: &LogAxis) {
-    for (point, best) in curve.points.iter().zip(on_front) {
-        let (px, py) = (x.position(point.time), y.position(point.error));
-        if *best {
-            let _ = writeln!(
-                svg,
-                "<circle class=\"ring\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"9.5\"/>"
-            );
-        }
-        svg.push_str(&marker(curve.slot, px, py, &point.title));
-        svg.push('\n');
-    }
-}
-
-/// The qualities at the ends of a curve, where they do not cover another.
-fn draw_labels(
-    svg: &mut String,
-    curve: &Curve,
-    x: &LogAxis,
-    y: &LogAxis,
-    placed: &mut Vec<(f64, f64)>,
-) {
-    let ends = match &curve.points[..] {
-        [] => vec![],
-        [only] => vec![only],
-        [first, .., last] => vec![first, last],
-    };
-    for point in ends {
-        let (px, py) = (x.position(point.time), y.position(point.error));
-        let (tx, anchor) = if px > WIDTH - RIGHT - 46.0 {
-            (px - 10.0, "end")
-        } else {
-            (px + 10.0, "start")
-        };
-        let ty = (py - 6.0).max(TOP + 10.0);
-        let covers = |&(ox, oy): &(f64, f64)| (ox - tx).abs() < 30.0 && (oy - ty).abs() < 13.0;
-        if placed.iter().any(covers) {
-            continue;
-        }
-        placed.push((tx, ty));
-        let _ = writeln!(
-            svg,
-            "<text class=\"count m{}\" x=\"{tx:.1}\" y=\"{ty:.1}\" text-anchor=\"{anchor}\">{}</text>",
-            curve.slot,
-            escape(&point.label)
-        );
-    }
-}
-
-/// A shape per method, so that colour is not the only difference.
-pub(super) fn marker(slot: usize, x: f64, y: f64, title: &str) -> String {
+/// A shape per series, so that colour is not the only difference.
+fn marker(slot: usize, (x, y): (f64, f64), title: &str) -> Markup {
     let at = |dx: f64, dy: f64| format!("{:.1} {:.1}", x + dx, y + dy);
     let polygon = |corners: &[(f64, f64)]| {
         let points: Vec<String> = corners.iter().map(|&(dx, dy)| at(dx, dy)).collect();
         format!("M{}Z", points.join("L"))
     };
-    let title = if title.is_empty() {
-        String::new()
-    } else {
-        format!("<title>{}</title>", escape(title))
+    let title = html! {
+        @if !title.is_empty() {
+            title { (title) }
+        }
     };
     let path = match slot % 6 {
         0 => polygon(&[
@@ -274,40 +306,67 @@ pub(super) fn marker(slot: usize, x: f64, y: f64, title: &str) -> String {
         ]),
         1 => polygon(&[(0.0, -6.5), (6.5, 0.0), (0.0, 6.5), (-6.5, 0.0)]),
         2 => {
-            return format!(
-                "<circle class=\"dot m{slot}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\">{title}</circle>"
-            );
+            return html! {
+                circle class={ "dot m" (slot) } cx=(pixels(x)) cy=(pixels(y)) r="5" { (title) }
+            };
         }
         3 => polygon(&[(-4.5, -4.5), (4.5, -4.5), (4.5, 4.5), (-4.5, 4.5)]),
         4 => polygon(&[(0.0, -6.0), (6.0, 4.8), (-6.0, 4.8)]),
         _ => polygon(&[(0.0, 6.0), (6.0, -4.8), (-6.0, -4.8)]),
     };
-    format!("<path class=\"dot m{slot}\" d=\"{path}\">{title}</path>")
+    html! {
+        path class={ "dot m" (slot) } d=(path) { (title) }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::study::Unit;
 
-    fn point(time: f64, error: f64) -> Point {
+    fn point(x: f64, y: f64) -> Point {
         Point {
-            time,
-            spread: (0.9 * time, 1.1 * time),
-            error,
+            spread: [0.9 * x, 1.1 * x],
             label: "4 & more".into(),
             title: "<here>".into(),
+            ..Point::bare(x, y)
         }
     }
 
-    fn draw(curves: &[Curve]) -> Option<String> {
-        let labels = Labels {
-            description: "error against time",
-            time: "time",
-            error: "error",
-            write_time: &|v| format!("{v} s"),
-            write_error: &|v| format!("{v}"),
+    fn series(slot: usize, points: Vec<Point>) -> Series {
+        Series {
+            name: "<line>".into(),
+            aside: String::new(),
+            key: Key {
+                slot,
+                dashed: slot == 3,
+            },
+            competes: true,
+            shape: Shape::Points,
+            points,
+        }
+    }
+
+    fn draw_on(scales: [Scale; 2], series: Vec<Series>) -> Option<String> {
+        let axis = |label: &str, scale| Axis {
+            label: label.into(),
+            scale,
+            unit: Unit::Number,
         };
-        chart(curves, &labels)
+        let drawn = chart(&Chart {
+            title: "a chart".into(),
+            caption: String::new(),
+            description: "error \"against\" time".into(),
+            x: axis("time, <s>", scales[0]),
+            y: axis("error", scales[1]),
+            front: scales[1] == Scale::Log,
+            series,
+        });
+        drawn.map(Markup::into_string)
+    }
+
+    fn draw(series: Vec<Series>) -> Option<String> {
+        draw_on([Scale::Log; 2], series)
     }
 
     /// Every number in the attributes that hold coordinates.
@@ -329,21 +388,14 @@ mod tests {
 
     #[test]
     fn everything_lies_inside_the_picture() {
-        let curves: Vec<Curve> = (0..6)
-            .map(|slot| Curve {
-                slot,
-                dashed: slot == 3,
-                competes: true,
-                points: (0..7)
-                    .map(|i| point(1e-3 * 2_f64.powi(i), 0.3 * 0.2_f64.powi(i)))
-                    .collect(),
-            })
-            .collect();
-        let svg = draw(&curves).unwrap();
+        let points = |i| point(1e-3 * 2_f64.powi(i), 0.3 * 0.2_f64.powi(i));
+        let all = (0..6).map(|slot| series(slot, (0..7).map(points).collect()));
+        let svg = draw(all.collect()).unwrap();
         let numbers = coordinates(&svg);
         assert!(numbers.len() > 200);
-        assert!(numbers.iter().all(|v| (0.0..=WIDTH).contains(v)));
+        assert!(numbers.iter().all(|v| (0.0..=LOG.width).contains(v)));
         assert!(svg.contains("&lt;here&gt;") && svg.contains("4 &amp; more"));
+        assert!(svg.contains("error &quot;against&quot; time") && svg.contains("time, &lt;s&gt;"));
         assert_eq!(svg.matches('<').count(), svg.matches('>').count());
     }
 
@@ -351,19 +403,12 @@ mod tests {
     fn the_label_of_the_last_tick_is_not_cut_off() {
         for end in 0..40 {
             let last = 2e-3 * 1.3_f64.powi(end);
-            let points = vec![point(1e-3, 0.1), point(last, 0.2)];
-            let curve = Curve {
-                slot: 0,
-                dashed: false,
-                competes: true,
-                points,
-            };
-            let svg = draw(&[curve]).unwrap();
+            let svg = draw(vec![series(0, vec![point(1e-3, 0.1), point(last, 0.2)])]).unwrap();
             for label in svg.split("class=\"tick\" x=\"").skip(1) {
                 let (x, rest) = label.split_once('"').unwrap();
                 if rest.contains("middle") {
                     // At most "100 ms" at 8 units a letter.
-                    assert!(x.parse::<f64>().unwrap() + 24.0 <= WIDTH, "{label}");
+                    assert!(x.parse::<f64>().unwrap() + 24.0 <= LOG.width, "{label}");
                 }
             }
         }
@@ -371,26 +416,46 @@ mod tests {
 
     #[test]
     fn an_error_of_zero_sits_on_the_edge_and_nothing_at_all_is_no_chart() {
-        let curve = |points| Curve {
-            slot: 1,
-            dashed: false,
-            competes: true,
-            points,
-        };
-        let svg = draw(&[curve(vec![point(1.0, 0.1), point(2.0, 0.0)])]).unwrap();
+        let svg = draw(vec![series(1, vec![point(1.0, 0.1), point(2.0, 0.0)])]).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
-        assert!(draw(&[curve(vec![point(2.0, 0.0)])]).is_none());
-        assert!(draw(&[]).is_none());
+        assert!(draw(vec![series(1, vec![point(2.0, 0.0)])]).is_none());
+        assert!(draw(vec![]).is_none());
+    }
+
+    #[test]
+    fn points_that_are_not_finite_are_left_out_and_are_not_on_the_front() {
+        let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+        let mut points: Vec<Point> = odd.map(|y| point(1e-9, y)).into();
+        points.extend(odd.map(|x| point(x, 1e-9)));
+        points.extend([point(1.0, 0.1), point(2.0, 0.01)]);
+        for scales in [[Scale::Log; 2], [Scale::Linear; 2]] {
+            let svg = draw_on(scales, vec![series(0, points.clone())]).unwrap();
+            assert!(!svg.contains("NaN") && !svg.contains("inf"));
+            assert_eq!(svg.matches("<title>").count(), 2);
+        }
+        assert!(draw(vec![series(0, points[..6].to_vec())]).is_none());
     }
 
     #[test]
     fn the_front_is_ringed_once_per_member() {
-        let curve = Curve {
-            slot: 0,
-            dashed: false,
-            competes: true,
-            points: vec![point(1.0, 0.1), point(2.0, 0.2), point(3.0, 0.01)],
-        };
-        assert_eq!(draw(&[curve]).unwrap().matches("class=\"ring\"").count(), 2);
+        let points = vec![point(1.0, 0.1), point(2.0, 0.2), point(3.0, 0.01)];
+        let svg = draw(vec![series(0, points)]).unwrap();
+        assert_eq!(svg.matches("class=\"ring\"").count(), 2);
+    }
+
+    #[test]
+    fn lines_stay_inside_and_have_few_markers() {
+        let points = (0..200).map(|i| 0.01 * f64::from(i));
+        let mut line = series(1, points.map(|x| Point::bare(x, 1.5 - x)).collect());
+        line.shape = Shape::Line;
+        let scales = [Scale::Linear, Scale::Between(0.0, 1.0)];
+        let svg = draw_on(scales, vec![line.clone()]).unwrap();
+        let numbers = coordinates(&svg);
+        assert!(numbers.iter().all(|v| (0.0..=EVEN.width).contains(v)));
+        assert!(svg.contains("<title>&lt;line&gt;: "), "{svg}");
+        assert_eq!(svg.matches("<title>").count(), 3);
+        assert!(!svg.contains("class=\"front\"") && !svg.contains("class=\"count"));
+        line.points.truncate(1);
+        assert!(draw_on(scales, vec![line]).is_none());
     }
 }

@@ -1,159 +1,109 @@
-//! The page that shows a comparison: one HTML file that needs nothing else.
+//! The page that shows a comparison, one HTML file that needs nothing else, and
+//! the tables beside it as CSV.
+//!
+//! [`section`] shows any table, chart or study, [`csv`] writes any table; both
+//! know only the plain data of [`crate::compare::study`]. The other modules turn
+//! the main results into such data. maud escapes every text on its way into the
+//! page.
 
-mod alone;
 mod axis;
 mod chart;
-mod curves;
-mod dag;
-mod lines;
+mod csv;
+mod how;
+mod numbers;
 mod pictures;
 mod plots;
+mod section;
 mod summary;
 mod tables;
-mod voxels;
 
+pub(crate) use csv::csv;
+pub(crate) use plots::short_name;
 pub(crate) use summary::plain as sentences;
+pub(crate) use tables::records;
 
-use std::fmt::Write;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::compare::results::Results;
+use crate::compare::results::{LeftOut, Results};
 use crate::failure::Failure;
-use crate::format::{count, error, escape, seconds};
 
 /// What tells our reports from other folders.
 pub(crate) const MARK: &str = "<meta name=\"generator\" content=\"crepuscular compare\">";
 
 /// The whole page.
 pub(crate) fn page(results: &Results) -> Result<String, Failure> {
-    let mut html = String::new();
-    let scene = escape(&results.scene);
-    // Writing to a string cannot fail, here and below.
-    let _ = write!(
-        html,
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n{MARK}\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>Light in fog: {scene}</title>\n<style>\n{}</style>\n</head>\n<body>\n",
-        include_str!("style.css")
-    );
-    head(&mut html, results);
-    summary::write(&mut html, results);
-    plots::write(&mut html, results);
-    tables::write_targets(&mut html, results);
-    pictures::write(&mut html, results)?;
-    tables::write_measurements(&mut html, results);
-    alone::write(&mut html, results);
-    voxels::write(&mut html, results);
-    curves::write(&mut html, results);
-    dag::write(&mut html, results);
-    passes(&mut html, results);
-    how_measured(&mut html, results);
-    html.push_str("</body>\n</html>\n");
-    Ok(html)
-}
-
-fn head(html: &mut String, results: &Results) {
-    let _ = write!(
-        html,
-        "<h1>Error against run time: {}</h1>\n<p class=\"facts\">{}, {} triangles, {} pixels, {}. Measured on {}; {}: {}.</p>\n",
-        escape(&results.scene),
-        escape(&results.lights),
-        results.triangles,
-        results.size,
-        escape(&results.medium),
-        escape(&results.machine),
-        if results.backends.len() == 1 {
-            "backend"
-        } else {
-            "backends"
-        },
-        escape(&results.backends.join(", ")),
-    );
-}
-
-fn passes(html: &mut String, results: &Results) {
-    html.push_str("<h2>What ran, and what did not</h2>\n");
-    let list = |html: &mut String, title: &str, items: &[String]| {
-        if items.is_empty() {
-            return;
+    let pictures = pictures::section(results)?;
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                (PreEscaped(MARK))
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Light in fog: " (results.scene) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body {
+                (facts(results))
+                (summary::section(results))
+                (plots::section(results))
+                (tables::targets(results))
+                (pictures)
+                (tables::measurements(results))
+                @for study in &results.studies {
+                    (section::study(study))
+                }
+                (passes(results))
+                (how::section(results))
+            }
         }
-        let _ = writeln!(html, "<h3>{title}</h3>\n<ul>");
-        for item in items {
-            let _ = writeln!(html, "<li>{item}</li>");
-        }
-        html.push_str("</ul>\n");
     };
-    let escaped: Vec<String> = results.notes.iter().map(|note| escape(note)).collect();
-    list(html, "Placed, assumed or reduced", &escaped);
-    let escaped: Vec<String> = results.ran.iter().map(|pass| escape(pass)).collect();
-    list(html, "Passes", &escaped);
-    let left_out: Vec<String> = results
-        .left_out
-        .iter()
-        .map(|l| format!("<b>{}</b>: {}", escape(&l.what), escape(&l.why)))
-        .collect();
-    list(html, "Left out", &left_out);
-    if left_out.is_empty() {
-        html.push_str("<p>Nothing was left out.</p>\n");
+    Ok(page.into_string())
+}
+
+fn facts(results: &Results) -> Markup {
+    let noun = match results.backends[..] {
+        [_] => "backend",
+        _ => "backends",
+    };
+    html! {
+        h1 { "Error against run time: " (results.scene) }
+        p.facts {
+            (results.lights) ", " (results.triangles) " triangles, " (results.size) " pixels, "
+            (results.medium) ". Measured on " (results.machine) "; " (noun) ": "
+            (results.backends.join(", ")) "."
+        }
     }
 }
 
-fn how_measured(html: &mut String, results: &Results) {
-    let reference = &results.reference;
-    let unit = if reference.absolute {
-        "The reference's mean radiance is 0, so errors are absolute, in units of radiance."
-    } else {
-        "Errors are divided by the reference's mean radiance, so 1 % is a hundredth of the mean brightness of the airlight."
+fn passes(results: &Results) -> Markup {
+    let list = |title: &str, items: &[String]| {
+        html! {
+            @if !items.is_empty() {
+                h3 { (title) }
+                ul {
+                    @for item in items {
+                        li { (item) }
+                    }
+                }
+            }
+        }
     };
-    let way = match reference.parts {
-        None => format!(
-            "exact lit intervals of every ray × quadrature in double precision with a bound on its error, \
-by code that shares only its input with the methods: rays with their ends, lights, triangles. Asked for {} per pixel; the largest bound of a pixel is {}",
-            error(reference.tolerance, false),
-            error(reference.bound, reference.absolute)
-        ),
-        Some(parts) => format!(
-            "exact lit intervals of every ray, cut into {parts} parts, each times the exact transmittance of hair and smoke at two points of it, in double precision, \
-by code that shares only its input with the methods. The largest difference that it makes for a pixel to take one point of each part is {}, next to the edges of hair",
-            error(reference.bound, reference.absolute)
-        ),
-    };
-    let repetitions = results.measurements.iter().map(|m| m.frame.repetitions);
-    let (least, most) = (repetitions.clone().min(), repetitions.max());
-    let repetitions = match (least, most) {
-        (Some(a), Some(b)) if a == b => count(a, "run"),
-        (Some(a), Some(b)) => format!("{a} to {b} runs"),
-        _ => "no runs".into(),
-    };
-    let gpu = if results.backends.iter().any(|backend| backend != "cpu") {
-        "On a GPU a frame is recorded, submitted and waited for; pipelines were built, and rays and shadow maps uploaded, before the first one, and the picture is read back after the clock has stopped. "
-    } else {
-        ""
-    };
-    let software = match results.software() {
-        Some(backend) => format!(
-            "<b>Times of {} are not representative</b>: the processor plays the GPU. They are shown with an asterisk, and neither the summary nor the front nor the shaded cells count them. ",
-            escape(backend)
-        ),
-        None => String::new(),
-    };
-    let _ = write!(
-        html,
-        "<h2>How this was measured</h2>\n<ul>\n\
-<li><b>What is compared</b>: the airlight, that is the light scattered towards the eye along each ray of the picture, summed over the lights. \
-Surfaces are the same for all methods and are left out of every error and every time.</li>\n\
-<li><b>Reference</b>: {way}. Took {}. Mean radiance {}.</li>\n\
-<li><b>Errors</b>: linear radiance over all pixels and colour channels. {unit} RMSE is the root of the mean square, max the largest difference; \
-p99 is the 99th percentile of the error relative to the pixel itself.</li>\n\
-<li><b>Times</b>: the frame is the airlight of one picture from given rays, the median of {repetitions} taken in turns, with the fastest and the slowest as bars; \
-build is what has to exist first: the tracing structure, or the shadow maps ({}). {gpu}{software}Both grow with the picture or the map, so compare ratios, and only within one report.</li>\n\
-<li><b>Shadow maps</b> set a floor: marches converge to what their map shows, not to the reference. Where a curve turns flat, more steps are wasted and a finer map is needed (<code>--map</code>). A frame of voxelized shadow volumes makes the voxels anew for each light. \
-A quadrature with a fixed number of nodes has a floor of its own where the light along a lit run has kinks: the edge of a spotlight, the faces of a bounded medium.</li>\n\
-<li><b>Total</b>: {}.</li>\n</ul>\n",
-        seconds(reference.seconds),
-        crate::format::significant(reference.mean),
-        escape(&results.shadow_maps),
-        seconds(results.seconds_total),
-    );
+    html! {
+        h2 { "What ran, and what did not" }
+        (list("Placed, assumed or reduced", &results.notes))
+        (list("Passes", &results.ran))
+        @if results.left_out.is_empty() {
+            p { "Nothing was left out." }
+        } @else {
+            h3 { "Left out" }
+            ul {
+                @for LeftOut { what, why } in &results.left_out {
+                    li { b { (what) } ": " (why) }
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -162,8 +112,8 @@ mod tests {
     use crate::compare::results::tests::{example, example_with_software};
 
     /// Opening tags without a closing one, in order.
-    fn unbalanced(html: &str) -> Vec<String> {
-        const VOID: [&str; 4] = ["meta", "img", "br", "!doctype"];
+    pub(super) fn unbalanced(html: &str) -> Vec<String> {
+        const VOID: [&str; 4] = ["meta", "img", "br", "!DOCTYPE"];
         let mut open = Vec::new();
         for tag in html.split('<').skip(1) {
             let inner = tag.split('>').next().unwrap();
@@ -182,7 +132,7 @@ mod tests {
     #[test]
     fn every_method_has_a_colour() {
         let style = include_str!("style.css");
-        for slot in 0..crate::methods::METHODS.len() {
+        for slot in 0..Registry::standard().compared().count() {
             assert!(style.contains(&format!(".m{slot} {{ color")), "{slot}");
             assert_eq!(style.matches(&format!("--m{slot}: #")).count(), 2, "{slot}");
         }

@@ -1,36 +1,43 @@
 //! The reference as a picture, and each method's difference to it.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
+use super::plots::short_name;
+use super::summary::setting;
 use crate::compare::results::{Measurement, Results};
 use crate::failure::Failure;
 use crate::format::{error, significant};
 use crate::picture::{Picture, data_uri};
 
-use super::plots::short_name;
-use super::summary::setting;
-
-pub(super) fn write(html: &mut String, results: &Results) -> Result<(), Failure> {
+pub(super) fn section(results: &Results) -> Result<Markup, Failure> {
     let pictures = &results.pictures;
     let composite = pictures.surfaces.plus(&pictures.airlight);
     let exposure = composite.automatic_exposure();
-    let _ = write!(
-        html,
-        "<h2>Pictures</h2>\n<p class=\"soft\">Radiance times 2<sup>{exposure:.1}</sup>, then 1 − exp(−x) per channel, then sRGB: the same for every picture.</p>\n<div class=\"pictures\">\n"
-    );
+    let mut references = Vec::new();
     for (title, picture) in [
         ("Reference: surfaces and airlight", &composite),
         ("Reference: airlight alone", &pictures.airlight),
     ] {
-        let _ = writeln!(
-            html,
-            "<figure><figcaption>{title}</figcaption>{}</figure>",
-            image(&picture.png(exposure)?, picture, title)
-        );
+        references.push((title, image(&picture.png(exposure)?, picture, title)));
     }
-    html.push_str("</div>\n");
+    let methods = methods(results, exposure)?;
+    Ok(html! {
+        h2 { "Pictures" }
+        p.soft { "Radiance times 2" sup { (format!("{exposure:.1}")) } ", then 1 − exp(−x) per channel, then sRGB: the same for every picture." }
+        .pictures {
+            @for (title, image) in references {
+                figure { figcaption { (title) } (image) }
+            }
+        }
+        (methods)
+    })
+}
+
+/// The airlight of each method beside its difference.
+fn methods(results: &Results, exposure: f32) -> Result<Markup, Failure> {
+    let pictures = &results.pictures;
     if pictures.methods.is_empty() {
-        return Ok(());
+        return Ok(Markup::default());
     }
     let scale = difference_scale(results);
     let of_the_mean = if results.reference.absolute || results.reference.mean <= 0.0 {
@@ -39,43 +46,42 @@ pub(super) fn write(html: &mut String, results: &Results) -> Result<(), Failure>
         let share = f64::from(scale) / results.reference.mean;
         format!(", {} of the mean radiance", error(share, false))
     };
-    let _ = write!(
-        html,
-        "<h3>Airlight by method, and its difference to the reference</h3>\n\
-<p class=\"soft\">Differences of luminance: too dark <span class=\"scale\" aria-hidden=\"true\"></span> too bright. Full colour is ±{}{of_the_mean}, or more; \
-the ramp is a square root, so that small differences show. The scale is the same for all.</p>\n<div class=\"pairs\">\n",
-        significant(f64::from(scale)),
-    );
+    let mut pairs = Vec::new();
     for shown in &pictures.methods {
         let m = &results.measurements[shown.measurement];
-        let caption = caption(results, m);
+        let airlight = shown.airlight.png(exposure)?;
         let difference = shown.airlight.difference_png(&pictures.airlight, scale)?;
-        let _ = writeln!(
-            html,
-            "<figure class=\"pair\"><figcaption>{caption}</figcaption>{}{}</figure>",
-            image(
-                &shown.airlight.png(exposure)?,
-                &shown.airlight,
-                m.method.title
-            ),
-            image(&difference, &shown.airlight, "difference"),
-        );
+        pairs.push(html! {
+            figure.pair {
+                figcaption { (caption(results, m)) }
+                (image(&airlight, &shown.airlight, &results.methods[m.method].title))
+                (image(&difference, &shown.airlight, "difference"))
+            }
+        });
     }
-    html.push_str("</div>\n");
-    Ok(())
+    Ok(html! {
+        h3 { "Airlight by method, and its difference to the reference" }
+        p.soft {
+            "Differences of luminance: too dark " span.scale aria-hidden="true" {} " too bright. Full colour is ±"
+            (significant(f64::from(scale))) (of_the_mean)
+            ", or more; the ramp is a square root, so that small differences show. The scale is the same for all."
+        }
+        .pairs {
+            @for pair in pairs {
+                (pair)
+            }
+        }
+    })
 }
 
-fn caption(results: &Results, m: &Measurement) -> String {
-    let backend = if results.backends.len() > 1 {
-        format!(" on {}", short_name(results, &m.backend))
-    } else {
-        String::new()
-    };
-    format!(
-        "<b>{}</b>{backend}: RMSE {}",
-        setting(m),
-        error(m.error.rmse, results.reference.absolute)
-    )
+fn caption(results: &Results, m: &Measurement) -> Markup {
+    html! {
+        b { (setting(results, m)) }
+        @if results.backends.len() > 1 {
+            " on " (short_name(&m.backend, m.representative))
+        }
+        ": RMSE " (error(m.error.rmse, results.reference.absolute))
+    }
 }
 
 /// The geometric mean, over the pictures of methods that sample a shadow map,
@@ -83,7 +89,7 @@ fn caption(results: &Results, m: &Measurement) -> String {
 /// a power of ten. Good and bad methods can both be told apart at it.
 fn difference_scale(results: &Results) -> f32 {
     let pictures = &results.pictures;
-    let sampled = |m: &Measurement| m.method.visibility.needs_shadow_map();
+    let sampled = |m: &Measurement| results.methods[m.method].samples_shadow_map;
     let mut logs = Vec::new();
     for sampling_only in [true, false] {
         for shown in &pictures.methods {
@@ -112,13 +118,10 @@ fn difference_scale(results: &Results) -> f32 {
     step * power
 }
 
-fn image(png: &[u8], picture: &Picture, description: &str) -> String {
-    format!(
-        "<img src=\"{}\" width=\"{}\" height=\"{}\" alt=\"{description}\">",
-        data_uri(png),
-        picture.size.width,
-        picture.size.height
-    )
+fn image(png: &[u8], picture: &Picture, description: &str) -> Markup {
+    html! {
+        img src=(data_uri(png)) width=(picture.size.width) height=(picture.size.height) alt=(description);
+    }
 }
 
 #[cfg(test)]
@@ -133,8 +136,7 @@ mod tests {
         assert!((difference_scale(&results) / 0.02 - 1.0).abs() < 0.6);
         results.pictures.methods[0].airlight = results.pictures.airlight.clone();
         assert!(difference_scale(&results) > 0.0);
-        let mut html = String::new();
-        write(&mut html, &results).unwrap();
+        let html = section(&results).unwrap().into_string();
         assert_eq!(html.matches("<img").count(), 4);
         assert!(!html.contains("NaN"));
     }

@@ -1,135 +1,155 @@
-//! The two plots: without and with the time to build.
+//! The two plots of the main results: without and with the time to build.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
-use super::chart::{Curve, Labels, Point, chart, swatch};
+use super::section::charts;
 use crate::compare::results::{Measurement, Results};
-use crate::format::{error, escape, seconds};
-use crate::methods::{METHODS, Method};
+use crate::compare::study::{Axis, Chart, Charts, Key, Point, Scale, Series, Shape, Unit};
+use crate::format::{error, seconds};
 
-pub(super) fn write(html: &mut String, results: &Results) {
-    if results.measurements.is_empty() {
-        return;
-    }
-    html.push_str("<h2>Error against time</h2>\n");
-    legend(html, results);
-    let frame = plot(results, "frame time", |_| 0.0);
-    let whole = plot(results, "build + frame time", |m| m.seconds_build);
-    let (Some(frame), Some(whole)) = (frame, whole) else {
-        html.push_str("<p>All errors are 0: there is nothing to plot.</p>\n");
-        return;
+pub(super) fn section(results: &Results) -> Markup {
+    let plots = Charts {
+        share_legend: true,
+        all: vec![
+            Chart {
+                title: "Light and scene at rest".into(),
+                caption: "time of a frame".into(),
+                ..plot(results, "frame time", |_| 0.0)
+            },
+            Chart {
+                title: "Everything moves".into(),
+                caption: "build and frame together".into(),
+                ..plot(results, "build + frame time", |m| m.seconds_build)
+            },
+        ],
     };
-    let _ = write!(
-        html,
-        "<div class=\"plots\">\n\
-<figure><figcaption><b>Light and scene at rest</b>: time of a frame.</figcaption><div class=\"wide\">{frame}</div></figure>\n\
-<figure><figcaption><b>Everything moves</b>: build and frame together.</figcaption><div class=\"wide\">{whole}</div></figure>\n</div>\n"
-    );
-    html.push_str("<p class=\"soft\">Down and to the left is better. Numbers beside the ends of a curve are its quality: steps, voxels a side, nodes, digits or KiB. A ring marks a setting that no other beats in both time and error; the wide grey line is the front they form.</p>\n");
+    let is_shown = |m: &Measurement| m.error.rmse > 0.0 && m.error.rmse.is_finite();
+    let any = results.measurements.iter().any(is_shown);
+    html! {
+        @if !results.measurements.is_empty() {
+            h2 { "Error against time" }
+            (charts(&plots))
+            @if any {
+                p.soft { "Down and to the left is better. Numbers beside the ends of a curve are its quality: steps, voxels a side, nodes, digits or KiB. A ring marks a setting that no other beats in both time and error; the wide grey line is the front they form." }
+            } @else {
+                p { "All errors are 0 or not finite: there is nothing to plot." }
+            }
+        }
+    }
 }
 
-/// Methods and backends in the order of the registry.
-pub(super) fn series(results: &Results) -> Vec<(usize, &'static Method, &str)> {
+/// The measurements of one method on one backend.
+#[derive(Clone, Copy)]
+pub(super) struct Line<'a> {
+    /// Index into [`Results::methods`], which is also its colour.
+    pub(super) method: usize,
+    pub(super) backend: &'a str,
+}
+
+impl Line<'_> {
+    pub(super) fn holds(&self, m: &Measurement) -> bool {
+        m.method == self.method && m.backend == self.backend
+    }
+
+    /// Its colour and marker: second and further backends are dashed.
+    pub(super) fn key(&self, results: &Results) -> Key {
+        let first = results.backends.first();
+        Key {
+            slot: self.method,
+            dashed: first.is_some_and(|first| first != self.backend),
+        }
+    }
+
+    /// The method's title, with the backend where there are several.
+    pub(super) fn name(&self, results: &Results) -> String {
+        let title = &results.methods[self.method].title;
+        if results.backends.len() > 1 {
+            let representative = results.software() != Some(self.backend);
+            format!("{title}, {}", short_name(self.backend, representative))
+        } else {
+            title.clone()
+        }
+    }
+}
+
+/// What was measured, method by method and backend by backend, in the order of
+/// [`Results::methods`].
+pub(super) fn lines(results: &Results) -> Vec<Line<'_>> {
     let mut all = Vec::new();
-    for (slot, method) in METHODS.iter().enumerate() {
+    for method in 0..results.methods.len() {
         for backend in &results.backends {
-            let measured =
-                |m: &Measurement| std::ptr::eq(m.method, method) && m.backend == *backend;
-            if results.measurements.iter().any(measured) {
-                all.push((slot, method, backend.as_str()));
+            let line = Line { method, backend };
+            if results.measurements.iter().any(|m| line.holds(m)) {
+                all.push(line);
             }
         }
     }
     all
 }
 
-/// True for all backends but the first.
-pub(super) fn is_dashed(results: &Results, backend: &str) -> bool {
-    results
-        .backends
-        .first()
-        .is_some_and(|first| first != backend)
-}
-
 /// What a backend is called where there is little space; the head of the page
 /// has its full name.
-pub(super) fn short_name(results: &Results, backend: &str) -> String {
+pub(crate) fn short_name(backend: &str, representative: bool) -> String {
     let kind = backend.split(" (").next().unwrap_or(backend);
-    if results.software() == Some(backend) {
-        format!("{} (software)", escape(kind))
+    if representative {
+        kind.into()
     } else {
-        escape(kind)
+        format!("{kind} (software)")
     }
 }
 
-/// A method's title, with the backend where there are several.
-pub(super) fn series_name(results: &Results, method: &Method, backend: &str) -> String {
-    if results.backends.len() > 1 {
-        format!("{}, {}", method.title, short_name(results, backend))
-    } else {
-        method.title.into()
-    }
-}
-
-fn legend(html: &mut String, results: &Results) {
-    html.push_str("<ul class=\"legend\">\n");
-    for (slot, method, backend) in series(results) {
-        let _ = writeln!(
-            html,
-            "<li>{}<span>{} <span class=\"soft\">{}</span></span></li>",
-            swatch(slot, is_dashed(results, backend)),
-            series_name(results, method, backend),
-            method.name().replace(" x ", " × "),
-        );
-    }
-    html.push_str("</ul>\n");
-}
-
-fn plot(results: &Results, time: &str, build: fn(&Measurement) -> f64) -> Option<String> {
+fn plot(results: &Results, time: &str, build: fn(&Measurement) -> f64) -> Chart {
     let absolute = results.reference.absolute;
     let point = |m: &Measurement| {
         let extra = build(m);
+        let method = &results.methods[m.method];
         Point {
-            time: m.frame.median + extra,
-            spread: (m.frame.low + extra, m.frame.high + extra),
-            error: m.error.rmse,
+            x: m.frame.median + extra,
+            y: m.error.rmse,
+            spread: [m.frame.low + extra, m.frame.high + extra],
             label: m.quality.to_string(),
             title: format!(
                 "{}, {} {}: {} in {}",
-                m.method.title,
+                method.title,
                 m.quality,
-                m.method.quality_name(),
+                method.quality,
                 error(m.error.rmse, absolute),
                 seconds(m.frame.median + extra)
             ),
         }
     };
-    let curves: Vec<Curve> = series(results)
-        .into_iter()
-        .map(|(slot, method, backend)| Curve {
-            slot,
-            dashed: is_dashed(results, backend),
-            competes: results.software() != Some(backend),
-            points: results
-                .measurements
-                .iter()
-                .filter(|m| std::ptr::eq(m.method, method) && m.backend == backend)
-                .map(point)
-                .collect(),
-        })
-        .collect();
-    chart(
-        &curves,
-        &Labels {
-            description: &format!("RMSE of the airlight against {time}, both logarithmic"),
-            time,
-            error: if absolute {
-                "RMSE (radiance)"
-            } else {
-                "RMSE / mean radiance"
-            },
-            write_time: &seconds,
-            write_error: &|value| error(value, absolute),
+    let series = |line: Line<'_>| Series {
+        name: line.name(results),
+        aside: results.methods[line.method].name.replace(" x ", " × "),
+        key: line.key(results),
+        competes: results.software() != Some(line.backend),
+        shape: Shape::Points,
+        points: results
+            .measurements
+            .iter()
+            .filter(|m| line.holds(m))
+            .map(point)
+            .collect(),
+    };
+    Chart {
+        title: String::new(),
+        caption: String::new(),
+        description: format!("RMSE of the airlight against {time}, both logarithmic"),
+        x: Axis {
+            label: time.into(),
+            scale: Scale::Log,
+            unit: Unit::Seconds,
         },
-    )
+        y: Axis {
+            label: if absolute {
+                "RMSE (radiance)".into()
+            } else {
+                "RMSE / mean radiance".into()
+            },
+            scale: Scale::Log,
+            unit: if absolute { Unit::Number } else { Unit::Share },
+        },
+        front: true,
+        series: lines(results).into_iter().map(series).collect(),
+    }
 }

@@ -1,129 +1,154 @@
 //! The answer in a few sentences.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
 use crate::compare::results::{Measurement, Results, fastest_within};
-use crate::format::{error, escape, seconds, significant};
-use crate::methods::{Airlight, METHODS, Method, Visibility};
+use crate::format::{error, seconds, significant};
 
 /// Errors at which methods are compared.
 pub(super) const TARGETS: [f64; 7] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001];
 
-pub(super) fn write(html: &mut String, results: &Results) {
-    html.push_str("<div class=\"summary\">\n");
-    for sentence in sentences(results, escape) {
-        let _ = writeln!(html, "<p>{sentence}</p>");
-    }
-    html.push_str("</div>\n");
-}
-
-/// The sentences of the summary, as HTML without paragraphs. `name` writes a
-/// backend's name.
-fn sentences(results: &Results, name: fn(&str) -> String) -> Vec<String> {
-    let several = results.backends.len() > 1;
-    let absolute = results.reference.absolute;
-    let shown = |m: &Measurement| format!("<b>{}</b>", setting(m));
-    if results.measurements.is_empty() {
-        return vec!["Nothing was measured; the report lists what was left out and why.".into()];
-    }
-    let place = |backend: &str| {
-        if several {
-            format!(" on {}", name(backend))
-        } else {
-            String::new()
-        }
-    };
-    let mut sentences = Vec::new();
-    for backend in &results.backends {
-        let own = || results.representative().filter(|m| m.backend == *backend);
-        let mut choices: Vec<Choice<'_>> = Vec::new();
-        for target in decisive_targets(results, backend) {
-            let Some(best) = fastest_within(own(), None, target) else {
-                continue;
-            };
-            let march = fastest_within(own(), Some(baseline()), target);
-            let written = error(target, absolute);
-            match choices.last_mut() {
-                Some(last) if last.is(best, march) => last.targets.push(written),
-                _ => choices.push(Choice {
-                    targets: vec![written],
-                    best,
-                    march,
-                }),
-            }
-        }
-        for Choice {
-            targets,
-            best,
-            march,
-        } in choices
-        {
-            let mut text = format!(
-                "For an error of {}, {} is the fastest{}: {} a frame",
-                targets.join(" or "),
-                shown(best),
-                place(backend),
-                seconds(best.frame.median)
-            );
-            if !is_baseline(best.method) {
-                match march {
-                    Some(march) => {
-                        let ratio = march.frame.median / best.frame.median;
-                        let _ = write!(
-                            text,
-                            ", against {} by plain {} with {} steps ({} times as long)",
-                            seconds(march.frame.median),
-                            march.method.title,
-                            march.quality,
-                            significant(ratio)
-                        );
+pub(super) fn section(results: &Results) -> Markup {
+    html! {
+        .summary {
+            @for Sentence(spans) in sentences(results) {
+                p {
+                    @for span in spans {
+                        @match span {
+                            Span::Plain(text) => (text),
+                            Span::Strong(text) => b { (text) },
+                        }
                     }
-                    None if own().any(|m| is_baseline(m.method)) => {
-                        text.push_str("; plain ray marching does not get there");
-                    }
-                    None => {}
                 }
             }
-            text.push('.');
-            sentences.push(text);
         }
     }
+}
+
+/// The summary as plain text for the terminal.
+pub(crate) fn plain(results: &Results) -> Vec<String> {
+    let plain = |Sentence(spans): Sentence| {
+        let texts = spans.into_iter().map(|span| match span {
+            Span::Plain(text) | Span::Strong(text) => text,
+        });
+        texts.collect()
+    };
+    sentences(results).into_iter().map(plain).collect()
+}
+
+/// A sentence in pieces.
+struct Sentence(Vec<Span>);
+
+/// A piece of a sentence.
+enum Span {
+    Plain(String),
+    Strong(String),
+}
+
+impl Sentence {
+    fn new(text: impl Into<String>) -> Self {
+        Self(vec![Span::Plain(text.into())])
+    }
+
+    fn strong(mut self, text: String) -> Self {
+        self.0.push(Span::Strong(text));
+        self
+    }
+
+    fn then(mut self, text: impl Into<String>) -> Self {
+        self.0.push(Span::Plain(text.into()));
+        self
+    }
+}
+
+fn sentences(results: &Results) -> Vec<Sentence> {
+    if results.measurements.is_empty() {
+        let nothing = "Nothing was measured; the report lists what was left out and why.";
+        return vec![Sentence::new(nothing)];
+    }
+    let mut sentences = Vec::new();
+    for backend in &results.backends {
+        sentences.extend(
+            choices(results, backend)
+                .iter()
+                .map(|choice| choice.say(results)),
+        );
+    }
+    let absolute = results.reference.absolute;
     let finite = |m: &&Measurement| m.error.rmse.is_finite();
     let all = &results.measurements;
     let odd = all.len() - all.iter().filter(finite).count();
     if odd > 0 {
-        sentences.push(format!(
+        sentences.push(Sentence::new(format!(
             "{odd} of {} measurements have no finite error.",
             all.len()
-        ));
+        )));
     }
     let errors = |a: &&Measurement, b: &&Measurement| a.error.rmse.total_cmp(&b.error.rmse);
     if let Some(best) = results.representative().filter(finite).min_by(errors) {
-        sentences.push(format!(
-            "The least error is {}, by {}{} in {} a frame.",
-            error(best.error.rmse, absolute),
-            shown(best),
-            place(&best.backend),
+        let least = format!(
+            "The least error is {}, by ",
+            error(best.error.rmse, absolute)
+        );
+        let rest = format!(
+            "{} in {} a frame.",
+            place(results, best),
             seconds(best.frame.median)
-        ));
+        );
+        sentences.push(
+            Sentence::new(least)
+                .strong(setting(results, best))
+                .then(rest),
+        );
     }
     let shadowless = all
         .iter()
         .filter(finite)
-        .find(|m| m.method.visibility == Visibility::None);
+        .find(|m| !results.methods[m.method].has_shadows);
     if let Some(m) = shadowless {
-        sentences.push(format!(
+        sentences.push(Sentence::new(format!(
             "Leaving the shadows out altogether would be an error of {}.",
             error(m.error.rmse, absolute)
-        ));
+        )));
     }
     if let Some(backend) = results.software() {
-        sentences.push(format!(
-            "Times of {} are not representative: the processor plays the GPU. They decide nothing above.",
-            name(backend)
-        ));
+        sentences.push(Sentence::new(format!(
+            "Times of {backend} are not representative: the processor plays the GPU. They decide nothing above."
+        )));
     }
     sentences
+}
+
+/// Where something was measured, if there are several backends.
+fn place(results: &Results, m: &Measurement) -> String {
+    if results.backends.len() > 1 {
+        format!(" on {}", m.backend)
+    } else {
+        String::new()
+    }
+}
+
+/// What a backend's fastest methods are at the errors that tell them apart.
+fn choices<'a>(results: &'a Results, backend: &str) -> Vec<Choice<'a>> {
+    let own = || results.representative().filter(|m| m.backend == backend);
+    let baseline = results.methods.iter().position(|m| m.is_baseline);
+    let mut choices: Vec<Choice<'a>> = Vec::new();
+    for target in decisive_targets(results, backend) {
+        let Some(best) = fastest_within(own(), None, target) else {
+            continue;
+        };
+        let march = baseline.and_then(|march| fastest_within(own(), Some(march), target));
+        let written = error(target, results.reference.absolute);
+        match choices.last_mut() {
+            Some(last) if last.is(best, march) => last.targets.push(written),
+            _ => choices.push(Choice {
+                targets: vec![written],
+                best,
+                march,
+            }),
+        }
+    }
+    choices
 }
 
 /// What is the fastest within one or more errors, and what plain ray marching
@@ -139,24 +164,46 @@ impl Choice<'_> {
         let address = |m: &Measurement| std::ptr::from_ref(m);
         std::ptr::eq(self.best, best) && self.march.map(address) == march.map(address)
     }
-}
 
-/// The summary as plain text for the terminal.
-pub(crate) fn plain(results: &Results) -> Vec<String> {
-    sentences(results, str::to_owned)
-        .iter()
-        .map(|sentence| sentence.replace("<b>", "").replace("</b>", ""))
-        .collect()
+    fn say(&self, results: &Results) -> Sentence {
+        let best = self.best;
+        let mut rest = format!(
+            " is the fastest{}: {} a frame",
+            place(results, best),
+            seconds(best.frame.median)
+        );
+        if !results.methods[best.method].is_baseline {
+            let marches = |m: &Measurement| {
+                m.backend == best.backend && results.methods[m.method].is_baseline
+            };
+            match self.march {
+                Some(march) => {
+                    let ratio = march.frame.median / best.frame.median;
+                    rest += &format!(
+                        ", against {} by plain {} with {} steps ({} times as long)",
+                        seconds(march.frame.median),
+                        results.methods[march.method].title,
+                        march.quality,
+                        significant(ratio)
+                    );
+                }
+                None if results.representative().any(marches) => {
+                    rest += "; plain ray marching does not get there";
+                }
+                None => {}
+            }
+        }
+        rest.push('.');
+        Sentence::new(format!("For an error of {}, ", self.targets.join(" or ")))
+            .strong(setting(results, best))
+            .then(rest)
+    }
 }
 
 /// A measurement's method and quality in words.
-pub(super) fn setting(m: &Measurement) -> String {
-    format!(
-        "{} with {} {}",
-        m.method.title,
-        m.quality,
-        m.method.quality_name()
-    )
+pub(super) fn setting(results: &Results, m: &Measurement) -> String {
+    let method = &results.methods[m.method];
+    format!("{} with {} {}", method.title, m.quality, method.quality)
 }
 
 /// At most two errors at which there is a choice on a backend: the coarsest that at least
@@ -166,12 +213,12 @@ fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
         return Vec::new();
     }
     let reached = |target: f64| {
-        METHODS
-            .iter()
-            .filter(|method| method.visibility != Visibility::None)
-            .filter(|method| {
+        let methods = results.methods.iter().enumerate();
+        methods
+            .filter(|(_, method)| method.has_shadows)
+            .filter(|(index, _)| {
                 let own = results.representative().filter(|m| m.backend == backend);
-                fastest_within(own, Some(method), target).is_some()
+                fastest_within(own, Some(*index), target).is_some()
             })
             .count()
             >= 2
@@ -192,17 +239,6 @@ fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
         [only] => vec![only],
         [first, .., last] => vec![first, last],
     }
-}
-
-fn baseline() -> &'static Method {
-    METHODS
-        .iter()
-        .find(|method| is_baseline(method))
-        .expect("the registry has plain ray marching")
-}
-
-fn is_baseline(method: &Method) -> bool {
-    method.visibility == Visibility::March && method.airlight == Airlight::Midpoint
 }
 
 #[cfg(test)]

@@ -1,58 +1,60 @@
 //! Times to reach an error, and everything that was measured.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
-use super::chart::swatch;
-use super::plots::{is_dashed, series, series_name};
+use super::plots::{Line, lines};
+use super::section::table;
 use super::summary::TARGETS;
 use crate::compare::results::{Measurement, Results, fastest_within, pareto};
-use crate::format::{bytes, error, escape, seconds};
+use crate::compare::study::{Cell, Column, Table, Unit};
+use crate::format::{error, seconds};
 
 /// One row per method: the fastest setting within each error.
-pub(super) fn write_targets(html: &mut String, results: &Results) {
+pub(super) fn targets(results: &Results) -> Markup {
     if results.measurements.is_empty() || results.reference.absolute {
-        return;
+        return Markup::default();
     }
-    let _ = write!(
-        html,
-        "<h2>Time to reach an error</h2>\n<p class=\"soft\">Fastest measured frame whose RMSE is at most the given share of the mean radiance, and its quality (steps, voxels a side, nodes, digits, KiB); the fastest method of a column is shaded.{}</p>\n<div class=\"wide\"><table>\n<tr><th>method</th>",
-        explained(results)
+    let mut columns = vec![Column::plain("method")];
+    columns.extend(TARGETS.map(|target| Column::new(error(target, false), Unit::Seconds)));
+    columns.push(Column::new("best error", Unit::Share));
+    let mut rows = Table::new(columns).titled(
+        "",
+        format!(
+            "Fastest measured frame whose RMSE is at most the given share of the mean radiance, and its quality (steps, voxels a side, nodes, digits, KiB); the fastest method of a column is shaded.{}",
+            explained(results)
+        ),
     );
-    for target in TARGETS {
-        let _ = write!(html, "<th>{}</th>", error(target, false));
-    }
-    html.push_str("<th>best error</th></tr>\n");
-    for (slot, method, backend) in series(results) {
-        let own = results
-            .measurements
-            .iter()
-            .filter(|m| std::ptr::eq(m.method, method) && m.backend == backend);
-        let _ = write!(
-            html,
-            "<tr><td><span class=\"name\">{} {}</span></td>",
-            swatch(slot, is_dashed(results, backend)),
-            series_name(results, method, backend)
-        );
+    for line in lines(results) {
+        let own = results.measurements.iter().filter(|m| line.holds(m));
+        let mut cells = vec![name(results, line)];
         for target in TARGETS {
             let winner = fastest_within(results.representative(), None, target);
-            let Some(m) = fastest_within(own.clone(), None, target) else {
-                html.push_str("<td class=\"soft\">–</td>");
-                continue;
-            };
-            let won = winner.is_some_and(|w| std::ptr::eq(w, m));
-            let class = if won { " class=\"won\"" } else { "" };
-            let _ = write!(
-                html,
-                "<td{class}>{}{} <span class=\"soft\">{}</span></td>",
-                seconds(m.frame.median),
-                mark(m),
-                m.quality
-            );
+            cells.push(match fastest_within(own.clone(), None, target) {
+                Some(m) => Cell {
+                    shaded: winner.is_some_and(|winner| std::ptr::eq(winner, m)),
+                    mark: mark(m),
+                    aside: m.quality.to_string(),
+                    ..m.frame.median.into()
+                },
+                None => Cell {
+                    aside: "–".into(),
+                    ..Cell::from("")
+                },
+            });
         }
         let best = own.map(|m| m.error.rmse).fold(f64::INFINITY, f64::min);
-        let _ = writeln!(html, "<td>{}</td></tr>", error(best, false));
+        cells.push(best.into());
+        rows.push(cells);
     }
-    html.push_str("</table></div>\n");
+    html! {
+        h2 { "Time to reach an error" }
+        (table(&rows))
+    }
+}
+
+/// A line's name with its colour and marker.
+fn name(results: &Results, line: Line<'_>) -> Cell {
+    Cell::keyed(line.name(results), line.key(results))
 }
 
 /// What stands behind a time that is not representative.
@@ -70,61 +72,150 @@ fn explained(results: &Results) -> &'static str {
 }
 
 /// One row per measurement.
-pub(super) fn write_measurements(html: &mut String, results: &Results) {
+pub(super) fn measurements(results: &Results) -> Markup {
     if results.measurements.is_empty() {
-        return;
+        return Markup::default();
     }
-    let absolute = results.reference.absolute;
-    let _ = write!(
-        html,
-        "<h2>All measurements</h2>\n<p class=\"soft\">The same as in <code>results.csv</code>. Shaded rows are on the front of error against frame time.{}</p>\n<div class=\"wide\"><table>\n<tr><th>method</th><th>quality</th><th>RMSE</th><th>max</th><th>p99</th><th>build</th><th>frame</th><th>fastest – slowest</th><th>memory</th></tr>\n",
-        explained(results)
-    );
+    let unit = if results.reference.absolute {
+        Unit::Number
+    } else {
+        Unit::Share
+    };
+    let mut rows = Table::new(vec![
+        Column::plain("method"),
+        Column::plain("quality"),
+        Column::new("RMSE", unit),
+        Column::new("max", unit),
+        Column::new("p99", unit),
+        Column::new("build", Unit::Seconds),
+        Column::new("frame", Unit::Seconds),
+        Column {
+            soft: true,
+            ..Column::plain("fastest – slowest")
+        },
+        Column::new("memory", Unit::Bytes),
+    ]);
+    rows.grouped = true;
     let points: Vec<Option<(f64, f64)>> = results
         .measurements
         .iter()
         .map(|m| m.representative.then_some((m.frame.median, m.error.rmse)))
         .collect();
     let front = pareto(&points);
-    for (slot, method, backend) in series(results) {
-        let mut first = true;
+    for line in lines(results) {
         for (m, best) in results.measurements.iter().zip(&front) {
-            if !std::ptr::eq(m.method, method) || m.backend != backend {
+            if !line.holds(m) {
                 continue;
             }
-            let class = match (first, *best) {
-                (true, true) => " class=\"first best\"",
-                (true, false) => " class=\"first\"",
-                (false, true) => " class=\"best\"",
-                (false, false) => "",
+            let marked = |time: f64| Cell {
+                mark: if time > 0.0 { mark(m) } else { "" },
+                ..time.into()
             };
-            let name = if first {
-                format!(
-                    "<span class=\"name\">{} {}</span>",
-                    swatch(slot, is_dashed(results, backend)),
-                    series_name(results, method, backend)
-                )
-            } else {
-                String::new()
-            };
-            first = false;
-            let _ = writeln!(
-                html,
-                "<tr{class}><td>{name}</td><td>{} {}</td><td>{}</td><td>{}</td><td>{}</td><td>{}{}</td><td>{}{}</td><td class=\"soft\">{} – {}</td><td>{}</td></tr>",
-                m.quality,
-                escape(m.method.quality_name()),
-                error(m.error.rmse, absolute),
-                error(m.error.max, absolute),
-                error(m.error.rel_p99, absolute),
-                seconds(m.seconds_build),
-                if m.seconds_build > 0.0 { mark(m) } else { "" },
-                seconds(m.frame.median),
-                mark(m),
-                seconds(m.frame.low),
-                seconds(m.frame.high),
-                bytes(m.bytes),
-            );
+            let cells = vec![
+                name(results, line),
+                format!("{} {}", m.quality, results.methods[m.method].quality).into(),
+                m.error.rmse.into(),
+                m.error.max.into(),
+                m.error.rel_p99.into(),
+                marked(m.seconds_build),
+                marked(m.frame.median),
+                format!("{} – {}", seconds(m.frame.low), seconds(m.frame.high)).into(),
+                m.bytes.into(),
+            ];
+            rows.push_row(cells, *best);
         }
     }
-    html.push_str("</table></div>\n");
+    html! {
+        h2 { "All measurements" }
+        p.soft {
+            "The same as in " code { "results.csv" } ". Shaded rows are on the front of error against frame time."
+            (explained(results))
+        }
+        (table(&rows))
+    }
+}
+
+/// The measurements as they are written to `results.csv`: times are medians in
+/// seconds, errors are as in [`Results`].
+pub(crate) fn records(results: &Results) -> Table {
+    let mut table = Table::new(
+        [
+            "scene",
+            "light",
+            "visibility",
+            "airlight",
+            "backend",
+            "quality",
+            "error_rmse",
+            "error_max",
+            "error_rel_p99",
+            "seconds_build",
+            "seconds_frame",
+            "bytes",
+        ]
+        .map(Column::plain)
+        .into(),
+    );
+    for m in &results.measurements {
+        let method = &results.methods[m.method];
+        table.push(vec![
+            results.scene.as_str().into(),
+            results.light.as_str().into(),
+            method.visibility.as_str().into(),
+            method.airlight.as_str().into(),
+            m.backend.as_str().into(),
+            m.quality.into(),
+            m.error.rmse.into(),
+            m.error.max.into(),
+            m.error.rel_p99.into(),
+            m.seconds_build.into(),
+            m.frame.median.into(),
+            m.bytes.into(),
+        ]);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::results::tests::{example, example_with_software};
+    use crate::report::csv;
+
+    fn lines_of(results: &Results) -> Vec<Vec<String>> {
+        let text = csv(&records(results)).unwrap();
+        let mut reader = ::csv::Reader::from_reader(&text[..]);
+        let rows = reader.records().map(|row| row.unwrap());
+        rows.map(|row| row.iter().map(str::to_owned).collect())
+            .collect()
+    }
+
+    #[test]
+    fn every_measurement_is_a_line_of_csv() {
+        let results = example();
+        let lines = lines_of(&results);
+        assert_eq!(lines.len(), results.measurements.len());
+        for (line, m) in lines.iter().zip(&results.measurements) {
+            assert_eq!(line.len(), 12);
+            assert_eq!(line[0], results.scene);
+            assert_eq!(line[2], results.methods[m.method].visibility);
+            assert_eq!(line[6].parse::<f64>().unwrap(), m.error.rmse);
+            assert_eq!(line[11].parse::<u64>().unwrap(), m.bytes);
+        }
+    }
+
+    #[test]
+    fn a_backend_whose_name_has_commas_is_one_column() {
+        let lines = lines_of(&example_with_software());
+        assert_eq!(lines.last().unwrap()[4], "gpu (a, \"b\", software)");
+    }
+
+    #[test]
+    fn each_method_is_named_once_in_the_table_of_measurements() {
+        let results = example();
+        let html = measurements(&results).into_string();
+        let methods = results.methods.len();
+        assert_eq!(html.matches("class=\"first").count(), methods);
+        assert_eq!(html.matches("<tr").count(), 1 + results.measurements.len());
+    }
 }

@@ -1,4 +1,4 @@
-//! The kinds of curves, and how each is judged.
+//! The kinds of curves, and how each is measured.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -11,11 +11,12 @@ use transmittance::{Accumulate, Curve, Evaluate, Linear, Maximum, Packed, Stream
 
 use super::rays::{Ray, Rays};
 use super::{Family, Line};
-use crate::compare::results::Times;
+use crate::compare::study::Key;
+use crate::compare::times::Times;
 use crate::failure::Failure;
 
-/// Questions per curve in one round of measuring.
-const QUESTIONS: usize = 64;
+/// Lookups per curve in one round of measuring.
+const LOOKUPS: usize = 64;
 
 /// A kind of curve at a setting.
 pub(crate) struct Entry {
@@ -23,15 +24,15 @@ pub(crate) struct Entry {
     pub(crate) setting: String,
     /// It has to be told a range of depths.
     pub(crate) knows_range: bool,
-    judge: Judge,
+    measure: Measure,
 }
 
 /// Takes rays, and about how long each time is taken in seconds.
-type Judge = Box<dyn Fn(&Rays, f64) -> Judgement>;
+type Measure = Box<dyn Fn(&Rays, f64) -> Measurement>;
 
-/// What rays say of it.
+/// Errors, times and memory of a kind at a setting.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Judgement {
+pub(crate) struct Measurement {
     pub(crate) mean: f64,
     pub(crate) max: f64,
     pub(crate) insertion: Times,
@@ -41,8 +42,8 @@ pub(crate) struct Judgement {
 
 impl Entry {
     /// Errors and times; each time is taken for about so many `seconds`.
-    pub(crate) fn judge(&self, rays: &Rays, seconds: f64) -> Judgement {
-        (self.judge)(rays, seconds)
+    pub(crate) fn measure(&self, rays: &Rays, seconds: f64) -> Measurement {
+        (self.measure)(rays, seconds)
     }
 }
 
@@ -137,19 +138,19 @@ where
     A::Curve: Into<T>,
     T: Evaluate + 'static,
 {
-    let judge = move |rays: &Rays, seconds: f64| {
+    let measure = move |rays: &Rays, seconds: f64| {
         let (mut curves, insertion) = timed(rays.segments(), seconds, || {
             let made = rays.iter().map(|ray| made(&clear, ray));
             made.collect::<Vec<T>>()
         });
         let (mean, max) = errors(rays, &curves);
-        let questions = curves.len() * QUESTIONS;
-        let (_, lookup) = timed(questions, seconds, || {
+        let lookups = curves.len() * LOOKUPS;
+        let (_, lookup) = timed(lookups, seconds, || {
             let mut sum = 0.0;
             for (curve, ray) in curves.iter().zip(rays.iter()) {
                 // Depths as receivers have them, in no order.
-                for question in 0..QUESTIONS {
-                    let depth = ray.samples[question * 37 % ray.samples.len()];
+                for index in 0..LOOKUPS {
+                    let depth = ray.samples[index * 37 % ray.samples.len()];
                     sum += black_box(curve).evaluate(depth)[0];
                 }
             }
@@ -158,7 +159,7 @@ where
         let total: usize = curves.iter().map(&bytes).sum();
         let bytes = total as f64 / curves.len() as f64;
         curves.clear();
-        Judgement {
+        Measurement {
             mean,
             max,
             insertion,
@@ -170,7 +171,7 @@ where
         family,
         setting,
         knows_range: false,
-        judge: Box::new(judge),
+        measure: Box::new(measure),
     }
 }
 
@@ -247,7 +248,7 @@ pub(crate) fn lines_of_sizes(rays: &Rays) -> Result<Vec<Line>, Failure> {
     ];
     // Of one kind, they would all look alike.
     for (slot, line) in lines.iter_mut().enumerate() {
-        line.slot = slot;
+        line.key = Key::new(slot);
     }
     Ok(lines)
 }
@@ -256,7 +257,7 @@ fn truth(rays: &Rays) -> Line {
     let ray = rays.shown();
     Line {
         name: format!("exact, {} blockers", ray.segments.len()),
-        slot: 0,
+        key: Key::new(0),
         values: ray.truths(&rays.plotted_depths()),
     }
 }
@@ -267,10 +268,9 @@ where
 {
     let curve: A::Curve = made(clear, rays.shown());
     let at = |depth: f32| f64::from(curve.evaluate(depth)[0]);
-    let place = Family::ALL.into_iter().position(|other| other == family);
     Line {
         name: format!("{}, {setting}", family.title()),
-        slot: 1 + place.unwrap_or(0),
+        key: family.key(),
         values: rays.plotted_depths().into_iter().map(at).collect(),
     }
 }

@@ -1,0 +1,290 @@
+//! What is measured by itself, beside the methods: one file or folder per
+//! study, and the one list of them.
+//!
+//! A study is a [`Kind`]: its heading, the name and the columns of its CSV file,
+//! why it may have nothing to say about a scene, and the function that carries
+//! it out. That function is given a [`Subject`] and a [`Limit`], and returns a
+//! [`Study`], which is plain data. Neither this module nor [`crate::report`]
+//! knows any study by name; to add one, write its file and add its line to
+//! [`STUDIES`].
+
+mod curves;
+mod evaluators;
+mod precomputed_shadows;
+mod voxel_grids;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use gpu_backend::gpu::Context;
+use lighting::scene::trace::Tracer;
+use lighting::scene::{Camera, Geometry, Medium, Translucent};
+use lighting::{Emitter, Ray};
+
+use super::budget::Budget;
+use super::study::{Column, Study};
+use crate::failure::Failure;
+use crate::parse::Size;
+
+/// All studies, in the order in which they are carried out and reported.
+pub(crate) const STUDIES: [Kind; 4] = [
+    evaluators::KIND,
+    voxel_grids::KIND,
+    curves::KIND,
+    precomputed_shadows::KIND,
+];
+
+/// One study, before it is carried out.
+pub(crate) struct Kind {
+    /// Its heading.
+    pub(crate) title: &'static str,
+    /// Name of its CSV file.
+    pub(crate) csv: &'static str,
+    /// The columns of that file.
+    pub(crate) columns: fn() -> Vec<Column>,
+    /// Seconds that it may take, in a quick comparison and in a full one. A study
+    /// that is short by nature has none: it runs however little time is left, so
+    /// that what it finds does not depend on the machine.
+    pub(crate) seconds: Option<[f64; 2]>,
+    /// Why there is nothing to measure in a scene, if so.
+    pub(crate) pointless: fn(&Subject<'_>) -> Option<&'static str>,
+    pub(crate) run: fn(&Subject<'_>, &Limit<'_>) -> Result<Study, Failure>,
+}
+
+impl Kind {
+    /// The study before anything is measured.
+    pub(crate) fn blank(&self) -> Study {
+        Study::new(self.title, self.csv, (self.columns)())
+    }
+
+    fn limit<'a>(&self, quick: bool, budget: Budget, stop: &'a AtomicBool) -> Limit<'a> {
+        let seconds = match self.seconds {
+            Some(seconds) => seconds[usize::from(!quick)].min(budget.left()),
+            None => f64::INFINITY,
+        };
+        Limit {
+            clock: Instant::now(),
+            seconds,
+            budget,
+            stop,
+        }
+    }
+}
+
+/// What studies look at.
+pub(crate) struct Subject<'a> {
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) tracer: &'a Tracer,
+    pub(crate) medium: &'a Medium,
+    pub(crate) translucent: &'a [Translucent],
+    /// Lights that reach the view, as far as the plan keeps them.
+    pub(crate) emitters: &'a [Emitter],
+    pub(crate) camera: &'a Camera,
+    /// The rays of the picture, and its size.
+    pub(crate) rays: &'a [Ray],
+    pub(crate) size: Size,
+    /// Texels per side of a shadow map.
+    pub(crate) map: u32,
+    pub(crate) devices: Vec<Device<'a>>,
+    /// Asks for few settings and short measurements.
+    pub(crate) quick: bool,
+}
+
+/// A backend to measure on.
+pub(crate) struct Device<'a> {
+    /// Its full name.
+    pub(crate) label: String,
+    /// Its name where there is little space.
+    pub(crate) short: String,
+    /// `None` is the CPU.
+    pub(crate) context: Option<&'a Context>,
+}
+
+/// How long a study may go on.
+pub(crate) struct Limit<'a> {
+    clock: Instant,
+    /// Seconds for this study.
+    seconds: f64,
+    /// The time of the whole comparison.
+    budget: Budget,
+    /// Set if the user wants no more.
+    stop: &'a AtomicBool,
+}
+
+impl Limit<'_> {
+    /// Seconds for this study; infinite if it is short by nature.
+    pub(crate) fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    /// Seconds since it began.
+    pub(crate) fn elapsed(&self) -> f64 {
+        self.clock.elapsed().as_secs_f64()
+    }
+
+    /// Why nothing more is to be begun, if so: its own time is over, or the user
+    /// has interrupted it.
+    pub(crate) fn reached(&self) -> Option<&'static str> {
+        self.reached_after(0.0)
+    }
+
+    /// Why something that takes about so many `seconds` is not to be begun.
+    pub(crate) fn reached_after(&self, seconds: f64) -> Option<&'static str> {
+        let over = self.elapsed() + seconds >= self.seconds;
+        self.interrupted().or(over.then_some(NO_TIME))
+    }
+
+    /// Why nothing at all is to be begun: the time of the whole comparison is
+    /// over, which may be later than that of the study, or the user has
+    /// interrupted it.
+    pub(crate) fn budget_reached(&self) -> Option<&'static str> {
+        let over = self.budget.left() <= 0.0;
+        self.interrupted().or(over.then_some(NO_TIME))
+    }
+
+    /// The user's wish as a flag.
+    pub(crate) fn stop(&self) -> &AtomicBool {
+        self.stop
+    }
+
+    fn interrupted(&self) -> Option<&'static str> {
+        self.stop.load(Ordering::Relaxed).then_some("interrupted")
+    }
+}
+
+const NO_TIME: &str = "no time left (--time-budget)";
+
+/// Carries out every study, one after the other. One that is pointless, or for
+/// which the scene leaves no time, is there without parts.
+pub(crate) fn run_all(
+    subject: &Subject<'_>,
+    budget: Budget,
+    stop: &AtomicBool,
+) -> Result<Vec<Study>, Failure> {
+    let run = |kind: &Kind| {
+        if let Some(why) = (kind.pointless)(subject) {
+            let mut study = kind.blank();
+            study.leave_out("", why);
+            return Ok(study);
+        }
+        (kind.run)(subject, &kind.limit(subject.quick, budget, stop))
+    };
+    STUDIES.iter().map(run).collect()
+}
+
+/// Every study before anything is measured, for a comparison of nothing.
+pub(crate) fn all_blank() -> Vec<Study> {
+    STUDIES.iter().map(Kind::blank).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use lighting::scene::Scene;
+    use lighting::scene::procedural::Embedded;
+
+    use super::*;
+
+    /// A scene with what is made from it.
+    pub(super) struct Stand {
+        pub(super) scene: Scene,
+        pub(super) geometry: Geometry,
+        pub(super) tracer: Tracer,
+        pub(super) emitters: Vec<Emitter>,
+        pub(super) camera: Camera,
+    }
+
+    impl Stand {
+        pub(super) fn of(embedded: Embedded) -> Self {
+            let mut scene = embedded.build(1);
+            let geometry = Geometry::new(&scene).unwrap();
+            scene.complete(geometry.bounds()).unwrap();
+            Self {
+                tracer: Tracer::new(&geometry),
+                emitters: scene.lights[0].emitters(1).unwrap(),
+                camera: scene.camera.unwrap(),
+                geometry,
+                scene,
+            }
+        }
+
+        /// A quick look at it without rays and backends.
+        pub(super) fn subject(&self) -> Subject<'_> {
+            Subject {
+                geometry: &self.geometry,
+                tracer: &self.tracer,
+                medium: self.scene.medium.as_ref().unwrap(),
+                translucent: &self.scene.translucent,
+                emitters: &self.emitters,
+                camera: &self.camera,
+                rays: &[],
+                size: Size {
+                    width: 16,
+                    height: 9,
+                },
+                map: 128,
+                devices: Vec::new(),
+                quick: true,
+            }
+        }
+    }
+
+    static NEVER: AtomicBool = AtomicBool::new(false);
+    static ALREADY: AtomicBool = AtomicBool::new(true);
+
+    impl Limit<'_> {
+        /// A limit of so many seconds that nobody interrupts.
+        pub(super) fn of(seconds: f64) -> Limit<'static> {
+            Limit {
+                clock: Instant::now(),
+                seconds,
+                budget: Budget::new(seconds.min(1e6)),
+                stop: &NEVER,
+            }
+        }
+    }
+
+    #[test]
+    fn titles_and_csv_files_of_studies_are_unique() {
+        for (index, kind) in STUDIES.iter().enumerate() {
+            for other in &STUDIES[..index] {
+                assert_ne!(kind.csv, other.csv);
+                assert_ne!(kind.title, other.title);
+            }
+            assert!(kind.csv.ends_with(".csv") && kind.csv != "results.csv");
+            let columns = (kind.columns)();
+            assert!(columns.len() > 1, "{}", kind.csv);
+            let blank = kind.blank();
+            assert_eq!((blank.csv, blank.title), (kind.csv, kind.title));
+            assert!(blank.parts.is_empty() && blank.records.rows().is_empty());
+        }
+    }
+
+    #[test]
+    fn an_interrupted_comparison_begins_no_study() {
+        let stand = Stand::of(Embedded::City);
+        let studies = run_all(&stand.subject(), Budget::new(60.0), &ALREADY).unwrap();
+        assert_eq!(studies.len(), STUDIES.len());
+        for study in &studies {
+            assert!(study.parts.is_empty(), "{}", study.title);
+            assert!(study.records.rows().is_empty(), "{}", study.title);
+            assert!(!study.left_out.is_empty(), "{}", study.title);
+        }
+    }
+
+    #[test]
+    fn a_study_that_is_pointless_says_why() {
+        let stand = Stand::of(Embedded::City);
+        let mut subject = stand.subject();
+        let sun = [Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap()];
+        subject.emitters = &sun;
+        let reasons: Vec<_> = STUDIES
+            .iter()
+            .map(|kind| (kind.pointless)(&subject))
+            .collect();
+        assert!(reasons[0].unwrap().contains("closed form"), "{reasons:?}");
+        subject.emitters = &[];
+        assert!((precomputed_shadows::KIND.pointless)(&subject).is_some());
+        assert!((voxel_grids::KIND.pointless)(&subject).is_some());
+    }
+}

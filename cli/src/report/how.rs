@@ -1,0 +1,82 @@
+//! How everything was measured, in words.
+
+use maud::{Markup, html};
+
+use crate::compare::results::Results;
+use crate::format::{count, error, seconds, significant};
+
+pub(super) fn section(results: &Results) -> Markup {
+    let reference = &results.reference;
+    let unit = if reference.absolute {
+        "The reference's mean radiance is 0, so errors are absolute, in units of radiance."
+    } else {
+        "Errors are divided by the reference's mean radiance, so 1 % is a hundredth of the mean brightness of the airlight."
+    };
+    let gpu = results.backends.iter().any(|backend| backend != "cpu");
+    html! {
+        h2 { "How this was measured" }
+        ul {
+            li {
+                b { "What is compared" }
+                ": the airlight, that is the light scattered towards the eye along each ray of the picture, summed over the lights. Surfaces are the same for all methods and are left out of every error and every time."
+            }
+            li {
+                b { "Reference" }
+                ": " (way(results)) ". Took " (seconds(reference.seconds)) ". Mean radiance " (significant(reference.mean)) "."
+            }
+            li {
+                b { "Errors" }
+                ": linear radiance over all pixels and colour channels. " (unit)
+                " RMSE is the root of the mean square, max the largest difference; p99 is the 99th percentile of the error relative to the pixel itself."
+            }
+            li {
+                b { "Times" }
+                ": the frame is the airlight of one picture from given rays, the median of " (repetitions(results))
+                " taken in turns, with the fastest and the slowest as bars; build is what has to exist first: the tracing structure, or the shadow maps ("
+                (results.shadow_maps) "). "
+                @if gpu {
+                    "On a GPU a frame is recorded, submitted and waited for; pipelines were built, and rays and shadow maps uploaded, before the first one, and the picture is read back after the clock has stopped. "
+                }
+                @if let Some(backend) = results.software() {
+                    b { "Times of " (backend) " are not representative" }
+                    ": the processor plays the GPU. They are shown with an asterisk, and neither the summary nor the front nor the shaded cells count them. "
+                }
+                "Both grow with the picture or the map, so compare ratios, and only within one report."
+            }
+            li {
+                b { "Shadow maps" }
+                " set a floor: marches converge to what their map shows, not to the reference. Where a curve turns flat, more steps are wasted and a finer map is needed ("
+                code { "--map" }
+                "). A frame of voxelized shadow volumes makes the voxels anew for each light. A quadrature with a fixed number of nodes has a floor of its own where the light along a lit run has kinks: the edge of a spotlight, the faces of a bounded medium."
+            }
+            li { b { "Total" } ": " (seconds(results.seconds_total)) "." }
+        }
+    }
+}
+
+/// How the reference was found.
+fn way(results: &Results) -> String {
+    let reference = &results.reference;
+    let bound = error(reference.bound, reference.absolute);
+    match reference.parts {
+        None => format!(
+            "exact lit intervals of every ray × quadrature in double precision with a bound on its error, \
+by code that shares only its input with the methods: rays with their ends, lights, triangles. Asked for {} per pixel; the largest bound of a pixel is {bound}",
+            error(reference.tolerance, false)
+        ),
+        Some(parts) => format!(
+            "exact lit intervals of every ray, cut into {parts} parts, each times the exact transmittance of hair and smoke at two points of it, in double precision, \
+by code that shares only its input with the methods. The largest difference that it makes for a pixel to take one point of each part is {bound}, next to the edges of hair"
+        ),
+    }
+}
+
+/// How often a frame was measured.
+fn repetitions(results: &Results) -> String {
+    let all = results.measurements.iter().map(|m| m.frame.repetitions);
+    match (all.clone().min(), all.max()) {
+        (Some(a), Some(b)) if a == b => count(a, "run"),
+        (Some(a), Some(b)) => format!("{a} to {b} runs"),
+        _ => "no runs".into(),
+    }
+}
