@@ -75,11 +75,20 @@ impl Columns {
     }
 
     /// Puts the runs of a column, but for the end, on the stack.
-    pub(crate) fn push(&mut self, runs: &[Run], bounds: Interval) -> Column {
+    pub(crate) fn push(&mut self, runs: impl IntoIterator<Item = Run>, bounds: Interval) -> Column {
         let first = self.top();
-        self.stack.extend_from_slice(runs);
+        self.stack.extend(runs);
         self.stack.push(END);
         Column::Runs { first, bounds }
+    }
+
+    /// The runs of the last column behind the first, but for the end; none if
+    /// it is uniform.
+    pub(crate) fn runs(&self, column: Column) -> Option<&[Run]> {
+        match column {
+            Column::Uniform(_) => None,
+            Column::Runs { first, .. } => Some(&self.stack[first + 1..self.stack.len() - 1]),
+        }
     }
 
     /// Takes the runs of the last column off the stack.

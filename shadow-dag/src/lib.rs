@@ -103,6 +103,7 @@ mod layout;
 mod light_space;
 mod mesh;
 mod nodes;
+mod patches;
 mod pool;
 mod progress;
 mod query;
