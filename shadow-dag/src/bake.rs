@@ -173,13 +173,14 @@ impl Bake<'static> {
     }
 }
 
-/// Casters cut into tiles. Another version may choose other nodes.
+/// Casters cut into tiles. Another version of this crate, or of a rule, may
+/// choose other nodes.
 fn identity(casters: Identity, tiles: &Tiles) -> Identity {
     let plan = tiles.plan;
     let rule = match plan.rule {
         Rule::Sintorn2014 => 2014,
-        Rule::Kampe2015 => 2015,
-        Rule::Aligned => 0,
+        Rule::Kampe2015 => 2015 << 8 | 1,
+        Rule::Aligned => 1,
     };
     let version = env!("CARGO_PKG_VERSION").bytes().map(u64::from);
     let words = [rule, u64::from(plan.resolution.log2()), plan.level as u64];

@@ -64,13 +64,8 @@ impl Tile {
         out.clear();
         match rule {
             Rule::Sintorn2014 => self.enters(side, out),
-            Rule::Kampe2015 => {
-                let choose = |stretch: Interval, last| {
-                    if last { stretch.enter } else { stretch.exit }
-                };
-                self.exits(side, out, choose);
-            }
-            Rule::Aligned => self.exits(side, out, |stretch, _| stretch.most_aligned(side)),
+            Rule::Kampe2015 => self.exits(side, out, |stretch| stretch.exit),
+            Rule::Aligned => self.exits(side, out, |stretch| stretch.most_aligned(side)),
         }
     }
 
@@ -93,15 +88,13 @@ impl Tile {
     /// At the smallest exit of what is lit everything that has entered is
     /// shadowed: the fewest masks that there can be. The first slice with
     /// that mask can be any from where the last of those cells enters;
-    /// `choose` says which, and is told if all cells are shadowed by a
-    /// transition that is not the only one.
-    fn exits(&self, side: u32, out: &mut Vec<Transition>, choose: impl Fn(Interval, bool) -> u32) {
+    /// `choose` says which.
+    fn exits(&self, side: u32, out: &mut Vec<Transition>, choose: impl Fn(Interval) -> u32) {
         let mut lit = Lit::new(self);
         while let Some(exit) = Lit::first(&lit.exit) {
-            let all = lit.cells == u64::MAX;
             let enter = lit.shade(exit);
             let mask = lit.cells;
-            let start = choose(Interval { enter, exit }, mask == 0 && !all);
+            let start = choose(Interval { enter, exit });
             if start >= side {
                 return;
             }

@@ -98,10 +98,6 @@ fn top_down(map: &Map, rule: Rule) -> Graph {
             let lit = (0..64).filter(|&i| z < tile.enter[i] || z < *first_exit);
             return lit.fold(0, |mask, i| mask | 1 << i);
         }
-        let first_exit = tile.exit.iter().min().unwrap();
-        if z >= *first_exit && tile.enter.iter().all(|&enter| enter <= z) {
-            return 0;
-        }
         let mut lit = u64::MAX;
         for slice in 0..=z {
             let must_change = (0..64).any(|i| lit >> i & 1 == 1 && tile.exit[i] <= slice);
