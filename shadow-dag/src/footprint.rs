@@ -6,7 +6,8 @@ use crate::patches::{Patch, Patches};
 use crate::pool::Pool;
 use crate::rule::Tile;
 
-/// Casters over a square footprint that can be looked at quarter by quarter.
+/// Shadow casters over a square footprint that can be looked at quarter by
+/// quarter.
 pub(crate) trait Footprints {
     /// What has to be known to go on with one footprint.
     type Part: Copy;

@@ -3,6 +3,15 @@
 //! Based on: Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction
 //! of Voxelized Shadows, I3D 2015, section 3.4; and the rule of 2014 that it
 //! replaced.
+//!
+//! The section says that a mask serves until the closest exit of the cells that
+//! are lit still, and that all is shadowed behind the farthest enter. Both hold
+//! for the last mask of a tile, which may thus end at either. Here it ends at
+//! the exit, like all others, while volumes as a whole are shadowed from the
+//! farthest enter on. With maps of 4096² texels the sizes of 2014 are 1.51 and
+//! 1.53 times those of 2015 for two cities and 1.73 times for a landscape; the
+//! paper has 1.43 and 1.72. Ended at the enter, nodes take 7 to 10 % more, and
+//! the ratios are 1.37, 1.43 and 1.58.
 
 use crate::interval::Interval;
 
@@ -19,8 +28,9 @@ pub enum Rule {
     Kampe2015,
     /// As seldom, and where there is a choice at the depth that is a multiple
     /// of the highest power of two: footprints of any size whose texels can
-    /// share one depth do, 8×8 tiles use the fewest masks. Every texel then
-    /// turns from lit to shadowed once.
+    /// share one depth do, 8×8 tiles use the fewest masks. Volumes that can be
+    /// shadowed throughout are, unless the node in front of them is right for
+    /// them too. Every texel then turns from lit to shadowed once.
     #[default]
     Aligned,
 }

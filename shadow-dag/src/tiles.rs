@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use gpu_backend::Cpu;
 
 use crate::Error;
-use crate::casters::TileRect;
 use crate::column::{Column, Columns, Run};
+use crate::depths::TileRect;
 use crate::footprint::{Footprints, Look};
 use crate::graph::Graph;
 use crate::interval::Interval;

@@ -13,7 +13,7 @@ use lighting::precomputed::{
 use lighting::scene::{Camera, Geometry};
 use lighting::trace::Tracer;
 use lighting::view::View;
-use shadow_dag::{Casters, Error, Exits, LightSpace, Mesh, Rule, ShadowDag, TileRect};
+use shadow_dag::{DepthSource, Error, Exits, LightSpace, Mesh, Rule, ShadowDag, TileRect};
 
 use super::results::Times;
 use crate::failure::Failure;
@@ -294,7 +294,7 @@ impl Maps {
     }
 }
 
-impl Casters for Maps {
+impl DepthSource for Maps {
     fn resolution(&self) -> Resolution {
         self.resolution
     }

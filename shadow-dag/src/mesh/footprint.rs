@@ -3,7 +3,7 @@
 use super::Mesh;
 use super::texels::{Centres, Texels};
 use super::triangle::{Kind, ONE, Triangle};
-use crate::casters::TileRect;
+use crate::depths::TileRect;
 use crate::footprint::{Footprints, Look};
 use crate::interval::Interval;
 use crate::patches::Patch;

@@ -110,7 +110,7 @@ fn floors_under_solids_are_the_same_on_any_number_of_threads_and_with_breaks() {
         stop.store(false, Ordering::Relaxed);
         let mut checkpoint = Vec::new();
         bake.save(&mut checkpoint).unwrap();
-        if before % 3 == 0 {
+        if before.is_multiple_of(3) {
             bake = Bake::of_mesh(Builder::new(), &mesh);
             bake.resume(&checkpoint).unwrap();
         }
