@@ -218,7 +218,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let part = place.path().join("a.cpvs.part");
         let options = SceneOptions {
-            seed: 1,
+            seed: None,
             lights: 1,
             map: None,
             medium: MediumOptions::default(),

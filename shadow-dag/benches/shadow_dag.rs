@@ -14,7 +14,7 @@ use glam::{IVec3, Vec3};
 use gpu_backend::{Cpu, Download};
 use scenes::Maps;
 use shadow_dag::{
-    Builder, Casters, FilterSize, Form, Mesh, Query, RayRecord, Resolution, Rule, ShadowDag,
+    Builder, DepthSource, FilterSize, Form, Mesh, Query, RayRecord, Resolution, Rule, ShadowDag,
     TileRect,
 };
 
@@ -62,6 +62,29 @@ fn bake(c: &mut Criterion) {
         if side == 2048 {
             group.bench_function(BenchmarkId::new("through maps", side), |b| {
                 b.iter(|| Builder::new().build(&cpu, &mesh).expect("built"));
+            });
+        }
+    }
+    group.finish();
+}
+
+/// A floor that encloses nothing under posts that do, seen by a sun and by a
+/// lamp.
+fn floor(c: &mut Criterion) {
+    let mut group = c.benchmark_group("floor");
+    group.sample_size(10);
+    let cpu = Cpu::new();
+    for side in [2048, 4096, 8192] {
+        let resolution = Resolution::new(side).expect("a power of two");
+        let [sun, lamp] = scenes::posts(resolution).expect("a sound scene");
+        group.throughput(Throughput::Elements(u64::from(side).pow(2)));
+        group.bench_function(BenchmarkId::new("sun", side), |b| {
+            b.iter(|| Builder::new().bake(&cpu, &sun).expect("baked"));
+        });
+        // Its slices are no planes: the time grows with the texels.
+        if side == 2048 {
+            group.bench_function(BenchmarkId::new("lamp", side), |b| {
+                b.iter(|| Builder::new().bake(&cpu, &lamp).expect("baked"));
             });
         }
     }
@@ -168,7 +191,7 @@ fn batches<B: Query + Download>(c: &mut Criterion, name: &str, backend: &B) {
 }
 
 /// Reads one tile of a large map.
-fn peel(c: &mut Criterion, name: &str, casters: &dyn Casters) {
+fn peel(c: &mut Criterion, name: &str, casters: &dyn DepthSource) {
     let tile = TileRect {
         x: 1024,
         y: 1024,
@@ -200,5 +223,5 @@ fn backends(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, build, bake, ask, backends);
+criterion_group!(benches, build, bake, floor, ask, backends);
 criterion_main!(benches);

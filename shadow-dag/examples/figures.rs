@@ -1,7 +1,8 @@
 //! Prints what building costs and what comes out, for a city and a landscape.
 //!
 //! `figures maps N` compares rules on maps of N×N; `figures bake N` bakes
-//! triangles at 2048 and each doubling up to N.
+//! triangles at 2048 and each doubling up to N; `figures floor N` does so for an
+//! open floor under a sun and a lamp.
 
 #[allow(dead_code, reason = "the benches use other parts of it")]
 #[path = "../benches/scenes/mod.rs"]
@@ -21,6 +22,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => ("maps", 1024),
     };
     let resolution = Resolution::new(side)?;
+    if what == "floor" {
+        let [sun, lamp] = scenes::posts(resolution)?;
+        println!("floor under a sun");
+        bake(sun, side)?;
+        println!("floor under a lamp");
+        return bake(lamp, side.min(8192));
+    }
     for (name, mesh) in [
         ("city", scenes::city(resolution, 20, 2)?),
         ("dense city", scenes::city(resolution, 60, 10)?),

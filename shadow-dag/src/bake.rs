@@ -1,6 +1,5 @@
 //! Building shadows with breaks.
 
-use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::sync::atomic::AtomicBool;
@@ -12,7 +11,7 @@ use crate::identity::Identity;
 use crate::mesh::{BINS, Scratch};
 use crate::progress::Progress;
 use crate::tiles::{Plan, Tiles, Watch};
-use crate::{Builder, Casters, Error, Form, LightSpace, Mesh, Rule, ShadowDag};
+use crate::{Builder, DepthSource, Error, Form, LightSpace, Mesh, Rule, ShadowDag};
 
 /// Shadows in the making, tile by tile of the map.
 ///
@@ -55,8 +54,9 @@ pub struct Bake<'a> {
 }
 
 enum Source<'a> {
-    Mesh(Cow<'a, Mesh>),
-    Maps(&'a dyn Casters),
+    Mesh(&'a Mesh),
+    OwnMesh(Box<Mesh>),
+    Maps(&'a dyn DepthSource),
 }
 
 impl fmt::Debug for Bake<'_> {
@@ -70,17 +70,13 @@ impl fmt::Debug for Bake<'_> {
 
 impl<'a> Bake<'a> {
     /// What [`Builder::bake`] does, with nothing done yet: 64×64 tiles, or
-    /// those of [`Bake::of_casters`] for other rules than [`Rule::Aligned`].
+    /// those of [`Bake::of_depths`] for other rules than [`Rule::Aligned`].
     pub fn of_mesh(builder: Builder, mesh: &'a Mesh) -> Self {
-        Self::of_any_mesh(builder, Cow::Borrowed(mesh))
-    }
-
-    fn of_any_mesh(builder: Builder, mesh: Cow<'a, Mesh>) -> Self {
-        let tiles = Tiles::new(builder.plan_of_mesh(&mesh));
+        let tiles = Tiles::new(builder.plan_of_mesh(mesh));
         Self {
+            source: Source::Mesh(mesh),
             light: mesh.light(),
             identity: identity(mesh.identity(), &tiles),
-            source: Source::Mesh(mesh),
             tiles,
         }
     }
@@ -91,7 +87,7 @@ impl<'a> Bake<'a> {
     /// `identity` has to tell casters apart: a hash of all that they depend
     /// on, for instance. A checkpoint is only taken from casters of the same
     /// identity, light and resolution.
-    pub fn of_casters(builder: Builder, casters: &'a dyn Casters, identity: u64) -> Self {
+    pub fn of_depths(builder: Builder, casters: &'a dyn DepthSource, identity: u64) -> Self {
         let tiles = Tiles::new(builder.plan_of_maps(casters.resolution()));
         let light = casters.light();
         let known = light.map_or(Identity::new(), |light| Identity::of_light(&light));
@@ -131,6 +127,7 @@ impl<'a> Bake<'a> {
         let watch = Watch { stop, observe };
         match &self.source {
             Source::Mesh(mesh) => self.tiles.bake(cpu, most.max(1), watch, mesh)?,
+            Source::OwnMesh(mesh) => self.tiles.bake(cpu, most.max(1), watch, mesh)?,
             Source::Maps(casters) => self.tiles.read(cpu, most.max(1), watch, *casters)?,
         }
         Ok(self.progress())
@@ -169,17 +166,29 @@ impl<'a> Bake<'a> {
 impl Bake<'static> {
     /// [`Bake::of_mesh`] of a mesh that it keeps.
     pub(crate) fn of_own_mesh(builder: Builder, mesh: Mesh) -> Self {
-        Self::of_any_mesh(builder, Cow::Owned(mesh))
+        let Bake {
+            light,
+            tiles,
+            identity,
+            ..
+        } = Bake::of_mesh(builder, &mesh);
+        Self {
+            source: Source::OwnMesh(Box::new(mesh)),
+            light,
+            tiles,
+            identity,
+        }
     }
 }
 
-/// Casters cut into tiles. Another version may choose other nodes.
+/// Shadow casters cut into tiles. Another version of this crate, or of a rule, may
+/// choose other nodes.
 fn identity(casters: Identity, tiles: &Tiles) -> Identity {
     let plan = tiles.plan;
     let rule = match plan.rule {
         Rule::Sintorn2014 => 2014,
-        Rule::Kampe2015 => 2015,
-        Rule::Aligned => 0,
+        Rule::Kampe2015 => 2015 << 8 | 1,
+        Rule::Aligned => 1,
     };
     let version = env!("CARGO_PKG_VERSION").bytes().map(u64::from);
     let words = [rule, u64::from(plan.resolution.log2()), plan.level as u64];

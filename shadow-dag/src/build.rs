@@ -7,7 +7,7 @@ use gpu_backend::Cpu;
 use crate::graph::Graph;
 use crate::region::Region;
 use crate::tiles::{Plan, Tiles, Watch};
-use crate::{Casters, Error, Resolution, Rule};
+use crate::{DepthSource, Error, Resolution, Rule};
 
 /// Texels along each side of the parts in which maps are read: with both
 /// depths and both ends of the conversion 16 MiB per thread.
@@ -49,7 +49,7 @@ impl Builder {
         Self { culling, ..self }
     }
 
-    pub(crate) fn graph<C: Casters + ?Sized>(
+    pub(crate) fn graph<C: DepthSource + ?Sized>(
         &self,
         cpu: &Cpu,
         casters: &C,
@@ -81,7 +81,7 @@ impl Builder {
 
 impl Tiles {
     /// [`Tiles::advance`] over the maps of `casters`.
-    pub(crate) fn read<C: Casters + ?Sized>(
+    pub(crate) fn read<C: DepthSource + ?Sized>(
         &mut self,
         cpu: &Cpu,
         most: usize,

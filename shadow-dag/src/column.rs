@@ -75,11 +75,20 @@ impl Columns {
     }
 
     /// Puts the runs of a column, but for the end, on the stack.
-    pub(crate) fn push(&mut self, runs: &[Run], bounds: Interval) -> Column {
+    pub(crate) fn push(&mut self, runs: impl IntoIterator<Item = Run>, bounds: Interval) -> Column {
         let first = self.top();
-        self.stack.extend_from_slice(runs);
+        self.stack.extend(runs);
         self.stack.push(END);
         Column::Runs { first, bounds }
+    }
+
+    /// The runs of the last column behind the first, but for the end; none if
+    /// it is uniform.
+    pub(crate) fn runs(&self, column: Column) -> Option<&[Run]> {
+        match column {
+            Column::Uniform(_) => None,
+            Column::Runs { first, .. } => Some(&self.stack[first + 1..self.stack.len() - 1]),
+        }
     }
 
     /// Takes the runs of the last column off the stack.
@@ -107,19 +116,21 @@ impl Columns {
         let (mut mask, mut next) = (LIT, 0);
         self.walk(span, |volume| {
             let mut slices = [mask; 8];
-            let before = next;
+            let mut change = u32::MAX;
             while transitions[next].start < 8 * volume + 8 {
                 let Transition { start, mask: lit } = transitions[next];
                 mask = pool.mask(lit);
+                // A change in its first slice is none within the volume.
+                if start > 8 * volume {
+                    change = volume;
+                }
                 slices[start.saturating_sub(8 * volume) as usize..].fill(mask);
                 next += 1;
             }
-            let change = if next == before {
-                transitions[next].start / 8
-            } else {
-                volume
-            };
-            (pool.node(0, slices), change)
+            (
+                pool.node(0, slices),
+                change.min(transitions[next].start / 8),
+            )
         });
         self.transitions = transitions;
         self.replace(first, bounds)
@@ -214,26 +225,22 @@ impl Columns {
         first
     }
 
-    /// The volumes of `level` between those that are lit and those that are
-    /// shadowed because all texels of their footprint allow it.
+    /// The volumes of `level` behind those that are lit, and in front of those
+    /// that can be shadowed, because all texels of their footprint allow it.
     fn span(&self, bounds: Interval, level: usize) -> Span {
         let end = self.side >> (3 + level);
-        if self.rule == Rule::Aligned {
-            return Span {
-                lit: 0,
-                shadowed: end,
-                end,
-            };
-        }
         let unit = 8 << level;
-        let lit = (bounds.exit / unit).min(end);
+        let lit = match self.rule {
+            Rule::Sintorn2014 | Rule::Kampe2015 => (bounds.exit / unit).min(end),
+            Rule::Aligned => 0,
+        };
         let shadowed = bounds.enter.div_ceil(unit).clamp(lit, end);
         Span { lit, shadowed, end }
     }
 
     /// Appends a column to `merged`. `step` is asked for the node of a volume
-    /// and for the volume with the next change behind it; if that is the same
-    /// one, the next volume may differ too.
+    /// and for the volume with the next change behind its first slice; if that
+    /// is the same one, the next volume may differ too.
     fn walk(&mut self, span: Span, mut step: impl FnMut(u32) -> (Reference, u32)) {
         let mut last = None;
         let mut put = |start, node| {
@@ -246,17 +253,24 @@ impl Columns {
             put(0, LIT);
         }
         let mut volume = span.lit;
+        // Up to where the last node is right.
+        let mut valid = volume;
         while volume < span.shadowed {
             let (node, change) = step(volume);
             put(volume, node);
+            valid = change.max(volume + 1);
             volume = if self.culling || !is_mixed(node) {
-                change.max(volume + 1)
+                valid
             } else {
                 volume + 1
             };
         }
-        if span.shadowed < span.end {
-            put(span.shadowed, SHADOWED);
+        let shadowed = match self.rule {
+            Rule::Aligned => valid.max(span.shadowed),
+            Rule::Sintorn2014 | Rule::Kampe2015 => span.shadowed,
+        };
+        if shadowed < span.end {
+            put(shadowed, SHADOWED);
         }
     }
 
@@ -277,8 +291,8 @@ impl Column {
     }
 }
 
-/// Volumes of a column: lit up to the first number, shadowed from the second
-/// on, looked at in between.
+/// Volumes of a column: lit up to the first number, looked at up to the second;
+/// from there on they can be shadowed.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     lit: u32,

@@ -10,7 +10,7 @@ use crate::form::Form;
 use crate::graph::Graph;
 use crate::layout::Layout;
 use crate::top::Top;
-use crate::{Builder, Casters, Error, LightSpace, Resolution};
+use crate::{Builder, DepthSource, Error, LightSpace, Resolution};
 
 /// The shadows that the static geometry of a scene casts from one light: for
 /// every voxel of a grid in the space of the light, whether it is lit.
@@ -64,7 +64,11 @@ impl Builder {
     ///
     /// # Errors
     /// What `casters` returns, and [`Error::TooManyNodes`].
-    pub fn build<C: Casters + ?Sized>(&self, cpu: &Cpu, casters: &C) -> Result<ShadowDag, Error> {
+    pub fn build<C: DepthSource + ?Sized>(
+        &self,
+        cpu: &Cpu,
+        casters: &C,
+    ) -> Result<ShadowDag, Error> {
         let graph = self.graph(cpu, casters)?;
         ShadowDag::from_graph(&graph, casters.light().as_ref(), Form::Plain)
     }

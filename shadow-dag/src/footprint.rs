@@ -2,10 +2,12 @@
 
 use crate::column::{Column, Columns};
 use crate::interval::Interval;
+use crate::patches::{Patch, Patches};
 use crate::pool::Pool;
 use crate::rule::Tile;
 
-/// Casters over a square footprint that can be looked at quarter by quarter.
+/// Shadow casters over a square footprint that can be looked at quarter by
+/// quarter.
 pub(crate) trait Footprints {
     /// What has to be known to go on with one footprint.
     type Part: Copy;
@@ -17,6 +19,18 @@ pub(crate) trait Footprints {
 
     /// Forgets what [`Footprints::look`] made for the quarters of `part`.
     fn leave(&mut self, part: Self::Part);
+
+    /// The plane that is all there is over a footprint, if there is one whose
+    /// columns are worth being kept. It is in none of the first and the last
+    /// `8 · 2^level` slices.
+    fn patch(&self, _level: usize, _part: Self::Part) -> Option<Patch> {
+        None
+    }
+
+    /// Whether what was said may be wrong because of a stop.
+    fn is_stopped(&self) -> bool {
+        false
+    }
 }
 
 /// What there is over a footprint.
@@ -34,25 +48,37 @@ pub(crate) enum Look<P> {
 }
 
 impl Columns {
-    /// The column over one footprint of `footprints`.
+    /// The column over one footprint of `footprints`. `patches` are of `pool`.
     pub(crate) fn column<F: Footprints>(
         &mut self,
         footprints: &mut F,
         level: usize,
         part: F::Part,
         pool: &mut Pool,
+        patches: &mut Patches,
     ) -> Column {
+        let place = footprints
+            .patch(level, part)
+            .and_then(|patch| patches.place(level, &patch));
+        if let Some(column) = place.and_then(|place| patches.recall(place, self)) {
+            return column;
+        }
         let mut tile = Tile::default();
-        match footprints.look(level, part, &mut tile) {
+        let column = match footprints.look(level, part, &mut tile) {
             Look::Uniform(interval) => Column::Uniform(interval),
             Look::Flat(interval) => self.flat(interval, pool),
             Look::Texels => self.tile(&tile, pool),
             Look::Quarters(quarters) => {
                 let first = self.top();
-                let quarters = quarters.map(|part| self.column(footprints, level - 1, part, pool));
+                let quarters =
+                    quarters.map(|part| self.column(footprints, level - 1, part, pool, patches));
                 footprints.leave(part);
                 self.merge(level, quarters, first, pool)
             }
+        };
+        if let Some(place) = place.filter(|_| !footprints.is_stopped()) {
+            patches.keep(place, self, column);
         }
+        column
     }
 }

@@ -35,16 +35,19 @@
 //!
 //! # What is here
 //!
-//! * A [`Builder`] makes shadows from [`Casters`], which hand out the slices at
+//! * A [`Builder`] makes shadows from a [`DepthSource`], which hands out the slices at
 //!   which the rays enter and leave solids, tile by tile: from a [`DepthMap`]
 //!   in memory, or whatever else implements the trait. Maps need never exist
 //!   as a whole. [`Rule`] says how voxels inside of solids are filled.
-//! * A [`Mesh`] is triangles as a light sees them: it hands out such tiles,
-//!   and [`Builder::bake`] makes its shadows without any map, in a time that
-//!   grows with the silhouettes alone if the mesh is closed; whether it is,
-//!   [`Mesh::watertightness`] says.
+//! * [`Surfaces`] are triangles that cast shadows; whether they enclose
+//!   something, [`Surfaces::watertightness`] says. A [`Mesh`] is how a light sees
+//!   them: it hands out such tiles, and [`Builder::bake`] makes its shadows
+//!   without any map, in a time that grows with the silhouettes of what is
+//!   closed, and with the surface of what is not. Large planes under a parallel
+//!   light cost little either way.
 //! * A [`Bake`] is the same work tile by tile: it can be watched and stopped,
-//!   what is finished can be saved, and another process can resume it.
+//!   what is finished can be saved, and another process can resume it. A
+//!   [`SetBake`] does so for the grids of several lights.
 //! * [`ShadowDag`] answers: [single voxels](ShadowDag::is_lit),
 //!   [filtered shadows](ShadowDag::filter) of any width,
 //!   [lit parts of a ray](ShadowDag::lit_intervals), the
@@ -52,21 +55,22 @@
 //!   in a [box](ShadowDag::visibility), and many of these at once.
 //! * [`ShadowDag::upload`] takes shadows to the memory of a backend, where
 //!   [`Query`] answers questions in batches: on the CPU, and with the feature
-//!   `wgpu` on GPUs, whose module `gpu` also has them as parts for shaders, and
-//!   finds the depths of a [`Mesh`] there.
+//!   `wgpu` on GPUs, where the depths of a [`Mesh`] can be found too. The feature
+//!   `wgsl` alone has the questions as parts for shaders, without wgpu; both
+//!   are in the module `gpu`.
 //! * [`LightSpace`] takes points, normals and rays of the world to the grid of
 //!   a parallel or perspective light; [`Slices`] are equal or grow with the
 //!   distance from the light. [`FilterSize::bias`] keeps a surface from
 //!   shadowing itself.
-//! * [`Form`] is how nodes are stored: plain, or packed into 0.26 to 0.33 of the
-//!   bytes for closed scenes and 0.39 to 0.47 for open ones. Either is a file
+//! * [`Form`] is how nodes are stored: plain, or packed into 0.25 to 0.33 of the
+//!   bytes for closed scenes and 0.38 to 0.49 for open ones. Either is a file
 //!   as it lies in memory; [`ShadowDag::from_bytes`] uses it in place and
 //!   believes nothing that it has not checked. [`ShadowDag::sizes`] says where
-//!   the bytes are.
+//!   the bytes are. A [`ShadowSet`] is a file of the shadows of several lights.
 //!
 //! # Limits
 //!
-//! One light, one static scene. Shadows are hard but for the filter, and a
+//! One light for each grid, one static scene. Shadows are hard but for the filter, and a
 //! surface is known to half a voxel. Voxels inside of closed solids have no
 //! meaning. What lies beside the map, or in front of its first slice, counts
 //! as lit.
@@ -84,17 +88,17 @@
 mod bake;
 mod build;
 mod bytes;
-mod casters;
 mod chain;
 mod checkpoint;
 mod column;
 mod dag;
+mod depths;
 mod error;
 mod file;
 mod file_error;
 mod footprint;
 mod form;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 pub mod gpu;
 mod graph;
 mod identity;
@@ -103,6 +107,7 @@ mod layout;
 mod light_space;
 mod mesh;
 mod nodes;
+mod patches;
 mod pool;
 mod progress;
 mod query;
@@ -119,11 +124,14 @@ mod tests;
 mod tiles;
 mod top;
 
+/// Backends and their memory, which this crate's functions take.
+pub use gpu_backend;
+
 pub use bake::Bake;
 pub use build::Builder;
-pub use casters::{Casters, DepthMap, Exits, TileRect};
 pub use checkpoint::CheckpointError;
 pub use dag::ShadowDag;
+pub use depths::{DepthMap, DepthSource, Exits, TileRect};
 pub use error::Error;
 pub use file_error::FileError;
 pub use form::Form;

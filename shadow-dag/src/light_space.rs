@@ -24,21 +24,20 @@ impl LightSpace {
     /// [`Error::BadValue`] if the matrix is not finite, does not keep three
     /// dimensions apart, or has another last row under linear slices.
     pub fn new(matrix: DMat4, slices: Slices) -> Result<Self, Error> {
-        if !matrix.is_finite() {
-            return Err(Error::bad_value(
-                "an element of the matrix",
-                f64::NAN,
-                "finite numbers",
-            ));
+        let endless = |x: &f64| !x.is_finite();
+        if let Some(element) = matrix.to_cols_array().into_iter().find(endless) {
+            let what = "an element of the matrix";
+            return Err(Error::bad_value(what, element, "a finite number"));
         }
         let space = Self { matrix, slices };
         let depth = match slices {
             Slices::Linear => {
-                let row = matrix.row(3);
-                if row != DVec4::W {
+                let row = matrix.row(3).to_array().into_iter();
+                let mut elements = row.zip(DVec4::W.to_array());
+                if let Some((element, _)) = elements.find(|(element, right)| element != right) {
                     return Err(Error::bad_value(
-                        "the fourth row of the matrix, summed",
-                        row.element_sum(),
+                        "an element of the fourth row of the matrix",
+                        element,
                         "the row (0, 0, 0, 1), because slices are linear",
                     ));
                 }

@@ -3,7 +3,7 @@
 use crate::footprint::{Footprints, Look};
 use crate::interval::Interval;
 use crate::rule::{Rule, Tile};
-use crate::{Casters, Error, Exits, TileRect};
+use crate::{DepthSource, Error, Exits, TileRect};
 
 /// Depths of a square of texels and their bounds: one entry per 8×8 tile,
 /// per 16×16 texels, and so on.
@@ -18,7 +18,7 @@ pub(crate) struct Region {
 
 impl Region {
     /// Takes in the depths of `tile`.
-    pub(crate) fn read<C: Casters + ?Sized>(
+    pub(crate) fn read<C: DepthSource + ?Sized>(
         &mut self,
         casters: &C,
         tile: TileRect,

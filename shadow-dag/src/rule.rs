@@ -3,6 +3,15 @@
 //! Based on: Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction
 //! of Voxelized Shadows, I3D 2015, section 3.4; and the rule of 2014 that it
 //! replaced.
+//!
+//! The section says that a mask serves until the closest exit of the cells that
+//! are lit still, and that all is shadowed behind the farthest enter. Both hold
+//! for the last mask of a tile, which may thus end at either. Here it ends at
+//! the exit, like all others, while volumes as a whole are shadowed from the
+//! farthest enter on. With maps of 4096² texels the sizes of 2014 are 1.51 and
+//! 1.53 times those of 2015 for two cities and 1.73 times for a landscape; the
+//! paper has 1.43 and 1.72. Ended at the enter, nodes take 7 to 10 % more, and
+//! the ratios are 1.37, 1.43 and 1.58.
 
 use crate::interval::Interval;
 
@@ -19,8 +28,9 @@ pub enum Rule {
     Kampe2015,
     /// As seldom, and where there is a choice at the depth that is a multiple
     /// of the highest power of two: footprints of any size whose texels can
-    /// share one depth do, 8×8 tiles use the fewest masks. Every texel then
-    /// turns from lit to shadowed once.
+    /// share one depth do, 8×8 tiles use the fewest masks. Volumes that can be
+    /// shadowed throughout are, unless the node in front of them is right for
+    /// them too. Every texel then turns from lit to shadowed once.
     #[default]
     Aligned,
 }
@@ -64,13 +74,8 @@ impl Tile {
         out.clear();
         match rule {
             Rule::Sintorn2014 => self.enters(side, out),
-            Rule::Kampe2015 => {
-                let choose = |stretch: Interval, last| {
-                    if last { stretch.enter } else { stretch.exit }
-                };
-                self.exits(side, out, choose);
-            }
-            Rule::Aligned => self.exits(side, out, |stretch, _| stretch.most_aligned(side)),
+            Rule::Kampe2015 => self.exits(side, out, |stretch| stretch.exit),
+            Rule::Aligned => self.exits(side, out, |stretch| stretch.most_aligned(side)),
         }
     }
 
@@ -93,15 +98,13 @@ impl Tile {
     /// At the smallest exit of what is lit everything that has entered is
     /// shadowed: the fewest masks that there can be. The first slice with
     /// that mask can be any from where the last of those cells enters;
-    /// `choose` says which, and is told if all cells are shadowed by a
-    /// transition that is not the only one.
-    fn exits(&self, side: u32, out: &mut Vec<Transition>, choose: impl Fn(Interval, bool) -> u32) {
+    /// `choose` says which.
+    fn exits(&self, side: u32, out: &mut Vec<Transition>, choose: impl Fn(Interval) -> u32) {
         let mut lit = Lit::new(self);
         while let Some(exit) = Lit::first(&lit.exit) {
-            let all = lit.cells == u64::MAX;
             let enter = lit.shade(exit);
             let mask = lit.cells;
-            let start = choose(Interval { enter, exit }, mask == 0 && !all);
+            let start = choose(Interval { enter, exit });
             if start >= side {
                 return;
             }

@@ -7,11 +7,12 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use gpu_backend::Cpu;
 
 use crate::Error;
-use crate::casters::TileRect;
 use crate::column::{Column, Columns, Run};
+use crate::depths::TileRect;
 use crate::footprint::{Footprints, Look};
 use crate::graph::Graph;
 use crate::interval::Interval;
+use crate::patches::{Patch, Patches};
 use crate::pool::{Pool, Reference, is_mixed};
 use crate::progress::Progress;
 use crate::resolution::Resolution;
@@ -69,6 +70,8 @@ pub(crate) struct Tiles {
     /// Nodes by who made them: every thread has a pool of its own that lives
     /// through many tiles.
     pub(crate) pools: Vec<Pool>,
+    /// What is kept of patches, by pool.
+    patches: Vec<Patches>,
 }
 
 /// Who is told about tiles, and can call a halt.
@@ -82,6 +85,7 @@ pub(crate) struct Watch<'a> {
 struct Worker<S> {
     number: usize,
     pool: Pool,
+    patches: Patches,
     columns: Columns,
     scratch: S,
 }
@@ -109,6 +113,14 @@ impl<S: Footprints> Footprints for Stoppable<'_, S> {
     fn leave(&mut self, part: S::Part) {
         self.footprints.leave(part);
     }
+
+    fn patch(&self, level: usize, part: S::Part) -> Option<Patch> {
+        self.footprints.patch(level, part)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stopped
+    }
 }
 
 /// A thread that panicked does so again where its work is collected; what it
@@ -123,6 +135,7 @@ impl Tiles {
             plan,
             columns: vec![None; (plan.width() as usize).pow(2)],
             pools: Vec::new(),
+            patches: Vec::new(),
         }
     }
 
@@ -151,6 +164,7 @@ impl Tiles {
             plan,
             columns,
             pools,
+            patches,
         } = self;
         let plan = *plan;
         let wanted = (0..columns.len()).filter(|&tile| columns[tile].is_none());
@@ -158,16 +172,20 @@ impl Tiles {
         let before = columns.iter().flatten().count();
         let tiles = columns.len();
 
-        let worker = |(number, pool)| Worker {
+        let worker = |(number, (pool, patches))| Worker {
             number,
             pool,
+            patches,
             columns: plan.columns(),
             scratch: scratch(),
         };
         let made = AtomicUsize::new(pools.len());
-        let idle = Mutex::new(Vec::from_iter(
-            std::mem::take(pools).into_iter().enumerate().map(worker),
-        ));
+        // A checkpoint brings pools only.
+        patches.resize_with(pools.len(), Patches::default);
+        let before_this = std::mem::take(pools)
+            .into_iter()
+            .zip(std::mem::take(patches));
+        let idle = Mutex::new(Vec::from_iter(before_this.enumerate().map(worker)));
         let watched = Mutex::new((before, observe));
         let found = cpu.map(wanted.len(), |index| {
             if stop.load(Ordering::Relaxed) {
@@ -176,7 +194,7 @@ impl Tiles {
             let waiting = lock(&idle).pop();
             let mut mine = waiting.unwrap_or_else(|| {
                 let number = made.fetch_add(1, Ordering::Relaxed);
-                worker((number, Pool::new(plan.resolution)))
+                worker((number, (Pool::new(plan.resolution), Patches::default())))
             });
             let tile = wanted[index] as u32;
             let (x, y) = (tile % plan.width(), tile / plan.width());
@@ -198,7 +216,10 @@ impl Tiles {
             .into_inner()
             .unwrap_or_else(|poison| poison.into_inner());
         workers.sort_by_key(|worker| worker.number);
-        pools.extend(workers.into_iter().map(|worker| worker.pool));
+        for worker in workers {
+            pools.push(worker.pool);
+            patches.push(worker.patches);
+        }
         let mut failed = Ok(());
         let mut stopped = false;
         for (&tile, column) in wanted.iter().zip(found) {
@@ -229,6 +250,7 @@ impl Tiles {
             plan,
             columns,
             pools,
+            patches: _,
         } = self;
         let Some(parts) = columns.into_iter().collect::<Option<Vec<Finished>>>() else {
             return Err(progress.cancelled());
@@ -268,7 +290,13 @@ impl<S: Footprints> Worker<S> {
             stop,
             stopped: false,
         };
-        let column = (self.columns).column(&mut footprints, level, part, &mut self.pool);
+        let column = (self.columns).column(
+            &mut footprints,
+            level,
+            part,
+            &mut self.pool,
+            &mut self.patches,
+        );
         let stopped = footprints.stopped;
         let column = match column {
             Column::Uniform(interval) => Finished::Uniform(interval),
@@ -312,8 +340,7 @@ impl Whole {
                     Some(&node) if is_mixed(run.node) => Run { node, ..*run },
                     _ => *run,
                 };
-                let runs: Vec<Run> = runs.iter().map(rename).collect();
-                self.columns.push(&runs, *bounds)
+                self.columns.push(runs.iter().map(rename), *bounds)
             }
         }
     }

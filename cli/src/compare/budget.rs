@@ -1,8 +1,6 @@
-//! How large a picture the time allows.
+//! How much time there is.
 
 use std::time::{Duration, Instant};
-
-use crate::parse::Size;
 
 /// Share of the time that is used for measuring; the rest is for the report.
 const USED: f64 = 0.95;
@@ -45,54 +43,5 @@ impl Budget {
     /// Seconds left for measuring, not below 0.
     pub(crate) fn left(&self) -> f64 {
         (USED * self.total() - self.elapsed()).max(0.0)
-    }
-}
-
-/// The shortest side that a picture is reduced to.
-const SMALLEST: u32 = 16;
-
-/// `size`, or a smaller one of about the same shape in which something that
-/// takes `seconds_per_pixel` takes at most `seconds`.
-pub(crate) fn affordable_size(size: Size, seconds_per_pixel: f64, seconds: f64) -> Size {
-    let pixels = seconds / seconds_per_pixel.max(f64::MIN_POSITIVE);
-    let shrink = (pixels / size.pixels() as f64).sqrt();
-    // The estimate is not good enough to reduce a picture by a few percent.
-    if shrink >= 0.95 || !shrink.is_finite() {
-        return size;
-    }
-    let side = |length: u32| {
-        let smallest = SMALLEST.min(length);
-        ((f64::from(length) * shrink).round() as u32).max(smallest)
-    };
-    Size {
-        width: side(size.width),
-        height: side(size.height),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pictures_shrink_to_what_can_be_paid_and_never_grow() {
-        let size = Size {
-            width: 320,
-            height: 180,
-        };
-        assert_eq!(affordable_size(size, 1e-6, 1.0), size);
-        let half = affordable_size(size, 1e-4, 1.44);
-        assert_eq!((half.width, half.height), (160, 90));
-        let least = affordable_size(size, 1.0, 0.0);
-        assert_eq!((least.width, least.height), (16, 16));
-        let tiny = Size {
-            width: 1,
-            height: 3,
-        };
-        assert_eq!(affordable_size(tiny, 1.0, 0.0), tiny);
-        assert_eq!(
-            affordable_size(size, 0.0, 0.0),
-            affordable_size(size, 1.0, 0.0)
-        );
     }
 }

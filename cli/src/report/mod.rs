@@ -108,6 +108,8 @@ fn passes(results: &Results) -> Markup {
 
 #[cfg(test)]
 mod tests {
+    use lighting::methods::Registry;
+
     use super::*;
     use crate::compare::results::tests::{example, example_with_software};
 

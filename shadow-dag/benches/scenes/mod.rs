@@ -3,7 +3,7 @@
 use glam::dcamera::rh::view::look_at_mat4;
 use glam::{DMat4, DVec3};
 use gpu_backend::Cpu;
-use shadow_dag::{Casters, Error, Exits, LightSpace, Mesh, Resolution, TileRect};
+use shadow_dag::{DepthSource, Error, Exits, LightSpace, Mesh, Resolution, Surfaces, TileRect};
 
 /// Numbers without pattern: the finaliser of splitmix64.
 fn noise(seed: u64) -> f32 {
@@ -91,6 +91,26 @@ pub(crate) fn city(resolution: Resolution, streets: u32, things: u32) -> Result<
     }
     scene.block([0.5; 2], [0.5; 2], 0.0, -0.05, 0.0);
     scene.mesh(resolution)
+}
+
+/// Sixteen posts on a floor of two triangles, under a sun and under a lamp.
+pub(crate) fn posts(resolution: Resolution) -> Result<[Mesh; 2], Error> {
+    let mut scene = Triangles::default();
+    for post in 0..16 {
+        let at = [post % 4, post / 4].map(|i| 0.2 + 0.2 * i as f32);
+        scene.block(at, [0.004; 2], 0.3, 0.0, 0.1);
+    }
+    let first = scene.positions.len() as u32;
+    for [x, y] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
+        scene.positions.push([x, y, 0.0]);
+    }
+    let [a, b, c, d] = [0, 1, 2, 3].map(|corner| first + corner);
+    scene.indices.extend([[a, b, c], [a, c, d]]);
+    let middle = DVec3::new(0.5, 0.5, 0.0);
+    let view: DMat4 = look_at_mat4(middle + DVec3::new(0.1, -0.2, 0.5), middle, DVec3::Y);
+    let lamp = LightSpace::perspective(view, 2.0, 0.1, 2.0)?;
+    let surfaces = Surfaces::new(&scene.positions[..], &scene.indices[..])?;
+    Ok([sun()?, lamp].map(|light| surfaces.seen_from(light, resolution)))
 }
 
 /// Fractal noise over a plane, closed underneath, of `2 · cells²` triangles.
@@ -220,7 +240,7 @@ impl Maps {
     }
 }
 
-impl Casters for Maps {
+impl DepthSource for Maps {
     fn resolution(&self) -> Resolution {
         self.resolution
     }

@@ -1,5 +1,5 @@
-//! Queries on a GPU, and their parts for other shaders; and
-//! [`PeeledMesh`], which finds the depths under texels there.
+//! Queries on a GPU, and their parts for other shaders; with the feature `wgpu`
+//! also `PeeledMesh`, which finds the depths under texels there.
 //!
 //! The parts hold functions with the prefix `dag_`, without bindings. Paste
 //! [`POINT`], [`PLAIN`] or [`PACKED`], and of [`EXTENT`], [`SPACE`] and
@@ -38,12 +38,16 @@
 //! A ray takes a step for each homogeneous volume, at most 3N of them. Numbers
 //! in buffers must be finite. Four storage buffers at most.
 
+#[cfg(feature = "wgpu")]
 mod peel;
+#[cfg(feature = "wgpu")]
 mod query;
 mod record;
+#[cfg(feature = "wgpu")]
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "wgpu")]
 pub use peel::PeeledMesh;
 pub use record::{DagRecord, SpaceRecord};
 

@@ -6,7 +6,7 @@ use gpu_backend::gpu::{Argument, Gpu, GpuBuffer, INDEX_WGSL, Kernel, Queued, Wor
 use gpu_backend::{Backend, Download};
 
 use crate::mesh::{Kind, ONE, Scratch, Triangle};
-use crate::{Casters, Error, Exits, LightSpace, Mesh, Resolution, Slices, TileRect};
+use crate::{DepthSource, Error, Exits, LightSpace, Mesh, Resolution, Slices, TileRect};
 
 /// Invocations per workgroup.
 const GROUP: u32 = 64;
@@ -80,7 +80,7 @@ pub(super) fn number_of(kind: Kind) -> u32 {
 }
 
 /// A mesh on a GPU, which peels off its surfaces tile by tile: the same
-/// [`Casters`] as the [`Mesh`] itself.
+/// [`DepthSource`] like the [`Mesh`] itself.
 ///
 /// The CPU finds the triangles over blocks of 32×32 texels, the GPU does the
 /// rest. Nothing but triangles, lists and one tile at a time is on the device.
@@ -212,7 +212,7 @@ impl<'a> PeeledMesh<'a> {
     }
 }
 
-impl Casters for PeeledMesh<'_> {
+impl DepthSource for PeeledMesh<'_> {
     fn resolution(&self) -> Resolution {
         self.mesh.resolution()
     }

@@ -2,10 +2,11 @@
 
 use super::Mesh;
 use super::texels::{Centres, Texels};
-use super::triangle::{Kind, ONE};
-use crate::casters::TileRect;
+use super::triangle::{Kind, ONE, Triangle};
+use crate::depths::TileRect;
 use crate::footprint::{Footprints, Look};
 use crate::interval::Interval;
+use crate::patches::Patch;
 use crate::rule::Tile;
 use crate::{LightSpace, Resolution, Slices};
 
@@ -44,6 +45,11 @@ pub(crate) struct Scratch<'a> {
 /// How often a gap may turn out to be crossed and be looked for further in
 /// front. More hardly ever helps: it is then found in the quarters.
 const RETRIES: usize = 4;
+
+/// Columns over patches of a plane are kept up to the width at which the fifth
+/// power of it, about the number of columns that there can be for each of the
+/// patches, is this many times the texels of the plane. Tuned on a floor.
+const WORTH: f64 = 4.0;
 
 /// How far, relative to its distance, a corner on the near plane may be from
 /// it: many times the rounding of its coordinates, and nothing to a slice.
@@ -148,6 +154,27 @@ impl<'a> Scratch<'a> {
         }
     }
 
+    /// The triangle over a footprint, if it is the only one and encloses
+    /// nothing.
+    fn only_surface(&self, part: Part) -> Option<&Triangle> {
+        match self.lists[part.start..part.end] {
+            [number] => {
+                let triangle = &self.mesh.triangles[number as usize];
+                (triangle.kind == Kind::Open).then_some(triangle)
+            }
+            _ => None,
+        }
+    }
+
+    /// The slice of all texels of a footprint, if it is under a single surface
+    /// that does not leave that slice.
+    fn shelf(&self, part: Part, low: [i32; 2], high: [i32; 2]) -> Option<Interval> {
+        let triangle = self.only_surface(part)?;
+        let slice = |depth| slice(&self.mesh.light, self.mesh.resolution, depth);
+        let [enter, exit] = triangle.depths(low, high).map(slice);
+        (enter == exit && triangle.fills(low, high)).then_some(Interval { enter, exit })
+    }
+
     /// Depths at which all texels of a footprint can turn, if that can be
     /// seen from the ranges of the triangles alone.
     ///
@@ -234,6 +261,9 @@ impl Footprints for Scratch<'_> {
         }
         let (low, high) = self.centres(part.origin(level), 8 << level);
         if self.shortcuts {
+            if let Some(interval) = self.shelf(part, low, high) {
+                return Look::Uniform(interval);
+            }
             let list = &self.lists[part.start..part.end];
             self.ranges.clear();
             self.ranges.extend(list.iter().map(|&triangle| {
@@ -259,5 +289,37 @@ impl Footprints for Scratch<'_> {
 
     fn leave(&mut self, part: Part) {
         self.lists.truncate(part.top);
+    }
+
+    fn patch(&self, level: usize, part: Part) -> Option<Patch> {
+        let mesh = self.mesh;
+        let triangle = self.only_surface(part)?;
+        if !self.shortcuts || *mesh.light.slices() != Slices::Linear {
+            return None;
+        }
+        let side = 8_u32 << level;
+        let (width, reach) = (f64::from(side), f64::from(mesh.resolution.side()));
+        let texels = 0.5 * triangle.twice_area() as f64 / f64::from(self.step()).powi(2);
+        if width.powi(5) > WORTH * texels {
+            return None;
+        }
+        let (low, high) = self.centres(part.origin(level), side);
+        // Depths are those of the map, 0 to 1.
+        let [least, most] = triangle.depths(low, high);
+        if least * reach < width + 1.0 || most * reach > reach - width - 1.0 {
+            return None;
+        }
+        if !triangle.fills(low, high) {
+            return None;
+        }
+        let (slope, error) = triangle.plane(low, high);
+        let slope = slope.map(|slope| slope * f64::from(ONE));
+        let rise = width * (slope[0].abs() + slope[1].abs());
+        Some(Patch {
+            at: reach * triangle.depth(low) - 0.5,
+            slope,
+            // Rounding of the depths, and of what follows from the slopes.
+            error: 2.0 * (reach * error + 4.0 * f64::EPSILON * (rise + reach)),
+        })
     }
 }

@@ -13,7 +13,7 @@ mod triangle;
 
 use glam::Vec3;
 
-use crate::casters::{Casters, Exits, TileRect};
+use crate::depths::{DepthSource, Exits, TileRect};
 use crate::footprint::{Footprints, Look};
 use crate::identity::Identity;
 use crate::rule::Tile;
@@ -150,7 +150,7 @@ impl Mesh {
     }
 }
 
-impl Casters for Mesh {
+impl DepthSource for Mesh {
     fn resolution(&self) -> Resolution {
         self.resolution
     }

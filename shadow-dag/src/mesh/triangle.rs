@@ -67,7 +67,6 @@ impl Triangle {
     }
 
     /// Twice the area, in squares of the grid.
-    #[cfg(feature = "wgpu")]
     pub(crate) fn twice_area(&self) -> i64 {
         self.edge(0, self.corners[2])
     }
@@ -139,6 +138,25 @@ impl Triangle {
         let d = [0, 1].map(|i| f64::from(at[i] - self.corners[0][i]));
         (self.depth + self.slope[0] * d[0] + self.slope[1] * d[1])
             .clamp(self.range[0], self.range[1])
+    }
+
+    /// True if all samples of the box from `low` to `high` belong to the
+    /// triangle.
+    pub(crate) fn fills(&self, low: [i32; 2], high: [i32; 2]) -> bool {
+        [low, [high[0], low[1]], [low[0], high[1]], high]
+            .into_iter()
+            .all(|corner| self.covers(corner))
+    }
+
+    /// By how much depths grow per step along x and y, and a bound of how far
+    /// those of two samples of the box from `low` to `high` may be from that.
+    pub(crate) fn plane(&self, low: [i32; 2], high: [i32; 2]) -> ([f64; 2], f64) {
+        let mut size = self.depth.abs();
+        for i in 0..2 {
+            let reach = |at: i32| f64::from(at - self.corners[0][i]).abs();
+            size += self.slope[i].abs() * reach(low[i]).max(reach(high[i]));
+        }
+        (self.slope, 2.0 * ROUNDING * size)
     }
 
     /// How much nearer than `depth` a back face may seem to be that the

@@ -29,19 +29,18 @@ impl Ray {
     /// [`Error::BadValue`] if the origin or the direction is not finite, the
     /// direction zero, or the length negative or NaN.
     pub fn new(origin: Vec3, direction: Vec3, length: f32) -> Result<Self, Error> {
-        if !origin.is_finite() {
-            return Err(Error::bad_value(
-                "the origin of a ray, summed",
-                origin.element_sum(),
-                "finite",
-            ));
+        let endless = |vector: Vec3| vector.to_array().into_iter().find(|x| !x.is_finite());
+        if let Some(coordinate) = endless(origin) {
+            let what = "a coordinate of the origin of a ray";
+            return Err(Error::bad_value(what, coordinate, "a finite number"));
         }
-        if !(direction.is_finite() && direction != Vec3::ZERO) {
-            return Err(Error::bad_value(
-                "the direction of a ray, summed",
-                direction.element_sum(),
-                "finite and not zero",
-            ));
+        if let Some(coordinate) = endless(direction) {
+            let what = "a coordinate of the direction of a ray";
+            return Err(Error::bad_value(what, coordinate, "a finite number"));
+        }
+        if direction == Vec3::ZERO {
+            let what = "the length of the direction of a ray";
+            return Err(Error::bad_value(what, 0.0_f32, "above 0"));
         }
         if !(length >= 0.0) {
             return Err(Error::bad_value("the length of a ray", length, "0 or more"));

@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use super::build::Hills;
 use super::mesh::{Soup, lights, solid};
 use crate::{
-    Bake, Builder, Casters, CheckpointError, Error, LightSpace, Mesh, Progress, Resolution, Rule,
+    Bake, Builder, CheckpointError, DepthSource, Error, LightSpace, Mesh, Progress, Resolution,
+    Rule,
 };
 
 fn threads(number: usize) -> Cpu {
@@ -118,16 +119,16 @@ fn tiles_are_counted_one_by_one_and_made_as_many_as_asked_for() {
 fn maps_are_resumed_by_region() {
     let hills = Hills(Resolution::new(4096).unwrap());
     let builder = Builder::new();
-    let mut bake = Bake::of_casters(builder, &hills, 1);
+    let mut bake = Bake::of_depths(builder, &hills, 1);
     stop_after(&mut bake, &threads(2), 3).unwrap_err();
     let checkpoint = saved(&bake);
-    let mut resumed = Bake::of_casters(builder, &hills, 1);
+    let mut resumed = Bake::of_depths(builder, &hills, 1);
     resumed.resume(&checkpoint).unwrap();
     assert_eq!(resumed.progress(), bake.progress());
     go_on(&mut resumed);
     let whole = builder.build(&Cpu::new(), &hills).unwrap();
     assert!(resumed.finish().unwrap().as_bytes() == whole.as_bytes());
-    let other = Bake::of_casters(builder, &hills, 2).resume(&checkpoint);
+    let other = Bake::of_depths(builder, &hills, 2).resume(&checkpoint);
     assert!(matches!(other, Err(CheckpointError::Foreign { .. })));
 }
 
@@ -147,7 +148,7 @@ fn what_is_not_finished_is_no_result() {
 #[test]
 fn a_stop_from_elsewhere_ends_a_tile_early() {
     struct Slow<'a>(Hills, &'a AtomicBool);
-    impl Casters for Slow<'_> {
+    impl DepthSource for Slow<'_> {
         fn resolution(&self) -> Resolution {
             self.0.resolution()
         }
@@ -163,7 +164,7 @@ fn a_stop_from_elsewhere_ends_a_tile_early() {
     }
     let stop = AtomicBool::new(false);
     let slow = Slow(Hills(Resolution::new(2048).unwrap()), &stop);
-    let mut bake = Bake::of_casters(Builder::new(), &slow, 0);
+    let mut bake = Bake::of_depths(Builder::new(), &slow, 0);
     let error = bake.advance(&Cpu::single_threaded(), usize::MAX, &stop, |_| {});
     assert!(matches!(
         error,
@@ -172,7 +173,7 @@ fn a_stop_from_elsewhere_ends_a_tile_early() {
             tiles: 4
         })
     ));
-    let mut rest = Bake::of_casters(Builder::new(), &slow.0, 0);
+    let mut rest = Bake::of_depths(Builder::new(), &slow.0, 0);
     rest.resume(&saved(&bake)).unwrap();
     go_on(&mut rest);
     let whole = Builder::new().build(&Cpu::new(), &slow.0).unwrap();
@@ -182,7 +183,7 @@ fn a_stop_from_elsewhere_ends_a_tile_early() {
 #[test]
 fn a_source_that_fails_once_can_be_asked_again() {
     struct Flaky(Hills, AtomicBool);
-    impl Casters for Flaky {
+    impl DepthSource for Flaky {
         fn resolution(&self) -> Resolution {
             self.0.resolution()
         }
@@ -203,7 +204,7 @@ fn a_source_that_fails_once_can_be_asked_again() {
         }
     }
     let flaky = Flaky(Hills(Resolution::new(2048).unwrap()), AtomicBool::new(true));
-    let mut bake = Bake::of_casters(Builder::new(), &flaky, 0);
+    let mut bake = Bake::of_depths(Builder::new(), &flaky, 0);
     let never = AtomicBool::new(false);
     let error = bake
         .advance(&Cpu::new(), usize::MAX, &never, |_| {})

@@ -6,7 +6,9 @@ use super::maps::{self, Map};
 use crate::graph::Graph;
 use crate::pool::{LIT, Pool, Reference, SHADOWED, is_mixed};
 use crate::rule::Tile;
-use crate::{Builder, Casters, DepthMap, Error, Exits, Form, Resolution, Rule, Slices, TileRect};
+use crate::{
+    Builder, DepthMap, DepthSource, Error, Exits, Form, Resolution, Rule, Slices, TileRect,
+};
 
 const RULES: [Rule; 3] = [Rule::Sintorn2014, Rule::Kampe2015, Rule::Aligned];
 
@@ -97,10 +99,6 @@ fn top_down(map: &Map, rule: Rule) -> Graph {
             let first_exit = tile.exit.iter().min().unwrap();
             let lit = (0..64).filter(|&i| z < tile.enter[i] || z < *first_exit);
             return lit.fold(0, |mask, i| mask | 1 << i);
-        }
-        let first_exit = tile.exit.iter().min().unwrap();
-        if z >= *first_exit && tile.enter.iter().all(|&enter| enter <= z) {
-            return 0;
         }
         let mut lit = u64::MAX;
         for slice in 0..=z {
@@ -235,7 +233,7 @@ impl Hills {
     }
 }
 
-impl Casters for Hills {
+impl DepthSource for Hills {
     fn resolution(&self) -> Resolution {
         self.0
     }
@@ -326,7 +324,7 @@ fn infinite_depths_are_nothing_and_nan_is_an_error() {
 #[test]
 fn the_error_of_a_source_stops_the_build() {
     struct Broken;
-    impl Casters for Broken {
+    impl DepthSource for Broken {
         fn resolution(&self) -> Resolution {
             Resolution::new(2048).unwrap()
         }
@@ -350,7 +348,7 @@ fn tiles_that_are_none_are_errors() {
     let map = DepthMap::new(resolution, Slices::Linear, &depths).unwrap();
     let light = crate::LightSpace::of_voxels(resolution);
     let mesh = crate::Mesh::new(resolution, light, &[], &[]).unwrap();
-    let casters: [&dyn Casters; 2] = [&map, &mesh];
+    let casters: [&dyn DepthSource; 2] = [&map, &mesh];
     for casters in casters {
         let read = |x, y, side: u32, places: usize| {
             let (mut enter, mut exit) = (vec![0; places], vec![0; places]);

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::{Casters, Error, Exits, Resolution, TileRect};
+use crate::{DepthSource, Error, Exits, Resolution, TileRect};
 
 /// The slices of every texel, in memory.
 #[derive(Debug, Clone)]
@@ -58,7 +58,7 @@ impl Map {
     }
 }
 
-impl Casters for Map {
+impl DepthSource for Map {
     fn resolution(&self) -> Resolution {
         self.resolution
     }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::build::no_two_equal;
 use crate::{
-    Builder, Casters, Error, LightSpace, Mesh, Resolution, Rule, ShadowDag, TileRect,
+    Builder, DepthSource, Error, LightSpace, Mesh, Resolution, Rule, ShadowDag, TileRect,
     Watertightness,
 };
 

@@ -6,6 +6,7 @@ mod file;
 mod light;
 pub(crate) mod maps;
 pub(crate) mod mesh;
+mod planes;
 mod queries;
 mod rays;
 mod set;

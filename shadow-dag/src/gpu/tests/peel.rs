@@ -6,12 +6,12 @@ use proptest::prelude::*;
 
 use super::super::PeeledMesh;
 use crate::tests::mesh::{Solid, Soup, lights, solid};
-use crate::{Builder, Casters, Error, LightSpace, Mesh, Resolution, Slices, TileRect};
+use crate::{Builder, DepthSource, Error, LightSpace, Mesh, Resolution, Slices, TileRect};
 
 /// How many texels of a map have other slices than on the CPU, and how many
 /// of those are off by more than one.
-fn differing(expected: &dyn Casters, found: &dyn Casters, tile: TileRect) -> [usize; 2] {
-    let read = |casters: &dyn Casters| {
+fn differing(expected: &dyn DepthSource, found: &dyn DepthSource, tile: TileRect) -> [usize; 2] {
+    let read = |casters: &dyn DepthSource| {
         let (mut enter, mut exit) = (vec![0; tile.len()], vec![0; tile.len()]);
         casters.read(tile, &mut enter, &mut exit).unwrap();
         enter.into_iter().zip(exit)

@@ -63,7 +63,7 @@ impl List {
                     });
                     batches.len() - 1
                 });
-            batches[index].segments.push(case.segment);
+            batches[index].segments.push(case.part.into());
             batches[index].truths.push(case.truth);
         }
         Self {

@@ -124,7 +124,6 @@ fn receivers(
             let to_light = match emitter {
                 Emitter::Directional(sun) => -sun.direction(),
                 Emitter::Point(light) => light.position() - point,
-                _ => return None,
             };
             let space = dag.light()?;
             let position = space.voxel(resolution, point)?;

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use lighting::airlight::EquiAngular;
 use lighting::shadow_map::ShadowMap;
 use lighting::voxelized::{Detail, Resolution, Sampling, VoxelVolume};
-use lighting::{Gather, Ray};
+use lighting::{Gather, LitRays, Ray};
 use reference::metrics::image_error;
 use reference::oracle::image::Reference;
 
@@ -144,7 +144,8 @@ impl Picture<'_> {
         volume.update(cpu, emitter, &eye, &self.maps[map])?;
         let mut radiance = vec![[0.0; 4]; self.rays.len()];
         let (source, one) = (volume.source(Detail::Voxels), EquiAngular::new(1)?);
-        cpu.gather(self.rays, emitter, medium, &source, &one, &mut radiance)?;
+        let lit = LitRays::new(self.rays, emitter, medium);
+        cpu.gather(&lit, &source, &one, &mut radiance)?;
         Ok(image_error(&radiance, self.truth).rmse)
     }
 }

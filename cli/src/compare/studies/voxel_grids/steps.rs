@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{Backend, Cpu, Download};
-use lighting::Gather;
 use lighting::airlight::EquiAngular;
 use lighting::shadow_map::{Casters, RenderShadowMap};
 use lighting::voxelized::{BuildVoxels, Detail, Resolution, VoxelShadow, VoxelVolume};
+use lighting::{Gather, LitRays};
 use voxel_shadow::{Grid, IndexMap};
 
 use super::{Scene, record};
@@ -104,6 +104,8 @@ pub(super) fn measure_on(
     }
 }
 
+type MemoryOf<B> = <B as Backend>::Memory;
+
 fn measure<B>(
     backend: &B,
     device: &Device<'_>,
@@ -112,7 +114,7 @@ fn measure<B>(
 ) -> Result<Option<Steps>, Failure>
 where
     B: BuildVoxels + Download + RenderShadowMap,
-    B: for<'a> Gather<VoxelShadow<'a, <B as Backend>::Memory>, EquiAngular>,
+    B: for<'a> Gather<VoxelShadow<&'a VoxelVolume<MemoryOf<B>>, MemoryOf<B>>, EquiAngular>,
 {
     let casters = Casters::upload(backend, scene.geometry)?;
     let map = backend.shadow_map(&casters, scene.emitter, scene.map)?;
@@ -132,14 +134,8 @@ where
         let mut radiance = backend.zeros::<[f32; 4]>(scene.rays.len())?;
         let mut gather = |detail| {
             let source = volume.source(detail);
-            backend.gather(
-                &rays,
-                scene.emitter,
-                scene.medium,
-                &source,
-                &eight,
-                &mut radiance,
-            )
+            let lit = LitRays::new(&rays, scene.emitter, scene.medium);
+            backend.gather(&lit, &source, &eight, &mut radiance)
         };
         let seconds = [
             timed(backend, || {

@@ -78,7 +78,7 @@ pub enum Exits {
 /// Under a texel, a voxel of slice `z` is lit if `z < enter` and shadowed if
 /// `z ≥ exit`; in between it is inside of a solid and free. [`Slices`] turns
 /// depths into slices by the rule that all parts of this crate share.
-pub trait Casters: Sync {
+pub trait DepthSource: Sync {
     /// Voxels along each axis.
     fn resolution(&self) -> Resolution;
 
@@ -179,7 +179,7 @@ impl<'a> DepthMap<'a> {
     }
 }
 
-impl Casters for DepthMap<'_> {
+impl DepthSource for DepthMap<'_> {
     fn resolution(&self) -> Resolution {
         self.resolution
     }
