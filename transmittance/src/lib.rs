@@ -91,6 +91,8 @@ mod exponential;
 mod filter;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
+mod insertion;
+mod joined;
 mod lookup;
 mod map;
 mod metric;

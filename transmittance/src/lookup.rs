@@ -42,6 +42,10 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
     /// Value where nothing is in the way.
     const CLEAR: f32;
 
+    /// Values from here on are all as good as the end of the light; infinite if
+    /// no value is.
+    const DARK: f32;
+
     /// The same rules for shaders: of lookups, and of insertions.
     #[cfg(feature = "wgpu")]
     const WGSL: [&'static str; 2];
@@ -82,6 +86,8 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
 
 impl Rules for Exponential {
     const CLEAR: f32 = 0.0;
+    // exp(−128) is 3e-56. Larger depths have coarser roundings.
+    const DARK: f32 = 128.0;
 
     #[cfg(feature = "wgpu")]
     const WGSL: [&'static str; 2] = [
@@ -156,9 +162,15 @@ impl Rules for Exponential {
     fn range(value: f32, below: f64, above: f64, insertions: u32) -> [f64; 2] {
         let value = f64::from(value);
         let rounding = share_rounded(insertions) * value;
-        let least = (-(value + above + rounding)).exp();
-        let most = (-(value - below - rounding).max(0.0)).exp();
-        [least, most]
+        let deepest = value + above + rounding;
+        // Beyond the dark nothing is known of the exact optical depth.
+        let least = if deepest < DARK {
+            (-deepest).exp()
+        } else {
+            0.0
+        };
+        let shallowest = (value - rounding).min(DARK) - below;
+        [least, (-shallowest.max(0.0)).exp()]
     }
 
     fn error(
@@ -172,24 +184,37 @@ impl Rules for Exponential {
         if share > 0.5 {
             return 1.0;
         }
-        // The curve S that exact arithmetic would have stored falls from at
-        // most `first` to at least `last`.
-        let first = (-values[0] * (1.0 - share)).exp();
-        let last = (-values[1] * (1.0 + share)).exp();
-        // The exact curve is at most S e^below, and at most the most at the
-        // left end. The first excess grows with S, the second shrinks.
+        // The curve exp(−v) that exact arithmetic would have stored falls from
+        // v = first to v = last.
+        let (first, last) = (values[0] * (1.0 - share), values[1] * (1.0 + share));
+        let below = f64::from(below);
+        // The exact curve is at most `most`, what it is at the left end, and at
+        // most exp(below − v), which is `reached` at v = first. The share
+        // 1 − exp(−below) of the lesser is the most that it can exceed exp(−v).
         let most = ends[0][1];
-        let up = (most * -(-f64::from(below)).exp_m1()).min(most - last);
-        // It is at least S e^−above, and at least the least at the right end.
-        let down = (first * -(-f64::from(above)).exp_m1()).min(first - ends[1][0]);
-        // The stored curve differs from S by a share of the optical depth at
-        // each depth: by at most share · τ e^(−τ (1 − share)), which is
+        let reached = (below - first.min(DARK)).min(0.0).exp();
+        let excess = most.min(reached) * -(-below).exp_m1();
+        let mut up = excess.min(most - (-last.min(DARK)).exp());
+        if last > DARK {
+            // From there on `below` is the distance from the dark.
+            up = up.max(most.min((below - DARK).exp()));
+        }
+        // It is at least exp(−above − v) or dark, and at least what it is at the
+        // right end.
+        let falls_from = (-first).exp();
+        let down = falls_from * -(-f64::from(above)).exp_m1() + (-DARK).exp();
+        let down = down.min(falls_from - ends[1][0]);
+        // The stored curve differs from this one by a share of the optical depth
+        // at each depth: by at most share · τ e^(−τ (1 − share)), which is
         // largest where τ = 1 / (1 − share).
         let at = (1.0 / (1.0 - share)).max(values[0]).min(values[1]);
         let rounding = share * at * (-at * (1.0 - share)).exp();
-        up.max(down).max(0.0) + rounding + EXP_ERROR * first + f64::from(f32::MIN_POSITIVE)
+        up.max(down).max(0.0) + rounding + EXP_ERROR * falls_from + f64::from(f32::MIN_POSITIVE)
     }
 }
+
+/// [`Rules::DARK`] in the arithmetic of bounds.
+const DARK: f64 = Exponential::DARK as f64;
 
 /// Share by which roundings can have changed an optical depth: each insertion
 /// rounds a node once when it is made and once when the blocker is added to it,
@@ -200,6 +225,7 @@ fn share_rounded(insertions: u32) -> f64 {
 
 impl Rules for Linear {
     const CLEAR: f32 = 1.0;
+    const DARK: f32 = f32::INFINITY;
 
     #[cfg(feature = "wgpu")]
     const WGSL: [&'static str; 2] = [

@@ -9,9 +9,10 @@
 
 use std::marker::PhantomData;
 
+use crate::insertion::insert;
 use crate::lookup::{Exponential, Lookup};
 use crate::metric::{Area, Metric};
-use crate::node::{Node, insert};
+use crate::node::Node;
 use crate::removal::{MOST_NODES, remove};
 use crate::selection::select;
 use crate::{Accumulate, Curve, Segment};

@@ -131,6 +131,17 @@ proptest! {
     }
 
     #[test]
+    fn streams_with_many_walls_keep_their_promises(s in streams::dark(40)) {
+        keeps_its_promises(&by_papers_rule::<4, Exponential>(&s), &s);
+        keeps_its_promises(&by_papers_rule::<8, Exponential>(&s), &s);
+        keeps_its_promises(&streamed::<8, Area, Exponential, 4>(&s), &s);
+        keeps_its_promises(&streamed::<4, Maximum, Exponential, 4>(&s), &s);
+        let (front, back) = s.split_at(s.len() / 2);
+        let merged = by_papers_rule::<8, Exponential>(front).merged(&by_papers_rule(back));
+        keeps_its_promises(&merged, &s);
+    }
+
+    #[test]
     fn merged_curves_keep_their_promises(a in streams::hard(20), b in streams::hard(20)) {
         let both: Vec<Segment> = a.iter().chain(&b).copied().collect();
         let merged = by_papers_rule::<8, Linear>(&a).merged(&by_papers_rule(&b));
@@ -219,24 +230,10 @@ proptest! {
     }
 
     #[test]
-    fn depth_at_is_the_inverse(s in streams::hard(30), t in 0.0_f32..1.0) {
-        let curve = by_papers_rule::<8, Exponential>(&s);
-        let linear = by_papers_rule::<8, Linear>(&s);
-        for (depth, at) in [
-            (curve.depth_at(t), &(|z| curve.transmittance(z)) as &dyn Fn(f32) -> f32),
-            (linear.depth_at(t), &|z| linear.transmittance(z)),
-        ] {
-            prop_assert!(!depth.is_nan());
-            if depth.is_finite() {
-                // One float before, at least t gets there; one behind, less does:
-                // but for the rounding of the inverse and of the lookup.
-                let near = 1e-5;
-                prop_assert!(at(depth.next_down()) >= t * (1.0 - near) - 1e-7 || steep(at, depth));
-                prop_assert!(at(depth.next_up()) <= t * (1.0 + near) + 1e-7 || steep(at, depth));
-            } else {
-                prop_assert!(at(f32::MAX) >= t);
-            }
-        }
+    fn depth_at_is_the_last_float_that_is_not_below(s in streams::hard(30), t in share()) {
+        is_the_last_float(&by_papers_rule::<8, Exponential>(&s), t);
+        is_the_last_float(&by_papers_rule::<8, Linear>(&s), t);
+        is_the_last_float(&streamed::<4, Area, Exponential, 4>(&s), t);
     }
 
     #[test]
@@ -252,11 +249,38 @@ proptest! {
     }
 }
 
-/// Whether so much happens within two floats of `depth` that no inverse can be
-/// more exact.
-fn steep(at: &dyn Fn(f32) -> f32, depth: f32) -> bool {
-    let two = |step: fn(f32) -> f32| at(step(step(depth)));
-    two(f32::next_down) - two(f32::next_up) > 1e-6
+/// Transmittances of all orders of magnitude, the ends included.
+fn share() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        4 => 0.0_f32..1.0,
+        2 => (-87.0_f32..0.0).prop_map(f32::exp),
+        1 => Just(1.0),
+        1 => Just(1.0_f32.next_down()),
+    ]
+}
+
+/// At the answer the curve is not below `t`, at the next float it is.
+fn is_the_last_float<const N: usize, L: Lookup>(curve: &Curve<N, L>, t: f32) {
+    let depth = curve.depth_at(t);
+    if depth == f32::INFINITY {
+        assert!(curve.transmittance(f32::INFINITY) >= t);
+        return;
+    }
+    assert!(curve.transmittance(depth) >= t, "{depth:e} is too far");
+    assert!(
+        curve.transmittance(depth.next_up()) < t,
+        "{depth:e} is too near"
+    );
+}
+
+#[test]
+fn depth_at_does_not_step_over_a_blocker_of_one_float() {
+    let (entry, exit) = (1.0_f32, 1.0_f32.next_up());
+    let curve =
+        by_papers_rule::<4, Exponential>(&[Segment::from_optical_depth(entry, exit, 5.0).unwrap()]);
+    assert_eq!(curve.transmittance(exit), (-5.0_f32).exp());
+    assert_eq!(curve.depth_at(0.02), entry);
+    assert_eq!(curve.depth_at(0.006), f32::INFINITY);
 }
 
 #[test]
@@ -266,6 +290,7 @@ fn smoke_hair_and_voxels_keep_their_promises_in_any_order() {
         streams::voxels,
         streams::hair,
         streams::hair_in_smoke,
+        streams::smoke_around_walls,
     ] {
         for seed in 0..40 {
             let mut stream = kind(seed);

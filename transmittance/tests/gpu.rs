@@ -81,6 +81,7 @@ fn all_kinds(most: usize) -> Streams {
             streams::voxels,
             streams::hair,
             streams::hair_in_smoke,
+            streams::smoke_around_walls,
         ] {
             let mut stream = kind(seed);
             all.push(stream.clone());

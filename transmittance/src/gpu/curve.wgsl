@@ -92,18 +92,79 @@ fn avsm_make_node(curve: ptr<function, avsm_Curve>, index: u32, depth: f32) {
     }
 }
 
+// How far a value lies above another and below it, cut off where both are dark,
+// and what their roundings can add, each being within 30 u.
+fn avsm_cut_difference(value: f32, chord: f32) -> vec2<f32> {
+    if min(value, chord) > 1.0001 * avsm_DARK {
+        return vec2(0.0);
+    }
+    let cut = min(vec2(value, chord), vec2(avsm_DARK));
+    return vec2(cut.x - cut.y, cut.y - cut.x) + 3e-6 * max(cut.x, cut.y);
+}
+
+// Where a stretch reaches the dark, as a share of its length; 0 if it does not.
+fn avsm_cut(values: vec2<f32>) -> f32 {
+    if values.x < avsm_DARK && avsm_DARK < values.y {
+        return (avsm_DARK - values.x) / (values.y - values.x);
+    }
+    return 0.0;
+}
+
+// How far the stretch between two depths lies above a dark chord at most, and how
+// far below from the first depth behind the chord's own start on: see `joined.rs`.
+fn avsm_moved(
+    depths: vec2<f32>,
+    values: vec2<f32>,
+    ends: vec2<f32>,
+    end_values: vec2<f32>,
+) -> vec2<f32> {
+    if !(depths.x < depths.y) {
+        return vec2(0.0);
+    }
+    let chord = vec2(
+        avsm_mix(end_values, avsm_shares(ends, depths.x)),
+        avsm_mix(end_values, avsm_shares(ends, depths.y)),
+    );
+    // Next to 0 a CPU may ask at depths that a device does not tell from it.
+    var first_asked = 0.0;
+    if depths.x == ends.x && abs(ends.x) > 0x1p-100 {
+        first_asked = avsm_shares(depths, min(avsm_next_up(ends.x), depths.y)).y;
+    }
+    var shares = vec4(0.0, 1.0, avsm_cut(values), avsm_cut(chord));
+    var moved = vec2(0.0);
+    for (var k = 0u; k < 4u; k++) {
+        let above = vec2(1.0 - shares[k], shares[k]);
+        let later = max(shares[k], first_asked);
+        let below = vec2(1.0 - later, later);
+        let lies = vec2(
+            avsm_cut_difference(avsm_mix(values, above), avsm_mix(chord, above)).x,
+            avsm_cut_difference(avsm_mix(values, below), avsm_mix(chord, below)).y,
+        );
+        moved = max(moved, lies);
+    }
+    return moved;
+}
+
 // The bounds above and below of the stretch that is left when inner node q goes.
 fn avsm_joined(curve: ptr<function, avsm_Curve>, q: u32, channel: u32) -> vec2<f32> {
     let ends = vec2((*curve).depth[q - 1u], (*curve).depth[q + 1u]);
-    let shares = avsm_shares(ends, (*curve).depth[q]);
+    let depth = (*curve).depth[q];
     let i = channel * avsm_ROOM + q;
-    let chord = avsm_mix(vec2((*curve).value[i - 1u], (*curve).value[i + 1u]), shares);
-    let height = (*curve).value[i] - chord;
+    let values = vec2((*curve).value[i - 1u], (*curve).value[i + 1u]);
+    let value = (*curve).value[i];
+    let front = vec2((*curve).above[i - 1u], (*curve).below[i - 1u]);
+    let back = vec2((*curve).above[i], (*curve).below[i]);
+    if values.y > avsm_DARK {
+        let in_front = avsm_moved(vec2(ends.x, depth), vec2(values.x, value), ends, values);
+        let behind = avsm_moved(vec2(depth, ends.y), vec2(value, values.y), ends, values);
+        return max(front + in_front, back + behind) * 1.0000004;
+    }
+    let chord = avsm_mix(values, avsm_shares(ends, depth));
+    let height = value - chord;
     // The chord is within 9 u, the difference within another.
-    let slack = 8e-7 * max((*curve).value[i], chord);
-    let above = max((*curve).above[i - 1u], (*curve).above[i]) + max(height, 0.0) + slack;
-    let below = max((*curve).below[i - 1u], (*curve).below[i]) + max(-height, 0.0) + slack;
-    return vec2(above, below) * 1.0000004;
+    let slack = 8e-7 * max(value, chord);
+    let tent = vec2(max(height, 0.0), max(-height, 0.0)) + slack;
+    return (max(front, back) + tent) * 1.0000004;
 }
 
 // The bounds of the stretch from node `first` to node `last` that leaves out
@@ -116,6 +177,14 @@ fn avsm_widened(curve: ptr<function, avsm_Curve>, first: u32, last: u32, channel
     // Heights over the chord, and what their roundings are relative to.
     var left = vec2(0.0);
     for (var i = first; i < last; i++) {
+        let stretch = vec2((*curve).above[row + i], (*curve).below[row + i]);
+        if values.y > avsm_DARK {
+            let depths = vec2((*curve).depth[i], (*curve).depth[i + 1u]);
+            let between = vec2((*curve).value[row + i], (*curve).value[row + i + 1u]);
+            let moved = avsm_moved(depths, between, ends, values);
+            bounds = max(bounds, (stretch + moved) * 1.0000004);
+            continue;
+        }
         var right = vec2(0.0);
         if i + 1u < last {
             let value = (*curve).value[row + i + 1u];
@@ -123,7 +192,6 @@ fn avsm_widened(curve: ptr<function, avsm_Curve>, first: u32, last: u32, channel
             right = vec2(value - chord, max(value, chord));
         }
         let tent = vec2(max(left.x, right.x), max(-left.x, -right.x));
-        let stretch = vec2((*curve).above[row + i], (*curve).below[row + i]);
         let slack = vec2(8e-7 * max(left.y, right.y));
         bounds = max(bounds, (stretch + max(tent, vec2(0.0)) + slack) * 1.0000004);
         left = right;

@@ -8,6 +8,7 @@ use super::build::{self, ListsRecord};
 use super::capture::{self, GATHER, GatherParameters, SCAN, SORT, SortParameters};
 use super::{MOST_ROOM, WgslRule, WgslStored, build_parts, lookup_parts, query};
 use crate::certificate::INCOMPLETE;
+use crate::lookup::Rules;
 use crate::{
     Area, Curve, Exponential, Linear, Lookup, Maximum, Packed, PackedHalf, Receiver, SegmentLists,
     Stream,
@@ -102,6 +103,10 @@ fn constants_are_those_of_rust() {
     assert_eq!(
         shader.values("avsm_INCOMPLETE").unwrap(),
         [f64::from(INCOMPLETE)]
+    );
+    assert_eq!(
+        shader.values("avsm_DARK").unwrap(),
+        [f64::from(Exponential::DARK)]
     );
     assert_eq!(shader.values("avsm_LAST").unwrap(), [f64::from(u16::MAX)]);
     assert_eq!(shader.values("avsm_NODES").unwrap(), [8.0]);

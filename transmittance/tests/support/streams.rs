@@ -98,6 +98,19 @@ pub(crate) fn hair_in_smoke(seed: u64) -> Vec<Segment> {
     stream
 }
 
+/// Smoke in front of and behind one to three walls, in random order: what is
+/// behind a wall is dark, whatever the order in which it came.
+pub(crate) fn smoke_around_walls(seed: u64) -> Vec<Segment> {
+    let mut random = Random::new(seed);
+    let mut stream = columns_of_smoke(seed);
+    for _ in 0..1 + seed % 3 {
+        let depth = 100.0 + 180.0 * random.unit();
+        stream.push(Segment::opaque(depth).expect("a finite depth"));
+    }
+    random.shuffle(&mut stream);
+    stream
+}
+
 /// Depths where streams live: about 0, far out, at the limits of f32.
 fn scales() -> impl Strategy<Value = (f32, f32)> {
     prop_oneof![
@@ -147,5 +160,26 @@ pub(crate) fn hard(most: usize) -> impl Strategy<Value = Vec<Segment>> {
                 Segment::from_optical_depth(entry, exit.max(entry), tau).expect("sound numbers")
             })
             .collect()
+    })
+}
+
+/// Streams in which much is opaque or nearly so, and where what is merged is dark.
+pub(crate) fn dark(most: usize) -> impl Strategy<Value = Vec<Segment>> {
+    let tau = prop_oneof![
+        3 => 0.01_f32..1.0,
+        2 => (0.0_f32..8.0).prop_map(|power| 10.0_f32.powf(power)),
+        2 => Just(f32::INFINITY),
+        1 => Just(1e29),
+    ];
+    let extent = prop_oneof![
+        3 => (-64.0_f32..64.0, 0.0_f32..32.0),
+        2 => (-16_i8..16, 0_u8..4).prop_map(|(at, len)| (f32::from(at), f32::from(len))),
+        2 => (-64.0_f32..64.0, Just(0.0)),
+    ];
+    prop::collection::vec((extent, tau), 0..most).prop_map(|segments| {
+        let segment = |((entry, length), tau): ((f32, f32), f32)| {
+            Segment::from_optical_depth(entry, entry + length, tau).expect("sound numbers")
+        };
+        segments.into_iter().map(segment).collect()
     })
 }
