@@ -37,40 +37,34 @@ impl Angle {
 
     /// Cosine and sine.
     pub fn unit(self) -> Vec2 {
-        normalised(self.0)
+        normalised(self.0.as_dvec2()).as_vec2()
     }
 
     /// The angle by which `self` is ahead of `other`, in [-π, π]: no digits are
     /// lost if they are close to each other.
     #[inline]
     pub fn relative_to(self, other: Self) -> f32 {
-        numeric::angle(other.0.perp_dot(self.0), other.0.dot(self.0))
+        numeric::angle(cross(other.0, self.0) as f32, other.0.dot(self.0))
     }
 }
 
-/// The length of a vector, also if its square underflows.
+/// `a.x b.y − a.y b.x`, rounded once: both products are exact in f64, so that
+/// vectors next to each other lose no digits.
 #[inline]
-pub(crate) fn length(vector: Vec2) -> f32 {
-    let largest = vector.abs().max_element();
-    // Squares above this are normal numbers.
-    if largest > 1e-18 {
-        return vector.length();
-    }
-    if largest > 0.0 {
-        return largest * (vector / largest).length();
-    }
-    0.0
+pub(crate) fn cross(a: Vec2, b: Vec2) -> f64 {
+    f64::from(a.x) * f64::from(b.y) - f64::from(a.y) * f64::from(b.x)
 }
 
-/// The unit vector along `vector`, whatever its length; (1, 0) if it has none.
+/// The unit vector along `vector`, a vector of f32 of any length; (1, 0) if it
+/// has none.
 #[inline]
-pub(crate) fn normalised(vector: Vec2) -> Vec2 {
-    let largest = vector.abs().max_element();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return Vec2::X;
+pub(crate) fn normalised(vector: DVec2) -> DVec2 {
+    // Squares of numbers of f32 neither overflow nor underflow in f64.
+    let length = vector.length();
+    if !(length > 0.0 && length.is_finite()) {
+        return DVec2::X;
     }
-    let scaled = vector / largest;
-    scaled / scaled.length()
+    vector / length
 }
 
 #[cfg(test)]

@@ -47,9 +47,11 @@
 //! # Limits
 //!
 //! Metres, right-handed. Coordinates up to [`FARTHEST`], eye and light at least
-//! [`SMALLEST_DISTANCE`] apart. Directions are right to 5e-7 rad. On the axis θ
-//! means nothing and three angles do not tell where a point is; users of a
-//! lattice treat that line on its own.
+//! [`SMALLEST_DISTANCE`] apart. Angles have a relative error of 4e-7, next to the
+//! axis as well. On the axis θ means nothing and three angles do not tell where a
+//! point is; users of a lattice treat that line on its own. Where the light is so
+//! close to the eye that shadows between light rays and eye rays are thinner than
+//! half a voxel, a lattice has none ([`Lattice::blocked_from`]).
 //!
 //! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
 //! Voxelized Shadow Volumes, HPG 2013.

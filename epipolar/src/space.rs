@@ -9,9 +9,9 @@
 //! directional light is the limit D → ∞ (q / w is the distance from the axis),
 //! and no formula divides by D or by a sine.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use crate::angle::{length, normalised};
+use crate::angle::normalised;
 use crate::error::position;
 use crate::light::Kind;
 use crate::{Angle, Error, Light};
@@ -45,6 +45,9 @@ pub struct Space {
     axis: Vec3,
     right: Vec3,
     up: Vec3,
+    /// The same three before they were rounded: a component across the axis
+    /// keeps its digits beside a large one along it.
+    exact: [DVec3; 3],
     distance: f32,
 }
 
@@ -117,14 +120,20 @@ impl Space {
             }
         };
         let (right, up) = axis.any_orthonormal_pair();
-        Ok(Self {
+        Ok(Self::with_frame(light, eye, distance, [axis, right, up]))
+    }
+
+    fn with_frame(light: Light, eye: Vec3, distance: f32, exact: [DVec3; 3]) -> Self {
+        let [axis, right, up] = exact.map(|v| v.as_vec3());
+        Self {
             light,
             eye,
-            axis: axis.as_vec3(),
-            right: right.as_vec3(),
-            up: up.as_vec3(),
+            axis,
+            right,
+            up,
+            exact,
             distance,
-        })
+        }
     }
 
     /// The same space with θ counted from another direction, `radians` further
@@ -133,12 +142,9 @@ impl Space {
     #[must_use]
     pub fn rotated(self, radians: f32) -> Self {
         let (sin, cos) = f64::from(radians).sin_cos();
-        let (right, up) = (self.right.as_dvec3(), self.up.as_dvec3());
-        Self {
-            right: (cos * right + sin * up).as_vec3(),
-            up: (cos * up - sin * right).as_vec3(),
-            ..self
-        }
+        let [axis, right, up] = self.exact;
+        let frame = [axis, cos * right + sin * up, cos * up - sin * right];
+        Self::with_frame(self.light, self.eye, self.distance, frame)
     }
 
     /// The light.
@@ -165,14 +171,20 @@ impl Space {
         self.frame().map(|v| v.as_dvec3())
     }
 
+    /// The unit vector from the eye to the light before it was rounded.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn exact_axis(&self) -> DVec3 {
+        self.exact[0]
+    }
+
     /// Whether the light is parallel, so that φ is a distance.
     pub fn is_directional(&self) -> bool {
         self.distance == f32::INFINITY
     }
 
-    /// The coordinates of the ray along `direction`, of any length. Angles are
-    /// right to 5e-7 rad (8 roundings), next to the axis as well. A direction
-    /// that is 0 or not finite counts as the direction to the light.
+    /// The coordinates of the ray along `direction`, of any length. α and π − α
+    /// have a relative error of 4e-7, down to 1e-9 rad; θ is right to 4e-7 rad. A
+    /// direction that is 0 or not finite counts as the direction to the light.
     #[inline]
     pub fn ray(&self, direction: Vec3) -> EyeRay {
         let largest = direction.abs().max_element();
@@ -182,37 +194,50 @@ impl Space {
                 theta: Angle::of(Vec2::X),
             };
         }
-        // Squares of these are normal numbers.
-        let v = if (1e-9..1e9).contains(&largest) {
-            direction
-        } else {
-            direction / largest
-        };
-        let theta = Vec2::new(v.dot(self.right), v.dot(self.up));
-        let alpha = Vec2::new(v.dot(self.axis), length(theta));
+        // Scaled, so that θ does not overflow or underflow in f32.
+        self.ray_along(direction.as_dvec3() / f64::from(largest))
+    }
+
+    /// The ray along a vector whose components are normal numbers in f32.
+    #[inline]
+    fn ray_along(&self, v: DVec3) -> EyeRay {
+        let theta = self.across(v);
+        let alpha = DVec2::new(v.dot(self.exact[0]), theta.length());
         EyeRay {
-            alpha: Angle::of(alpha / alpha.length()),
-            theta: Angle::of(theta),
+            alpha: Angle::of((alpha / alpha.length()).as_vec2()),
+            theta: Angle::of(theta.as_vec2()),
         }
     }
 
-    /// The coordinates of a point; errors of the angles as for
-    /// [`Space::ray`]. The eye itself is at α = φ = 0, the light at α = φ = 0 too.
-    /// A point beyond [`FARTHEST`] counts as the end of its eye ray.
+    /// The components across the axis.
+    #[inline]
+    fn across(&self, v: DVec3) -> DVec2 {
+        DVec2::new(v.dot(self.exact[1]), v.dot(self.exact[2]))
+    }
+
+    /// The coordinates of a point: α, φ and their distances from π have a
+    /// relative error of 4e-7, down to 1e-9 rad; for a directional light so has
+    /// the distance from the axis. The eye itself is at α = φ = 0, the light at
+    /// α = φ = 0 too. A point beyond [`FARTHEST`] counts as the end of its eye ray.
     pub fn coordinates(&self, point: Vec3) -> Coordinates {
-        let from_eye = point - self.eye;
-        let ray = self.ray(from_eye);
         if !(point.is_finite() && point.abs().max_element() <= FARTHEST) {
+            let ray = self.ray(point - self.eye);
             return Coordinates {
                 ray,
                 phi: self.phi_along(&ray, f32::INFINITY),
             };
         }
-        let across = |v: Vec3| length(Vec2::new(v.dot(self.right), v.dot(self.up)));
+        let from_eye = point.as_dvec3() - self.eye.as_dvec3();
+        let largest = from_eye.abs().max_element();
+        let ray = if largest > 0.0 {
+            self.ray_along(from_eye / largest)
+        } else {
+            self.ray(Vec3::ZERO)
+        };
         let phi = match self.light.position() {
-            None => Vec2::new(1.0, across(from_eye)),
+            None => DVec2::new(1.0, self.across(from_eye).length()),
             Some(position) => {
-                let from_light = point - position;
+                let from_light = point.as_dvec3() - position.as_dvec3();
                 // Both have the same distance from the axis; the shorter one
                 // has lost less to rounding.
                 let nearer = if from_light.length_squared() < from_eye.length_squared() {
@@ -220,42 +245,56 @@ impl Space {
                 } else {
                     from_eye
                 };
-                Vec2::new(-from_light.dot(self.axis), across(nearer))
+                DVec2::new(-from_light.dot(self.exact[0]), self.across(nearer).length())
             }
         };
-        Coordinates { ray, phi: Phi(phi) }
+        Coordinates {
+            ray,
+            phi: Phi(phi.as_vec2()),
+        }
     }
 
     /// The point at which an eye ray and a light ray of one plane meet: the way
     /// back from [`Space::coordinates`]. `None` if they do not meet in front of
-    /// the eye (α + φ ≥ π), or meet everywhere because both lie on the axis.
+    /// the eye (α + φ > π), or meet everywhere because both lie on the axis.
+    ///
+    /// The error is that of the angles, of 1e-7 rad, times the distances from
+    /// eye and light, over sin(α + φ). Rays that are parallel to the rounding of
+    /// the coordinates meet where the angle between them is that rounding: at
+    /// about 1e7 times the distance between eye and light.
     pub fn point(&self, coordinates: &Coordinates) -> Option<Vec3> {
         let EyeRay { alpha, theta } = coordinates.ray;
-        let around = theta.unit();
-        let out = around.x * self.right + around.y * self.up;
-        let Vec2 { x: cos, y: sin } = alpha.unit();
+        let [axis, right, up] = self.exact;
+        let around = normalised(theta.vector().as_dvec2());
+        let out = around.x * right + around.y * up;
+        let DVec2 { x: cos, y: sin } = normalised(alpha.vector().as_dvec2());
+        let along_eye_ray = cos * axis + sin * out;
+        let pair = coordinates.phi.0.as_dvec2();
+        let eye = self.eye.as_dvec3();
         let point = match self.light.position() {
             None => {
-                let across = coordinates.phi.0.y / coordinates.phi.0.x;
                 if !(sin > 0.0) {
                     return None;
                 }
-                self.eye + across / sin * (cos * self.axis + sin * out)
+                eye + pair.y / pair.x / sin * along_eye_ray
             }
             Some(position) => {
-                let phi = normalised(coordinates.phi.0);
-                let sine_of_sum = sin * phi.x + cos * phi.y;
-                if !(sine_of_sum > 0.0) {
+                let phi = normalised(pair);
+                // sin(α + φ), and what the roundings of the four can make of 0.
+                let (a, b) = (sin * phi.x, cos * phi.y);
+                let rounding = (a.abs() + b.abs()) * f64::from(f32::EPSILON);
+                if !(a + b >= -rounding && rounding > 0.0) {
                     return None;
                 }
-                let scale = self.distance / sine_of_sum;
+                let scale = f64::from(self.distance) / (a + b).max(rounding);
                 if phi.y < sin {
-                    self.eye + scale * phi.y * (cos * self.axis + sin * out)
+                    eye + scale * phi.y * along_eye_ray
                 } else {
-                    position + scale * sin * (phi.y * out - phi.x * self.axis)
+                    position.as_dvec3() + scale * sin * (phi.y * out - phi.x * axis)
                 }
             }
         };
+        let point = point.as_vec3();
         point.is_finite().then_some(point)
     }
 
@@ -315,7 +354,7 @@ impl Space {
         if self.is_directional() {
             Vec2::new(1.0, pair.y / pair.x)
         } else {
-            normalised(pair)
+            normalised(pair.as_dvec2()).as_vec2()
         }
     }
 

@@ -46,6 +46,25 @@ fn scene() -> impl Strategy<Value = (Vec3, Option<Vec3>, Vec3, Vec3)> {
     )
 }
 
+/// A scene and a point next to the line through eye and light: before the eye,
+/// between them, behind the light.
+fn beside_the_axis() -> impl Strategy<Value = (Vec3, Option<Vec3>, Vec3, Vec3)> {
+    let scene = (unit(), distance(), unit(), distance(), any::<bool>());
+    (scene, -1.0_f64..3.0, unit(), -24.0_f32..-4.0).prop_map(
+        |((e, size, axis, far, sun), along, v, closeness)| {
+            let eye = size * e;
+            let light = (!sun).then_some(eye + far * axis);
+            let to_light = match light {
+                Some(light) => light.as_dvec3() - eye.as_dvec3(),
+                None => f64::from(far) * axis.as_dvec3(),
+            };
+            let beside = f64::from(closeness.exp2()) * to_light.length() * v.as_dvec3();
+            let point = (eye.as_dvec3() + along * to_light + beside).as_vec3();
+            (eye, light, axis, point)
+        },
+    )
+}
+
 struct Exact {
     axis: DVec3,
     alpha: f64,
@@ -149,6 +168,54 @@ proptest! {
             + ANGLE * (exact.from_eye + f64::from(eye.length()) + f64::from(point.length()));
         let error = (again.as_dvec3() - point.as_dvec3()).length();
         prop_assert!(error <= tolerance, "{error} of {tolerance}");
+    }
+
+    #[test]
+    fn next_to_any_axis_angles_keep_their_relative_accuracy(
+        (eye, light, axis, point) in beside_the_axis(),
+    ) {
+        if point == eye || Some(point) == light {
+            return Ok(());
+        }
+        let Some(space) = space(eye, light, axis) else { return Ok(()) };
+        let exact = exact(eye, light, axis, point);
+        let found = space.coordinates(point);
+        // Three roundings of each component, and what f64 loses of the way there.
+        let right = |found: glam::Vec2, exact: f64| {
+            let error = (radians(found) - exact).abs();
+            let small = exact.min(std::f64::consts::PI - exact);
+            error <= 4e-7 * small + 4e-16
+        };
+        prop_assert!(right(found.ray.alpha.vector(), exact.alpha), "{:?} {}", found, exact.alpha);
+        if space.is_directional() {
+            let across = f64::from(found.phi.pair().y / found.phi.pair().x);
+            prop_assert!((across - exact.phi).abs() <= 4e-7 * exact.phi + 4e-16 * exact.from_eye);
+        } else {
+            prop_assert!(right(found.phi.pair(), exact.phi), "{:?} {}", found, exact.phi);
+        }
+        let ray = space.ray((point.as_dvec3() - eye.as_dvec3()).as_vec3());
+        let direction = (point.as_dvec3() - eye.as_dvec3()).as_vec3().as_dvec3();
+        let across = direction.cross(exact.axis).length();
+        prop_assert!(right(ray.alpha.vector(), across.atan2(direction.dot(exact.axis))));
+    }
+
+    #[test]
+    fn no_point_beside_the_axis_is_lost((eye, light, axis, point) in scene()) {
+        if point == eye || Some(point) == light {
+            return Ok(());
+        }
+        let Some(space) = space(eye, light, axis) else { return Ok(()) };
+        let exact = exact(eye, light, axis, point);
+        if exact.alpha.sin() < 1e-7 || (light.is_some() && exact.phi.sin() < 1e-7) {
+            return Ok(());
+        }
+        let again = space.point(&space.coordinates(point));
+        prop_assert!(again.is_some(), "{:?} {} {}", point, exact.alpha, exact.phi);
+        // Always in the right direction.
+        let (a, b) = (point.as_dvec3() - eye.as_dvec3(), again.unwrap().as_dvec3() - eye.as_dvec3());
+        let sine = a.normalize().cross(b.normalize()).length();
+        let size = f64::from(eye.length() + again.unwrap().length());
+        prop_assert!(sine <= 2.0 * ANGLE + ANGLE * size / b.length(), "{sine}");
     }
 
     #[test]

@@ -454,3 +454,50 @@ proptest! {
         check_order(&lit, surface.max(0.0));
     }
 }
+
+/// Mean errors of the visibility of what the eye sees of the air, of the voxels
+/// and of "everything is lit".
+fn errors_next_to_the_eye(light: Light, sampling: Sampling) -> [f64; 2] {
+    let balls = balls();
+    let lattice = lattice(light, &camera(0.1, 20.0), [128, 128, 64]);
+    let (_, grid) = build(&lattice, &balls);
+    let volume = ShadowVolume::new(&lattice, &grid, sampling).unwrap();
+    let at_eye = Light::point(EYE).unwrap();
+    let (mut voxels, mut lit, mut count) = (0.0, 0.0, 0.0);
+    for direction in directions() {
+        for step in 0..40 {
+            let point = EYE + 0.25 * (step as f32 + 0.5) * direction.normalize();
+            if !is_lit(at_eye, &balls, Vec3::ZERO, point) {
+                // Behind what the eye sees.
+                break;
+            }
+            let truth = f64::from(u8::from(is_lit(light, &balls, Vec3::ZERO, point)));
+            voxels += (f64::from(volume.visibility(point)) - truth).abs();
+            lit += 1.0 - truth;
+            count += 1.0;
+        }
+    }
+    [voxels / count, lit / count]
+}
+
+#[test]
+fn a_light_next_to_the_eye_is_answered_no_worse_than_by_light_everywhere() {
+    // Voxels of 10 and 19 mrad: balls from 4 m on have no shadow of their width.
+    for distance in [1e-6, 1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02] {
+        for along in [
+            Vec3::X,
+            Vec3::new(0.4, 0.8, -0.4),
+            Vec3::new(0.0, 0.6, 0.8),
+            Vec3::new(0.1, 0.1, -1.0),
+        ] {
+            let light = Light::point(EYE + distance * along).unwrap();
+            for sampling in [Sampling::NEAREST, SMOOTH] {
+                let [voxels, lit] = errors_next_to_the_eye(light, sampling);
+                assert!(
+                    voxels <= lit + 1e-3,
+                    "{distance} m {along}: {voxels}, not {lit}"
+                );
+            }
+        }
+    }
+}

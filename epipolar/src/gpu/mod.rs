@@ -8,12 +8,14 @@
 //!
 //! # Agreement with the CPU
 //!
-//! Both compute the same formulas in f32, the angle function by the same
-//! polynomial. They differ where a shader fuses multiplications and by what WGSL
-//! grants division (2.5 ULP) and square roots: positions agree within twice
-//! the bound that [`Lattice`] states for each.
+//! Both have the same formulas and the angle function by the same polynomial. The
+//! CPU goes through f64 where digits cancel; a shader takes away what a vector has
+//! along the axis in parts whose products are exact in f32, which leaves 2⁻³³ of
+//! the larger coordinates. They differ by that and by what WGSL grants division
+//! (2.5 ULP) and square roots: positions agree within twice the bound that
+//! [`Lattice`] states for each.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, INDEX_WGSL, Kernel, Workgroups};
 use gpu_backend::{Buffer, Error};
 
@@ -41,12 +43,17 @@ pub struct LatticeRecord {
     theta_scale: f32,
     light: Vec3,
     wraps: u32,
+    slope_high: Vec3,
+    alpha: u32,
+    slope_low: Vec3,
+    theta: u32,
+    largest: Vec3,
+    bits: u32,
     alpha_start: Vec2,
     theta_centre: Vec2,
-    alpha: u32,
-    theta: u32,
-    bits: u32,
+    thinnest: f32,
     starts_on_axis: u32,
+    padding: [u32; 2],
 }
 
 impl LatticeRecord {
@@ -56,6 +63,11 @@ impl LatticeRecord {
         let [axis, right, up] = space.frame();
         let (alpha_start, alpha_scale, theta_centre, theta_scale) = lattice.scales();
         let resolution = lattice.resolution();
+        let exact = space.exact_axis();
+        let largest = DVec3::AXES[exact.abs().max_position()];
+        let slope = exact / exact.dot(largest);
+        let upper_bits = |x: f32| f32::from_bits(x.to_bits() & 0xffff_f000);
+        let slope_high = slope.as_vec3().map(upper_bits);
         Self {
             eye: space.eye(),
             distance: if space.is_directional() {
@@ -71,12 +83,17 @@ impl LatticeRecord {
             theta_scale,
             light: space.light().position().unwrap_or(Vec3::ZERO),
             wraps: u32::from(lattice.ranges().wraps()),
+            slope_high,
+            alpha: resolution.alpha(),
+            slope_low: (slope - slope_high.as_dvec3()).as_vec3(),
+            theta: resolution.theta(),
+            largest: largest.as_vec3(),
+            bits: resolution.bits(),
             alpha_start: alpha_start.vector(),
             theta_centre: theta_centre.vector(),
-            alpha: resolution.alpha(),
-            theta: resolution.theta(),
-            bits: resolution.bits(),
+            thinnest: lattice.thinnest(),
             starts_on_axis: u32::from(lattice.starts_on_axis()),
+            padding: [0; 2],
         }
     }
 }
@@ -167,11 +184,15 @@ mod tests {
                 theta_scale,
                 light,
                 wraps,
+                slope_high,
+                alpha,
+                slope_low,
+                theta,
+                largest,
+                bits,
                 alpha_start,
                 theta_centre,
-                alpha,
-                theta,
-                bits,
+                thinnest,
                 starts_on_axis,
             }
         );
@@ -232,6 +253,61 @@ mod tests {
                 }
                 let mut short = gpu.zeros(3).unwrap();
                 assert!(gpu.locate(&lattice, &there, &mut short).is_err());
+            }
+        }
+    }
+
+    #[test]
+    fn next_to_the_axis_shaders_keep_the_digits_of_f32() {
+        let Some(gpu) = testing::gpu() else { return };
+        let eye = Vec3::new(0.21, 1.73, 0.42);
+        for light in [
+            Vec3::new(1.03, 2.07, -5.11),
+            Vec3::new(-3.3, 1.9, 0.2),
+            Vec3::new(0.1, 9.7, 2.3),
+        ] {
+            let to_light = light.as_dvec3() - eye.as_dvec3();
+            let points: Vec<[f32; 4]> = (0..3000_u32)
+                .map(|i| {
+                    // From 6e-8 to 1e-5 rad off, before and behind the light.
+                    let angle = f64::from(i).sqrt() * 2.4;
+                    let size = to_light.length() * (-24.0 + 7.0 * f64::from(i) / 3000.0).exp2();
+                    let [right, up] = [1, 2].map(|k| {
+                        Space::new(Light::point(light).unwrap(), eye)
+                            .unwrap()
+                            .frame64()[k]
+                    });
+                    let beside = size * (angle.cos() * right + angle.sin() * up);
+                    let along = 0.2 + 2.5 * (0.618 * f64::from(i)).fract();
+                    let point = eye.as_dvec3() + along * to_light + beside;
+                    point.as_vec3().extend(0.0).into()
+                })
+                .collect();
+            let space = Space::new(Light::point(light).unwrap(), eye).unwrap();
+            let view =
+                View::perspective(to_light.as_vec3(), Vec3::ONE, [1e-5; 2], 0.1, 30.0).unwrap();
+            let resolution = Resolution::new(256, 256, 128).unwrap();
+            let lattice = Lattice::new(space, &view, resolution, Spacing::Angle).unwrap();
+            let mut expected = vec![[0.0; 4]; points.len()];
+            Cpu::new().locate(&lattice, &points, &mut expected).unwrap();
+            let there = gpu.upload(&points).unwrap();
+            let mut found = gpu.zeros(points.len()).unwrap();
+            gpu.locate(&lattice, &there, &mut found).unwrap();
+            let found = gpu.download(&found).unwrap();
+            let [low, high] = lattice.ranges().alpha();
+            let alpha_width = (high - low) / 256.0;
+            let theta_width = lattice.ranges().theta_extent() / 256.0;
+            for ((e, f), point) in expected.iter().zip(&found).zip(&points) {
+                let place = space.coordinates(Vec3::new(point[0], point[1], point[2]));
+                let alpha = f64::from(place.ray.alpha.radians());
+                // 2⁻³³ of coordinates of up to twice the distance, 6 roundings, and
+                // the angle function.
+                let error = 2.4e-10 + 1e-6 * alpha;
+                let apart = |k: usize| f64::from((e[k] - f[k]).abs());
+                assert!(apart(0) <= error / alpha_width + 3e-5, "{e:?} {f:?}");
+                let around = apart(1).min((apart(1) - 256.0).abs());
+                let tolerance = (error / alpha + 1e-6) / theta_width + 3e-5;
+                assert!(around <= tolerance, "{e:?} {f:?} {alpha:e}");
             }
         }
     }

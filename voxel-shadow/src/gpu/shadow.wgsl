@@ -129,7 +129,7 @@ fn vsv_sample(l: epi_Lattice, sampling: vsv_Sampling, texels: vsv_Texels, positi
 // The visibility of the light from a point on a visible surface.
 fn vsv_visibility(l: epi_Lattice, sampling: vsv_Sampling, point: vec3<f32>) -> f32 {
     let from_eye = point - l.eye;
-    let ray = epi_ray(l, from_eye);
+    let ray = epi_ray_to(l, point);
     let texels = vsv_texels(l, sampling, ray, length(from_eye));
     return vsv_sample(l, sampling, texels, epi_phi_position(l, epi_phi(l, ray, point)));
 }
