@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::limits::{FARTHEST, SMALLEST_DISTANCE};
+
 /// Why there is no epipolar space, or no voxels in it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -31,7 +33,7 @@ pub enum Error {
     /// none has to be computed.
     #[error(
         "eye and light are {distance} m apart, expected at least {} m",
-        crate::SMALLEST_DISTANCE
+        SMALLEST_DISTANCE
     )]
     EyeAtLight {
         /// Their distance.
@@ -57,12 +59,9 @@ impl Error {
     }
 }
 
-/// The largest coordinate in metres: squares of distances stay finite in f32.
-pub(crate) const MAX_COORDINATE: f32 = 1e18;
-
-/// `vector`, if its components are finite and within [`MAX_COORDINATE`].
+/// `vector`, if its components are finite and within [`FARTHEST`].
 pub(crate) fn position(what: &'static str, vector: Vec3) -> Result<Vec3, Error> {
-    if vector.abs().max_element() <= MAX_COORDINATE && !vector.is_nan() {
+    if vector.abs().max_element() <= FARTHEST && !vector.is_nan() {
         return Ok(vector);
     }
     Err(Error::BadVector {

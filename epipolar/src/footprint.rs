@@ -18,8 +18,16 @@ pub struct Footprint {
     pub bits: Range<u32>,
 }
 
+impl Lattice {
+    /// The voxels along θ and φ whose light rays can meet a triangle, or more;
+    /// `None` if a corner is not finite.
+    pub fn footprint(&self, triangle: &[Vec3; 3]) -> Option<Footprint> {
+        Footprint::new(self, triangle)
+    }
+}
+
 impl Footprint {
-    pub(crate) fn new(lattice: &Lattice, triangle: &[Vec3; 3]) -> Option<Self> {
+    fn new(lattice: &Lattice, triangle: &[Vec3; 3]) -> Option<Self> {
         if !triangle.iter().all(|corner| corner.is_finite()) {
             return None;
         }

@@ -1,6 +1,6 @@
 //! Voxels of epipolar space: from coordinates to texels and bits, and back.
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 use crate::angle::cross;
 use crate::{
@@ -263,11 +263,5 @@ impl Lattice {
         }
         // Negative numbers become 0.
         (self.alpha_position(alpha) as u32).min(self.resolution.alpha())
-    }
-
-    /// The voxels along θ and φ whose light rays can meet a triangle, or more;
-    /// `None` if a corner is not finite.
-    pub fn footprint(&self, triangle: &[Vec3; 3]) -> Option<crate::Footprint> {
-        crate::Footprint::new(self, triangle)
     }
 }

@@ -14,14 +14,8 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use crate::angle::normalised;
 use crate::error::position;
 use crate::light::Kind;
+use crate::limits::{FARTHEST, SMALLEST_DISTANCE};
 use crate::{Angle, Error, Light};
-
-/// Eye and light must be this far apart, metres: products of distances stay
-/// normal numbers in f32.
-pub const SMALLEST_DISTANCE: f64 = 1e-18;
-
-/// Distances above this, in metres, count as infinite.
-pub const FARTHEST: f32 = crate::error::MAX_COORDINATE;
 
 /// An eye, a light, and a frame around the axis between them.
 ///

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::Error;
 use crate::cone::Cone;
 use crate::error::direction;
+use crate::limits::FARTHEST;
 
 /// The directions and distances that a picture shows: a pyramid with the eye
 /// at its top, or all directions, between two distances from the eye.
@@ -100,7 +101,7 @@ impl View {
     }
 
     fn with_bounds(pyramid: Option<Cone>, near: f32, far: f32) -> Result<Self, Error> {
-        if !(0.0..=crate::error::MAX_COORDINATE).contains(&near) {
+        if !(0.0..=FARTHEST).contains(&near) {
             return Err(Error::bad_value(
                 "the near bound of a view",
                 near,
@@ -114,7 +115,7 @@ impl View {
                 "more than the near bound",
             ));
         }
-        let far = if far <= crate::error::MAX_COORDINATE {
+        let far = if far <= FARTHEST {
             f64::from(far)
         } else {
             f64::INFINITY

@@ -25,7 +25,8 @@
 //! it is at the right one, where the bounds of both neighbours hold.
 
 use crate::lookup::Rules;
-use crate::node::{Node, fraction};
+use crate::node::Node;
+use crate::numeric::fraction;
 
 /// The number of insertions of a curve that lacks some of its segments, or of
 /// one that has more than can be counted.

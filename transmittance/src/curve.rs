@@ -10,7 +10,7 @@
 //! * Exponential lookup has its own area (the paper takes trapezoids for both),
 //!   and its nodes hold optical depths.
 //! * Blockers that begin or end at a node add none there, so that coincident
-//!   surfaces and touching voxels use up no places.
+//!   surfaces and touching voxels use up no capacity.
 //! * A surface is a step of two nodes at one depth, instead of a thin slab.
 //! * Every stretch carries a bound of its error.
 
@@ -20,7 +20,8 @@ use crate::certificate;
 use crate::insertion::{insert, multiply};
 use crate::lookup::{Exponential, Lookup};
 use crate::metric::Area;
-use crate::node::{Node, count_in_front, fraction, mix};
+use crate::node::{Node, count_in_front};
+use crate::numeric::{fraction, mix};
 use crate::removal::{MOST_NODES, remove};
 use crate::{Accumulate, Evaluate, Segment};
 

@@ -3,7 +3,8 @@
 
 use crate::Segment;
 use crate::lookup::Rules;
-use crate::node::{Node, count_in_front, fraction, mix};
+use crate::node::{Node, count_in_front};
+use crate::numeric::{fraction, mix};
 
 /// A node at `depth` on the curve, to be put at `index`, between its
 /// neighbours there.
@@ -26,7 +27,7 @@ fn on_the_curve<L: Rules, const C: usize>(nodes: &[Node<C>], index: usize, depth
     Node { depth, ..node }
 }
 
-/// Moves the nodes from `start` to `end` back by `by` places.
+/// Moves the nodes from `start` to `end` back by `by` entries.
 #[inline(always)]
 fn move_back<const C: usize>(nodes: &mut [Node<C>], start: usize, end: usize, by: usize) {
     // The few nodes of a curve are moved before a call to do it has begun.

@@ -18,7 +18,8 @@
 //! asked; at the first end itself the chord is no deeper than the curve was.
 
 use crate::lookup::Rules;
-use crate::node::{Node, fraction, larger};
+use crate::node::Node;
+use crate::numeric::{fraction, larger};
 
 /// An ULP for the rounding of a height and one for that of the sum.
 const UP: f32 = 1.000_000_4;

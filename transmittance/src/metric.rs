@@ -82,7 +82,7 @@ impl Cost for Area {
         transmittance: &[[[f32; C]; N]; W],
         _: usize,
     ) -> [[f32; N]; W] {
-        // One quantity after the other and all places, used or not, so that it
+        // One quantity after the other and all of the capacity, used or not, so that it
         // vectorises.
         let (nodes, transmittance) = (nodes.as_flattened(), transmittance.as_flattened());
         let mut costs = [[0.0; N]; W];

@@ -20,44 +20,13 @@ pub struct Node<const C: usize> {
 }
 
 impl<const C: usize> Node<C> {
-    /// What unused places hold.
+    /// What unused entries of a curve hold.
     pub(crate) const UNUSED: Self = Self {
         depth: 0.0,
         value: [0.0; C],
         above: [0.0; C],
         below: [0.0; C],
     };
-}
-
-/// The smaller of two numbers: one instruction, where [`f32::min`] also has an
-/// answer for NaN.
-#[inline(always)]
-pub(crate) fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// The larger of two numbers.
-#[inline(always)]
-pub(crate) fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// Share of the way from `from` to `to` at which `depth` lies. In f64 neither
-/// the depths of f32 nor their differences can overflow or get lost.
-#[inline]
-pub(crate) fn fraction(from: f32, to: f32, depth: f32) -> f64 {
-    let from = f64::from(from);
-    let length = f64::from(to) - from;
-    let fraction = (f64::from(depth) - from) / length;
-    // Computed in any case: a branch costs more than a division.
-    if length != 0.0 { fraction } else { 0.0 }
-}
-
-/// `from + (to − from) · fraction`, rounded once, and never beyond `to`.
-#[inline]
-pub(crate) fn mix(from: f32, to: f32, fraction: f64) -> f32 {
-    let mixed = (f64::from(from) + (f64::from(to) - f64::from(from)) * fraction) as f32;
-    smaller(larger(mixed, smaller(from, to)), larger(from, to))
 }
 
 /// Number of the first `len` depths that are in front of `depth`; 0 for NaN.

@@ -3,7 +3,8 @@
 use crate::joined::joined;
 use crate::lookup::Rules;
 use crate::metric::Cost;
-use crate::node::{Node, larger, smaller};
+use crate::node::Node;
+use crate::numeric::{larger, smaller};
 
 /// The largest number of nodes that a working curve can have.
 pub(crate) const MOST_NODES: usize = 256;

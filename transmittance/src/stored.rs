@@ -63,7 +63,7 @@ impl<const N: usize, L: Lookup, const C: usize> Stored<C> for Curve<N, L, C> {
     }
 }
 
-/// `N` words each: depths and, channel by channel, values. Left-over places
+/// `N` words each: depths and, channel by channel, values. Entries left over
 /// repeat the last node.
 impl<const N: usize, L: Lookup, const C: usize> Stored<C> for Packed<N, L, C> {
     const WORDS: usize = N * (1 + C);

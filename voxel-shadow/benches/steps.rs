@@ -263,7 +263,9 @@ fn query(criterion: &mut Criterion) {
                 for ray in &rays {
                     intervals.clear();
                     let direction = Vec3::new(ray[0], ray[1], ray[2]);
-                    volume.look(direction, ray[3]).lit_intervals(&mut intervals);
+                    volume
+                        .ray_shadow(direction, ray[3])
+                        .lit_intervals(&mut intervals);
                     black_box(&intervals);
                 }
             });

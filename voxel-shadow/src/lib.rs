@@ -41,7 +41,7 @@
 //! let volume = ShadowVolume::new(&lattice, &grid, Sampling::default())?;
 //! // A ray that passes 1 m under the disc: lit, shadowed for 3 m, lit.
 //! let mut lit = Vec::new();
-//! volume.look(Vec3::NEG_Z, 20.0).lit_intervals(&mut lit);
+//! volume.ray_shadow(Vec3::NEG_Z, 20.0).lit_intervals(&mut lit);
 //! let lit: Vec<_> = lit.iter().filter(|part| part.visibility > 0.5).collect();
 //! assert!((lit[0].end - 6.5).abs() < 0.2);
 //! assert!((lit[lit.len() - 1].start - 9.5).abs() < 0.2);
@@ -50,7 +50,7 @@
 //!
 //! # Queries
 //!
-//! * [`ShadowVolume::look`] at an eye ray gives a [`RayShadow`]: its lit fraction,
+//! * [`ShadowVolume::ray_shadow`] at an eye ray gives a [`RayShadow`]: its lit fraction,
 //!   lit intervals, weighted sums, the visibility at a distance.
 //! * [`ShadowVolume::visibility`] of a point on a surface.
 //! * [`Query`] is the step that answers for many rays or points, on any backend.
@@ -74,9 +74,9 @@ pub mod gpu;
 mod grid;
 mod index_map;
 mod query;
-mod query_step;
 mod rectify;
 mod runs;
+mod shadow;
 mod triangles;
 mod weights;
 
@@ -84,9 +84,9 @@ pub use build::BuildGrid;
 pub use error::Error;
 pub use grid::Grid;
 pub use index_map::IndexMap;
-pub use query::{RayShadow, Sampling, ShadowVolume};
-pub use query_step::Query;
+pub use query::Query;
 pub use rectify::{FirstBlocker, Rectify};
 pub use runs::{LitInterval, Run, Runs};
+pub use shadow::{RayShadow, Sampling, ShadowVolume};
 pub use triangles::RectifyTriangles;
 pub use weights::Weights;

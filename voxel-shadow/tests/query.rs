@@ -70,7 +70,9 @@ fn at_the_centre_of_a_voxel_visibility_is_its_bit() {
                             "{found} {expected}"
                         );
                         let eye_ray = point - EYE;
-                        let found = volume.look(eye_ray, 20.0).visibility(eye_ray.length());
+                        let found = volume
+                            .ray_shadow(eye_ray, 20.0)
+                            .visibility(eye_ray.length());
                         assert!((found - expected).abs() <= 0.01, "{found} {expected}");
                     }
                 }
@@ -95,7 +97,7 @@ fn sums_and_intervals_are_those_of_the_bits() {
                 let volume = ShadowVolume::new(&lattice, &grid, sampling).unwrap();
                 for direction in directions() {
                     for surface in [0.0, 0.3, 7.0, f32::INFINITY] {
-                        let ray = volume.look(direction, surface);
+                        let ray = volume.ray_shadow(direction, surface);
                         let end = ray.end();
                         // Bit by bit, through the visibility at voxel centres.
                         let mut expected = [0.0_f32; 2];
@@ -186,7 +188,9 @@ fn error_against_truth(light: Light, sun: Vec3, voxels: u32, sampling: Sampling)
         };
         let surface = common::first(&balls, false)(&eye_ray).min(far);
         let mut lit = Vec::new();
-        volume.look(direction, surface).lit_intervals(&mut lit);
+        volume
+            .ray_shadow(direction, surface)
+            .lit_intervals(&mut lit);
         check_order(&lit, surface);
         let steps = 400;
         for step in 0..steps {
@@ -271,12 +275,14 @@ fn towards_the_light_distances_decide() {
         let volume = ShadowVolume::new(&lattice, &grid, Sampling::default()).unwrap();
         let intervals = |surface| {
             let mut lit = Vec::new();
-            volume.look(Vec3::NEG_Z, surface).lit_intervals(&mut lit);
+            volume
+                .ray_shadow(Vec3::NEG_Z, surface)
+                .lit_intervals(&mut lit);
             lit
         };
         // The first surface in front of the light is between it and the eye.
         assert_eq!(intervals(5.0), []);
-        assert_eq!(volume.look(Vec3::NEG_Z, 5.0).lit_fraction(), 0.0);
+        assert_eq!(volume.ray_shadow(Vec3::NEG_Z, 5.0).lit_fraction(), 0.0);
         assert_eq!(volume.visibility(eye - 5.0 * Vec3::Z), 0.0);
         // Behind the light: nothing is.
         for surface in [15.0, f32::INFINITY] {
@@ -284,19 +290,19 @@ fn towards_the_light_distances_decide() {
                 let lit = intervals(surface);
                 assert_eq!(lit.len(), 1);
                 assert_eq!((lit[0].start, lit[0].end), (0.0, surface));
-                assert_eq!(volume.look(Vec3::NEG_Z, surface).lit_fraction(), 1.0);
+                assert_eq!(volume.ray_shadow(Vec3::NEG_Z, surface).lit_fraction(), 1.0);
             }
         }
         // f32::MAX is the sky as well.
-        assert_eq!(volume.look(Vec3::NEG_Z, f32::MAX).lit_fraction(), 1.0);
+        assert_eq!(volume.ray_shadow(Vec3::NEG_Z, f32::MAX).lit_fraction(), 1.0);
         // Away from the light all of the ray is as lit as the eye: not,
         // because of the ball in between.
-        let away = volume.look(Vec3::Z, 4.0);
+        let away = volume.ray_shadow(Vec3::Z, 4.0);
         assert_eq!(away.lit_fraction(), 0.0);
         assert_eq!(away.runs().count(), 0);
         let (_, empty) = build(&lattice, &[]);
         let volume = ShadowVolume::new(&lattice, &empty, Sampling::default()).unwrap();
-        let away = volume.look(Vec3::Z, 4.0);
+        let away = volume.ray_shadow(Vec3::Z, 4.0);
         assert_eq!(away.lit_fraction(), 1.0);
         let mut lit = Vec::new();
         away.lit_intervals(&mut lit);
@@ -309,16 +315,19 @@ fn a_bias_towards_the_light_only_ever_removes_shadow() {
     for light in lights() {
         let lattice = lattice(light, &camera(0.1, 20.0), [64, 64, 64]);
         let (_, grid) = build(&lattice, &balls());
-        let look = |alpha_bias| {
+        let biased_by = |alpha_bias| {
             let sampling = Sampling {
                 alpha_bias,
                 ..SMOOTH
             };
             ShadowVolume::new(&lattice, &grid, sampling).unwrap()
         };
-        let (plain, biased) = (look(0.0), look(-2.25));
+        let (plain, biased) = (biased_by(0.0), biased_by(-2.25));
         for direction in directions() {
-            let (a, b) = (plain.look(direction, 9.0), biased.look(direction, 9.0));
+            let (a, b) = (
+                plain.ray_shadow(direction, 9.0),
+                biased.ray_shadow(direction, 9.0),
+            );
             assert!(b.lit_fraction() >= a.lit_fraction() - 1e-6);
         }
     }
@@ -410,7 +419,7 @@ fn batches_are_their_rays_one_by_one() {
         assert_eq!(without_places, counts);
         assert!(counts.iter().any(|count| *count > 2));
         for (i, ray) in rays.iter().enumerate() {
-            let one = volume.look(Vec3::new(ray[0], ray[1], ray[2]), ray[3]);
+            let one = volume.ray_shadow(Vec3::new(ray[0], ray[1], ray[2]), ray[3]);
             assert_eq!(fractions[i], one.lit_fraction());
             assert_eq!(sums[i], one.weighted_sum(&weights));
             let mut lit = Vec::new();
@@ -444,13 +453,13 @@ proptest! {
         let point = Vec3::from_array(point);
         for seen in [
             volume.visibility(point),
-            volume.look(point, surface).lit_fraction(),
-            volume.look(point, 3.0).visibility(surface),
+            volume.ray_shadow(point, surface).lit_fraction(),
+            volume.ray_shadow(point, 3.0).visibility(surface),
         ] {
             prop_assert!((0.0..=1.0).contains(&seen), "{seen}");
         }
         let mut lit = Vec::new();
-        volume.look(point, surface).lit_intervals(&mut lit);
+        volume.ray_shadow(point, surface).lit_intervals(&mut lit);
         check_order(&lit, surface.max(0.0));
     }
 }

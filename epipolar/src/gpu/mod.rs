@@ -23,7 +23,7 @@ use crate::locate::check_lengths;
 use crate::{Lattice, Locate};
 
 /// WGSL of the coordinates, and of their voxels along α and θ.
-pub const EPIPOLAR: &str = include_str!("epipolar.wgsl");
+pub const EPIPOLAR: &str = include_str!("space.wgsl");
 
 /// WGSL of the voxels along φ.
 pub const PHI: &str = include_str!("phi.wgsl");

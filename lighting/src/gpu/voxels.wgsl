@@ -14,7 +14,7 @@ const light_ALL_LIT: u32 = 0u;
 const light_ALL_DARK: u32 = 1u;
 
 struct light_Look {
-    shadow: vsv_Look,
+    shadow: vsv_Cursor,
     // What is left of a run that is read voxel by voxel.
     run: vsv_Run,
     // The visibility of all of the span, if there is but one.
@@ -35,7 +35,7 @@ fn light_look(path: light_Path) -> light_Look {
     }
     let l = light_voxel_lattice();
     let sampling = light_voxel_sampling();
-    var shadow = vsv_look(l, sampling, path.direction, path.surface);
+    var shadow = vsv_cursor(l, sampling, path.direction, path.surface);
     if light_voxel_detail() == light_AVERAGE {
         look.is_one = true;
         look.average = vsv_lit_fraction_between(l, sampling, &shadow, path.start, path.end);

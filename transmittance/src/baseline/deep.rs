@@ -17,7 +17,7 @@
 //!   fits is always left.
 
 use super::Captured;
-use crate::node::{fraction, mix};
+use crate::numeric::{fraction, mix};
 use crate::{Accumulate, Error, Evaluate, Segment};
 
 /// Collects segments for a [`DeepCurve`]. Memory grows with them.

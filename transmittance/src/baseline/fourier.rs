@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 
 use super::{OPAQUE_ENOUGH, Range};
-use crate::exponential::exp_neg;
+use crate::numeric::exp_neg;
 use crate::{Accumulate, Evaluate, Segment};
 
 /// `N` pairs of Fourier coefficients of the density over a range of depths

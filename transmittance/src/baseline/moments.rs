@@ -13,7 +13,7 @@
 //! at the roots of `ẑᵀB⁻¹x̂`, with weights of the same form.
 
 use super::{OPAQUE_ENOUGH, Range};
-use crate::exponential::exp_neg;
+use crate::numeric::exp_neg;
 use crate::{Accumulate, Error, Evaluate, Segment};
 
 /// Most rows of the Hankel matrix: 8 moments make 5.

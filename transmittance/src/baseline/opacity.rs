@@ -5,7 +5,7 @@
 //! exactly, where the paper draws what lies in front of it.
 
 use super::{OPAQUE_ENOUGH, Range};
-use crate::exponential::exp_neg;
+use crate::numeric::exp_neg;
 use crate::{Accumulate, Evaluate, Segment};
 
 /// Optical depth up to each of `N` depths, from the near to the far end of a

@@ -1,7 +1,7 @@
 //! All of a ray's segments, composed exactly.
 
-use crate::exponential::exp_neg;
-use crate::node::{fraction, mix};
+use crate::numeric::exp_neg;
+use crate::numeric::{fraction, mix};
 use crate::{Accumulate, Evaluate, Segment};
 
 /// Collects segments for an [`Uncompressed`] curve. Memory grows with them.

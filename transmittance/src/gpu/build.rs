@@ -104,17 +104,17 @@ pub(super) const fn band(numbers: usize) -> usize {
 }
 
 /// Numbers of an unfinished curve, as `build.wgsl` keeps it.
-pub(super) const fn unfinished_numbers(room: usize, channels: usize) -> usize {
-    2 + room * (1 + 3 * channels)
+pub(super) const fn unfinished_numbers(capacity: usize, channels: usize) -> usize {
+    2 + capacity * (1 + 3 * channels)
 }
 
 /// Segments per texel and dispatch.
 ///
 /// A software driver ends loops after 65,535 iterations of an invocation, summed
 /// over all loops, and a real one takes back the device after seconds. An insertion goes a dozen times
-/// over the places of a curve, and as often over its channels at each.
-pub(super) const fn batch(room: usize, channels: usize) -> u32 {
-    let each = 12 * room * (1 + channels);
+/// over the nodes of a curve, and as often over its channels at each.
+pub(super) const fn batch(capacity: usize, channels: usize) -> u32 {
+    let each = 12 * capacity * (1 + channels);
     let batch = 32_768 / each;
     if batch == 0 { 1 } else { batch as u32 }
 }
@@ -147,9 +147,9 @@ where
     ) -> Result<(), Error> {
         let [width, height] = map.extent();
         let texels = width * height;
-        let batch = batch(A::ROOM, C);
+        let batch = batch(A::CAPACITY, C);
         let longest = source.longest().max(1);
-        let numbers = unfinished_numbers(A::ROOM, C);
+        let numbers = unfinished_numbers(A::CAPACITY, C);
         let is_at_once = longest <= batch && !A::FINISHES_APART;
         let most = if is_at_once { BAND } else { band(numbers) };
         let waiting = if is_at_once { 0 } else { most.min(texels) };

@@ -1,16 +1,16 @@
 // A transmittance curve in the memory of an invocation: blockers are put in, and
-// nodes removed where there is no room, with a bound of the error.
+// nodes removed where the capacity is used up, with a bound of the error.
 //
 // Based on: M. Salvi, K. Vidimce, A. Lauritzen, A. Lefohn, "Adaptive Volumetric
 // Shadow Maps", Eurographics Symposium on Rendering 2010. The steps are those of
 // `Curve` and `Stream` on the CPU; where a GPU rounds more, the bounds are wider.
 //
-// Loops run over all places whatever the number of nodes, and elements are
-// chosen by conditions on the place, so that a compiler that unrolls them can
+// Loops run over all of the capacity whatever the number of nodes, and elements are
+// chosen by conditions on the index, so that a compiler that unrolls them can
 // keep the curve in registers.
 //
-// Needs the constants avsm_NODES, avsm_ROOM, avsm_CHANNELS, avsm_PLACES =
-// avsm_ROOM avsm_CHANNELS, the part numeric.wgsl, exponential.wgsl or linear.wgsl
+// Needs the constants avsm_NODES, avsm_CAPACITY, avsm_CHANNELS, avsm_VALUES =
+// avsm_CAPACITY avsm_CHANNELS, the part numeric.wgsl, exponential.wgsl or linear.wgsl
 // and its rules of insertion, and one of area.wgsl and maximum.wgsl.
 
 // As many insertions of the CPU as one of a GPU counts for in the bound of
@@ -27,21 +27,21 @@ struct avsm_Segment {
     optical_depth: array<f32, avsm_CHANNELS>,
 }
 
-// Nodes from front to back, as on the CPU; places from `len` on are not used.
-// Channel c of node i is at avsm_ROOM c + i.
+// Nodes from front to back, as on the CPU; entries from `len` on are not used.
+// Channel c of node i is at avsm_CAPACITY c + i.
 struct avsm_Curve {
     len: u32,
     insertions: u32,
-    depth: array<f32, avsm_ROOM>,
-    value: array<f32, avsm_PLACES>,
-    above: array<f32, avsm_PLACES>,
-    below: array<f32, avsm_PLACES>,
+    depth: array<f32, avsm_CAPACITY>,
+    value: array<f32, avsm_VALUES>,
+    above: array<f32, avsm_VALUES>,
+    below: array<f32, avsm_VALUES>,
 }
 
 // The number of nodes in front of a depth.
 fn avsm_count_in_front(curve: ptr<function, avsm_Curve>, depth: f32) -> u32 {
     var count = 0u;
-    for (var i = 0u; i < avsm_ROOM; i++) {
+    for (var i = 0u; i < avsm_CAPACITY; i++) {
         count += u32(i < (*curve).len && (*curve).depth[i] < depth);
     }
     return count;
@@ -51,15 +51,15 @@ fn avsm_has_node(curve: ptr<function, avsm_Curve>, index: u32, depth: f32) -> bo
     return index < (*curve).len && (*curve).depth[index] == depth;
 }
 
-// Opens a place in front of node `index`, which is then there twice.
+// Makes room in front of node `index`, which is then there twice.
 fn avsm_open(curve: ptr<function, avsm_Curve>, index: u32) {
-    for (var i = avsm_ROOM - 1u; i > 0u; i--) {
+    for (var i = avsm_CAPACITY - 1u; i > 0u; i--) {
         if i <= index {
             continue;
         }
         (*curve).depth[i] = (*curve).depth[i - 1u];
         for (var c = 0u; c < avsm_CHANNELS; c++) {
-            let place = c * avsm_ROOM + i;
+            let place = c * avsm_CAPACITY + i;
             (*curve).value[place] = (*curve).value[place - 1u];
             (*curve).above[place] = (*curve).above[place - 1u];
             (*curve).below[place] = (*curve).below[place - 1u];
@@ -74,7 +74,7 @@ fn avsm_make_node(curve: ptr<function, avsm_Curve>, index: u32, depth: f32) {
     (*curve).depth[index] = depth;
     let is_last = index + 1u == (*curve).len;
     for (var c = 0u; c < avsm_CHANNELS; c++) {
-        let i = c * avsm_ROOM + index;
+        let i = c * avsm_CAPACITY + index;
         if index == 0u {
             (*curve).value[i] = avsm_CLEAR;
             (*curve).above[i] = 0.0;
@@ -149,7 +149,7 @@ fn avsm_moved(
 fn avsm_joined(curve: ptr<function, avsm_Curve>, q: u32, channel: u32) -> vec2<f32> {
     let ends = vec2((*curve).depth[q - 1u], (*curve).depth[q + 1u]);
     let depth = (*curve).depth[q];
-    let i = channel * avsm_ROOM + q;
+    let i = channel * avsm_CAPACITY + q;
     let values = vec2((*curve).value[i - 1u], (*curve).value[i + 1u]);
     let value = (*curve).value[i];
     let front = vec2((*curve).above[i - 1u], (*curve).below[i - 1u]);
@@ -170,7 +170,7 @@ fn avsm_joined(curve: ptr<function, avsm_Curve>, q: u32, channel: u32) -> vec2<f
 // The bounds of the stretch from node `first` to node `last` that leaves out
 // those between.
 fn avsm_widened(curve: ptr<function, avsm_Curve>, first: u32, last: u32, channel: u32) -> vec2<f32> {
-    let row = channel * avsm_ROOM;
+    let row = channel * avsm_CAPACITY;
     let ends = vec2((*curve).depth[first], (*curve).depth[last]);
     let values = vec2((*curve).value[row + first], (*curve).value[row + last]);
     var bounds = vec2(0.0);
@@ -203,7 +203,7 @@ fn avsm_widened(curve: ptr<function, avsm_Curve>, first: u32, last: u32, channel
 // as costs do, and the node's number in the low ones.
 fn avsm_key(
     curve: ptr<function, avsm_Curve>,
-    transmittances: ptr<function, array<f32, avsm_PLACES>>,
+    transmittances: ptr<function, array<f32, avsm_VALUES>>,
     q: u32,
 ) -> i32 {
     if q == 0u || q + 1u >= (*curve).len {
@@ -218,33 +218,33 @@ fn avsm_reduce(curve: ptr<function, avsm_Curve>, keep: u32) {
     if (*curve).len <= keep {
         return;
     }
-    var transmittances: array<f32, avsm_PLACES>;
-    for (var i = 0u; i < avsm_PLACES; i++) {
+    var transmittances: array<f32, avsm_VALUES>;
+    for (var i = 0u; i < avsm_VALUES; i++) {
         transmittances[i] = avsm_transmittance((*curve).value[i]);
     }
-    var keys: array<i32, avsm_ROOM>;
-    for (var q = 0u; q < avsm_ROOM; q++) {
+    var keys: array<i32, avsm_CAPACITY>;
+    for (var q = 0u; q < avsm_CAPACITY; q++) {
         keys[q] = avsm_key(curve, &transmittances, q);
     }
     while (*curve).len > keep {
         var least = 0x7fffffff;
-        for (var i = 0u; i < avsm_ROOM; i++) {
+        for (var i = 0u; i < avsm_CAPACITY; i++) {
             least = min(least, keys[i]);
         }
-        let q = clamp(u32(least) & 0xffu, 1u, avsm_ROOM - 2u);
+        let q = clamp(u32(least) & 0xffu, 1u, avsm_CAPACITY - 2u);
         for (var c = 0u; c < avsm_CHANNELS; c++) {
             let bounds = avsm_joined(curve, q, c);
-            (*curve).above[c * avsm_ROOM + q - 1u] = bounds.x;
-            (*curve).below[c * avsm_ROOM + q - 1u] = bounds.y;
+            (*curve).above[c * avsm_CAPACITY + q - 1u] = bounds.x;
+            (*curve).below[c * avsm_CAPACITY + q - 1u] = bounds.y;
         }
-        for (var i = 1u; i < avsm_ROOM; i++) {
+        for (var i = 1u; i < avsm_CAPACITY; i++) {
             if i <= q {
                 continue;
             }
             (*curve).depth[i - 1u] = (*curve).depth[i];
             keys[i - 1u] = select(keys[i] - 1, keys[i], keys[i] == 0x7fffffff);
             for (var c = 0u; c < avsm_CHANNELS; c++) {
-                let place = c * avsm_ROOM + i;
+                let place = c * avsm_CAPACITY + i;
                 (*curve).value[place - 1u] = (*curve).value[place];
                 (*curve).above[place - 1u] = (*curve).above[place];
                 (*curve).below[place - 1u] = (*curve).below[place];
@@ -254,7 +254,7 @@ fn avsm_reduce(curve: ptr<function, avsm_Curve>, keep: u32) {
         (*curve).len -= 1u;
         keys[q - 1u] = avsm_key(curve, &transmittances, q - 1u);
         keys[q] = avsm_key(curve, &transmittances, q);
-        keys[avsm_ROOM - 1u] = 0x7fffffff;
+        keys[avsm_CAPACITY - 1u] = 0x7fffffff;
     }
 }
 
@@ -305,7 +305,7 @@ fn avsm_insert(curve: ptr<function, avsm_Curve>, blocker: avsm_Segment) {
         return;
     }
     // Room for two nodes.
-    avsm_reduce(curve, avsm_ROOM - 2u);
+    avsm_reduce(curve, avsm_CAPACITY - 2u);
     (*curve).insertions += min(avsm_ROUNDINGS, 0xffffffffu - (*curve).insertions);
     // The last node that is not behind the entry, made to be at the entry.
     var first = avsm_count_in_front(curve, segment.entry);

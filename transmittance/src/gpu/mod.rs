@@ -43,8 +43,8 @@
 //!
 //! # Limits
 //!
-//! Room for at most 66 nodes, so that `N W ≤ 64` for a [`Stream`], and 16
-//! channels; at most five storage buffers and what [`WgslSegments`] adds. Room
+//! A capacity of at most 66 nodes, so that `N W ≤ 64` for a [`Stream`], and 16
+//! channels; at most five storage buffers and what [`WgslSegments`] adds. Capacity
 //! costs registers, and software drivers minutes to compile where it is for 64.
 
 mod build;
@@ -71,7 +71,7 @@ use crate::{BuildMap, CaptureSegments, CurveMap, PackedHalf, QueryMap, SegmentLi
 pub const LOOKUP_ERROR: f32 = 2e-6;
 
 /// The largest number of nodes that an invocation has room for.
-pub(crate) const MOST_ROOM: usize = 66;
+pub(crate) const LARGEST_CAPACITY: usize = 66;
 
 /// Invocations per workgroup of all shaders.
 const GROUP: u32 = 64;

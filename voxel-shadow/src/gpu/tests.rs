@@ -106,7 +106,7 @@ fn the_part_is_fit_for_other_shaders_and_all_structures_are_those_of_rust() {
                 lattice,
                 sampling,
                 count,
-                places
+                capacity
             }
         );
     }
@@ -350,12 +350,12 @@ fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sa
     gpu.visibility(&there, &points_there, &mut found).unwrap();
     compare("visibility", &expected, &gpu.download(&found).unwrap(), 1.0);
 
-    let places = 3;
-    let mut expected = vec![LitInterval::default(); places * count];
+    let capacity = 3;
+    let mut expected = vec![LitInterval::default(); capacity * count];
     let mut expected_counts = vec![0; count];
     cpu.lit_intervals(&here, &rays, &mut expected, &mut expected_counts)
         .unwrap();
-    let mut intervals = gpu.zeros::<LitInterval>(places * count).unwrap();
+    let mut intervals = gpu.zeros::<LitInterval>(capacity * count).unwrap();
     let mut counts = gpu.zeros(count).unwrap();
     gpu.lit_intervals(&there, &rays_there, &mut intervals, &mut counts)
         .unwrap();
@@ -364,8 +364,8 @@ fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sa
     let mut wrong = 0;
     for i in 0..count {
         let same = expected_counts[i] == counts[i]
-            && (0..places.min(counts[i] as usize)).all(|k| {
-                let (e, f) = (&expected[places * i + k], &found[places * i + k]);
+            && (0..capacity.min(counts[i] as usize)).all(|k| {
+                let (e, f) = (&expected[capacity * i + k], &found[capacity * i + k]);
                 let close = |a: f32, b: f32| (a - b).abs() <= 1e-3 * a.abs().max(1.0);
                 close(e.start, f.start)
                     && close(e.end, f.end)
