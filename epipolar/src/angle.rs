@@ -11,12 +11,12 @@ use crate::numeric;
 /// there, and a cosine would not tell the first 3.5e-4 rad apart. The length of
 /// the vector has no meaning. The vector 0 counts as the angle 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Angle(Vec2);
+pub struct Angle(pub(crate) Vec2);
 
 impl Angle {
     /// The angle of a vector of any length.
-    pub fn of(vector: Vec2) -> Self {
-        Self(vector)
+    pub fn of(vector: impl Into<[f32; 2]>) -> Self {
+        Self(Vec2::from(vector.into()))
     }
 
     /// From radians, with cosine and sine rounded once.
@@ -26,8 +26,8 @@ impl Angle {
     }
 
     /// A vector that points at it.
-    pub fn vector(self) -> Vec2 {
-        self.0
+    pub fn vector(self) -> [f32; 2] {
+        self.0.into()
     }
 
     /// In [-π, π]; relative error 3e-7.
@@ -36,7 +36,11 @@ impl Angle {
     }
 
     /// Cosine and sine.
-    pub fn unit(self) -> Vec2 {
+    pub fn unit(self) -> [f32; 2] {
+        self.unit_vector().into()
+    }
+
+    pub(crate) fn unit_vector(self) -> Vec2 {
         normalised(self.0.as_dvec2()).as_vec2()
     }
 
@@ -83,12 +87,12 @@ mod tests {
     #[test]
     fn vectors_of_any_length_have_a_direction() {
         for length in [1e-38_f32, 1e-20, 1.0, 1e20, 3e38] {
-            let unit = Angle::of(length * Vec2::new(0.6, 0.8)).unit();
+            let unit = Angle::of(length * Vec2::new(0.6, 0.8)).unit_vector();
             assert!((unit - Vec2::new(0.6, 0.8)).length() < 3e-7, "{length}");
         }
         for nothing in [Vec2::ZERO, Vec2::NAN, Vec2::INFINITY] {
-            assert_eq!(Angle::of(nothing).unit(), Vec2::X);
+            assert_eq!(Angle::of(nothing).unit(), [1.0, 0.0]);
         }
-        assert_eq!(Angle::from_radians(0.0).vector(), Vec2::X);
+        assert_eq!(Angle::from_radians(0.0).vector(), [1.0, 0.0]);
     }
 }

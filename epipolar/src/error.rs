@@ -19,12 +19,12 @@ pub enum Error {
         expected: &'static str,
     },
     /// A position or direction that cannot be used.
-    #[error("{what} is {value}, expected {expected}")]
+    #[error("{what} is {value:?}, expected {expected}")]
     BadVector {
         /// Which one.
         what: &'static str,
         /// As it was given.
-        value: Vec3,
+        value: [f32; 3],
         /// What would have been right.
         expected: &'static str,
     },
@@ -60,26 +60,29 @@ impl Error {
 }
 
 /// `vector`, if its components are finite and within [`FARTHEST`].
-pub(crate) fn position(what: &'static str, vector: Vec3) -> Result<Vec3, Error> {
+pub(crate) fn position(what: &'static str, vector: [f32; 3]) -> Result<Vec3, Error> {
+    let value = vector;
+    let vector = Vec3::from(value);
     if vector.abs().max_element() <= FARTHEST && !vector.is_nan() {
         return Ok(vector);
     }
     Err(Error::BadVector {
         what,
-        value: vector,
+        value,
         expected: "finite coordinates of at most 1e18 m",
     })
 }
 
 /// The direction of `vector` in f64.
-pub(crate) fn direction(what: &'static str, vector: Vec3) -> Result<glam::DVec3, Error> {
+pub(crate) fn direction(what: &'static str, value: [f32; 3]) -> Result<glam::DVec3, Error> {
+    let vector = Vec3::from(value);
     vector
         .as_dvec3()
         .try_normalize()
         .filter(|_| vector.is_finite())
         .ok_or(Error::BadVector {
             what,
-            value: vector,
+            value,
             expected: "a finite vector other than 0",
         })
 }

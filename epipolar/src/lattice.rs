@@ -82,7 +82,7 @@ impl Lattice {
             light_angles: bounds.windows(2).map(middle).collect(),
             planes: (0..resolution.theta())
                 .map(|i| theta_low + (f64::from(i) + 0.5) * theta_step)
-                .map(|theta| Angle::from_radians(theta).vector())
+                .map(|theta| Angle::from_radians(theta).0)
                 .collect(),
             bounds,
             space,
@@ -108,24 +108,24 @@ impl Lattice {
 
     /// The bounds of the voxels along φ, as the pairs of [`Phi`]: one more than
     /// there are bits, in order.
-    pub fn bounds(&self) -> &[Vec2] {
-        &self.bounds
+    pub fn bounds(&self) -> &[[f32; 2]] {
+        bytemuck::cast_slice(&self.bounds)
     }
 
     /// The centres of the voxels along φ, as the pairs of [`Phi`]; of length 1
     /// for a light at a point, with w = 1 for a directional one.
-    pub fn light_angles(&self) -> &[Vec2] {
-        &self.light_angles
+    pub fn light_angles(&self) -> &[[f32; 2]] {
+        bytemuck::cast_slice(&self.light_angles)
     }
 
     /// The centres of the voxels along θ, as unit vectors.
-    pub fn planes(&self) -> &[Vec2] {
-        &self.planes
+    pub fn planes(&self) -> &[[f32; 2]] {
+        bytemuck::cast_slice(&self.planes)
     }
 
     /// Start of the range of α, texels per radian; centre of the range of θ,
     /// texels per radian.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     pub(crate) fn scales(&self) -> (Angle, f32, Angle, f32) {
         (
             self.alpha_start,
@@ -137,7 +137,7 @@ impl Lattice {
 
     /// The angle of the thinnest shadow that has voxels, radians; see
     /// [`Lattice::blocked_from`].
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     pub(crate) fn thinnest(&self) -> f32 {
         self.thinnest
     }
@@ -170,7 +170,7 @@ impl Lattice {
     /// directional light it is the share of the distance.
     #[inline]
     pub fn phi_position(&self, phi: Phi) -> f32 {
-        let pair = phi.pair();
+        let pair = phi.0;
         let mut first = 0;
         let mut count = self.bounds.len() - 1;
         // The last bound at or below φ, the end of the range excluded.
@@ -258,7 +258,7 @@ impl Lattice {
         let alpha = self.space.alpha_along_unit(phi, distance);
         // The vector of a point light's α is as long as the blocker is away.
         let eye_light = self.space.distance();
-        if eye_light < self.thinnest * alpha.vector().length() {
+        if eye_light < self.thinnest * alpha.0.length() {
             return self.resolution.alpha();
         }
         // Negative numbers become 0.

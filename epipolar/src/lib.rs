@@ -28,7 +28,7 @@
 //! assert!(bit >= 0.0 && bit < 128.0);
 //!
 //! // And back.
-//! let again = space.point(&place).expect("a point beside the axis");
+//! let again = Vec3::from(space.point(&place).expect("a point beside the axis"));
 //! assert!((again - point).length() < 1e-5);
 //! # Ok::<(), epipolar::Error>(())
 //! ```
@@ -42,11 +42,12 @@
 //!   ([`Resolution`]), bits along φ ([`Spacing`]).
 //! * [`Locate`] is the step that finds the positions of many points, on any
 //!   backend.
-//! * `gpu` (feature `wgpu`) has the same for shaders.
+//! * `gpu` (feature `wgsl`) has the same for shaders.
 //!
 //! # Limits
 //!
-//! Metres, right-handed. Coordinates up to [`FARTHEST`], eye and light at least
+//! Metres, right-handed. Vectors come and go as arrays, which vectors of every
+//! version of glam convert to and from. Coordinates up to [`FARTHEST`], eye and light at least
 //! [`SMALLEST_DISTANCE`] apart. Angles have a relative error of 4e-7, next to the
 //! axis as well. On the axis θ means nothing and three angles do not tell where a
 //! point is; users of a lattice treat that line on its own. Where the light is so
@@ -60,7 +61,7 @@ mod angle;
 mod cone;
 mod error;
 mod footprint;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 pub mod gpu;
 mod lattice;
 mod light;
@@ -76,6 +77,7 @@ mod view;
 pub use angle::Angle;
 pub use error::Error;
 pub use footprint::Footprint;
+pub use gpu_backend;
 pub use lattice::Lattice;
 pub use light::Light;
 pub use limits::{FARTHEST, SMALLEST_DISTANCE};

@@ -51,7 +51,7 @@ pub struct Space {
 /// A pair (w, q) of any positive length: φ is its angle, or the distance is
 /// q / w in metres. `q ≥ 0`; both are ordered by the sign of the cross product.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Phi(Vec2);
+pub struct Phi(pub(crate) Vec2);
 
 /// The direction of an eye ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,21 +76,21 @@ pub struct Coordinates {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightRay {
     /// The light, or for a directional light the point nearest to the eye.
-    pub origin: Vec3,
+    pub origin: [f32; 3],
     /// Unit direction, away from the light.
-    pub direction: Vec3,
+    pub direction: [f32; 3],
 }
 
 impl Phi {
     /// From an angle in [0, π] or a distance in metres, each as the pair of the
     /// type's description.
-    pub fn of(pair: Vec2) -> Self {
-        Self(pair)
+    pub fn of(pair: impl Into<[f32; 2]>) -> Self {
+        Self(Vec2::from(pair.into()))
     }
 
     /// The pair (w, q).
-    pub fn pair(self) -> Vec2 {
-        self.0
+    pub fn pair(self) -> [f32; 2] {
+        self.0.into()
     }
 }
 
@@ -100,8 +100,8 @@ impl Space {
     /// # Errors
     /// [`Error::EyeAtLight`] below [`SMALLEST_DISTANCE`],
     /// [`Error::BadVector`] unless the eye is finite and within 1e18 m.
-    pub fn new(light: Light, eye: Vec3) -> Result<Self, Error> {
-        let eye = position("the position of the eye", eye)?;
+    pub fn new(light: Light, eye: impl Into<[f32; 3]>) -> Result<Self, Error> {
+        let eye = position("the position of the eye", eye.into())?;
         let (axis, distance) = match light.0 {
             Kind::Directional(travel) => (-travel, f32::INFINITY),
             Kind::Point(position) | Kind::Spot { position, .. } => {
@@ -147,7 +147,11 @@ impl Space {
     }
 
     /// The eye.
-    pub fn eye(&self) -> Vec3 {
+    pub fn eye(&self) -> [f32; 3] {
+        self.eye.into()
+    }
+
+    pub(crate) fn eye_point(&self) -> Vec3 {
         self.eye
     }
 
@@ -157,16 +161,16 @@ impl Space {
     }
 
     /// Unit vectors: from the eye to the light, and those of θ = 0 and θ = π/2.
-    pub fn frame(&self) -> [Vec3; 3] {
-        [self.axis, self.right, self.up]
+    pub fn frame(&self) -> [[f32; 3]; 3] {
+        [self.axis, self.right, self.up].map(Vec3::into)
     }
 
     pub(crate) fn frame64(&self) -> [DVec3; 3] {
-        self.frame().map(|v| v.as_dvec3())
+        [self.axis, self.right, self.up].map(|v| v.as_dvec3())
     }
 
     /// The unit vector from the eye to the light before it was rounded.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     pub(crate) fn exact_axis(&self) -> DVec3 {
         self.exact[0]
     }
@@ -180,7 +184,8 @@ impl Space {
     /// have a relative error of 4e-7, down to 1e-9 rad; θ is right to 4e-7 rad. A
     /// direction that is 0 or not finite counts as the direction to the light.
     #[inline]
-    pub fn ray(&self, direction: Vec3) -> EyeRay {
+    pub fn ray(&self, direction: impl Into<[f32; 3]>) -> EyeRay {
+        let direction = Vec3::from(direction.into());
         let largest = direction.abs().max_element();
         if !(largest > 0.0 && direction.is_finite()) {
             return EyeRay {
@@ -213,7 +218,8 @@ impl Space {
     /// relative error of 4e-7, down to 1e-9 rad; for a directional light so has
     /// the distance from the axis. The eye itself is at α = φ = 0, the light at
     /// α = φ = 0 too. A point beyond [`FARTHEST`] counts as the end of its eye ray.
-    pub fn coordinates(&self, point: Vec3) -> Coordinates {
+    pub fn coordinates(&self, point: impl Into<[f32; 3]>) -> Coordinates {
+        let point = Vec3::from(point.into());
         if !(point.is_finite() && point.abs().max_element() <= FARTHEST) {
             let ray = self.ray(point - self.eye);
             return Coordinates {
@@ -228,7 +234,7 @@ impl Space {
         } else {
             self.ray(Vec3::ZERO)
         };
-        let phi = match self.light.position() {
+        let phi = match self.light.at() {
             None => DVec2::new(1.0, self.across(from_eye).length()),
             Some(position) => {
                 let from_light = point.as_dvec3() - position.as_dvec3();
@@ -256,16 +262,16 @@ impl Space {
     /// eye and light, over sin(α + φ). Rays that are parallel to the rounding of
     /// the coordinates meet where the angle between them is that rounding: at
     /// about 1e7 times the distance between eye and light.
-    pub fn point(&self, coordinates: &Coordinates) -> Option<Vec3> {
+    pub fn point(&self, coordinates: &Coordinates) -> Option<[f32; 3]> {
         let EyeRay { alpha, theta } = coordinates.ray;
         let [axis, right, up] = self.exact;
-        let around = normalised(theta.vector().as_dvec2());
+        let around = normalised(theta.0.as_dvec2());
         let out = around.x * right + around.y * up;
-        let DVec2 { x: cos, y: sin } = normalised(alpha.vector().as_dvec2());
+        let DVec2 { x: cos, y: sin } = normalised(alpha.0.as_dvec2());
         let along_eye_ray = cos * axis + sin * out;
         let pair = coordinates.phi.0.as_dvec2();
         let eye = self.eye.as_dvec3();
-        let point = match self.light.position() {
+        let point = match self.light.at() {
             None => {
                 if !(sin > 0.0) {
                     return None;
@@ -289,13 +295,13 @@ impl Space {
             }
         };
         let point = point.as_vec3();
-        point.is_finite().then_some(point)
+        point.is_finite().then_some(point.into())
     }
 
     /// φ of the point at `distance` (metres, ≥ 0, may be infinite) along a ray.
     #[inline]
     pub fn phi_along(&self, ray: &EyeRay, distance: f32) -> Phi {
-        let Vec2 { x: cos, y: sin } = ray.alpha.vector();
+        let Vec2 { x: cos, y: sin } = ray.alpha.0;
         if !(distance <= FARTHEST) {
             // The limit of the pairs below divided by the distance.
             let w = if self.is_directional() { 0.0 } else { -cos };
@@ -313,7 +319,7 @@ impl Space {
     /// does; 0 on the axis.
     #[inline]
     pub fn distance_along(&self, ray: &EyeRay, phi: Phi) -> f32 {
-        let Vec2 { x: cos, y: sin } = ray.alpha.vector();
+        let Vec2 { x: cos, y: sin } = ray.alpha.0;
         let Vec2 { x: w, y: q } = phi.0;
         if !(q > 0.0) {
             return 0.0;
@@ -333,7 +339,7 @@ impl Space {
 
     /// The light ray of the plane θ that has the given φ.
     pub fn light_ray(&self, theta: Angle, phi: Phi) -> LightRay {
-        self.light_ray_of_units(theta.unit(), self.unit(phi))
+        self.light_ray_of_units(theta.unit_vector(), self.unit(phi))
     }
 
     /// α of the point at `distance` along a light ray (metres; negative towards
@@ -355,14 +361,14 @@ impl Space {
     #[inline]
     pub(crate) fn light_ray_of_units(&self, around: Vec2, phi: Vec2) -> LightRay {
         let out = around.x * self.right + around.y * self.up;
-        match self.light.position() {
+        match self.light.at() {
             None => LightRay {
-                origin: self.eye + phi.y * out,
-                direction: -self.axis,
+                origin: (self.eye + phi.y * out).into(),
+                direction: (-self.axis).into(),
             },
             Some(position) => LightRay {
-                origin: position,
-                direction: phi.y * out - phi.x * self.axis,
+                origin: position.into(),
+                direction: (phi.y * out - phi.x * self.axis).into(),
             },
         }
     }

@@ -1,6 +1,6 @@
 //! What a camera can see.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::Error;
 use crate::cone::Cone;
@@ -26,10 +26,10 @@ impl View {
     /// [`Error::BadVector`] for a corner that is 0, not finite, or not on the
     /// convex side of its neighbours (the pyramid must be narrower than a
     /// half-space), [`Error::BadValue`] unless 0 ≤ near < far, near ≤ 1e18.
-    pub fn new(corners: [Vec3; 4], near: f32, far: f32) -> Result<Self, Error> {
+    pub fn new(corners: [impl Into<[f32; 3]>; 4], near: f32, far: f32) -> Result<Self, Error> {
         let mut directions = [DVec3::ZERO; 4];
         for (out, corner) in directions.iter_mut().zip(corners) {
-            *out = direction("a corner of a view", corner)?;
+            *out = direction("a corner of a view", corner.into())?;
         }
         Self::of_pyramid(directions, near, far)
     }
@@ -39,7 +39,7 @@ impl View {
         if let Some(index) = pyramid.concave_corner() {
             return Err(Error::BadVector {
                 what: "a corner of a view",
-                value: corners[index].as_vec3(),
+                value: corners[index].as_vec3().into(),
                 expected: "four edges of a convex pyramid, in order around it",
             });
         }
@@ -55,8 +55,8 @@ impl View {
     /// `forward`, [`Error::BadValue`] for a tangent that is not positive and
     /// finite.
     pub fn perspective(
-        forward: Vec3,
-        up: Vec3,
+        forward: impl Into<[f32; 3]>,
+        up: impl Into<[f32; 3]>,
         [tan_half_width, tan_half_height]: [f32; 2],
         near: f32,
         far: f32,
@@ -69,7 +69,8 @@ impl View {
                 return Err(Error::bad_value(what, tan, "a positive finite number"));
             }
         }
-        let forward = direction("the direction of a view", forward)?;
+        let up = up.into();
+        let forward = direction("the direction of a view", forward.into())?;
         let right = forward
             .cross(direction("the upward direction of a view", up)?)
             .try_normalize()

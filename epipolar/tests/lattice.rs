@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
 use epipolar::{Error, Lattice, Light, Phi, Resolution, Space, Spacing, View};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use proptest::prelude::*;
 
 fn lattice(light: Light, view: &View, spacing: Spacing) -> Lattice {
@@ -60,7 +60,7 @@ fn centres_are_half_way_through_their_voxels() {
                     "{theta}"
                 );
                 // Rounded bounds: 1.5e-7 of φ, and the rounding of a position.
-                let bounds = [0, 1].map(|k| lattice.bounds()[i as usize + k]);
+                let bounds = [0, 1].map(|k| Vec2::from(lattice.bounds()[i as usize + k]));
                 let width = f64::from(bounds[0].perp_dot(bounds[1]));
                 let size = f64::from(bounds[1].y).max(width);
                 assert!(
@@ -81,8 +81,8 @@ fn positions_along_phi_and_their_inverse_agree() {
             for i in 0..=640 {
                 let position = 0.1 * i as f32;
                 let found = lattice.phi_position(lattice.phi_at(position));
-                let bound = lattice.bounds()[(position as usize).min(63)];
-                let next = lattice.bounds()[(position as usize).min(63) + 1];
+                let bound = Vec2::from(lattice.bounds()[(position as usize).min(63)]);
+                let next = Vec2::from(lattice.bounds()[(position as usize).min(63) + 1]);
                 let width = bound.perp_dot(next);
                 let tolerance = 1e-5 + 4e-7 * next.y.max(width) / width;
                 assert!((found - position).abs() <= tolerance, "{found} {position}");
@@ -122,8 +122,9 @@ fn phi_at_is_the_inverse_to_the_rounding_of_its_pair() {
             for i in 0..=6400 {
                 let position = 0.01 * i as f32;
                 let found = lattice.phi_position(lattice.phi_at(position));
-                let ends =
-                    [0, 1].map(|k| lattice.bounds()[(position as usize).min(63) + k].as_dvec2());
+                let ends = [0, 1].map(|k| {
+                    Vec2::from(lattice.bounds()[(position as usize).min(63) + k]).as_dvec2()
+                });
                 let width = ends[0].perp_dot(ends[1]);
                 // Components are within 2⁻²⁴ of themselves, and so is the angle or
                 // the distance.
@@ -194,7 +195,7 @@ fn bits_carry_equal_airlight_or_equal_distance_along_a_single_ray() {
         let space = lattice.space();
         let eye_ray = space.ray(ray);
         let (low, high) = (lattice.ranges().phi()[0], lattice.ranges().phi()[1]);
-        let (eye, light) = (space.eye().as_dvec3(), at.as_dvec3());
+        let (eye, light) = (Vec3::from(space.eye()).as_dvec3(), at.as_dvec3());
         let ray = ray.as_dvec3();
         let measure = |from, to| match spacing {
             Spacing::Distance => to - from,
@@ -207,7 +208,7 @@ fn bits_carry_equal_airlight_or_equal_distance_along_a_single_ray() {
                 f64::from(space.distance_along(&eye_ray, bound).min(20.0))
             });
             let angles = [bit, bit + 1].map(|i| {
-                let bound = lattice.bounds()[i];
+                let bound = Vec2::from(lattice.bounds()[i]);
                 f64::from(bound.y).atan2(f64::from(bound.x))
             });
             // A sixteenth of every measure is uniform in φ.
@@ -231,16 +232,17 @@ fn a_blocker_shadows_from_the_voxel_that_holds_it() {
         for theta in [0, 17, 79] {
             for bit in [0, 5, 31, 63] {
                 let ray = lattice.light_ray(theta, bit);
+                let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
                 for distance in [0.01_f32, 0.7, 3.0, 10.0, 25.0] {
-                    let point = ray.origin + distance * ray.direction;
+                    let point = origin + distance * direction;
                     let place = lattice.space().coordinates(point);
                     let position = lattice.alpha_position(place.ray.alpha);
                     let from = lattice.blocked_from(bit, distance) as f32;
                     let expected = position.clamp(0.0, 96.0);
                     // Rounding of the point: an ULP of its coordinates seen from
                     // the eye.
-                    let size = ray.origin.length() + distance + 5.0;
-                    let away = (point - lattice.space().eye()).length();
+                    let size = origin.length() + distance + 5.0;
+                    let away = (point - Vec3::from(lattice.space().eye())).length();
                     let width = (lattice.ranges().alpha()[1] - lattice.ranges().alpha()[0]) / 96.0;
                     let slack = (5e-7 * (1.0 + size / away)) / width as f32;
                     let step = (lattice.ranges().phi()[1] - lattice.ranges().phi()[0]) / 64.0;
@@ -285,7 +287,12 @@ fn spacings_that_cannot_be_are_errors() {
     }
     for sigma_t in [0.0, 1e-30, 1e30] {
         let lattice = make(Spacing::Airlight { sigma_t }).unwrap();
-        assert!(lattice.bounds().iter().all(|bound| bound.is_finite()));
+        assert!(
+            lattice
+                .bounds()
+                .iter()
+                .all(|bound| bound.iter().all(|x| x.is_finite()))
+        );
     }
 }
 
@@ -377,8 +384,8 @@ proptest! {
             for bit in 0..32_usize {
                 let ray = lattice.light_ray(theta, bit);
                 let hit = meets(
-                    ray.origin.as_dvec3(),
-                    ray.direction.as_dvec3(),
+                    Vec3::from(ray.origin).as_dvec3(),
+                    Vec3::from(ray.direction).as_dvec3(),
                     &exact,
                     light.position().is_none(),
                 );

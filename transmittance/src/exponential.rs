@@ -10,7 +10,7 @@ impl Rules for Exponential {
     // exp(−128) is 3e-56. Larger depths have coarser roundings.
     const DARK: f32 = 128.0;
 
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: [&'static str; 2] = [
         include_str!("gpu/exponential.wgsl"),
         include_str!("gpu/exponential_insert.wgsl"),

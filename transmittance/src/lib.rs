@@ -66,7 +66,7 @@
 //!   will sorted from front to back;
 //! * [`QueryMap`] answers receivers, nearest or bilinear.
 //!
-//! The module `gpu` (feature `wgpu`) says what shaders can do with the same curves.
+//! The module `gpu` (feature `wgsl`) says what shaders can do with the same curves.
 //!
 //! # Compared with
 //!
@@ -77,7 +77,7 @@
 //! # Features and limits
 //!
 //! `rayon` (default) builds maps and answers batches on several threads; `wgpu`
-//! does it on GPUs. A curve knows extinction only: no scattering, no emission.
+//! does it on GPUs, and `wgsl` has the parts for shaders alone. A curve knows extinction only: no scattering, no emission.
 //! `N` is from 2 to 64.
 
 pub mod baseline;
@@ -89,7 +89,7 @@ mod error;
 mod evaluate;
 mod exponential;
 mod filter;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 pub mod gpu;
 mod insertion;
 mod joined;
@@ -113,6 +113,7 @@ pub use curve_map::{BuildMap, CurveMap, QueryMap};
 pub use error::Error;
 pub use evaluate::{Accumulate, Evaluate, Sorted};
 pub use filter::{Filter, Receiver};
+pub use gpu_backend;
 pub use lookup::{Exponential, Linear, Lookup};
 pub use map::ShadowMap;
 pub use metric::{Area, Maximum, Metric};

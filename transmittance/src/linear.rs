@@ -9,7 +9,7 @@ impl Rules for Linear {
     const CLEAR: f32 = 1.0;
     const DARK: f32 = f32::INFINITY;
 
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: [&'static str; 2] = [
         include_str!("gpu/linear.wgsl"),
         include_str!("gpu/linear_insert.wgsl"),

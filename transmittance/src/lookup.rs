@@ -46,7 +46,7 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
     const DARK: f32;
 
     /// The same rules for shaders: of lookups, and of insertions.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: [&'static str; 2];
 
     /// Transmittance of a value.

@@ -32,7 +32,7 @@ pub(crate) fn quarter<const C: usize>(from: &Node<C>, to: &Node<C>) -> f32 {
 /// The arithmetic behind [`Metric`].
 pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'static {
     /// The same for shaders.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: &'static str;
 
     /// What it costs to remove the middle one of three nodes, whose
@@ -59,7 +59,7 @@ pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'stat
 }
 
 impl Cost for Area {
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: &'static str = include_str!("gpu/area.wgsl");
 
     #[inline]
@@ -119,7 +119,7 @@ impl Cost for Area {
 }
 
 impl Cost for Maximum {
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: &'static str = include_str!("gpu/maximum.wgsl");
 
     #[inline]

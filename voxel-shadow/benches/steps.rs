@@ -175,7 +175,7 @@ fn backends() -> [(&'static str, Cpu); 2] {
 fn build(criterion: &mut Criterion) {
     let triangles = posts();
     let map = CubeMap::new(1024, &triangles);
-    let source = |ray: &LightRay| map.depth(ray.direction);
+    let source = |ray: &LightRay| map.depth(ray.direction.into());
     let lattice = lattice(512, 512, 512);
     let resolution = lattice.resolution();
     for (name, cpu) in backends() {
@@ -232,7 +232,7 @@ fn scan(criterion: &mut Criterion) {
 
 fn query(criterion: &mut Criterion) {
     let map = CubeMap::new(1024, &posts());
-    let source = |ray: &LightRay| map.depth(ray.direction);
+    let source = |ray: &LightRay| map.depth(ray.direction.into());
     let cpu = Cpu::single_threaded();
     let rays = rays(320, 180);
     let lattice = lattice(512, 512, 128);

@@ -20,8 +20,9 @@
 //! // A lamp over a disc, seen from the side.
 //! let (eye, lamp) = (Vec3::new(0.0, 1.0, 8.0), Vec3::new(0.0, 4.0, 0.0));
 //! let disc = |ray: &LightRay| {
-//!     let distance = (2.0 - ray.origin.y) / ray.direction.y;
-//!     let hit = ray.origin + distance * ray.direction;
+//!     let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+//!     let distance = (2.0 - origin.y) / direction.y;
+//!     let hit = origin + distance * direction;
 //!     let inside = distance > 0.0 && hit.x.hypot(hit.z) < 1.0;
 //!     if inside { distance } else { f32::INFINITY }
 //! };
@@ -62,14 +63,14 @@
 //! is valid for the eye and the view of its lattice. Details smaller than a voxel
 //! are lost or doubled; the quality is that of the coarsest of α, θ, φ and the
 //! shadow map. Bits on different backends differ only where a rectified index does
-//! (see `gpu`, feature `wgpu`).
+//! (see `gpu`, feature `wgsl`).
 //!
 //! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
 //! Voxelized Shadow Volumes, HPG 2013.
 
 mod build;
 mod error;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 pub mod gpu;
 mod grid;
 mod index_map;
@@ -81,7 +82,9 @@ mod triangles;
 mod weights;
 
 pub use build::BuildGrid;
+pub use epipolar;
 pub use error::Error;
+pub use gpu_backend;
 pub use grid::Grid;
 pub use index_map::IndexMap;
 pub use query::Query;

@@ -147,7 +147,7 @@ impl<'a> ShadowVolume<'a, Host> {
     /// the light, and dark otherwise, because then the surface is between eye
     /// and light; looking away from it, all of the ray is as lit as the eye.
     #[inline]
-    pub fn ray_shadow(&self, direction: Vec3, surface: f32) -> RayShadow<'a> {
+    pub fn ray_shadow(&self, direction: impl Into<[f32; 3]>, surface: f32) -> RayShadow<'a> {
         let space = self.lattice.space();
         let ray = space.ray(direction);
         let surface = surface.max(0.0);
@@ -166,10 +166,11 @@ impl<'a> ShadowVolume<'a, Host> {
     /// The visibility of the light from a visible point of a surface, in
     /// [0, 1]. A point that is not finite counts as one in the direction of the
     /// light.
-    pub fn visibility(&self, point: Vec3) -> f32 {
+    pub fn visibility(&self, point: impl Into<[f32; 3]>) -> f32 {
+        let point = Vec3::from(point.into());
         let space = self.lattice.space();
         let place = space.coordinates(point);
-        let surface = (point - space.eye()).length();
+        let surface = (point - Vec3::from(space.eye())).length();
         let texels = self.texels(&place.ray, surface);
         let position = self.lattice.phi_position(place.phi);
         sample(texels, position, self.sampling)

@@ -219,7 +219,10 @@ fn triangles() -> Vec<[Vec3; 3]> {
 
 /// The first triangle on a light ray, in f64 and by another formula.
 fn traced(ray: &epipolar::LightRay, triangles: &[[Vec3; 3]], parallel: bool) -> f32 {
-    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let (origin, direction) = (
+        Vec3::from(ray.origin).as_dvec3(),
+        Vec3::from(ray.direction).as_dvec3(),
+    );
     let mut nearest = f64::INFINITY;
     for triangle in triangles {
         let [a, b, c] = triangle.map(|v| v.as_dvec3());

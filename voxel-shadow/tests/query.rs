@@ -50,7 +50,7 @@ fn at_the_centre_of_a_voxel_visibility_is_its_bit() {
                 for theta in 0..16 {
                     for bit in 0..32 {
                         let centre = lattice.centre(alpha, theta, bit);
-                        let Some(point) = lattice.space().point(&centre) else {
+                        let Some(point) = lattice.space().point(&centre).map(Vec3::from) else {
                             continue;
                         };
                         // Where the two rays are nearly parallel the point is
@@ -183,8 +183,8 @@ fn error_against_truth(light: Light, sun: Vec3, voxels: u32, sampling: Sampling)
     for direction in directions() {
         let direction = direction.normalize();
         let eye_ray = epipolar::LightRay {
-            origin: EYE,
-            direction,
+            origin: EYE.into(),
+            direction: direction.into(),
         };
         let surface = common::first(&balls, false)(&eye_ray).min(far);
         let mut lit = Vec::new();
@@ -239,7 +239,9 @@ fn shadows_converge_to_the_truth_for_every_light() {
             let coarse = error_against_truth(light, sun, 64, sampling);
             let fine = error_against_truth(light, sun, 512, sampling);
             println!("{light:?}: {coarse:.4} {fine:.4}");
-            let beside = light.position().is_some_and(|at| (at - EYE).length() < 0.1);
+            let beside = light
+                .position()
+                .is_some_and(|at| (Vec3::from(at) - EYE).length() < 0.1);
             if beside {
                 // Shadows begin a few millimetres, seen from the light, behind
                 // the blockers that hide them: no voxel resolves that, and

@@ -47,14 +47,18 @@
 //! channels; at most five storage buffers and what [`WgslSegments`] adds. Capacity
 //! costs registers, and software drivers minutes to compile where it is for 64.
 
+#[cfg(feature = "wgpu")]
 mod build;
+#[cfg(feature = "wgpu")]
 mod capture;
 mod constants;
 mod parts;
+#[cfg(feature = "wgpu")]
 mod query;
-#[cfg(test)]
+#[cfg(all(test, feature = "wgpu"))]
 mod tests;
 
+#[cfg(feature = "wgpu")]
 pub use build::WgslSegments;
 pub use parts::{WgslRule, WgslStored, build_parts, lookup_parts};
 
@@ -74,4 +78,5 @@ pub const LOOKUP_ERROR: f32 = 2e-6;
 pub(crate) const LARGEST_CAPACITY: usize = 66;
 
 /// Invocations per workgroup of all shaders.
+#[cfg(feature = "wgpu")]
 const GROUP: u32 = 64;

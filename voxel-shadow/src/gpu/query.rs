@@ -6,32 +6,10 @@ use gpu_backend::gpu::{
     Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, Kernel, Workgroups,
 };
 
-use super::{GROUP, SHADOW};
+use super::{GROUP, SHADOW, SamplingRecord};
 use crate::error::same_length;
 use crate::query::{capacity, check_weights};
-use crate::{Error, LitInterval, Query, Sampling, ShadowVolume, Weights};
-
-/// A [`Sampling`] as shaders see it: `vsv_Sampling`.
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct SamplingRecord {
-    pub(super) alpha_bias: f32,
-    pub(super) phi_bias: f32,
-    pub(super) axis: f32,
-    pub(super) interpolate: u32,
-}
-
-impl SamplingRecord {
-    /// The numbers of a sampling.
-    pub fn new(sampling: &Sampling) -> Self {
-        Self {
-            alpha_bias: sampling.alpha_bias,
-            phi_bias: sampling.phi_bias,
-            axis: sampling.axis,
-            interpolate: u32::from(sampling.interpolate),
-        }
-    }
-}
+use crate::{Error, LitInterval, Query, ShadowVolume, Weights};
 
 /// Uniforms of `query.wgsl` and `intervals.wgsl`.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]

@@ -40,9 +40,9 @@ impl WgslFirstBlocker for Disc {
 }
 
 fn disc(ray: &LightRay) -> f32 {
-    let distance = (2.0 - ray.origin.y) / ray.direction.y;
-    let x = ray.origin.x + distance * ray.direction.x;
-    let z = ray.origin.z + distance * ray.direction.z;
+    let distance = (2.0 - ray.origin[1]) / ray.direction[1];
+    let x = ray.origin[0] + distance * ray.direction[0];
+    let z = ray.origin[2] + distance * ray.direction[2];
     if distance > 0.0 && x * x + z * z < 2.25 {
         distance
     } else {
@@ -337,7 +337,7 @@ fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sa
     );
 
     // Points on the rays.
-    let eye = lattice.space().eye();
+    let eye = Vec3::from(lattice.space().eye());
     let points: Vec<[f32; 4]> = rays
         .iter()
         .map(|ray| {

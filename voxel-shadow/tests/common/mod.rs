@@ -49,8 +49,8 @@ pub(crate) struct Ball {
 
 impl Ball {
     pub(crate) fn distance(&self, ray: &LightRay, parallel: bool) -> f32 {
-        let to_centre = (self.centre - ray.origin).as_dvec3();
-        let direction = ray.direction.as_dvec3();
+        let to_centre = (self.centre - Vec3::from(ray.origin)).as_dvec3();
+        let direction = Vec3::from(ray.direction).as_dvec3();
         let along = to_centre.dot(direction) / direction.length();
         let h2 = to_centre.cross(direction).length_squared() / direction.length_squared();
         let inside = f64::from(self.radius).powi(2) - h2;
@@ -110,7 +110,7 @@ pub(crate) fn is_lit(light: Light, balls: &[Ball], sun: Vec3, point: Vec3) -> bo
     balls.iter().all(|ball| {
         let to_centre = (ball.centre - point).as_dvec3();
         let to_light = match light.position() {
-            Some(position) => (position - point).as_dvec3(),
+            Some(position) => (Vec3::from(position) - point).as_dvec3(),
             None => -1e6 * sun.as_dvec3(),
         };
         let t = (to_centre.dot(to_light) / to_light.length_squared()).clamp(0.0, 1.0);
