@@ -4,7 +4,8 @@ use glam::Vec2;
 
 use crate::angle::cross;
 use crate::{
-    Angle, Coordinates, Error, EyeRay, LightRay, Phi, Ranges, Resolution, Space, Spacing, View,
+    Angle, Coordinates, Error, EyeRay, LightRay, Phi, Ranges, Resolution, Space, Spacing,
+    ViewVolume,
 };
 
 /// The voxels of what a view sees in an epipolar space.
@@ -48,7 +49,7 @@ impl Lattice {
     /// view without a far end.
     pub fn new(
         space: Space,
-        view: &View,
+        view: &ViewVolume,
         resolution: Resolution,
         spacing: Spacing,
     ) -> Result<Self, Error> {

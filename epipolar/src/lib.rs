@@ -8,13 +8,13 @@
 //! an eye ray is read along another.
 //!
 //! ```
-//! use epipolar::{Lattice, Light, Resolution, Space, Spacing, View};
+//! use epipolar::{Lattice, Light, Resolution, Space, Spacing, ViewVolume};
 //! use glam::Vec3;
 //!
 //! let eye = Vec3::new(0.0, 1.7, 0.0);
 //! let lamp = Light::point(Vec3::new(2.0, 3.0, -6.0))?;
 //! let space = Space::new(lamp, eye)?;
-//! let view = View::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.1, 40.0)?;
+//! let view = ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.1, 40.0)?;
 //! let voxels = Resolution::new(256, 256, 128)?;
 //! let lattice = Lattice::new(space, &view, voxels, Spacing::Angle)?;
 //!
@@ -37,7 +37,7 @@
 //!   conversions both ways. Angles are [`Angle`]s, vectors that keep their
 //!   digits next to the axis.
 //! * [`Ranges`] are the tightest intervals of the three coordinates for what a
-//!   [`View`] can see.
+//!   [`ViewVolume`] can see.
 //! * [`Lattice`] divides ranges into voxels: texels along α and θ
 //!   ([`Resolution`]), bits along φ ([`Spacing`]).
 //! * [`Locate`] is the step that finds the positions of many points, on any
@@ -86,4 +86,4 @@ pub use ranges::Ranges;
 pub use resolution::Resolution;
 pub use space::{Coordinates, EyeRay, LightRay, Phi, Space};
 pub use spacing::Spacing;
-pub use view::View;
+pub use view::ViewVolume;

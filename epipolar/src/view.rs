@@ -10,14 +10,14 @@ use crate::limits::FARTHEST;
 /// The directions and distances that a picture shows: a pyramid with the eye
 /// at its top, or all directions, between two distances from the eye.
 #[derive(Debug, Clone, PartialEq)]
-pub struct View {
+pub struct ViewVolume {
     /// `None` looks everywhere.
     pub(crate) pyramid: Option<Cone>,
     pub(crate) near: f64,
     pub(crate) far: f64,
 }
 
-impl View {
+impl ViewVolume {
     /// The pyramid whose edges point along `corners`, in order around it, at
     /// distances (along the rays, not along the view axis) `near` to `far` from the
     /// eye. An infinite `far` is legal for lights that are not directional.
@@ -51,7 +51,7 @@ impl View {
     /// angles. `up` need not be orthogonal to `forward`.
     ///
     /// # Errors
-    /// Those of [`View::new`]; [`Error::BadVector`] if `up` is parallel to
+    /// Those of [`ViewVolume::new`]; [`Error::BadVector`] if `up` is parallel to
     /// `forward`, [`Error::BadValue`] for a tangent that is not positive and
     /// finite.
     pub fn perspective(

@@ -2,17 +2,17 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use epipolar::{Error, Lattice, Light, Phi, Resolution, Space, Spacing, View};
+use epipolar::{Error, Lattice, Light, Phi, Resolution, Space, Spacing, ViewVolume};
 use glam::{DVec3, Vec2, Vec3};
 use proptest::prelude::*;
 
-fn lattice(light: Light, view: &View, spacing: Spacing) -> Lattice {
+fn lattice(light: Light, view: &ViewVolume, spacing: Spacing) -> Lattice {
     let space = Space::new(light, Vec3::new(0.2, 1.7, 0.4)).unwrap();
     Lattice::new(space, view, Resolution::new(96, 80, 64).unwrap(), spacing).unwrap()
 }
 
-fn camera(near: f32, far: f32) -> View {
-    View::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], near, far).unwrap()
+fn camera(near: f32, far: f32) -> ViewVolume {
+    ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], near, far).unwrap()
 }
 
 /// In view, off screen, behind, almost at the eye, parallel, a cone.
@@ -187,7 +187,7 @@ fn bits_carry_equal_airlight_or_equal_distance_along_a_single_ray() {
     // A view so narrow that all of its rays are one, and a light that
     // passes close by.
     let ray = Vec3::new(0.3, 0.1, -1.0).normalize();
-    let view = View::perspective(ray, Vec3::Y, [2e-5, 2e-5], 0.0, 20.0).unwrap();
+    let view = ViewVolume::perspective(ray, Vec3::Y, [2e-5, 2e-5], 0.0, 20.0).unwrap();
     let at = Vec3::new(3.0, 1.0, -6.0);
     let sigma_t = 0.3;
     for spacing in [Spacing::Distance, Spacing::Airlight { sigma_t }] {
@@ -304,19 +304,19 @@ fn views_that_cannot_be_are_errors() {
         Vec3::new(1.0, 1.0, -1.0),
         Vec3::new(-1.0, 1.0, -1.0),
     ];
-    View::new(corners, 0.0, 1.0).unwrap();
-    View::new([corners[3], corners[2], corners[1], corners[0]], 0.0, 1.0).unwrap();
+    ViewVolume::new(corners, 0.0, 1.0).unwrap();
+    ViewVolume::new([corners[3], corners[2], corners[1], corners[0]], 0.0, 1.0).unwrap();
     let crossed = [corners[0], corners[2], corners[1], corners[3]];
-    assert!(View::new(crossed, 0.0, 1.0).is_err());
+    assert!(ViewVolume::new(crossed, 0.0, 1.0).is_err());
     let inwards = [
         corners[0],
         corners[1],
         Vec3::new(-0.5, -0.5, -1.0),
         corners[3],
     ];
-    assert!(View::new(inwards, 0.0, 1.0).is_err());
+    assert!(ViewVolume::new(inwards, 0.0, 1.0).is_err());
     for bad in [Vec3::ZERO, Vec3::NAN, corners[1], Vec3::new(1.0, 1.0, 1.0)] {
-        assert!(View::new([bad, corners[1], corners[2], corners[3]], 0.0, 1.0).is_err());
+        assert!(ViewVolume::new([bad, corners[1], corners[2], corners[3]], 0.0, 1.0).is_err());
     }
     for (near, far) in [
         (-1.0, 1.0),
@@ -325,13 +325,13 @@ fn views_that_cannot_be_are_errors() {
         (f32::NAN, 1.0),
         (0.0, f32::NAN),
     ] {
-        assert!(View::new(corners, near, far).is_err(), "{near} {far}");
+        assert!(ViewVolume::new(corners, near, far).is_err(), "{near} {far}");
     }
     for tan in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        assert!(View::perspective(Vec3::X, Vec3::Y, [tan, 1.0], 0.0, 1.0).is_err());
+        assert!(ViewVolume::perspective(Vec3::X, Vec3::Y, [tan, 1.0], 0.0, 1.0).is_err());
     }
-    assert!(View::perspective(Vec3::X, Vec3::NEG_X, [1.0, 1.0], 0.0, 1.0).is_err());
-    assert!(View::all_around(0.0, f32::INFINITY).is_ok());
+    assert!(ViewVolume::perspective(Vec3::X, Vec3::NEG_X, [1.0, 1.0], 0.0, 1.0).is_err());
+    assert!(ViewVolume::all_around(0.0, f32::INFINITY).is_ok());
 }
 
 /// Whether a ray from `origin` meets a triangle, with a little room around.

@@ -23,7 +23,7 @@ use crate::metric::Area;
 use crate::node::{Node, count_in_front};
 use crate::numeric::{fraction, mix};
 use crate::removal::{MOST_NODES, remove};
-use crate::{Accumulate, Evaluate, Segment};
+use crate::{Accumulate, BlockerSegment, Evaluate};
 
 /// Transmittance along a light ray, in at most `N` nodes and `C` channels that
 /// share the depths of the nodes.
@@ -34,11 +34,11 @@ use crate::{Accumulate, Evaluate, Segment};
 /// rounding. Everything is of fixed size; `N` is from 2 to 64.
 ///
 /// ```
-/// use transmittance::{Curve, Segment};
+/// use transmittance::{Curve, BlockerSegment};
 ///
 /// let mut curve = Curve::<8>::new();
-/// curve.insert(&Segment::from_density(1.0, 3.0, 0.5)?); // smoke
-/// curve.insert(&Segment::surface(2.0, 0.25)?); // a leaf inside of it
+/// curve.insert(&BlockerSegment::from_density(1.0, 3.0, 0.5)?); // smoke
+/// curve.insert(&BlockerSegment::surface(2.0, 0.25)?); // a leaf inside of it
 /// assert_eq!(curve.transmittance(1.0), 1.0);
 /// let behind = curve.transmittance(10.0);
 /// assert!((behind - 0.25 * (-1.0_f32).exp()).abs() <= curve.error_bound(10.0));
@@ -91,7 +91,7 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
 
     /// Adds a blocker by the paper's rule. A clear one changes nothing.
     #[inline]
-    pub fn insert(&mut self, segment: &Segment<C>) {
+    pub fn insert(&mut self, segment: &BlockerSegment<C>) {
         if segment.is_clear() {
             return;
         }
@@ -145,7 +145,7 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
 
     /// An upper bound of the error of [`Curve::transmittances`] at `depth`, per
     /// channel, all roundings included. The truth is the product of the
-    /// segments' own transmittances (see [`Segment`]). It is 1 at all depths if
+    /// segments' own transmittances (see [`BlockerSegment`]). It is 1 at all depths if
     /// the curve lacks segments, as one that a GPU made of more than its lists
     /// promised.
     #[must_use]
@@ -249,7 +249,7 @@ impl<const N: usize, L: Lookup, const C: usize> Evaluate<C> for Curve<N, L, C> {
 impl<const N: usize, L: Lookup, const C: usize> Accumulate<C> for Curve<N, L, C> {
     type Curve = Self;
 
-    fn insert(&mut self, segment: &Segment<C>) {
+    fn insert(&mut self, segment: &BlockerSegment<C>) {
         Curve::insert(self, segment);
     }
 

@@ -1,6 +1,6 @@
 //! The rules of curves whose nodes hold optical depths.
 
-use crate::Segment;
+use crate::BlockerSegment;
 use crate::lookup::{Exponential, INFLATE, ROUNDING, Rules, inverse_length};
 use crate::node::Node;
 use crate::numeric::{EXP_ERROR, exp_neg, larger, smaller};
@@ -27,7 +27,7 @@ impl Rules for Exponential {
     }
 
     #[inline]
-    fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &Segment<C>) {
+    fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &BlockerSegment<C>) {
         // Where light has long gone, values stop growing before they overflow.
         const LARGEST: f32 = 1e38;
         let tau = segment.optical_depth();

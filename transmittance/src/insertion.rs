@@ -1,7 +1,7 @@
 //! How a blocker is put among the nodes of a curve, and one curve among those of
 //! another.
 
-use crate::Segment;
+use crate::BlockerSegment;
 use crate::lookup::Rules;
 use crate::node::{Node, count_in_front};
 use crate::numeric::{fraction, mix};
@@ -43,7 +43,7 @@ fn move_back<const C: usize>(nodes: &mut [Node<C>], start: usize, end: usize, by
 pub(crate) fn insert<L: Rules, const C: usize>(
     nodes: &mut [Node<C>],
     len: &mut usize,
-    segment: &Segment<C>,
+    segment: &BlockerSegment<C>,
 ) {
     let (entry, exit) = (segment.entry(), segment.exit());
     let before = *len;

@@ -1,6 +1,6 @@
 //! The rules of curves whose nodes hold transmittances.
 
-use crate::Segment;
+use crate::BlockerSegment;
 use crate::lookup::{INFLATE, Linear, ROUNDING, Rules, inverse_length};
 use crate::node::Node;
 use crate::numeric::{EXP_ERROR, exp_neg, larger, smaller};
@@ -26,7 +26,7 @@ impl Rules for Linear {
     }
 
     #[inline]
-    fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &Segment<C>) {
+    fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &BlockerSegment<C>) {
         let inverse = inverse_length(segment);
         let (inside, behind) = nodes.split_at_mut(after);
         for c in 0..C {

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use crate::Segment;
+use crate::BlockerSegment;
 use crate::node::Node;
 
 /// How a curve runs between its nodes: [`Linear`] or [`Exponential`].
@@ -57,7 +57,7 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
 
     /// Multiplies the curve by a segment. The first node is at its entry, the
     /// node `after` is at its exit.
-    fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &Segment<C>);
+    fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &BlockerSegment<C>);
 
     /// Multiplies a curve by another that has its nodes at the same depths.
     fn multiply<const C: usize>(nodes: &mut [Node<C>], other: &[Node<C>]);
@@ -86,6 +86,6 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
 /// One over the length of a segment. In f64 neither can overflow; for a surface,
 /// which has no inside, the result is of no use.
 #[inline]
-pub(crate) fn inverse_length<const C: usize>(segment: &Segment<C>) -> f64 {
+pub(crate) fn inverse_length<const C: usize>(segment: &BlockerSegment<C>) -> f64 {
     (f64::from(segment.exit()) - f64::from(segment.entry())).recip()
 }

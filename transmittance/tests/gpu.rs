@@ -13,12 +13,12 @@ use proptest::test_runner::TestRunner;
 use support::{errors, probes, streams, truth};
 use transmittance::gpu::{LOOKUP_ERROR, WgslRule, WgslSegments, WgslStored, lookup_parts};
 use transmittance::{
-    Accumulate, Area, BuildMap, CaptureSegments, Curve, CurveMap, Evaluate, Exponential, Filter,
-    Linear, Lists, Lookup, Maximum, Order, Packed, PackedHalf, QueryMap, Receiver, Segment,
-    SegmentLists, Stored, Stream,
+    Accumulate, Area, BlockerSegment, BuildMap, CaptureSegments, Curve, Evaluate, Exponential,
+    Filter, Linear, Lists, Lookup, Maximum, Order, Packed, PackedHalf, QueryMap, Receiver,
+    SegmentLists, Stored, Stream, TransmittanceMap,
 };
 
-type Streams<const C: usize = 1> = Vec<Vec<Segment<C>>>;
+type Streams<const C: usize = 1> = Vec<Vec<BlockerSegment<C>>>;
 
 /// One texel per stream, in a row.
 fn listed<const C: usize>(gpu: &Gpu<Queued>, streams: &Streams<C>) -> SegmentLists<GpuMemory, C> {
@@ -36,13 +36,13 @@ fn made<A, P, const C: usize>(
     gpu: &Gpu<Queued>,
     clear: &A,
     streams: &Streams<C>,
-) -> CurveMap<Host, P, C>
+) -> TransmittanceMap<Host, P, C>
 where
     A: WgslRule<C>,
     A::Curve: Into<P>,
     P: WgslStored<C>,
 {
-    let mut map = CurveMap::<GpuMemory, P, C>::new(gpu, [streams.len(), 1]).unwrap();
+    let mut map = TransmittanceMap::<GpuMemory, P, C>::new(gpu, [streams.len(), 1]).unwrap();
     gpu.build_map(clear, &listed(gpu, streams), &mut map)
         .unwrap();
     map.download(gpu).unwrap()
@@ -50,7 +50,7 @@ where
 
 fn accumulated<A: Accumulate<C> + Clone, const C: usize>(
     clear: &A,
-    stream: &[Segment<C>],
+    stream: &[BlockerSegment<C>],
 ) -> A::Curve {
     let mut accumulator = clear.clone();
     stream
@@ -60,7 +60,7 @@ fn accumulated<A: Accumulate<C> + Clone, const C: usize>(
 }
 
 /// Whether a shader sees the depths as they are.
-fn is_normal(stream: &[Segment]) -> bool {
+fn is_normal(stream: &[BlockerSegment]) -> bool {
     let ends = stream.iter().flat_map(|s| [s.entry(), s.exit()]);
     ends.into_iter()
         .all(|depth| depth == 0.0 || depth.is_normal())
@@ -94,7 +94,11 @@ fn all_kinds(most: usize) -> Streams {
 
 /// Everything that a curve promises, and that both are within their bounds of
 /// each other.
-fn agree<const N: usize, L: Lookup>(here: &Curve<N, L>, there: &Curve<N, L>, stream: &[Segment]) {
+fn agree<const N: usize, L: Lookup>(
+    here: &Curve<N, L>,
+    there: &Curve<N, L>,
+    stream: &[BlockerSegment],
+) {
     let ends: Vec<f32> = stream.iter().flat_map(|s| [s.entry(), s.exit()]).collect();
     assert!(there.points().len() <= N);
     for (depth, _) in there.points() {
@@ -200,7 +204,7 @@ fn colours_agree_within_their_bounds() {
                 let entry = 50.0 * random.unit();
                 let exit = entry + 10.0 * random.unit() * random.unit();
                 let tau = [0.1, 0.02, 0.3].map(|most| most * random.unit());
-                Segment::with_optical_depths(entry, exit, tau).unwrap()
+                BlockerSegment::with_optical_depths(entry, exit, tau).unwrap()
             };
             (0..80).map(segment).collect()
         })
@@ -229,12 +233,12 @@ fn colours_agree_within_their_bounds() {
 fn long_lists_are_taken_in_parts_and_short_promises_cost_the_bound() {
     let Some(gpu) = testing::gpu() else { return };
     let mut random = streams::Random::new(5);
-    let mut stream = |number| -> Vec<Segment> {
+    let mut stream = |number| -> Vec<BlockerSegment> {
         let most = 6.0 / number as f32;
         let segment = |_| {
             let entry = 1e3 * random.unit();
             let length = 1e-3 * 1e6_f32.powf(random.unit());
-            Segment::from_optical_depth(entry, entry + length, most * random.unit()).unwrap()
+            BlockerSegment::from_optical_depth(entry, entry + length, most * random.unit()).unwrap()
         };
         (0..number).map(segment).collect()
     };
@@ -267,7 +271,7 @@ fn long_lists_are_taken_in_parts_and_short_promises_cost_the_bound() {
     let offsets = gpu.upload(&gpu.download(lists.offsets()).unwrap()).unwrap();
     let numbers = gpu.upload(&gpu.download(lists.numbers()).unwrap()).unwrap();
     let lists = SegmentLists::<_, 1>::from_buffers(lists.extent(), 1000, offsets, numbers).unwrap();
-    let mut short = CurveMap::<_, Curve<8>>::new(&gpu, [5, 1]).unwrap();
+    let mut short = TransmittanceMap::<_, Curve<8>>::new(&gpu, [5, 1]).unwrap();
     gpu.build_map(&Curve::<8>::new(), &lists, &mut short)
         .unwrap();
     let short = short.download(&gpu).unwrap();
@@ -300,9 +304,9 @@ fn maps_of_more_texels_than_wait_at_once_are_made_in_bands() {
 }
 
 /// A map with something different in each texel.
-fn clouds<P: Stored + From<Curve<8>>>() -> CurveMap<Host, P> {
+fn clouds<P: Stored + From<Curve<8>>>() -> TransmittanceMap<Host, P> {
     let cpu = Cpu::new();
-    let source = |tile: &transmittance::Tile, put: &mut dyn FnMut([usize; 2], Segment)| {
+    let source = |tile: &transmittance::Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment)| {
         for y in tile.y.clone() {
             for x in tile.x.clone() {
                 let seed = (y * 1000 + x) as u64;
@@ -318,7 +322,7 @@ fn clouds<P: Stored + From<Curve<8>>>() -> CurveMap<Host, P> {
             }
         }
     };
-    let mut map = CurveMap::new(&cpu, [23, 11]).unwrap();
+    let mut map = TransmittanceMap::new(&cpu, [23, 11]).unwrap();
     cpu.build_map(&Stream::<8>::new(), &source, &mut map)
         .unwrap();
     map
@@ -359,7 +363,7 @@ fn receivers() -> Vec<Receiver> {
 /// What each receiver gets on the GPU from a map that was made on the CPU.
 fn asked<P: WgslStored>(
     gpu: &Gpu<Queued>,
-    map: &CurveMap<Host, P>,
+    map: &TransmittanceMap<Host, P>,
     receivers: &[Receiver],
     filter: Filter,
 ) -> Vec<f32> {
@@ -481,7 +485,7 @@ const BOUND: &str = "
 /// What a shader answers to questions: texel, bits of depth and of transmittance.
 fn answered<P: WgslStored>(
     gpu: &Gpu<Queued>,
-    map: &CurveMap<Host, P>,
+    map: &TransmittanceMap<Host, P>,
     bound: &'static str,
     questions: &[[u32; 3]],
 ) -> Vec<[f32; 2]> {
@@ -569,12 +573,12 @@ fn inverses_of_packed_curves_are_depths() {
         // One that begins in front of the eye, and one far from it.
         for entry in [-3.0, 1e4] {
             streams.push(vec![
-                Segment::from_optical_depth(entry, entry + 7.0, 2.0).unwrap(),
-                Segment::surface(entry + 5.0, 0.25).unwrap(),
+                BlockerSegment::from_optical_depth(entry, entry + 7.0, 2.0).unwrap(),
+                BlockerSegment::surface(entry + 5.0, 0.25).unwrap(),
             ]);
         }
         // A surface alone: all nodes at one depth.
-        streams.push(vec![Segment::surface(2.5, 0.5).unwrap()]);
+        streams.push(vec![BlockerSegment::surface(2.5, 0.5).unwrap()]);
         let map = made::<_, P, 1>(gpu, &Curve::<8>::new(), &streams);
         let curves = made::<_, Curve<8>, 1>(gpu, &Curve::<8>::new(), &streams);
         let questions: Vec<[u32; 3]> = (0..streams.len() as u32)
@@ -617,8 +621,8 @@ fn curves_that_lack_segments_have_a_bound_of_1_at_all_depths() {
         A: WgslRule<Curve = Curve<8, L>>,
     {
         // What is lacking is in front of the first node, or there is no node.
-        let surface = |depth| Segment::surface(depth, 0.1).unwrap();
-        let nothing = Segment::from_optical_depth(5.0, 6.0, 0.0).unwrap();
+        let surface = |depth| BlockerSegment::surface(depth, 0.1).unwrap();
+        let nothing = BlockerSegment::from_optical_depth(5.0, 6.0, 0.0).unwrap();
         let streams: Streams = vec![
             vec![surface(5.0), surface(1.0)],
             vec![nothing, surface(1.0)],
@@ -634,7 +638,7 @@ fn curves_that_lack_segments_have_a_bound_of_1_at_all_depths() {
                 .unwrap(),
         )
         .unwrap();
-        let mut map = CurveMap::<_, Curve<8, L>>::new(gpu, [3, 1]).unwrap();
+        let mut map = TransmittanceMap::<_, Curve<8, L>>::new(gpu, [3, 1]).unwrap();
         gpu.build_map(clear, &lists, &mut map).unwrap();
         let map = map.download(gpu).unwrap();
         assert_eq!(
@@ -662,7 +666,9 @@ fn curves_that_lack_segments_have_a_bound_of_1_at_all_depths() {
 fn a_boundless_promise_takes_no_more_dispatches_than_there_are_segments() {
     let Some(gpu) = testing::gpu() else { return };
     let streams: Streams<2> = [0.0, 2.0, 4.0]
-        .map(|entry| vec![Segment::with_optical_depths(entry, entry + 1.0, [0.5, 1.0]).unwrap()])
+        .map(|entry| {
+            vec![BlockerSegment::with_optical_depths(entry, entry + 1.0, [0.5, 1.0]).unwrap()]
+        })
         .into();
     for streams in [streams, vec![Vec::new()]] {
         let extent = [streams.len(), 1];
@@ -674,7 +680,7 @@ fn a_boundless_promise_takes_no_more_dispatches_than_there_are_segments() {
         let most = WgslSegments::longest(&boundless);
         assert_eq!(most as usize, streams.concat().len());
         type Colours = Curve<4, Exponential, 2>;
-        let mut map = CurveMap::<_, Colours, 2>::new(&gpu, extent).unwrap();
+        let mut map = TransmittanceMap::<_, Colours, 2>::new(&gpu, extent).unwrap();
         gpu.build_map(&Colours::new(), &boundless, &mut map)
             .unwrap();
         let map = map.download(&gpu).unwrap();
@@ -720,7 +726,7 @@ impl WgslSegments for Slabs {
 #[test]
 fn segments_may_come_from_a_shader_and_commands_go_into_an_encoder() {
     let Some(gpu) = testing::gpu() else { return };
-    let mut map = CurveMap::<_, Packed<4>>::new(&gpu, [13, 3]).unwrap();
+    let mut map = TransmittanceMap::<_, Packed<4>>::new(&gpu, [13, 3]).unwrap();
     let context: &Context = gpu.context();
     let device = context.device();
     let mut encoder = device.create_command_encoder(&Default::default());
@@ -781,17 +787,17 @@ fn hostile_numbers_give_numbers() {
     ) where
         A: WgslRule<Curve = Curve<8, L>>,
     {
-        let mut map = CurveMap::<_, Curve<8, L>>::new(gpu, [64, 1]).unwrap();
+        let mut map = TransmittanceMap::<_, Curve<8, L>>::new(gpu, [64, 1]).unwrap();
         gpu.build_map(clear, lists, &mut map).unwrap();
         let map = map.download(gpu).unwrap();
         for texel in 0..64 {
             let curve = map.texel(texel, 0);
             // Depths of less than 2⁻¹²⁶ count as 0 there.
             let normal = |x: f32| if x.is_subnormal() { 0.0 } else { x };
-            let stream: Vec<Segment> = numbers[30 * texel..30 * texel + 30]
+            let stream: Vec<BlockerSegment> = numbers[30 * texel..30 * texel + 30]
                 .iter()
                 .filter_map(|[a, b, tau]| {
-                    Segment::from_optical_depth(normal(*a), normal(*b), *tau).ok()
+                    BlockerSegment::from_optical_depth(normal(*a), normal(*b), *tau).ok()
                 })
                 .filter(|_| texel != 39 && texel != 40)
                 .collect();

@@ -8,11 +8,11 @@ mod support;
 use support::optimal::{Least, least_error};
 use support::{errors, probes, streams, truth};
 use transmittance::{
-    Accumulate, Area, Curve, Evaluate, Exponential, Linear, Maximum, Segment, Stream,
+    Accumulate, Area, BlockerSegment, Curve, Evaluate, Exponential, Linear, Maximum, Stream,
 };
 
 /// Makes a stream from a seed.
-type Kind = fn(u64) -> Vec<Segment>;
+type Kind = fn(u64) -> Vec<BlockerSegment>;
 
 const KINDS: [(&str, Kind); 4] = [
     ("columns of smoke", streams::columns_of_smoke),
@@ -35,7 +35,7 @@ struct Measured {
 }
 
 /// The stream front to back, as it came, and shuffled.
-fn orders(stream: &[Segment], seed: u64) -> Vec<Vec<Segment>> {
+fn orders(stream: &[BlockerSegment], seed: u64) -> Vec<Vec<BlockerSegment>> {
     let mut sorted = stream.to_vec();
     sorted.sort_by(|a, b| a.entry().total_cmp(&b.entry()));
     let mut orders = vec![sorted, stream.to_vec()];

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::Cpu;
 use voxel_shadow::{
@@ -135,8 +135,8 @@ impl CubeMap {
     }
 }
 
-fn view() -> View {
-    View::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.0, FAR).expect("a view")
+fn view() -> ViewVolume {
+    ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.0, FAR).expect("a view")
 }
 
 fn lattice(alpha: u32, theta: u32, bits: u32) -> Lattice {

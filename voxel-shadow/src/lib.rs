@@ -12,7 +12,7 @@
 //! 3. [`BuildGrid::extrude`] them away from the light: an OR-scan.
 //!
 //! ```
-//! use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+//! use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 //! use glam::Vec3;
 //! use gpu_backend::Cpu;
 //! use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, Sampling, ShadowVolume};
@@ -28,7 +28,7 @@
 //! };
 //!
 //! let space = Space::new(Light::point(lamp)?, eye)?;
-//! let view = View::perspective(Vec3::NEG_Z, Vec3::Y, [1.0, 1.0], 0.1, 30.0)?;
+//! let view = ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [1.0, 1.0], 0.1, 30.0)?;
 //! let voxels = Resolution::new(256, 256, 128)?;
 //! let lattice = Lattice::new(space, &view, voxels, Spacing::Angle)?;
 //!

@@ -4,7 +4,7 @@
 
 mod common;
 
-use epipolar::{Lattice, Light, Space, Spacing, View};
+use epipolar::{Lattice, Light, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::{Cpu, Host};
 use proptest::prelude::*;
@@ -271,7 +271,7 @@ fn towards_the_light_distances_decide() {
         let eye = Vec3::new(0.0, 1.7, 8.0);
         let space = Space::new(light, eye).unwrap();
         let resolution = epipolar::Resolution::new(64, 64, 64).unwrap();
-        let view = View::all_around(0.0, 30.0).unwrap();
+        let view = ViewVolume::all_around(0.0, 30.0).unwrap();
         let lattice = Lattice::new(space, &view, resolution, Spacing::Angle).unwrap();
         let (_, grid) = build(&lattice, &balls);
         let volume = ShadowVolume::new(&lattice, &grid, Sampling::default()).unwrap();

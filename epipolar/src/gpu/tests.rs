@@ -6,7 +6,7 @@ use gpu_backend::{Backend, Cpu, Download, assert_same_layout};
 use super::locate::{LOCATE, Parameters};
 use super::*;
 use crate::numeric::{ATAN, TAN_EIGHTH};
-use crate::{Light, Locate, Resolution, Space, Spacing, View};
+use crate::{Light, Locate, Resolution, Space, Spacing, ViewVolume};
 
 /// Stands for the bindings.
 const CONTRACT: &str = "fn epi_bound(index: u32) -> vec2<f32> { return vec2(f32(index)); }";
@@ -59,8 +59,8 @@ fn the_part_is_fit_for_other_shaders_and_has_the_constants_of_rust() {
 fn positions_agree_with_the_cpu() {
     let Some(gpu) = testing::gpu() else { return };
     let eye = Vec3::new(0.2, 1.7, 0.4);
-    let camera = View::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.0, 30.0).unwrap();
-    let around = View::all_around(0.0, 30.0).unwrap();
+    let camera = ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.0, 30.0).unwrap();
+    let around = ViewVolume::all_around(0.0, 30.0).unwrap();
     // Points on all orders of magnitude of distance from eye and light.
     let points: Vec<[f32; 4]> = (0..20_000_u32)
         .map(|i| {
@@ -140,7 +140,8 @@ fn next_to_the_axis_shaders_keep_the_digits_of_f32() {
             })
             .collect();
         let space = Space::new(Light::point(light).unwrap(), eye).unwrap();
-        let view = View::perspective(to_light.as_vec3(), Vec3::ONE, [1e-5; 2], 0.1, 30.0).unwrap();
+        let view =
+            ViewVolume::perspective(to_light.as_vec3(), Vec3::ONE, [1e-5; 2], 0.1, 30.0).unwrap();
         let resolution = Resolution::new(256, 256, 128).unwrap();
         let lattice = Lattice::new(space, &view, resolution, Spacing::Angle).unwrap();
         let mut expected = vec![[0.0; 4]; points.len()];

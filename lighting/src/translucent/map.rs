@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use gpu_backend::Cpu;
-use transmittance::{Accumulate, Evaluate, Filter, Packed, Receiver, ShadowMap};
+use transmittance::{Accumulate, CurveMap, Evaluate, Filter, Packed, Receiver};
 
 use super::{Casters, FaceBlockers};
 use crate::Emitter;
@@ -57,7 +57,7 @@ pub enum TransmittanceMapError {
 pub struct TransmittanceMap<T = Packed<8>> {
     faces: Vec<Face>,
     resolution: u32,
-    curves: Vec<ShadowMap<T>>,
+    curves: Vec<CurveMap<T>>,
     filter: Filter,
 }
 
@@ -93,7 +93,7 @@ impl<T: Evaluate + Send> TransmittanceMap<T> {
         for (face, blockers) in casters.faces(cpu, emitter, resolution)? {
             let extent = [resolution as usize; 2];
             map.curves
-                .push(ShadowMap::build(cpu, extent, clear, &blockers)?);
+                .push(CurveMap::build(cpu, extent, clear, &blockers)?);
             map.faces.push(face);
         }
         Ok(map)
@@ -118,7 +118,7 @@ impl<T> TransmittanceMap<T> {
     }
 
     /// The curves of each face.
-    pub fn curves(&self) -> &[ShadowMap<T>] {
+    pub fn curves(&self) -> &[CurveMap<T>] {
         &self.curves
     }
 

@@ -1,9 +1,9 @@
 //! Maps of transmittance in the memory of a backend.
 
-use gpu_backend::{Backend, Error, Memory};
-use transmittance::{Filter, Packed, Stored};
+use gpu_backend::{Backend, Memory};
+use transmittance::{Filter, Packed};
 
-use super::TransmittanceMap;
+use super::{TransmittanceMap, TransmittanceMapError};
 use crate::shadow_map::raster::Face;
 
 /// A [`TransmittanceMap`] of curves of 8 nodes in the memory of a backend, where
@@ -12,7 +12,7 @@ use crate::shadow_map::raster::Face;
 pub struct StoredMap<M: Memory> {
     faces: Vec<Face>,
     resolution: u32,
-    words: M::Buffer<u32>,
+    curves: transmittance::TransmittanceMap<M>,
     filter: Filter,
 }
 
@@ -20,22 +20,15 @@ impl TransmittanceMap<Packed<8>> {
     /// The same map on another backend.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if it does not fit there.
-    pub fn upload<B: Backend>(&self, backend: &B) -> Result<StoredMap<B::Memory>, Error> {
-        const WORDS: usize = <Packed<8> as Stored>::WORDS;
-        let texels = || self.curves().iter().flat_map(|face| face.texels());
-        let mut words = vec![0; texels().count() * WORDS];
-        for (curve, words) in texels().zip(words.chunks_exact_mut(WORDS)) {
-            curve.write(words);
-        }
-        if words.is_empty() {
-            // Backends may not have buffers of nothing.
-            words.push(0);
-        }
+    /// [`TransmittanceMapError::Curves`] if it does not fit there.
+    pub fn upload<B: Backend>(
+        &self,
+        backend: &B,
+    ) -> Result<StoredMap<B::Memory>, TransmittanceMapError> {
         Ok(StoredMap {
             faces: self.faces().to_vec(),
             resolution: self.resolution(),
-            words: backend.upload(&words)?,
+            curves: transmittance::TransmittanceMap::from_faces(backend, self.curves())?,
             filter: self.filter(),
         })
     }
@@ -58,15 +51,15 @@ impl<M: Memory> StoredMap<M> {
     }
 
     /// The curves as `transmittance` stores them, face by face, each row by row
-    /// from the top; a single 0 without casters.
+    /// from the top; none without casters.
     pub fn words(&self) -> &M::Buffer<u32> {
-        &self.words
+        self.curves.words()
     }
 
     /// Words of each face.
     #[cfg(feature = "wgpu")]
     pub(crate) fn face_words(&self) -> u32 {
         // All faces are in one buffer, whose indices are u32.
-        self.resolution.pow(2) * <Packed<8> as Stored>::WORDS as u32
+        self.resolution.pow(2) * <Packed<8> as transmittance::Stored>::WORDS as u32
     }
 }

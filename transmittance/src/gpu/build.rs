@@ -4,7 +4,7 @@ use gpu_backend::gpu::{Argument, Encode, Gpu, GpuMemory, INDEX_WGSL, Kernel, Wor
 use gpu_backend::{Backend, Buffer};
 
 use super::{GROUP, WgslRule, WgslStored, build_parts};
-use crate::{BuildMap, CurveMap, Error, SegmentLists};
+use crate::{BuildMap, Error, SegmentLists, TransmittanceMap};
 
 /// Segments that a shader knows; the [`Source`](crate::Source) of shaders.
 ///
@@ -19,7 +19,7 @@ pub trait WgslSegments<const C: usize = 1> {
     /// fn avsm_segment(texel: vec2<u32>, index: u32) -> avsm_Segment
     /// ```
     ///
-    /// for column and row of a texel. What is no [`Segment`](crate::Segment) is
+    /// for column and row of a texel. What is no [`BlockerSegment`](crate::BlockerSegment) is
     /// left out. Its bindings are in `@group(1)`.
     fn parts() -> &'static [&'static str];
 
@@ -143,7 +143,7 @@ where
         &self,
         _: &A,
         source: &S,
-        map: &mut CurveMap<GpuMemory, P, C>,
+        map: &mut TransmittanceMap<GpuMemory, P, C>,
     ) -> Result<(), Error> {
         let [width, height] = map.extent();
         let texels = width * height;

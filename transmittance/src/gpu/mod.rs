@@ -1,6 +1,6 @@
 //! Maps on a GPU, and their parts for other shaders.
 //!
-//! [`BuildMap`] makes the curves of a [`CurveMap`] with an invocation per texel:
+//! [`BuildMap`] makes the curves of a [`TransmittanceMap`] with an invocation per texel:
 //! its curve is in the memory of the invocation, takes the texel's segments in
 //! their order, and is written when it is finished. What this takes in memory
 //! beside the map does not depend on the number of segments. They come from
@@ -12,7 +12,7 @@
 //!
 //! Plain text without bindings and entry points; all names begin with `avsm_`.
 //! [`lookup_parts`] is what a shader needs to look up the curves of a map, given
-//! `fn avsm_word(index: u32) -> u32`, which reads [`CurveMap::words`]:
+//! `fn avsm_word(index: u32) -> u32`, which reads [`TransmittanceMap::words`]:
 //!
 //! * `avsm_transmittances(texel, depth)`, an array of one number per channel;
 //! * `avsm_filtered(extent, position, depth, is_bilinear)` between texel centres;
@@ -63,7 +63,9 @@ pub use build::WgslSegments;
 pub use parts::{WgslRule, WgslStored, build_parts, lookup_parts};
 
 #[cfg(doc)]
-use crate::{BuildMap, CaptureSegments, CurveMap, PackedHalf, QueryMap, SegmentLists, Stream};
+use crate::{
+    BuildMap, CaptureSegments, PackedHalf, QueryMap, SegmentLists, Stream, TransmittanceMap,
+};
 
 /// A bound of what [`QueryMap`] adds to the error of a curve.
 ///

@@ -1,7 +1,7 @@
 //! Shaders without a device, and steps against the CPU with one.
 
 use epipolar::gpu::{EPIPOLAR, PHI};
-use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::gpu::{Argument, Gpu, Queued};
 use gpu_backend::testing::{self, Shader};
@@ -53,7 +53,7 @@ fn disc(ray: &LightRay) -> f32 {
 /// In view, beside it, behind the eye, parallel.
 fn lattices(alpha: u32, theta: u32, bits: u32) -> Vec<Lattice> {
     let eye = Vec3::new(0.2, 1.7, 8.0);
-    let view = View::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], 0.0, 20.0).unwrap();
+    let view = ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], 0.0, 20.0).unwrap();
     let resolution = Resolution::new(alpha, theta, bits).unwrap();
     [
         Light::point(Vec3::new(1.0, 3.0, -2.0)).unwrap(),

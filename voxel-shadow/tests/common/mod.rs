@@ -2,15 +2,15 @@
 #![allow(dead_code, reason = "each suite uses a part of it")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::{Cpu, Host};
 use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify};
 
 pub(crate) const EYE: Vec3 = Vec3::new(0.2, 1.7, 8.0);
 
-pub(crate) fn camera(near: f32, far: f32) -> View {
-    View::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], near, far).unwrap()
+pub(crate) fn camera(near: f32, far: f32) -> ViewVolume {
+    ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], near, far).unwrap()
 }
 
 /// In view, above the screen, beside it, behind the eye, almost at the eye,
@@ -34,7 +34,7 @@ pub(crate) fn spot() -> Light {
     Light::spot(Vec3::new(0.0, 6.0, 0.0), Vec3::NEG_Y, 0.6).unwrap()
 }
 
-pub(crate) fn lattice(light: Light, view: &View, [alpha, theta, bits]: [u32; 3]) -> Lattice {
+pub(crate) fn lattice(light: Light, view: &ViewVolume, [alpha, theta, bits]: [u32; 3]) -> Lattice {
     let space = Space::new(light, EYE).unwrap();
     let resolution = Resolution::new(alpha, theta, bits).unwrap();
     Lattice::new(space, view, resolution, Spacing::Angle).unwrap()
