@@ -17,7 +17,8 @@
 
 #[cfg(feature = "wgpu")]
 mod locate;
-#[cfg(all(test, feature = "wgpu"))]
+#[cfg(test)]
+#[cfg(feature = "wgpu")]
 mod tests;
 
 use glam::{DVec3, Vec2, Vec3};

@@ -55,7 +55,8 @@ mod constants;
 mod parts;
 #[cfg(feature = "wgpu")]
 mod query;
-#[cfg(all(test, feature = "wgpu"))]
+#[cfg(test)]
+#[cfg(feature = "wgpu")]
 mod tests;
 
 #[cfg(feature = "wgpu")]

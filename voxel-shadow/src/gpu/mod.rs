@@ -31,7 +31,8 @@ mod query;
 #[cfg(feature = "wgpu")]
 mod rectify;
 mod sampling;
-#[cfg(all(test, feature = "wgpu"))]
+#[cfg(test)]
+#[cfg(feature = "wgpu")]
 mod tests;
 
 #[cfg(feature = "wgpu")]
