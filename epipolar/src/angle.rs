@@ -11,12 +11,12 @@ use crate::numeric;
 /// there, and a cosine would not tell the first 3.5e-4 rad apart. The length of
 /// the vector has no meaning. The vector 0 counts as the angle 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Angle(Vec2);
+pub struct Angle(pub(crate) Vec2);
 
 impl Angle {
     /// The angle of a vector of any length.
-    pub fn of(vector: Vec2) -> Self {
-        Self(vector)
+    pub fn of(vector: impl Into<[f32; 2]>) -> Self {
+        Self(Vec2::from(vector.into()))
     }
 
     /// From radians, with cosine and sine rounded once.
@@ -26,8 +26,8 @@ impl Angle {
     }
 
     /// A vector that points at it.
-    pub fn vector(self) -> Vec2 {
-        self.0
+    pub fn vector(self) -> [f32; 2] {
+        self.0.into()
     }
 
     /// In [-π, π]; relative error 3e-7.
@@ -36,41 +36,39 @@ impl Angle {
     }
 
     /// Cosine and sine.
-    pub fn unit(self) -> Vec2 {
-        normalised(self.0)
+    pub fn unit(self) -> [f32; 2] {
+        self.unit_vector().into()
+    }
+
+    pub(crate) fn unit_vector(self) -> Vec2 {
+        normalised(self.0.as_dvec2()).as_vec2()
     }
 
     /// The angle by which `self` is ahead of `other`, in [-π, π]: no digits are
     /// lost if they are close to each other.
     #[inline]
     pub fn relative_to(self, other: Self) -> f32 {
-        numeric::angle(other.0.perp_dot(self.0), other.0.dot(self.0))
+        numeric::angle(cross(other.0, self.0) as f32, other.0.dot(self.0))
     }
 }
 
-/// The length of a vector, also if its square underflows.
+/// `a.x b.y − a.y b.x`, rounded once: both products are exact in f64, so that
+/// vectors next to each other lose no digits.
 #[inline]
-pub(crate) fn length(vector: Vec2) -> f32 {
-    let largest = vector.abs().max_element();
-    // Squares above this are normal numbers.
-    if largest > 1e-18 {
-        return vector.length();
-    }
-    if largest > 0.0 {
-        return largest * (vector / largest).length();
-    }
-    0.0
+pub(crate) fn cross(a: Vec2, b: Vec2) -> f64 {
+    f64::from(a.x) * f64::from(b.y) - f64::from(a.y) * f64::from(b.x)
 }
 
-/// The unit vector along `vector`, whatever its length; (1, 0) if it has none.
+/// The unit vector along `vector`, a vector of f32 of any length; (1, 0) if it
+/// has none.
 #[inline]
-pub(crate) fn normalised(vector: Vec2) -> Vec2 {
-    let largest = vector.abs().max_element();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return Vec2::X;
+pub(crate) fn normalised(vector: DVec2) -> DVec2 {
+    // Squares of numbers of f32 neither overflow nor underflow in f64.
+    let length = vector.length();
+    if !(length > 0.0 && length.is_finite()) {
+        return DVec2::X;
     }
-    let scaled = vector / largest;
-    scaled / scaled.length()
+    vector / length
 }
 
 #[cfg(test)]
@@ -89,12 +87,12 @@ mod tests {
     #[test]
     fn vectors_of_any_length_have_a_direction() {
         for length in [1e-38_f32, 1e-20, 1.0, 1e20, 3e38] {
-            let unit = Angle::of(length * Vec2::new(0.6, 0.8)).unit();
+            let unit = Angle::of(length * Vec2::new(0.6, 0.8)).unit_vector();
             assert!((unit - Vec2::new(0.6, 0.8)).length() < 3e-7, "{length}");
         }
         for nothing in [Vec2::ZERO, Vec2::NAN, Vec2::INFINITY] {
-            assert_eq!(Angle::of(nothing).unit(), Vec2::X);
+            assert_eq!(Angle::of(nothing).unit(), [1.0, 0.0]);
         }
-        assert_eq!(Angle::from_radians(0.0).vector(), Vec2::X);
+        assert_eq!(Angle::from_radians(0.0).vector(), [1.0, 0.0]);
     }
 }

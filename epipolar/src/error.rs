@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::limits::{FARTHEST, SMALLEST_DISTANCE};
+
 /// Why there is no epipolar space, or no voxels in it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -17,12 +19,12 @@ pub enum Error {
         expected: &'static str,
     },
     /// A position or direction that cannot be used.
-    #[error("{what} is {value}, expected {expected}")]
+    #[error("{what} is {value:?}, expected {expected}")]
     BadVector {
         /// Which one.
         what: &'static str,
         /// As it was given.
-        value: Vec3,
+        value: [f32; 3],
         /// What would have been right.
         expected: &'static str,
     },
@@ -31,7 +33,7 @@ pub enum Error {
     /// none has to be computed.
     #[error(
         "eye and light are {distance} m apart, expected at least {} m",
-        crate::SMALLEST_DISTANCE
+        SMALLEST_DISTANCE
     )]
     EyeAtLight {
         /// Their distance.
@@ -57,30 +59,30 @@ impl Error {
     }
 }
 
-/// The largest coordinate in metres: squares of distances stay finite in f32.
-pub(crate) const MAX_COORDINATE: f32 = 1e18;
-
-/// `vector`, if its components are finite and within [`MAX_COORDINATE`].
-pub(crate) fn position(what: &'static str, vector: Vec3) -> Result<Vec3, Error> {
-    if vector.abs().max_element() <= MAX_COORDINATE && !vector.is_nan() {
+/// `vector`, if its components are finite and within [`FARTHEST`].
+pub(crate) fn position(what: &'static str, vector: [f32; 3]) -> Result<Vec3, Error> {
+    let value = vector;
+    let vector = Vec3::from(value);
+    if vector.abs().max_element() <= FARTHEST && !vector.is_nan() {
         return Ok(vector);
     }
     Err(Error::BadVector {
         what,
-        value: vector,
+        value,
         expected: "finite coordinates of at most 1e18 m",
     })
 }
 
 /// The direction of `vector` in f64.
-pub(crate) fn direction(what: &'static str, vector: Vec3) -> Result<glam::DVec3, Error> {
+pub(crate) fn direction(what: &'static str, value: [f32; 3]) -> Result<glam::DVec3, Error> {
+    let vector = Vec3::from(value);
     vector
         .as_dvec3()
         .try_normalize()
         .filter(|_| vector.is_finite())
         .ok_or(Error::BadVector {
             what,
-            value: vector,
+            value,
             expected: "a finite vector other than 0",
         })
 }

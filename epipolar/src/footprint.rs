@@ -18,8 +18,16 @@ pub struct Footprint {
     pub bits: Range<u32>,
 }
 
+impl Lattice {
+    /// The voxels along θ and φ whose light rays can meet a triangle, or more;
+    /// `None` if a corner is not finite.
+    pub fn footprint<V: Copy + Into<[f32; 3]>>(&self, triangle: &[V; 3]) -> Option<Footprint> {
+        Footprint::new(self, &triangle.map(|corner| Vec3::from(corner.into())))
+    }
+}
+
 impl Footprint {
-    pub(crate) fn new(lattice: &Lattice, triangle: &[Vec3; 3]) -> Option<Self> {
+    fn new(lattice: &Lattice, triangle: &[Vec3; 3]) -> Option<Self> {
         if !triangle.iter().all(|corner| corner.is_finite()) {
             return None;
         }
@@ -27,8 +35,8 @@ impl Footprint {
         let [axis, right, up] = space.frame64();
         // Seen from where light rays begin: the frame is rounded, and the light
         // is not exactly on the axis through the eye.
-        let light = space.light().position();
-        let origin = light.unwrap_or(space.eye()).as_dvec3();
+        let light = space.light().at();
+        let origin = light.unwrap_or(space.eye_point()).as_dvec3();
         let corners = triangle.map(|corner| corner.as_dvec3() - origin);
         let flat = corners.map(|v| DVec2::new(v.dot(right), v.dot(up)));
         let nearest = distance_of_origin(&flat);

@@ -1,9 +1,11 @@
 //! Voxels of epipolar space: from coordinates to texels and bits, and back.
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
+use crate::angle::cross;
 use crate::{
-    Angle, Coordinates, Error, EyeRay, LightRay, Phi, Ranges, Resolution, Space, Spacing, View,
+    Angle, Coordinates, Error, EyeRay, LightRay, Phi, Ranges, Resolution, Space, Spacing,
+    ViewVolume,
 };
 
 /// The voxels of what a view sees in an epipolar space.
@@ -13,10 +15,11 @@ use crate::{
 /// the chosen [`Spacing`]. What lies outside of the ranges belongs to the nearest
 /// voxel.
 ///
-/// A position along α is off by at most 8e-7 rad (the 5e-7 of
-/// [`Space::ray`] and the angle function's 3e-7), divided by the width of a
-/// voxel, and so is one along θ, divided by sin α as well; one along φ by
-/// the same angle at the light. Voxels should be several times as wide.
+/// Positions along α, θ and φ are off by at most 8e-7 rad (the 4e-7 of
+/// [`Space::coordinates`], relative to α and φ, and the angle function's 3e-7, of
+/// the distance from where a range begins), divided by the width of a voxel.
+/// Shaders lose up to 2⁻³³ of the coordinates more, which close to the axis,
+/// divided by sin α, is an angle of θ. Voxels should be several times as wide.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice {
     space: Space,
@@ -26,6 +29,9 @@ pub struct Lattice {
     alpha_scale: f32,
     theta_centre: Angle,
     theta_scale: f32,
+    /// Half the width of a voxel, the larger of α and the mean of φ; 0 for a
+    /// directional light, whose rays do not approach eye rays.
+    thinnest: f32,
     /// Bounds of the voxels along φ, one more than there are bits.
     bounds: Vec<Vec2>,
     /// Centres of the voxels along φ.
@@ -43,7 +49,7 @@ impl Lattice {
     /// view without a far end.
     pub fn new(
         space: Space,
-        view: &View,
+        view: &ViewVolume,
         resolution: Resolution,
         spacing: Spacing,
     ) -> Result<Self, Error> {
@@ -66,10 +72,18 @@ impl Lattice {
             alpha_scale: (f64::from(resolution.alpha()) / (alpha_high - alpha_low)) as f32,
             theta_centre: Angle::from_radians(ranges.theta_centre()),
             theta_scale: (1.0 / theta_step) as f32,
+            thinnest: if space.is_directional() {
+                0.0
+            } else {
+                let phi = ranges.phi();
+                let alpha_step = (alpha_high - alpha_low) / f64::from(resolution.alpha());
+                let phi_step = (phi[1] - phi[0]) / f64::from(resolution.bits());
+                (0.5 * alpha_step.max(phi_step)) as f32
+            },
             light_angles: bounds.windows(2).map(middle).collect(),
             planes: (0..resolution.theta())
                 .map(|i| theta_low + (f64::from(i) + 0.5) * theta_step)
-                .map(|theta| Angle::from_radians(theta).vector())
+                .map(|theta| Angle::from_radians(theta).0)
                 .collect(),
             bounds,
             space,
@@ -95,24 +109,24 @@ impl Lattice {
 
     /// The bounds of the voxels along φ, as the pairs of [`Phi`]: one more than
     /// there are bits, in order.
-    pub fn bounds(&self) -> &[Vec2] {
-        &self.bounds
+    pub fn bounds(&self) -> &[[f32; 2]] {
+        bytemuck::cast_slice(&self.bounds)
     }
 
     /// The centres of the voxels along φ, as the pairs of [`Phi`]; of length 1
     /// for a light at a point, with w = 1 for a directional one.
-    pub fn light_angles(&self) -> &[Vec2] {
-        &self.light_angles
+    pub fn light_angles(&self) -> &[[f32; 2]] {
+        bytemuck::cast_slice(&self.light_angles)
     }
 
     /// The centres of the voxels along θ, as unit vectors.
-    pub fn planes(&self) -> &[Vec2] {
-        &self.planes
+    pub fn planes(&self) -> &[[f32; 2]] {
+        bytemuck::cast_slice(&self.planes)
     }
 
     /// Start of the range of α, texels per radian; centre of the range of θ,
     /// texels per radian.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     pub(crate) fn scales(&self) -> (Angle, f32, Angle, f32) {
         (
             self.alpha_start,
@@ -120,6 +134,13 @@ impl Lattice {
             self.theta_centre,
             self.theta_scale,
         )
+    }
+
+    /// The angle of the thinnest shadow that has voxels, radians; see
+    /// [`Lattice::blocked_from`].
+    #[cfg(feature = "wgsl")]
+    pub(crate) fn thinnest(&self) -> f32 {
+        self.thinnest
     }
 
     /// Whether the first voxel along α begins on the axis towards the light.
@@ -150,32 +171,36 @@ impl Lattice {
     /// directional light it is the share of the distance.
     #[inline]
     pub fn phi_position(&self, phi: Phi) -> f32 {
-        let pair = phi.pair();
+        let pair = phi.0;
         let mut first = 0;
         let mut count = self.bounds.len() - 1;
         // The last bound at or below φ, the end of the range excluded.
         while count > 1 {
             let half = count / 2;
-            let passed = self.bounds[first + half].perp_dot(pair) >= 0.0;
+            let passed = cross(self.bounds[first + half], pair) >= 0.0;
             first += if passed { half } else { 0 };
             count -= half;
         }
-        let passed = self.bounds[first].perp_dot(pair).max(0.0);
-        let left = pair.perp_dot(self.bounds[first + 1]).max(0.0);
+        let passed = cross(self.bounds[first], pair).max(0.0);
+        let left = cross(pair, self.bounds[first + 1]).max(0.0);
         let sum = passed + left;
         let share = if sum > 0.0 { passed / sum } else { 0.5 };
-        first as f32 + share
+        // In f64, not to be rounded before the sum is.
+        (f64::from(first as u32) + share) as f32
     }
 
     /// The φ at a position: the inverse of [`Lattice::phi_position`] to 2 ULP
-    /// of the position. Positions outside of the range count as its ends.
+    /// of the position and what the rounding of a pair to f32 is in voxels, 6e-8
+    /// rad (of a directional light 6e-8 of the distance) over the width of a
+    /// voxel. Positions outside of the range count as its ends.
     #[inline]
     pub fn phi_at(&self, position: f32) -> Phi {
         let bits = self.resolution.bits();
         let position = position.clamp(0.0, bits as f32);
         let first = (position as usize).min(bits as usize - 1);
-        let share = position - first as f32;
-        Phi::of(self.bounds[first] + share * (self.bounds[first + 1] - self.bounds[first]))
+        let share = f64::from(position - first as f32);
+        let [from, to] = [first, first + 1].map(|i| self.bounds[i].as_dvec2());
+        Phi::of((from + share * (to - from)).as_vec2())
     }
 
     /// The α at a position.
@@ -218,6 +243,13 @@ impl Lattice {
     ///
     /// 0 if the blocker lies before the range, the number of texels if it lies
     /// behind, is infinite or [`f32::MAX`], or the distance is NaN.
+    ///
+    /// Light and eye rays that are nearly parallel have next to no shadow between
+    /// them: seen from a blocker at distance x from the eye, the light is beside
+    /// the eye by at most D/x, where D is the distance between the two. Where that
+    /// is less than half a voxel the answer is the number of texels, too: voxels
+    /// would make the shadow as wide as one of theirs. A light a few millimetres
+    /// from the eye so becomes what it is there, a light without visible shadows.
     #[inline]
     pub fn blocked_from(&self, bit: usize, distance: f32) -> u32 {
         if !(distance.abs() < f32::MAX) {
@@ -225,13 +257,12 @@ impl Lattice {
         }
         let phi = self.light_angles[bit];
         let alpha = self.space.alpha_along_unit(phi, distance);
+        // The vector of a point light's α is as long as the blocker is away.
+        let eye_light = self.space.distance();
+        if eye_light < self.thinnest * alpha.0.length() {
+            return self.resolution.alpha();
+        }
         // Negative numbers become 0.
         (self.alpha_position(alpha) as u32).min(self.resolution.alpha())
-    }
-
-    /// The voxels along θ and φ whose light rays can meet a triangle, or more;
-    /// `None` if a corner is not finite.
-    pub fn footprint(&self, triangle: &[Vec3; 3]) -> Option<crate::Footprint> {
-        crate::Footprint::new(self, triangle)
     }
 }

@@ -8,13 +8,13 @@
 //! an eye ray is read along another.
 //!
 //! ```
-//! use epipolar::{Lattice, Light, Resolution, Space, Spacing, View};
+//! use epipolar::{Lattice, Light, Resolution, Space, Spacing, ViewVolume};
 //! use glam::Vec3;
 //!
 //! let eye = Vec3::new(0.0, 1.7, 0.0);
 //! let lamp = Light::point(Vec3::new(2.0, 3.0, -6.0))?;
 //! let space = Space::new(lamp, eye)?;
-//! let view = View::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.1, 40.0)?;
+//! let view = ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.1, 40.0)?;
 //! let voxels = Resolution::new(256, 256, 128)?;
 //! let lattice = Lattice::new(space, &view, voxels, Spacing::Angle)?;
 //!
@@ -28,7 +28,7 @@
 //! assert!(bit >= 0.0 && bit < 128.0);
 //!
 //! // And back.
-//! let again = space.point(&place).expect("a point beside the axis");
+//! let again = Vec3::from(space.point(&place).expect("a point beside the axis"));
 //! assert!((again - point).length() < 1e-5);
 //! # Ok::<(), epipolar::Error>(())
 //! ```
@@ -37,19 +37,22 @@
 //!   conversions both ways. Angles are [`Angle`]s, vectors that keep their
 //!   digits next to the axis.
 //! * [`Ranges`] are the tightest intervals of the three coordinates for what a
-//!   [`View`] can see.
+//!   [`ViewVolume`] can see.
 //! * [`Lattice`] divides ranges into voxels: texels along α and θ
 //!   ([`Resolution`]), bits along φ ([`Spacing`]).
 //! * [`Locate`] is the step that finds the positions of many points, on any
 //!   backend.
-//! * `gpu` (feature `wgpu`) has the same for shaders.
+//! * `gpu` (feature `wgsl`) has the same for shaders.
 //!
 //! # Limits
 //!
-//! Metres, right-handed. Coordinates up to [`FARTHEST`], eye and light at least
-//! [`SMALLEST_DISTANCE`] apart. Directions are right to 5e-7 rad. On the axis θ
-//! means nothing and three angles do not tell where a point is; users of a
-//! lattice treat that line on its own.
+//! Metres, right-handed. Vectors come and go as arrays, which vectors of every
+//! version of glam convert to and from. Coordinates up to [`FARTHEST`], eye and light at least
+//! [`SMALLEST_DISTANCE`] apart. Angles have a relative error of 4e-7, next to the
+//! axis as well. On the axis θ means nothing and three angles do not tell where a
+//! point is; users of a lattice treat that line on its own. Where the light is so
+//! close to the eye that shadows between light rays and eye rays are thinner than
+//! half a voxel, a lattice has none ([`Lattice::blocked_from`]).
 //!
 //! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
 //! Voxelized Shadow Volumes, HPG 2013.
@@ -58,10 +61,11 @@ mod angle;
 mod cone;
 mod error;
 mod footprint;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 pub mod gpu;
 mod lattice;
 mod light;
+mod limits;
 mod locate;
 mod numeric;
 mod ranges;
@@ -73,11 +77,13 @@ mod view;
 pub use angle::Angle;
 pub use error::Error;
 pub use footprint::Footprint;
+pub use gpu_backend;
 pub use lattice::Lattice;
 pub use light::Light;
+pub use limits::{FARTHEST, SMALLEST_DISTANCE};
 pub use locate::Locate;
 pub use ranges::Ranges;
 pub use resolution::Resolution;
-pub use space::{Coordinates, EyeRay, FARTHEST, LightRay, Phi, SMALLEST_DISTANCE, Space};
+pub use space::{Coordinates, EyeRay, LightRay, Phi, Space};
 pub use spacing::Spacing;
-pub use view::View;
+pub use view::ViewVolume;

@@ -28,16 +28,19 @@ impl Light {
     ///
     /// # Errors
     /// [`Error::BadVector`] unless all coordinates are finite and at most 1e18 m.
-    pub fn point(at: Vec3) -> Result<Self, Error> {
-        Ok(Self(Kind::Point(position("the position of a light", at)?)))
+    pub fn point(at: impl Into<[f32; 3]>) -> Result<Self, Error> {
+        Ok(Self(Kind::Point(position(
+            "the position of a light",
+            at.into(),
+        )?)))
     }
 
     /// Parallel light that travels along `direction`, of any length.
     ///
     /// # Errors
     /// [`Error::BadVector`] if it is 0 or not finite.
-    pub fn directional(along: Vec3) -> Result<Self, Error> {
-        let along = direction("the direction of a directional light", along)?;
+    pub fn directional(along: impl Into<[f32; 3]>) -> Result<Self, Error> {
+        let along = direction("the direction of a directional light", along.into())?;
         Ok(Self(Kind::Directional(along)))
     }
 
@@ -50,7 +53,11 @@ impl Light {
     /// # Errors
     /// [`Error::BadVector`] as for the other two, [`Error::BadValue`] unless
     /// 0 < outer ≤ π.
-    pub fn spot(at: Vec3, along: Vec3, outer: f32) -> Result<Self, Error> {
+    pub fn spot(
+        at: impl Into<[f32; 3]>,
+        along: impl Into<[f32; 3]>,
+        outer: f32,
+    ) -> Result<Self, Error> {
         let outer = f64::from(outer);
         if !(outer > 0.0 && outer <= f64::from(std::f32::consts::PI)) {
             return Err(Error::bad_value(
@@ -60,14 +67,18 @@ impl Light {
             ));
         }
         Ok(Self(Kind::Spot {
-            position: position("the position of a light", at)?,
-            axis: direction("the direction of a spotlight", along)?,
+            position: position("the position of a light", at.into())?,
+            axis: direction("the direction of a spotlight", along.into())?,
             outer,
         }))
     }
 
     /// Where it is; `None` for a directional light.
-    pub fn position(&self) -> Option<Vec3> {
+    pub fn position(&self) -> Option<[f32; 3]> {
+        self.at().map(Vec3::into)
+    }
+
+    pub(crate) fn at(&self) -> Option<Vec3> {
         match self.0 {
             Kind::Point(position) | Kind::Spot { position, .. } => Some(position),
             Kind::Directional(_) => None,

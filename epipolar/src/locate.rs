@@ -63,12 +63,12 @@ pub(crate) fn check_lengths(points: usize, positions: usize) -> Result<(), Error
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Light, Resolution, Space, Spacing, View};
+    use crate::{Light, Resolution, Space, Spacing, ViewVolume};
 
     #[test]
     fn a_batch_is_its_points_one_by_one_and_lengths_are_checked() {
         let space = Space::new(Light::point(Vec3::X).unwrap(), Vec3::ZERO).unwrap();
-        let view = View::all_around(0.0, 10.0).unwrap();
+        let view = ViewVolume::all_around(0.0, 10.0).unwrap();
         let resolution = Resolution::new(8, 8, 32).unwrap();
         let lattice = Lattice::new(space, &view, resolution, Spacing::Angle).unwrap();
         let points: Vec<_> = (0..10_000)

@@ -11,7 +11,7 @@ use glam::DVec2;
 
 use crate::cone::{Arc, angle_between};
 use crate::light::Kind;
-use crate::{Error, Space, View};
+use crate::{Error, Space, ViewVolume};
 
 /// Added at both ends of a range, as a share of a half-turn or of the largest
 /// φ: angles are computed with an error of 5e-7 rad.
@@ -40,7 +40,7 @@ impl Ranges {
     /// # Errors
     /// [`Error::Unlit`] if the cone of a spotlight does not reach the ranges,
     /// [`Error::BadValue`] for a directional light in a view without a far end.
-    pub fn new(space: &Space, view: &View) -> Result<Self, Error> {
+    pub fn new(space: &Space, view: &ViewVolume) -> Result<Self, Error> {
         let frame = space.frame64();
         let (mut alpha, mut theta) = match &view.pyramid {
             None => ([0.0, PI], Arc::Full),
@@ -142,7 +142,7 @@ fn phi(eye_light: f64, x: f64, alpha: f64) -> f64 {
 ///
 /// Along a ray φ grows. At a fixed distance x below D it has one maximum over
 /// α, asin(x/D) at cos α = x/D; beyond the light it falls with α.
-fn angles(eye_light: f64, view: &View, alpha: [f64; 2]) -> [f64; 2] {
+fn angles(eye_light: f64, view: &ViewVolume, alpha: [f64; 2]) -> [f64; 2] {
     let at = |x, alpha| phi(eye_light, x, alpha);
     let low = if view.near < eye_light {
         at(view.near, alpha[0]).min(at(view.near, alpha[1]))
@@ -162,7 +162,7 @@ fn angles(eye_light: f64, view: &View, alpha: [f64; 2]) -> [f64; 2] {
 }
 
 /// The range of the distance from the axis, x sin α.
-fn distances(view: &View, alpha: [f64; 2]) -> Result<[f64; 2], Error> {
+fn distances(view: &ViewVolume, alpha: [f64; 2]) -> Result<[f64; 2], Error> {
     if view.far == f64::INFINITY {
         return Err(Error::bad_value(
             "the far bound of a view with a directional light",
@@ -190,11 +190,11 @@ mod tests {
     use super::*;
     use crate::Light;
 
-    fn view(near: f32, far: f32) -> View {
-        View::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], near, far).unwrap()
+    fn view(near: f32, far: f32) -> ViewVolume {
+        ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], near, far).unwrap()
     }
 
-    fn ranges(light: Vec3, view: &View) -> Ranges {
+    fn ranges(light: Vec3, view: &ViewVolume) -> Ranges {
         let space = Space::new(Light::point(light).unwrap(), Vec3::ZERO).unwrap();
         Ranges::new(&space, view).unwrap()
     }
@@ -226,7 +226,8 @@ mod tests {
 
     #[test]
     fn ranges_of_almost_nothing_are_wide_enough_for_voxels() {
-        let needle = View::perspective(Vec3::NEG_Z, Vec3::Y, [1e-7, 1e-7], 1.0, 1.000_001).unwrap();
+        let needle =
+            ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [1e-7, 1e-7], 1.0, 1.000_001).unwrap();
         let found = ranges(Vec3::new(3.0, 0.0, -4.0), &needle);
         let width = |[low, high]: [f64; 2]| high - low;
         let least = 0.999 * NARROWEST;
@@ -290,7 +291,7 @@ mod tests {
             prop_assume!(forward.normalize().cross(up.normalize()).length() > 0.1);
             let near = log_near.exp2();
             let far = near + log_depth.exp2();
-            let view = View::perspective(forward, up, tans, near, far).unwrap();
+            let view = ViewVolume::perspective(forward, up, tans, near, far).unwrap();
             let light = if sun {
                 Light::directional(light).unwrap()
             } else {

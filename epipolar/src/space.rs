@@ -9,19 +9,13 @@
 //! directional light is the limit D → ∞ (q / w is the distance from the axis),
 //! and no formula divides by D or by a sine.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use crate::angle::{length, normalised};
+use crate::angle::normalised;
 use crate::error::position;
 use crate::light::Kind;
+use crate::limits::{FARTHEST, SMALLEST_DISTANCE};
 use crate::{Angle, Error, Light};
-
-/// Eye and light must be this far apart, metres: products of distances stay
-/// normal numbers in f32.
-pub const SMALLEST_DISTANCE: f64 = 1e-18;
-
-/// Distances above this, in metres, count as infinite.
-pub const FARTHEST: f32 = crate::error::MAX_COORDINATE;
 
 /// An eye, a light, and a frame around the axis between them.
 ///
@@ -45,6 +39,9 @@ pub struct Space {
     axis: Vec3,
     right: Vec3,
     up: Vec3,
+    /// The same three before they were rounded: a component across the axis
+    /// keeps its digits beside a large one along it.
+    exact: [DVec3; 3],
     distance: f32,
 }
 
@@ -54,7 +51,7 @@ pub struct Space {
 /// A pair (w, q) of any positive length: φ is its angle, or the distance is
 /// q / w in metres. `q ≥ 0`; both are ordered by the sign of the cross product.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Phi(Vec2);
+pub struct Phi(pub(crate) Vec2);
 
 /// The direction of an eye ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,21 +76,21 @@ pub struct Coordinates {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightRay {
     /// The light, or for a directional light the point nearest to the eye.
-    pub origin: Vec3,
+    pub origin: [f32; 3],
     /// Unit direction, away from the light.
-    pub direction: Vec3,
+    pub direction: [f32; 3],
 }
 
 impl Phi {
     /// From an angle in [0, π] or a distance in metres, each as the pair of the
     /// type's description.
-    pub fn of(pair: Vec2) -> Self {
-        Self(pair)
+    pub fn of(pair: impl Into<[f32; 2]>) -> Self {
+        Self(Vec2::from(pair.into()))
     }
 
     /// The pair (w, q).
-    pub fn pair(self) -> Vec2 {
-        self.0
+    pub fn pair(self) -> [f32; 2] {
+        self.0.into()
     }
 }
 
@@ -103,8 +100,8 @@ impl Space {
     /// # Errors
     /// [`Error::EyeAtLight`] below [`SMALLEST_DISTANCE`],
     /// [`Error::BadVector`] unless the eye is finite and within 1e18 m.
-    pub fn new(light: Light, eye: Vec3) -> Result<Self, Error> {
-        let eye = position("the position of the eye", eye)?;
+    pub fn new(light: Light, eye: impl Into<[f32; 3]>) -> Result<Self, Error> {
+        let eye = position("the position of the eye", eye.into())?;
         let (axis, distance) = match light.0 {
             Kind::Directional(travel) => (-travel, f32::INFINITY),
             Kind::Point(position) | Kind::Spot { position, .. } => {
@@ -117,14 +114,20 @@ impl Space {
             }
         };
         let (right, up) = axis.any_orthonormal_pair();
-        Ok(Self {
+        Ok(Self::with_frame(light, eye, distance, [axis, right, up]))
+    }
+
+    fn with_frame(light: Light, eye: Vec3, distance: f32, exact: [DVec3; 3]) -> Self {
+        let [axis, right, up] = exact.map(|v| v.as_vec3());
+        Self {
             light,
             eye,
-            axis: axis.as_vec3(),
-            right: right.as_vec3(),
-            up: up.as_vec3(),
+            axis,
+            right,
+            up,
+            exact,
             distance,
-        })
+        }
     }
 
     /// The same space with θ counted from another direction, `radians` further
@@ -133,12 +136,9 @@ impl Space {
     #[must_use]
     pub fn rotated(self, radians: f32) -> Self {
         let (sin, cos) = f64::from(radians).sin_cos();
-        let (right, up) = (self.right.as_dvec3(), self.up.as_dvec3());
-        Self {
-            right: (cos * right + sin * up).as_vec3(),
-            up: (cos * up - sin * right).as_vec3(),
-            ..self
-        }
+        let [axis, right, up] = self.exact;
+        let frame = [axis, cos * right + sin * up, cos * up - sin * right];
+        Self::with_frame(self.light, self.eye, self.distance, frame)
     }
 
     /// The light.
@@ -147,7 +147,11 @@ impl Space {
     }
 
     /// The eye.
-    pub fn eye(&self) -> Vec3 {
+    pub fn eye(&self) -> [f32; 3] {
+        self.eye.into()
+    }
+
+    pub(crate) fn eye_point(&self) -> Vec3 {
         self.eye
     }
 
@@ -157,12 +161,18 @@ impl Space {
     }
 
     /// Unit vectors: from the eye to the light, and those of θ = 0 and θ = π/2.
-    pub fn frame(&self) -> [Vec3; 3] {
-        [self.axis, self.right, self.up]
+    pub fn frame(&self) -> [[f32; 3]; 3] {
+        [self.axis, self.right, self.up].map(Vec3::into)
     }
 
     pub(crate) fn frame64(&self) -> [DVec3; 3] {
-        self.frame().map(|v| v.as_dvec3())
+        [self.axis, self.right, self.up].map(|v| v.as_dvec3())
+    }
+
+    /// The unit vector from the eye to the light before it was rounded.
+    #[cfg(feature = "wgsl")]
+    pub(crate) fn exact_axis(&self) -> DVec3 {
+        self.exact[0]
     }
 
     /// Whether the light is parallel, so that φ is a distance.
@@ -170,11 +180,12 @@ impl Space {
         self.distance == f32::INFINITY
     }
 
-    /// The coordinates of the ray along `direction`, of any length. Angles are
-    /// right to 5e-7 rad (8 roundings), next to the axis as well. A direction
-    /// that is 0 or not finite counts as the direction to the light.
+    /// The coordinates of the ray along `direction`, of any length. α and π − α
+    /// have a relative error of 4e-7, down to 1e-9 rad; θ is right to 4e-7 rad. A
+    /// direction that is 0 or not finite counts as the direction to the light.
     #[inline]
-    pub fn ray(&self, direction: Vec3) -> EyeRay {
+    pub fn ray(&self, direction: impl Into<[f32; 3]>) -> EyeRay {
+        let direction = Vec3::from(direction.into());
         let largest = direction.abs().max_element();
         if !(largest > 0.0 && direction.is_finite()) {
             return EyeRay {
@@ -182,37 +193,51 @@ impl Space {
                 theta: Angle::of(Vec2::X),
             };
         }
-        // Squares of these are normal numbers.
-        let v = if (1e-9..1e9).contains(&largest) {
-            direction
-        } else {
-            direction / largest
-        };
-        let theta = Vec2::new(v.dot(self.right), v.dot(self.up));
-        let alpha = Vec2::new(v.dot(self.axis), length(theta));
+        // Scaled, so that θ does not overflow or underflow in f32.
+        self.ray_along(direction.as_dvec3() / f64::from(largest))
+    }
+
+    /// The ray along a vector whose components are normal numbers in f32.
+    #[inline]
+    fn ray_along(&self, v: DVec3) -> EyeRay {
+        let theta = self.across(v);
+        let alpha = DVec2::new(v.dot(self.exact[0]), theta.length());
         EyeRay {
-            alpha: Angle::of(alpha / alpha.length()),
-            theta: Angle::of(theta),
+            alpha: Angle::of((alpha / alpha.length()).as_vec2()),
+            theta: Angle::of(theta.as_vec2()),
         }
     }
 
-    /// The coordinates of a point; errors of the angles as for
-    /// [`Space::ray`]. The eye itself is at α = φ = 0, the light at α = φ = 0 too.
-    /// A point beyond [`FARTHEST`] counts as the end of its eye ray.
-    pub fn coordinates(&self, point: Vec3) -> Coordinates {
-        let from_eye = point - self.eye;
-        let ray = self.ray(from_eye);
+    /// The components across the axis.
+    #[inline]
+    fn across(&self, v: DVec3) -> DVec2 {
+        DVec2::new(v.dot(self.exact[1]), v.dot(self.exact[2]))
+    }
+
+    /// The coordinates of a point: α, φ and their distances from π have a
+    /// relative error of 4e-7, down to 1e-9 rad; for a directional light so has
+    /// the distance from the axis. The eye itself is at α = φ = 0, the light at
+    /// α = φ = 0 too. A point beyond [`FARTHEST`] counts as the end of its eye ray.
+    pub fn coordinates(&self, point: impl Into<[f32; 3]>) -> Coordinates {
+        let point = Vec3::from(point.into());
         if !(point.is_finite() && point.abs().max_element() <= FARTHEST) {
+            let ray = self.ray(point - self.eye);
             return Coordinates {
                 ray,
                 phi: self.phi_along(&ray, f32::INFINITY),
             };
         }
-        let across = |v: Vec3| length(Vec2::new(v.dot(self.right), v.dot(self.up)));
-        let phi = match self.light.position() {
-            None => Vec2::new(1.0, across(from_eye)),
+        let from_eye = point.as_dvec3() - self.eye.as_dvec3();
+        let largest = from_eye.abs().max_element();
+        let ray = if largest > 0.0 {
+            self.ray_along(from_eye / largest)
+        } else {
+            self.ray(Vec3::ZERO)
+        };
+        let phi = match self.light.at() {
+            None => DVec2::new(1.0, self.across(from_eye).length()),
             Some(position) => {
-                let from_light = point - position;
+                let from_light = point.as_dvec3() - position.as_dvec3();
                 // Both have the same distance from the axis; the shorter one
                 // has lost less to rounding.
                 let nearer = if from_light.length_squared() < from_eye.length_squared() {
@@ -220,49 +245,63 @@ impl Space {
                 } else {
                     from_eye
                 };
-                Vec2::new(-from_light.dot(self.axis), across(nearer))
+                DVec2::new(-from_light.dot(self.exact[0]), self.across(nearer).length())
             }
         };
-        Coordinates { ray, phi: Phi(phi) }
+        Coordinates {
+            ray,
+            phi: Phi(phi.as_vec2()),
+        }
     }
 
     /// The point at which an eye ray and a light ray of one plane meet: the way
     /// back from [`Space::coordinates`]. `None` if they do not meet in front of
-    /// the eye (α + φ ≥ π), or meet everywhere because both lie on the axis.
-    pub fn point(&self, coordinates: &Coordinates) -> Option<Vec3> {
+    /// the eye (α + φ > π), or meet everywhere because both lie on the axis.
+    ///
+    /// The error is that of the angles, of 1e-7 rad, times the distances from
+    /// eye and light, over sin(α + φ). Rays that are parallel to the rounding of
+    /// the coordinates meet where the angle between them is that rounding: at
+    /// about 1e7 times the distance between eye and light.
+    pub fn point(&self, coordinates: &Coordinates) -> Option<[f32; 3]> {
         let EyeRay { alpha, theta } = coordinates.ray;
-        let around = theta.unit();
-        let out = around.x * self.right + around.y * self.up;
-        let Vec2 { x: cos, y: sin } = alpha.unit();
-        let point = match self.light.position() {
+        let [axis, right, up] = self.exact;
+        let around = normalised(theta.0.as_dvec2());
+        let out = around.x * right + around.y * up;
+        let DVec2 { x: cos, y: sin } = normalised(alpha.0.as_dvec2());
+        let along_eye_ray = cos * axis + sin * out;
+        let pair = coordinates.phi.0.as_dvec2();
+        let eye = self.eye.as_dvec3();
+        let point = match self.light.at() {
             None => {
-                let across = coordinates.phi.0.y / coordinates.phi.0.x;
                 if !(sin > 0.0) {
                     return None;
                 }
-                self.eye + across / sin * (cos * self.axis + sin * out)
+                eye + pair.y / pair.x / sin * along_eye_ray
             }
             Some(position) => {
-                let phi = normalised(coordinates.phi.0);
-                let sine_of_sum = sin * phi.x + cos * phi.y;
-                if !(sine_of_sum > 0.0) {
+                let phi = normalised(pair);
+                // sin(α + φ), and what the roundings of the four can make of 0.
+                let (a, b) = (sin * phi.x, cos * phi.y);
+                let rounding = (a.abs() + b.abs()) * f64::from(f32::EPSILON);
+                if !(a + b >= -rounding && rounding > 0.0) {
                     return None;
                 }
-                let scale = self.distance / sine_of_sum;
+                let scale = f64::from(self.distance) / (a + b).max(rounding);
                 if phi.y < sin {
-                    self.eye + scale * phi.y * (cos * self.axis + sin * out)
+                    eye + scale * phi.y * along_eye_ray
                 } else {
-                    position + scale * sin * (phi.y * out - phi.x * self.axis)
+                    position.as_dvec3() + scale * sin * (phi.y * out - phi.x * axis)
                 }
             }
         };
-        point.is_finite().then_some(point)
+        let point = point.as_vec3();
+        point.is_finite().then_some(point.into())
     }
 
     /// φ of the point at `distance` (metres, ≥ 0, may be infinite) along a ray.
     #[inline]
     pub fn phi_along(&self, ray: &EyeRay, distance: f32) -> Phi {
-        let Vec2 { x: cos, y: sin } = ray.alpha.vector();
+        let Vec2 { x: cos, y: sin } = ray.alpha.0;
         if !(distance <= FARTHEST) {
             // The limit of the pairs below divided by the distance.
             let w = if self.is_directional() { 0.0 } else { -cos };
@@ -280,7 +319,7 @@ impl Space {
     /// does; 0 on the axis.
     #[inline]
     pub fn distance_along(&self, ray: &EyeRay, phi: Phi) -> f32 {
-        let Vec2 { x: cos, y: sin } = ray.alpha.vector();
+        let Vec2 { x: cos, y: sin } = ray.alpha.0;
         let Vec2 { x: w, y: q } = phi.0;
         if !(q > 0.0) {
             return 0.0;
@@ -300,7 +339,7 @@ impl Space {
 
     /// The light ray of the plane θ that has the given φ.
     pub fn light_ray(&self, theta: Angle, phi: Phi) -> LightRay {
-        self.light_ray_of_units(theta.unit(), self.unit(phi))
+        self.light_ray_of_units(theta.unit_vector(), self.unit(phi))
     }
 
     /// α of the point at `distance` along a light ray (metres; negative towards
@@ -315,21 +354,21 @@ impl Space {
         if self.is_directional() {
             Vec2::new(1.0, pair.y / pair.x)
         } else {
-            normalised(pair)
+            normalised(pair.as_dvec2()).as_vec2()
         }
     }
 
     #[inline]
     pub(crate) fn light_ray_of_units(&self, around: Vec2, phi: Vec2) -> LightRay {
         let out = around.x * self.right + around.y * self.up;
-        match self.light.position() {
+        match self.light.at() {
             None => LightRay {
-                origin: self.eye + phi.y * out,
-                direction: -self.axis,
+                origin: (self.eye + phi.y * out).into(),
+                direction: (-self.axis).into(),
             },
             Some(position) => LightRay {
-                origin: position,
-                direction: phi.y * out - phi.x * self.axis,
+                origin: position.into(),
+                direction: (phi.y * out - phi.x * self.axis).into(),
             },
         }
     }

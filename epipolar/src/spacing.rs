@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec2};
 
-use crate::{Error, Ranges, Space, View};
+use crate::{Error, Ranges, Space, ViewVolume};
 
 /// How the samples of φ are spread.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -41,7 +41,7 @@ const UNIFORM: f64 = 1.0 / 16.0;
 /// [`Phi`](crate::Phi).
 pub(crate) fn bounds(
     space: &Space,
-    view: &View,
+    view: &ViewVolume,
     ranges: &Ranges,
     spacing: Spacing,
     bits: u32,
@@ -89,7 +89,7 @@ pub(crate) fn bounds(
 /// The cumulative measure at equal steps of φ, from 0 to 1.
 fn tabulate(
     space: &Space,
-    view: &View,
+    view: &ViewVolume,
     ranges: &Ranges,
     bits: u32,
     sigma_t: Option<f64>,

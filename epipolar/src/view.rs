@@ -1,22 +1,23 @@
 //! What a camera can see.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::Error;
 use crate::cone::Cone;
 use crate::error::direction;
+use crate::limits::FARTHEST;
 
 /// The directions and distances that a picture shows: a pyramid with the eye
 /// at its top, or all directions, between two distances from the eye.
 #[derive(Debug, Clone, PartialEq)]
-pub struct View {
+pub struct ViewVolume {
     /// `None` looks everywhere.
     pub(crate) pyramid: Option<Cone>,
     pub(crate) near: f64,
     pub(crate) far: f64,
 }
 
-impl View {
+impl ViewVolume {
     /// The pyramid whose edges point along `corners`, in order around it, at
     /// distances (along the rays, not along the view axis) `near` to `far` from the
     /// eye. An infinite `far` is legal for lights that are not directional.
@@ -25,10 +26,10 @@ impl View {
     /// [`Error::BadVector`] for a corner that is 0, not finite, or not on the
     /// convex side of its neighbours (the pyramid must be narrower than a
     /// half-space), [`Error::BadValue`] unless 0 ≤ near < far, near ≤ 1e18.
-    pub fn new(corners: [Vec3; 4], near: f32, far: f32) -> Result<Self, Error> {
+    pub fn new(corners: [impl Into<[f32; 3]>; 4], near: f32, far: f32) -> Result<Self, Error> {
         let mut directions = [DVec3::ZERO; 4];
         for (out, corner) in directions.iter_mut().zip(corners) {
-            *out = direction("a corner of a view", corner)?;
+            *out = direction("a corner of a view", corner.into())?;
         }
         Self::of_pyramid(directions, near, far)
     }
@@ -38,7 +39,7 @@ impl View {
         if let Some(index) = pyramid.concave_corner() {
             return Err(Error::BadVector {
                 what: "a corner of a view",
-                value: corners[index].as_vec3(),
+                value: corners[index].as_vec3().into(),
                 expected: "four edges of a convex pyramid, in order around it",
             });
         }
@@ -50,12 +51,12 @@ impl View {
     /// angles. `up` need not be orthogonal to `forward`.
     ///
     /// # Errors
-    /// Those of [`View::new`]; [`Error::BadVector`] if `up` is parallel to
+    /// Those of [`ViewVolume::new`]; [`Error::BadVector`] if `up` is parallel to
     /// `forward`, [`Error::BadValue`] for a tangent that is not positive and
     /// finite.
     pub fn perspective(
-        forward: Vec3,
-        up: Vec3,
+        forward: impl Into<[f32; 3]>,
+        up: impl Into<[f32; 3]>,
         [tan_half_width, tan_half_height]: [f32; 2],
         near: f32,
         far: f32,
@@ -68,7 +69,8 @@ impl View {
                 return Err(Error::bad_value(what, tan, "a positive finite number"));
             }
         }
-        let forward = direction("the direction of a view", forward)?;
+        let up = up.into();
+        let forward = direction("the direction of a view", forward.into())?;
         let right = forward
             .cross(direction("the upward direction of a view", up)?)
             .try_normalize()
@@ -100,7 +102,7 @@ impl View {
     }
 
     fn with_bounds(pyramid: Option<Cone>, near: f32, far: f32) -> Result<Self, Error> {
-        if !(0.0..=crate::error::MAX_COORDINATE).contains(&near) {
+        if !(0.0..=FARTHEST).contains(&near) {
             return Err(Error::bad_value(
                 "the near bound of a view",
                 near,
@@ -114,7 +116,7 @@ impl View {
                 "more than the near bound",
             ));
         }
-        let far = if far <= crate::error::MAX_COORDINATE {
+        let far = if far <= FARTHEST {
             f64::from(far)
         } else {
             f64::INFINITY

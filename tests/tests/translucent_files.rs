@@ -22,7 +22,9 @@ use lighting::translucent::Casters;
 use support::errors;
 use support::optimal::{Least, least_error};
 use support::streams::Random;
-use transmittance::{Accumulate, Curve, Evaluate, Linear, Maximum, Segment, Source, Stream, Tile};
+use transmittance::{
+    Accumulate, BlockerSegment, Curve, Evaluate, Linear, Maximum, Source, Stream, Tile,
+};
 
 /// The casters of a file, or what to say where there is none.
 fn casters(name: &str) -> Option<Vec<Translucent>> {
@@ -43,7 +45,7 @@ fn rays(
     direction: Vec3,
     resolution: u32,
     count: usize,
-) -> Vec<Vec<Segment>> {
+) -> Vec<Vec<BlockerSegment>> {
     let sun = Emitter::directional(direction, Vec3::ONE).unwrap();
     let cpu = Cpu::new();
     let faces = Casters::new(casters, None).faces(&cpu, &sun, resolution);
@@ -64,14 +66,14 @@ fn rays(
     rays.into_iter().step_by(step).collect()
 }
 
-fn made<A: Accumulate + Clone>(clear: &A, ray: &[Segment]) -> A::Curve {
+fn made<A: Accumulate + Clone>(clear: &A, ray: &[BlockerSegment]) -> A::Curve {
     let mut curve = clear.clone();
     ray.iter().for_each(|segment| curve.insert(segment));
     curve.finish()
 }
 
 /// Mean of mean and largest errors.
-fn measure<A: Accumulate + Clone>(clear: &A, rays: &[Vec<Segment>]) -> (f64, f64) {
+fn measure<A: Accumulate + Clone>(clear: &A, rays: &[Vec<BlockerSegment>]) -> (f64, f64) {
     let mut sums = (0.0, 0.0);
     for ray in rays {
         let curve = made(clear, ray);
@@ -82,7 +84,7 @@ fn measure<A: Accumulate + Clone>(clear: &A, rays: &[Vec<Segment>]) -> (f64, f64
 }
 
 /// The mean over rays of the largest difference that their order makes.
-fn spread<A: Accumulate + Clone>(clear: &A, rays: &[Vec<Segment>]) -> f64 {
+fn spread<A: Accumulate + Clone>(clear: &A, rays: &[Vec<BlockerSegment>]) -> f64 {
     let mut sum = 0.0;
     for (seed, ray) in rays.iter().enumerate() {
         let mut random = Random::new(seed as u64);
@@ -102,10 +104,10 @@ fn spread<A: Accumulate + Clone>(clear: &A, rays: &[Vec<Segment>]) -> f64 {
     sum / rays.len() as f64
 }
 
-fn compare<const N: usize>(name: &str, rays: &[Vec<Segment>]) {
+fn compare<const N: usize>(name: &str, rays: &[Vec<BlockerSegment>]) {
     let best = |least| {
         let of = |exponential| {
-            let error = |ray: &Vec<Segment>| least_error(ray, N, least, exponential);
+            let error = |ray: &Vec<BlockerSegment>| least_error(ray, N, least, exponential);
             rays.iter().map(error).sum::<f64>() / rays.len() as f64
         };
         let (linear, exponential): (f64, f64) = (of(false), of(true));

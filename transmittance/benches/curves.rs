@@ -11,8 +11,8 @@ use criterion::{
 };
 use transmittance::baseline::{Captured, Deep, FourierCurve, Moments, OpacityCurve, Range};
 use transmittance::{
-    Accumulate, Area, Curve, Evaluate, Exponential, Linear, Maximum, Packed, PackedHalf, Segment,
-    Sorted, Stream,
+    Accumulate, Area, BlockerSegment, Curve, Evaluate, Exponential, Linear, Maximum, Packed,
+    PackedHalf, Sorted, Stream,
 };
 
 #[path = "../tests/support/mod.rs"]
@@ -21,7 +21,7 @@ mod support;
 use support::streams;
 
 /// 32 rays of each kind, in random order.
-fn rays(kind: fn(u64) -> Vec<Segment>) -> Vec<Vec<Segment>> {
+fn rays(kind: fn(u64) -> Vec<BlockerSegment>) -> Vec<Vec<BlockerSegment>> {
     let ray = |seed| {
         let mut ray = kind(seed);
         streams::Random::new(seed).shuffle(&mut ray);
@@ -30,7 +30,7 @@ fn rays(kind: fn(u64) -> Vec<Segment>) -> Vec<Vec<Segment>> {
     (0..32).map(ray).collect()
 }
 
-fn made<A: Accumulate + Clone>(clear: &A, ray: &[Segment]) -> A::Curve {
+fn made<A: Accumulate + Clone>(clear: &A, ray: &[BlockerSegment]) -> A::Curve {
     let mut accumulator = clear.clone();
     for segment in ray {
         accumulator.insert(segment);
@@ -42,7 +42,7 @@ fn made<A: Accumulate + Clone>(clear: &A, ray: &[Segment]) -> A::Curve {
 fn make<A: Accumulate + Clone>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
-    rays: &[Vec<Segment>],
+    rays: &[Vec<BlockerSegment>],
     clear: &A,
 ) {
     let segments: usize = rays.iter().map(Vec::len).sum();
@@ -141,7 +141,7 @@ fn evaluation(criterion: &mut Criterion) {
     ask(group, "packed 8", &packed);
     let half: Vec<_> = curves.iter().copied().map(PackedHalf::from).collect();
     ask(group, "packed half 8", &half);
-    fn all<A: Accumulate + Clone>(rays: &[Vec<Segment>], clear: &A) -> Vec<A::Curve> {
+    fn all<A: Accumulate + Clone>(rays: &[Vec<BlockerSegment>], clear: &A) -> Vec<A::Curve> {
         rays.iter().map(|ray| made(clear, ray)).collect()
     }
     let linear: Vec<Packed<16, Linear>> = all(&rays, &Curve::<16, Linear>::new())

@@ -9,8 +9,9 @@ use criterion::{
 };
 use gpu_backend::{Backend, Cpu, Download};
 use transmittance::{
-    Area, BuildMap, CaptureSegments, Curve, CurveMap, Error, Exponential, Filter, Linear, Lists,
-    Order, Packed, PackedHalf, QueryMap, Receiver, Segment, SegmentLists, Stored, Stream,
+    Area, BlockerSegment, BuildMap, CaptureSegments, Curve, Error, Exponential, Filter, Linear,
+    Lists, Order, Packed, PackedHalf, QueryMap, Receiver, SegmentLists, Stored, Stream,
+    TransmittanceMap,
 };
 
 #[path = "../tests/support/mod.rs"]
@@ -21,7 +22,7 @@ use support::streams;
 const SIDE: usize = 64;
 
 /// The segments of all texels, and where those of each begin.
-fn scene() -> (Vec<u32>, Vec<Segment>) {
+fn scene() -> (Vec<u32>, Vec<BlockerSegment>) {
     let (mut offsets, mut segments) = (vec![0], Vec::new());
     for texel in 0..(SIDE * SIDE) as u64 {
         // Without walls, which end every curve early.
@@ -58,7 +59,7 @@ where
     B: BuildMap<A, ListsOf<B>, P> + Download,
     P: Stored,
 {
-    let mut map = CurveMap::<_, P>::new(backend, [SIDE, SIDE])?;
+    let mut map = TransmittanceMap::<_, P>::new(backend, [SIDE, SIDE])?;
     group.bench_function(BenchmarkId::new(backend.name(), name), |bench| {
         bench.iter(|| {
             backend.build_map(clear, lists, &mut map)?;
@@ -149,7 +150,7 @@ where
     let (offsets, segments) = scene();
     let cpu = Cpu::new();
     let lists = Lists::new([SIDE, SIDE], &offsets, &segments)?;
-    let mut map = CurveMap::<_, P>::new(&cpu, [SIDE, SIDE])?;
+    let mut map = TransmittanceMap::<_, P>::new(&cpu, [SIDE, SIDE])?;
     cpu.build_map(&Room::new(), &lists, &mut map)?;
     let map = map.upload(backend)?;
     let receivers = receivers();

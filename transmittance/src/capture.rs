@@ -23,7 +23,7 @@ pub enum Order {
 /// segment and texel to two buffers, captures all of them, and compresses the
 /// lists with [`BuildMap`](crate::BuildMap).
 pub trait CaptureSegments<const C: usize = 1>: Backend {
-    /// The lists of a map of `extent` texels. Segment `i`, of `2 + C` numbers (see
+    /// The lists of a map of `extent` texels. BlockerSegment `i`, of `2 + C` numbers (see
     /// [`SegmentLists`]), is one of texel `texels[i]`, counted along the rows;
     /// those of texels that the map does not have are left out, so that places
     /// that nobody wrote may be marked by [`u32::MAX`]. No texel may have more

@@ -12,7 +12,8 @@
 //!   how far a product of chords is from the product.
 //! * Removing a node `q` moves the stored curve by a tent whose height is `q`'s
 //!   distance to the chord of its neighbours: the larger bound of the two parts,
-//!   plus that height on the side on which `q` lay.
+//!   plus that height on the side on which `q` lay. Heights in the dark are cut
+//!   off (see [`joined`](crate::joined)).
 //!
 //! Roundings of the values grow with the number of insertions, by a known share
 //! of the final value for each, so that counting them is enough.
@@ -24,7 +25,8 @@
 //! it is at the right one, where the bounds of both neighbours hold.
 
 use crate::lookup::Rules;
-use crate::node::{Node, fraction};
+use crate::node::Node;
+use crate::numeric::fraction;
 
 /// The number of insertions of a curve that lacks some of its segments, or of
 /// one that has more than can be counted.

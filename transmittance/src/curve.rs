@@ -10,18 +10,20 @@
 //! * Exponential lookup has its own area (the paper takes trapezoids for both),
 //!   and its nodes hold optical depths.
 //! * Blockers that begin or end at a node add none there, so that coincident
-//!   surfaces and touching voxels use up no places.
+//!   surfaces and touching voxels use up no capacity.
 //! * A surface is a step of two nodes at one depth, instead of a thin slab.
 //! * Every stretch carries a bound of its error.
 
 use std::marker::PhantomData;
 
 use crate::certificate;
+use crate::insertion::{insert, multiply};
 use crate::lookup::{Exponential, Lookup};
 use crate::metric::Area;
-use crate::node::{Node, count_in_front, fraction, insert, mix, multiply};
+use crate::node::{Node, count_in_front};
+use crate::numeric::{fraction, mix};
 use crate::removal::{MOST_NODES, remove};
-use crate::{Accumulate, Evaluate, Segment};
+use crate::{Accumulate, BlockerSegment, Evaluate};
 
 /// Transmittance along a light ray, in at most `N` nodes and `C` channels that
 /// share the depths of the nodes.
@@ -32,11 +34,11 @@ use crate::{Accumulate, Evaluate, Segment};
 /// rounding. Everything is of fixed size; `N` is from 2 to 64.
 ///
 /// ```
-/// use transmittance::{Curve, Segment};
+/// use transmittance::{Curve, BlockerSegment};
 ///
 /// let mut curve = Curve::<8>::new();
-/// curve.insert(&Segment::from_density(1.0, 3.0, 0.5)?); // smoke
-/// curve.insert(&Segment::surface(2.0, 0.25)?); // a leaf inside of it
+/// curve.insert(&BlockerSegment::from_density(1.0, 3.0, 0.5)?); // smoke
+/// curve.insert(&BlockerSegment::surface(2.0, 0.25)?); // a leaf inside of it
 /// assert_eq!(curve.transmittance(1.0), 1.0);
 /// let behind = curve.transmittance(10.0);
 /// assert!((behind - 0.25 * (-1.0_f32).exp()).abs() <= curve.error_bound(10.0));
@@ -89,7 +91,7 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
 
     /// Adds a blocker by the paper's rule. A clear one changes nothing.
     #[inline]
-    pub fn insert(&mut self, segment: &Segment<C>) {
+    pub fn insert(&mut self, segment: &BlockerSegment<C>) {
         if segment.is_clear() {
             return;
         }
@@ -143,7 +145,7 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
 
     /// An upper bound of the error of [`Curve::transmittances`] at `depth`, per
     /// channel, all roundings included. The truth is the product of the
-    /// segments' own transmittances (see [`Segment`]). It is 1 at all depths if
+    /// segments' own transmittances (see [`BlockerSegment`]). It is 1 at all depths if
     /// the curve lacks segments, as one that a GPU made of more than its lists
     /// promised.
     #[must_use]
@@ -189,8 +191,8 @@ impl<const N: usize, L: Lookup> Curve<N, L> {
     }
 
     /// How far at least the share `transmittance` of the light gets: the
-    /// largest depth at which the curve is not below it. Infinite if the curve
-    /// never falls below it, and for NaN; −∞ for more than 1.
+    /// largest float at which [`Curve::transmittance`] is not below it. Infinite
+    /// if the curve never falls below it, and for NaN; −∞ for more than 1.
     #[must_use]
     pub fn depth_at(&self, transmittance: f32) -> f32 {
         if transmittance > 1.0 {
@@ -202,10 +204,40 @@ impl<const N: usize, L: Lookup> Curve<N, L> {
             return f32::INFINITY;
         };
         // The first node of a curve is 1, and nothing here is above 1.
-        let (node, next) = (&nodes[next - 1], &nodes[next]);
-        let fraction = fraction(node.value[0], next.value[0], L::value(transmittance));
-        mix(node.depth, next.depth, fraction.clamp(0.0, 1.0))
+        let (front, back) = (&nodes[next - 1], &nodes[next]);
+        let share = fraction(front.value[0], back.value[0], L::value(transmittance));
+        let guess = mix(front.depth, back.depth, share.clamp(0.0, 1.0));
+        // The guess is rounded, and a stretch may be a single float long: the
+        // lookup itself decides between the floats around it.
+        last_float([front.depth, back.depth], guess, |depth| {
+            let fraction = fraction(front.depth, back.depth, depth);
+            L::transmittance(mix(front.value[0], back.value[0], fraction)) >= transmittance
+        })
     }
+}
+
+/// The last float for which `holds`, which does so at the first of `ends` and no
+/// longer at the second; found fastest if it is within a few floats of `guess`.
+fn last_float(ends: [f32; 2], guess: f32, holds: impl Fn(f32) -> bool) -> f32 {
+    /// How far beside a guess the answer usually is, floats.
+    const NEAR: i64 = 3;
+    // Integers that are ordered as floats are, and back.
+    let flipped = |bits: i32| bits ^ (((bits >> 31) as u32) >> 1) as i32;
+    let key = |x: f32| i64::from(flipped(x.to_bits() as i32));
+    let float = |key: i64| f32::from_bits(flipped(key as i32) as u32);
+    let [mut last, mut end] = ends.map(key);
+    let mut beside = [key(guess) + NEAR, key(guess) - NEAR].into_iter();
+    while end - last > 1 {
+        let inside = |at: &i64| last < *at && *at < end;
+        let middle = last + (end - last) / 2;
+        let at = beside.next().filter(inside).unwrap_or(middle);
+        if holds(float(at)) {
+            last = at;
+        } else {
+            end = at;
+        }
+    }
+    float(last)
 }
 
 impl<const N: usize, L: Lookup, const C: usize> Evaluate<C> for Curve<N, L, C> {
@@ -217,7 +249,7 @@ impl<const N: usize, L: Lookup, const C: usize> Evaluate<C> for Curve<N, L, C> {
 impl<const N: usize, L: Lookup, const C: usize> Accumulate<C> for Curve<N, L, C> {
     type Curve = Self;
 
-    fn insert(&mut self, segment: &Segment<C>) {
+    fn insert(&mut self, segment: &BlockerSegment<C>) {
         Curve::insert(self, segment);
     }
 

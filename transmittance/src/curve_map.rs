@@ -1,243 +1,188 @@
-//! Maps of curves in the buffers of any backend.
+//! Maps of curves, one per texel.
+//!
+//! Based on the software pipeline of M. Salvi, K. Vidimče, A. Lauritzen,
+//! A. Lefohn, "Adaptive Volumetric Shadow Maps", Eurographics Symposium on
+//! Rendering 2010: the map is divided into tiles; each tile goes through the
+//! blockers that may touch it in their own order, and every texel keeps one
+//! curve of fixed size. Memory does not depend on the number of blockers, and
+//! the result depends neither on the number of threads nor on chance.
 
-use std::marker::PhantomData;
-
-use gpu_backend::{Backend, BufferOf, Cpu, Download, Host, Memory};
+use gpu_backend::Cpu;
 
 use crate::error::same_length;
 use crate::filter::filtered;
-use crate::{Accumulate, Error, Filter, Receiver, ShadowMap, Source, Stored};
+use crate::{Accumulate, Error, Evaluate, Filter, Receiver, Source, Tile};
 
-/// Curves stored as `P`, one per texel of a light's view, in the memory `M` of a
-/// backend.
-///
-/// `P` is [`Packed`](crate::Packed) for lookups alone,
-/// [`PackedHalf`](crate::PackedHalf) for less memory, or
-/// [`Curve`](crate::Curve) with error bounds. The words of the texels follow
-/// each other row by row, as [`Stored`] has them.
+/// Texels along each side of a tile.
+const TILE: usize = 16;
+
+/// Curves of any kind, one per texel of a light's view, in `C` channels, in
+/// ordinary memory: baselines, whose size is not fixed, are among them. Curves of
+/// fixed size go to a backend by [`CurveMap::upload`].
 ///
 /// ```
-/// use gpu_backend::{Backend, Cpu, Download};
-/// use transmittance::{
-///     BuildMap, CurveMap, Error, Filter, Lists, Packed, QueryMap, Receiver, Segment,
-///     SegmentLists, Stream,
+/// use gpu_backend::Cpu;
+/// use transmittance::{Filter, Packed, Receiver, BlockerSegment, CurveMap, Stream, Tile};
+///
+/// // Fog that is thicker to the right.
+/// let fog = |tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment)| {
+///     for y in tile.y.clone() {
+///         for x in tile.x.clone() {
+///             let segment = BlockerSegment::from_density(1.0, 3.0, 0.1 * x as f32);
+///             put([x, y], segment.expect("finite numbers"));
+///         }
+///     }
 /// };
-///
-/// // Written once for all backends.
-/// fn behind<B>(backend: &B) -> Result<Vec<f32>, Error>
-/// where
-///     B: Download + QueryMap<Packed<8>>,
-///     B: BuildMap<Stream<8>, SegmentLists<<B as Backend>::Memory>, Packed<8>>,
-/// {
-///     // Smoke and a leaf in the first texel, nothing in the second.
-///     let segments = [Segment::from_density(1.0, 3.0, 0.5)?, Segment::surface(2.0, 0.25)?];
-///     let lists = Lists::new([2, 1], &[0, 2, 2], &segments)?.upload(backend)?;
-///     let mut map = CurveMap::new(backend, [2, 1])?;
-///     backend.build_map(&Stream::new(), &lists, &mut map)?;
-///
-///     let receiver = |x| Receiver { position: [x, 0.5], depth: 4.0 };
-///     let receivers = backend.upload(&[0.5, 1.0, 1.5].map(receiver))?;
-///     let mut transmittances = backend.zeros(3)?;
-///     backend.query_map(&map, &receivers, Filter::Bilinear, &mut transmittances)?;
-///     Ok(backend.download(&transmittances)?)
-/// }
-///
-/// let exact = 0.25 * (-1.0_f32).exp();
-/// let found = behind(&Cpu::new())?;
-/// for (found, expected) in found.iter().zip([exact, 0.5 * (exact + 1.0), 1.0]) {
-///     assert!((found - expected).abs() < 1e-6);
-/// }
-/// # Ok::<(), Error>(())
+/// let map = CurveMap::<Packed<8>>::build(&Cpu::new(), [64, 32], &Stream::<8>::new(), &fog)?;
+/// let receiver = Receiver { position: [11.0, 5.5], depth: 2.0 };
+/// let transmittance = map.transmittance(receiver, Filter::Bilinear)[0];
+/// assert!((transmittance - 0.5 * ((-1.0_f32).exp() + (-1.1_f32).exp())).abs() < 1e-6);
+/// # Ok::<(), transmittance::Error>(())
 /// ```
-#[derive(Debug)]
-pub struct CurveMap<M: Memory, P, const C: usize = 1> {
-    extent: [usize; 2],
-    words: M::Buffer<u32>,
-    stored: PhantomData<P>,
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveMap<T, const C: usize = 1> {
+    width: usize,
+    height: usize,
+    texels: Vec<T>,
 }
 
-impl<M: Memory, P: Stored<C>, const C: usize> CurveMap<M, P, C> {
-    /// A map of `[width, height]` texels without blockers. A map without texels
-    /// is legal.
+impl<T: Evaluate<C> + Send, const C: usize> CurveMap<T, C> {
+    /// Makes a map of `[width, height]` texels. Each texel starts as a copy of
+    /// `clear`, takes the source's segments, and is stored as a `T`: the curve
+    /// itself, or a packed form of it.
+    ///
+    /// A map without texels is legal; nothing is in the way anywhere.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] or [`Error::Backend`] if it does not fit on the
-    /// backend.
-    pub fn new<B: Backend<Memory = M>>(backend: &B, extent: [usize; 2]) -> Result<Self, Error> {
+    /// [`Error::TooLarge`] if there is no memory for the map.
+    pub fn build<A, S>(cpu: &Cpu, extent: [usize; 2], clear: &A, source: &S) -> Result<Self, Error>
+    where
+        A: Accumulate<C> + Clone + Sync,
+        A::Curve: Into<T>,
+        S: Source<C> + ?Sized,
+    {
+        let [width, height] = extent;
         let too_large = || Error::TooLarge {
-            width: extent[0],
-            height: extent[1],
-            requested: (extent[0] as u64)
-                .saturating_mul(extent[1] as u64)
-                .saturating_mul(4 * P::WORDS as u64),
+            width,
+            height,
+            requested: (width as u64)
+                .saturating_mul(height as u64)
+                .saturating_mul(size_of::<T>() as u64),
         };
-        let len = extent[0]
-            .checked_mul(extent[1])
-            .and_then(|texels| texels.checked_mul(P::WORDS))
-            .ok_or_else(too_large)?;
-        let mut clear = vec![0; P::WORDS];
-        P::clear().write(&mut clear);
-        let words = if clear.iter().all(|word| *word == 0) {
-            backend.zeros(len)?
-        } else {
-            let mut words = Vec::new();
-            words.try_reserve_exact(len).map_err(|_| too_large())?;
-            words.extend(clear.iter().copied().cycle().take(len));
-            backend.upload(&words)?
-        };
+        let count = width.checked_mul(height).ok_or_else(too_large)?;
+        let mut texels = Vec::new();
+        texels.try_reserve_exact(count).map_err(|_| too_large())?;
+        if count == 0 {
+            return Ok(Self {
+                width,
+                height,
+                texels,
+            });
+        }
+        // A few rows of tiles at a time: enough tiles to keep threads busy,
+        // while little is held twice when their texels are put in order.
+        const AT_ONCE: usize = 512;
+        let columns = width.div_ceil(TILE);
+        let rows = height.div_ceil(TILE);
+        let rows_at_once = (AT_ONCE / columns).max(1);
+        for first in (0..rows).step_by(rows_at_once) {
+            let rows = first..rows.min(first + rows_at_once);
+            let tile = |index: usize| Tile {
+                x: part(index % columns, width),
+                y: part(first + index / columns, height),
+            };
+            let made = cpu.map(rows.len() * columns, |index| {
+                make::<T, C, A, S>(&tile(index), clear, source)
+            });
+            let mut made: Vec<_> = made.into_iter().map(Vec::into_iter).collect();
+            for (row, tiles) in made.chunks_mut(columns).enumerate() {
+                for _ in part(first + row, height) {
+                    for (column, tile) in tiles.iter_mut().enumerate() {
+                        texels.extend(tile.by_ref().take(part(column, width).len()));
+                    }
+                }
+            }
+        }
         Ok(Self {
-            extent,
-            words,
-            stored: PhantomData,
-        })
-    }
-
-    /// Columns and rows.
-    pub fn extent(&self) -> [usize; 2] {
-        self.extent
-    }
-
-    /// All words.
-    pub fn words(&self) -> &M::Buffer<u32> {
-        &self.words
-    }
-
-    #[cfg(feature = "wgpu")]
-    pub(crate) fn words_mut(&mut self) -> &mut M::Buffer<u32> {
-        &mut self.words
-    }
-
-    /// The same map in ordinary memory.
-    ///
-    /// # Errors
-    /// Any error of the work that is still outstanding on the backend.
-    pub fn download<B: Download<Memory = M>>(
-        &self,
-        backend: &B,
-    ) -> Result<CurveMap<Host, P, C>, Error> {
-        Ok(CurveMap {
-            extent: self.extent,
-            words: backend.download(&self.words)?,
-            stored: PhantomData,
+            width,
+            height,
+            texels,
         })
     }
 }
 
-impl<P: Stored<C>, const C: usize> CurveMap<Host, P, C> {
-    /// The curve of column `x` and row `y`.
-    ///
-    /// # Panics
-    /// If there is no such texel.
-    pub fn texel(&self, x: usize, y: usize) -> P {
-        let [width, height] = self.extent;
-        assert!(x < width && y < height, "no such texel");
-        self.curve(y * width + x)
+/// The texels of the tile of this number, along a side of `len` texels.
+fn part(tile: usize, len: usize) -> std::ops::Range<usize> {
+    tile * TILE..len.min((tile + 1) * TILE)
+}
+
+/// The texels of a tile, row by row.
+fn make<T, const C: usize, A, S>(tile: &Tile, clear: &A, source: &S) -> Vec<T>
+where
+    A: Accumulate<C> + Clone,
+    A::Curve: Into<T>,
+    S: Source<C> + ?Sized,
+{
+    let mut curves = vec![clear.clone(); tile.x.len() * tile.y.len()];
+    source.segments(tile, &mut |[x, y], segment| {
+        if tile.x.contains(&x) && tile.y.contains(&y) {
+            curves[(y - tile.y.start) * tile.x.len() + (x - tile.x.start)].insert(&segment);
+        }
+    });
+    curves
+        .into_iter()
+        .map(|curve| curve.finish().into())
+        .collect()
+}
+
+impl<T, const C: usize> CurveMap<T, C> {
+    /// Texels along a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
     }
 
-    fn curve(&self, texel: usize) -> P {
-        P::read(&self.words[texel * P::WORDS..(texel + 1) * P::WORDS])
+    /// Rows.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
     }
 
-    /// [`ShadowMap::transmittance`] of the same curves.
+    /// The texels, row by row.
+    #[must_use]
+    pub fn texels(&self) -> &[T] {
+        &self.texels
+    }
+}
+
+impl<T: Evaluate<C>, const C: usize> CurveMap<T, C> {
+    /// Share of the light that gets to a receiver, per channel. The error of a
+    /// filtered result is at most that of the worst of its texels, and 4
+    /// roundings.
     #[must_use]
     pub fn transmittance(&self, receiver: Receiver, filter: Filter) -> [f32; C] {
-        let texel = |texel: usize| self.curve(texel).evaluate(receiver.depth);
-        filtered(self.extent, receiver.position, filter, texel)
+        let texel = |index: usize| self.texels[index].evaluate(receiver.depth);
+        filtered([self.width, self.height], receiver.position, filter, texel)
     }
 
-    /// The same map on another backend.
+    /// [`CurveMap::transmittance`] for many receivers, on all threads.
     ///
     /// # Errors
-    /// [`Error::Backend`] if it does not fit there.
-    pub fn upload<B: Backend>(&self, backend: &B) -> Result<CurveMap<B::Memory, P, C>, Error> {
-        Ok(CurveMap {
-            extent: self.extent,
-            words: backend.upload(&self.words)?,
-            stored: PhantomData,
-        })
-    }
-}
-
-/// Makes the curves of a map from a source of type `S` by the rule of `A`:
-/// [`Curve`](crate::Curve) for the paper's, or [`Stream`](crate::Stream).
-///
-/// On the CPU any [`Source`] is one and every [`Accumulate`] is a rule. On every
-/// backend [`SegmentLists`](crate::SegmentLists) is one.
-pub trait BuildMap<A, S: ?Sized, P, const C: usize = 1>: Backend {
-    /// Gives every texel the curve of its segments, taken in their order. `clear`
-    /// is what each starts from. Texels that the source does not have are clear.
-    ///
-    /// # Errors
-    /// Errors of the backend.
-    fn build_map(
+    /// [`Error::LengthMismatch`] unless there is one result per receiver.
+    pub fn transmittances(
         &self,
-        clear: &A,
-        source: &S,
-        map: &mut CurveMap<Self::Memory, P, C>,
-    ) -> Result<(), Error>;
-}
-
-impl<A, S, P, const C: usize> BuildMap<A, S, P, C> for Cpu
-where
-    A: Accumulate<C> + Clone + Sync,
-    A::Curve: Into<P>,
-    S: Source<C> + ?Sized,
-    P: Stored<C>,
-{
-    fn build_map(
-        &self,
-        clear: &A,
-        source: &S,
-        map: &mut CurveMap<Host, P, C>,
-    ) -> Result<(), Error> {
-        let made = ShadowMap::<P, C>::build(self, map.extent, clear, source)?;
-        self.for_each_chunk(&mut map.words, 256 * P::WORDS, |first, words| {
-            let texels = &made.texels()[first / P::WORDS..];
-            for (words, texel) in words.chunks_exact_mut(P::WORDS).zip(texels) {
-                texel.write(words);
-            }
-        });
-        Ok(())
-    }
-}
-
-/// Answers many receivers of a map of curves stored as `P`.
-pub trait QueryMap<P, const C: usize = 1>: Backend {
-    /// [`ShadowMap::transmittance`] of each receiver: `C` numbers each.
-    ///
-    /// # Errors
-    /// [`Error::LengthMismatch`] unless there are `C` results per receiver; errors
-    /// of the backend.
-    fn query_map(
-        &self,
-        map: &CurveMap<Self::Memory, P, C>,
-        receivers: &BufferOf<Self, Receiver>,
+        cpu: &Cpu,
+        receivers: &[Receiver],
         filter: Filter,
-        transmittances: &mut BufferOf<Self, f32>,
-    ) -> Result<(), Error>;
-}
-
-/// What a batch of questions must have room for.
-pub(crate) fn room_for_answers<const C: usize>(
-    receivers: usize,
-    results: usize,
-) -> Result<(), Error> {
-    same_length("the list of results", receivers.saturating_mul(C), results)
-}
-
-impl<P: Stored<C>, const C: usize> QueryMap<P, C> for Cpu {
-    fn query_map(
-        &self,
-        map: &CurveMap<Host, P, C>,
-        receivers: &Vec<Receiver>,
-        filter: Filter,
-        transmittances: &mut Vec<f32>,
-    ) -> Result<(), Error> {
-        room_for_answers::<C>(receivers.len(), transmittances.len())?;
-        self.for_each_chunk(transmittances, 1024 * C, |first, chunk| {
-            let receivers = &receivers[first / C..];
-            for (out, receiver) in chunk.chunks_exact_mut(C).zip(receivers) {
-                out.copy_from_slice(&map.transmittance(*receiver, filter));
+        out: &mut [[f32; C]],
+    ) -> Result<(), Error>
+    where
+        T: Sync,
+    {
+        same_length("the list of results", receivers.len(), out.len())?;
+        cpu.for_each_chunk(out, 1024, |first, chunk| {
+            for (out, receiver) in chunk.iter_mut().zip(&receivers[first..]) {
+                *out = self.transmittance(*receiver, filter);
             }
         });
         Ok(())

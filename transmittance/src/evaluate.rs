@@ -1,6 +1,6 @@
 //! What every method offers: made from segments, asked at depths.
 
-use crate::Segment;
+use crate::BlockerSegment;
 
 /// Transmittance along one light ray, in `C` channels.
 pub trait Evaluate<const C: usize = 1> {
@@ -17,7 +17,7 @@ pub trait Accumulate<const C: usize = 1> {
     type Curve: Evaluate<C>;
 
     /// Adds a blocker.
-    fn insert(&mut self, segment: &Segment<C>);
+    fn insert(&mut self, segment: &BlockerSegment<C>);
 
     /// The curve of everything that was added.
     fn finish(self) -> Self::Curve;
@@ -30,18 +30,18 @@ pub trait Accumulate<const C: usize = 1> {
 /// order of the same segments gives the same bits.
 ///
 /// ```
-/// use transmittance::{Accumulate, Segment, Sorted, Stream};
+/// use transmittance::{Accumulate, BlockerSegment, Sorted, Stream};
 ///
 /// let mut sorted = Sorted::new(Stream::<8>::new());
 /// for depth in [3.0, 1.0, 2.0] {
-///     sorted.insert(&Segment::surface(depth, 0.5)?);
+///     sorted.insert(&BlockerSegment::surface(depth, 0.5)?);
 /// }
 /// assert_eq!(sorted.finish().transmittance(2.5), 0.25);
 /// # Ok::<(), transmittance::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Sorted<A, const C: usize = 1> {
-    segments: Vec<Segment<C>>,
+    segments: Vec<BlockerSegment<C>>,
     accumulator: A,
 }
 
@@ -58,7 +58,7 @@ impl<A, const C: usize> Sorted<A, C> {
 impl<const C: usize, A: Accumulate<C>> Accumulate<C> for Sorted<A, C> {
     type Curve = A::Curve;
 
-    fn insert(&mut self, segment: &Segment<C>) {
+    fn insert(&mut self, segment: &BlockerSegment<C>) {
         self.segments.push(*segment);
     }
 

@@ -1,65 +1,145 @@
-//! The exponential function of optical depths.
+//! The rules of curves whose nodes hold optical depths.
 
-/// Bound of the relative error of [`exp_neg`] where the result is at least
-/// [`f32::MIN_POSITIVE`]; below, the result may be 0. Three roundings of half an
-/// ULP in the argument and the last steps of the polynomial, whose own error is
-/// 1e-8; the largest that the test meets is 0.7e-7.
-pub(crate) const EXP_ERROR: f64 = 1.2e-7;
+use crate::BlockerSegment;
+use crate::lookup::{Exponential, INFLATE, ROUNDING, Rules, inverse_length};
+use crate::node::Node;
+use crate::numeric::{EXP_ERROR, exp_neg, larger, smaller};
 
-/// `exp(−x)` for `x ≥ 0`, infinity included; 0 where the result is below the
-/// range of normal numbers, and for NaN.
-///
-/// Without branches, table or calls, so that loops over it vectorise, and with
-/// the same bits on every machine.
-#[inline]
-pub(crate) fn exp_neg(x: f32) -> f32 {
-    // From this argument on the result is 0: 2^-127 is written as exponent 0.
-    const LAST: f32 = 88.0;
-    // Adding 1.5 · 2²³ rounds to an integer and leaves it in the low bits.
-    const TO_INTEGER: f32 = 12_582_912.0;
-    // ln 2 in two parts, the first with 9 significant bits, so that its
-    // multiples up to 128 are exact.
-    const LN_2_HIGH: f32 = 0.693_359_4;
-    const LN_2_LOW: f32 = -2.121_944_4e-4;
-    // One instruction, also for NaN.
-    let x = if x < LAST { x } else { LAST };
-    let shifted = x * std::f32::consts::LOG2_E + TO_INTEGER;
-    let k = shifted - TO_INTEGER;
-    let r = (k * LN_2_HIGH - x) + k * LN_2_LOW;
-    // Taylor series; |r| ≤ ln 2 / 2 leaves r⁷/7! < 1.2e-7 · 0.1.
-    let p = 1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0));
-    let p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * p));
-    let p = 1.0 + (r + r * r * p);
-    let power = (127_u32 << 23).wrapping_sub(shifted.to_bits() << 23);
-    p * f32::from_bits(power)
-}
+impl Rules for Exponential {
+    const CLEAR: f32 = 0.0;
+    // exp(−128) is 3e-56. Larger depths have coarser roundings.
+    const DARK: f32 = 128.0;
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+    #[cfg(feature = "wgsl")]
+    const WGSL: [&'static str; 2] = [
+        include_str!("gpu/exponential.wgsl"),
+        include_str!("gpu/exponential_insert.wgsl"),
+    ];
 
-    #[test]
-    fn exp_is_within_its_bound_over_the_whole_range() {
-        let mut worst = 0.0_f64;
-        // Every 97th float from the smallest to 88.
-        for bits in (0..88.0_f32.to_bits()).step_by(97) {
-            let x = f32::from_bits(bits);
-            let truth = (-f64::from(x)).exp();
-            if truth >= f64::from(f32::MIN_POSITIVE) {
-                worst = worst.max((f64::from(exp_neg(x)) / truth - 1.0).abs());
-            } else {
-                assert!(exp_neg(x) <= f32::MIN_POSITIVE);
+    #[inline]
+    fn transmittance(value: f32) -> f32 {
+        exp_neg(value)
+    }
+
+    #[inline]
+    fn value(transmittance: f32) -> f32 {
+        0.0 - transmittance.ln()
+    }
+
+    #[inline]
+    fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &BlockerSegment<C>) {
+        // Where light has long gone, values stop growing before they overflow.
+        const LARGEST: f32 = 1e38;
+        let tau = segment.optical_depth();
+        let inverse = inverse_length(segment);
+        let (inside, behind) = nodes.split_at_mut(after);
+        for node in inside.iter_mut().skip(1) {
+            let fraction = (f64::from(node.depth) - f64::from(segment.entry())) * inverse;
+            for (value, tau) in node.value.iter_mut().zip(tau) {
+                // The last step could round beyond what a node behind gets.
+                let sum = (f64::from(*value) + f64::from(tau) * fraction) as f32;
+                *value = smaller(sum, *value + tau);
             }
         }
-        assert!(worst < EXP_ERROR, "{worst:e}");
-    }
-
-    #[test]
-    fn the_ends_are_exact() {
-        assert_eq!(exp_neg(0.0), 1.0);
-        assert_eq!(exp_neg(f32::MIN_POSITIVE), 1.0);
-        for x in [88.0, 1e3, 1e30, f32::MAX, f32::INFINITY, f32::NAN] {
-            assert_eq!(exp_neg(x), 0.0, "{x}");
+        for node in behind {
+            for (value, tau) in node.value.iter_mut().zip(tau) {
+                *value = smaller(*value + tau, LARGEST);
+            }
         }
     }
+
+    fn multiply<const C: usize>(nodes: &mut [Node<C>], other: &[Node<C>]) {
+        for (node, other) in nodes.iter_mut().zip(other) {
+            for c in 0..C {
+                node.value[c] = (node.value[c] + other.value[c]).min(1e38);
+                node.above[c] = (node.above[c] + other.above[c]) * INFLATE;
+                node.below[c] = (node.below[c] + other.below[c]) * INFLATE;
+            }
+        }
+    }
+
+    #[inline]
+    fn area(widths: [f32; 2], values: [f32; 3], transmittances: [f32; 3]) -> f32 {
+        // Mean of an exponential: (T₀ − T₁) / (τ₁ − τ₀), and its series where
+        // that loses its digits, the mean of the ends times tanh(u/2) / (u/2).
+        let mean = |a: usize, b: usize| {
+            let u = values[b] - values[a];
+            let u2 = u * u;
+            let series = 1.0 - u2 * (1.0 / 12.0 - u2 * (1.0 / 120.0 - u2 * (17.0 / 20160.0)));
+            let mean = 0.5 * (transmittances[a] + transmittances[b]);
+            let quotient = (transmittances[a] - transmittances[b]) / larger(u, 0.1);
+            if u > 0.5 { quotient } else { mean * series }
+        };
+        let both = mean(0, 2);
+        (widths[0] * (mean(0, 1) - both) + widths[1] * (mean(1, 2) - both)).abs()
+    }
+
+    #[inline]
+    fn spread(transmittance: [f32; 2], below: f32, above: f32) -> f32 {
+        let bound = transmittance[0] * (1.0 - exp_neg(below.max(above)));
+        bound.min(transmittance[0] - transmittance[1])
+    }
+
+    fn range(value: f32, below: f64, above: f64, insertions: u32) -> [f64; 2] {
+        let value = f64::from(value);
+        let rounding = share_rounded(insertions) * value;
+        let deepest = value + above + rounding;
+        // Beyond the dark nothing is known of the exact optical depth.
+        let least = if deepest < DARK {
+            (-deepest).exp()
+        } else {
+            0.0
+        };
+        let shallowest = (value - rounding).min(DARK) - below;
+        [least, (-shallowest.max(0.0)).exp()]
+    }
+
+    fn error(
+        values: [f64; 2],
+        below: f32,
+        above: f32,
+        ends: [[f64; 2]; 2],
+        insertions: u32,
+    ) -> f64 {
+        let share = share_rounded(insertions);
+        if share > 0.5 {
+            return 1.0;
+        }
+        // The curve exp(−v) that exact arithmetic would have stored falls from
+        // v = first to v = last.
+        let (first, last) = (values[0] * (1.0 - share), values[1] * (1.0 + share));
+        let below = f64::from(below);
+        // The exact curve is at most `most`, what it is at the left end, and at
+        // most exp(below − v), which is `reached` at v = first. The share
+        // 1 − exp(−below) of the lesser is the most that it can exceed exp(−v).
+        let most = ends[0][1];
+        let reached = (below - first.min(DARK)).min(0.0).exp();
+        let excess = most.min(reached) * -(-below).exp_m1();
+        let mut up = excess.min(most - (-last.min(DARK)).exp());
+        if last > DARK {
+            // From there on `below` is the distance from the dark.
+            up = up.max(most.min((below - DARK).exp()));
+        }
+        // It is at least exp(−above − v) or dark, and at least what it is at the
+        // right end.
+        let falls_from = (-first).exp();
+        let down = falls_from * -(-f64::from(above)).exp_m1() + (-DARK).exp();
+        let down = down.min(falls_from - ends[1][0]);
+        // The stored curve differs from this one by a share of the optical depth
+        // at each depth: by at most share · τ e^(−τ (1 − share)), which is
+        // largest where τ = 1 / (1 − share).
+        let at = (1.0 / (1.0 - share)).max(values[0]).min(values[1]);
+        let rounding = share * at * (-at * (1.0 - share)).exp();
+        up.max(down).max(0.0) + rounding + EXP_ERROR * falls_from + f64::from(f32::MIN_POSITIVE)
+    }
+}
+
+/// [`Rules::DARK`] in the arithmetic of bounds.
+const DARK: f64 = Exponential::DARK as f64;
+
+/// Share by which roundings can have changed an optical depth: each insertion
+/// rounds a node once when it is made and once when the blocker is added to it,
+/// by at most half an ULP of the final value.
+fn share_rounded(insertions: u32) -> f64 {
+    2.0 * f64::from(insertions) * ROUNDING
 }

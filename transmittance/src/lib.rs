@@ -1,21 +1,21 @@
 //! How much light gets through smoke, hair and surfaces, at every depth along
 //! each ray of a light: adaptive volumetric shadow maps with an error bound.
 //!
-//! A light ray meets blockers ([`Segment`]) in any order. A [`Curve`] holds the
+//! A light ray meets blockers ([`BlockerSegment`]) in any order. A [`Curve`] holds the
 //! transmittance behind them in at most `N` nodes, whatever their number, and
-//! knows how wrong it can be at each depth. A [`ShadowMap`] has a curve per
+//! knows how wrong it can be at each depth. A [`CurveMap`] has a curve per
 //! texel of the light's view.
 //!
 //! ```
-//! use transmittance::{Segment, Stream};
+//! use transmittance::{BlockerSegment, Stream};
 //!
 //! let mut stream = Stream::<8>::new();
 //! for puff in 0..200 {
 //!     let entry = (puff * 37 % 200) as f32; // in any order
-//!     stream.insert(&Segment::from_density(entry, entry + 9.0, 0.001)?);
+//!     stream.insert(&BlockerSegment::from_density(entry, entry + 9.0, 0.001)?);
 //! }
-//! stream.insert(&Segment::surface(120.0, 0.5)?); // a leaf
-//! stream.insert(&Segment::opaque(180.0)?); // a wall
+//! stream.insert(&BlockerSegment::surface(120.0, 0.5)?); // a leaf
+//! stream.insert(&BlockerSegment::opaque(180.0)?); // a wall
 //!
 //! let curve = stream.finish();
 //! // In front of the leaf are 112 of the puffs, and parts of 8 more.
@@ -55,8 +55,8 @@
 //!
 //! # Maps
 //!
-//! [`ShadowMap`] holds curves of any kind in ordinary memory, baselines included.
-//! [`CurveMap`] holds adaptive curves as words in the buffers of a backend, whole
+//! [`CurveMap`] holds curves of any kind in ordinary memory, baselines included.
+//! [`TransmittanceMap`] holds adaptive curves as words in the buffers of a backend, whole
 //! ([`Curve`]), without their bounds ([`Packed`]) or in 16 bits ([`PackedHalf`]);
 //! steps run wherever the buffers are:
 //!
@@ -66,7 +66,7 @@
 //!   will sorted from front to back;
 //! * [`QueryMap`] answers receivers, nearest or bilinear.
 //!
-//! The module `gpu` (feature `wgpu`) says what shaders can do with the same curves.
+//! The module `gpu` (feature `wgsl`) says what shaders can do with the same curves.
 //!
 //! # Compared with
 //!
@@ -77,7 +77,7 @@
 //! # Features and limits
 //!
 //! `rayon` (default) builds maps and answers batches on several threads; `wgpu`
-//! does it on GPUs. A curve knows extinction only: no scattering, no emission.
+//! does it on GPUs, and `wgsl` has the parts for shaders alone. A curve knows extinction only: no scattering, no emission.
 //! `N` is from 2 to 64.
 
 pub mod baseline;
@@ -89,12 +89,15 @@ mod error;
 mod evaluate;
 mod exponential;
 mod filter;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 pub mod gpu;
+mod insertion;
+mod joined;
+mod linear;
 mod lookup;
-mod map;
 mod metric;
 mod node;
+mod numeric;
 mod packed;
 mod removal;
 mod segment;
@@ -102,18 +105,20 @@ mod selection;
 mod source;
 mod stored;
 mod stream;
+mod transmittance_map;
 
 pub use capture::{CaptureSegments, Order};
 pub use curve::Curve;
-pub use curve_map::{BuildMap, CurveMap, QueryMap};
+pub use curve_map::CurveMap;
 pub use error::Error;
 pub use evaluate::{Accumulate, Evaluate, Sorted};
 pub use filter::{Filter, Receiver};
+pub use gpu_backend;
 pub use lookup::{Exponential, Linear, Lookup};
-pub use map::ShadowMap;
 pub use metric::{Area, Maximum, Metric};
 pub use packed::{Packed, PackedHalf};
-pub use segment::Segment;
+pub use segment::BlockerSegment;
 pub use source::{Lists, SegmentLists, Source, Tile};
 pub use stored::Stored;
 pub use stream::Stream;
+pub use transmittance_map::{BuildMap, QueryMap, TransmittanceMap};

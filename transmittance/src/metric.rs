@@ -2,8 +2,9 @@
 
 use std::fmt::Debug;
 
+use crate::joined::joined;
 use crate::lookup::Rules;
-use crate::node::{Node, fraction, larger};
+use crate::node::Node;
 
 /// What is kept small when nodes are removed: [`Area`] or [`Maximum`].
 pub trait Metric: Cost {}
@@ -28,32 +29,10 @@ pub(crate) fn quarter<const C: usize>(from: &Node<C>, to: &Node<C>) -> f32 {
     0.25 * to.depth - 0.25 * from.depth
 }
 
-/// The bounds of a stretch from which the inner node `q` is removed.
-#[inline]
-pub(crate) fn joined<const C: usize>(
-    p: &Node<C>,
-    q: &Node<C>,
-    n: &Node<C>,
-) -> ([f32; C], [f32; C]) {
-    // An ULP for the rounding of the height and one for that of the sum.
-    const UP: f32 = 1.000_000_4;
-    let fraction = fraction(p.depth, n.depth, q.depth);
-    let (mut above, mut below) = ([0.0; C], [0.0; C]);
-    for c in 0..C {
-        let height = (f64::from(q.value[c])
-            - f64::from(p.value[c])
-            - (f64::from(n.value[c]) - f64::from(p.value[c])) * fraction)
-            as f32;
-        above[c] = (larger(p.above[c], q.above[c]) + larger(height, 0.0)) * UP;
-        below[c] = (larger(p.below[c], q.below[c]) + larger(-height, 0.0)) * UP;
-    }
-    (above, below)
-}
-
 /// The arithmetic behind [`Metric`].
 pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'static {
     /// The same for shaders.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: &'static str;
 
     /// What it costs to remove the middle one of three nodes, whose
@@ -80,7 +59,7 @@ pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'stat
 }
 
 impl Cost for Area {
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: &'static str = include_str!("gpu/area.wgsl");
 
     #[inline]
@@ -103,7 +82,7 @@ impl Cost for Area {
         transmittance: &[[[f32; C]; N]; W],
         _: usize,
     ) -> [[f32; N]; W] {
-        // One quantity after the other and all places, used or not, so that it
+        // One quantity after the other and all of the capacity, used or not, so that it
         // vectorises.
         let (nodes, transmittance) = (nodes.as_flattened(), transmittance.as_flattened());
         let mut costs = [[0.0; N]; W];
@@ -140,7 +119,7 @@ impl Cost for Area {
 }
 
 impl Cost for Maximum {
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     const WGSL: &'static str = include_str!("gpu/maximum.wgsl");
 
     #[inline]
@@ -148,7 +127,7 @@ impl Cost for Maximum {
         [p, q, n]: [&Node<C>; 3],
         [at_p, _, at_n]: [[f32; C]; 3],
     ) -> f32 {
-        let (above, below) = joined(p, q, n);
+        let (above, below) = joined::<L, C>(p, q, n);
         let mut cost = 0.0_f32;
         for c in 0..C {
             cost = cost.max(L::spread([at_p[c], at_n[c]], below[c], above[c]));

@@ -6,7 +6,8 @@ use std::marker::PhantomData;
 use half::f16;
 
 use crate::lookup::{Exponential, Lookup};
-use crate::node::{count_in_front, fraction, mix};
+use crate::node::count_in_front;
+use crate::numeric::{fraction, mix};
 use crate::{Curve, Evaluate};
 
 /// The nodes of a [`Curve`] in `4 N (1 + C)` bytes, without its error bounds.

@@ -1,8 +1,10 @@
 //! Removal of nodes one after the other, the cheapest first.
 
+use crate::joined::joined;
 use crate::lookup::Rules;
-use crate::metric::{Cost, joined};
-use crate::node::{Node, larger, smaller};
+use crate::metric::Cost;
+use crate::node::Node;
+use crate::numeric::{larger, smaller};
 
 /// The largest number of nodes that a working curve can have.
 pub(crate) const MOST_NODES: usize = 256;
@@ -55,7 +57,7 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
     for _ in keep..len {
         let q = least(&keys);
         let (p, n) = (usize::from(previous[q]), usize::from(next[q]));
-        nodes_joined(nodes, [p, q, n]);
+        nodes_joined::<L, C>(nodes, [p, q, n]);
         let keys = keys.as_flattened_mut();
         keys[q] = NONE;
         next[p] = n as u8;
@@ -86,7 +88,7 @@ fn remove_few<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>
     keep: usize,
 ) -> usize {
     let q = least(keys);
-    nodes_joined(nodes, [q - 1, q, q + 1]);
+    nodes_joined::<L, C>(nodes, [q - 1, q, q + 1]);
     if len - keep == 1 {
         close(&mut nodes[..len], q);
         return keep;
@@ -114,7 +116,7 @@ fn remove_few<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>
         r - 1 - usize::from(r - 1 == q),
         r + 1 + usize::from(r + 1 == q),
     );
-    nodes_joined(nodes, [p, r, n]);
+    nodes_joined::<L, C>(nodes, [p, r, n]);
     close(&mut nodes[..len], q.max(r));
     close(&mut nodes[..len - 1], q.min(r));
     keep
@@ -178,7 +180,7 @@ fn least_key<const N: usize, const W: usize>(
 
 /// Gives the first of three nodes the bounds that it has without the second.
 #[inline]
-fn nodes_joined<const C: usize>(nodes: &mut [Node<C>], [p, q, n]: [usize; 3]) {
-    let (above, below) = joined(&nodes[p], &nodes[q], &nodes[n]);
+fn nodes_joined<L: Rules, const C: usize>(nodes: &mut [Node<C>], [p, q, n]: [usize; 3]) {
+    let (above, below) = joined::<L, C>(&nodes[p], &nodes[q], &nodes[n]);
     (nodes[p].above, nodes[p].below) = (above, below);
 }

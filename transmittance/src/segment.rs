@@ -22,13 +22,13 @@ pub(crate) const OPAQUE: f32 = 1e30;
 /// Depths are in any unit, along the ray or along the light's axis, as long as
 /// it is the same for all blockers and receivers of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Segment<const C: usize = 1> {
+pub struct BlockerSegment<const C: usize = 1> {
     entry: f32,
     exit: f32,
     optical_depth: [f32; C],
 }
 
-impl Segment {
+impl BlockerSegment {
     /// A stretch through which the share `transmittance` of the light passes.
     ///
     /// 0 is opaque, whatever the length: nothing passes beyond `entry`.
@@ -37,7 +37,7 @@ impl Segment {
     /// [`Error::BadSegment`] unless the depths are finite, `entry ≤ exit`, and
     /// `0 ≤ transmittance ≤ 1`.
     pub fn from_transmittance(entry: f32, exit: f32, transmittance: f32) -> Result<Self, Error> {
-        Segment::with_transmittances(entry, exit, [transmittance])
+        BlockerSegment::with_transmittances(entry, exit, [transmittance])
     }
 
     /// A stretch of extinction `sigma_t` per unit of depth: optical depth
@@ -47,7 +47,7 @@ impl Segment {
     /// [`Error::BadSegment`] unless the depths are finite, `entry ≤ exit`, and
     /// `sigma_t` is at least 0 and not NaN.
     pub fn from_density(entry: f32, exit: f32, sigma_t: f32) -> Result<Self, Error> {
-        Segment::with_densities(entry, exit, [sigma_t])
+        BlockerSegment::with_densities(entry, exit, [sigma_t])
     }
 
     /// A stretch of optical depth `optical_depth`, infinity included.
@@ -56,7 +56,7 @@ impl Segment {
     /// [`Error::BadSegment`] unless the depths are finite, `entry ≤ exit`, and
     /// the optical depth is at least 0 and not NaN.
     pub fn from_optical_depth(entry: f32, exit: f32, optical_depth: f32) -> Result<Self, Error> {
-        Segment::with_optical_depths(entry, exit, [optical_depth])
+        BlockerSegment::with_optical_depths(entry, exit, [optical_depth])
     }
 
     /// A surface that lets the share `transmittance` pass.
@@ -69,8 +69,8 @@ impl Segment {
     }
 }
 
-impl<const C: usize> Segment<C> {
-    /// [`Segment::from_transmittance`], one number per channel. A stretch that
+impl<const C: usize> BlockerSegment<C> {
+    /// [`BlockerSegment::from_transmittance`], one number per channel. A stretch that
     /// is opaque in one channel is taken together to its entry in all of them.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl<const C: usize> Segment<C> {
         Self::with_optical_depths(entry, exit, optical_depth)
     }
 
-    /// [`Segment::from_density`], one number per channel.
+    /// [`BlockerSegment::from_density`], one number per channel.
     ///
     /// # Errors
     /// As there.
@@ -124,7 +124,7 @@ impl<const C: usize> Segment<C> {
         Self::with_optical_depths(entry, exit, optical_depth)
     }
 
-    /// [`Segment::from_optical_depth`], one number per channel. Optical depths
+    /// [`BlockerSegment::from_optical_depth`], one number per channel. Optical depths
     /// of 1e30 and more are opaque; a stretch that is opaque in one channel is
     /// taken together to its entry in all of them.
     ///
@@ -178,7 +178,7 @@ impl<const C: usize> Segment<C> {
         self.entry
     }
 
-    /// Depth at which it ends; [`Segment::entry`] for a surface.
+    /// Depth at which it ends; [`BlockerSegment::entry`] for a surface.
     pub fn exit(&self) -> f32 {
         self.exit
     }
@@ -202,16 +202,19 @@ mod tests {
     fn bad_input_is_an_error_that_names_the_segment() {
         let nan = f32::NAN;
         for (segment, words) in [
-            (Segment::from_density(nan, 1.0, 1.0), "the entry"),
-            (Segment::from_density(0.0, f32::INFINITY, 1.0), "the exit"),
-            (Segment::from_density(2.0, 1.0, 1.0), "from 2 to 1"),
-            (Segment::from_density(0.0, 1.0, -0.5), "is -0.5"),
-            (Segment::from_density(0.0, 1.0, nan), "the density"),
-            (Segment::from_transmittance(0.0, 1.0, 1.5), "is 1.5"),
-            (Segment::from_transmittance(0.0, 1.0, nan), "is NaN"),
-            (Segment::from_optical_depth(0.0, 1.0, -1.0), "is -1"),
-            (Segment::surface(nan, 0.5), "NaN to NaN"),
-            (Segment::opaque(f32::NEG_INFINITY), "-inf"),
+            (BlockerSegment::from_density(nan, 1.0, 1.0), "the entry"),
+            (
+                BlockerSegment::from_density(0.0, f32::INFINITY, 1.0),
+                "the exit",
+            ),
+            (BlockerSegment::from_density(2.0, 1.0, 1.0), "from 2 to 1"),
+            (BlockerSegment::from_density(0.0, 1.0, -0.5), "is -0.5"),
+            (BlockerSegment::from_density(0.0, 1.0, nan), "the density"),
+            (BlockerSegment::from_transmittance(0.0, 1.0, 1.5), "is 1.5"),
+            (BlockerSegment::from_transmittance(0.0, 1.0, nan), "is NaN"),
+            (BlockerSegment::from_optical_depth(0.0, 1.0, -1.0), "is -1"),
+            (BlockerSegment::surface(nan, 0.5), "NaN to NaN"),
+            (BlockerSegment::opaque(f32::NEG_INFINITY), "-inf"),
         ] {
             let message = segment.unwrap_err().to_string();
             assert!(message.contains(words), "{message}");
@@ -221,11 +224,11 @@ mod tests {
     #[test]
     fn whatever_lets_nothing_pass_is_opaque_from_its_entry_on() -> Result<(), Error> {
         for segment in [
-            Segment::opaque(3.0)?,
-            Segment::surface(3.0, 0.0)?,
-            Segment::from_transmittance(3.0, 4.0, 0.0)?,
-            Segment::from_density(3.0, 4.0, f32::INFINITY)?,
-            Segment::from_optical_depth(3.0, 4.0, f32::MAX)?,
+            BlockerSegment::opaque(3.0)?,
+            BlockerSegment::surface(3.0, 0.0)?,
+            BlockerSegment::from_transmittance(3.0, 4.0, 0.0)?,
+            BlockerSegment::from_density(3.0, 4.0, f32::INFINITY)?,
+            BlockerSegment::from_optical_depth(3.0, 4.0, f32::MAX)?,
         ] {
             assert_eq!((segment.entry(), segment.exit()), (3.0, 3.0));
             assert_eq!(segment.optical_depth(), [OPAQUE]);
@@ -235,12 +238,12 @@ mod tests {
 
     #[test]
     fn the_three_ways_to_say_how_much_agree() -> Result<(), Error> {
-        let thickness = Segment::from_optical_depth(1.0, 3.0, 0.5)?;
-        assert_eq!(Segment::from_density(1.0, 3.0, 0.25)?, thickness);
-        let passed = Segment::from_transmittance(1.0, 3.0, (-0.5_f32).exp())?;
+        let thickness = BlockerSegment::from_optical_depth(1.0, 3.0, 0.5)?;
+        assert_eq!(BlockerSegment::from_density(1.0, 3.0, 0.25)?, thickness);
+        let passed = BlockerSegment::from_transmittance(1.0, 3.0, (-0.5_f32).exp())?;
         assert!((passed.optical_depth()[0] - 0.5).abs() < 1e-7);
-        assert!(Segment::surface(1.0, 1.0)?.is_clear());
-        assert!(Segment::from_density(1.0, 1.0, f32::MAX)?.is_clear());
+        assert!(BlockerSegment::surface(1.0, 1.0)?.is_clear());
+        assert!(BlockerSegment::from_density(1.0, 1.0, f32::MAX)?.is_clear());
         Ok(())
     }
 }

@@ -9,9 +9,10 @@
 //! best(s, j) = min over i < j of best(s − 1, i) + cost(i, j)
 //! ```
 
+use crate::joined::widen;
 use crate::lookup::Rules;
 use crate::metric::Cost;
-use crate::node::{Node, fraction};
+use crate::node::Node;
 
 /// Keeps `N` of the first `len` nodes, or all if there are fewer: the first,
 /// the last, and those between that cost least together. Returns how many are
@@ -63,38 +64,11 @@ pub(crate) fn select<L: Rules, M: Cost, const C: usize, const N: usize, const W:
     for place in 0..N {
         let mut node = nodes[chosen[place]];
         if place + 1 < N {
-            widen(&nodes[chosen[place]..=chosen[place + 1]], &mut node);
+            widen::<L, C>(&nodes[chosen[place]..=chosen[place + 1]], &mut node);
         }
         nodes[place] = node;
     }
     N
-}
-
-/// The bounds of a stretch from the first to the last of `nodes` that leaves
-/// out those between, into `node`.
-fn widen<const C: usize>(nodes: &[Node<C>], node: &mut Node<C>) {
-    // An ULP for the rounding of a height and one for that of the sum.
-    const UP: f32 = 1.000_000_4;
-    let (first, last) = (&nodes[0], &nodes[nodes.len() - 1]);
-    for c in 0..C {
-        let height = |index: usize| {
-            if index == 0 || index + 1 == nodes.len() {
-                return 0.0;
-            }
-            let q = &nodes[index];
-            let rise = f64::from(last.value[c]) - f64::from(first.value[c]);
-            let fraction = fraction(first.depth, last.depth, q.depth);
-            (f64::from(q.value[c]) - f64::from(first.value[c]) - rise * fraction) as f32
-        };
-        let (mut above, mut below, mut left) = (0.0_f32, 0.0_f32, 0.0_f32);
-        for (index, stretch) in nodes.iter().enumerate().take(nodes.len() - 1) {
-            let right = height(index + 1);
-            above = above.max((stretch.above[c] + left.max(right).max(0.0)) * UP);
-            below = below.max((stretch.below[c] + (-left.min(right)).max(0.0)) * UP);
-            left = right;
-        }
-        (node.above[c], node.below[c]) = (above, below);
-    }
 }
 
 /// The nodes, one quantity after the other.

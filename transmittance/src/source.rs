@@ -3,7 +3,7 @@
 use gpu_backend::{Backend, Buffer, Host, Memory};
 
 use crate::error::same_length;
-use crate::{Error, Segment};
+use crate::{BlockerSegment, Error};
 
 /// A part of a map that is made at once: the texels `x` and `y` in these ranges.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,20 +16,20 @@ pub struct Tile {
 
 /// Where the blockers of a map come from.
 ///
-/// Closures `|tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)|` are
+/// Closures `|tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment<C>)|` are
 /// sources.
 pub trait Source<const C: usize = 1>: Sync {
     /// Calls `put` with each segment and the column and row of its texel, always
     /// in the same order. Texels outside of the tile are passed over, so that a
     /// source may hand over more than was asked for.
-    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>));
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment<C>));
 }
 
 impl<F, const C: usize> Source<C> for F
 where
-    F: Fn(&Tile, &mut dyn FnMut([usize; 2], Segment<C>)) + Sync,
+    F: Fn(&Tile, &mut dyn FnMut([usize; 2], BlockerSegment<C>)) + Sync,
 {
-    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)) {
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment<C>)) {
         self(tile, put);
     }
 }
@@ -40,7 +40,7 @@ pub struct Lists<'a, const C: usize = 1> {
     width: usize,
     height: usize,
     offsets: &'a [u32],
-    segments: &'a [Segment<C>],
+    segments: &'a [BlockerSegment<C>],
 }
 
 impl<'a, const C: usize> Lists<'a, C> {
@@ -54,7 +54,7 @@ impl<'a, const C: usize> Lists<'a, C> {
     pub fn new(
         extent: [usize; 2],
         offsets: &'a [u32],
-        segments: &'a [Segment<C>],
+        segments: &'a [BlockerSegment<C>],
     ) -> Result<Self, Error> {
         let [width, height] = extent;
         let expected = width.saturating_mul(height).saturating_add(1);
@@ -80,7 +80,7 @@ impl<'a, const C: usize> Lists<'a, C> {
 }
 
 impl<const C: usize> Source<C> for Lists<'_, C> {
-    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)) {
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment<C>)) {
         for y in tile.y.clone() {
             for x in tile.x.clone() {
                 let texel = y * self.width + x;
@@ -140,7 +140,7 @@ impl<M: Memory, const C: usize> SegmentLists<M, C> {
     /// offset more than texels, and no texel has more than `longest` segments.
     ///
     /// What the buffers hold is not looked at here. Numbers that make no
-    /// [`Segment`] are left out, offsets that run backwards or beyond the
+    /// [`BlockerSegment`] are left out, offsets that run backwards or beyond the
     /// segments are an empty list. A GPU takes no more than `longest` segments
     /// of a texel; a curve that lacks some has an error bound of 1.
     ///
@@ -188,7 +188,7 @@ impl<M: Memory, const C: usize> SegmentLists<M, C> {
 }
 
 impl<const C: usize> Source<C> for SegmentLists<Host, C> {
-    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment<C>)) {
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment<C>)) {
         let [width, height] = self.extent;
         for y in tile.y.start..tile.y.end.min(height) {
             for x in tile.x.start..tile.x.end.min(width) {
@@ -198,7 +198,7 @@ impl<const C: usize> Source<C> for SegmentLists<Host, C> {
                 for numbers in list.chunks_exact(2 + C) {
                     let optical_depth = std::array::from_fn(|c| numbers[2 + c]);
                     let segment =
-                        Segment::with_optical_depths(numbers[0], numbers[1], optical_depth);
+                        BlockerSegment::with_optical_depths(numbers[0], numbers[1], optical_depth);
                     if let Ok(segment) = segment {
                         put([x, y], segment);
                     }

@@ -63,7 +63,7 @@ impl<const N: usize, L: Lookup, const C: usize> Stored<C> for Curve<N, L, C> {
     }
 }
 
-/// `N` words each: depths and, channel by channel, values. Left-over places
+/// `N` words each: depths and, channel by channel, values. Entries left over
 /// repeat the last node.
 impl<const N: usize, L: Lookup, const C: usize> Stored<C> for Packed<N, L, C> {
     const WORDS: usize = N * (1 + C);
@@ -127,7 +127,7 @@ impl<const N: usize, L: Lookup, const C: usize> Stored<C> for PackedHalf<N, L, C
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Exponential, Linear, Segment};
+    use crate::{BlockerSegment, Exponential, Linear};
 
     fn comes_back<T: Stored<2> + PartialEq + std::fmt::Debug>(stored: T) {
         let mut words = vec![u32::MAX; T::WORDS];
@@ -148,7 +148,8 @@ mod tests {
         all_forms::<Exponential>(exponential);
         for at in 0..7_u8 {
             let entry = f32::from(at);
-            let segment = Segment::with_optical_depths(entry, entry + 2.5, [0.25, 0.5]).unwrap();
+            let segment =
+                BlockerSegment::with_optical_depths(entry, entry + 2.5, [0.25, 0.5]).unwrap();
             linear.insert(&segment);
             exponential.insert(&segment);
             all_forms(linear);

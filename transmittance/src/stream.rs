@@ -9,12 +9,13 @@
 
 use std::marker::PhantomData;
 
+use crate::insertion::insert;
 use crate::lookup::{Exponential, Lookup};
 use crate::metric::{Area, Metric};
-use crate::node::{Node, insert};
+use crate::node::Node;
 use crate::removal::{MOST_NODES, remove};
 use crate::selection::select;
-use crate::{Accumulate, Curve, Segment};
+use crate::{Accumulate, BlockerSegment, Curve};
 
 /// Makes a [`Curve`] of `N` nodes from a stream of blockers in any order.
 ///
@@ -25,12 +26,12 @@ use crate::{Accumulate, Curve, Segment};
 /// * `W`: the room, in multiples of `N`: from 2 to 256 / N.
 ///
 /// ```
-/// use transmittance::{Maximum, Segment, Stream};
+/// use transmittance::{Maximum, BlockerSegment, Stream};
 ///
 /// let mut stream = Stream::<4, Maximum>::new();
 /// for puff in 0..100 {
 ///     let centre = 0.5 * puff as f32;
-///     stream.insert(&Segment::from_density(centre - 2.0, centre + 2.0, 0.01)?);
+///     stream.insert(&BlockerSegment::from_density(centre - 2.0, centre + 2.0, 0.01)?);
 /// }
 /// let curve = stream.finish();
 /// let exact = (-2.0_f32).exp(); // half of the smoke
@@ -80,7 +81,7 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> Strea
 
     /// Adds a blocker. A clear one changes nothing.
     #[inline]
-    pub fn insert(&mut self, segment: &Segment<C>) {
+    pub fn insert(&mut self, segment: &BlockerSegment<C>) {
         if segment.is_clear() {
             return;
         }
@@ -107,7 +108,7 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> Accum
 {
     type Curve = Curve<N, L, C>;
 
-    fn insert(&mut self, segment: &Segment<C>) {
+    fn insert(&mut self, segment: &BlockerSegment<C>) {
         Stream::insert(self, segment);
     }
 

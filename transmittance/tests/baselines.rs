@@ -7,11 +7,11 @@ use support::{errors, probes, streams, truth};
 use transmittance::baseline::{
     Captured, Deep, FourierCurve, MomentCurve, Moments, OpacityCurve, Range, Uncompressed,
 };
-use transmittance::{Accumulate, Error, Evaluate, Segment};
+use transmittance::{Accumulate, BlockerSegment, Error, Evaluate};
 
 const CASES: u32 = if cfg!(debug_assertions) { 1_000 } else { 8_000 };
 
-fn curve<A: Accumulate>(mut accumulator: A, segments: &[Segment]) -> A::Curve {
+fn curve<A: Accumulate>(mut accumulator: A, segments: &[BlockerSegment]) -> A::Curve {
     for segment in segments {
         accumulator.insert(segment);
     }
@@ -19,7 +19,7 @@ fn curve<A: Accumulate>(mut accumulator: A, segments: &[Segment]) -> A::Curve {
 }
 
 /// A range that all of the segments lie in.
-fn range(segments: &[Segment]) -> Range {
+fn range(segments: &[BlockerSegment]) -> Range {
     let ends = || segments.iter().flat_map(|s| [s.entry(), s.exit()]);
     let near = ends().fold(f32::MAX, f32::min);
     let far = ends().fold(f32::MIN, f32::max);
@@ -76,11 +76,11 @@ proptest! {
         count in prop_oneof![Just(4_usize), Just(6), Just(8)],
     ) {
         // Blockers as moments have them.
-        let s: Vec<Segment> = s
+        let s: Vec<BlockerSegment> = s
             .iter()
             .map(|s| {
                 let tau = s.optical_depth()[0].min(8.0);
-                Segment::from_optical_depth(s.entry(), s.exit(), tau).unwrap()
+                BlockerSegment::from_optical_depth(s.entry(), s.exit(), tau).unwrap()
             })
             .collect();
         let range = range(&s);
@@ -131,17 +131,17 @@ proptest! {
 
     #[test]
     fn opacity_maps_are_exact_at_their_slices(s in streams::hard(30)) {
-        let s: Vec<Segment> = s
+        let s: Vec<BlockerSegment> = s
             .iter()
             .map(|s| {
                 let tau = s.optical_depth()[0].min(8.0);
-                Segment::from_optical_depth(s.entry(), s.exit(), tau).unwrap()
+                BlockerSegment::from_optical_depth(s.entry(), s.exit(), tau).unwrap()
             })
             .collect();
         // Slices at whole numbers; what is outside of the range would be moved.
         // Positions are shares of the range, to 1e-14 of it.
         let fine = |x: f32| x == x.round() || (x - x.round()).abs() > 1e-6;
-        let inside = |s: &Segment| {
+        let inside = |s: &BlockerSegment| {
             let length = s.exit() - s.entry();
             s.entry() >= -32.0
                 && s.exit() <= 32.0
@@ -149,7 +149,7 @@ proptest! {
                 && fine(s.exit())
                 && (length == 0.0 || length > 1e-6)
         };
-        let s: Vec<Segment> = s.into_iter().filter(inside).collect();
+        let s: Vec<BlockerSegment> = s.into_iter().filter(inside).collect();
         let curve = curve(OpacityCurve::<65>::new(Range::new(-32.0, 32.0).unwrap()), &s);
         for slice in -31..32 {
             let (value, exact) = (curve.transmittance(slice as f32), truth(&s, slice as f32, 0));
@@ -206,7 +206,7 @@ fn loose_ranges_cost_fixed_bases_their_accuracy() {
 fn one_blocker_fits_into_any_moments() {
     let range = Range::new(0.0, 10.0).unwrap();
     for count in [4, 6, 8] {
-        let wall = [Segment::surface(4.0, 0.3).unwrap()];
+        let wall = [BlockerSegment::surface(4.0, 0.3).unwrap()];
         let curve = curve(Moments::new(count, range).unwrap(), &wall);
         // The matrix has rank one but for what is mixed in, whose share of the
         // optical depth bounds the error.
@@ -222,7 +222,7 @@ fn one_blocker_fits_into_any_moments() {
 #[test]
 fn clear_rays_are_clear_in_every_method() {
     let range = Range::new(0.0, 1.0).unwrap();
-    let clear = [Segment::from_density(0.0, 1.0, 0.0).unwrap()];
+    let clear = [BlockerSegment::from_density(0.0, 1.0, 0.0).unwrap()];
     let curves: [Box<dyn Evaluate>; 5] = [
         Box::new(curve(Captured::new(), &clear)),
         Box::new(curve(Deep::new(0.01).unwrap(), &clear)),

@@ -7,12 +7,12 @@ use proptest::prelude::*;
 use support::{probes, streams};
 use transmittance::baseline::{Captured, Deep, DeepCurve, Uncompressed};
 use transmittance::{
-    Accumulate, BuildMap, CaptureSegments, Curve, CurveMap, Error, Evaluate, Exponential, Filter,
-    Linear, Lists, Lookup, Order, Packed, PackedHalf, QueryMap, Receiver, Segment, SegmentLists,
-    ShadowMap, Sorted, Stored, Stream, Tile,
+    Accumulate, BlockerSegment, BuildMap, CaptureSegments, Curve, CurveMap, Error, Evaluate,
+    Exponential, Filter, Linear, Lists, Lookup, Order, Packed, PackedHalf, QueryMap, Receiver,
+    SegmentLists, Sorted, Stored, Stream, Tile, TransmittanceMap,
 };
 
-fn papers<L: Lookup>(segments: &[Segment]) -> Curve<8, L> {
+fn papers<L: Lookup>(segments: &[BlockerSegment]) -> Curve<8, L> {
     let mut curve = Curve::new();
     for segment in segments {
         curve.insert(segment);
@@ -20,7 +20,7 @@ fn papers<L: Lookup>(segments: &[Segment]) -> Curve<8, L> {
     curve
 }
 
-fn packs_well<L: Lookup>(curve: Curve<8, L>, segments: &[Segment]) {
+fn packs_well<L: Lookup>(curve: Curve<8, L>, segments: &[BlockerSegment]) {
     let (packed, half) = (Packed::from(curve), PackedHalf::from(curve));
     let ends: Vec<f64> = curve.points().map(|point| f64::from(point.0)).collect();
     let length = ends.last().unwrap_or(&0.0) - ends.first().unwrap_or(&0.0);
@@ -56,7 +56,7 @@ proptest! {
 }
 
 /// A map of something different in each texel.
-fn clouds(tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)) {
+fn clouds(tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment)) {
     for y in tile.y.clone() {
         for x in tile.x.clone() {
             let texel = (y * 1000 + x) as u64;
@@ -64,7 +64,7 @@ fn clouds(tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)) {
                 put([x, y], segment);
             }
             // A neighbour's, which the tile does not have to have.
-            let leaf = Segment::surface(50.0, 0.75).expect("a sound surface");
+            let leaf = BlockerSegment::surface(50.0, 0.75).expect("a sound surface");
             put([x + 1, y], leaf);
         }
     }
@@ -73,7 +73,7 @@ fn clouds(tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)) {
 #[test]
 fn maps_do_not_depend_on_threads() -> Result<(), Error> {
     let build =
-        |cpu: &Cpu| ShadowMap::<Packed<8>>::build(cpu, [37, 53], &Stream::<8>::new(), &clouds);
+        |cpu: &Cpu| CurveMap::<Packed<8>>::build(cpu, [37, 53], &Stream::<8>::new(), &clouds);
     let one = build(&Cpu::single_threaded())?;
     assert_eq!(build(&Cpu::new())?, one);
     let receivers: Vec<Receiver> = (0..5000)
@@ -97,16 +97,16 @@ fn every_texel_has_its_own_curve_in_its_own_place() -> Result<(), Error> {
     // Sizes below, at and above a tile's.
     for extent in [[1, 1], [16, 16], [17, 15], [33, 40], [1, 100]] {
         let [width, height] = extent;
-        let walls = |tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)| {
+        let walls = |tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment)| {
             // Not only what the tile needs.
             for y in 0..height {
                 for x in 0..width.max(tile.x.end) {
-                    let wall = Segment::opaque((y * width + x) as f32);
+                    let wall = BlockerSegment::opaque((y * width + x) as f32);
                     put([x, y], wall.unwrap());
                 }
             }
         };
-        let map = ShadowMap::<Curve<4>>::build(&Cpu::new(), extent, &Curve::<4>::new(), &walls)?;
+        let map = CurveMap::<Curve<4>>::build(&Cpu::new(), extent, &Curve::<4>::new(), &walls)?;
         assert_eq!((map.width(), map.height()), (width, height));
         assert_eq!(map.texels().len(), width * height);
         for (index, texel) in map.texels().iter().enumerate() {
@@ -146,7 +146,7 @@ fn lists_are_another_way_to_say_the_same() -> Result<(), Error> {
         }
     }
     let lists = Lists::new(extent, &offsets, &segments)?;
-    let all = |tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)| {
+    let all = |tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment)| {
         let wide = Tile {
             x: tile.x.start.saturating_sub(1)..tile.x.end,
             y: tile.y.clone(),
@@ -154,11 +154,11 @@ fn lists_are_another_way_to_say_the_same() -> Result<(), Error> {
         clouds(&wide, put);
     };
     let cpu = Cpu::new();
-    let from_lists = ShadowMap::<DeepCurve>::build(&cpu, extent, &Deep::new(0.01)?, &lists)?;
-    let from_closure = ShadowMap::<DeepCurve>::build(&cpu, extent, &Deep::new(0.01)?, &all)?;
+    let from_lists = CurveMap::<DeepCurve>::build(&cpu, extent, &Deep::new(0.01)?, &lists)?;
+    let from_closure = CurveMap::<DeepCurve>::build(&cpu, extent, &Deep::new(0.01)?, &all)?;
     assert_eq!(from_lists, from_closure);
     // A map larger than its lists is clear elsewhere.
-    let larger = ShadowMap::<Uncompressed>::build(&cpu, [40, 40], &Captured::new(), &lists)?;
+    let larger = CurveMap::<Uncompressed>::build(&cpu, [40, 40], &Captured::new(), &lists)?;
     assert!(larger.texels()[0].len() > 2);
     assert!(larger.texels()[39 * 40 + 39].is_empty() && larger.texels()[30].is_empty());
 
@@ -180,15 +180,15 @@ fn lists_are_another_way_to_say_the_same() -> Result<(), Error> {
 #[test]
 fn bilinear_filtering_weighs_the_four_around() -> Result<(), Error> {
     // Transmittance x / 4 + y / 8 behind depth 1, which is linear.
-    let plane = |tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)| {
+    let plane = |tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment)| {
         for y in tile.y.clone() {
             for x in tile.x.clone() {
                 let share = 0.25 * x as f32 + 0.125 * y as f32;
-                put([x, y], Segment::surface(1.0, share).unwrap());
+                put([x, y], BlockerSegment::surface(1.0, share).unwrap());
             }
         }
     };
-    let map = ShadowMap::<Packed<4, Linear>>::build(
+    let map = CurveMap::<Packed<4, Linear>>::build(
         &Cpu::new(),
         [3, 3],
         &Curve::<4, Linear>::new(),
@@ -226,13 +226,12 @@ fn bilinear_filtering_weighs_the_four_around() -> Result<(), Error> {
 
 #[test]
 fn sizes_that_cannot_be_are_errors_and_empty_maps_are_clear() -> Result<(), Error> {
-    let nothing = |_: &Tile, _: &mut dyn FnMut([usize; 2], Segment)| {};
+    let nothing = |_: &Tile, _: &mut dyn FnMut([usize; 2], BlockerSegment)| {};
     for extent in [[usize::MAX, 2], [1 << 40, 1 << 20]] {
-        let error =
-            ShadowMap::<Packed<8>>::build(&Cpu::new(), extent, &Curve::<8>::new(), &nothing);
+        let error = CurveMap::<Packed<8>>::build(&Cpu::new(), extent, &Curve::<8>::new(), &nothing);
         assert!(matches!(error.unwrap_err(), Error::TooLarge { .. }));
     }
-    let empty = ShadowMap::<Packed<8>>::build(&Cpu::new(), [0, 5], &Curve::<8>::new(), &nothing)?;
+    let empty = CurveMap::<Packed<8>>::build(&Cpu::new(), [0, 5], &Curve::<8>::new(), &nothing)?;
     for filter in [Filter::Nearest, Filter::Bilinear] {
         assert_eq!(empty.transmittance(Receiver::default(), filter), [1.0]);
     }
@@ -261,8 +260,8 @@ where
 {
     let cpu = Cpu::new();
     let extent = [37, 53];
-    let map = ShadowMap::<P>::build(&cpu, extent, &Stream::<8>::new(), &clouds)?;
-    let mut words = CurveMap::<_, P>::new(&cpu, extent)?;
+    let map = CurveMap::<P>::build(&cpu, extent, &Stream::<8>::new(), &clouds)?;
+    let mut words = TransmittanceMap::<_, P>::new(&cpu, extent)?;
     let receivers: Vec<Receiver> = (0..3000)
         .map(|i| Receiver {
             position: [(i % 91) as f32 * 0.5 - 3.0, (i % 113) as f32 * 0.5 - 1.0],
@@ -313,11 +312,11 @@ fn lists_in_buffers_leave_out_what_is_no_segment() -> Result<(), Error> {
     let buffer = cpu.upload(numbers.as_flattened())?;
     // The second list runs backwards, the third beyond the end.
     let lists = SegmentLists::from_buffers([3, 1], 6, vec![0, 6, 5, 9], buffer)?;
-    let mut map = CurveMap::<_, Curve<4>>::new(&cpu, [3, 1])?;
+    let mut map = TransmittanceMap::<_, Curve<4>>::new(&cpu, [3, 1])?;
     cpu.build_map(&Curve::<4>::new(), &lists, &mut map)?;
     let expected = papers_of_4(&[
-        Segment::from_optical_depth(1.0, 2.0, 0.5)?,
-        Segment::from_optical_depth(3.0, 3.0, 0.25)?,
+        BlockerSegment::from_optical_depth(1.0, 2.0, 0.5)?,
+        BlockerSegment::from_optical_depth(3.0, 3.0, 0.25)?,
     ]);
     assert_eq!(map.texel(0, 0), expected);
     assert_eq!(map.texel(1, 0), Curve::new());
@@ -328,12 +327,12 @@ fn lists_in_buffers_leave_out_what_is_no_segment() -> Result<(), Error> {
     let broken =
         SegmentLists::<gpu_backend::Host>::from_buffers([1, 1], 6, vec![0; 2], vec![0.0; 4]);
     assert!(broken.unwrap_err().to_string().contains("segments"));
-    let huge = CurveMap::<_, Packed<8>>::new(&cpu, [usize::MAX, 2]).unwrap_err();
+    let huge = TransmittanceMap::<_, Packed<8>>::new(&cpu, [usize::MAX, 2]).unwrap_err();
     assert!(matches!(huge, Error::TooLarge { .. }));
     Ok(())
 }
 
-fn papers_of_4(segments: &[Segment]) -> Curve<4> {
+fn papers_of_4(segments: &[BlockerSegment]) -> Curve<4> {
     let mut curve = Curve::new();
     segments.iter().for_each(|segment| curve.insert(segment));
     curve
@@ -343,7 +342,7 @@ fn papers_of_4(segments: &[Segment]) -> Curve<4> {
 fn captured_segments_make_the_curves_of_their_texels() -> Result<(), Error> {
     let cpu = Cpu::new();
     let (width, height) = (7, 5);
-    let streams: Vec<Vec<Segment>> = (0..35).map(streams::hair_in_smoke).collect();
+    let streams: Vec<Vec<BlockerSegment>> = (0..35).map(streams::hair_in_smoke).collect();
     // One of each texel in turn, and some of no texel.
     let (mut texels, mut numbers) = (Vec::new(), Vec::new());
     for i in 0..streams[0].len() + 1 {
@@ -357,7 +356,7 @@ fn captured_segments_make_the_curves_of_their_texels() -> Result<(), Error> {
         texels.push(35 + i as u32);
         numbers.extend([1.0, 2.0, 3.0]);
     }
-    let mut map = CurveMap::<_, Curve<8>>::new(&cpu, [width, height])?;
+    let mut map = TransmittanceMap::<_, Curve<8>>::new(&cpu, [width, height])?;
     for order in [Order::Captured, Order::FrontToBack] {
         let lists: SegmentLists<_> =
             cpu.capture_segments([width, height], &texels, &numbers, 200, order)?;
@@ -382,7 +381,7 @@ fn captured_segments_make_the_curves_of_their_texels() -> Result<(), Error> {
     Ok(())
 }
 
-fn made<A: Accumulate>(mut accumulator: A, segments: &[Segment]) -> A::Curve {
+fn made<A: Accumulate>(mut accumulator: A, segments: &[BlockerSegment]) -> A::Curve {
     segments
         .iter()
         .for_each(|segment| accumulator.insert(segment));

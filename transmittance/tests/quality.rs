@@ -6,13 +6,13 @@
 mod support;
 
 use support::optimal::{Least, least_error};
-use support::{errors, probes, streams};
+use support::{errors, probes, streams, truth};
 use transmittance::{
-    Accumulate, Area, Curve, Evaluate, Exponential, Linear, Maximum, Segment, Stream,
+    Accumulate, Area, BlockerSegment, Curve, Evaluate, Exponential, Linear, Maximum, Stream,
 };
 
 /// Makes a stream from a seed.
-type Kind = fn(u64) -> Vec<Segment>;
+type Kind = fn(u64) -> Vec<BlockerSegment>;
 
 const KINDS: [(&str, Kind); 4] = [
     ("columns of smoke", streams::columns_of_smoke),
@@ -35,7 +35,7 @@ struct Measured {
 }
 
 /// The stream front to back, as it came, and shuffled.
-fn orders(stream: &[Segment], seed: u64) -> Vec<Vec<Segment>> {
+fn orders(stream: &[BlockerSegment], seed: u64) -> Vec<Vec<BlockerSegment>> {
     let mut sorted = stream.to_vec();
     sorted.sort_by(|a, b| a.entry().total_cmp(&b.entry()));
     let mut orders = vec![sorted, stream.to_vec()];
@@ -165,5 +165,67 @@ fn more_room_brings_curves_nearer_to_the_optimum() {
         ];
         println!("{name}: mean error with room for 16, 32 and 64 nodes: {means:?}");
         assert!(means[2] <= 1.01 * means[1] && means[1] < means[0], "{name}");
+    }
+}
+
+/// Means of the largest bounds and of the largest errors over streams with walls.
+fn behind_walls<A>(clear: &A, bound: impl Fn(&A::Curve, f32) -> f32) -> [f64; 2]
+where
+    A: Accumulate + Clone,
+{
+    let mut sums = [0.0; 2];
+    for seed in 0..120 {
+        let stream = streams::smoke_around_walls(seed);
+        let mut accumulator = clear.clone();
+        stream
+            .iter()
+            .for_each(|segment| accumulator.insert(segment));
+        let curve = accumulator.finish();
+        let mut most = [0.0_f64; 2];
+        for depth in probes(&stream) {
+            let error = f64::from(curve.evaluate(depth)[0]) - truth(&stream, depth, 0);
+            most[0] = most[0].max(f64::from(bound(&curve, depth)));
+            most[1] = most[1].max(error.abs());
+        }
+        sums = [sums[0] + most[0] / 120.0, sums[1] + most[1] / 120.0];
+    }
+    sums
+}
+
+#[test]
+fn bounds_are_of_use_where_walls_end_the_light() {
+    // The paper's rule removes nodes that were bounded by the removal of others,
+    // whether there is a wall or not.
+    let (paper, linear) = (Curve::<8>::new(), Curve::<8, Linear>::new());
+    let maximum = Stream::<8, Maximum>::new();
+    for (rule, [bound, error], most) in [
+        (
+            "paper's rule",
+            behind_walls(&paper, |c, z| c.error_bound(z)),
+            4.0,
+        ),
+        (
+            "paper's rule, linear",
+            behind_walls(&linear, |c, z| c.error_bound(z)),
+            4.0,
+        ),
+        (
+            "stream",
+            behind_walls(&Stream::<8>::new(), |c, z| c.error_bound(z)),
+            2.0,
+        ),
+        (
+            "stream of 16",
+            behind_walls(&Stream::<16>::new(), |c, z| c.error_bound(z)),
+            2.0,
+        ),
+        (
+            "least maximum",
+            behind_walls(&maximum, |c, z| c.error_bound(z)),
+            1.5,
+        ),
+    ] {
+        println!("{rule}: mean of the largest bounds {bound:.4}, of the largest errors {error:.4}");
+        assert!(bound <= most * error, "{rule}: {bound} for {error}");
     }
 }

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::Cpu;
 use voxel_shadow::{
@@ -135,8 +135,8 @@ impl CubeMap {
     }
 }
 
-fn view() -> View {
-    View::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.0, FAR).expect("a view")
+fn view() -> ViewVolume {
+    ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.0, FAR).expect("a view")
 }
 
 fn lattice(alpha: u32, theta: u32, bits: u32) -> Lattice {
@@ -175,7 +175,7 @@ fn backends() -> [(&'static str, Cpu); 2] {
 fn build(criterion: &mut Criterion) {
     let triangles = posts();
     let map = CubeMap::new(1024, &triangles);
-    let source = |ray: &LightRay| map.depth(ray.direction);
+    let source = |ray: &LightRay| map.depth(ray.direction.into());
     let lattice = lattice(512, 512, 512);
     let resolution = lattice.resolution();
     for (name, cpu) in backends() {
@@ -232,7 +232,7 @@ fn scan(criterion: &mut Criterion) {
 
 fn query(criterion: &mut Criterion) {
     let map = CubeMap::new(1024, &posts());
-    let source = |ray: &LightRay| map.depth(ray.direction);
+    let source = |ray: &LightRay| map.depth(ray.direction.into());
     let cpu = Cpu::single_threaded();
     let rays = rays(320, 180);
     let lattice = lattice(512, 512, 128);
@@ -263,7 +263,9 @@ fn query(criterion: &mut Criterion) {
                 for ray in &rays {
                     intervals.clear();
                     let direction = Vec3::new(ray[0], ray[1], ray[2]);
-                    volume.look(direction, ray[3]).lit_intervals(&mut intervals);
+                    volume
+                        .ray_shadow(direction, ray[3])
+                        .lit_intervals(&mut intervals);
                     black_box(&intervals);
                 }
             });

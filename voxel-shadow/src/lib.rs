@@ -12,7 +12,7 @@
 //! 3. [`BuildGrid::extrude`] them away from the light: an OR-scan.
 //!
 //! ```
-//! use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+//! use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 //! use glam::Vec3;
 //! use gpu_backend::Cpu;
 //! use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, Sampling, ShadowVolume};
@@ -20,14 +20,15 @@
 //! // A lamp over a disc, seen from the side.
 //! let (eye, lamp) = (Vec3::new(0.0, 1.0, 8.0), Vec3::new(0.0, 4.0, 0.0));
 //! let disc = |ray: &LightRay| {
-//!     let distance = (2.0 - ray.origin.y) / ray.direction.y;
-//!     let hit = ray.origin + distance * ray.direction;
+//!     let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+//!     let distance = (2.0 - origin.y) / direction.y;
+//!     let hit = origin + distance * direction;
 //!     let inside = distance > 0.0 && hit.x.hypot(hit.z) < 1.0;
 //!     if inside { distance } else { f32::INFINITY }
 //! };
 //!
 //! let space = Space::new(Light::point(lamp)?, eye)?;
-//! let view = View::perspective(Vec3::NEG_Z, Vec3::Y, [1.0, 1.0], 0.1, 30.0)?;
+//! let view = ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [1.0, 1.0], 0.1, 30.0)?;
 //! let voxels = Resolution::new(256, 256, 128)?;
 //! let lattice = Lattice::new(space, &view, voxels, Spacing::Angle)?;
 //!
@@ -41,7 +42,7 @@
 //! let volume = ShadowVolume::new(&lattice, &grid, Sampling::default())?;
 //! // A ray that passes 1 m under the disc: lit, shadowed for 3 m, lit.
 //! let mut lit = Vec::new();
-//! volume.look(Vec3::NEG_Z, 20.0).lit_intervals(&mut lit);
+//! volume.ray_shadow(Vec3::NEG_Z, 20.0).lit_intervals(&mut lit);
 //! let lit: Vec<_> = lit.iter().filter(|part| part.visibility > 0.5).collect();
 //! assert!((lit[0].end - 6.5).abs() < 0.2);
 //! assert!((lit[lit.len() - 1].start - 9.5).abs() < 0.2);
@@ -50,7 +51,7 @@
 //!
 //! # Queries
 //!
-//! * [`ShadowVolume::look`] at an eye ray gives a [`RayShadow`]: its lit fraction,
+//! * [`ShadowVolume::ray_shadow`] at an eye ray gives a [`RayShadow`]: its lit fraction,
 //!   lit intervals, weighted sums, the visibility at a distance.
 //! * [`ShadowVolume::visibility`] of a point on a surface.
 //! * [`Query`] is the step that answers for many rays or points, on any backend.
@@ -62,31 +63,33 @@
 //! is valid for the eye and the view of its lattice. Details smaller than a voxel
 //! are lost or doubled; the quality is that of the coarsest of α, θ, φ and the
 //! shadow map. Bits on different backends differ only where a rectified index does
-//! (see `gpu`, feature `wgpu`).
+//! (see `gpu`, feature `wgsl`).
 //!
 //! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
 //! Voxelized Shadow Volumes, HPG 2013.
 
 mod build;
 mod error;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 pub mod gpu;
 mod grid;
 mod index_map;
 mod query;
-mod query_step;
 mod rectify;
 mod runs;
+mod shadow;
 mod triangles;
 mod weights;
 
 pub use build::BuildGrid;
+pub use epipolar;
 pub use error::Error;
+pub use gpu_backend;
 pub use grid::Grid;
 pub use index_map::IndexMap;
-pub use query::{RayShadow, Sampling, ShadowVolume};
-pub use query_step::Query;
+pub use query::Query;
 pub use rectify::{FirstBlocker, Rectify};
 pub use runs::{LitInterval, Run, Runs};
+pub use shadow::{RayShadow, Sampling, ShadowVolume};
 pub use triangles::RectifyTriangles;
 pub use weights::Weights;

@@ -91,15 +91,16 @@ impl RectifyTriangles for Cpu {
 /// volume of an edge is the same number with the other sign for the triangle on
 /// its other side, so that no ray slips through between the two.
 fn hit(ray: &LightRay, corners: &[Vec3; 3], parallel: bool) -> Option<f32> {
-    let [a, b, c] = corners.map(|corner| corner - ray.origin);
-    let volume = |p: Vec3, q: Vec3| ray.direction.dot(p.cross(q));
+    let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+    let [a, b, c] = corners.map(|corner| corner - origin);
+    let volume = |p: Vec3, q: Vec3| direction.dot(p.cross(q));
     let (u, v, w) = (volume(b, c), volume(c, a), volume(a, b));
     let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     let sum = u + v + w;
     if !inside || sum == 0.0 {
         return None;
     }
-    let along = |p: Vec3| p.dot(ray.direction);
+    let along = |p: Vec3| p.dot(direction);
     let distance = (u * along(a) + v * along(b) + w * along(c)) / sum;
     (distance.is_finite() && (parallel || distance >= 0.0)).then_some(distance)
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use epipolar::{Lattice, Light, Space, Spacing, View};
+use epipolar::{Lattice, Light, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::{Cpu, Host};
 use proptest::prelude::*;
@@ -50,7 +50,7 @@ fn at_the_centre_of_a_voxel_visibility_is_its_bit() {
                 for theta in 0..16 {
                     for bit in 0..32 {
                         let centre = lattice.centre(alpha, theta, bit);
-                        let Some(point) = lattice.space().point(&centre) else {
+                        let Some(point) = lattice.space().point(&centre).map(Vec3::from) else {
                             continue;
                         };
                         // Where the two rays are nearly parallel the point is
@@ -70,7 +70,9 @@ fn at_the_centre_of_a_voxel_visibility_is_its_bit() {
                             "{found} {expected}"
                         );
                         let eye_ray = point - EYE;
-                        let found = volume.look(eye_ray, 20.0).visibility(eye_ray.length());
+                        let found = volume
+                            .ray_shadow(eye_ray, 20.0)
+                            .visibility(eye_ray.length());
                         assert!((found - expected).abs() <= 0.01, "{found} {expected}");
                     }
                 }
@@ -95,7 +97,7 @@ fn sums_and_intervals_are_those_of_the_bits() {
                 let volume = ShadowVolume::new(&lattice, &grid, sampling).unwrap();
                 for direction in directions() {
                     for surface in [0.0, 0.3, 7.0, f32::INFINITY] {
-                        let ray = volume.look(direction, surface);
+                        let ray = volume.ray_shadow(direction, surface);
                         let end = ray.end();
                         // Bit by bit, through the visibility at voxel centres.
                         let mut expected = [0.0_f32; 2];
@@ -181,12 +183,14 @@ fn error_against_truth(light: Light, sun: Vec3, voxels: u32, sampling: Sampling)
     for direction in directions() {
         let direction = direction.normalize();
         let eye_ray = epipolar::LightRay {
-            origin: EYE,
-            direction,
+            origin: EYE.into(),
+            direction: direction.into(),
         };
         let surface = common::first(&balls, false)(&eye_ray).min(far);
         let mut lit = Vec::new();
-        volume.look(direction, surface).lit_intervals(&mut lit);
+        volume
+            .ray_shadow(direction, surface)
+            .lit_intervals(&mut lit);
         check_order(&lit, surface);
         let steps = 400;
         for step in 0..steps {
@@ -235,7 +239,9 @@ fn shadows_converge_to_the_truth_for_every_light() {
             let coarse = error_against_truth(light, sun, 64, sampling);
             let fine = error_against_truth(light, sun, 512, sampling);
             println!("{light:?}: {coarse:.4} {fine:.4}");
-            let beside = light.position().is_some_and(|at| (at - EYE).length() < 0.1);
+            let beside = light
+                .position()
+                .is_some_and(|at| (Vec3::from(at) - EYE).length() < 0.1);
             if beside {
                 // Shadows begin a few millimetres, seen from the light, behind
                 // the blockers that hide them: no voxel resolves that, and
@@ -265,18 +271,20 @@ fn towards_the_light_distances_decide() {
         let eye = Vec3::new(0.0, 1.7, 8.0);
         let space = Space::new(light, eye).unwrap();
         let resolution = epipolar::Resolution::new(64, 64, 64).unwrap();
-        let view = View::all_around(0.0, 30.0).unwrap();
+        let view = ViewVolume::all_around(0.0, 30.0).unwrap();
         let lattice = Lattice::new(space, &view, resolution, Spacing::Angle).unwrap();
         let (_, grid) = build(&lattice, &balls);
         let volume = ShadowVolume::new(&lattice, &grid, Sampling::default()).unwrap();
         let intervals = |surface| {
             let mut lit = Vec::new();
-            volume.look(Vec3::NEG_Z, surface).lit_intervals(&mut lit);
+            volume
+                .ray_shadow(Vec3::NEG_Z, surface)
+                .lit_intervals(&mut lit);
             lit
         };
         // The first surface in front of the light is between it and the eye.
         assert_eq!(intervals(5.0), []);
-        assert_eq!(volume.look(Vec3::NEG_Z, 5.0).lit_fraction(), 0.0);
+        assert_eq!(volume.ray_shadow(Vec3::NEG_Z, 5.0).lit_fraction(), 0.0);
         assert_eq!(volume.visibility(eye - 5.0 * Vec3::Z), 0.0);
         // Behind the light: nothing is.
         for surface in [15.0, f32::INFINITY] {
@@ -284,19 +292,19 @@ fn towards_the_light_distances_decide() {
                 let lit = intervals(surface);
                 assert_eq!(lit.len(), 1);
                 assert_eq!((lit[0].start, lit[0].end), (0.0, surface));
-                assert_eq!(volume.look(Vec3::NEG_Z, surface).lit_fraction(), 1.0);
+                assert_eq!(volume.ray_shadow(Vec3::NEG_Z, surface).lit_fraction(), 1.0);
             }
         }
         // f32::MAX is the sky as well.
-        assert_eq!(volume.look(Vec3::NEG_Z, f32::MAX).lit_fraction(), 1.0);
+        assert_eq!(volume.ray_shadow(Vec3::NEG_Z, f32::MAX).lit_fraction(), 1.0);
         // Away from the light all of the ray is as lit as the eye: not,
         // because of the ball in between.
-        let away = volume.look(Vec3::Z, 4.0);
+        let away = volume.ray_shadow(Vec3::Z, 4.0);
         assert_eq!(away.lit_fraction(), 0.0);
         assert_eq!(away.runs().count(), 0);
         let (_, empty) = build(&lattice, &[]);
         let volume = ShadowVolume::new(&lattice, &empty, Sampling::default()).unwrap();
-        let away = volume.look(Vec3::Z, 4.0);
+        let away = volume.ray_shadow(Vec3::Z, 4.0);
         assert_eq!(away.lit_fraction(), 1.0);
         let mut lit = Vec::new();
         away.lit_intervals(&mut lit);
@@ -309,16 +317,19 @@ fn a_bias_towards_the_light_only_ever_removes_shadow() {
     for light in lights() {
         let lattice = lattice(light, &camera(0.1, 20.0), [64, 64, 64]);
         let (_, grid) = build(&lattice, &balls());
-        let look = |alpha_bias| {
+        let biased_by = |alpha_bias| {
             let sampling = Sampling {
                 alpha_bias,
                 ..SMOOTH
             };
             ShadowVolume::new(&lattice, &grid, sampling).unwrap()
         };
-        let (plain, biased) = (look(0.0), look(-2.25));
+        let (plain, biased) = (biased_by(0.0), biased_by(-2.25));
         for direction in directions() {
-            let (a, b) = (plain.look(direction, 9.0), biased.look(direction, 9.0));
+            let (a, b) = (
+                plain.ray_shadow(direction, 9.0),
+                biased.ray_shadow(direction, 9.0),
+            );
             assert!(b.lit_fraction() >= a.lit_fraction() - 1e-6);
         }
     }
@@ -410,7 +421,7 @@ fn batches_are_their_rays_one_by_one() {
         assert_eq!(without_places, counts);
         assert!(counts.iter().any(|count| *count > 2));
         for (i, ray) in rays.iter().enumerate() {
-            let one = volume.look(Vec3::new(ray[0], ray[1], ray[2]), ray[3]);
+            let one = volume.ray_shadow(Vec3::new(ray[0], ray[1], ray[2]), ray[3]);
             assert_eq!(fractions[i], one.lit_fraction());
             assert_eq!(sums[i], one.weighted_sum(&weights));
             let mut lit = Vec::new();
@@ -444,13 +455,60 @@ proptest! {
         let point = Vec3::from_array(point);
         for seen in [
             volume.visibility(point),
-            volume.look(point, surface).lit_fraction(),
-            volume.look(point, 3.0).visibility(surface),
+            volume.ray_shadow(point, surface).lit_fraction(),
+            volume.ray_shadow(point, 3.0).visibility(surface),
         ] {
             prop_assert!((0.0..=1.0).contains(&seen), "{seen}");
         }
         let mut lit = Vec::new();
-        volume.look(point, surface).lit_intervals(&mut lit);
+        volume.ray_shadow(point, surface).lit_intervals(&mut lit);
         check_order(&lit, surface.max(0.0));
+    }
+}
+
+/// Mean errors of the visibility of what the eye sees of the air, of the voxels
+/// and of "everything is lit".
+fn errors_next_to_the_eye(light: Light, sampling: Sampling) -> [f64; 2] {
+    let balls = balls();
+    let lattice = lattice(light, &camera(0.1, 20.0), [128, 128, 64]);
+    let (_, grid) = build(&lattice, &balls);
+    let volume = ShadowVolume::new(&lattice, &grid, sampling).unwrap();
+    let at_eye = Light::point(EYE).unwrap();
+    let (mut voxels, mut lit, mut count) = (0.0, 0.0, 0.0);
+    for direction in directions() {
+        for step in 0..40 {
+            let point = EYE + 0.25 * (step as f32 + 0.5) * direction.normalize();
+            if !is_lit(at_eye, &balls, Vec3::ZERO, point) {
+                // Behind what the eye sees.
+                break;
+            }
+            let truth = f64::from(u8::from(is_lit(light, &balls, Vec3::ZERO, point)));
+            voxels += (f64::from(volume.visibility(point)) - truth).abs();
+            lit += 1.0 - truth;
+            count += 1.0;
+        }
+    }
+    [voxels / count, lit / count]
+}
+
+#[test]
+fn a_light_next_to_the_eye_is_answered_no_worse_than_by_light_everywhere() {
+    // Voxels of 10 and 19 mrad: balls from 4 m on have no shadow of their width.
+    for distance in [1e-6, 1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02] {
+        for along in [
+            Vec3::X,
+            Vec3::new(0.4, 0.8, -0.4),
+            Vec3::new(0.0, 0.6, 0.8),
+            Vec3::new(0.1, 0.1, -1.0),
+        ] {
+            let light = Light::point(EYE + distance * along).unwrap();
+            for sampling in [Sampling::NEAREST, SMOOTH] {
+                let [voxels, lit] = errors_next_to_the_eye(light, sampling);
+                assert!(
+                    voxels <= lit + 1e-3,
+                    "{distance} m {along}: {voxels}, not {lit}"
+                );
+            }
+        }
     }
 }

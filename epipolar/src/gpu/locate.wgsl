@@ -26,7 +26,7 @@ fn locate(
     }
     let l = parameters.lattice;
     let point = points[i].xyz;
-    let ray = epi_ray(l, point - l.eye);
+    let ray = epi_ray_to(l, point);
     positions[i] = vec4(
         epi_alpha_position(l, ray.alpha),
         epi_theta_position(l, ray.theta),

@@ -162,10 +162,11 @@ impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
     /// picture.
     #[inline]
     fn distance(&self, ray: &epipolar::LightRay) -> f32 {
+        let direction = Vec3::from(ray.direction);
         let (face, v) = match self.faces[0].rays {
-            Rays::Parallel { .. } => (0, ray.origin - self.faces[0].origin),
+            Rays::Parallel { .. } => (0, Vec3::from(ray.origin) - self.faces[0].origin),
             // The light is the origin of all its faces.
-            Rays::Central { .. } => (face_along(&self.faces, ray.direction), ray.direction),
+            Rays::Central { .. } => (face_along(&self.faces, direction), direction),
         };
         let depth = self.depth_along(face, v);
         match self.faces[face].rays {

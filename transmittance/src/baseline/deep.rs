@@ -17,8 +17,8 @@
 //!   fits is always left.
 
 use super::Captured;
-use crate::node::{fraction, mix};
-use crate::{Accumulate, Error, Evaluate, Segment};
+use crate::numeric::{fraction, mix};
+use crate::{Accumulate, BlockerSegment, Error, Evaluate};
 
 /// Collects segments for a [`DeepCurve`]. Memory grows with them.
 #[derive(Debug, Clone)]
@@ -66,7 +66,7 @@ impl Deep {
 impl Accumulate for Deep {
     type Curve = DeepCurve;
 
-    fn insert(&mut self, segment: &Segment) {
+    fn insert(&mut self, segment: &BlockerSegment) {
         self.captured.insert(segment);
     }
 

@@ -7,8 +7,8 @@
 use std::f64::consts::PI;
 
 use super::{OPAQUE_ENOUGH, Range};
-use crate::exponential::exp_neg;
-use crate::{Accumulate, Evaluate, Segment};
+use crate::numeric::exp_neg;
+use crate::{Accumulate, BlockerSegment, Evaluate};
 
 /// `N` pairs of Fourier coefficients of the density over a range of depths
 /// `d` from 0 to 1; 16 pairs are what the literature calls 16 terms.
@@ -68,7 +68,7 @@ impl<const N: usize> Evaluate for FourierCurve<N> {
 impl<const N: usize> Accumulate for FourierCurve<N> {
     type Curve = Self;
 
-    fn insert(&mut self, segment: &Segment) {
+    fn insert(&mut self, segment: &BlockerSegment) {
         let [entry, exit] = self.range.shares(segment);
         let twice = 2.0 * segment.optical_depth()[0].min(OPAQUE_ENOUGH);
         // The mean of a wave over a segment is its value at the middle times

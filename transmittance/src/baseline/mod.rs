@@ -23,7 +23,7 @@ pub use moments::{MomentCurve, Moments};
 pub use opacity::OpacityCurve;
 pub use uncompressed::{Captured, Uncompressed};
 
-use crate::{Error, Segment};
+use crate::{BlockerSegment, Error};
 
 /// Depths between which the blockers of a map lie.
 ///
@@ -76,7 +76,7 @@ impl Range {
     }
 
     /// Where a segment lies, both ends from 0 to 1.
-    fn shares(&self, segment: &Segment) -> [f64; 2] {
+    fn shares(&self, segment: &BlockerSegment) -> [f64; 2] {
         [self.share(segment.entry()), self.share(segment.exit())]
     }
 }

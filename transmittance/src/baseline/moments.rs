@@ -13,8 +13,8 @@
 //! at the roots of `ẑᵀB⁻¹x̂`, with weights of the same form.
 
 use super::{OPAQUE_ENOUGH, Range};
-use crate::exponential::exp_neg;
-use crate::{Accumulate, Error, Evaluate, Segment};
+use crate::numeric::exp_neg;
+use crate::{Accumulate, BlockerSegment, Error, Evaluate};
 
 /// Most rows of the Hankel matrix: 8 moments make 5.
 const ROWS: usize = 5;
@@ -69,7 +69,7 @@ impl Moments {
 impl Accumulate for Moments {
     type Curve = MomentCurve;
 
-    fn insert(&mut self, segment: &Segment) {
+    fn insert(&mut self, segment: &BlockerSegment) {
         let [entry, exit] = self.range.shares(segment).map(|share| 2.0 * share - 1.0);
         let tau = f64::from(segment.optical_depth()[0].min(OPAQUE_ENOUGH));
         // The mean of zᵏ over the segment is the mean of all products of k

@@ -5,8 +5,8 @@
 //! exactly, where the paper draws what lies in front of it.
 
 use super::{OPAQUE_ENOUGH, Range};
-use crate::exponential::exp_neg;
-use crate::{Accumulate, Evaluate, Segment};
+use crate::numeric::exp_neg;
+use crate::{Accumulate, BlockerSegment, Evaluate};
 
 /// Optical depth up to each of `N` depths, from the near to the far end of a
 /// range, linear between them.
@@ -54,7 +54,7 @@ impl<const N: usize> Evaluate for OpacityCurve<N> {
 impl<const N: usize> Accumulate for OpacityCurve<N> {
     type Curve = Self;
 
-    fn insert(&mut self, segment: &Segment) {
+    fn insert(&mut self, segment: &BlockerSegment) {
         let [entry, exit] = self
             .range
             .shares(segment)

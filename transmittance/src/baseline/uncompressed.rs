@@ -1,13 +1,13 @@
 //! All of a ray's segments, composed exactly.
 
-use crate::exponential::exp_neg;
-use crate::node::{fraction, mix};
-use crate::{Accumulate, Evaluate, Segment};
+use crate::numeric::exp_neg;
+use crate::numeric::{fraction, mix};
+use crate::{Accumulate, BlockerSegment, Evaluate};
 
 /// Collects segments for an [`Uncompressed`] curve. Memory grows with them.
 #[derive(Debug, Clone, Default)]
 pub struct Captured {
-    segments: Vec<Segment>,
+    segments: Vec<BlockerSegment>,
 }
 
 impl Captured {
@@ -23,7 +23,7 @@ impl Captured {
     /// Halves of the segments are summed first, so that each value is a sum of
     /// positive numbers without differences, rounded `log₂ n` times.
     pub(super) fn sum(&self) -> Vec<(f32, f64)> {
-        fn sum(segments: &[Segment]) -> Vec<(f32, f64)> {
+        fn sum(segments: &[BlockerSegment]) -> Vec<(f32, f64)> {
             match segments {
                 [] => Vec::new(),
                 [one] => vec![
@@ -80,7 +80,7 @@ fn add(a: &[(f32, f64)], b: &[(f32, f64)]) -> Vec<(f32, f64)> {
 impl Accumulate for Captured {
     type Curve = Uncompressed;
 
-    fn insert(&mut self, segment: &Segment) {
+    fn insert(&mut self, segment: &BlockerSegment) {
         if !segment.is_clear() {
             self.segments.push(*segment);
         }
@@ -121,7 +121,7 @@ impl Uncompressed {
     /// Share of the light that gets as far as `depth`.
     #[must_use]
     pub fn transmittance(&self, depth: f32) -> f32 {
-        // What is at the depth itself does not count: see `Segment`.
+        // What is at the depth itself does not count: see `BlockerSegment`.
         let next = self.depth.partition_point(|&point| point < depth);
         let Some(before) = next.checked_sub(1) else {
             return 1.0;

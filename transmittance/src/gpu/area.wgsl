@@ -2,14 +2,14 @@
 // curves before and after, as `Area`.
 fn avsm_cost(
     curve: ptr<function, avsm_Curve>,
-    transmittances: ptr<function, array<f32, avsm_PLACES>>,
+    transmittances: ptr<function, array<f32, avsm_VALUES>>,
     q: u32,
 ) -> f32 {
     let depth = 0.25 * vec3((*curve).depth[q - 1u], (*curve).depth[q], (*curve).depth[q + 1u]);
     let widths = depth.yz - depth.xy;
     var cost = 0.0;
     for (var c = 0u; c < avsm_CHANNELS; c++) {
-        let i = c * avsm_ROOM + q;
+        let i = c * avsm_CAPACITY + q;
         let values = vec3((*curve).value[i - 1u], (*curve).value[i], (*curve).value[i + 1u]);
         let around = vec3((*transmittances)[i - 1u], (*transmittances)[i], (*transmittances)[i + 1u]);
         cost += avsm_area(widths, values, around);
@@ -21,7 +21,7 @@ fn avsm_cost(
 // transmittances of those nodes.
 fn avsm_stretch_cost(
     curve: ptr<function, avsm_Curve>,
-    transmittances: ptr<function, array<f32, avsm_PLACES>>,
+    transmittances: ptr<function, array<f32, avsm_VALUES>>,
     first: u32,
     last: u32,
 ) -> f32 {
@@ -32,7 +32,7 @@ fn avsm_stretch_cost(
         let share = 0.125 * (*curve).depth[x + 1u] - 0.125 * (*curve).depth[x - 1u];
         let way = min((0.25 * (*curve).depth[x] - start) / length, 1.0);
         for (var c = 0u; c < avsm_CHANNELS; c++) {
-            let row = c * avsm_ROOM;
+            let row = c * avsm_CAPACITY;
             let value = (*curve).value[row + first];
             let chord = value + ((*curve).value[row + last] - value) * way;
             cost += share * abs((*transmittances)[row + x] - avsm_transmittance(chord));

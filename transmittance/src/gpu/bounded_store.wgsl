@@ -9,7 +9,7 @@ fn avsm_store(texel: u32, curve: ptr<function, avsm_Curve>) {
         let at = base + 2u + i;
         avsm_set_word(at, select(0u, bitcast<u32>((*curve).depth[i]), is_node));
         for (var c = 0u; c < avsm_CHANNELS; c++) {
-            let place = c * avsm_ROOM + i;
+            let place = c * avsm_CAPACITY + i;
             let value = at + (1u + c) * avsm_NODES;
             let rows = avsm_CHANNELS * avsm_NODES;
             avsm_set_word(value, select(0u, bitcast<u32>((*curve).value[place]), is_node));

@@ -4,7 +4,7 @@ use gpu_backend::gpu::{Argument, Encode, Gpu, GpuMemory, INDEX_WGSL, Kernel, Wor
 use gpu_backend::{Backend, Buffer};
 
 use super::{GROUP, WgslRule, WgslStored, build_parts};
-use crate::{BuildMap, CurveMap, Error, SegmentLists};
+use crate::{BuildMap, Error, SegmentLists, TransmittanceMap};
 
 /// Segments that a shader knows; the [`Source`](crate::Source) of shaders.
 ///
@@ -19,7 +19,7 @@ pub trait WgslSegments<const C: usize = 1> {
     /// fn avsm_segment(texel: vec2<u32>, index: u32) -> avsm_Segment
     /// ```
     ///
-    /// for column and row of a texel. What is no [`Segment`](crate::Segment) is
+    /// for column and row of a texel. What is no [`BlockerSegment`](crate::BlockerSegment) is
     /// left out. Its bindings are in `@group(1)`.
     fn parts() -> &'static [&'static str];
 
@@ -104,17 +104,17 @@ pub(super) const fn band(numbers: usize) -> usize {
 }
 
 /// Numbers of an unfinished curve, as `build.wgsl` keeps it.
-pub(super) const fn unfinished_numbers(room: usize, channels: usize) -> usize {
-    2 + room * (1 + 3 * channels)
+pub(super) const fn unfinished_numbers(capacity: usize, channels: usize) -> usize {
+    2 + capacity * (1 + 3 * channels)
 }
 
 /// Segments per texel and dispatch.
 ///
 /// A software driver ends loops after 65,535 iterations of an invocation, summed
 /// over all loops, and a real one takes back the device after seconds. An insertion goes a dozen times
-/// over the places of a curve, and as often over its channels at each.
-pub(super) const fn batch(room: usize, channels: usize) -> u32 {
-    let each = 12 * room * (1 + channels);
+/// over the nodes of a curve, and as often over its channels at each.
+pub(super) const fn batch(capacity: usize, channels: usize) -> u32 {
+    let each = 12 * capacity * (1 + channels);
     let batch = 32_768 / each;
     if batch == 0 { 1 } else { batch as u32 }
 }
@@ -143,13 +143,13 @@ where
         &self,
         _: &A,
         source: &S,
-        map: &mut CurveMap<GpuMemory, P, C>,
+        map: &mut TransmittanceMap<GpuMemory, P, C>,
     ) -> Result<(), Error> {
         let [width, height] = map.extent();
         let texels = width * height;
-        let batch = batch(A::ROOM, C);
+        let batch = batch(A::CAPACITY, C);
         let longest = source.longest().max(1);
-        let numbers = unfinished_numbers(A::ROOM, C);
+        let numbers = unfinished_numbers(A::CAPACITY, C);
         let is_at_once = longest <= batch && !A::FINISHES_APART;
         let most = if is_at_once { BAND } else { band(numbers) };
         let waiting = if is_at_once { 0 } else { most.min(texels) };

@@ -34,14 +34,14 @@ fn resume(i: u32) -> avsm_Curve {
     var curve: avsm_Curve;
     curve.len = unfinished[place(i, 0u)];
     curve.insertions = unfinished[place(i, 1u)];
-    for (var k = 0u; k < avsm_ROOM; k++) {
+    for (var k = 0u; k < avsm_CAPACITY; k++) {
         curve.depth[k] = bitcast<f32>(unfinished[place(i, 2u + k)]);
     }
-    for (var k = 0u; k < avsm_PLACES; k++) {
-        let at = 2u + avsm_ROOM + k;
+    for (var k = 0u; k < avsm_VALUES; k++) {
+        let at = 2u + avsm_CAPACITY + k;
         curve.value[k] = bitcast<f32>(unfinished[place(i, at)]);
-        curve.above[k] = bitcast<f32>(unfinished[place(i, at + avsm_PLACES)]);
-        curve.below[k] = bitcast<f32>(unfinished[place(i, at + 2u * avsm_PLACES)]);
+        curve.above[k] = bitcast<f32>(unfinished[place(i, at + avsm_VALUES)]);
+        curve.below[k] = bitcast<f32>(unfinished[place(i, at + 2u * avsm_VALUES)]);
     }
     return curve;
 }
@@ -49,14 +49,14 @@ fn resume(i: u32) -> avsm_Curve {
 fn suspend(i: u32, curve: ptr<function, avsm_Curve>) {
     unfinished[place(i, 0u)] = (*curve).len;
     unfinished[place(i, 1u)] = (*curve).insertions;
-    for (var k = 0u; k < avsm_ROOM; k++) {
+    for (var k = 0u; k < avsm_CAPACITY; k++) {
         unfinished[place(i, 2u + k)] = bitcast<u32>((*curve).depth[k]);
     }
-    for (var k = 0u; k < avsm_PLACES; k++) {
-        let at = 2u + avsm_ROOM + k;
+    for (var k = 0u; k < avsm_VALUES; k++) {
+        let at = 2u + avsm_CAPACITY + k;
         unfinished[place(i, at)] = bitcast<u32>((*curve).value[k]);
-        unfinished[place(i, at + avsm_PLACES)] = bitcast<u32>((*curve).above[k]);
-        unfinished[place(i, at + 2u * avsm_PLACES)] = bitcast<u32>((*curve).below[k]);
+        unfinished[place(i, at + avsm_VALUES)] = bitcast<u32>((*curve).above[k]);
+        unfinished[place(i, at + 2u * avsm_VALUES)] = bitcast<u32>((*curve).below[k]);
     }
 }
 

@@ -1,22 +1,22 @@
 //! Sizes of curves as WGSL, made while compiling: shaders are `'static` text.
 
-/// The sizes of curves of `N` nodes and `C` channels with room for `W N` nodes, or,
+/// The sizes of curves of `N` nodes and `C` channels with a capacity of `W N` nodes, or,
 /// if `W` is 0, for two more than `N`.
 #[derive(Debug)]
 pub(crate) struct Sizes<const N: usize, const W: usize, const C: usize>;
 
 /// Digits stand where the numbers go.
-const TEMPLATE: &[u8; 188] = b"
+const TEMPLATE: &[u8; 196] = b"
 const avsm_NODES: u32 = 0x0000u;
-const avsm_ROOM: u32 = 0x0000u;
+const avsm_CAPACITY: u32 = 0x0000u;
 const avsm_CHANNELS: u32 = 0x0000u;
 const avsm_CHOICE: u32 = 0x0000u;
-const avsm_PLACES: u32 = avsm_ROOM * avsm_CHANNELS;
+const avsm_VALUES: u32 = avsm_CAPACITY * avsm_CHANNELS;
 ";
 
 impl<const N: usize, const W: usize, const C: usize> Sizes<N, W, C> {
-    /// Nodes that a curve has room for while it is made.
-    pub(crate) const ROOM: usize = if W == 0 { N + 2 } else { W * N };
+    /// The capacity of a curve while it is made, in nodes.
+    pub(crate) const CAPACITY: usize = if W == 0 { N + 2 } else { W * N };
 
     /// From how many nodes the last are chosen: as on the CPU, or as many as a
     /// dispatch can look at (see `build.rs`), or `N`.
@@ -32,11 +32,11 @@ impl<const N: usize, const W: usize, const C: usize> Sizes<N, W, C> {
 
     const BYTES: [u8; TEMPLATE.len()] = {
         assert!(
-            C >= 1 && C <= 16 && Self::ROOM <= super::MOST_ROOM,
-            "shaders have 1 to 16 channels and room for at most 66 nodes"
+            C >= 1 && C <= 16 && Self::CAPACITY <= super::LARGEST_CAPACITY,
+            "shaders have 1 to 16 channels and a capacity of at most 66 nodes"
         );
         let mut bytes = *TEMPLATE;
-        let numbers = [N, Self::ROOM, C, Self::CHOICE];
+        let numbers = [N, Self::CAPACITY, C, Self::CHOICE];
         // The digits of the number of this index end here.
         let (mut index, mut at) = (0, 0);
         while index < numbers.len() {
@@ -53,7 +53,7 @@ impl<const N: usize, const W: usize, const C: usize> Sizes<N, W, C> {
         bytes
     };
 
-    /// `avsm_NODES`, `avsm_ROOM`, `avsm_CHANNELS`, `avsm_CHOICE`, `avsm_PLACES`.
+    /// `avsm_NODES`, `avsm_CAPACITY`, `avsm_CHANNELS`, `avsm_CHOICE`, `avsm_VALUES`.
     pub(crate) const WGSL: &'static str = match std::str::from_utf8(&Self::BYTES) {
         Ok(text) => text,
         Err(_) => panic!("digits are ASCII"),

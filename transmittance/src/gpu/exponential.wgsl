@@ -3,6 +3,9 @@
 
 const avsm_CLEAR: f32 = 0.0;
 
+// Values from here on are all as good as the end of the light.
+const avsm_DARK: f32 = 128.0;
+
 fn avsm_transmittance(value: f32) -> f32 {
     return avsm_exp_neg(value);
 }
@@ -18,13 +21,12 @@ fn avsm_share_rounded(insertions: u32) -> f32 {
     return f32(insertions) * 1.1920930e-7;
 }
 
-// Least and most of the exact transmittance at a node, to 4e-7.
+// Least and most of the exact transmittance at a node, to 1e-6. Shares of 1e-6 of
+// optical depths are for their roundings, which count where large ones cancel.
 fn avsm_range(value: f32, below: f32, above: f32, insertions: u32) -> vec2<f32> {
     let rounding = avsm_share_rounded(insertions) * value;
-    return vec2(
-        avsm_exp_neg(value + above + rounding),
-        avsm_exp_neg(max(value - below - rounding, 0.0)),
-    );
+    let shallowest = min(value - rounding, avsm_DARK) * 0.999999 - below * 1.000001;
+    return vec2(avsm_exp_neg(value + above + rounding), avsm_exp_neg(max(shallowest, 0.0)));
 }
 
 // The largest error on a stretch between two values; `first` and `last` are the
@@ -43,8 +45,14 @@ fn avsm_stretch_error(
     }
     // See `Rules::error` on the CPU.
     let falls_from = avsm_exp_neg(values.x * (1.0 - share));
-    let falls_to = avsm_exp_neg(values.y * (1.0 + share));
-    let up = min(first.y * avsm_lost(below), first.y - falls_to);
+    let falls_to = avsm_exp_neg(min(values.y * (1.0 + share), avsm_DARK));
+    let shallowest = min(values.x * (1.0 - share), avsm_DARK) * 0.999999 - below * 1.000001;
+    let reached = avsm_exp_neg(max(shallowest, 0.0));
+    var up = min(min(first.y, reached) * avsm_lost(below), first.y - falls_to);
+    if values.y * (1.0 + share) > 0.999999 * avsm_DARK {
+        let from_dark = avsm_exp_neg(max(avsm_DARK * 0.999999 - below * 1.000001, 0.0));
+        up = max(up, min(first.y, from_dark));
+    }
     let down = min(falls_from * avsm_lost(above), falls_from - last.x);
     let at = min(max(1.0 / (1.0 - share), values.x), values.y);
     return max(max(up, down), 0.0) + share * at * avsm_exp_neg(at * (1.0 - share));

@@ -10,7 +10,7 @@ fn avsm_attenuate(
     segment: avsm_Segment,
 ) {
     let ends = vec2(segment.entry, segment.exit);
-    for (var i = 1u; i < avsm_ROOM; i++) {
+    for (var i = 1u; i < avsm_CAPACITY; i++) {
         if i <= first || i >= (*curve).len {
             continue;
         }
@@ -19,10 +19,10 @@ fn avsm_attenuate(
             share = avsm_shares(ends, (*curve).depth[i]).y;
         }
         for (var c = 0u; c < avsm_CHANNELS; c++) {
-            let value = (*curve).value[c * avsm_ROOM + i];
+            let value = (*curve).value[c * avsm_CAPACITY + i];
             // Where light has long gone, values stop growing before they overflow.
             let sum = value + segment.optical_depth[c] * share;
-            (*curve).value[c * avsm_ROOM + i] = min(sum, 1e38);
+            (*curve).value[c * avsm_CAPACITY + i] = min(sum, 1e38);
         }
     }
 }

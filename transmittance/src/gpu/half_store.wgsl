@@ -21,7 +21,7 @@ fn avsm_half_value(curve: ptr<function, avsm_Curve>, node: u32, channel: u32) ->
         return avsm_to_half(avsm_CLEAR);
     }
     // What is beyond the range of f16 is opaque either way.
-    let value = (*curve).value[channel * avsm_ROOM + min(node, (*curve).len - 1u)];
+    let value = (*curve).value[channel * avsm_CAPACITY + min(node, (*curve).len - 1u)];
     return avsm_to_half(min(value, 65504.0));
 }
 

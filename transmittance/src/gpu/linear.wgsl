@@ -3,6 +3,9 @@
 
 const avsm_CLEAR: f32 = 1.0;
 
+// No transmittance is beyond this: nothing is cut off.
+const avsm_DARK: f32 = 0x1p+100;
+
 fn avsm_transmittance(value: f32) -> f32 {
     return value;
 }

@@ -27,7 +27,7 @@ fn avsm_attenuate(
 ) {
     let ends = vec2(segment.entry, segment.exit);
     for (var c = 0u; c < avsm_CHANNELS; c++) {
-        let row = c * avsm_ROOM;
+        let row = c * avsm_CAPACITY;
         let passed = avsm_exp_neg(segment.optical_depth[c]);
         var sag = 0.0;
         if ends.x < ends.y {
@@ -35,7 +35,7 @@ fn avsm_attenuate(
         }
         // The segment's factor at the start of a stretch.
         var here = 1.0;
-        for (var i = 0u; i < avsm_ROOM; i++) {
+        for (var i = 0u; i < avsm_CAPACITY; i++) {
             if i < first || i >= (*curve).len {
                 continue;
             }

@@ -1,6 +1,6 @@
 //! Maps on a GPU, and their parts for other shaders.
 //!
-//! [`BuildMap`] makes the curves of a [`CurveMap`] with an invocation per texel:
+//! [`BuildMap`] makes the curves of a [`TransmittanceMap`] with an invocation per texel:
 //! its curve is in the memory of the invocation, takes the texel's segments in
 //! their order, and is written when it is finished. What this takes in memory
 //! beside the map does not depend on the number of segments. They come from
@@ -12,7 +12,7 @@
 //!
 //! Plain text without bindings and entry points; all names begin with `avsm_`.
 //! [`lookup_parts`] is what a shader needs to look up the curves of a map, given
-//! `fn avsm_word(index: u32) -> u32`, which reads [`CurveMap::words`]:
+//! `fn avsm_word(index: u32) -> u32`, which reads [`TransmittanceMap::words`]:
 //!
 //! * `avsm_transmittances(texel, depth)`, an array of one number per channel;
 //! * `avsm_filtered(extent, position, depth, is_bilinear)` between texel centres;
@@ -43,23 +43,30 @@
 //!
 //! # Limits
 //!
-//! Room for at most 66 nodes, so that `N W ≤ 64` for a [`Stream`], and 16
-//! channels; at most five storage buffers and what [`WgslSegments`] adds. Room
+//! A capacity of at most 66 nodes, so that `N W ≤ 64` for a [`Stream`], and 16
+//! channels; at most five storage buffers and what [`WgslSegments`] adds. Capacity
 //! costs registers, and software drivers minutes to compile where it is for 64.
 
+#[cfg(feature = "wgpu")]
 mod build;
+#[cfg(feature = "wgpu")]
 mod capture;
 mod constants;
 mod parts;
+#[cfg(feature = "wgpu")]
 mod query;
 #[cfg(test)]
+#[cfg(feature = "wgpu")]
 mod tests;
 
+#[cfg(feature = "wgpu")]
 pub use build::WgslSegments;
 pub use parts::{WgslRule, WgslStored, build_parts, lookup_parts};
 
 #[cfg(doc)]
-use crate::{BuildMap, CaptureSegments, CurveMap, PackedHalf, QueryMap, SegmentLists, Stream};
+use crate::{
+    BuildMap, CaptureSegments, PackedHalf, QueryMap, SegmentLists, Stream, TransmittanceMap,
+};
 
 /// A bound of what [`QueryMap`] adds to the error of a curve.
 ///
@@ -71,7 +78,8 @@ use crate::{BuildMap, CaptureSegments, CurveMap, PackedHalf, QueryMap, SegmentLi
 pub const LOOKUP_ERROR: f32 = 2e-6;
 
 /// The largest number of nodes that an invocation has room for.
-pub(crate) const MOST_ROOM: usize = 66;
+pub(crate) const LARGEST_CAPACITY: usize = 66;
 
 /// Invocations per workgroup of all shaders.
+#[cfg(feature = "wgpu")]
 const GROUP: u32 = 64;

@@ -55,3 +55,12 @@ fn avsm_mix(values: vec2<f32>, shares: vec2<f32>) -> f32 {
     let mixed = values.x * shares.x + values.y * shares.y;
     return clamp(mixed, min(values.x, values.y), max(values.x, values.y));
 }
+
+// The next larger of the numbers that a device tells apart.
+fn avsm_next_up(x: f32) -> f32 {
+    let bits = bitcast<u32>(x);
+    if (bits & 0x7f800000u) == 0u {
+        return 0x1p-126;
+    }
+    return bitcast<f32>(select(bits + 1u, bits - 1u, x < 0.0));
+}

@@ -9,7 +9,7 @@ fn avsm_store(texel: u32, curve: ptr<function, avsm_Curve>) {
         for (var c = 0u; c < avsm_CHANNELS; c++) {
             var value = avsm_CLEAR;
             if (*curve).len > 0u {
-                value = (*curve).value[c * avsm_ROOM + min(i, last)];
+                value = (*curve).value[c * avsm_CAPACITY + min(i, last)];
             }
             avsm_set_word(base + (1u + c) * avsm_NODES + i, bitcast<u32>(value));
         }

@@ -31,7 +31,7 @@ impl<const N: usize, L: Lookup, const C: usize> WgslStored<C> for Curve<N, L, C>
     const RULES: &'static str = L::WGSL[0];
     const LOAD: &'static str = include_str!("bounded.wgsl");
     const STORE: &'static str = include_str!("bounded_store.wgsl");
-    const BOUNDS: &'static str = include_str!("bounds.wgsl");
+    const BOUNDS: &'static str = include_str!("certificate.wgsl");
 }
 
 impl<const N: usize, L: Lookup, const C: usize> WgslStored<C> for Packed<N, L, C> {
@@ -50,8 +50,8 @@ impl<const N: usize, L: Lookup, const C: usize> WgslStored<C> for PackedHalf<N, 
 
 /// A rule by which shaders make curves.
 pub trait WgslRule<const C: usize = 1>: Accumulate<C> {
-    /// Nodes that a curve has room for while it is made.
-    const ROOM: usize;
+    /// The capacity of a curve while it is made, in nodes.
+    const CAPACITY: usize;
 
     /// WGSL of the sizes of a curve.
     const SIZES: &'static str;
@@ -71,7 +71,7 @@ pub trait WgslRule<const C: usize = 1>: Accumulate<C> {
 
 /// The paper's rule.
 impl<const N: usize, L: Lookup, const C: usize> WgslRule<C> for Curve<N, L, C> {
-    const ROOM: usize = Sizes::<N, 0, C>::ROOM;
+    const CAPACITY: usize = Sizes::<N, 0, C>::CAPACITY;
     const SIZES: &'static str = Sizes::<N, 0, C>::WGSL;
     const RULES: [&'static str; 2] = L::WGSL;
     const COST: &'static str = include_str!("area.wgsl");
@@ -83,16 +83,16 @@ impl<const N: usize, L: Lookup, const C: usize> WgslRule<C> for Curve<N, L, C> {
 impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> WgslRule<C>
     for Stream<N, M, L, C, W>
 {
-    const ROOM: usize = Sizes::<N, W, C>::ROOM;
+    const CAPACITY: usize = Sizes::<N, W, C>::CAPACITY;
     const SIZES: &'static str = Sizes::<N, W, C>::WGSL;
     const RULES: [&'static str; 2] = L::WGSL;
     const COST: &'static str = M::WGSL;
     const FINISH: &'static str = if Self::FINISHES_APART {
-        include_str!("select.wgsl")
+        include_str!("selection.wgsl")
     } else {
         include_str!("finish.wgsl")
     };
-    // With room for twice the nodes there is nothing left to choose from.
+    // With a capacity of twice the nodes there is nothing left to choose from.
     const FINISHES_APART: bool = Sizes::<N, W, C>::CHOICE > N;
 }
 

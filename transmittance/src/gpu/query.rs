@@ -6,8 +6,8 @@ use gpu_backend::gpu::{
 };
 
 use super::{GROUP, WgslStored, lookup_parts};
-use crate::curve_map::room_for_answers;
-use crate::{CurveMap, Error, Filter, QueryMap, Receiver};
+use crate::transmittance_map::room_for_answers;
+use crate::{Error, Filter, QueryMap, Receiver, TransmittanceMap};
 
 /// Uniforms of `query.wgsl`.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -28,7 +28,7 @@ pub(super) fn parts<P: WgslStored<C>, const C: usize>() -> Vec<&'static str> {
 impl<P: WgslStored<C>, E: Encode, const C: usize> QueryMap<P, C> for Gpu<E> {
     fn query_map(
         &self,
-        map: &CurveMap<GpuMemory, P, C>,
+        map: &TransmittanceMap<GpuMemory, P, C>,
         receivers: &GpuBuffer<Receiver>,
         filter: Filter,
         transmittances: &mut GpuBuffer<f32>,

@@ -6,8 +6,9 @@ use gpu_backend::testing::Shader;
 
 use super::build::{self, ListsRecord};
 use super::capture::{self, GATHER, GatherParameters, SCAN, SORT, SortParameters};
-use super::{MOST_ROOM, WgslRule, WgslStored, build_parts, lookup_parts, query};
+use super::{LARGEST_CAPACITY, WgslRule, WgslStored, build_parts, lookup_parts, query};
 use crate::certificate::INCOMPLETE;
+use crate::lookup::Rules;
 use crate::{
     Area, Curve, Exponential, Linear, Lookup, Maximum, Packed, PackedHalf, Receiver, SegmentLists,
     Stream,
@@ -32,9 +33,12 @@ where
     assert_eq!(lookup.values("avsm_CHANNELS").unwrap(), [C as f64]);
     let build = Shader::new(&[&build_parts::<A, P, C>()[..], &[WORDS]].concat()).unwrap();
     build.require_part(&["avsm_"]).unwrap();
-    assert_eq!(build.values("avsm_ROOM").unwrap(), [A::ROOM as f64]);
-    assert!(build.values("avsm_CHOICE").unwrap()[0] <= A::ROOM as f64);
-    assert_eq!(build.values("avsm_PLACES").unwrap(), [(C * A::ROOM) as f64]);
+    assert_eq!(build.values("avsm_CAPACITY").unwrap(), [A::CAPACITY as f64]);
+    assert!(build.values("avsm_CHOICE").unwrap()[0] <= A::CAPACITY as f64);
+    assert_eq!(
+        build.values("avsm_VALUES").unwrap(),
+        [(C * A::CAPACITY) as f64]
+    );
 
     let query = Shader::new(&query::parts::<P, C>()).unwrap();
     assert_same_layout!(
@@ -103,6 +107,10 @@ fn constants_are_those_of_rust() {
         shader.values("avsm_INCOMPLETE").unwrap(),
         [f64::from(INCOMPLETE)]
     );
+    assert_eq!(
+        shader.values("avsm_DARK").unwrap(),
+        [f64::from(Exponential::DARK)]
+    );
     assert_eq!(shader.values("avsm_LAST").unwrap(), [f64::from(u16::MAX)]);
     assert_eq!(shader.values("avsm_NODES").unwrap(), [8.0]);
 }
@@ -142,11 +150,11 @@ fn the_sort_is_valid_and_as_in_rust() {
 #[test]
 fn unfinished_curves_fit_into_a_binding_of_any_device() {
     let bytes = |numbers| 4 * numbers * build::band(numbers);
-    for room in 2..=MOST_ROOM {
+    for capacity in 2..=LARGEST_CAPACITY {
         for channels in 1..=16 {
-            let numbers = build::unfinished_numbers(room, channels);
+            let numbers = build::unfinished_numbers(capacity, channels);
             let next = bytes(numbers) + 4 * numbers;
-            assert!(bytes(numbers) <= 128 << 20, "{room} {channels}");
+            assert!(bytes(numbers) <= 128 << 20, "{capacity} {channels}");
             // No smaller than it has to be.
             assert!(build::band(numbers) == 1 << 16 || next > 128 << 20);
         }
@@ -154,8 +162,8 @@ fn unfinished_curves_fit_into_a_binding_of_any_device() {
     // Small curves wait 65,536 at once; 64 nodes of three channels would need
     // 168 MB for as many.
     assert_eq!(build::band(build::unfinished_numbers(10, 1)), 1 << 16);
-    let room = <Stream<16, Area, Linear, 3> as WgslRule<3>>::ROOM;
-    let coloured = build::unfinished_numbers(room, 3);
+    let capacity = <Stream<16, Area, Linear, 3> as WgslRule<3>>::CAPACITY;
+    let coloured = build::unfinished_numbers(capacity, 3);
     assert!((4 * coloured) << 16 > 128 << 20);
     assert_eq!(build::band(coloured), (128 << 20) / (4 * coloured));
     assert_eq!(build::band(64 << 20), 1);

@@ -6,10 +6,14 @@
 pub(crate) mod optimal;
 pub(crate) mod streams;
 
-use transmittance::Segment;
+use transmittance::BlockerSegment;
 
 /// The exact transmittance at `depth`: Beer–Lambert, in f64, blocker by blocker.
-pub(crate) fn truth<const C: usize>(segments: &[Segment<C>], depth: f32, channel: usize) -> f64 {
+pub(crate) fn truth<const C: usize>(
+    segments: &[BlockerSegment<C>],
+    depth: f32,
+    channel: usize,
+) -> f64 {
     let z = f64::from(depth);
     let tau: f64 = segments
         .iter()
@@ -30,7 +34,7 @@ pub(crate) fn truth<const C: usize>(segments: &[Segment<C>], depth: f32, channel
 
 /// Depths at which curves of these blockers may go wrong: each end, the floats
 /// beside it, and between each two.
-pub(crate) fn probes<const C: usize>(segments: &[Segment<C>]) -> Vec<f32> {
+pub(crate) fn probes<const C: usize>(segments: &[BlockerSegment<C>]) -> Vec<f32> {
     let mut ends: Vec<f32> = segments
         .iter()
         .flat_map(|segment| [segment.entry(), segment.exit()])
@@ -53,7 +57,7 @@ pub(crate) fn probes<const C: usize>(segments: &[Segment<C>]) -> Vec<f32> {
 
 /// Mean and largest error over the depths from the first to the last end, by
 /// Simpson's rule between the ends.
-pub(crate) fn errors(segments: &[Segment], curve: impl Fn(f32) -> f32) -> (f64, f64) {
+pub(crate) fn errors(segments: &[BlockerSegment], curve: impl Fn(f32) -> f32) -> (f64, f64) {
     let mut ends: Vec<f32> = segments
         .iter()
         .flat_map(|segment| [segment.entry(), segment.exit()])

@@ -3,7 +3,7 @@
 //! Shares nothing with the crate: its own exact curve, plain numerical
 //! integration, f64, all nodes.
 
-use transmittance::Segment;
+use transmittance::BlockerSegment;
 
 use super::truth;
 
@@ -25,7 +25,7 @@ struct Node {
 }
 
 /// All of them, from front to back; steps are two at a depth.
-fn nodes(segments: &[Segment]) -> Vec<Node> {
+fn nodes(segments: &[BlockerSegment]) -> Vec<Node> {
     let mut ends: Vec<f32> = segments
         .iter()
         .flat_map(|segment| [segment.entry(), segment.exit()])
@@ -61,7 +61,12 @@ fn between(exponential: bool, a: Node, b: Node, share: f64) -> f64 {
 
 /// Mean or largest error of the best `n` of the exact curve's nodes, first and
 /// last among them, with linear or exponential lookup.
-pub(crate) fn least_error(segments: &[Segment], n: usize, least: Least, exponential: bool) -> f64 {
+pub(crate) fn least_error(
+    segments: &[BlockerSegment],
+    n: usize,
+    least: Least,
+    exponential: bool,
+) -> f64 {
     let nodes = nodes(segments);
     let count = nodes.len();
     // Exact samples between each node and the next.

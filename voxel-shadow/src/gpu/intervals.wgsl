@@ -5,7 +5,7 @@ struct Parameters {
     sampling: vsv_Sampling,
     count: u32,
     // Per ray.
-    places: u32,
+    capacity: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -34,15 +34,15 @@ fn lit_intervals(
         return;
     }
     let l = parameters.lattice;
-    var look = vsv_look(l, parameters.sampling, rays[i].xyz, rays[i].w);
+    var cursor = vsv_cursor(l, parameters.sampling, rays[i].xyz, rays[i].w);
     var count = 0u;
     loop {
-        let interval = vsv_next_lit(l, parameters.sampling, &look);
+        let interval = vsv_next_lit(l, parameters.sampling, &cursor);
         if interval.visibility <= 0.0 {
             break;
         }
-        if count < parameters.places {
-            intervals[i * parameters.places + count] = interval;
+        if count < parameters.capacity {
+            intervals[i * parameters.capacity + count] = interval;
         }
         count += 1u;
     }

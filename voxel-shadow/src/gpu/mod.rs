@@ -24,14 +24,19 @@
 //!
 //! At most five storage buffers, and what a part in the [`FirstBlockerSlot`] adds.
 
+#[cfg(feature = "wgpu")]
 mod build;
+#[cfg(feature = "wgpu")]
 mod query;
+#[cfg(feature = "wgpu")]
 mod rectify;
-#[cfg(test)]
+mod sampling;
+#[cfg(all(test, feature = "wgpu"))]
 mod tests;
 
-pub use query::SamplingRecord;
+#[cfg(feature = "wgpu")]
 pub use rectify::FirstBlockerSlot;
+pub use sampling::SamplingRecord;
 
 #[cfg(doc)]
 use crate::Sampling;
@@ -40,4 +45,5 @@ use crate::Sampling;
 pub const SHADOW: &str = include_str!("shadow.wgsl");
 
 /// Invocations per workgroup of all shaders but the scan.
+#[cfg(feature = "wgpu")]
 const GROUP: u32 = 64;

@@ -6,32 +6,10 @@ use gpu_backend::gpu::{
     Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, Kernel, Workgroups,
 };
 
-use super::{GROUP, SHADOW};
+use super::{GROUP, SHADOW, SamplingRecord};
 use crate::error::same_length;
-use crate::query_step::{check_weights, places};
-use crate::{Error, LitInterval, Query, Sampling, ShadowVolume, Weights};
-
-/// A [`Sampling`] as shaders see it: `vsv_Sampling`.
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct SamplingRecord {
-    pub(super) alpha_bias: f32,
-    pub(super) phi_bias: f32,
-    pub(super) axis: f32,
-    pub(super) interpolate: u32,
-}
-
-impl SamplingRecord {
-    /// The numbers of a sampling.
-    pub fn new(sampling: &Sampling) -> Self {
-        Self {
-            alpha_bias: sampling.alpha_bias,
-            phi_bias: sampling.phi_bias,
-            axis: sampling.axis,
-            interpolate: u32::from(sampling.interpolate),
-        }
-    }
-}
+use crate::query::{capacity, check_weights};
+use crate::{Error, LitInterval, Query, ShadowVolume, Weights};
 
 /// Uniforms of `query.wgsl` and `intervals.wgsl`.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -40,18 +18,18 @@ pub(super) struct Parameters {
     pub(super) lattice: LatticeRecord,
     pub(super) sampling: SamplingRecord,
     pub(super) count: u32,
-    pub(super) places: u32,
+    pub(super) capacity: u32,
     padding: [u32; 2],
 }
 
 impl Parameters {
-    fn new(volume: &ShadowVolume<'_, GpuMemory>, count: usize, places: usize) -> Self {
+    fn new(volume: &ShadowVolume<'_, GpuMemory>, count: usize, capacity: usize) -> Self {
         Self {
             lattice: LatticeRecord::new(volume.lattice()),
             sampling: SamplingRecord::new(&volume.sampling()),
             // More are refused by the dispatch.
             count: count as u32,
-            places: places as u32,
+            capacity: capacity as u32,
             padding: [0; 2],
         }
     }
@@ -142,7 +120,7 @@ impl<E: Encode> Query for Gpu<E> {
         intervals: &mut GpuBuffer<LitInterval>,
         counts: &mut GpuBuffer<u32>,
     ) -> Result<(), Error> {
-        let places = places(rays.len(), intervals.len(), counts.len())?;
+        let capacity = capacity(rays.len(), intervals.len(), counts.len())?;
         self.dispatch(
             &Kernel {
                 label: "lit intervals",
@@ -151,7 +129,7 @@ impl<E: Encode> Query for Gpu<E> {
                 constants: &[],
             },
             &[&[
-                Argument::uniform(Parameters::new(volume, rays.len(), places)),
+                Argument::uniform(Parameters::new(volume, rays.len(), capacity)),
                 Argument::table(volume.lattice().bounds()),
                 Argument::read(volume.grid().words()),
                 Argument::read(rays),

@@ -5,7 +5,7 @@ struct Parameters {
     sampling: vsv_Sampling,
     count: u32,
     // For lit intervals, per ray.
-    places: u32,
+    capacity: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -44,8 +44,8 @@ fn lit_fraction(
 ) {
     let i = gpu_index(workgroup, workgroups, local, 64u);
     if i < parameters.count {
-        var look = vsv_look(parameters.lattice, parameters.sampling, rays[i].xyz, rays[i].w);
-        results[i] = vsv_lit_fraction(parameters.lattice, parameters.sampling, &look);
+        var cursor = vsv_cursor(parameters.lattice, parameters.sampling, rays[i].xyz, rays[i].w);
+        results[i] = vsv_lit_fraction(parameters.lattice, parameters.sampling, &cursor);
     }
 }
 
@@ -65,10 +65,10 @@ fn weighted_sum(
     if i >= parameters.count {
         return;
     }
-    var look = vsv_look(parameters.lattice, parameters.sampling, rays[i].xyz, rays[i].w);
+    var cursor = vsv_cursor(parameters.lattice, parameters.sampling, rays[i].xyz, rays[i].w);
     var sum = 0.0;
     loop {
-        let run = vsv_next_run(parameters.lattice, parameters.sampling, &look);
+        let run = vsv_next_run(parameters.lattice, parameters.sampling, &cursor);
         if run.visibility <= 0.0 {
             break;
         }

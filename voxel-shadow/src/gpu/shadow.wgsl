@@ -41,7 +41,7 @@ struct vsv_Texels {
 }
 
 // A ray, and how far its runs have been read.
-struct vsv_Look {
+struct vsv_Cursor {
     ray: epi_Ray,
     texels: vsv_Texels,
     surface: f32,
@@ -129,25 +129,25 @@ fn vsv_sample(l: epi_Lattice, sampling: vsv_Sampling, texels: vsv_Texels, positi
 // The visibility of the light from a point on a visible surface.
 fn vsv_visibility(l: epi_Lattice, sampling: vsv_Sampling, point: vec3<f32>) -> f32 {
     let from_eye = point - l.eye;
-    let ray = epi_ray(l, from_eye);
+    let ray = epi_ray_to(l, point);
     let texels = vsv_texels(l, sampling, ray, length(from_eye));
     return vsv_sample(l, sampling, texels, epi_phi_position(l, epi_phi(l, ray, point)));
 }
 
 // The shadow along the eye ray into a direction, up to the first surface.
-fn vsv_look(l: epi_Lattice, sampling: vsv_Sampling, direction: vec3<f32>, surface: f32) -> vsv_Look {
-    var look: vsv_Look;
-    look.ray = epi_ray(l, direction);
-    look.surface = max(surface, 0.0);
-    look.texels = vsv_texels(l, sampling, look.ray, look.surface);
-    look.end = epi_phi_position(l, epi_phi_along(l, look.ray, look.surface));
-    look.start = 0.0;
-    look.reached = 0.0;
-    look.done = false;
+fn vsv_cursor(l: epi_Lattice, sampling: vsv_Sampling, direction: vec3<f32>, surface: f32) -> vsv_Cursor {
+    var cursor: vsv_Cursor;
+    cursor.ray = epi_ray(l, direction);
+    cursor.surface = max(surface, 0.0);
+    cursor.texels = vsv_texels(l, sampling, cursor.ray, cursor.surface);
+    cursor.end = epi_phi_position(l, epi_phi_along(l, cursor.ray, cursor.surface));
+    cursor.start = 0.0;
+    cursor.reached = 0.0;
+    cursor.done = false;
     let highest = f32(l.bits - 1u);
-    look.bit = u32(clamp(sampling.phi_bias, 0.0, highest));
-    look.last = u32(clamp(look.end + sampling.phi_bias, 0.0, highest));
-    return look;
+    cursor.bit = u32(clamp(sampling.phi_bias, 0.0, highest));
+    cursor.last = u32(clamp(cursor.end + sampling.phi_bias, 0.0, highest));
+    return cursor;
 }
 
 // The first bit above `bit` at which one of the texels changes, or the number
@@ -171,52 +171,52 @@ fn vsv_next_change(l: epi_Lattice, texels: vsv_Texels, bit: u32) -> u32 {
 }
 
 // The next run that is not in full shadow.
-fn vsv_next_run(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_Look>) -> vsv_Run {
-    while !(*look).done {
-        let visibility = vsv_visibility_of((*look).texels, (*look).bit);
-        let start = (*look).start;
-        let change = vsv_next_change(l, (*look).texels, (*look).bit);
-        if change > (*look).last {
-            (*look).done = true;
-            (*look).start = (*look).end;
+fn vsv_next_run(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vsv_Cursor>) -> vsv_Run {
+    while !(*cursor).done {
+        let visibility = vsv_visibility_of((*cursor).texels, (*cursor).bit);
+        let start = (*cursor).start;
+        let change = vsv_next_change(l, (*cursor).texels, (*cursor).bit);
+        if change > (*cursor).last {
+            (*cursor).done = true;
+            (*cursor).start = (*cursor).end;
         } else {
-            (*look).bit = change;
-            (*look).start = min(f32(change) - sampling.phi_bias, (*look).end);
+            (*cursor).bit = change;
+            (*cursor).start = min(f32(change) - sampling.phi_bias, (*cursor).end);
         }
-        if visibility > 0.0 && (start < (*look).start || (*look).end == 0.0) {
-            return vsv_Run(start, (*look).start, visibility);
+        if visibility > 0.0 && (start < (*cursor).start || (*cursor).end == 0.0) {
+            return vsv_Run(start, (*cursor).start, visibility);
         }
     }
     return vsv_Run(0.0, 0.0, 0.0);
 }
 
-fn vsv_distance(l: epi_Lattice, look: vsv_Look, position: f32) -> f32 {
-    return min(epi_distance_along(l, look.ray, epi_phi_at(l, position)), look.surface);
+fn vsv_distance(l: epi_Lattice, cursor: vsv_Cursor, position: f32) -> f32 {
+    return min(epi_distance_along(l, cursor.ray, epi_phi_at(l, position)), cursor.surface);
 }
 
 // Where a run begins and ends.
-fn vsv_interval(l: epi_Lattice, look: ptr<function, vsv_Look>, run: vsv_Run) -> vsv_LitInterval {
+fn vsv_interval(l: epi_Lattice, cursor: ptr<function, vsv_Cursor>, run: vsv_Run) -> vsv_LitInterval {
     var start = 0.0;
     if run.start > 0.0 {
-        start = vsv_distance(l, *look, run.start);
+        start = vsv_distance(l, *cursor, run.start);
     }
-    var end = (*look).surface;
-    if run.end < (*look).end {
-        end = vsv_distance(l, *look, run.end);
+    var end = (*cursor).surface;
+    if run.end < (*cursor).end {
+        end = vsv_distance(l, *cursor, run.end);
     }
-    start = max(start, (*look).reached);
+    start = max(start, (*cursor).reached);
     end = max(end, start);
-    (*look).reached = end;
+    (*cursor).reached = end;
     return vsv_LitInterval(start, end, run.visibility);
 }
 
 // The next lit part of the ray.
-fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_Look>) -> vsv_LitInterval {
-    let run = vsv_next_run(l, sampling, look);
+fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vsv_Cursor>) -> vsv_LitInterval {
+    let run = vsv_next_run(l, sampling, cursor);
     if run.visibility <= 0.0 {
         return vsv_LitInterval(0.0, 0.0, 0.0);
     }
-    return vsv_interval(l, look, run);
+    return vsv_interval(l, cursor, run);
 }
 
 // The next lit voxel of the ray. `run` is what is left of the current run, at
@@ -224,18 +224,18 @@ fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_
 fn vsv_next_voxel(
     l: epi_Lattice,
     sampling: vsv_Sampling,
-    look: ptr<function, vsv_Look>,
+    cursor: ptr<function, vsv_Cursor>,
     run: ptr<function, vsv_Run>,
 ) -> vsv_LitInterval {
     if (*run).start >= (*run).end {
-        *run = vsv_next_run(l, sampling, look);
+        *run = vsv_next_run(l, sampling, cursor);
         if (*run).visibility <= 0.0 {
             return vsv_LitInterval(0.0, 0.0, 0.0);
         }
     }
     var voxel = *run;
     // A ray on the axis has one run of no length, and no voxels.
-    if (*look).texels.decided == 0u && (*look).end > 0.0 {
+    if (*cursor).texels.decided == 0u && (*cursor).end > 0.0 {
         var border = floor(voxel.start + sampling.phi_bias) + 1.0;
         // A border may be rounded down to where the run starts.
         if border - sampling.phi_bias <= voxel.start {
@@ -244,12 +244,12 @@ fn vsv_next_voxel(
         voxel.end = min(voxel.end, border - sampling.phi_bias);
     }
     (*run).start = voxel.end;
-    return vsv_interval(l, look, voxel);
+    return vsv_interval(l, cursor, voxel);
 }
 
 // The position along φ at which the ray has gone a distance.
-fn vsv_position(l: epi_Lattice, look: vsv_Look, distance: f32) -> f32 {
-    return min(epi_phi_position(l, epi_phi_along(l, look.ray, max(distance, 0.0))), look.end);
+fn vsv_position(l: epi_Lattice, cursor: vsv_Cursor, distance: f32) -> f32 {
+    return min(epi_phi_position(l, epi_phi_along(l, cursor.ray, max(distance, 0.0))), cursor.end);
 }
 
 // The share of the voxels between two distances that are lit; if there is no
@@ -257,15 +257,15 @@ fn vsv_position(l: epi_Lattice, look: vsv_Look, distance: f32) -> f32 {
 fn vsv_lit_fraction_between(
     l: epi_Lattice,
     sampling: vsv_Sampling,
-    look: ptr<function, vsv_Look>,
+    cursor: ptr<function, vsv_Cursor>,
     start: f32,
     end: f32,
 ) -> f32 {
-    let first = vsv_position(l, *look, start);
-    let last = vsv_position(l, *look, end);
+    let first = vsv_position(l, *cursor, start);
+    let last = vsv_position(l, *cursor, end);
     var lit = 0.0;
     loop {
-        let run = vsv_next_run(l, sampling, look);
+        let run = vsv_next_run(l, sampling, cursor);
         if run.visibility <= 0.0 {
             break;
         }
@@ -282,20 +282,20 @@ fn vsv_lit_fraction_between(
 }
 
 // The share of the voxels up to the surface that are lit.
-fn vsv_lit_fraction(l: epi_Lattice, sampling: vsv_Sampling, look: ptr<function, vsv_Look>) -> f32 {
+fn vsv_lit_fraction(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vsv_Cursor>) -> f32 {
     var lit = 0.0;
     loop {
-        let run = vsv_next_run(l, sampling, look);
+        let run = vsv_next_run(l, sampling, cursor);
         if run.visibility <= 0.0 {
             break;
         }
-        if (*look).end == 0.0 {
+        if (*cursor).end == 0.0 {
             return run.visibility;
         }
         lit += run.visibility * (run.end - run.start);
     }
-    if (*look).end > 0.0 {
-        return min(lit / (*look).end, 1.0);
+    if (*cursor).end > 0.0 {
+        return min(lit / (*cursor).end, 1.0);
     }
     return 0.0;
 }

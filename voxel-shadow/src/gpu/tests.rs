@@ -1,7 +1,7 @@
 //! Shaders without a device, and steps against the CPU with one.
 
 use epipolar::gpu::{EPIPOLAR, PHI};
-use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::gpu::{Argument, Gpu, InShader, Queued};
 use gpu_backend::shader::Part;
@@ -41,9 +41,9 @@ impl InShader<FirstBlockerSlot> for Disc {
 }
 
 fn disc(ray: &LightRay) -> f32 {
-    let distance = (2.0 - ray.origin.y) / ray.direction.y;
-    let x = ray.origin.x + distance * ray.direction.x;
-    let z = ray.origin.z + distance * ray.direction.z;
+    let distance = (2.0 - ray.origin[1]) / ray.direction[1];
+    let x = ray.origin[0] + distance * ray.direction[0];
+    let z = ray.origin[2] + distance * ray.direction[2];
     if distance > 0.0 && x * x + z * z < 2.25 {
         distance
     } else {
@@ -54,7 +54,7 @@ fn disc(ray: &LightRay) -> f32 {
 /// In view, beside it, behind the eye, parallel.
 fn lattices(alpha: u32, theta: u32, bits: u32) -> Vec<Lattice> {
     let eye = Vec3::new(0.2, 1.7, 8.0);
-    let view = View::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], 0.0, 20.0).unwrap();
+    let view = ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], 0.0, 20.0).unwrap();
     let resolution = Resolution::new(alpha, theta, bits).unwrap();
     [
         Light::point(Vec3::new(1.0, 3.0, -2.0)).unwrap(),
@@ -107,7 +107,7 @@ fn the_part_is_fit_for_other_shaders_and_all_structures_are_those_of_rust() {
                 lattice,
                 sampling,
                 count,
-                places
+                capacity
             }
         );
     }
@@ -338,7 +338,7 @@ fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sa
     );
 
     // Points on the rays.
-    let eye = lattice.space().eye();
+    let eye = Vec3::from(lattice.space().eye());
     let points: Vec<[f32; 4]> = rays
         .iter()
         .map(|ray| {
@@ -351,12 +351,12 @@ fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sa
     gpu.visibility(&there, &points_there, &mut found).unwrap();
     compare("visibility", &expected, &gpu.download(&found).unwrap(), 1.0);
 
-    let places = 3;
-    let mut expected = vec![LitInterval::default(); places * count];
+    let capacity = 3;
+    let mut expected = vec![LitInterval::default(); capacity * count];
     let mut expected_counts = vec![0; count];
     cpu.lit_intervals(&here, &rays, &mut expected, &mut expected_counts)
         .unwrap();
-    let mut intervals = gpu.zeros::<LitInterval>(places * count).unwrap();
+    let mut intervals = gpu.zeros::<LitInterval>(capacity * count).unwrap();
     let mut counts = gpu.zeros(count).unwrap();
     gpu.lit_intervals(&there, &rays_there, &mut intervals, &mut counts)
         .unwrap();
@@ -365,8 +365,8 @@ fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sa
     let mut wrong = 0;
     for i in 0..count {
         let same = expected_counts[i] == counts[i]
-            && (0..places.min(counts[i] as usize)).all(|k| {
-                let (e, f) = (&expected[places * i + k], &found[places * i + k]);
+            && (0..capacity.min(counts[i] as usize)).all(|k| {
+                let (e, f) = (&expected[capacity * i + k], &found[capacity * i + k]);
                 let close = |a: f32, b: f32| (a - b).abs() <= 1e-3 * a.abs().max(1.0);
                 close(e.start, f.start)
                     && close(e.end, f.end)

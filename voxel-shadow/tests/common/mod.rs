@@ -2,15 +2,15 @@
 #![allow(dead_code, reason = "each suite uses a part of it")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, View};
+use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::{Cpu, Host};
 use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify};
 
 pub(crate) const EYE: Vec3 = Vec3::new(0.2, 1.7, 8.0);
 
-pub(crate) fn camera(near: f32, far: f32) -> View {
-    View::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], near, far).unwrap()
+pub(crate) fn camera(near: f32, far: f32) -> ViewVolume {
+    ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], near, far).unwrap()
 }
 
 /// In view, above the screen, beside it, behind the eye, almost at the eye,
@@ -34,7 +34,7 @@ pub(crate) fn spot() -> Light {
     Light::spot(Vec3::new(0.0, 6.0, 0.0), Vec3::NEG_Y, 0.6).unwrap()
 }
 
-pub(crate) fn lattice(light: Light, view: &View, [alpha, theta, bits]: [u32; 3]) -> Lattice {
+pub(crate) fn lattice(light: Light, view: &ViewVolume, [alpha, theta, bits]: [u32; 3]) -> Lattice {
     let space = Space::new(light, EYE).unwrap();
     let resolution = Resolution::new(alpha, theta, bits).unwrap();
     Lattice::new(space, view, resolution, Spacing::Angle).unwrap()
@@ -49,8 +49,8 @@ pub(crate) struct Ball {
 
 impl Ball {
     pub(crate) fn distance(&self, ray: &LightRay, parallel: bool) -> f32 {
-        let to_centre = (self.centre - ray.origin).as_dvec3();
-        let direction = ray.direction.as_dvec3();
+        let to_centre = (self.centre - Vec3::from(ray.origin)).as_dvec3();
+        let direction = Vec3::from(ray.direction).as_dvec3();
         let along = to_centre.dot(direction) / direction.length();
         let h2 = to_centre.cross(direction).length_squared() / direction.length_squared();
         let inside = f64::from(self.radius).powi(2) - h2;
@@ -110,7 +110,7 @@ pub(crate) fn is_lit(light: Light, balls: &[Ball], sun: Vec3, point: Vec3) -> bo
     balls.iter().all(|ball| {
         let to_centre = (ball.centre - point).as_dvec3();
         let to_light = match light.position() {
-            Some(position) => (position - point).as_dvec3(),
+            Some(position) => (Vec3::from(position) - point).as_dvec3(),
             None => -1e6 * sun.as_dvec3(),
         };
         let t = (to_centre.dot(to_light) / to_light.length_squared()).clamp(0.0, 1.0);

@@ -1,7 +1,7 @@
 //! What the rays of one face meet, as segments per texel.
 
 use gpu_backend::Cpu;
-use transmittance::{Segment, Source, Tile};
+use transmittance::{BlockerSegment, Source, Tile};
 
 use super::bins::Bins;
 use super::particles::Ball;
@@ -93,7 +93,7 @@ impl<'a> FaceBlockers<'a> {
 }
 
 impl Source for FaceBlockers<'_> {
-    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], Segment)) {
+    fn segments(&self, tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment)) {
         let view = &self.view;
         for layer in &self.layers {
             match layer {
@@ -136,7 +136,7 @@ impl Source for FaceBlockers<'_> {
             let depth = self.opaque[(y * view.resolution() + x) as usize];
             // A texel without triangles has the largest depth there is.
             if depth < EMPTY
-                && let Ok(segment) = Segment::opaque(depth)
+                && let Ok(segment) = BlockerSegment::opaque(depth)
             {
                 put([x as usize, y as usize], segment);
             }

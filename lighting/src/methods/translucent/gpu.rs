@@ -1,45 +1,33 @@
 //! Maps of transmittance in the memory of a GPU, and in shaders.
 
-use gpu_backend::Backend;
-use gpu_backend::Error;
-use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, GpuMemory, InShader};
+use gpu_backend::gpu::{Argument, Encode, Gpu, GpuMemory, InShader};
 use gpu_backend::shader::Part;
 use transmittance::gpu::lookup_parts;
 use transmittance::{Filter, Packed, Stored};
 
-use super::TransmittanceMap;
 use super::map::CurveMemory;
+use super::{TransmittanceMap, TransmittanceMapError};
 use crate::gpu::scene::PicturesRecord;
 use crate::gpu::{FACE, PLACE, PointSlot};
 
-/// Words of a curve.
-const WORDS: usize = <Packed<8> as Stored>::WORDS;
-
-/// The curves as `transmittance` stores them, face by face, each row by row from
-/// the top; a single 0 without casters.
+/// All faces in one map, one after the other.
 impl CurveMemory<Packed<8>> for GpuMemory {
-    type Curves = GpuBuffer<u32>;
+    type Curves = transmittance::TransmittanceMap<GpuMemory>;
 }
 
 impl TransmittanceMap {
     /// The same map where shaders look it up.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if it does not fit there.
-    pub fn upload<E: Encode>(&self, gpu: &Gpu<E>) -> Result<TransmittanceMap<GpuMemory>, Error> {
-        let texels = || self.curves.iter().flat_map(|face| face.texels());
-        let mut words = vec![0; texels().count() * WORDS];
-        for (curve, words) in texels().zip(words.chunks_exact_mut(WORDS)) {
-            curve.write(words);
-        }
-        if words.is_empty() {
-            // Backends may not have buffers of nothing.
-            words.push(0);
-        }
+    /// [`TransmittanceMapError::Curves`] if it does not fit there.
+    pub fn upload<E: Encode>(
+        &self,
+        gpu: &Gpu<E>,
+    ) -> Result<TransmittanceMap<GpuMemory>, TransmittanceMapError> {
         Ok(TransmittanceMap {
             faces: self.faces.clone(),
             resolution: self.resolution,
-            curves: gpu.upload(&words)?,
+            curves: transmittance::TransmittanceMap::from_faces(gpu, &self.curves)?,
             filter: self.filter,
         })
     }
@@ -49,7 +37,7 @@ impl TransmittanceMap<GpuMemory> {
     /// Words of each face.
     fn face_words(&self) -> u32 {
         // All faces are in one buffer, whose indices are u32.
-        self.resolution.pow(2) * WORDS as u32
+        self.resolution.pow(2) * <Packed<8> as Stored>::WORDS as u32
     }
 }
 
@@ -77,7 +65,7 @@ impl InShader<PointSlot> for TransmittanceMap<GpuMemory> {
     fn arguments(&self) -> Vec<Argument<'_>> {
         vec![
             Argument::uniform(PicturesRecord::new(self.faces(), self.resolution())),
-            Argument::read(self.curves()),
+            Argument::read(self.curves().words()),
         ]
     }
 }

@@ -6,7 +6,7 @@
 //! give exactly.
 
 use glam::DVec3;
-use transmittance::Segment;
+use transmittance::BlockerSegment;
 
 use super::view::{Texels, View};
 use crate::scene::{DensityGrid, Interpolation};
@@ -16,7 +16,7 @@ pub(super) fn segments(
     grid: &DensityGrid,
     view: &View,
     texels: Texels,
-    put: &mut dyn FnMut([usize; 2], Segment),
+    put: &mut dyn FnMut([usize; 2], BlockerSegment),
 ) {
     let (min, max) = (
         grid.bounds().min().as_dvec3(),
@@ -40,7 +40,8 @@ pub(super) fn segments(
             let tau = optical_depth(grid, &walk, cell, from, to);
             // Finite depths in order, and a sum of what is positive.
             if tau > 0.0
-                && let Ok(segment) = Segment::from_optical_depth(from as f32, to as f32, tau as f32)
+                && let Ok(segment) =
+                    BlockerSegment::from_optical_depth(from as f32, to as f32, tau as f32)
             {
                 put([x as usize, y as usize], segment);
             }

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use glam::Vec3;
 use gpu_backend::{Cpu, Host, Memory};
-use transmittance::{Accumulate, Evaluate, Filter, Packed, Receiver, ShadowMap};
+use transmittance::{Accumulate, CurveMap, Evaluate, Filter, Packed, Receiver};
 
 use super::{Casters, FaceBlockers};
 use crate::Emitter;
@@ -71,7 +71,7 @@ pub trait CurveMemory<T>: Memory {
 
 /// Any curves, as the CPU asks them: a map for each face.
 impl<T: Debug> CurveMemory<T> for Host {
-    type Curves = Vec<ShadowMap<T>>;
+    type Curves = Vec<CurveMap<T>>;
 }
 
 impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
@@ -106,7 +106,7 @@ impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
         for (face, blockers) in casters.faces(cpu, emitter, resolution)? {
             let extent = [resolution as usize; 2];
             map.curves
-                .push(ShadowMap::build(cpu, extent, clear, &blockers)?);
+                .push(CurveMap::build(cpu, extent, clear, &blockers)?);
             map.faces.push(face);
         }
         Ok(map)

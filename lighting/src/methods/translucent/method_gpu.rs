@@ -19,7 +19,9 @@ fn uploaded<E: Encode>(
     frame
         .store
         .get("map of transmittance", key, TransmittanceMap::bytes, || {
-            Ok(map(&frame.inputs, light)?.upload(frame.backend)?)
+            map(&frame.inputs, light)?
+                .upload(frame.backend)
+                .map_err(MethodError::resource("a map of transmittance"))
         })
 }
 

@@ -11,7 +11,7 @@
 //! ```
 
 use glam::DVec3;
-use transmittance::Segment;
+use transmittance::BlockerSegment;
 
 use super::view::{Texels, View};
 use crate::scene::{Particle, Profile};
@@ -52,7 +52,7 @@ impl Ball {
         &self,
         view: &View,
         texels: Texels,
-        put: &mut dyn FnMut([usize; 2], Segment),
+        put: &mut dyn FnMut([usize; 2], BlockerSegment),
     ) {
         texels.for_each(|x, y| {
             let (start, direction) = view.ray(x, y);
@@ -82,7 +82,9 @@ impl Ball {
                 let tau = self.optical_depth(h2, from, to);
                 let (entry, exit) = ((middle + from) as f32, (middle + to) as f32);
                 // Finite depths in order, and the integral of what is positive.
-                if let Ok(segment) = Segment::from_optical_depth(entry, exit, tau.max(0.0) as f32) {
+                if let Ok(segment) =
+                    BlockerSegment::from_optical_depth(entry, exit, tau.max(0.0) as f32)
+                {
                     put([x as usize, y as usize], segment);
                 }
             }

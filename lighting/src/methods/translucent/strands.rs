@@ -8,7 +8,7 @@
 //! strands that cover the same texel count as independent of each other.
 
 use glam::{DVec2, DVec3};
-use transmittance::Segment;
+use transmittance::BlockerSegment;
 
 use super::view::{Texels, View};
 use crate::scene::Piece;
@@ -78,7 +78,7 @@ impl Outline {
         &self,
         view: &View,
         texels: Texels,
-        put: &mut dyn FnMut([usize; 2], Segment),
+        put: &mut dyn FnMut([usize; 2], BlockerSegment),
     ) {
         let outline = Polygon::new(self.corners);
         for y in texels.y[0]..texels.y[1] {
@@ -103,7 +103,7 @@ impl Outline {
     }
 
     /// What is taken by the part of the outline that lies in one texel.
-    fn segment(&self, view: &View, part: &Polygon, coverage: f64) -> Option<Segment> {
+    fn segment(&self, view: &View, part: &Polygon, coverage: f64) -> Option<BlockerSegment> {
         let (start, along) = (self.axis[0], self.axis[1] - self.axis[0]);
         let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
         for &corner in part.corners() {
@@ -114,7 +114,7 @@ impl Outline {
         let (entry, exit) = ((near - self.radius) as f32, (far + self.radius) as f32);
         let passed = 1.0 - coverage * self.opacity;
         // Fails only if the axis has no length in the picture.
-        Segment::from_transmittance(entry, exit, passed.max(0.0) as f32).ok()
+        BlockerSegment::from_transmittance(entry, exit, passed.max(0.0) as f32).ok()
     }
 
     /// Depth of the axis at a share of its length in the picture.

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use gpu_backend::{Cpu, Host};
 use transmittance::baseline::{Captured, Uncompressed};
-use transmittance::{Evaluate, Filter, Segment, Source, Stream, Tile};
+use transmittance::{BlockerSegment, Evaluate, Filter, Source, Stream, Tile};
 
 use super::{Casters, TransmittanceMap};
 use crate::Emitter;
@@ -330,7 +330,8 @@ fn threads_and_the_division_into_tiles_change_nothing() {
         let mut part = Vec::new();
         blockers.segments(&tile, &mut |texel, segment| part.push((texel, segment)));
         let inside = |texel: [usize; 2]| tile.x.contains(&texel[0]) && tile.y.contains(&texel[1]);
-        let key = |(texel, segment): &([usize; 2], Segment)| (*texel, segment.entry().to_bits());
+        let key =
+            |(texel, segment): &([usize; 2], BlockerSegment)| (*texel, segment.entry().to_bits());
         let mut expected: Vec<_> = at_once
             .iter()
             .filter(|(t, _)| inside(*t))

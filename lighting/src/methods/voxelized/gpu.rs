@@ -4,7 +4,6 @@ use std::borrow::Borrow;
 
 use bytemuck::{Pod, Zeroable};
 use epipolar::gpu::LatticeRecord;
-use glam::Vec2;
 use gpu_backend::gpu::{Argument, GpuMemory, InShader};
 use gpu_backend::shader::Part;
 use voxel_shadow::gpu::SamplingRecord;
@@ -35,7 +34,7 @@ impl<V: Borrow<VoxelVolume<GpuMemory>>> InShader<VisibilitySlot> for VoxelShadow
 
     fn arguments(&self) -> Vec<Argument<'_>> {
         let volume = self.volume();
-        let (state, lattice, bounds): (_, _, &[Vec2]) = match volume.state() {
+        let (state, lattice, bounds): (_, _, &[[f32; 2]]) = match volume.state() {
             State::Lit => (0, LatticeRecord::zeroed(), &[]),
             State::Dark => (1, LatticeRecord::zeroed(), &[]),
             State::Voxels(lattice) => (2, LatticeRecord::new(lattice), lattice.bounds()),

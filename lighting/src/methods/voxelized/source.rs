@@ -77,7 +77,7 @@ impl<V: Borrow<VoxelVolume<Host>> + Sync> VisibilitySource for VoxelShadow<V, Ho
         // They were checked when the voxels were made.
         let Ok(volume) = volume else { return };
         let ray = path.ray();
-        let shadow = volume.look(ray.direction(), ray.length().min(f32::MAX));
+        let shadow = volume.ray_shadow(ray.direction(), ray.length().min(f32::MAX));
         let mut push = |part: voxel_shadow::LitInterval| {
             // The sky begins at f32::MAX.
             let end = if part.end < f32::MAX {

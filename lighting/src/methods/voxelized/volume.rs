@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use epipolar::{Lattice, Light, Resolution, Space, Spacing, View};
+use epipolar::{Lattice, Light, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::{Backend, Memory};
 use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, RectifyTriangles, Sampling, ShadowVolume};
@@ -67,11 +67,11 @@ impl Eye {
         }
     }
 
-    fn view(&self, emitter: &Emitter) -> Result<View, epipolar::Error> {
+    fn view(&self, emitter: &Emitter) -> Result<ViewVolume, epipolar::Error> {
         let Interval { start, mut end } = self.depths;
         // What is no distance stays so, for the view to find.
         if !(end >= 0.0) {
-            return View::all_around(start, end);
+            return ViewVolume::all_around(start, end);
         }
         // Nothing beyond the range of a light is lit.
         if let Emitter::Point(point) = emitter {
@@ -80,8 +80,8 @@ impl Eye {
         // An empty range is one at its start.
         let end = end.max(start + f32::EPSILON * start.max(1.0));
         match self.corners {
-            Some(corners) => View::new(corners, start, end),
-            None => View::all_around(start, end),
+            Some(corners) => ViewVolume::new(corners, start, end),
+            None => ViewVolume::all_around(start, end),
         }
     }
 }

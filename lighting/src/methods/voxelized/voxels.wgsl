@@ -31,7 +31,7 @@ const light_ALL_LIT: u32 = 0u;
 const light_ALL_DARK: u32 = 1u;
 
 struct light_voxels_Cursor {
-    shadow: vsv_Look,
+    shadow: vsv_Cursor,
     // What is left of a run that is read voxel by voxel.
     run: vsv_Run,
     // The visibility of all of the span, if there is but one.
@@ -52,7 +52,7 @@ fn light_voxels_cursor(path: light_Path) -> light_voxels_Cursor {
     }
     let l = light_voxels.lattice;
     let sampling = light_voxels.sampling;
-    var shadow = vsv_look(l, sampling, path.direction, path.surface);
+    var shadow = vsv_cursor(l, sampling, path.direction, path.surface);
     if light_voxels.detail == light_AVERAGE {
         cursor.is_one = true;
         cursor.average = vsv_lit_fraction_between(l, sampling, &shadow, path.start, path.end);

@@ -1,7 +1,7 @@
 //! The light rays that curves are made of, and the truth along them.
 
 use lighting::translucent::FaceBlockers;
-use transmittance::{Segment, Source, Tile};
+use transmittance::{BlockerSegment, Source, Tile};
 
 /// Texels per side of the map whose rays are looked at.
 pub(crate) const RESOLUTION: u32 = 256;
@@ -31,7 +31,7 @@ pub(crate) struct Rays {
 /// One of them.
 #[derive(Debug)]
 pub(crate) struct Ray {
-    pub(crate) segments: Vec<Segment>,
+    pub(crate) segments: Vec<BlockerSegment>,
     /// Depths from the first blocker to the last, evenly spread.
     pub(crate) samples: Vec<f32>,
     pub(crate) sample_truths: Vec<f64>,
@@ -89,8 +89,12 @@ impl Rays {
     /// Depths between which all blockers lie.
     pub(crate) fn range(&self) -> [f32; 2] {
         let all = || self.iter().flat_map(|ray| &ray.segments);
-        let near = all().map(Segment::entry).fold(f32::INFINITY, f32::min);
-        let far = all().map(Segment::exit).fold(f32::NEG_INFINITY, f32::max);
+        let near = all()
+            .map(BlockerSegment::entry)
+            .fold(f32::INFINITY, f32::min);
+        let far = all()
+            .map(BlockerSegment::exit)
+            .fold(f32::NEG_INFINITY, f32::max);
         [near, far]
     }
 
@@ -122,7 +126,7 @@ impl Rays {
 
 impl Ray {
     /// `None` if all blockers are at one depth.
-    fn new(segments: Vec<Segment>) -> Option<Self> {
+    fn new(segments: Vec<BlockerSegment>) -> Option<Self> {
         let mut ray = Self {
             segments,
             samples: Vec::new(),
@@ -138,7 +142,7 @@ impl Ray {
         ray.samples = (0..SAMPLES)
             .map(|i| near + (far - near) * share(i))
             .collect();
-        let both = |segment: &Segment| [segment.entry(), segment.exit()];
+        let both = |segment: &BlockerSegment| [segment.entry(), segment.exit()];
         let mut ends: Vec<f32> = ray.segments.iter().flat_map(both).collect();
         ends.sort_by(f32::total_cmp);
         ends.dedup();
@@ -150,8 +154,8 @@ impl Ray {
     }
 
     fn extent(&self) -> [f32; 2] {
-        let entries = self.segments.iter().map(Segment::entry);
-        let exits = self.segments.iter().map(Segment::exit);
+        let entries = self.segments.iter().map(BlockerSegment::entry);
+        let exits = self.segments.iter().map(BlockerSegment::exit);
         [
             entries.fold(f32::INFINITY, f32::min),
             exits.fold(f32::NEG_INFINITY, f32::max),
@@ -160,9 +164,9 @@ impl Ray {
 
     /// Beer–Lambert at depths in rising order, blocker by blocker in f64.
     pub(crate) fn truths(&self, depths: &[f32]) -> Vec<f64> {
-        let mut coming: Vec<&Segment> = self.segments.iter().collect();
+        let mut coming: Vec<&BlockerSegment> = self.segments.iter().collect();
         coming.sort_by(|a, b| b.entry().total_cmp(&a.entry()));
-        let mut inside: Vec<&Segment> = Vec::new();
+        let mut inside: Vec<&BlockerSegment> = Vec::new();
         let mut passed = 0.0;
         let mut truths = Vec::with_capacity(depths.len());
         for &depth in depths {
@@ -176,7 +180,7 @@ impl Ray {
                 }
                 !behind
             });
-            let part = |segment: &&Segment| {
+            let part = |segment: &&BlockerSegment| {
                 let (entry, exit) = (f64::from(segment.entry()), f64::from(segment.exit()));
                 let share = (f64::from(depth) - entry) / (exit - entry);
                 f64::from(segment.optical_depth()[0]) * share
@@ -195,10 +199,10 @@ mod tests {
     #[test]
     fn the_truth_is_the_product_of_all_blockers() {
         let segments = vec![
-            Segment::from_optical_depth(1.0, 3.0, 0.8).unwrap(),
-            Segment::surface(2.0, 0.5).unwrap(),
-            Segment::from_optical_depth(2.5, 2.5, 0.0).unwrap(),
-            Segment::opaque(4.0).unwrap(),
+            BlockerSegment::from_optical_depth(1.0, 3.0, 0.8).unwrap(),
+            BlockerSegment::surface(2.0, 0.5).unwrap(),
+            BlockerSegment::from_optical_depth(2.5, 2.5, 0.0).unwrap(),
+            BlockerSegment::opaque(4.0).unwrap(),
         ];
         let ray = Ray::new(segments).unwrap();
         let found = ray.truths(&[0.0, 1.0, 2.0, 2.0_f32.next_up(), 3.5, 4.0, 5.0]);

@@ -1,5 +1,6 @@
 //! How far behind a blocker its voxelized shadow begins.
 
+use glam::Vec3;
 use gpu_backend::{Cpu, Host};
 use indicatif::ProgressBar;
 use lighting::shadow_map::ShadowMap;
@@ -106,14 +107,15 @@ fn detachment(
     for index in (0..theta * bits).step_by(stride) {
         let bit = index % bits;
         let light = lattice.light_ray(index / bits, bit);
+        let [start, direction] = [light.origin, light.direction].map(Vec3::from);
         // Parallel light comes from before all casters.
         let back = if matches!(scene.emitter, Emitter::Directional(_)) {
-            size + light.origin.distance(bounds.min())
+            size + start.distance(bounds.min())
         } else {
             0.0
         };
-        let origin = light.origin - back * light.direction;
-        let Some(ray) = Ray::new(origin, light.direction, f32::INFINITY) else {
+        let origin = start - back * direction;
+        let Some(ray) = Ray::new(origin, direction, f32::INFINITY) else {
             continue;
         };
         let Some(hit) = scene.tracer.closest_hit(&ray) else {
@@ -125,9 +127,7 @@ fn detachment(
             continue;
         }
         for (shadow, lengths) in shadows.iter().zip(&mut lengths) {
-            let lit = |behind: f32| {
-                shadow.visibility(light.origin + (first + behind) * light.direction) > 0.5
-            };
+            let lit = |behind: f32| shadow.visibility(start + (first + behind) * direction) > 0.5;
             lengths.push(f64::from(last_lit(lit, size)));
         }
     }

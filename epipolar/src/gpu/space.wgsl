@@ -26,11 +26,18 @@ struct epi_Lattice {
     theta_scale: f32,
     light: vec3<f32>,
     wraps: u32,
+    // The axis over its largest component: its upper 12 bits, and the rest.
+    slope_high: vec3<f32>,
+    alpha: u32,
+    slope_low: vec3<f32>,
+    theta: u32,
+    // The unit vector of that component.
+    largest: vec3<f32>,
+    bits: u32,
     alpha_start: vec2<f32>,
     theta_centre: vec2<f32>,
-    alpha: u32,
-    theta: u32,
-    bits: u32,
+    // Half the width of a voxel; 0 for a directional light.
+    thinnest: f32,
     starts_on_axis: u32,
 }
 
@@ -73,8 +80,21 @@ fn epi_angle(y: f32, x: f32) -> f32 {
     return select(angle, -angle, y < 0.0);
 }
 
+// The upper 12 of the 24 bits of each number: products of two such are exact.
+fn epi_upper(v: vec3<f32>) -> vec3<f32> {
+    return bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) & vec3(0xfffff000u));
+}
+
+// a.x b.y - a.y b.x, within 2^-34 of the product of both lengths and a rounding:
+// vectors next to each other do not lose their digits.
 fn epi_cross(a: vec2<f32>, b: vec2<f32>) -> f32 {
-    return a.x * b.y - a.y * b.x;
+    let a_high = epi_upper(vec3(a, 0.0)).xy;
+    let b_high = epi_upper(vec3(b, 0.0)).xy;
+    let a_low = a - a_high;
+    let b_low = b - b_high;
+    let high = a_high.x * b_high.y - a_high.y * b_high.x;
+    let middle = (a_high.x * b_low.y - a_high.y * b_low.x) + (a_low.x * b_high.y - a_low.y * b_high.x);
+    return high + (middle + (a_low.x * b_low.y - a_low.y * b_low.x));
 }
 
 // The angle by which one vector is ahead of another, in [-π, π].
@@ -95,20 +115,62 @@ fn epi_length(v: vec2<f32>) -> f32 {
     return 0.0;
 }
 
-// The coordinates of the ray along a direction of any length.
-fn epi_ray(l: epi_Lattice, direction: vec3<f32>) -> epi_Ray {
-    let largest = max(abs(direction.x), max(abs(direction.y), abs(direction.z)));
-    if largest <= 0.0 {
+fn epi_largest(v: vec3<f32>) -> f32 {
+    return max(abs(v.x), max(abs(v.y), abs(v.z)));
+}
+
+// What is left of a vector when as much of the axis is taken away as its largest
+// component: the products are exact.
+fn epi_beside(l: epi_Lattice, v: vec3<f32>) -> vec3<f32> {
+    let along = dot(v, l.largest);
+    let high = epi_upper(vec3(along));
+    let low = vec3(along) - high;
+    return ((v - high * l.slope_high) - low * l.slope_high) - along * l.slope_low;
+}
+
+// The components across the axis of the way between two points, within 2^-33 of
+// the larger coordinates and 6 roundings of the result. Both points are cut to
+// 12 bits of the largest coordinate, so that no difference is rounded.
+fn epi_across(l: epi_Lattice, origin: vec3<f32>, point: vec3<f32>) -> vec2<f32> {
+    let largest = max(epi_largest(origin), epi_largest(point));
+    let exponent = clamp(bitcast<u32>(largest) >> 23u, 14u, 250u) - 12u;
+    let grid = bitcast<f32>(exponent << 23u);
+    let inverse = bitcast<f32>((254u - exponent) << 23u);
+    let start = trunc(origin * inverse) * grid;
+    let end = trunc(point * inverse) * grid;
+    let beside = epi_beside(l, end - start) + epi_beside(l, (point - end) - (origin - start));
+    return vec2(dot(beside, l.right), dot(beside, l.up));
+}
+
+// The coordinates of the ray from one point through another.
+fn epi_ray_through(l: epi_Lattice, origin: vec3<f32>, point: vec3<f32>) -> epi_Ray {
+    let largest = max(epi_largest(origin), epi_largest(point));
+    var start = origin;
+    var end = point;
+    if largest < 1e-9 || largest >= 1e9 {
+        // A power of two, so that squares are normal numbers.
+        let exponent = clamp(bitcast<u32>(largest) >> 23u, 1u, 253u);
+        let scale = bitcast<f32>((254u - exponent) << 23u);
+        start = origin * scale;
+        end = point * scale;
+    }
+    let v = end - start;
+    if epi_largest(v) <= 0.0 {
         return epi_Ray(vec2(1.0, 0.0), vec2(1.0, 0.0));
     }
-    // Squares of the others are normal numbers.
-    var v = direction;
-    if largest < 1e-9 || largest >= 1e9 {
-        v = direction / largest;
-    }
-    let theta = vec2(dot(v, l.right), dot(v, l.up));
+    let theta = epi_across(l, start, end);
     let alpha = vec2(dot(v, l.axis), epi_length(theta));
     return epi_Ray(alpha / sqrt(dot(alpha, alpha)), theta);
+}
+
+// The coordinates of the ray along a direction of any length.
+fn epi_ray(l: epi_Lattice, direction: vec3<f32>) -> epi_Ray {
+    return epi_ray_through(l, vec3(0.0), direction);
+}
+
+// The coordinates of the ray to a point.
+fn epi_ray_to(l: epi_Lattice, point: vec3<f32>) -> epi_Ray {
+    return epi_ray_through(l, l.eye, point);
 }
 
 // φ of a point, as the pair (w, q); `ray` is the eye ray on which it lies.
@@ -117,14 +179,17 @@ fn epi_phi(l: epi_Lattice, ray: epi_Ray, point: vec3<f32>) -> vec2<f32> {
         return epi_phi_along(l, ray, epi_INFINITE);
     }
     let from_eye = point - l.eye;
-    let across = vec2(dot(from_eye, l.right), dot(from_eye, l.up));
     if l.directional != 0u {
-        return vec2(1.0, epi_length(across));
+        return vec2(1.0, epi_length(epi_across(l, l.eye, point)));
     }
+    // Both have the same distance from the axis; the shorter one has lost less to
+    // rounding.
     let from_light = point - l.light;
-    let nearer = vec2(dot(from_light, l.right), dot(from_light, l.up));
-    let at_light = dot(from_light, from_light) < dot(from_eye, from_eye);
-    return vec2(-dot(from_light, l.axis), epi_length(select(across, nearer, at_light)));
+    var origin = l.eye;
+    if dot(from_light, from_light) < dot(from_eye, from_eye) {
+        origin = l.light;
+    }
+    return vec2(-dot(from_light, l.axis), epi_length(epi_across(l, origin, point)));
 }
 
 fn epi_alpha_position(l: epi_Lattice, alpha: vec2<f32>) -> f32 {
@@ -181,6 +246,10 @@ fn epi_blocked_from(l: epi_Lattice, phi: vec2<f32>, distance: f32) -> u32 {
     if l.directional == 0u {
         let from_light = max(distance, 0.0);
         alpha = vec2(l.distance - from_light * phi.x, from_light * phi.y);
+        // A shadow thinner than half a voxel has none.
+        if l.distance < l.thinnest * sqrt(dot(alpha, alpha)) {
+            return l.alpha;
+        }
     }
     return u32(clamp(epi_alpha_position(l, alpha), 0.0, f32(l.alpha)));
 }

@@ -4,7 +4,7 @@
 // Needs the constant avsm_CHOICE, from how many nodes to choose, and the part
 // curve.wgsl.
 
-const avsm_TABLE: u32 = avsm_NODES * avsm_ROOM;
+const avsm_TABLE: u32 = avsm_NODES * avsm_CAPACITY;
 
 // Leaves avsm_NODES nodes.
 fn avsm_finish(curve: ptr<function, avsm_Curve>) {
@@ -13,8 +13,8 @@ fn avsm_finish(curve: ptr<function, avsm_Curve>) {
     if len <= avsm_NODES {
         return;
     }
-    var transmittances: array<f32, avsm_PLACES>;
-    for (var i = 0u; i < avsm_PLACES; i++) {
+    var transmittances: array<f32, avsm_VALUES>;
+    for (var i = 0u; i < avsm_VALUES; i++) {
         transmittances[i] = avsm_transmittance((*curve).value[i]);
     }
     // Least cost of a curve from the first node to node j by way of s nodes
@@ -35,12 +35,12 @@ fn avsm_finish(curve: ptr<function, avsm_Curve>) {
             for (var place = first_place; place < min(i + 1u, avsm_NODES - 1u); place++) {
                 var so_far = 0.0;
                 if place > 0u {
-                    so_far = best[(place - 1u) * avsm_ROOM + i];
+                    so_far = best[(place - 1u) * avsm_CAPACITY + i];
                 }
                 let sum = avsm_both(so_far, cost);
-                if sum < best[place * avsm_ROOM + j] {
-                    best[place * avsm_ROOM + j] = sum;
-                    before[place * avsm_ROOM + j] = i;
+                if sum < best[place * avsm_CAPACITY + j] {
+                    best[place * avsm_CAPACITY + j] = sum;
+                    before[place * avsm_CAPACITY + j] = i;
                 }
             }
         }
@@ -49,13 +49,13 @@ fn avsm_finish(curve: ptr<function, avsm_Curve>) {
     chosen[avsm_NODES - 1u] = len - 1u;
     for (var place = avsm_NODES - 2u; place > 0u; place--) {
         let next = chosen[place + 1u];
-        chosen[place] = clamp(before[place * avsm_ROOM + next], place, next - 1u);
+        chosen[place] = clamp(before[place * avsm_CAPACITY + next], place, next - 1u);
     }
     for (var place = 0u; place < avsm_NODES; place++) {
         let i = chosen[place];
         (*curve).depth[place] = (*curve).depth[i];
         for (var c = 0u; c < avsm_CHANNELS; c++) {
-            let row = c * avsm_ROOM;
+            let row = c * avsm_CAPACITY;
             var bounds = vec2(0.0);
             if place + 1u < avsm_NODES {
                 bounds = avsm_widened(curve, i, chosen[place + 1u], c);

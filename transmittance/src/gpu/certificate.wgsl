@@ -58,12 +58,3 @@ fn avsm_error_bounds(texel: u32, depth: f32) -> array<f32, avsm_CHANNELS> {
     }
     return bounds;
 }
-
-// The next larger of the numbers that a device tells apart.
-fn avsm_next_up(x: f32) -> f32 {
-    let bits = bitcast<u32>(x);
-    if (bits & 0x7f800000u) == 0u {
-        return 0x1p-126;
-    }
-    return bitcast<f32>(select(bits + 1u, bits - 1u, x < 0.0));
-}

@@ -1,0 +1,470 @@
+//! What a shadow volume knows of an eye ray, and of a point.
+//!
+//! Based on: Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013:
+//! interpolation (section 3.3 and appendix A), biases and the axis (section 5).
+//!
+//! Departures. A ray's visibility is kept as runs of equal bits, found a word at
+//! a time, instead of a count, so that lit intervals and sums with any
+//! weights come from the same texels. Towards the light the paper compares
+//! distances at the axis itself; here all rays within a part of a voxel of it
+//! are treated like this.
+
+use epipolar::{EyeRay, FARTHEST, Lattice};
+use glam::Vec3;
+use gpu_backend::{Host, Memory};
+
+use crate::error::same_resolution;
+use crate::runs::Pair;
+use crate::{Error, Grid, LitInterval, Run, Runs, Weights};
+
+/// How voxels are looked up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sampling {
+    /// Added to positions along α, in voxels: negative values look up nearer to
+    /// the light and so push shadows away from it, to keep lit surfaces from
+    /// shadowing themselves.
+    pub alpha_bias: f32,
+    /// Added to positions along φ, in voxels: negative values push shadows away
+    /// from the eye.
+    pub phi_bias: f32,
+    /// Rays less than this many voxels (along α) away from the direction to the
+    /// light are decided by comparing distances.
+    pub axis: f32,
+    /// Whether to interpolate linearly: between two texels along θ, and for
+    /// points between bits along φ. Never along α, where visibility changes at
+    /// blockers only.
+    pub interpolate: bool,
+}
+
+impl Default for Sampling {
+    /// The paper's biases, and the inner half of the first voxel as the axis.
+    fn default() -> Self {
+        Self {
+            alpha_bias: -2.25,
+            phi_bias: -1.0,
+            axis: 0.5,
+            interpolate: true,
+        }
+    }
+}
+
+impl Sampling {
+    /// Shadows that are neither early nor late on average. A voxel is in shadow
+    /// from its edge nearest to the light on, whereas its blocker lies anywhere
+    /// inside: half a voxel too early along α, nothing along φ and θ.
+    ///
+    /// For light in the air, where a bias is an error; surfaces want the paper's
+    /// ([`Sampling::default`]), or they shadow themselves.
+    pub const UNBIASED: Self = Self {
+        alpha_bias: -0.5,
+        phi_bias: 0.0,
+        axis: 0.5,
+        interpolate: true,
+    };
+
+    /// The voxel that holds a sample, as it is.
+    pub const NEAREST: Self = Self {
+        alpha_bias: 0.0,
+        phi_bias: 0.0,
+        axis: 0.0,
+        interpolate: false,
+    };
+
+    /// # Errors
+    /// [`Error::BadValue`] for biases beyond ±1024 voxels, or an axis that is
+    /// not 0 to 1024.
+    fn checked(self) -> Result<Self, Error> {
+        let least = [-1024.0, -1024.0, 0.0];
+        let values = [self.alpha_bias, self.phi_bias, self.axis];
+        let names = [
+            "the bias along alpha",
+            "the bias along phi",
+            "the width of the axis",
+        ];
+        for ((value, least), what) in values.into_iter().zip(least).zip(names) {
+            if !(value >= least && value <= 1024.0) {
+                return Err(Error::BadValue {
+                    what,
+                    value: f64::from(value),
+                    expected: "at most 1024 voxels (a width not negative)",
+                });
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// A grid with the lattice that says where its voxels are.
+#[derive(Debug)]
+pub struct ShadowVolume<'a, M: Memory> {
+    lattice: &'a Lattice,
+    grid: &'a Grid<M>,
+    sampling: Sampling,
+}
+
+impl<'a, M: Memory> ShadowVolume<'a, M> {
+    /// The volume of an extruded `grid`.
+    ///
+    /// # Errors
+    /// [`Error::Resolution`] if grid and lattice differ in size,
+    /// [`Error::BadValue`] for a bias beyond ±1024 voxels or an axis that is not 0
+    /// to 1024 voxels wide.
+    pub fn new(lattice: &'a Lattice, grid: &'a Grid<M>, sampling: Sampling) -> Result<Self, Error> {
+        same_resolution("a bit grid", lattice.resolution(), grid.resolution())?;
+        Ok(Self {
+            lattice,
+            grid,
+            sampling: sampling.checked()?,
+        })
+    }
+
+    /// Where the voxels are.
+    pub fn lattice(&self) -> &'a Lattice {
+        self.lattice
+    }
+
+    /// The bits.
+    pub fn grid(&self) -> &'a Grid<M> {
+        self.grid
+    }
+
+    /// How they are looked up.
+    pub fn sampling(&self) -> Sampling {
+        self.sampling
+    }
+}
+
+impl<'a> ShadowVolume<'a, Host> {
+    /// The shadow along the eye ray into `direction` (of any length), up to the
+    /// first surface at the distance `surface` in metres (+∞ for the sky; less
+    /// than 0 or NaN counts as 0).
+    ///
+    /// What lies outside of the lattice's ranges is as visible as the nearest voxel;
+    /// so is what lies before its near distance. If only a part of the ray matters,
+    /// give the surface nevertheless and cut the intervals.
+    ///
+    /// On the axis: looking at the light, the ray is lit if `surface` lies behind
+    /// the light, and dark otherwise, because then the surface is between eye
+    /// and light; looking away from it, all of the ray is as lit as the eye.
+    #[inline]
+    pub fn ray_shadow(&self, direction: impl Into<[f32; 3]>, surface: f32) -> RayShadow<'a> {
+        let space = self.lattice.space();
+        let ray = space.ray(direction);
+        let surface = surface.max(0.0);
+        let end = self.lattice.phi_position(space.phi_along(&ray, surface));
+        RayShadow {
+            lattice: self.lattice,
+            texels: self.texels(&ray, surface),
+            phi_bias: self.sampling.phi_bias,
+            interpolate: self.sampling.interpolate,
+            ray,
+            surface,
+            end,
+        }
+    }
+
+    /// The visibility of the light from a visible point of a surface, in
+    /// [0, 1]. A point that is not finite counts as one in the direction of the
+    /// light.
+    pub fn visibility(&self, point: impl Into<[f32; 3]>) -> f32 {
+        let point = Vec3::from(point.into());
+        let space = self.lattice.space();
+        let place = space.coordinates(point);
+        let surface = (point - Vec3::from(space.eye())).length();
+        let texels = self.texels(&place.ray, surface);
+        let position = self.lattice.phi_position(place.phi);
+        sample(texels, position, self.sampling)
+    }
+
+    /// The texels of a ray.
+    #[inline]
+    fn texels(&self, ray: &EyeRay, surface: f32) -> Texels<'a> {
+        let resolution = self.lattice.resolution();
+        let alpha = self.lattice.alpha_position(ray.alpha);
+        if self.lattice.starts_on_axis() && alpha < self.sampling.axis {
+            return Texels::Axis {
+                lit: surface >= self.lattice.space().distance().min(FARTHEST),
+            };
+        }
+        let highest = (resolution.alpha() - 1) as f32;
+        let row = (alpha + self.sampling.alpha_bias).clamp(0.0, highest) as u32;
+        let theta = self.lattice.theta_position(ray.theta);
+        let planes = resolution.theta();
+        let (first, second, share) = if self.sampling.interpolate {
+            let (below, share) = split(theta - 0.5, planes);
+            (
+                self.plane(below, planes),
+                self.plane(below + 1, planes),
+                share,
+            )
+        } else {
+            let plane = self.plane(split(theta, planes).0, planes);
+            (plane, plane, 0.0)
+        };
+        Texels::Pair(Pair {
+            first: self.grid.texel(row, first),
+            second: self.grid.texel(row, second),
+            share,
+        })
+    }
+
+    /// The plane of a number that is one turn outside at most.
+    #[inline]
+    fn plane(&self, index: i32, planes: u32) -> u32 {
+        let turn = planes as i32;
+        let inside = if !self.lattice.ranges().wraps() {
+            index
+        } else if index < 0 {
+            index + turn
+        } else if index >= turn {
+            index - turn
+        } else {
+            index
+        };
+        // Both bounds are numbers of planes.
+        inside.clamp(0, turn - 1) as u32
+    }
+}
+
+/// The whole number below a position and what is left, positions far outside
+/// of `0..count` brought closer. Without [`f32::floor`], which is a function call
+/// on processors of the lowest common denominator.
+#[inline]
+fn split(position: f32, count: u32) -> (i32, f32) {
+    let shifted = position.clamp(-1.0, count as f32) + 1.0;
+    let below = shifted as i32;
+    (below - 1, shifted - below as f32)
+}
+
+/// Where the visibility of a ray is found.
+#[derive(Debug, Clone, Copy)]
+enum Texels<'a> {
+    /// Nowhere: it was decided by distances.
+    Axis {
+        lit: bool,
+    },
+    Pair(Pair<'a>),
+}
+
+/// The words that stand for a ray on the axis.
+static LIT: [u32; 1] = [0];
+static DARK: [u32; 1] = [u32::MAX];
+
+impl<'a> Texels<'a> {
+    fn pair(self) -> Pair<'a> {
+        match self {
+            Self::Pair(pair) => pair,
+            Self::Axis { lit } => {
+                let texel = if lit { &LIT } else { &DARK };
+                Pair {
+                    first: texel,
+                    second: texel,
+                    share: 0.0,
+                }
+            }
+        }
+    }
+}
+
+/// The visibility at a position along φ.
+fn sample(texels: Texels<'_>, position: f32, sampling: Sampling) -> f32 {
+    let texels = texels.pair();
+    let bits = 32 * texels.first.len() as u32;
+    let position = position + sampling.phi_bias;
+    if !sampling.interpolate {
+        return texels.visibility(position.clamp(0.0, (bits - 1) as f32) as u32);
+    }
+    let (below, share) = split(position - 0.5, bits);
+    let highest = bits as i32 - 1;
+    let [a, b] = [below, below + 1].map(|bit| texels.visibility(bit.clamp(0, highest) as u32));
+    a + share * (b - a)
+}
+
+/// The shadow along an eye ray: one texel, or two between which is
+/// interpolated.
+#[derive(Debug, Clone, Copy)]
+pub struct RayShadow<'a> {
+    lattice: &'a Lattice,
+    texels: Texels<'a>,
+    phi_bias: f32,
+    interpolate: bool,
+    ray: EyeRay,
+    surface: f32,
+    /// The position along φ of the surface.
+    end: f32,
+}
+
+impl<'a> RayShadow<'a> {
+    /// The ray's coordinates.
+    pub fn ray(&self) -> EyeRay {
+        self.ray
+    }
+
+    /// The position along φ at which the ray meets its surface, in voxels.
+    pub fn end(&self) -> f32 {
+        self.end
+    }
+
+    /// Runs of equally visible voxels up to the surface.
+    #[inline]
+    pub fn runs(&self) -> Runs<'a> {
+        match self.texels {
+            Texels::Pair(pair) => Runs::new(pair, self.phi_bias, self.end),
+            // One word for all bits.
+            Texels::Axis { .. } => Runs::new(self.texels.pair(), f32::NEG_INFINITY, self.end),
+        }
+    }
+
+    /// The visibility at a distance from the eye, in [0, 1].
+    pub fn visibility(&self, distance: f32) -> f32 {
+        let distance = distance.max(0.0);
+        let phi = self.lattice.space().phi_along(&self.ray, distance);
+        let sampling = Sampling {
+            phi_bias: self.phi_bias,
+            interpolate: self.interpolate,
+            ..Sampling::NEAREST
+        };
+        sample(self.texels, self.lattice.phi_position(phi), sampling)
+    }
+
+    /// The share of the voxels up to the surface that are lit, in [0, 1]: the
+    /// paper's average visibility. For a ray without a voxel the visibility of its
+    /// start.
+    pub fn lit_fraction(&self) -> f32 {
+        let mut lit = 0.0;
+        for run in self.runs() {
+            if self.end == 0.0 {
+                return run.visibility;
+            }
+            lit += run.visibility * (run.end - run.start);
+        }
+        if self.end > 0.0 {
+            (lit / self.end).min(1.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// The sum of the weights of the lit voxels up to the surface, parts of
+    /// a voxel in proportion. The rounding error is a few ULP of the sum of all
+    /// weights before the surface.
+    ///
+    /// # Panics
+    /// If there are not as many weights as bits per texel.
+    pub fn weighted_sum(&self, weights: &Weights) -> f32 {
+        let bits = self.lattice.resolution().bits() as usize;
+        assert_eq!(weights.sums().len(), bits + 1, "one weight per bit");
+        self.runs()
+            .map(|run| run.visibility * (weights.before(run.end) - weights.before(run.start)))
+            .sum()
+    }
+
+    /// The position along φ at which the ray has gone a distance, in voxels; at
+    /// most that of its surface.
+    #[inline]
+    pub fn position(&self, distance: f32) -> f32 {
+        let phi = self.lattice.space().phi_along(&self.ray, distance.max(0.0));
+        self.lattice.phi_position(phi).min(self.end)
+    }
+
+    /// The share of the voxels between two distances that are lit, in [0, 1]; if
+    /// there is no voxel between them the visibility at the first.
+    pub fn lit_fraction_between(&self, start: f32, end: f32) -> f32 {
+        let (from, to) = (self.position(start), self.position(end));
+        let mut lit = 0.0;
+        for run in self.runs() {
+            if from < to {
+                lit += run.visibility * (run.end.min(to) - run.start.max(from)).max(0.0);
+            } else if run.start <= from && from <= run.end {
+                return run.visibility;
+            }
+        }
+        if from < to {
+            (lit / (to - from)).min(1.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// The lit parts of the ray from the eye to the surface: in order, not
+    /// overlapping; neighbours that touch differ in visibility.
+    #[inline]
+    pub fn lit_runs(&self) -> impl Iterator<Item = LitInterval> + use<'a> {
+        self.intervals(self.runs())
+    }
+
+    /// The same, voxel by voxel: one part for each that is lit.
+    #[inline]
+    pub fn lit_voxels(&self) -> impl Iterator<Item = LitInterval> + use<'a> {
+        let bias = self.phi_bias;
+        let voxels = move |run: Run| {
+            let mut start = run.start;
+            let mut border = (start + bias).floor() + 1.0;
+            std::iter::from_fn(move || {
+                // A border may be rounded down to where the run starts.
+                while border - bias <= start && start < run.end {
+                    border += 1.0;
+                }
+                let voxel = Run {
+                    start,
+                    end: run.end.min(border - bias),
+                    ..run
+                };
+                start = voxel.end;
+                (voxel.start < voxel.end).then_some(voxel)
+            })
+        };
+        // A ray on the axis has one run of no length, and no voxels.
+        let undivided = self.end == 0.0 || matches!(self.texels, Texels::Axis { .. });
+        let whole = self.runs().filter(move |_| undivided);
+        let divided = self.runs().filter(move |_| !undivided).flat_map(voxels);
+        self.intervals(whole.chain(divided))
+    }
+
+    /// Appends [`RayShadow::lit_runs`] to `lit`.
+    #[inline]
+    pub fn lit_intervals(&self, lit: &mut Vec<LitInterval>) {
+        lit.extend(self.lit_runs());
+    }
+
+    /// Where runs begin and end.
+    #[inline]
+    fn intervals<I>(&self, runs: I) -> impl Iterator<Item = LitInterval> + use<'a, I>
+    where
+        I: Iterator<Item = Run>,
+    {
+        let Self {
+            lattice,
+            ray,
+            surface,
+            end,
+            ..
+        } = *self;
+        let distance = move |position: f32| {
+            let phi = lattice.phi_at(position);
+            lattice.space().distance_along(&ray, phi).min(surface)
+        };
+        // Where the last run ended, as a position and as a distance.
+        let (mut last, mut reached) = (0.0, 0.0_f32);
+        runs.map(move |run| {
+            let start = if run.start == last {
+                reached
+            } else {
+                // Positions that all but coincide may be rounded past each other.
+                distance(run.start).max(reached)
+            };
+            let to = if run.end < end {
+                distance(run.end)
+            } else {
+                surface
+            };
+            last = run.end;
+            reached = to.max(start);
+            LitInterval {
+                start,
+                end: reached,
+                visibility: run.visibility,
+            }
+        })
+    }
+}
