@@ -1,36 +1,49 @@
 //! Curves made on a GPU.
 
-use gpu_backend::gpu::{Argument, Encode, Gpu, GpuMemory, INDEX_WGSL, Kernel, Workgroups};
+use gpu_backend::gpu::{
+    Argument, Encode, Gpu, GpuMemory, INDEX_WGSL, InShader, Kernel, Workgroups,
+};
+use gpu_backend::shader::{Assembly, Part, Slot};
 use gpu_backend::{Backend, Buffer};
 
 use super::{GROUP, WgslRule, WgslStored, build_parts};
 use crate::{BuildMap, Error, SegmentLists, TransmittanceMap};
 
-/// Segments that a shader knows; the [`Source`](crate::Source) of shaders.
+/// *What is in the way of the rays of this texel?* The question that a
+/// [`Source`](crate::Source) answers, in shaders. A part `x` defines, with the
+/// structure `avsm_Segment` of `entry`, `exit` and `optical_depth`, an array of
+/// `avsm_CHANNELS` numbers,
+///
+/// ```wgsl
+/// fn x_segment_count(texel: vec2<u32>) -> u32
+/// fn x_segment(texel: vec2<u32>, index: u32) -> avsm_Segment
+/// ```
+///
+/// for column and row of a texel. What is no
+/// [`BlockerSegment`](crate::BlockerSegment) is left out.
+#[derive(Debug, Clone, Copy)]
+pub struct SegmentsSlot;
+
+impl Slot for SegmentsSlot {
+    fn glue(part: &str) -> String {
+        format!(
+            "
+fn avsm_segment_count(texel: vec2<u32>) -> u32 {{
+    return {part}_segment_count(texel);
+}}
+fn avsm_segment(texel: vec2<u32>, index: u32) -> avsm_Segment {{
+    return {part}_segment(texel, index);
+}}
+"
+        )
+    }
+}
+
+/// Segments that a shader knows.
 ///
 /// A renderer that has its own lists of fragments, or makes segments from what
 /// it has (particles, slices of a volume), gives them to [`BuildMap`] by this.
-pub trait WgslSegments<const C: usize = 1> {
-    /// WGSL that defines, with the structure `avsm_Segment` of `entry`, `exit`
-    /// and `optical_depth`, an array of `avsm_CHANNELS` numbers,
-    ///
-    /// ```wgsl
-    /// fn avsm_segment_count(texel: vec2<u32>) -> u32
-    /// fn avsm_segment(texel: vec2<u32>, index: u32) -> avsm_Segment
-    /// ```
-    ///
-    /// for column and row of a texel. What is no [`BlockerSegment`](crate::BlockerSegment) is
-    /// left out. Its bindings are in `@group(1)`.
-    fn parts() -> &'static [&'static str];
-
-    /// Values of `override` constants.
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        Vec::new()
-    }
-
-    /// What is bound to `@group(1)`.
-    fn arguments(&self) -> Vec<Argument<'_>>;
-
+pub trait ShaderSegments: InShader<SegmentsSlot> {
     /// The largest number of segments that a texel has. More are not looked at;
     /// the curve's error bound is then 1.
     fn longest(&self) -> u32;
@@ -45,9 +58,13 @@ pub(super) struct ListsRecord {
     pub(super) segments: u32,
 }
 
-impl<const C: usize> WgslSegments<C> for SegmentLists<GpuMemory, C> {
-    fn parts() -> &'static [&'static str] {
-        &[include_str!("lists.wgsl")]
+impl<const C: usize> InShader<SegmentsSlot> for SegmentLists<GpuMemory, C> {
+    fn part() -> Part {
+        Part::new("avsm_lists")
+            .source(include_str!("lists.wgsl"))
+            .uniform("avsm_lists", "avsm_Lists")
+            .read("avsm_offsets", "array<u32>")
+            .read("avsm_numbers", "array<f32>")
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
@@ -64,7 +81,9 @@ impl<const C: usize> WgslSegments<C> for SegmentLists<GpuMemory, C> {
             Argument::read(self.numbers()),
         ]
     }
+}
 
+impl<const C: usize> ShaderSegments for SegmentLists<GpuMemory, C> {
     fn longest(&self) -> u32 {
         // Promised is only an upper bound, and each part of it costs a dispatch;
         // `lists.wgsl` takes no list beyond the segments.
@@ -119,23 +138,25 @@ pub(super) const fn batch(capacity: usize, channels: usize) -> u32 {
     if batch == 0 { 1 } else { batch as u32 }
 }
 
-/// All parts of the shader that makes curves.
-pub(super) fn parts<A, S, P, const C: usize>() -> Vec<&'static str>
+/// The shader that makes curves.
+pub(super) fn shader<A, S, P, const C: usize>() -> Result<Assembly, gpu_backend::Error>
 where
     A: WgslRule<C>,
     A::Curve: Into<P>,
-    S: WgslSegments<C>,
+    S: InShader<SegmentsSlot>,
     P: WgslStored<C>,
 {
     let entry = [INDEX_WGSL, include_str!("build.wgsl")];
-    [&build_parts::<A, P, C>()[..], S::parts(), &entry].concat()
+    let mut shader = Assembly::new(&[&build_parts::<A, P, C>()[..], &entry].concat());
+    shader.fill::<SegmentsSlot>(&S::part())?;
+    Ok(shader)
 }
 
 impl<A, S, P, E, const C: usize> BuildMap<A, S, P, C> for Gpu<E>
 where
     A: WgslRule<C>,
     A::Curve: Into<P>,
-    S: WgslSegments<C>,
+    S: ShaderSegments,
     P: WgslStored<C>,
     E: Encode,
 {
@@ -168,7 +189,7 @@ where
                 self.dispatch(
                     &Kernel {
                         label: "build a shadow map",
-                        parts: &parts::<A, S, P, C>(),
+                        parts: &shader::<A, S, P, C>()?.finish(1),
                         entry,
                         constants: &source.constants(),
                     },

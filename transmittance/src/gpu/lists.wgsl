@@ -1,14 +1,13 @@
-// Segments grouped by texel: the source `SegmentLists`.
+// Segments grouped by texel: the source `SegmentLists`. Needs the variables
+//   avsm_lists: avsm_Lists
+//   avsm_offsets: array<u32>
+//   avsm_numbers: array<f32>
 
 struct avsm_Lists {
     width: u32,
     height: u32,
     segments: u32,
 }
-
-@group(1) @binding(0) var<uniform> avsm_lists: avsm_Lists;
-@group(1) @binding(1) var<storage> avsm_offsets: array<u32>;
-@group(1) @binding(2) var<storage> avsm_numbers: array<f32>;
 
 fn avsm_list(texel: vec2<u32>) -> vec2<u32> {
     if texel.x >= avsm_lists.width || texel.y >= avsm_lists.height {
@@ -19,12 +18,12 @@ fn avsm_list(texel: vec2<u32>) -> vec2<u32> {
     return select(vec2(0u), ends, ends.x <= ends.y && ends.y <= avsm_lists.segments);
 }
 
-fn avsm_segment_count(texel: vec2<u32>) -> u32 {
+fn avsm_lists_segment_count(texel: vec2<u32>) -> u32 {
     let ends = avsm_list(texel);
     return ends.y - ends.x;
 }
 
-fn avsm_segment(texel: vec2<u32>, index: u32) -> avsm_Segment {
+fn avsm_lists_segment(texel: vec2<u32>, index: u32) -> avsm_Segment {
     let first = (avsm_list(texel).x + index) * (2u + avsm_CHANNELS);
     var segment: avsm_Segment;
     segment.entry = avsm_numbers[first];

@@ -4,7 +4,7 @@
 //! its curve is in the memory of the invocation, takes the texel's segments in
 //! their order, and is written when it is finished. What this takes in memory
 //! beside the map does not depend on the number of segments. They come from
-//! [`SegmentLists`], or from a shader of yours, [`WgslSegments`]; and
+//! [`SegmentLists`], or from a shader of yours, [`ShaderSegments`]; and
 //! [`CaptureSegments`] makes lists of segments that come in any order.
 //! [`QueryMap`] answers receivers.
 //!
@@ -44,7 +44,7 @@
 //! # Limits
 //!
 //! A capacity of at most 66 nodes, so that `N W ≤ 64` for a [`Stream`], and 16
-//! channels; at most five storage buffers and what [`WgslSegments`] adds. Capacity
+//! channels; at most five storage buffers and what [`ShaderSegments`] adds. Capacity
 //! costs registers, and software drivers minutes to compile where it is for 64.
 
 #[cfg(feature = "wgpu")]
@@ -60,7 +60,7 @@ mod query;
 mod tests;
 
 #[cfg(feature = "wgpu")]
-pub use build::WgslSegments;
+pub use build::{SegmentsSlot, ShaderSegments};
 pub use parts::{WgslRule, WgslStored, build_parts, lookup_parts};
 
 #[cfg(doc)]

@@ -52,7 +52,8 @@ where
         }
     );
     assert_same_layout!(query, "Receiver", Receiver { position, depth });
-    let build = Shader::new(&build::parts::<A, SegmentLists<GpuMemory, C>, P, C>()).unwrap();
+    let build = build::shader::<A, SegmentLists<GpuMemory, C>, P, C>().unwrap();
+    let build = Shader::new(&build.finish(1)).unwrap();
     assert_same_layout!(
         build,
         "Parameters",

@@ -4,9 +4,10 @@ use crate::lookups::asked;
 use crate::made::{Streams, listed, made};
 use crate::questions::{BOUND, answered};
 use crate::support::{probes, streams, truth};
-use gpu_backend::gpu::{Argument, Context, Gpu, GpuMemory, Queued};
+use gpu_backend::gpu::{Argument, Context, Gpu, GpuMemory, InShader, Queued};
+use gpu_backend::shader::Part;
 use gpu_backend::{Backend, Download, testing};
-use transmittance::gpu::{WgslRule, WgslSegments};
+use transmittance::gpu::{SegmentsSlot, ShaderSegments, WgslRule};
 use transmittance::{
     BlockerSegment, BuildMap, Curve, Evaluate, Exponential, Filter, Linear, Lookup, Packed,
     QueryMap, Receiver, SegmentLists, Stream, TransmittanceMap,
@@ -76,7 +77,7 @@ fn a_boundless_promise_takes_no_more_dispatches_than_there_are_segments() {
         let numbers = gpu.upload(&gpu.download(lists.numbers()).unwrap()).unwrap();
         let boundless =
             SegmentLists::<_, 2>::from_buffers(extent, u32::MAX, offsets, numbers).unwrap();
-        let most = WgslSegments::longest(&boundless);
+        let most = ShaderSegments::longest(&boundless);
         assert_eq!(most as usize, streams.concat().len());
         type Colours = Curve<4, Exponential, 2>;
         let mut map = TransmittanceMap::<_, Colours, 2>::new(&gpu, extent).unwrap();
@@ -95,8 +96,8 @@ struct Slabs;
 
 const SLABS: &str = "
     override slabs: u32;
-    fn avsm_segment_count(texel: vec2<u32>) -> u32 { return texel.x % (slabs + 1u); }
-    fn avsm_segment(texel: vec2<u32>, index: u32) -> avsm_Segment {
+    fn test_slabs_segment_count(texel: vec2<u32>) -> u32 { return texel.x % (slabs + 1u); }
+    fn test_slabs_segment(texel: vec2<u32>, index: u32) -> avsm_Segment {
         var segment: avsm_Segment;
         segment.entry = f32(2u * index + texel.y);
         segment.exit = segment.entry + 1.0;
@@ -104,9 +105,9 @@ const SLABS: &str = "
         return segment;
     }";
 
-impl WgslSegments for Slabs {
-    fn parts() -> &'static [&'static str] {
-        &[SLABS]
+impl InShader<SegmentsSlot> for Slabs {
+    fn part() -> Part {
+        Part::new("test_slabs").source(SLABS)
     }
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
@@ -116,7 +117,9 @@ impl WgslSegments for Slabs {
     fn arguments(&self) -> Vec<Argument<'_>> {
         Vec::new()
     }
+}
 
+impl ShaderSegments for Slabs {
     fn longest(&self) -> u32 {
         9
     }
