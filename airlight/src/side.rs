@@ -1,6 +1,6 @@
 //! One side of the foot point in a variable that no limit spoils.
 
-use crate::exact::Segment64;
+use crate::Segment64;
 
 /// A segment in units of the distance of its start from the light, so that
 /// squares stay in range.

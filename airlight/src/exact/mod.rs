@@ -20,20 +20,20 @@
 mod adaptive;
 #[cfg(test)]
 mod references;
-mod segment;
 mod tail;
 #[cfg(test)]
 mod tests;
 
 pub use adaptive::Estimate;
-pub use segment::Segment64;
 pub use tail::tail;
 
 use std::sync::LazyLock;
 
 use crate::gauss::Rule;
 use crate::side::{Extent, Kind, Scaled, Side};
-use crate::{Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment};
+use crate::{
+    Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, Segment64,
+};
 use adaptive::Adaptive;
 
 /// Depth `σ_t d` below which absorption behind the foot point changes the
@@ -83,16 +83,7 @@ impl<P: Phase> Exact<P> {
 
     /// `A` with a bound on its error.
     pub fn estimate(&self, sigma_t: f64, segment: &Segment64) -> Estimate {
-        match Scaled::of(sigma_t, segment) {
-            Extent::Empty => Estimate::default(),
-            Extent::MeetsLight => MEETS_LIGHT,
-            Extent::Ordinary(scaled) => match self.phase.constant() {
-                Some(constant) => isotropic(&scaled, constant),
-                None => numeric(&scaled, self.phase.peaks(), |angle| {
-                    self.phase.value_f64(angle)
-                }),
-            },
-        }
+        estimate(&self.phase, sigma_t, segment)
     }
 
     /// [`Exact::estimate`] of a light that is not equally bright in all
@@ -118,6 +109,18 @@ impl<P: Phase> Evaluator for Exact<P> {
     fn airlight(&self, sigma_t: f32, segment: &Segment) -> f32 {
         self.estimate(sigma_t.into(), &Segment64::from(*segment))
             .value as f32
+    }
+}
+
+/// [`Exact::estimate`] for a phase function that has been checked.
+pub(crate) fn estimate<P: Phase>(phase: &P, sigma_t: f64, segment: &Segment64) -> Estimate {
+    match Scaled::of(sigma_t, segment) {
+        Extent::Empty => Estimate::default(),
+        Extent::MeetsLight => MEETS_LIGHT,
+        Extent::Ordinary(scaled) => match phase.constant() {
+            Some(constant) => isotropic(&scaled, constant),
+            None => numeric(&scaled, phase.peaks(), |angle| phase.value_f64(angle)),
+        },
     }
 }
 

@@ -17,9 +17,10 @@ mod piece;
 #[cfg(test)]
 mod tests;
 
-use crate::exact::Segment64;
 use crate::side::{Extent, Kind, Scaled, Side};
-use crate::{Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, gauss};
+use crate::{
+    Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, Segment64, gauss,
+};
 use piece::{Piece, Rule, Span};
 
 /// Integrates over segments with a few nodes each, in single precision.
