@@ -138,6 +138,9 @@ pub(crate) struct Side {
     pub(crate) finest: f64,
     /// Way from the start of the segment to the start of the side.
     pub(crate) offset: f64,
+    /// `base + o` below which the light fades with the distance; 0 if it does
+    /// not. See [`Side::fading`].
+    pub(crate) faded: f64,
 }
 
 /// Width of the sharpest peak that is looked for; it is as sharp as g next to 1
@@ -188,6 +191,7 @@ impl Side {
                 extent,
                 finest: peaks[0],
                 offset: 0.0,
+                faded: 0.0,
             }
         });
 
@@ -217,6 +221,7 @@ impl Side {
                     extent,
                     finest: peaks[1],
                     offset,
+                    faded: 0.0,
                 };
             }
             let extent = if finite {
@@ -235,6 +240,7 @@ impl Side {
                 extent,
                 finest: 0.0,
                 offset,
+                faded: 0.0,
             }
         });
         front.into_iter().chain(behind)
@@ -245,6 +251,34 @@ impl Side {
         self.unit * (self.base + o)
     }
 
+    /// The same side of a light that fades towards a range, in units of the
+    /// segment, and is undiminished up to a `share` of it.
+    ///
+    /// The distance from the light is `d = (a² + b²) / (2 scale (base + o))`:
+    /// a light that fades with a power of it has a pole where `base + o` is 0,
+    /// which phase functions do not have in front of the foot point.
+    pub(crate) fn fading(self, range: f64, share: f64) -> Self {
+        let faded = if self.kind == Kind::Behind {
+            // Pieces are as short as that in any case.
+            0.0
+        } else {
+            0.5 / (self.scale * share * range)
+        };
+        Self { faded, ..self }
+    }
+
+    /// The distance from the light at `o`.
+    pub(crate) fn distance(&self, o: f64) -> f64 {
+        let b = self.b(o);
+        (self.a * self.a + b * b) / (2.0 * self.scale * (self.base + o))
+    }
+
+    /// Whether the light still fades at `o`, where pieces have to keep away from
+    /// the pole.
+    pub(crate) fn fades(&self, o: f64) -> bool {
+        self.base + o < self.faded
+    }
+
     /// The end of a piece from `o` on over which the integrand is smooth.
     ///
     /// Poles of the integrand have `b` imaginary, so that `b` may change by a
@@ -252,7 +286,11 @@ impl Side {
     /// it does not matter any more. The exponent may grow by `fade`, or, where
     /// nothing much is left of the exponential, by a factor of 2.
     pub(crate) fn next(&self, o: f64, growth: f64, fade: f64) -> f64 {
-        let mut width = (growth - 1.0) * (self.b(o) + self.finest) / self.unit;
+        let mut width = if self.fades(o) {
+            (growth - 1.0) * (self.base + o)
+        } else {
+            (growth - 1.0) * (self.b(o) + self.finest) / self.unit
+        };
         if self.rate > 0.0 {
             width = width.min((self.rate * o).max(fade) / self.rate);
         }

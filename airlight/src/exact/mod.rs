@@ -29,6 +29,7 @@ pub use tail::tail;
 
 use std::sync::LazyLock;
 
+use crate::emission::Part;
 use crate::gauss::Rule;
 use crate::side::{Extent, Kind, Scaled, Side};
 use crate::{
@@ -90,13 +91,16 @@ impl<P: Phase> Exact<P> {
     /// directions, whose `emission` is for the same segment.
     pub fn estimate_of(&self, sigma_t: f64, segment: &Segment64, emission: &Emission) -> Estimate {
         let mut total = Estimate::default();
-        for part in emission.parts(segment) {
-            total += match Scaled::of(sigma_t, &part) {
+        for Part { segment, .. } in emission.parts(segment) {
+            total += match Scaled::of(sigma_t, &segment) {
                 Extent::Empty => Estimate::default(),
                 Extent::MeetsLight => MEETS_LIGHT,
-                Extent::Ordinary(scaled) => numeric(&scaled, self.phase.peaks(), |angle| {
-                    self.phase.value_f64(angle) * emission.factor(angle)
-                }),
+                Extent::Ordinary(scaled) => {
+                    let range = emission.fading_range() / scaled.unit;
+                    numeric(&scaled, self.phase.peaks(), range, |angle, d| {
+                        self.phase.value_f64(angle) * emission.factor(angle, d * scaled.unit)
+                    })
+                }
             };
         }
         total
@@ -119,7 +123,9 @@ pub(crate) fn estimate<P: Phase>(phase: &P, sigma_t: f64, segment: &Segment64) -
         Extent::MeetsLight => MEETS_LIGHT,
         Extent::Ordinary(scaled) => match phase.constant() {
             Some(constant) => isotropic(&scaled, constant),
-            None => numeric(&scaled, phase.peaks(), |angle| phase.value_f64(angle)),
+            None => numeric(&scaled, phase.peaks(), f64::INFINITY, |angle, _| {
+                phase.value_f64(angle)
+            }),
         },
     }
 }
@@ -249,23 +255,30 @@ fn at(side: &Side, offset: f64) -> (ScatteringAngle<f64>, f64) {
     (angle, 2.0 * side.scale * exponential / (a * a + b * b))
 }
 
-/// The airlight for any `weight` in place of the phase function.
+/// The share of the range of a light up to which fading does not matter: it
+/// changes the light by its fourth power.
+const UNFADED: f64 = 1e-4;
+
+/// The airlight for any `weight` of the angle and the distance from the light in
+/// place of the phase function. If that fades, it is towards a range, in units of
+/// the segment.
 fn numeric(
     segment: &Scaled,
     peaks: [f64; 2],
-    weight: impl Fn(ScatteringAngle<f64>) -> f64,
+    range: f64,
+    weight: impl Fn(ScatteringAngle<f64>, f64) -> f64,
 ) -> Estimate {
     let mut sides = [None; 2];
     for (slot, side) in sides
         .iter_mut()
         .zip(Side::both(segment, peaks, THIN * peaks[1].min(1.0)))
     {
-        *slot = Some(side);
+        *slot = Some(side.fading(range, UNFADED));
     }
     let integrand = |side: usize, offset: f64| {
         sides[side].map_or(0.0, |side: Side| {
             let (angle, rest) = at(&side, offset);
-            weight(angle) * rest
+            weight(angle, side.distance(offset)) * rest
         })
     };
     let mut pieces = Adaptive::default();

@@ -30,10 +30,10 @@ pub struct QuadratureUniforms {
     pub growth: f32,
     /// The most by which the exponent may.
     pub fade: f32,
+    /// Number of rules that a piece may get without nodes for a pattern.
+    pub plain_rules: u32,
     /// Always 0.
-    pub padding_a: u32,
-    /// Always 0.
-    pub padding_b: u32,
+    pub padding: u32,
 }
 
 impl WgslEvaluator for Quadrature {
