@@ -31,7 +31,8 @@ use std::sync::LazyLock;
 
 use crate::emission::Part;
 use crate::gauss::Rule;
-use crate::side::{Extent, Kind, Scaled, Side};
+use crate::scaled::{Extent, Scaled};
+use crate::side::{Kind, Side};
 use crate::{
     Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, Segment64,
 };
@@ -53,10 +54,11 @@ const OPAQUE: f64 = 750.0;
 /// case is returned by [`Exact::estimate`].
 ///
 /// The light on the segment gives +∞; a length of 0 gives 0, and so do
-/// numbers that are no lengths or no extinction (NaN, a negative length).
+/// numbers that are no lengths or no extinction: NaN, an infinite `x`, `s` or
+/// `h`, and a negative `h`, `length` or extinction.
 ///
-/// Isotropic scattering takes a fraction of a microsecond, other functions some
-/// twenty times as long.
+/// Isotropic scattering takes a fraction of a microsecond to a few, other
+/// functions two to nine times as long.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact<P = PhaseFunction> {
     phase: P,

@@ -1,6 +1,6 @@
 //! Pieces of a segment over each of which one Gauss–Legendre rule is good.
 
-use super::Node;
+use super::nodes::Node;
 use crate::side::{Kind, Side};
 use crate::{ScatteringAngle, gauss};
 
@@ -111,7 +111,7 @@ impl Span {
     }
 
     /// All of it, for shaders.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     pub(super) fn bounds(&self) -> [f32; 3] {
         [self.shifted, self.behind, self.depth].map(|bound| bound as f32)
     }

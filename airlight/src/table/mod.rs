@@ -23,7 +23,7 @@ mod batch;
 mod cells;
 mod close;
 mod design;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 mod gpu;
 mod integral;
 mod long;
@@ -53,8 +53,8 @@ const LARGEST_REST: f32 = 0.5;
 /// others give numbers too. Results below `2^-126` may be 0.
 ///
 /// The light on the segment gives +∞. A length of 0 gives 0, and so does what
-/// is no length or no extinction (NaN, or a negative number). Extinction that
-/// differs between colours takes one call for each.
+/// is no length or no extinction: NaN, and a negative `h`, `length` or
+/// extinction. Extinction that differs between colours takes one call for each.
 ///
 /// Batches and single segments give the same bits, on any processor. A short
 /// part takes about as long as two lookups; for phase functions with a
