@@ -419,6 +419,13 @@ fn short_parts_anywhere_are_within_the_bound() -> Result<(), Error> {
 
 /// Parts just below the longest that are integrated without a look into the
 /// table, where independent sweeps once found the bound broken.
+///
+/// There are 150 directions per decade of tan(θ/2). The error of the stored phase
+/// function changes its sign three times per row, of which there are at most some
+/// 60 for each side, crowded where the function is steep: ten directions and more
+/// for each. That of the rule varies with the direction on the scale of a factor of
+/// 1.25, and grows with the length. A sweep of 60,000 segments through 65 tables of
+/// 13 functions found no error above 0.93 of the bound.
 #[test]
 fn the_longest_near_parts_are_within_the_bound() -> Result<(), Error> {
     let cases = [

@@ -60,7 +60,7 @@ fn light_pattern(path: light_Path, start: f32, end: f32) -> air_Pattern {
         let s = start - path.foot;
         let middle = select(s + 0.5 * (end - start), s + abs(s) + path.h + 1.0, end == light_FAR);
         let cos = dot(emitter.axis, light_from_light(path, middle).xyz);
-        if cos < emitter.cos_outer + emitter.edge || emitter.slide_width != 0u {
+        if cos < emitter.cos_outer + emitter.edge {
             pattern.extra += air_EXTRA_SPOT;
             pattern.deeper = air_DEEPER;
         }
