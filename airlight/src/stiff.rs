@@ -73,7 +73,7 @@ pub(crate) fn spread(number: u32) -> impl Iterator<Item = (f32, Segment)> {
     (1..=number).map(move |index| {
         let tangent = log(1e-4, 1e4, halton(index, 2));
         let square = tangent * tangent;
-        let length = if index % 3 == 0 {
+        let length = if index.is_multiple_of(3) {
             log(1e-3, 1e3, halton(index, 7))
         } else {
             f64::INFINITY

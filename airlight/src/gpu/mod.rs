@@ -76,7 +76,8 @@ mod quadrature;
 #[cfg(feature = "wgpu")]
 mod sun_table;
 mod table;
-#[cfg(all(test, feature = "wgpu"))]
+#[cfg(test)]
+#[cfg(feature = "wgpu")]
 mod tests;
 
 #[cfg(feature = "wgpu")]
