@@ -189,7 +189,8 @@ fn light(index: u32, segment: &Segment) -> Emission {
     let at = s + length * u(1);
     let aside = outer * (2.4 * u(2) - 1.2);
     let turn = at.atan2(h) + aside;
-    let out = outer * if index.is_multiple_of(2) { 0.0 } else { 1.1 * u(3) };
+    let share = if index.is_multiple_of(2) { 0.0 } else { u(3) };
+    let out = 1.1 * outer * share;
     let (along, across) = (turn.sin() * out.cos(), turn.cos() * out.cos());
     let inner = outer * [0.0, 0.5, 0.9, 1.0][index as usize / 2 % 4];
     let light = match index % 5 {

@@ -24,13 +24,13 @@
 //! where `b = unit q`, has a pole of fourth order where q is 0. Behind the foot
 //! point pieces keep away from that in any case, as the inverse square has its
 //! pole there if the ray meets the light. In front of it they do only where the
-//! light fades by more than [`UNFADED`] says (see
-//! [`Side::fading`](crate::side::Side::fading)). Seen from the start of a piece,
-//! whose distance from the light changes by no more than a factor, the fading has
+//! light fades noticeably, beyond a fiftieth of the range. Seen from the start of a
+//! piece, whose distance from the light changes by no more than a factor, the fading has
 //! the degree of a few powers only, and falls to 0 like the distance: [`FADING`]
 //! more.
 //!
-//! These are the least numbers with which no case of the tests misses a tolerance.
+//! With these numbers no case of the tests misses a tolerance; with two nodes
+//! between the rims of a spot a few in ten thousand missed 1e-6 by up to 2.4 times.
 //!
 //! Nothing is formed as a difference of cosines: the quadratic is shifted to the
 //! start of the piece in double precision, and is 0 there if that is a rim.

@@ -289,7 +289,7 @@ mod tests {
         let light = Vec3::new(-3.0, 0.25, -0.5);
         let turn = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
         let mut compared = 0;
-        for medium in [open.clone(), open.within(bounds)] {
+        for medium in [open, open.within(bounds)] {
             for degrees in [0.5_f32, 2.0, 8.0, 30.0, 60.0, 89.5] {
                 for share in [0.0, 0.5, 0.98] {
                     let outer = degrees.to_radians();
