@@ -218,9 +218,9 @@ fn light(index: u32, segment: &Segment) -> Emission {
 /// the cone meets the ray and by how far, in the plane of the ray and out of it,
 /// and over ranges; every third is fully smooth, half smooth or hard. The error of
 /// a piece depends smoothly on all of them: with the rims it scales, and from rim to
-/// rim it is that of a polynomial of fourth degree. The largest error of 12,000
-/// lights was 0.53 of the tolerance at 1e-6 and 0.15 at 1e-4, no more than a plain
-/// light's.
+/// rim it is that of a polynomial of fourth degree. In sweeps of 27,000 lights the
+/// largest error was 0.55 of the tolerance at 1e-6 and 0.24 at 1e-4, where that of
+/// plain lights was 0.43 and 0.24.
 #[test]
 fn quadrature_keeps_every_tolerance_for_every_cone_and_range() {
     for (phase, number) in [
