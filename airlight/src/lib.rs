@@ -32,7 +32,7 @@
 //! |---|---|---|
 //! | [`Exact`] | 1e-12 (`f64`) | truth; any phase function |
 //! | [`Table`] | 1e-4 in 64 KiB, stated by each table | batches; any phase function, fixed when the table is made |
-//! | [`Quadrature`] | any tolerance from 0.1 to 1e-6 | no table; lights with a pattern; integrands of one's own |
+//! | [`Quadrature`] | any tolerance from 0.1 to 1e-6 | no table; lights with a pattern ([`Quadrature::airlight_of`]); integrands of one's own |
 //! | [`SunTable`] | none that is bounded; 1e-5 on ordinary rays | comparison with what was published |
 //! | [`FrameTable`] | that of bilinear interpolation | many steps along rays from one eye to one light |
 //!
@@ -46,7 +46,10 @@
 //! | [`surface`] | light that reaches a surface by way of the fog |
 //! | [`point_spread`] | environments seen through fog |
 //! | [`EvaluateAirlight`] | batches on a backend |
-//! | `gpu` (feature `wgpu`) | parts for shaders |
+//! | `gpu` (feature `wgsl`) | parts for shaders, without any way of running them |
+//!
+//! The feature `wgpu` runs batches on GPUs and includes `wgsl`. What the API takes
+//! of the crate `gpu-backend` is found in [`gpu_backend`].
 //!
 //! # Limits
 //!
@@ -67,13 +70,15 @@ mod error;
 pub mod exact;
 mod frame_table;
 pub mod gauss;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 pub mod gpu;
 mod phase;
 pub mod point_spread;
 pub mod quadrature;
 mod real;
+mod scaled;
 mod segment;
+mod segment64;
 mod side;
 mod simd;
 mod spline;
@@ -88,12 +93,14 @@ mod within;
 pub use angle::ScatteringAngle;
 pub use emission::Emission;
 pub use error::Error;
-pub use exact::{Exact, Segment64};
+pub use exact::Exact;
 pub use frame_table::FrameTable;
+pub use gpu_backend;
 pub use phase::{Phase, PhaseFunction};
 pub use quadrature::Quadrature;
 pub use real::Real;
 pub use segment::Segment;
+pub use segment64::Segment64;
 pub use step::EvaluateAirlight;
 pub use sun_table::SunTable;
 pub use table::Table;

@@ -24,6 +24,14 @@ pub trait Phase: Sync {
         [1.0, 1.0]
     }
 
+    /// How many times as large as for Henyey–Greenstein's function the error of
+    /// a quadrature is whose nodes were placed by [`peaks`](Phase::peaks): more
+    /// than 1 if the function falls more steeply beside its forward peak. See
+    /// [`Quadrature::with_tolerance`](crate::Quadrature::with_tolerance).
+    fn steepness(&self) -> f64 {
+        1.0
+    }
+
     /// The value, if it is the same for all angles.
     fn constant(&self) -> Option<f64> {
         None
@@ -166,6 +174,18 @@ impl Phase for PhaseFunction {
             [width, 1.0]
         } else {
             [1.0, width]
+        }
+    }
+
+    fn steepness(&self) -> f64 {
+        // With `tan(θ/2) = b` and the inverse square they fall beside a sharp peak
+        // like (1 + b²) / b⁴ and (1 + b⁴) / (b³ (1 + b²)^{3/2}), where
+        // Henyey–Greenstein's does like (1 + b²)^{1/2} / b³. Measured: 2.5 and 1.3
+        // times the error.
+        match *self {
+            Self::Schlick { k } if k > 0.0 => 4.0,
+            Self::CornetteShanks { g } if g > 0.0 => 2.0,
+            _ => 1.0,
         }
     }
 

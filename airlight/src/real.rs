@@ -32,6 +32,9 @@ pub trait Real:
     /// The square root.
     fn square_root(self) -> Self;
 
+    /// The number without its sign.
+    fn absolute(self) -> Self;
+
     /// `e^x`.
     fn exponential(self) -> Self;
 
@@ -49,6 +52,10 @@ impl Real for f32 {
 
     fn square_root(self) -> Self {
         self.sqrt()
+    }
+
+    fn absolute(self) -> Self {
+        self.abs()
     }
 
     fn exponential(self) -> Self {
@@ -71,6 +78,10 @@ impl Real for f64 {
 
     fn square_root(self) -> Self {
         self.sqrt()
+    }
+
+    fn absolute(self) -> Self {
+        self.abs()
     }
 
     fn exponential(self) -> Self {

@@ -19,7 +19,9 @@
 #[repr(C)]
 pub struct Segment {
     /// Way from the eye to the start of the part, at least 0. In a bounded
-    /// medium only the way inside of it counts.
+    /// medium only the way inside of it counts. A negative way is not turned
+    /// away: it counts as it is, and dims the light less, as long as the whole
+    /// way from the light is not negative too, where a result may be 0.
     pub x: f32,
     /// Position of the start behind the foot point of the light, negative in
     /// front of it.

@@ -1,100 +1,6 @@
 //! One side of the foot point in a variable that no limit spoils.
 
-use crate::exact::Segment64;
-
-/// A segment in units of the distance of its start from the light, so that
-/// squares stay in range.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Scaled {
-    /// The unit, m.
-    pub(crate) unit: f64,
-    /// Extinction per unit.
-    pub(crate) sigma: f64,
-    /// Start, end and the distance between ray and light.
-    pub(crate) s: f64,
-    pub(crate) end: f64,
-    pub(crate) h: f64,
-    pub(crate) length: f64,
-    /// Distance of the end from the light.
-    pub(crate) end_distance: f64,
-    /// Optical depth of the way from the light by the start to the eye.
-    pub(crate) depth: f64,
-}
-
-/// What there is to integrate.
-#[derive(Debug)]
-pub(crate) enum Extent {
-    /// Nothing: a length of 0, numbers that are no lengths, or no light.
-    Empty,
-    /// The light is on the segment.
-    MeetsLight,
-    /// Anything else.
-    Ordinary(Scaled),
-}
-
-/// Distance from the light, relative to that of the start, below which its
-/// square is no longer a number.
-const NEAREST: f64 = 1e-150;
-
-/// Optical depth that leaves nothing, even of the smallest f64.
-const OPAQUE: f64 = 750.0;
-
-impl Scaled {
-    /// `segment` in units of the distance of its start from the light; empty
-    /// if no light is left at its start.
-    pub(crate) fn of(sigma_t: f64, segment: &Segment64) -> Extent {
-        match Self::of_lengths(sigma_t, segment) {
-            Extent::Ordinary(scaled) if !(scaled.depth < OPAQUE) => Extent::Empty,
-            extent => extent,
-        }
-    }
-
-    /// The same however little light is left at the start.
-    pub(crate) fn of_lengths(sigma_t: f64, segment: &Segment64) -> Extent {
-        let Segment64 { x, s, h, length } = *segment;
-        let lengths = x.is_finite() && s.is_finite() && h >= 0.0 && h.is_finite() && length > 0.0;
-        if !(lengths && sigma_t >= 0.0 && sigma_t.is_finite()) {
-            return Extent::Empty;
-        }
-        // The sum first: it is exact where the end is next to the light.
-        let end = s + length;
-        let unit = distance(s, h);
-        if h <= NEAREST * unit && s <= 0.0 && end >= 0.0 {
-            return Extent::MeetsLight;
-        }
-        let depth = sigma_t * x + sigma_t * unit;
-        if !unit.is_finite() {
-            return Extent::Empty;
-        }
-        let (end, h) = (end / unit, h / unit);
-        // An end that is out of range has no inverse square that counts.
-        let length = if end.is_finite() {
-            length / unit
-        } else {
-            f64::INFINITY
-        };
-        Extent::Ordinary(Self {
-            unit,
-            sigma: sigma_t * unit,
-            s: s / unit,
-            end,
-            h,
-            length,
-            end_distance: distance(end, h),
-            depth,
-        })
-    }
-}
-
-/// `√(s² + h²)`, and in the usual range without the care of `hypot`.
-fn distance(s: f64, h: f64) -> f64 {
-    let square = s * s + h * h;
-    if square > 1e-280 && square < 1e280 {
-        square.sqrt()
-    } else {
-        s.hypot(h)
-    }
-}
+use crate::scaled::Scaled;
 
 /// Which variable a [`Side`] has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -138,6 +44,9 @@ pub(crate) struct Side {
     pub(crate) finest: f64,
     /// Way from the start of the segment to the start of the side.
     pub(crate) offset: f64,
+    /// `base + o` below which the light fades with the distance; 0 if it does
+    /// not. See [`Side::fading`].
+    pub(crate) faded: f64,
 }
 
 /// Width of the sharpest peak that is looked for; it is as sharp as g next to 1
@@ -188,6 +97,7 @@ impl Side {
                 extent,
                 finest: peaks[0],
                 offset: 0.0,
+                faded: 0.0,
             }
         });
 
@@ -217,6 +127,7 @@ impl Side {
                     extent,
                     finest: peaks[1],
                     offset,
+                    faded: 0.0,
                 };
             }
             let extent = if finite {
@@ -235,6 +146,7 @@ impl Side {
                 extent,
                 finest: 0.0,
                 offset,
+                faded: 0.0,
             }
         });
         front.into_iter().chain(behind)
@@ -245,6 +157,34 @@ impl Side {
         self.unit * (self.base + o)
     }
 
+    /// The same side of a light that fades towards a range, in units of the
+    /// segment, and is undiminished up to a `share` of it.
+    ///
+    /// The distance from the light is `d = (a² + b²) / (2 scale (base + o))`:
+    /// a light that fades with a power of it has a pole where `base + o` is 0,
+    /// which phase functions do not have in front of the foot point.
+    pub(crate) fn fading(self, range: f64, share: f64) -> Self {
+        let faded = if self.kind == Kind::Behind {
+            // Pieces are as short as that in any case.
+            0.0
+        } else {
+            0.5 / (self.scale * share * range)
+        };
+        Self { faded, ..self }
+    }
+
+    /// The distance from the light at `o`.
+    pub(crate) fn distance(&self, o: f64) -> f64 {
+        let b = self.b(o);
+        (self.a * self.a + b * b) / (2.0 * self.scale * (self.base + o))
+    }
+
+    /// Whether the light still fades at `o`, where pieces have to keep away from
+    /// the pole.
+    pub(crate) fn fades(&self, o: f64) -> bool {
+        self.base + o < self.faded
+    }
+
     /// The end of a piece from `o` on over which the integrand is smooth.
     ///
     /// Poles of the integrand have `b` imaginary, so that `b` may change by a
@@ -252,7 +192,11 @@ impl Side {
     /// it does not matter any more. The exponent may grow by `fade`, or, where
     /// nothing much is left of the exponential, by a factor of 2.
     pub(crate) fn next(&self, o: f64, growth: f64, fade: f64) -> f64 {
-        let mut width = (growth - 1.0) * (self.b(o) + self.finest) / self.unit;
+        let mut width = if self.fades(o) {
+            (growth - 1.0) * (self.base + o)
+        } else {
+            (growth - 1.0) * (self.b(o) + self.finest) / self.unit
+        };
         if self.rate > 0.0 {
             width = width.min((self.rate * o).max(fade) / self.rate);
         }

@@ -6,7 +6,7 @@
 //! media with single-scattering, Interactive Ray Tracing 2008. Kept as it was
 //! published, in single precision, for comparison with [`Table`](crate::Table).
 
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 mod gpu;
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI};

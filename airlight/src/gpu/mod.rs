@@ -38,9 +38,14 @@
 //! }
 //! ```
 //!
-//! An evaluator with a shader implements [`WgslEvaluator`]; then a GPU has the
-//! step [`EvaluateAirlight`](crate::EvaluateAirlight) for it, with the data in
-//! `@group(1)`, uploaded with every batch. A phase function that is a closure
+//! For a light with a pattern `air_pattern_nodes` takes an `air_Pattern` as well,
+//! which says how many nodes more a piece gets
+//! ([`Quadrature::nodes_of`](crate::Quadrature::nodes_of)); the shader divides the
+//! segment at the rims of the light and has the emission in its `f`.
+//!
+//! With the feature `wgpu` an evaluator with a shader implements `WgslEvaluator`;
+//! then a GPU has the step [`EvaluateAirlight`](crate::EvaluateAirlight) for it,
+//! with the data in `@group(1)`, uploaded with every batch. A phase function that is a closure
 //! has no shader; a [`Table`](crate::Table) of it has one.
 //!
 //! # Agreement with the CPU
@@ -64,14 +69,18 @@
 //! Some software drivers end loops after 65,535 iterations: a quadrature with
 //! more than 1000 nodes per piece may lose pieces there.
 
+#[cfg(feature = "wgpu")]
 mod batch;
 mod phase;
 mod quadrature;
+#[cfg(feature = "wgpu")]
 mod sun_table;
 mod table;
 #[cfg(test)]
+#[cfg(feature = "wgpu")]
 mod tests;
 
+#[cfg(feature = "wgpu")]
 pub use batch::WgslEvaluator;
 pub use phase::PhaseRecord;
 pub use quadrature::QuadratureUniforms;

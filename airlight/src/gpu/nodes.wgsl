@@ -31,9 +31,33 @@ struct air_Quadrature {
     // The most that b and the exponent may change over a piece.
     growth: f32,
     fade: f32,
-    padding_a: u32,
-    padding_b: u32,
+    // The number of rules that a piece may get without nodes for a pattern.
+    plain_rules: u32,
+    padding: u32,
 }
+
+// What the integrand has besides the phase function and the extinction, over
+// a segment without a rim inside. None of it is 0.
+struct air_Pattern {
+    // Nodes more on each piece: the sum of those below that apply, and what else
+    // there is.
+    extra: u32,
+    // Optical depth beyond what a plain light needs: air_DEEPER for any pattern.
+    deeper: f32,
+    // Towards which the light fades by the fourth power of the distance, m; 0 if
+    // it does not.
+    range: f32,
+}
+
+// For an emission that is proportional to a cosine, for one between the rims of
+// a spot, and for a light that fades towards its range. Why these are enough is
+// said in `quadrature/profile.rs`.
+const air_EXTRA_COSINE: u32 = 1u;
+const air_EXTRA_SPOT: u32 = 3u;
+const air_EXTRA_FADING: u32 = 1u;
+const air_DEEPER: f32 = 6.0;
+// The share of the range up to which fading does not matter.
+const air_UNFADED: f32 = 0.02;
 
 struct air_Node {
     // From the start of the segment, m.
@@ -65,6 +89,8 @@ struct air_Side {
     extent: f32,
     finest: f32,
     offset: f32,
+    // base + o below which the light fades with the distance.
+    faded: f32,
 }
 
 struct air_Piece {
@@ -90,26 +116,31 @@ struct air_Nodes {
     node: u32,
     nodes: u32,
     length: f32,
-    // Nodes more on each piece than the phase function and the extinction need,
-    // for what else the integrand varies; 0 at first, to be set by the caller.
-    extra: u32,
+    pattern: air_Pattern,
 }
 
 // No node if the segment is empty or meets the light: see the kind of `part`. How
 // much light is left at its start is not asked: the integrand is the caller's.
 fn air_nodes(sigma_t: f32, segment: air_Segment) -> air_Nodes {
-    return air_nodes_of(air_scaled_lengths(sigma_t, segment), segment);
+    return air_pattern_nodes(sigma_t, segment, air_Pattern());
+}
+
+// The same for an integrand with a pattern, which is the caller's as well.
+fn air_pattern_nodes(sigma_t: f32, segment: air_Segment, pattern: air_Pattern) -> air_Nodes {
+    return air_nodes_of(air_scaled_lengths(sigma_t, segment), segment, pattern);
 }
 
 // Of a segment that has been scaled.
-fn air_nodes_of(part: air_Scaled, segment: air_Segment) -> air_Nodes {
+fn air_nodes_of(part: air_Scaled, segment: air_Segment, pattern: air_Pattern) -> air_Nodes {
     var nodes: air_Nodes;
     nodes.part = part;
+    nodes.pattern = pattern;
+    nodes.pattern.range = air_scale(pattern.range, -part.exponent);
     // An infinite length counts as air_FAR, whose bits are the next smaller.
     nodes.length = bitcast<f32>(clamp(bitcast<i32>(segment.length), 0, 0x7f7fffff));
     nodes.last = nodes.part.kind != air_ORDINARY;
     if !nodes.last && nodes.part.s < 0.0 {
-        nodes.side = air_front(nodes.part);
+        nodes.side = air_front(nodes.part, nodes.pattern);
     }
     return nodes;
 }
@@ -144,7 +175,7 @@ fn air_next_piece(nodes: ptr<function, air_Nodes>) -> bool {
         let depth = (*nodes).side.depth + (*nodes).side.rate * (*nodes).side.extent;
         (*nodes).side.extent = 0.0;
         if (*nodes).part.end > 0.0 {
-            (*nodes).side = air_behind((*nodes).part, depth);
+            (*nodes).side = air_behind((*nodes).part, depth, (*nodes).pattern);
         }
         if (*nodes).side.extent <= 0.0 {
             return false;
@@ -160,16 +191,21 @@ fn air_next_piece(nodes: ptr<function, air_Nodes>) -> bool {
     piece.width = end - start;
     piece.b = side.unit * (side.base + start);
     piece.b_change = side.unit * piece.width;
-    let near = piece.b + side.finest;
-    piece.alpha = sqrt(near / (near + piece.b_change));
+    if side.base + start < side.faded {
+        // As b, but on the axis as well.
+        piece.alpha = sqrt((side.base + start) / (side.base + end));
+    } else {
+        let near = piece.b + side.finest;
+        piece.alpha = sqrt(near / (near + piece.b_change));
+    }
     (*nodes).piece = piece;
-    let rule = air_rule(air_span(side, piece), (*nodes).extra);
+    let rule = air_rule(air_span(side, piece), (*nodes).pattern.extra);
     (*nodes).node = rule.x;
     (*nodes).nodes = rule.x + rule.y;
     return true;
 }
 
-fn air_front(part: air_Scaled) -> air_Side {
+fn air_front(part: air_Scaled, pattern: air_Pattern) -> air_Side {
     var length = part.length;
     var end = part.end;
     var distance = part.d_end;
@@ -189,11 +225,12 @@ fn air_front(part: air_Scaled) -> air_Side {
     side.rate = (part.sigma * part.h) * side.unit;
     side.extent = length * ((1.0 + ratio) / (part.d_start + distance));
     side.finest = air_quadrature_uniforms().finest_front;
-    return air_cut_off(side);
+    side.faded = air_faded(side, pattern);
+    return air_cut_off(side, pattern);
 }
 
 // `depth` is the exponent at the foot point.
-fn air_behind(part: air_Scaled, depth: f32) -> air_Side {
+fn air_behind(part: air_Scaled, depth: f32, pattern: air_Pattern) -> air_Side {
     let quadrature = air_quadrature_uniforms();
     var side: air_Side;
     var length = part.length;
@@ -217,6 +254,7 @@ fn air_behind(part: air_Scaled, depth: f32) -> air_Side {
         side.base = first / last;
         side.extent = length * ((side.base + 1.0) / both);
         side.finest = quadrature.finest_behind;
+        side.faded = air_faded(side, pattern);
         return side;
     }
     side.kind = air_BEHIND;
@@ -224,16 +262,22 @@ fn air_behind(part: air_Scaled, depth: f32) -> air_Side {
     side.unit = 1.0;
     side.base = 1.0;
     side.rate = part.sigma * first;
-    side.extent = quadrature.far;
-    if last < quadrature.far * first {
-        side.extent = min(length * ((1.0 + last / first) / both), quadrature.far);
+    // An f32 can square 2^60 and twice as much of it.
+    let far = min(quadrature.far * exp(pattern.deeper), 0x1p+60);
+    side.extent = far;
+    if last < far * first {
+        side.extent = min(length * ((1.0 + last / first) / both), far);
     }
-    return air_cut_off(side);
+    return air_cut_off(side, pattern);
+}
+
+fn air_faded(side: air_Side, pattern: air_Pattern) -> f32 {
+    return select(0.0, 0.5 / (side.scale * air_UNFADED * pattern.range), pattern.range > 0.0);
 }
 
 // What lies behind the opacity is left out.
-fn air_cut_off(side: air_Side) -> air_Side {
-    let left = air_quadrature_uniforms().opacity - side.depth;
+fn air_cut_off(side: air_Side, pattern: air_Pattern) -> air_Side {
+    let left = air_quadrature_uniforms().opacity + pattern.deeper - side.depth;
     var shorter = side;
     if side.rate * side.extent > left {
         shorter.extent = left / side.rate;
@@ -245,9 +289,12 @@ fn air_cut_off(side: air_Side) -> air_Side {
 fn air_piece_end(side: air_Side, start: f32) -> f32 {
     let quadrature = air_quadrature_uniforms();
     let left = side.extent - start;
-    let most_b = (quadrature.growth - 1.0) * (side.unit * (side.base + start) + side.finest);
     let most_depth = max(side.rate * start, quadrature.fade);
-    let pieces = max(side.unit * left / most_b, side.rate * left / most_depth);
+    var of_b = side.unit * left / ((quadrature.growth - 1.0) * (side.unit * (side.base + start) + side.finest));
+    if side.base + start < side.faded {
+        of_b = left / ((quadrature.growth - 1.0) * (side.base + start));
+    }
+    let pieces = max(of_b, side.rate * left / most_depth);
     // A little more at the end, to leave no sliver.
     return select(side.extent, start + left / pieces, pieces > 1.1);
 }
@@ -259,22 +306,26 @@ fn air_span(side: air_Side, piece: air_Piece) -> vec3<f32> {
     let tangent = 0.414213568;
     let k = abs((1.0 - piece.alpha) / (1.0 + piece.alpha));
     let depth = side.rate * piece.width;
+    let behind = k / (1.0 + sqrt(max(1.0 - k * k, 0.0)));
     if side.kind == air_BEHIND {
-        return vec3(0.0, k / (1.0 + sqrt(max(1.0 - k * k, 0.0))), depth);
+        return vec3(0.0, behind, depth);
     }
-    return vec3(k / (tangent + sqrt(tangent * tangent + k * k)), 0.0, depth);
+    let fades = side.base + piece.start < side.faded;
+    let shifted = k / (tangent + sqrt(tangent * tangent + k * k));
+    return vec3(shifted, select(0.0, behind, fades), depth);
 }
 
 // The first node of the smallest rule for a piece, and the number of its nodes.
 fn air_rule(span: vec3<f32>, extra: u32) -> vec2<u32> {
     let rules = air_quadrature_uniforms().rules;
+    let plain = air_quadrature_uniforms().plain_rules;
     var first = rules;
     // The rule to be taken, once one is found that is good enough.
     var taken = rules - 1u;
     for (var i = 0u; i < rules; i++) {
         let rule = air_quadrature_entry(i);
         let nodes = u32(rule.w);
-        if all(span <= rule.xyz) {
+        if i < plain && (i + 1u == plain || all(span <= rule.xyz)) {
             taken = min(taken, i + extra);
         }
         if i == taken {

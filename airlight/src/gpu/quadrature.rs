@@ -1,10 +1,6 @@
 //! Quadratures as shaders take them.
 
 use bytemuck::{Pod, Zeroable};
-use gpu_backend::gpu::Argument;
-
-use super::{NODES, NUMERIC, PHASE, QUADRATURE, SCALED, WgslEvaluator};
-use crate::Quadrature;
 
 /// What `air_quadrature_uniforms` returns, fit for a uniform buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -30,22 +26,30 @@ pub struct QuadratureUniforms {
     pub growth: f32,
     /// The most by which the exponent may.
     pub fade: f32,
+    /// Number of rules that a piece may get without nodes for a pattern.
+    pub plain_rules: u32,
     /// Always 0.
-    pub padding_a: u32,
-    /// Always 0.
-    pub padding_b: u32,
+    pub padding: u32,
 }
 
-impl WgslEvaluator for Quadrature {
-    fn parts() -> &'static [&'static str] {
-        const BINDINGS: &str = include_str!("quadrature_bindings.wgsl");
-        &[NUMERIC, PHASE, SCALED, NODES, QUADRATURE, BINDINGS]
-    }
+#[cfg(feature = "wgpu")]
+mod step {
+    use gpu_backend::gpu::Argument;
 
-    fn arguments(&self) -> Vec<Argument<'_>> {
-        vec![
-            Argument::uniform(self.gpu_uniforms()),
-            Argument::table(&self.gpu_entries()),
-        ]
+    use crate::Quadrature;
+    use crate::gpu::{NODES, NUMERIC, PHASE, QUADRATURE, SCALED, WgslEvaluator};
+
+    impl WgslEvaluator for Quadrature {
+        fn parts() -> &'static [&'static str] {
+            const BINDINGS: &str = include_str!("quadrature_bindings.wgsl");
+            &[NUMERIC, PHASE, SCALED, NODES, QUADRATURE, BINDINGS]
+        }
+
+        fn arguments(&self) -> Vec<Argument<'_>> {
+            vec![
+                Argument::uniform(self.gpu_uniforms()),
+                Argument::table(&self.gpu_entries()),
+            ]
+        }
     }
 }

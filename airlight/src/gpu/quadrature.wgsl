@@ -2,7 +2,7 @@
 
 // Per unit of σ_s I, in 1/(m sr).
 fn air_quadrature_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
-    var nodes = air_nodes_of(air_scaled(sigma_t, segment), segment);
+    var nodes = air_nodes_of(air_scaled(sigma_t, segment), segment, air_Pattern());
     if nodes.part.kind != air_ORDINARY {
         return select(0.0, air_FAR, nodes.part.kind == air_MEETS_LIGHT);
     }

@@ -1,10 +1,6 @@
 //! Tables as shaders take them.
 
 use bytemuck::{Pod, Zeroable};
-use gpu_backend::gpu::Argument;
-
-use super::{NUMERIC, SCALED, TABLE, WgslEvaluator};
-use crate::Table;
 
 /// What `air_table_uniforms` returns, fit for a uniform buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -34,15 +30,23 @@ pub struct TableUniforms {
     pub near_nodes: u32,
 }
 
-impl WgslEvaluator for Table {
-    fn parts() -> &'static [&'static str] {
-        &[NUMERIC, SCALED, TABLE, include_str!("table_bindings.wgsl")]
-    }
+#[cfg(feature = "wgpu")]
+mod step {
+    use gpu_backend::gpu::Argument;
 
-    fn arguments(&self) -> Vec<Argument<'_>> {
-        vec![
-            Argument::uniform(self.gpu_uniforms()),
-            Argument::table(&self.gpu_cells()),
-        ]
+    use crate::Table;
+    use crate::gpu::{NUMERIC, SCALED, TABLE, WgslEvaluator};
+
+    impl WgslEvaluator for Table {
+        fn parts() -> &'static [&'static str] {
+            &[NUMERIC, SCALED, TABLE, include_str!("table_bindings.wgsl")]
+        }
+
+        fn arguments(&self) -> Vec<Argument<'_>> {
+            vec![
+                Argument::uniform(self.gpu_uniforms()),
+                Argument::table(&self.gpu_cells()),
+            ]
+        }
     }
 }

@@ -4,9 +4,6 @@ use super::{FADE, GROWTH, Quadrature};
 use crate::gpu::{PhaseRecord, QuadratureUniforms};
 use crate::side::SHARPEST;
 
-/// m per m: an `f32` can square this and twice as much of it.
-const FARTHEST: f64 = (1_u64 << 60) as f64;
-
 impl Quadrature {
     /// What `air_quadrature_uniforms` returns in a shader with the part
     /// [`NODES`](crate::gpu::NODES).
@@ -18,14 +15,14 @@ impl Quadrature {
             phase_parameter: phase.parameter,
             rules: self.rules.len() as u32,
             opacity: self.opacity as f32,
-            far: self.far.min(FARTHEST) as f32,
+            far: self.far as f32,
             finest_front: front,
             finest_behind: behind,
             thin: self.thin() as f32,
             growth: GROWTH as f32,
             fade: FADE as f32,
-            padding_a: 0,
-            padding_b: 0,
+            plain_rules: self.plain as u32,
+            padding: 0,
         }
     }
 

@@ -11,16 +11,20 @@
 //! the exponent by no more than an amount, and on each a few Gauss–Legendre
 //! nodes converge at a rate that no input can spoil.
 
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 mod gpu;
+mod nodes;
 mod piece;
+pub mod profile;
 #[cfg(test)]
 mod tests;
 
-use crate::exact::Segment64;
-use crate::side::{Extent, Kind, Scaled, Side};
-use crate::{Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, gauss};
-use piece::{Piece, Rule, Span};
+use crate::scaled::{Extent, Scaled};
+use crate::{
+    Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, Segment64, gauss,
+};
+pub use nodes::Node;
+use piece::{Rule, Span};
 
 /// Integrates over segments with a few nodes each, in single precision.
 ///
@@ -32,22 +36,23 @@ use piece::{Piece, Rule, Span};
 ///
 /// | nodes per piece | largest relative error, no peak | sharp peaks |
 /// |---:|---:|---:|
-/// | 2 | 8e-2 | 3e-1 |
-/// | 3 | 8e-3 | 4e-2 |
+/// | 2 | 8e-2 | 4e-1 |
+/// | 3 | 8e-3 | 7e-2 |
 /// | 4 | 8e-4 | 2e-2 |
-/// | 5 | 7e-5 | 2e-3 |
-/// | 6 | 6e-6 | 4e-4 |
-/// | 7 | 1e-6 | 1e-4 |
-/// | 8 | 1e-6 | 2e-5 |
+/// | 5 | 7e-5 | 3e-3 |
+/// | 6 | 6e-6 | 9e-4 |
+/// | 7 | 1e-6 | 1.2e-4 |
+/// | 8 | 1e-6 | 4e-5 |
 /// | 10 | 1e-6 | 4e-6 |
 ///
 /// measured over rays at all angles from 0 to π, distances from 1e-6 m to
 /// 1e6 m, optical depths up to the end of the range and parts of 1e-9 of the
-/// distance to infinity; sharp peaks are those of |g| up to 0.99.
+/// distance to infinity; sharp peaks are those of |g| and |k| up to 0.99, and
+/// the largest errors are those of Schlick's function.
 /// The last two lines of the table are the rounding of `f32`.
 ///
 /// The light on the segment gives +∞; a length of 0, and numbers that are no
-/// lengths or no extinction, give 0.
+/// lengths or no extinction, give 0, as with [`Exact`](crate::Exact).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadrature<P = PhaseFunction> {
     phase: P,
@@ -55,21 +60,12 @@ pub struct Quadrature<P = PhaseFunction> {
     /// The rules that a piece may get, by growing number of nodes, and the
     /// most that a piece may span for each; the last one serves all.
     rules: Vec<(Rule, Span)>,
+    /// How many of them a piece may get if no more nodes are asked for.
+    plain: usize,
     /// Optical depth after which nothing that counts is left.
     opacity: f64,
     /// Growth of the distance from the light after which nothing is left.
     far: f64,
-}
-
-/// Where to evaluate an integrand along a segment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Node {
-    /// Distance along the ray from the start of the segment, m.
-    pub distance: f32,
-    /// `Σ weight f ≈ ∫ f / d² dx`, 1/m.
-    pub weight: f32,
-    /// The angle by which light is scattered there.
-    pub angle: ScatteringAngle<f32>,
 }
 
 /// Absorption below which it is ignored behind the foot point, times the width
@@ -82,9 +78,12 @@ const THIN: f64 = 1e-9;
 const GROWTH: f64 = 8.0;
 const FADE: f64 = 4.0;
 
-/// More nodes on each piece if there is an emission, which has poles of its
-/// own where `b` is imaginary; tuned on the cases of the tests.
-const EXTRA: usize = 2;
+/// Rules beyond the one that the longest piece needs, for pieces in deep fog that
+/// are longer.
+const ROOM: usize = 2;
+
+/// m per m: an `f32` can square this and twice as much of it.
+const FARTHEST: f64 = (1_u64 << 60) as f64;
 
 /// What single precision rounds, measured with more nodes than are needed.
 const ROUNDING: f64 = 5e-7;
@@ -104,10 +103,10 @@ impl<P: Phase> Quadrature<P> {
     }
 
     /// With as few nodes as keep the relative error below `tolerance`, for a
-    /// phase function as smooth as its [`peaks`](Phase::peaks) say. Next to a
-    /// sharp backward peak the rounding of single precision alone is up to
-    /// 4e-6, and beyond |g| = 0.99 or |k| = 0.99 the tolerance is missed by up to
-    /// twice.
+    /// phase function as smooth as its [`peaks`](Phase::peaks) and its
+    /// [`steepness`](Phase::steepness) say: those of this crate up to |g| = 0.99
+    /// and |k| = 0.99. Beyond, the rounding of single precision next to the peak
+    /// misses a tolerance of 1e-6.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless the tolerance is between 1e-6 and 0.1 and
@@ -123,17 +122,27 @@ impl<P: Phase> Quadrature<P> {
         // The constants of the rules were fitted to cases: the rest is for what
         // is cut off, where pieces add up, and for other cases.
         let error = 0.25 * (f64::from(tolerance) - ROUNDING);
+        let steepness = phase.steepness();
         let mut rules = Vec::new();
         let most = Span::largest(GROWTH, FADE);
         loop {
             let nodes = rules.len() as u32 + 1;
-            let span = Span::of_rule(nodes, error);
+            let span = Span::of_rule(nodes, error, steepness);
             rules.push((Rule::of(nodes), span));
-            let enough = rules.len().checked_sub(1 + EXTRA).map(|i| &rules[i].1);
+            let enough = rules.len().checked_sub(1 + ROOM).map(|i| &rules[i].1);
             if enough.is_some_and(|span| most.within(span)) {
-                return Self::new(phase, rules, 0.1 * error);
+                break;
             }
         }
+        let plain = rules.len();
+        for nodes in (plain as u32 + 1..).take(profile::MOST) {
+            rules.push((Rule::of(nodes), Span::of_rule(nodes, error, steepness)));
+        }
+        let quadrature = Self::new(phase, rules, 0.1 * error)?;
+        Ok(Self {
+            plain,
+            ..quadrature
+        })
     }
 
     fn new(phase: P, rules: Vec<(Rule, Span)>, error: f64) -> Result<Self, Error> {
@@ -145,9 +154,10 @@ impl<P: Phase> Quadrature<P> {
         Ok(Self {
             phase,
             peaks,
+            plain: rules.len(),
             rules,
             opacity: (peak / error).ln(),
-            far: peak / error,
+            far: (peak / error).min(FARTHEST),
         })
     }
 
@@ -156,58 +166,27 @@ impl<P: Phase> Quadrature<P> {
         &self.phase
     }
 
-    /// Nodes for an integrand of the caller's own:
-    ///
-    /// ```text
-    /// ∫ f(x) / d² dx ≈ Σ weight f(x_a + distance)
-    /// ```
-    ///
-    /// for an `f` that is smooth over the segment and of the kind `p exp(−σ_t
-    /// (x + d))` times what varies slowly. If several extinctions are
-    /// integrated over the same nodes, `sigma_t` is the least: beyond its depth
-    /// nothing is looked at. What `f` varies otherwise takes `extra` nodes more
-    /// on each piece: 2 serve the falloff of a spotlight, or a light outside of
-    /// the medium; no piece gets more than the largest rule has, which is the only
-    /// one of [`Quadrature::fixed`]. The nodes are in no particular order. No node if the segment is
-    /// empty or meets the light.
-    pub fn nodes(
-        &self,
-        sigma_t: f32,
-        segment: &Segment,
-        extra: usize,
-    ) -> impl Iterator<Item = Node> {
-        // How much light is left at its start is the caller's business.
-        let scaled = match Scaled::of_lengths(sigma_t.into(), &Segment64::from(*segment)) {
-            Extent::Ordinary(scaled) => Some(scaled),
-            Extent::Empty | Extent::MeetsLight => None,
-        };
-        let length = segment.length;
-        scaled.into_iter().flat_map(move |scaled| {
-            let per_metre = (1.0 / scaled.unit) as f32;
-            self.pieces(scaled, extra).flat_map(move |(piece, rule)| {
-                rule.nodes().iter().map(move |&(t, weight)| {
-                    let mut node = piece.at(t).0;
-                    node.weight *= weight * per_metre;
-                    // Rounding may have taken it past the end.
-                    node.distance = node.distance.clamp(0.0, length);
-                    node
-                })
-            })
-        })
-    }
-
     /// [`Evaluator::airlight`] of a light that is not equally bright in all
     /// directions, whose `emission` is for the same segment.
     pub fn airlight_of(&self, sigma_t: f32, segment: &Segment, emission: &Emission) -> f32 {
-        let segment = Segment64::from(*segment);
-        let total: f64 = emission
-            .parts(&segment)
-            .map(|part| {
-                self.integrate(sigma_t, &part, EXTRA, |angle| {
-                    self.phase.value_f32(angle) * emission.factor(angle)
+        let mut total = 0.0;
+        for part in emission.parts(&Segment64::from(*segment)) {
+            let scaled = match Scaled::of(sigma_t.into(), &part.segment) {
+                Extent::Empty => continue,
+                Extent::MeetsLight => return f32::INFINITY,
+                Extent::Ordinary(scaled) => scaled,
+            };
+            let sum: f64 = self
+                .places(scaled, *emission, part, 0)
+                .map(|(node, depth)| {
+                    let light = node.weight * self.phase.value_f32(node.angle);
+                    f64::from(light * (-depth).exp())
                 })
-            })
-            .sum();
+                .sum();
+            let value = (-scaled.depth).exp() * sum;
+            // Lengths near the limits of the range: infinity times nothing.
+            total += if value.is_nan() { 0.0 } else { value };
+        }
         total as f32
     }
 
@@ -215,7 +194,6 @@ impl<P: Phase> Quadrature<P> {
         &self,
         sigma_t: f32,
         segment: &Segment64,
-        extra: usize,
         weight: impl Fn(ScatteringAngle<f32>) -> f32,
     ) -> f64 {
         let scaled = match Scaled::of(sigma_t.into(), segment) {
@@ -224,7 +202,7 @@ impl<P: Phase> Quadrature<P> {
             Extent::Ordinary(scaled) => scaled,
         };
         let mut total = 0.0;
-        for (piece, rule) in self.pieces(scaled, extra) {
+        for (piece, rule) in self.pieces(scaled, 0) {
             let mut sum = 0.0;
             for &(t, share) in rule.nodes() {
                 let (node, depth) = piece.at(t);
@@ -240,40 +218,11 @@ impl<P: Phase> Quadrature<P> {
     fn thin(&self) -> f64 {
         THIN * self.peaks[1].min(1.0)
     }
-
-    /// The pieces of a segment and a rule for each, with `extra` nodes.
-    fn pieces(&self, segment: Scaled, extra: usize) -> impl Iterator<Item = (Piece, &Rule)> {
-        Side::both(&segment, self.peaks, self.thin()).flat_map(move |mut side| {
-            if side.rate > 0.0 {
-                side.extent = side.extent.min((self.opacity - side.depth) / side.rate);
-            }
-            if side.kind == Kind::Behind {
-                side.extent = side.extent.min(self.far);
-            }
-            let mut start = 0.0;
-            std::iter::from_fn(move || {
-                (start < side.extent).then(|| {
-                    let end = side.next(start, GROWTH, FADE);
-                    let (piece, span) = Piece::new(&side, start, end, segment.unit);
-                    start = end;
-                    (piece, self.rule(span, extra))
-                })
-            })
-        })
-    }
-
-    fn rule(&self, span: Span, extra: usize) -> &Rule {
-        let last = self.rules.len() - 1;
-        let found = self.rules[..last]
-            .iter()
-            .position(|(_, most)| span.within(most));
-        &self.rules[found.unwrap_or(last).saturating_add(extra).min(last)].0
-    }
 }
 
 impl<P: Phase> Evaluator for Quadrature<P> {
     fn airlight(&self, sigma_t: f32, segment: &Segment) -> f32 {
         let segment = Segment64::from(*segment);
-        self.integrate(sigma_t, &segment, 0, |angle| self.phase.value_f32(angle)) as f32
+        self.integrate(sigma_t, &segment, |angle| self.phase.value_f32(angle)) as f32
     }
 }

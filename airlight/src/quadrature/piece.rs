@@ -1,6 +1,6 @@
 //! Pieces of a segment over each of which one Gauss–Legendre rule is good.
 
-use super::Node;
+use super::nodes::Node;
 use crate::side::{Kind, Side};
 use crate::{ScatteringAngle, gauss};
 
@@ -65,14 +65,15 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Over which a rule has this relative error. The constants were fitted to
+    /// Over which a rule has this relative error for a phase function of this
+    /// [`steepness`](crate::Phase::steepness). The constants were fitted to
     /// measured errors, see the tests.
-    pub(super) fn of_rule(nodes: u32, error: f64) -> Self {
+    pub(super) fn of_rule(nodes: u32, error: f64, steepness: f64) -> Self {
         let order = f64::from(2 * nodes);
         let factorial: f64 = (1..=2 * nodes).map(f64::from).product();
         Self {
             shifted: (error / 100.0).powf(1.0 / order),
-            behind: (error / 100.0).powf(1.0 / order),
+            behind: (error / (100.0 * steepness)).powf(1.0 / order),
             // The error of the rule for e^{−x} is (depth/4)^{2n} 2 / (2n)!.
             depth: 4.0 * (error * factorial / 20.0).powf(1.0 / order),
         }
@@ -110,7 +111,7 @@ impl Span {
     }
 
     /// All of it, for shaders.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     pub(super) fn bounds(&self) -> [f32; 3] {
         [self.shifted, self.behind, self.depth].map(|bound| bound as f32)
     }
@@ -121,12 +122,30 @@ impl Span {
     }
 }
 
+/// A node, and where it is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) node: Node,
+    /// Optical depth since the start of the segment.
+    pub(super) depth: f32,
+    /// `f`.
+    pub(super) share: f32,
+    /// `a² + b²`.
+    pub(super) squares: f32,
+}
+
 impl Piece {
     /// From `start` to `end` of a side in units of `unit` metres.
     pub(super) fn new(side: &Side, start: f64, end: f64, unit: f64) -> (Self, Span) {
         let width = end - start;
         let (b, b_end) = (side.b(start), side.b(end));
-        let alpha = ((b + side.finest) / (b_end + side.finest)).sqrt();
+        let fades = side.fades(start);
+        let alpha = if fades {
+            // As b, but on the axis as well.
+            ((side.base + start) / (side.base + end)).sqrt()
+        } else {
+            ((b + side.finest) / (b_end + side.finest)).sqrt()
+        };
         // On every side x grows by half of what t and h²/t do.
         let half = 0.5 * unit / side.scale;
         let squares = [side.unit * side.unit, side.a * side.a];
@@ -147,13 +166,22 @@ impl Piece {
             way: [(unit * side.offset) as f32, way[0] as f32, way[1] as f32],
             scale: (2.0 * side.scale * width) as f32,
         };
-        let span = Span::new(alpha, side.rate * width, side.kind);
+        let mut span = Span::new(alpha, side.rate * width, side.kind);
+        if fades {
+            span.behind = Span::new(alpha, span.depth, Kind::Behind).behind;
+        }
         (piece, span)
     }
 
     /// The node at `t`, with the weight per weight in `t`, in units of the
     /// segment, and the optical depth since its start.
     pub(super) fn at(&self, t: f32) -> (Node, f32) {
+        let place = self.place(t);
+        (place.node, place.depth)
+    }
+
+    /// The same, and where in the piece it is.
+    pub(super) fn place(&self, t: f32) -> Place {
         let denominator = 1.0 - (1.0 - self.alpha) * t;
         let jacobian = self.alpha / (denominator * denominator);
         let f = self.alpha * t / denominator;
@@ -165,11 +193,16 @@ impl Piece {
             ScatteringAngle::from_half_tangent(b, a)
         };
         let way = along(self.offset) * (self.way[1] + self.way[2] / along(self.rest));
-        let node = Node {
-            distance: self.way[0] + way,
-            weight: self.scale * jacobian / (a * a + b * b),
-            angle,
-        };
-        (node, along(self.depth))
+        let squares = a * a + b * b;
+        Place {
+            node: Node {
+                distance: self.way[0] + way,
+                weight: self.scale * jacobian / squares,
+                angle,
+            },
+            depth: along(self.depth),
+            share: f,
+            squares,
+        }
     }
 }

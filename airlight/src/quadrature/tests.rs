@@ -4,19 +4,22 @@ use super::*;
 use crate::Exact;
 use crate::stiff;
 
-/// Phase functions with the rounding that single precision has next to their
-/// peaks: some 10 roundings on the way to `tan(θ/2)`, raised to the third
-/// power at a peak.
-const PHASES: [(PhaseFunction, f64); 9] = [
-    (PhaseFunction::Isotropic, 1e-6),
-    (PhaseFunction::Rayleigh, 1e-6),
-    (PhaseFunction::HenyeyGreenstein { g: 0.6 }, 1e-6),
-    (PhaseFunction::HenyeyGreenstein { g: 0.99 }, 4e-6),
-    (PhaseFunction::HenyeyGreenstein { g: -0.99 }, 4e-6),
-    (PhaseFunction::HenyeyGreenstein { g: -0.9 }, 4e-6),
-    (PhaseFunction::Schlick { k: 0.95 }, 4e-6),
-    (PhaseFunction::CornetteShanks { g: 0.9 }, 4e-6),
-    (PhaseFunction::CornetteShanks { g: -0.8 }, 4e-6),
+/// Functions without a peak, and with those up to which tolerances are promised.
+const PHASES: [PhaseFunction; 14] = [
+    PhaseFunction::Isotropic,
+    PhaseFunction::Rayleigh,
+    PhaseFunction::HenyeyGreenstein { g: 0.6 },
+    PhaseFunction::HenyeyGreenstein { g: 0.8 },
+    PhaseFunction::HenyeyGreenstein { g: 0.99 },
+    PhaseFunction::HenyeyGreenstein { g: -0.99 },
+    PhaseFunction::HenyeyGreenstein { g: -0.9 },
+    PhaseFunction::Schlick { k: 0.95 },
+    PhaseFunction::Schlick { k: 0.99 },
+    PhaseFunction::Schlick { k: -0.99 },
+    PhaseFunction::CornetteShanks { g: 0.9 },
+    PhaseFunction::CornetteShanks { g: 0.99 },
+    PhaseFunction::CornetteShanks { g: -0.8 },
+    PhaseFunction::CornetteShanks { g: -0.99 },
 ];
 
 /// The largest relative error over the stiff cases, and where.
@@ -35,6 +38,7 @@ fn truths(phase: PhaseFunction, number: usize) -> Vec<(f32, Segment, f64)> {
     let exact = Exact::new(phase).unwrap();
     stiff::cases(number)
         .into_iter()
+        .chain(stiff::spread(number as u32))
         .map(|(sigma_t, segment)| {
             let truth = exact.airlight(sigma_t.into(), &segment.into());
             (sigma_t, segment, truth)
@@ -43,15 +47,22 @@ fn truths(phase: PhaseFunction, number: usize) -> Vec<(f32, Segment, f64)> {
         .collect()
 }
 
+/// Half of the cases are stiff ones; the others are spread evenly over what the
+/// error of a rule depends on: the logarithms of tan(θ/2), of the length and of the
+/// optical depth. As the integrand does, it varies on a scale of about a factor of
+/// e in each, of which there are 18, 14 and 9, and is largest for endless rays, of
+/// which there are 16 per cell of the remaining two. Of a cell that wide the worst
+/// of 16 points is within a tenth of the maximum, and the margin is 0.85; six times
+/// as many cases gave no more than that.
 #[test]
 fn every_tolerance_is_kept_wherever_the_result_is_normal() {
-    for (phase, rounding) in PHASES {
+    for phase in PHASES {
         let truths = truths(phase, 4000);
         for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
             let quadrature = Quadrature::with_tolerance(phase, tolerance).unwrap();
             let (error, index) = worst(&quadrature, &truths);
             assert!(
-                error <= f64::from(tolerance).max(rounding),
+                error <= f64::from(tolerance),
                 "{phase:?} {tolerance}: {error} at {:?}",
                 truths[index]
             );
@@ -60,18 +71,45 @@ fn every_tolerance_is_kept_wherever_the_result_is_normal() {
 }
 
 #[test]
+fn endless_rays_beside_a_sharp_peak_keep_their_tolerance() {
+    // Where Schlick's function missed 1e-6 by 2.45 times once, and 1e-4 by 1.58.
+    let phase = PhaseFunction::Schlick { k: 0.99 };
+    let exact = Exact::new(phase).unwrap();
+    for tolerance in [1e-2, 1e-4, 1e-5, 1e-6] {
+        let quadrature = Quadrature::with_tolerance(phase, tolerance).unwrap();
+        for step in 0..400_u16 {
+            let segment = Segment {
+                x: 0.0,
+                s: 0.01 * (f32::from(step) - 200.0),
+                h: 1.5,
+                length: f32::INFINITY,
+            };
+            for sigma_t in [0.3, 0.6, 1.2] {
+                let truth = exact.airlight(f64::from(sigma_t), &segment.into());
+                let value = quadrature.airlight(sigma_t, &segment);
+                let error = (f64::from(value) / truth - 1.0).abs();
+                assert!(
+                    error <= f64::from(tolerance),
+                    "{tolerance} {sigma_t} {segment:?}: {error}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn fixed_numbers_of_nodes_have_their_documented_errors() {
     let table = [
-        (2, 8e-2, 3e-1),
-        (3, 8e-3, 4e-2),
+        (2, 8e-2, 4e-1),
+        (3, 8e-3, 7e-2),
         (4, 8e-4, 2e-2),
-        (5, 7e-5, 2e-3),
-        (6, 6e-6, 4e-4),
-        (7, 1e-6, 1e-4),
-        (8, 1e-6, 2e-5),
+        (5, 7e-5, 3e-3),
+        (6, 6e-6, 9e-4),
+        (7, 1e-6, 1.2e-4),
+        (8, 1e-6, 4e-5),
         (10, 1e-6, 4e-6),
     ];
-    for (phase, _) in PHASES {
+    for phase in PHASES {
         let truths = truths(phase, 4000);
         for (nodes, smooth, sharp) in table {
             let quadrature = Quadrature::fixed(phase, nodes).unwrap();

@@ -57,7 +57,7 @@ impl LobeTable {
     }
 
     /// The array behind `air_surface_coefficient` in shaders.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     pub fn coefficients(&self) -> &[f32] {
         &self.coefficients
     }
@@ -114,7 +114,7 @@ impl GlossTable {
     }
 
     /// The array behind `air_surface_coefficient` in shaders.
-    #[cfg(feature = "wgpu")]
+    #[cfg(feature = "wgsl")]
     pub fn coefficients(&self) -> &[f32] {
         &self.coefficients
     }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Table;
 use super::cells;
+use super::close::is_close;
 use super::long::{End, Ends, Lookup, known, settle};
 use super::short::Short;
 use crate::Segment;
@@ -210,11 +211,11 @@ impl Shorts {
         let segments = self.segments;
         if table.constant.is_some() {
             for (i, segment) in segments.iter().enumerate() {
-                self.set(i, &Short::new(lookup.extinction, segment));
+                self.set(i, &Short::of(lookup.extinction, segment));
             }
         } else {
             for (i, segment) in segments.iter().enumerate() {
-                let part = Short::new(lookup.extinction, segment);
+                let part = Short::of(lookup.extinction, segment);
                 self.set(i, &part);
                 self.set_ends(i, &part);
             }
@@ -264,7 +265,7 @@ impl Kernel for Batch<'_> {
         let lookup = self.lookup;
         // The steps of a march: nothing to look up. The first and the last
         // tell whether it is worth looking at all of them.
-        let is_near = |segment| u32::from(lookup.is_near(segment));
+        let is_near = |segment| u32::from(lookup.is_near(segment) & !is_close(segment));
         if is_near(&segments[0]) + is_near(&segments[LANES - 1]) == 2
             && segments.iter().map(is_near).sum::<u32>() == LANES as u32
         {
@@ -277,6 +278,7 @@ impl Kernel for Batch<'_> {
             }
             return;
         }
+        let mut close = 0;
         for i in 0..LANES {
             let ends = lookup.ends(&segments[i]);
             scratch.ends[0].set(i, &ends.start);
@@ -285,6 +287,7 @@ impl Kernel for Batch<'_> {
             scratch.growth.0[i] = ends.growth;
             scratch.known.0[i] = ends.known;
             scratch.is_near.0[i] = u32::from(ends.is_near);
+            close += u32::from(is_close(&segments[i]));
         }
         // The only loads whose address depends on the segment. A cell is a
         // vector of four words.
@@ -308,6 +311,16 @@ impl Kernel for Batch<'_> {
             let is_short = is_short && ends.known.is_nan();
             scratch.is_short[0].0[i] = u32::from(is_short && ends.is_near);
             scratch.is_short[1].0[i] = u32::from(is_short && !ends.is_near);
+        }
+        if close > 0 {
+            for i in 0..LANES {
+                if is_close(&segments[i]) {
+                    scratch.is_short[0].0[i] = 0;
+                    scratch.is_short[1].0[i] = 0;
+                    let value = self.table.close(&lookup, &segments[i]);
+                    airlight[i] = settle(known(&segments[i]), value);
+                }
+            }
         }
     }
 

@@ -37,7 +37,7 @@ pub(super) fn parabola(f: [f64; 3], x: f64) -> f64 {
 
 /// Tabulated values may be this small and no smaller, because a phase function
 /// may be 0 where its logarithm is not.
-const LEAST: f64 = 1e-30;
+pub(super) const LEAST: f64 = 1e-30;
 
 /// What is stored for a value of the integral: the logarithm for base 4 of
 /// twice the value. Lookups want the square root of its power of two, so that

@@ -3,9 +3,11 @@
 use super::axes::Axes;
 use super::cells::{self, ZEROS, parabola, stored};
 use super::integral::Tail;
+use super::long::NEAR;
+use super::short::Short;
 use super::{LARGEST_REST, Table};
 use crate::gauss::Rule;
-use crate::{Phase, Segment};
+use crate::{Phase, Segment64, exact};
 use std::f64::consts::LN_2;
 
 /// What rounding adds to the error. The optical depth of a result in range is
@@ -105,11 +107,11 @@ fn axes<P: Phase>(tail: &Tail<'_, P>, count: u32, extra: u32) -> Axes {
 /// Numbers of nodes that are tried for short parts. Two are enough for parts
 /// that are near, three or four for others but for functions that scatter more
 /// and more light along the part, back to where it came from.
-const NODES: [u32; 10] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32];
+const NODES: [u32; 13] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96];
 
-/// Short parts may be this many times as wrong as a lookup. Differences of
-/// lookups may be three times, so that the bound does not depend on it.
-const SHORT_ERROR: f64 = 2.0;
+/// The rule for short parts may always be as wrong as this: it is below what
+/// rounding adds.
+const RULE_ERROR: f64 = 2e-5;
 
 /// The table for a phase function, at most this large.
 pub(super) fn table<P: Phase>(phase: &P, kibibytes: u32) -> Table {
@@ -133,46 +135,59 @@ pub(super) fn table<P: Phase>(phase: &P, kibibytes: u32) -> Table {
     };
     let lookup = lookup_error(&table, &tail);
     let long = lookup * f64::from((1.0 + LARGEST_REST) / (1.0 - LARGEST_REST));
-    let parts = short_parts(&table, &tail);
-    let enough = SHORT_ERROR * lookup.max(1e-5);
-    let (all, rule) = shortest_rule(&table, &parts, enough);
-    let is_near = |(sigma_t, segment, _): &(f32, Segment, f64)| {
-        let lookup = table.lookup(*sigma_t);
-        lookup.is_some_and(|lookup| lookup.is_near(segment))
-    };
-    let near: Vec<_> = parts.iter().copied().filter(is_near).collect();
-    let (near, near_rule) = match near.len() {
-        0 => (all, rule.clone()),
-        _ => shortest_rule(&table, &near, enough),
-    };
+    // Weights and phase function are positive: what is wrong with each value of
+    // the phase function by no more than a share is no more wrong in the sum.
+    let rows = phase_error(&table, &tail);
+    // So that short parts are not what sets the bound.
+    let enough = RULE_ERROR.max(long - rows);
+    let (far, rule) = shortest_rule(&tail, &far_parts(&tail), enough);
+    let (near, near_rule) = shortest_rule(&tail, &near_parts(&tail), enough);
     table.rule = rule;
     table.near_rule = near_rule;
-    table.error_bound = (long.max(all).max(near) + ROUNDING) as f32;
+    let short = (1.0 + far.max(near)) * (1.0 + rows) - 1.0;
+    table.error_bound = (long.max(short) + ROUNDING) as f32;
     table
 }
 
 /// The rule with the fewest nodes that are enough, or with the smallest error
 /// of those that are tried, and its error.
-fn shortest_rule(
-    table: &Table,
-    parts: &[(f32, Segment, f64)],
+fn shortest_rule<P: Phase>(
+    tail: &Tail<'_, P>,
+    parts: &[Part],
     enough: f64,
 ) -> (f64, Vec<[f32; 2]>) {
     let mut best = (f64::INFINITY, Vec::new());
     for count in NODES {
-        let rule: Vec<_> = Rule::of(count)
-            .iter()
-            .map(|(t, w)| [t as f32, w as f32])
-            .collect();
-        let error = short_error(table, &rule, parts);
+        let rule = Rule::of(count);
+        let error = BETWEEN * short_error(tail, &rule, parts);
         if error < best.0 {
-            best = (error, rule);
+            let single = rule.iter().map(|(t, w)| [t as f32, w as f32]);
+            best = (error, single.collect());
         }
         if error < enough {
             break;
         }
     }
     best
+}
+
+/// The worst relative error of the phase function in a row.
+///
+/// A cubic through the zeros of T₄ is off by about T₄, whose extrema are among
+/// nine points that are spaced like those of T₈.
+fn phase_error<P: Phase>(table: &Table, tail: &Tail<'_, P>) -> f64 {
+    let axes = &table.axes;
+    let points = [0.0, 0.191, 0.354, 0.462, 0.5].map(|x: f64| [x, -x]);
+    let mut worst = 0.0_f64;
+    for (row, &cubic) in (0..axes.all_rows()).zip(&table.phase) {
+        for &beta in points.as_flattened() {
+            let (b, behind) = axes.b(row, beta);
+            let truth = tail.phase(b, behind).max(cells::LEAST).log2();
+            let value = cells::phase_value(cubic, beta as f32);
+            worst = worst.max(((f64::from(value) - truth) * LN_2).exp_m1().abs());
+        }
+    }
+    worst
 }
 
 /// The worst relative error of a lookup, at corners and edges of cells and in
@@ -194,71 +209,137 @@ fn lookup_error<P: Phase>(table: &Table, tail: &Tail<'_, P>) -> f64 {
     worst
 }
 
-/// Lengths of parts in distances of their start from the light. Those to the
-/// foot point and a little beyond are the hardest where the ray all but meets
-/// the light.
-const LENGTHS: [f32; 12] = [
-    0.05, 0.2, 0.5, 0.8, 0.9, 0.99, 1.0, 1.01, 1.1, 2.0, 5.0, 20.0,
-];
+/// What lies between samples of the error of a rule may be larger than they
+/// are by this factor. The error varies with the logarithm of `tan(θ/2)` on the
+/// scale on which the integrand does, by which at most a factor of 1.25 lies in a
+/// near part and more in others, and is sampled ten times per decade: next to a
+/// maximum of that width samples miss `(0.115/0.5)² / 2` of it.
+const BETWEEN: f64 = 1.05;
 
-/// Parts that are integrated, each with its extinction and its airlight.
-fn short_parts<P: Phase>(table: &Table, tail: &Tail<'_, P>) -> Vec<(f32, Segment, f64)> {
-    let mut parts = Vec::new();
-    for sigma_t in [1e-3_f32, 0.1, 1.0, 10.0] {
-        let Some(lookup) = table.lookup(sigma_t) else {
-            continue;
+/// A part that is integrated, in double precision.
+#[derive(Debug)]
+struct Part {
+    short: Short<f64>,
+    /// Of the sum over the nodes.
+    truth: f64,
+}
+
+impl Part {
+    /// That starts at the eye, at the distance 1 from the light.
+    fn new<P: Phase>(tail: &Tail<'_, P>, sigma_t: f64, [s, h]: [f64; 2], length: f64) -> Self {
+        let octaves = sigma_t * std::f64::consts::LOG2_E;
+        let short = Short::new(octaves, [0.0, s, h, length]);
+        let segment = Segment64 {
+            x: 0.0,
+            s,
+            h,
+            length,
         };
-        for step in 0..80 {
-            // The start in units of its distance, from close to the axis in
-            // front of the light to close to the axis behind it.
-            let half = 10_f32.powf((step as f32 - 39.5) / 13.0);
-            let d = 0.5 * (1.0 + half * half);
-            let (s, h) = (0.5 * (half * half - 1.0) / d, half / d);
-            // Parts that end at the foot point, just before or behind it.
-            let at_foot = [0.9, 0.97, 0.99, 1.0, 1.01, 1.1].map(|share| share * (-s).max(0.0));
-            for length in LENGTHS.into_iter().chain(at_foot) {
-                let segment = Segment {
-                    x: 0.0,
-                    s,
-                    h,
-                    length,
-                };
-                let ends = lookup.ends(&segment);
-                let cells = [ends.start, ends.end].map(|end| table.cells[end.place.cell as usize]);
-                if lookup.difference(&ends, cells).1 {
-                    let truth = difference(tail, sigma_t.into(), &segment);
-                    // What is left of the difference must have digits.
-                    parts.extend(truth.map(|truth| (sigma_t, segment, truth)));
-                }
+        let airlight = exact::estimate(tail.phase_function(), sigma_t, &segment).value;
+        let truth = airlight / (2.0 * short.angle) * (2.0 * short.depth).exp2();
+        Self { short, truth }
+    }
+}
+
+/// Positions of the start of a part, at the distance 1 from the light: from all
+/// but the axis in front of it to all but the axis behind it.
+fn starts() -> impl Iterator<Item = [f64; 2]> {
+    (-70..=70).map(|step| {
+        let half = 10_f64.powf(f64::from(step) / 10.0);
+        let square = half * half;
+        let d = 1.0 + square;
+        [(square - 1.0) / d, 2.0 * half / d]
+    })
+}
+
+/// Parts that are near: their error grows with the length and with the
+/// extinction but for a change of sign, so that most of the samples are as long
+/// and as deep as such parts may be.
+fn near_parts<P: Phase>(tail: &Tail<'_, P>) -> Vec<Part> {
+    let most = f64::from(NEAR);
+    let lengths = [1.0, 0.8, 0.5, 0.2].map(|share| share * most);
+    // By twice the octaves over a part, see `Lookup::is_near`.
+    let depths = [0.0, 0.5, 1.0].map(|share| share * most * LN_2 / 2.0);
+    let mut parts = Vec::new();
+    for start in starts() {
+        for length in lengths {
+            for depth in depths {
+                parts.push(Part::new(tail, depth / length, start, length));
             }
         }
     }
     parts
 }
 
-/// The airlight of a segment that starts at the eye, unless too much of it is
-/// lost in the difference of its ends.
-fn difference<P: Phase>(tail: &Tail<'_, P>, sigma_t: f64, segment: &Segment) -> Option<f64> {
-    let (s, h) = (f64::from(segment.s), f64::from(segment.h));
-    let end = s + f64::from(segment.length);
-    let whole = |s: f64| {
-        let d = s.hypot(h);
-        let (q, behind) = (s.abs() + d, s >= 0.0);
-        let longer = if behind { q } else { h };
-        let v = sigma_t * longer;
-        let path = sigma_t * (s - f64::from(segment.s) + d);
-        2.0 * tail.value(v, h / q, behind) / (longer * (1.0 + v)) * (-path).exp()
-    };
-    let (from, to) = (whole(s), whole(end));
-    (to < (1.0 - 1e-5) * from).then_some(from - to)
+/// Lengths of parts in distances of their start from the light. Those to the
+/// foot point and a little beyond are the hardest where the ray all but meets
+/// the light.
+const LENGTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 5.0];
+
+/// The same in distances from the start to the foot point.
+const AT_FOOT: [f64; 10] = [0.8, 0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.3];
+
+/// Parts that are integrated because most of the light of the ray is behind
+/// their end, up to the longest such part, where the difference of two lookups
+/// takes over.
+fn far_parts<P: Phase>(tail: &Tail<'_, P>) -> Vec<Part> {
+    let mut parts = Vec::new();
+    for sigma_t in [0.0, 0.3, 1.0, 3.0, 10.0, 50.0] {
+        for start in starts() {
+            let longest = longest_short(tail, sigma_t, start);
+            let at_foot = AT_FOOT.map(|share| share * (-start[0]).max(0.0));
+            let lengths = LENGTHS.into_iter().chain(at_foot);
+            let lengths = lengths.filter(|length| *length > 0.0 && *length < longest);
+            for length in lengths.chain([longest, 0.9 * longest]) {
+                parts.push(Part::new(tail, sigma_t, start, length));
+            }
+        }
+    }
+    parts
 }
 
-/// The worst relative error of short parts with a rule.
-fn short_error(table: &Table, rule: &[[f32; 2]], parts: &[(f32, Segment, f64)]) -> f64 {
-    let error = |&(sigma_t, segment, truth): &(f32, Segment, f64)| {
-        let lookup = table.lookup(sigma_t)?;
-        let value = table.integrate(&lookup, &segment, rule);
-        Some((f64::from(value) / truth - 1.0).abs())
+/// The length behind which [`LARGEST_REST`] of the light behind the start is
+/// left, and a little more for what is wrong with lookups.
+fn longest_short<P: Phase>(tail: &Tail<'_, P>, sigma_t: f64, [s, h]: [f64; 2]) -> f64 {
+    // `e^{−σ_t (x + d)} R`, see the module.
+    let behind = |end: f64| {
+        let d = end.hypot(h);
+        let (q, behind) = (end.abs() + d, end >= 0.0);
+        let longer = if behind { q } else { h };
+        let v = sigma_t * longer;
+        tail.value(v, h / q, behind) / (longer * (1.0 + v)) * (-sigma_t * (end - s + d)).exp()
     };
-    parts.iter().filter_map(error).fold(0.0, f64::max)
+    let most = (f64::from(LARGEST_REST) * (1.0 - 1e-3)) * behind(s);
+    // In the logarithm of `w = s + d`, which resolves the foot point however
+    // close the ray comes to the light.
+    let end = |w: f64| 0.5 * (w - h * (h / w));
+    let mut low = if s < 0.0 {
+        h * (h / (1.0 - s))
+    } else {
+        1.0 + s
+    };
+    let mut high = 1e6;
+    for _ in 0..24 {
+        let middle = (low * high).sqrt();
+        if behind(end(middle)) > most {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    end(high) - s
+}
+
+/// The worst relative error of a rule.
+fn short_error<P: Phase>(tail: &Tail<'_, P>, rule: &Rule, parts: &[Part]) -> f64 {
+    let error = |Part { short, truth }: &Part| {
+        let sum: f64 = rule
+            .iter()
+            .map(|(t, weight)| short.term(t, weight, |w, h| tail.phase_at(w, h)))
+            .sum();
+        (sum / truth - 1.0).abs()
+    };
+    // What is dark as a whole has no relative error.
+    let lit = parts.iter().filter(|part| part.truth > cells::LEAST);
+    lit.map(error).fold(0.0, f64::max)
 }

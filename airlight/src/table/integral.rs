@@ -26,11 +26,21 @@ impl<'a, P: Phase> Tail<'a, P> {
         }
     }
 
+    /// The phase function itself.
+    pub(super) fn phase_function(&self) -> &P {
+        self.phase
+    }
+
+    /// p where `tan(θ/2) = w/h`.
+    pub(super) fn phase_at(&self, w: f64, h: f64) -> f64 {
+        self.phase
+            .value_f64(ScatteringAngle::from_half_tangent(w, h))
+    }
+
     /// p at `b` on a side of the foot point.
     pub(super) fn phase(&self, b: f64, behind: bool) -> f64 {
         let (u, y) = if behind { (b, 1.0) } else { (1.0, b) };
-        self.phase
-            .value_f64(ScatteringAngle::from_half_tangent(y, u))
+        self.phase_at(y, u)
     }
 
     /// The integral at `v` and `b`, on a side of the foot point.
@@ -51,9 +61,7 @@ impl<'a, P: Phase> Tail<'a, P> {
             for (node, weight) in self.rule.iter() {
                 let t = from + node * width;
                 let y = y + t;
-                let p = self
-                    .phase
-                    .value_f64(ScatteringAngle::from_half_tangent(y, u));
+                let p = self.phase_at(y, u);
                 sum += weight * width * (-v * t).exp() * p / (u * u + y * y);
             }
             from += width;

@@ -3,7 +3,7 @@
 
 use super::axes::{Axes, Place};
 use super::cells;
-use crate::Segment;
+use crate::{Real, Segment};
 
 /// What has to be known of one end of a segment, apart from its cell.
 #[derive(Debug, Clone, Copy)]
@@ -53,22 +53,32 @@ const FAR: f32 = 1e18;
 /// optical depth, are integrated: most of the light is behind their end.
 pub(super) const NEAR: f32 = 0.25;
 
-/// Where a segment ends, and the distances of both its ends from the light.
+/// The length of a part, where it ends, and the distances of both its ends from
+/// the light.
 #[inline(always)]
-pub(super) fn distances(segment: &Segment) -> (f32, f32, f32, f32) {
-    let Segment { s, h, length, .. } = *segment;
-    let length = if length > FAR { FAR } else { length };
+pub(super) fn distances<T: Real>(s: T, h: T, length: T) -> [T; 4] {
+    let far = T::from(FAR);
+    let length = if length > far { far } else { length };
     let end = s + length;
     let h2 = h * h;
-    (length, end, (s * s + h2).sqrt(), (end * end + h2).sqrt())
+    [
+        length,
+        end,
+        (s * s + h2).square_root(),
+        (end * end + h2).square_root(),
+    ]
 }
 
 /// Half of the optical depth over ln 2; more than any exponent for numbers
 /// that are no depth.
 #[inline(always)]
-pub(super) fn half_depth(extinction: Extinction, x: f32, d: f32) -> f32 {
-    let depth = 0.5 * extinction.octaves * (x + d);
-    if depth >= 0.0 { depth } else { 1e3 }
+pub(super) fn half_depth<T: Real>(octaves: T, x: T, d: T) -> T {
+    let depth = T::from(0.5) * octaves * (x + d);
+    if depth >= T::from(0.0) {
+        depth
+    } else {
+        T::from(1e3)
+    }
 }
 
 /// What lookups into one table for one extinction have in common, small enough
@@ -93,7 +103,7 @@ impl Lookup {
     #[inline(always)]
     pub(super) fn ends(&self, segment: &Segment) -> Ends {
         let extinction = self.extinction;
-        let (length, end, d_start, d_end) = distances(segment);
+        let [length, end, d_start, d_end] = distances(segment.s, segment.h, segment.length);
         let h = segment.h.abs();
         // In this order: the difference of the distances is at most the
         // length, and added to it as exactly as it is known.
@@ -101,7 +111,7 @@ impl Lookup {
         Ends {
             start: self.end(segment.s, h, d_start),
             end: self.end(end, h, d_end),
-            depth: half_depth(extinction, segment.x, d_start),
+            depth: half_depth(extinction.octaves, segment.x, d_start),
             growth: if growth > 0.0 { growth } else { 0.0 },
             known: known(segment),
             is_near: self.is_near(segment),

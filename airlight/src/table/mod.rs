@@ -21,8 +21,9 @@
 mod axes;
 mod batch;
 mod cells;
+mod close;
 mod design;
-#[cfg(feature = "wgpu")]
+#[cfg(feature = "wgsl")]
 mod gpu;
 mod integral;
 mod long;
@@ -47,13 +48,13 @@ const LARGEST_REST: f32 = 0.5;
 ///
 /// The relative error is below [`Table::error_bound`] wherever the result is a
 /// normal number: for parts of 1e-9 of the ray and for endless ones, rays that
-/// all but meet the light, vacuum and fog of an optical depth of 80. That holds
-/// for distances between eye and light from 1e-6 m to 1e6 m; others give
-/// numbers too. Results below `2^-126` may be 0.
+/// all but meet the light, however closely, vacuum and fog of an optical depth
+/// of 80. That holds for distances between eye and light from 1e-6 m to 1e6 m;
+/// others give numbers too. Results below `2^-126` may be 0.
 ///
 /// The light on the segment gives +∞. A length of 0 gives 0, and so does what
-/// is no length or no extinction (NaN, or a negative number). Extinction that
-/// differs between colours takes one call for each.
+/// is no length or no extinction: NaN, and a negative `h`, `length` or
+/// extinction. Extinction that differs between colours takes one call for each.
 ///
 /// Batches and single segments give the same bits, on any processor. A short
 /// part takes about as long as two lookups; for phase functions with a
@@ -101,7 +102,8 @@ pub struct Table {
 
 impl Table {
     /// A table of at most `kibibytes` KiB for a phase function, which may be a
-    /// closure. It takes some tenths of a second, in proportion to the size.
+    /// closure. It takes a few tenths of a second and some milliseconds more
+    /// per KiB.
     ///
     /// The memory is divided to suit the function. Doubling it brings the
     /// error down by up to three times; 64 KiB give 1e-4 for isotropic
@@ -138,10 +140,11 @@ impl Table {
     /// The largest relative error of a result that is a normal number.
     ///
     /// Found by the constructor: three times the largest error of a lookup, as
-    /// measured in every cell, or the largest that was measured in short parts,
-    /// and what rounding can add to it. The lookups of a phase function that is
-    /// not smooth on the scale of a cell may be worse than measured, and where
-    /// one falls to 0 there is no small relative error.
+    /// measured in every cell, or that of the quadrature of short parts, as
+    /// measured over all their directions and lengths, with that of the stored
+    /// phase function in every row, and what rounding can add to it. The lookups
+    /// of a phase function that is not smooth on the scale of a cell may be worse
+    /// than measured, and where one falls to 0 there is no small relative error.
     pub fn error_bound(&self) -> f32 {
         self.error_bound
     }
@@ -161,6 +164,9 @@ impl Evaluator for Table {
         let Some(lookup) = self.lookup(sigma_t) else {
             return 0.0;
         };
+        if close::is_close(segment) {
+            return settle(known(segment), self.close(&lookup, segment));
+        }
         let ends = lookup.ends(segment);
         let cell = |end: &long::End| self.cells[end.place.cell as usize];
         let (value, is_short) = lookup.difference(&ends, [cell(&ends.start), cell(&ends.end)]);

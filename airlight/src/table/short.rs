@@ -18,25 +18,25 @@ use super::Table;
 use super::axes::Row;
 use super::cells;
 use super::long::{Extinction, Lookup, distances, half_depth};
-use crate::Segment;
 use crate::simd::exp2;
+use crate::{Real, Segment};
 
 /// What has to be known of a short part.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Short {
+pub(super) struct Short<T = f32> {
     /// Half the optical depth from the light by the start to the eye, over ln 2.
-    pub(super) depth: f32,
+    pub(super) depth: T,
     /// How much longer the way by the end is, over ln 2.
-    pub(super) growth: f32,
+    pub(super) growth: T,
     /// κ.
-    pub(super) kappa: f32,
+    pub(super) kappa: T,
     /// `2 (1 − cos φ)`.
-    pub(super) bend: f32,
+    pub(super) bend: T,
     /// `G = (w_b − w_a) / (r_a r_b)`, 1/m.
-    pub(super) angle: f32,
+    pub(super) angle: T,
     /// `w_a` and `w_b`, m.
-    pub(super) ends: [f32; 2],
-    pub(super) h: f32,
+    pub(super) ends: [T; 2],
+    pub(super) h: T,
 }
 
 /// A node of the quadrature.
@@ -48,42 +48,65 @@ pub(super) struct Node {
     growth: f32,
 }
 
-impl Short {
+impl<T: Real> Short<T> {
+    /// For an extinction over ln 2 and the four lengths of a segment.
     #[inline(always)]
-    pub(super) fn new(extinction: Extinction, segment: &Segment) -> Self {
-        let (length, end, d_a, d_b) = distances(segment);
-        let (s, h) = (segment.s, segment.h);
-        let (front_a, front_b) = (s < 0.0, end < 0.0);
-        let (q_a, q_b) = (s.abs() + d_a, end.abs() + d_b);
-        let (root_a, root_b) = ((q_a * d_a).sqrt(), (q_b * d_b).sqrt());
+    pub(super) fn new(octaves: T, [x, s, h, length]: [T; 4]) -> Self {
+        let [length, end, d_a, d_b] = distances(s, h, length);
+        let (zero, half, one) = (T::from(0.0), T::from(0.5), T::from(1.0));
+        let (front_a, front_b) = (s < zero, end < zero);
+        let (q_a, q_b) = (s.absolute() + d_a, end.absolute() + d_b);
+        let (root_a, root_b) = ((q_a * d_a).square_root(), (q_b * d_b).square_root());
         let (sum, product) = (q_a + q_b, h * h + q_a * q_b);
         let across = front_a != front_b;
         // All is computed on either side and then selected, so that there are
         // no branches in a loop over segments.
-        let over = if front_a { q_a } else { 1.0 };
+        let over = if front_a { q_a } else { one };
         let under_front = if front_b { q_b } else { h };
-        let under = if front_a { under_front } else { 1.0 };
+        let under = if front_a { under_front } else { one };
         // Two divisions for κ, the angle and its cosine: where the part goes
         // across the foot point `under` is h. The product of all three lengths
         // would be out of range next to the light.
-        let (inverse, per_under) = (1.0 / (root_a * root_b), 1.0 / under);
+        let (inverse, per_under) = (one / (root_a * root_b), one / under);
         let (steep, h_sum) = (product * per_under, h * sum);
         let rise = if across { steep } else { sum };
         let along = if across { h_sum } else { product };
         let share = length / (d_a + d_b);
         let (w_a, w_b) = (h * (h / q_a), h * (h / q_b));
         Self {
-            depth: half_depth(extinction, segment.x, d_a),
-            growth: extinction.octaves * (share * ((d_a + s) + (d_b + end))),
+            depth: half_depth(octaves, x, d_a),
+            growth: octaves * (share * ((d_a + s) + (d_b + end))),
             kappa: root_b * root_b * inverse * (over * per_under),
-            bend: 2.0 * (1.0 - 0.5 * inverse * along),
-            angle: 0.5 * inverse * rise * share,
+            bend: T::from(2.0) * (one - half * inverse * along),
+            angle: half * inverse * rise * share,
             ends: [
                 if front_a { w_a } else { q_a },
                 if front_b { w_b } else { q_b },
             ],
             h,
         }
+    }
+}
+
+impl Short<f64> {
+    /// The term of a node at `t`, with the phase function as a function of w and
+    /// h.
+    pub(super) fn term(&self, t: f64, weight: f64, phase: impl Fn(f64, f64) -> f64) -> f64 {
+        let near = self.kappa * (1.0 - t);
+        let along = near + t;
+        let bent = 1.0 - self.bend * (t * (1.0 - t));
+        let w = self.ends[0] * near + self.ends[1] * t;
+        let growth = self.growth * (t / along);
+        weight / bent * (-growth).exp2() * phase(w, self.h * along)
+    }
+}
+
+impl Short {
+    /// Of a segment in single precision.
+    #[inline(always)]
+    pub(super) fn of(extinction: Extinction, segment: &Segment) -> Self {
+        let Segment { x, s, h, length } = *segment;
+        Self::new(extinction.octaves, [x, s, h, length])
     }
 
     /// A node at `t` with a weight of the rule.
@@ -146,7 +169,7 @@ impl Table {
 
     /// The same with this rule.
     pub(super) fn integrate(&self, lookup: &Lookup, segment: &Segment, rule: &[[f32; 2]]) -> f32 {
-        let short = Short::new(lookup.extinction, segment);
+        let short = Short::of(lookup.extinction, segment);
         let sum = rule.iter().fold(0.0, |sum, &[t, weight]| {
             let phase = match self.constant {
                 Some(constant) => constant,

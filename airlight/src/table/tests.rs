@@ -416,3 +416,107 @@ fn short_parts_anywhere_are_within_the_bound() -> Result<(), Error> {
     }
     Ok(())
 }
+
+/// Parts just below the longest that are integrated without a look into the
+/// table, where independent sweeps once found the bound broken.
+///
+/// There are 150 directions per decade of tan(θ/2). The error of the stored phase
+/// function changes its sign three times per row, of which there are at most some
+/// 60 for each side, crowded where the function is steep: ten directions and more
+/// for each. That of the rule varies with the direction on the scale of a factor of
+/// 1.25, and grows with the length. A sweep of 60,000 segments through 65 tables of
+/// 13 functions found no error above 0.93 of the bound.
+#[test]
+fn the_longest_near_parts_are_within_the_bound() -> Result<(), Error> {
+    let cases = [
+        (PhaseFunction::HenyeyGreenstein { g: 0.95 }, 64),
+        (PhaseFunction::HenyeyGreenstein { g: 0.85 }, 128),
+        (PhaseFunction::CornetteShanks { g: 0.9 }, 128),
+        (PhaseFunction::Schlick { k: 0.99 }, 32),
+        (PhaseFunction::HenyeyGreenstein { g: -0.99 }, 64),
+        (PhaseFunction::HenyeyGreenstein { g: -0.99 }, 256),
+        (PhaseFunction::HenyeyGreenstein { g: -0.997 }, 64),
+    ];
+    for (phase, kibibytes) in cases {
+        let exact = Exact::new(phase)?;
+        let table = Table::new(&phase, kibibytes)?;
+        let mut worst = (0.0, 0.0, Segment::default());
+        for step in 0..1200 {
+            let half = 10_f64.powf(f64::from(step - 600) / 150.0);
+            let d = 1.0 + half * half;
+            let (s, h) = ((half * half - 1.0) / d, 2.0 * half / d);
+            for length in [0.02, 0.1, 0.2, 0.23, 0.2499] {
+                for sigma_t in [0.0, 1e-3, 0.1, 0.3] {
+                    let segment = Segment {
+                        x: 0.0,
+                        s: s as f32,
+                        h: h as f32,
+                        length,
+                    };
+                    if let Some(error) = error(&table, &exact, sigma_t, &segment)
+                        && !(error <= worst.0)
+                    {
+                        worst = (error, sigma_t, segment);
+                    }
+                }
+            }
+        }
+        let bound = f64::from(table.error_bound());
+        assert!(
+            worst.0 <= bound,
+            "{phase:?}, {kibibytes} KiB, {bound:e}: {worst:?}"
+        );
+    }
+    Ok(())
+}
+
+#[test]
+fn rays_that_pass_the_light_within_the_root_of_the_smallest_number_keep_the_bound()
+-> Result<(), Error> {
+    for phase in [
+        PhaseFunction::Isotropic,
+        PhaseFunction::HenyeyGreenstein { g: 0.8 },
+        PhaseFunction::HenyeyGreenstein { g: -0.8 },
+    ] {
+        let (exact, table) = (Exact::new(phase)?, Table::new(&phase, 32)?);
+        let mut compared = 0;
+        let (mut segments, mut values) = (Vec::new(), Vec::new());
+        // Distances from the light at which a segment starts or ends: from those
+        // whose squares lose digits to those whose inverse is out of range.
+        let close = (0..60).map(|i| 10_f32.powf(-16.0 - 0.37 * i as f32));
+        for h in close.clone().chain([0.0]) {
+            for near in [0.0, h, 0.3 * h, 1e-19, 3e-17] {
+                for segment in [
+                    [-1.0, 1.0],
+                    [-1.0, 1.0 - near],
+                    [-1.0, 2.0],
+                    [near, 1.0],
+                    [-near, 1.0],
+                    [near, 3.0 * (near + h)],
+                    [-near, 3.0 * (near + h)],
+                    [-near, 0.2 * (near + h)],
+                    [-near, f32::INFINITY],
+                ]
+                .map(|[s, length]| Segment {
+                    x: 0.0,
+                    s,
+                    h,
+                    length,
+                }) {
+                    segments.push(segment);
+                    values.push(table.airlight(0.5, &segment));
+                    if let Some(error) = error(&table, &exact, 0.5, &segment) {
+                        compared += 1;
+                        let bound = f64::from(table.error_bound());
+                        assert!(error <= bound, "{phase:?} {segment:?}: {error:e}");
+                    }
+                }
+            }
+        }
+        assert!(compared > 1500, "{compared}");
+        let mut batch = vec![f32::NAN; segments.len()];
+        table.airlight_batch(0.5, &segments, &mut batch);
+        assert_eq!(batch, values);
+    }
+    Ok(())
+}

@@ -47,23 +47,50 @@ fn light_smooth_quadrature(path: light_Path, start: f32, end: f32) -> vec3<f32> 
         return vec3(light_FAR);
     }
     let segment = light_segment(path, start, end);
+    let pattern = light_pattern(path, start, end);
     let sigma_t = light_medium().sigma_t;
-    let red = light_node_sum(path, segment, start, sigma_t.x);
+    let red = light_node_sum(path, segment, pattern, start, sigma_t.x);
     if all(sigma_t == vec3(sigma_t.x)) {
         return red;
     }
-    let green = light_node_sum(path, segment, start, sigma_t.y);
-    let blue = light_node_sum(path, segment, start, sigma_t.z);
+    let green = light_node_sum(path, segment, pattern, start, sigma_t.y);
+    let blue = light_node_sum(path, segment, pattern, start, sigma_t.z);
     return vec3(red.x, green.y, blue.z);
+}
+
+// What the emission adds to an interval without a kink inside.
+fn light_pattern(path: light_Path, start: f32, end: f32) -> air_Pattern {
+    let emitter = light_emitter();
+    var pattern = air_Pattern();
+    pattern.extra = select(light_OUTSIDE, 0u, light_is_immersed());
+    if emitter.emission == light_COSINE {
+        pattern.extra += air_EXTRA_COSINE;
+        pattern.deeper = air_DEEPER;
+    } else if emitter.emission == light_SPOT {
+        // Inside of the inner cone a spot is a plain light.
+        let s = start - path.foot;
+        let middle = select(s + 0.5 * (end - start), s + abs(s) + path.h + 1.0, end == light_FAR);
+        let cos = dot(emitter.axis, light_from_light(path, middle).xyz);
+        if cos < emitter.cos_outer + emitter.edge {
+            pattern.extra += air_EXTRA_SPOT;
+            pattern.deeper = air_DEEPER;
+        }
+    }
+    return pattern;
 }
 
 // Nodes more on each piece if the light stands outside of the medium.
 const light_OUTSIDE: u32 = 2u;
 
-fn light_node_sum(path: light_Path, segment: air_Segment, start: f32, sigma_t: f32) -> vec3<f32> {
+fn light_node_sum(
+    path: light_Path,
+    segment: air_Segment,
+    pattern: air_Pattern,
+    start: f32,
+    sigma_t: f32,
+) -> vec3<f32> {
     var sum = vec3(0.0);
-    var nodes = air_nodes(sigma_t, segment);
-    nodes.extra = select(light_OUTSIDE, 0u, light_is_immersed());
+    var nodes = air_pattern_nodes(sigma_t, segment, pattern);
     loop {
         let node = air_next_node(&nodes);
         if node.done {

@@ -10,6 +10,7 @@ use gpu_backend::testing::Shader;
 
 use super::batch::{Batch, parts};
 use super::*;
+use crate::quadrature::profile;
 use crate::{Quadrature, Segment, SunTable, Table};
 
 /// Stand for the bindings.
@@ -92,10 +93,19 @@ fn structures_and_constants_are_those_of_rust() {
             thin,
             growth,
             fade,
-            padding_a,
-            padding_b
+            plain_rules,
+            padding
         }
     );
+    for (name, value) in [
+        ("air_EXTRA_COSINE", profile::COSINE as f64),
+        ("air_EXTRA_SPOT", profile::SPOT as f64),
+        ("air_EXTRA_FADING", profile::FADING as f64),
+        ("air_DEEPER", profile::DEEPER),
+        ("air_UNFADED", f64::from(profile::UNFADED as f32)),
+    ] {
+        assert_eq!(shader.values(name).unwrap(), [value], "{name}");
+    }
 
     let shader = Shader::new(&parts::<SunTable>()).unwrap();
     let side = shader.values("air_SUN_TABLE_SIDE").unwrap();

@@ -5,7 +5,8 @@ use crate::Segment;
 /// A [`Segment`] in double precision: the same four lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Segment64 {
-    /// Way from the eye to the start of the part, at least 0.
+    /// Way from the eye to the start of the part, at least 0; see [`Segment::x`]
+    /// for less.
     pub x: f64,
     /// Position of the start behind the foot point of the light.
     pub s: f64,

@@ -1,0 +1,72 @@
+//! Segments with an end so close to the light that single precision cannot
+//! square its distance: the same two ways in double precision, one by one.
+
+use super::cells;
+use super::long::{Lookup, NEAR, distances};
+use super::short::Short;
+use super::{LARGEST_REST, Table};
+use crate::{Segment, Segment64};
+
+/// m: squares of longer lengths, and products of two of them, keep all digits.
+const CLOSE: f32 = 1e-17;
+
+/// Whether an end of a segment is that close.
+#[inline(always)]
+pub(super) fn is_close(segment: &Segment) -> bool {
+    let Segment { s, h, length, .. } = *segment;
+    let end = s + length;
+    let nearer = if s.abs() < end.abs() { s } else { end };
+    nearer.abs() < CLOSE && (0.0..CLOSE).contains(&h)
+}
+
+impl Table {
+    /// The airlight of a segment of which something has to be computed.
+    #[cold]
+    pub(super) fn close(&self, lookup: &Lookup, segment: &Segment) -> f32 {
+        let Segment64 { x, s, h, length } = Segment64::from(*segment);
+        let octaves = f64::from(lookup.extinction.octaves);
+        let [length, end, d_start, d_end] = distances(s, h, length);
+        let sigma_t = f64::from(lookup.extinction.sigma_t);
+        // The value of the table at an end, and the factor that was left out.
+        let at = |s: f64, d: f64| {
+            let behind = s >= 0.0;
+            let q = s.abs() + d;
+            let longer = if behind { q } else { h };
+            let v = sigma_t * longer;
+            let row = self.axes.row((h / q) as f32, 1.0, behind);
+            let place = self.axes.place(v as f32, row);
+            let cell = self.cells[place.cell as usize];
+            let value = cells::value(cell, self.units, place.alpha, place.beta);
+            (f64::from(value), 1.0 / (longer * (1.0 + v)))
+        };
+        let near = f64::from(NEAR);
+        let is_near = length < near * d_start && 2.0 * octaves * length < near;
+        let depth = octaves * (x + d_start);
+        if !is_near {
+            let (from, scale) = at(s, d_start);
+            let (to, end_scale) = at(end, d_end);
+            let growth = octaves * (length + (d_end - d_start));
+            let rest = end_scale * (2.0 * (to - from) - growth).exp2();
+            if rest < f64::from(LARGEST_REST) * scale {
+                return ((2.0 * from - depth).exp2() * (scale - rest)) as f32;
+            }
+        }
+        let phase = |w: f64, h: f64| match self.constant {
+            Some(constant) => f64::from(constant).exp2(),
+            None => {
+                let behind = w > h;
+                let ratio = if behind { h / w } else { w / h };
+                // On the axis in front of the light both are 0, and so is b.
+                let ratio = if ratio.is_nan() { 0.0 } else { ratio };
+                let row = self.axes.row(ratio as f32, 1.0, behind);
+                let index = (row.index as usize).min(self.phase.len() - 1);
+                f64::from(cells::phase_value(self.phase[index], row.beta)).exp2()
+            }
+        };
+        let short = Short::new(octaves, [x, s, h, length]);
+        let rule = if is_near { &self.near_rule } else { &self.rule };
+        let term = |&[t, weight]: &[f32; 2]| short.term(t.into(), weight.into(), phase);
+        let sum: f64 = rule.iter().map(term).sum();
+        ((-depth).exp2() * (2.0 * short.angle * sum)) as f32
+    }
+}
