@@ -1,7 +1,10 @@
 //! The step that evaluates a batch.
 
 use bytemuck::{Pod, Zeroable};
-use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, INDEX_WGSL, Kernel, Workgroups};
+use gpu_backend::gpu::{
+    Argument, Encode, Gpu, GpuBuffer, INDEX_WGSL, InShader, Kernel, Workgroups,
+};
+use gpu_backend::shader::{Assembly, Slot};
 use gpu_backend::{Buffer, Error};
 
 use super::SEGMENT;
@@ -11,15 +14,28 @@ use crate::{EvaluateAirlight, Segment};
 /// Invocations per workgroup in `batch.wgsl`.
 const GROUP: u32 = 64;
 
-/// An evaluator that brings its part of a shader.
-pub trait WgslEvaluator {
-    /// WGSL after [`SEGMENT`] that defines
-    /// `fn air_airlight(sigma_t: f32, segment: air_Segment) -> f32`, the
-    /// airlight per unit of `σ_s I`. Its bindings are in `@group(1)`.
-    fn parts() -> &'static [&'static str];
+/// *How much light arrives from this segment?* The question that an
+/// [`Evaluator`](crate::Evaluator) answers, in shaders. A part `x` defines, after
+/// [`SEGMENT`],
+///
+/// ```wgsl
+/// fn x_airlight(sigma_t: f32, segment: air_Segment) -> f32
+/// ```
+///
+/// the airlight per unit of `σ_s I`.
+#[derive(Debug, Clone, Copy)]
+pub struct EvaluatorSlot;
 
-    /// What is bound to `@group(1)`.
-    fn arguments(&self) -> Vec<Argument<'_>>;
+impl Slot for EvaluatorSlot {
+    fn glue(part: &str) -> String {
+        format!(
+            "
+fn air_airlight(sigma_t: f32, segment: air_Segment) -> f32 {{
+    return {part}_airlight(sigma_t, segment);
+}}
+"
+        )
+    }
 }
 
 #[repr(C)]
@@ -31,14 +47,14 @@ pub(super) struct Batch {
     pub(super) padding_b: u32,
 }
 
-/// All parts of the shader of an evaluator.
-pub(super) fn parts<A: WgslEvaluator>() -> Vec<&'static str> {
-    let shared = [INDEX_WGSL, SEGMENT];
-    let entry = [include_str!("batch.wgsl")];
-    [&shared, A::parts(), &entry].concat()
+/// The shader of an evaluator.
+pub(super) fn shader<A: InShader<EvaluatorSlot>>() -> Result<Assembly, Error> {
+    let mut shader = Assembly::new(&[INDEX_WGSL, SEGMENT, include_str!("batch.wgsl")]);
+    shader.fill::<EvaluatorSlot>(&A::part())?;
+    Ok(shader)
 }
 
-impl<A: WgslEvaluator, E: Encode> EvaluateAirlight<A> for Gpu<E> {
+impl<A: InShader<EvaluatorSlot>, E: Encode> EvaluateAirlight<A> for Gpu<E> {
     fn evaluate_airlight(
         &self,
         evaluator: &A,
@@ -57,7 +73,7 @@ impl<A: WgslEvaluator, E: Encode> EvaluateAirlight<A> for Gpu<E> {
         self.dispatch(
             &Kernel {
                 label: "evaluate airlight",
-                parts: &parts::<A>(),
+                parts: &shader::<A>()?.finish(1),
                 entry: "evaluate",
                 constants: &[],
             },

@@ -43,7 +43,8 @@
 //! ([`Quadrature::nodes_of`](crate::Quadrature::nodes_of)); the shader divides the
 //! segment at the rims of the light and has the emission in its `f`.
 //!
-//! With the feature `wgpu` an evaluator with a shader implements `WgslEvaluator`;
+//! With the feature `wgpu` an evaluator with a shader implements
+//! `InShader<EvaluatorSlot>`;
 //! then a GPU has the step [`EvaluateAirlight`](crate::EvaluateAirlight) for it,
 //! with the data in `@group(1)`, uploaded with every batch. A phase function that is a closure
 //! has no shader; a [`Table`](crate::Table) of it has one.
@@ -81,7 +82,7 @@ mod table;
 mod tests;
 
 #[cfg(feature = "wgpu")]
-pub use batch::WgslEvaluator;
+pub use batch::EvaluatorSlot;
 pub use phase::PhaseRecord;
 pub use quadrature::QuadratureUniforms;
 pub use table::TableUniforms;

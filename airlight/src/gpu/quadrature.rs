@@ -34,15 +34,19 @@ pub struct QuadratureUniforms {
 
 #[cfg(feature = "wgpu")]
 mod step {
-    use gpu_backend::gpu::Argument;
+    use gpu_backend::gpu::{Argument, InShader};
+    use gpu_backend::shader::Part;
 
     use crate::Quadrature;
-    use crate::gpu::{NODES, NUMERIC, PHASE, QUADRATURE, SCALED, WgslEvaluator};
+    use crate::gpu::{EvaluatorSlot, NODES, NUMERIC, PHASE, QUADRATURE, SCALED};
 
-    impl WgslEvaluator for Quadrature {
-        fn parts() -> &'static [&'static str] {
-            const BINDINGS: &str = include_str!("quadrature_bindings.wgsl");
-            &[NUMERIC, PHASE, SCALED, NODES, QUADRATURE, BINDINGS]
+    impl InShader<EvaluatorSlot> for Quadrature {
+        fn part() -> Part {
+            Part::new("air_quadrature")
+                .sources(&[NUMERIC, PHASE, SCALED, NODES, QUADRATURE])
+                .source(include_str!("quadrature_bindings.wgsl"))
+                .uniform("air_quadrature", "air_Quadrature")
+                .read("air_entries", "array<vec4<f32>>")
         }
 
         fn arguments(&self) -> Vec<Argument<'_>> {

@@ -1,13 +1,17 @@
 //! Tables of Sun et al. as shaders take them.
 
-use gpu_backend::gpu::Argument;
+use gpu_backend::gpu::{Argument, InShader};
+use gpu_backend::shader::Part;
 
-use super::{NUMERIC, SUN_TABLE, WgslEvaluator};
+use super::{EvaluatorSlot, NUMERIC, SUN_TABLE};
 use crate::SunTable;
 
-impl WgslEvaluator for SunTable {
-    fn parts() -> &'static [&'static str] {
-        &[NUMERIC, SUN_TABLE, include_str!("sun_table_bindings.wgsl")]
+impl InShader<EvaluatorSlot> for SunTable {
+    fn part() -> Part {
+        Part::new("air_sun_table")
+            .sources(&[NUMERIC, SUN_TABLE, include_str!("sun_table_bindings.wgsl")])
+            .uniform("air_rows", "f32")
+            .read("air_values", "array<f32>")
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {

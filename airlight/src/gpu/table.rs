@@ -32,14 +32,18 @@ pub struct TableUniforms {
 
 #[cfg(feature = "wgpu")]
 mod step {
-    use gpu_backend::gpu::Argument;
+    use gpu_backend::gpu::{Argument, InShader};
+    use gpu_backend::shader::Part;
 
     use crate::Table;
-    use crate::gpu::{NUMERIC, SCALED, TABLE, WgslEvaluator};
+    use crate::gpu::{EvaluatorSlot, NUMERIC, SCALED, TABLE};
 
-    impl WgslEvaluator for Table {
-        fn parts() -> &'static [&'static str] {
-            &[NUMERIC, SCALED, TABLE, include_str!("table_bindings.wgsl")]
+    impl InShader<EvaluatorSlot> for Table {
+        fn part() -> Part {
+            Part::new("air_table")
+                .sources(&[NUMERIC, SCALED, TABLE, include_str!("table_bindings.wgsl")])
+                .uniform("air_table", "air_Table")
+                .read("air_cells", "array<vec4<u32>>")
         }
 
         fn arguments(&self) -> Vec<Argument<'_>> {

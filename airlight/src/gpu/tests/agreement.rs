@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 
-use gpu_backend::gpu::{Gpu, Queued};
+use gpu_backend::gpu::{Gpu, InShader, Queued};
 use gpu_backend::{Backend, Buffer, Cpu, Download, Error, testing};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
-use crate::gpu::WgslEvaluator;
+use crate::gpu::EvaluatorSlot;
 use crate::{
     EvaluateAirlight, Evaluator, PhaseFunction, Quadrature, Segment, SunTable, Table, stiff,
 };
@@ -41,7 +41,7 @@ pub(super) fn evaluated<A>(
     segments: &[Segment],
 ) -> Vec<f32>
 where
-    A: Evaluator + WgslEvaluator,
+    A: Evaluator + InShader<EvaluatorSlot>,
 {
     let segments = gpu.upload(segments).unwrap();
     let mut airlight = gpu.zeros(segments.len()).unwrap();
@@ -108,7 +108,7 @@ const BORDER: f64 = 1e-3;
 /// all but a `share` within rounding.
 fn compare<A>(gpu: &Gpu<Queued>, name: &str, evaluator: &A, border: f64, share: f64)
 where
-    A: Evaluator + WgslEvaluator,
+    A: Evaluator + InShader<EvaluatorSlot>,
 {
     let (mut all, mut different, mut worst) = (0, 0, 0.0_f64);
     for (sigma_t, segments) in batches(4000) {

@@ -8,7 +8,7 @@ mod surface;
 use gpu_backend::assert_same_layout;
 use gpu_backend::testing::Shader;
 
-use super::batch::{Batch, parts};
+use super::batch::{self, Batch};
 use super::*;
 use crate::quadrature::profile;
 use crate::{Quadrature, Segment, SunTable, Table};
@@ -47,7 +47,7 @@ fn all_parts_are_fit_for_other_shaders() {
 
 #[test]
 fn structures_and_constants_are_those_of_rust() {
-    let shader = Shader::new(&parts::<Table>()).unwrap();
+    let shader = Shader::new(&batch::shader::<Table>().unwrap().finish(1)).unwrap();
     assert_same_layout!(shader, "air_Segment", Segment { x, s, h, length });
     assert_same_layout!(
         shader,
@@ -78,7 +78,7 @@ fn structures_and_constants_are_those_of_rust() {
     );
     assert_eq!(shader.values("air_FAR").unwrap(), [f64::from(f32::MAX)]);
 
-    let shader = Shader::new(&parts::<Quadrature>()).unwrap();
+    let shader = Shader::new(&batch::shader::<Quadrature>().unwrap().finish(1)).unwrap();
     assert_same_layout!(
         shader,
         "air_Quadrature",
@@ -107,7 +107,7 @@ fn structures_and_constants_are_those_of_rust() {
         assert_eq!(shader.values(name).unwrap(), [value], "{name}");
     }
 
-    let shader = Shader::new(&parts::<SunTable>()).unwrap();
+    let shader = Shader::new(&batch::shader::<SunTable>().unwrap().finish(1)).unwrap();
     let side = shader.values("air_SUN_TABLE_SIDE").unwrap();
     let entries = SunTable::new().gpu_values().len();
     assert_eq!(side[0] * side[0], entries as f64);

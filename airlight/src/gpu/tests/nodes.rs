@@ -1,10 +1,11 @@
 //! Nodes for an integrand of another shader's.
 
-use gpu_backend::gpu::{Argument, INDEX_WGSL, Kernel, Workgroups};
+use gpu_backend::gpu::{Argument, INDEX_WGSL, InShader, Kernel, Workgroups};
+use gpu_backend::shader::Assembly;
 use gpu_backend::{Backend, Download, testing};
 
 use super::agreement::batches;
-use crate::gpu::{SEGMENT, WgslEvaluator};
+use crate::gpu::{EvaluatorSlot, SEGMENT};
 use crate::quadrature::profile;
 use crate::{Emission, Exact, PhaseFunction, Quadrature, Segment};
 
@@ -52,12 +53,11 @@ fn nodes_lie_on_the_segment_and_know_the_inverse_square() {
         let segments: Vec<Segment> = segments.into_iter().filter(|s| s.length < 1e9).collect();
         let buffer = gpu.upload(&segments).unwrap();
         let mut sums = gpu.zeros::<f32>(segments.len()).unwrap();
-        let parts = [
-            &[INDEX_WGSL, SEGMENT],
-            Quadrature::<PhaseFunction>::parts(),
-            &[ENTRY],
-        ]
-        .concat();
+        let mut shader = Assembly::new(&[INDEX_WGSL, SEGMENT, ENTRY]);
+        shader
+            .fill::<EvaluatorSlot>(&Quadrature::<PhaseFunction>::part())
+            .unwrap();
+        let parts = shader.finish(1);
         gpu.dispatch(
             &Kernel {
                 label: "integrate",
@@ -153,12 +153,11 @@ fn light_that_fades_towards_its_range_has_its_nodes() {
             let buffer = gpu.upload(&segments).unwrap();
             let range_buffer = gpu.upload(&ranges).unwrap();
             let mut sums = gpu.zeros::<f32>(segments.len()).unwrap();
-            let parts = [
-                &[INDEX_WGSL, SEGMENT],
-                Quadrature::<PhaseFunction>::parts(),
-                &[FADING],
-            ]
-            .concat();
+            let mut shader = Assembly::new(&[INDEX_WGSL, SEGMENT, FADING]);
+            shader
+                .fill::<EvaluatorSlot>(&Quadrature::<PhaseFunction>::part())
+                .unwrap();
+            let parts = shader.finish(1);
             let count = segments.len() as u32;
             gpu.dispatch(
                 &Kernel {
