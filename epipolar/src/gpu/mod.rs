@@ -131,6 +131,7 @@ impl<E: Encode> Locate for Gpu<E> {
 mod tests {
     use gpu_backend::testing::{self, Shader};
     use gpu_backend::{Backend, Cpu, Download, assert_same_layout};
+    use reference::tolerances::Allowed;
 
     use super::*;
     use crate::numeric::{ATAN, TAN_EIGHTH};
@@ -182,6 +183,8 @@ mod tests {
     #[test]
     fn positions_agree_with_the_cpu() {
         let Some(gpu) = testing::gpu() else { return };
+        let [angle, rounding] =
+            [Allowed::GpuAngle, Allowed::GpuPosition].map(|allowed| allowed.error() as f32);
         let eye = Vec3::new(0.2, 1.7, 0.4);
         let camera = View::perspective(Vec3::NEG_Z, Vec3::Y, [0.8, 0.45], 0.0, 30.0).unwrap();
         let around = View::all_around(0.0, 30.0).unwrap();
@@ -219,16 +222,15 @@ mod tests {
                 for ((e, f), point) in expected.iter().zip(&found).zip(&points) {
                     let place = space.coordinates(Vec3::new(point[0], point[1], point[2]));
                     let error = |k: usize| (e[k] - f[k]).abs();
-                    // Twice 8e-7 rad, and the rounding of a position.
-                    assert!(error(0) <= 1.6e-6 / alpha_width + 3e-5);
+                    assert!(error(0) <= angle / alpha_width + rounding);
                     // At ±π the same plane has two positions.
                     let apart = error(1).min((error(1) - 256.0).abs());
                     let sine = place.ray.alpha.unit().y;
-                    assert!(apart <= 1.6e-6 / theta_width / sine + 3e-5);
+                    assert!(apart <= angle / theta_width / sine + rounding);
                     let bit = (e[2] as usize).min(127);
                     let width = lattice.bounds()[bit].perp_dot(lattice.bounds()[bit + 1]);
                     let size = if space.is_directional() { 30.0 } else { 1.0 };
-                    assert!(error(2) <= 1.6e-6 * size / width + 3e-5, "{e:?} {f:?}");
+                    assert!(error(2) <= angle * size / width + rounding, "{e:?} {f:?}");
                 }
                 let mut short = gpu.zeros(3).unwrap();
                 assert!(gpu.locate(&lattice, &there, &mut short).is_err());

@@ -12,6 +12,7 @@
 //! | [`metrics`] | | the error of an image |
 //! | [`tolerances`] | | every allowed error, with its derivation |
 //! | [`segments`] | | parts of rays with the extinction around them, easy and stiff, to judge evaluators by |
+//! | [`random`] | | numbers that are the same on every run |
 //! | `hard_cases` | `scene` | named inputs at which methods break |
 //! | `shapes`, `scenes` | `scene` | small scenes with known shadows; the embedded scenes made ready |
 //! | `generators` | `proptest`, `scene` | random inputs that lean towards hard ones |
@@ -43,6 +44,7 @@ pub mod metrics;
 pub mod oracle;
 #[cfg(feature = "proptest")]
 pub mod property;
+pub mod random;
 #[cfg(feature = "scene")]
 pub mod scenes;
 pub mod segments;
