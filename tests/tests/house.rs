@@ -156,3 +156,36 @@ fn the_program_carries_no_test_framework() {
         );
     }
 }
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let hidden = path.file_name().unwrap().to_string_lossy().starts_with('.');
+        if path.is_dir() && !hidden && !path.ends_with("target") {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn every_property_is_tried_on_the_same_inputs_on_every_run() {
+    let mut files = Vec::new();
+    sources(&root(), &mut files);
+    let mut blocks = 0;
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        // What only speaks of them, in documentation or here.
+        let lines = text.lines().map(str::trim_start);
+        let code: Vec<&str> = lines.filter(|line| !line.starts_with("//")).collect();
+        let count = |start: &str| code.iter().filter(|line| line.starts_with(start)).count();
+        let here = count("proptest! {");
+        blocks += here;
+        assert_eq!(count("#![proptest_config("), here, "{}", file.display());
+        let seeded = here == 0 || text.contains("reference::property::cases(");
+        let unseeded = here > 0 && text.contains("ProptestConfig::");
+        assert!(seeded && !unseeded, "{}", file.display());
+    }
+    assert!(blocks > 20, "{blocks}");
+}

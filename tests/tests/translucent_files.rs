@@ -6,11 +6,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-// The best subset of nodes by dynamic programming, as the crate's own tests
-// have it.
-#[path = "../../transmittance/tests/support/mod.rs"]
-mod support;
-
 use std::path::Path;
 
 use glam::Vec3;
@@ -19,9 +14,8 @@ use lighting::Emitter;
 use lighting::scene::load::scene_from_path;
 use lighting::scene::{StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
-use support::errors;
-use support::optimal::{Least, least_error};
-use support::streams::Random;
+use reference::curves::{self, Blocker, Least, least_error};
+use reference::random::Random;
 use transmittance::{Accumulate, Curve, Evaluate, Linear, Maximum, Segment, Source, Stream, Tile};
 
 /// The casters of a file, or what to say where there is none.
@@ -34,6 +28,15 @@ fn casters(name: &str) -> Option<Vec<Translucent>> {
         return None;
     }
     Some(scene_from_path(&path).unwrap().scene.translucent)
+}
+
+fn blockers(segments: &[Segment]) -> Vec<Blocker> {
+    let blocker = |segment: &Segment| Blocker {
+        entry: segment.entry(),
+        exit: segment.exit(),
+        optical_depth: segment.optical_depth()[0],
+    };
+    segments.iter().map(blocker).collect()
 }
 
 /// Up to `count` of a light's rays with 24 to 400 blockers, in the order in
@@ -75,7 +78,7 @@ fn measure<A: Accumulate + Clone>(clear: &A, rays: &[Vec<Segment>]) -> (f64, f64
     let mut sums = (0.0, 0.0);
     for ray in rays {
         let curve = made(clear, ray);
-        let (mean, max) = errors(ray, |depth| curve.evaluate(depth)[0]);
+        let (mean, max) = curves::errors(&blockers(ray), |depth| curve.evaluate(depth)[0]);
         sums = (sums.0 + mean, sums.1 + max);
     }
     (sums.0 / rays.len() as f64, sums.1 / rays.len() as f64)
@@ -93,7 +96,7 @@ fn spread<A: Accumulate + Clone>(clear: &A, rays: &[Vec<Segment>]) -> f64 {
                 made(clear, &shuffled)
             })
             .collect();
-        let probes = support::probes(ray).into_iter().map(|depth| {
+        let probes = curves::probes(blockers(ray)).into_iter().map(|depth| {
             let values = || curves.iter().map(|curve| curve.evaluate(depth)[0]);
             values().fold(0.0, f32::max) - values().fold(1.0, f32::min)
         });
@@ -105,7 +108,7 @@ fn spread<A: Accumulate + Clone>(clear: &A, rays: &[Vec<Segment>]) -> f64 {
 fn compare<const N: usize>(name: &str, rays: &[Vec<Segment>]) {
     let best = |least| {
         let of = |exponential| {
-            let error = |ray: &Vec<Segment>| least_error(ray, N, least, exponential);
+            let error = |ray: &Vec<Segment>| least_error(&blockers(ray), N, least, exponential);
             rays.iter().map(error).sum::<f64>() / rays.len() as f64
         };
         let (linear, exponential): (f64, f64) = (of(false), of(true));
@@ -123,7 +126,7 @@ fn compare<const N: usize>(name: &str, rays: &[Vec<Segment>]) {
         .iter()
         .map(|ray| {
             let curve = made(&Stream::<N>::new(), ray);
-            let (_, max) = errors(ray, |depth| curve.transmittance(depth));
+            let (_, max) = curves::errors(&blockers(ray), |depth| curve.transmittance(depth));
             f64::from(curve.max_error_bound()) / max.max(1e-9)
         })
         .collect();

@@ -131,6 +131,7 @@ impl<E: Encode> Locate for Gpu<E> {
 mod tests {
     use gpu_backend::testing::{self, Shader};
     use gpu_backend::{Backend, Cpu, Download, assert_same_layout};
+    use reference::random::noise;
     use reference::tolerances::Allowed;
 
     use super::*;
@@ -191,10 +192,7 @@ mod tests {
         // Points on all orders of magnitude of distance from eye and light.
         let points: Vec<[f32; 4]> = (0..20_000_u32)
             .map(|i| {
-                let random = |k: u32| {
-                    let bits = (i * 4 + k).wrapping_mul(2_654_435_761);
-                    (bits ^ (bits >> 15)).wrapping_mul(0x9E37_79B9) as f32 / 4_294_967_296.0
-                };
+                let random = |k: u32| noise(u64::from(i * 4 + k));
                 let v = Vec3::new(random(0), random(1), random(2)) - 0.5;
                 (eye + v * (12.0 * random(3) - 7.0).exp2())
                     .extend(0.0)

@@ -85,6 +85,19 @@ pub const fn noise(index: u64) -> f32 {
     ((x ^ (x >> 31)) >> 40) as f32 / (1 << 24) as f32
 }
 
+/// Halton's sequence, in [0, 1): of many points in a few dimensions, with bases
+/// that are different primes, a box of a share of the volume holds about its share
+/// of the points.
+pub fn halton(mut index: u32, base: u32) -> f64 {
+    let (mut value, mut share) = (0.0, 1.0);
+    while index > 0 {
+        share /= f64::from(base);
+        value += share * f64::from(index % base);
+        index /= base;
+    }
+    value
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,6 +127,14 @@ mod tests {
                 / 4096.0
         };
         assert!((mean(0) - 0.5).abs() < 0.02 && (mean(1 << 40) - 0.5).abs() < 0.02);
+    }
+
+    #[test]
+    fn every_box_has_its_share_of_halton_points() {
+        let inside = |i: &u32| halton(*i, 2) < 0.25 && halton(*i, 3) < 1.0 / 3.0;
+        let count = (1..=1200).filter(inside).count();
+        assert!((95..=105).contains(&count), "{count}");
+        assert_eq!([1, 2, 3].map(|i| halton(i, 2)), [0.5, 0.25, 0.75]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use crate::oracle::Phase;
 use crate::oracle::segment::{self, Part};
-use crate::random::Random;
+use crate::random::{Random, halton};
 
 /// A part of a ray in a medium, and how much light comes from it.
 #[derive(Debug, Clone, Copy)]
@@ -62,15 +62,7 @@ impl Shape {
 /// one extinction, for batches: 0.5 per metre.
 pub fn easy(phase: impl Into<Phase>, count: usize) -> Vec<Case> {
     let phase = phase.into();
-    let halton = |index: usize, base: usize| {
-        let (mut index, mut scale, mut value) = (index + 1, 1.0, 0.0);
-        while index > 0 {
-            scale /= base as f64;
-            value += scale * (index % base) as f64;
-            index /= base;
-        }
-        value
-    };
+    let halton = |index: usize, base: u32| halton(index as u32 + 1, base);
     (0..count)
         .filter_map(|i| {
             let optical = 0.1 * 20.0_f64.powf(halton(i, 2));
