@@ -15,6 +15,7 @@ use std::hint::black_box;
 
 use airlight::{Evaluator, Exact, FrameTable, PhaseFunction, Segment, SunTable, Table};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use reference::random::Random;
 
 const SIGMA_T: f32 = 0.3;
 const COUNT: usize = 4096;
@@ -86,17 +87,6 @@ impl Evaluator for March {
     }
 }
 
-/// Numbers in [0, 1), the same each time.
-fn random() -> impl FnMut() -> f64 {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    move || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
 fn segment(distance: f64, gamma: f64, x: f64, length: f64) -> Segment {
     Segment {
         x: x as f32,
@@ -107,23 +97,24 @@ fn segment(distance: f64, gamma: f64, x: f64, length: f64) -> Segment {
 }
 
 fn easy() -> Vec<Segment> {
-    let mut random = random();
-    let mut log = |low: f64, high: f64| (low.ln() + (high / low).ln() * random()).exp();
-    let mut angle = self::random();
+    let mut random = Random::new(1);
+    let mut log = |low: f64, high: f64| (low.ln() + (high / low).ln() * random.unit_f64()).exp();
+    let mut angle = Random::new(1);
     (0..COUNT)
         .map(|_| {
             let distance = log(0.3, 10.0);
-            let gamma = (1.0 - 2.0 * angle()).acos();
+            let gamma = (1.0 - 2.0 * angle.unit_f64()).acos();
             segment(distance, gamma, 0.0, log(0.3, 10.0) * distance)
         })
         .collect()
 }
 
 fn stiff() -> Vec<Segment> {
-    let mut random = random();
+    let mut random = Random::new(1);
     (0..COUNT)
         .map(|i| {
-            let mut log = |low: f64, high: f64| (low.ln() + (high / low).ln() * random()).exp();
+            let mut log =
+                |low: f64, high: f64| (low.ln() + (high / low).ln() * random.unit_f64()).exp();
             let distance = log(1e-3, 1e3);
             let gamma = match i % 4 {
                 0 => log(1e-6, 0.1),

@@ -161,6 +161,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(reference::property::cases(256))]
+
         #[test]
         fn both_precisions_agree_and_parts_add_up(
             sigma in (-14.0_f64..3.0).prop_map(f64::exp),

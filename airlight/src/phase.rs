@@ -272,6 +272,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(reference::property::cases(256))]
+
         #[test]
         fn every_function_is_normalised_and_has_its_mean_cosine(phase in any_phase()) {
             prop_assert_eq!(phase.checked(), Ok(phase));

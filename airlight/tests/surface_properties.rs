@@ -30,7 +30,7 @@ fn angle() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(reference::property::cases(128))]
 
     /// The fog is brightest towards the lamp, and every lobe falls away from
     /// its axis, so turning the lobe away from the lamp loses light.

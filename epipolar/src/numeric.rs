@@ -82,6 +82,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(reference::property::cases(256))]
+
         #[test]
         fn angles_keep_their_relative_accuracy(
             log_y in -60.0_f32..60.0, log_x in -60.0_f32..60.0,

@@ -276,7 +276,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(2000))]
+        #![proptest_config(reference::property::cases(2000))]
         #[test]
         fn every_visible_point_is_inside_and_the_bounds_are_reached(
             forward in direction(),

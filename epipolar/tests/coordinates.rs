@@ -114,7 +114,7 @@ fn radians(vector: [f32; 2]) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(reference::property::cases(20_000))]
 
     #[test]
     fn angles_are_right_to_eight_roundings((eye, light, axis, point) in scene()) {

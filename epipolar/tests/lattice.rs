@@ -349,7 +349,7 @@ fn coordinate() -> impl Strategy<Value = Vec3> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(reference::property::cases(400))]
     #[test]
     fn a_footprint_holds_every_light_ray_that_meets_its_triangle(
         corner in coordinate(), light in coordinate(),

@@ -257,6 +257,7 @@ fn list(indices: &[usize]) -> String {
 mod tests {
     use glam::{Quat, Vec3};
     use gpu_backend::Cpu;
+    use reference::random::noise;
 
     use super::*;
     use crate::airlight::EquiAngular;
@@ -295,8 +296,7 @@ mod tests {
             outer: 0.4,
         };
         for i in 0..60_u32 {
-            let unit =
-                |k: u32| ((i * 9 + k).wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0;
+            let unit = |k: u32| noise(u64::from(i * 9 + k));
             let position = 30.0 * Vec3::new(unit(0) - 0.5, unit(1) - 0.5, unit(2) - 0.7);
             let turn = Quat::from_euler(glam::EulerRot::YXZ, 6.3 * unit(3), 3.0 * unit(4), 0.0);
             let emission = match i % 3 {

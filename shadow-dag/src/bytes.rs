@@ -61,6 +61,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(reference::property::cases(256))]
+
         #[test]
         fn numbers_of_any_width_come_back(
             numbers in proptest::collection::vec((0_u32.., 0_u32..=32), 0..100)

@@ -92,6 +92,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(reference::property::cases(256))]
+
         #[test]
         fn every_mask_has_a_number_and_many_pairs_are_neighbours(mut nodes in nodes()) {
             let all = [0, 1, 2, 3, 4];

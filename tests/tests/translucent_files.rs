@@ -6,11 +6,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-// The best subset of nodes by dynamic programming, as the crate's own tests
-// have it.
-#[path = "../../transmittance/tests/support/mod.rs"]
-mod support;
-
 use std::path::Path;
 
 use glam::Vec3;
@@ -19,9 +14,8 @@ use lighting::Emitter;
 use lighting::scene::load::scene_from_path;
 use lighting::scene::{StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
-use support::errors;
-use support::optimal::{Least, least_error};
-use support::streams::Random;
+use reference::curves::{self, Blocker, Least, least_error};
+use reference::random::Random;
 use transmittance::{
     Accumulate, BlockerSegment, Curve, Evaluate, Linear, Maximum, Source, Stream, Tile,
 };
@@ -36,6 +30,15 @@ fn casters(name: &str) -> Option<Vec<Translucent>> {
         return None;
     }
     Some(scene_from_path(&path).unwrap().scene.translucent)
+}
+
+fn blockers(segments: &[BlockerSegment]) -> Vec<Blocker> {
+    let blocker = |segment: &BlockerSegment| Blocker {
+        entry: segment.entry(),
+        exit: segment.exit(),
+        optical_depth: segment.optical_depth()[0],
+    };
+    segments.iter().map(blocker).collect()
 }
 
 /// Up to `count` of a light's rays with 24 to 400 blockers, in the order in
@@ -77,7 +80,7 @@ fn measure<A: Accumulate + Clone>(clear: &A, rays: &[Vec<BlockerSegment>]) -> (f
     let mut sums = (0.0, 0.0);
     for ray in rays {
         let curve = made(clear, ray);
-        let (mean, max) = errors(ray, |depth| curve.evaluate(depth)[0]);
+        let (mean, max) = curves::errors(&blockers(ray), |depth| curve.evaluate(depth)[0]);
         sums = (sums.0 + mean, sums.1 + max);
     }
     (sums.0 / rays.len() as f64, sums.1 / rays.len() as f64)
@@ -95,7 +98,7 @@ fn spread<A: Accumulate + Clone>(clear: &A, rays: &[Vec<BlockerSegment>]) -> f64
                 made(clear, &shuffled)
             })
             .collect();
-        let probes = support::probes(ray).into_iter().map(|depth| {
+        let probes = curves::probes(blockers(ray)).into_iter().map(|depth| {
             let values = || curves.iter().map(|curve| curve.evaluate(depth)[0]);
             values().fold(0.0, f32::max) - values().fold(1.0, f32::min)
         });
@@ -107,7 +110,8 @@ fn spread<A: Accumulate + Clone>(clear: &A, rays: &[Vec<BlockerSegment>]) -> f64
 fn compare<const N: usize>(name: &str, rays: &[Vec<BlockerSegment>]) {
     let best = |least| {
         let of = |exponential| {
-            let error = |ray: &Vec<BlockerSegment>| least_error(ray, N, least, exponential);
+            let error =
+                |ray: &Vec<BlockerSegment>| least_error(&blockers(ray), N, least, exponential);
             rays.iter().map(error).sum::<f64>() / rays.len() as f64
         };
         let (linear, exponential): (f64, f64) = (of(false), of(true));
@@ -125,7 +129,7 @@ fn compare<const N: usize>(name: &str, rays: &[Vec<BlockerSegment>]) {
         .iter()
         .map(|ray| {
             let curve = made(&Stream::<N>::new(), ray);
-            let (_, max) = errors(ray, |depth| curve.transmittance(depth));
+            let (_, max) = curves::errors(&blockers(ray), |depth| curve.transmittance(depth));
             f64::from(curve.max_error_bound()) / max.max(1e-9)
         })
         .collect();

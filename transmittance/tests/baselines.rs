@@ -36,7 +36,7 @@ fn range(segments: &[BlockerSegment]) -> Range {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(CASES))]
+    #![proptest_config(reference::property::cases(CASES))]
 
     #[test]
     fn uncompressed_curves_are_exact(s in streams::hard(60)) {

@@ -18,7 +18,7 @@ const CASES: u32 = if cfg!(debug_assertions) {
 };
 
 fn config() -> ProptestConfig {
-    ProptestConfig::with_cases(CASES)
+    reference::property::cases(CASES)
 }
 
 fn by_papers_rule<const N: usize, L: Lookup>(segments: &[BlockerSegment]) -> Curve<N, L> {

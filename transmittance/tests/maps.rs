@@ -46,7 +46,7 @@ fn packs_well<L: Lookup>(curve: Curve<8, L>, segments: &[BlockerSegment]) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(if cfg!(debug_assertions) { 1_000 } else { 8_000 }))]
+    #![proptest_config(reference::property::cases(if cfg!(debug_assertions) { 1_000 } else { 8_000 }))]
 
     #[test]
     fn packed_curves_are_the_same_or_within_their_error(s in streams::hard(20)) {

@@ -5,8 +5,8 @@
 
 mod support;
 
-use support::optimal::{Least, least_error};
-use support::{errors, probes, streams, truth};
+use reference::curves::{Least, least_error};
+use support::{blockers, errors, probes, streams, truth};
 use transmittance::{
     Accumulate, Area, BlockerSegment, Curve, Evaluate, Exponential, Linear, Maximum, Stream,
 };
@@ -88,7 +88,11 @@ where
 /// lookup.
 fn optimum(kind: Kind, nodes: usize, least: Least) -> f64 {
     let mean = |exponential| {
-        let error = |seed| least_error(&kind(seed), nodes, least, exponential);
+        let best = |segments: &[BlockerSegment]| {
+            let blockers: Vec<_> = blockers(segments, 0).collect();
+            least_error(&blockers, nodes, least, exponential)
+        };
+        let error = |seed| best(&kind(seed));
         (0..SEEDS).map(error).sum::<f64>() / SEEDS as f64
     };
     mean(false).min(mean(true))

@@ -160,7 +160,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(3000))]
+        #![proptest_config(reference::property::cases(3000))]
         #[test]
         fn runs_are_what_asking_bit_by_bit_gives(
             (first, second) in texels(),

@@ -72,7 +72,7 @@ fn map() -> impl Strategy<Value = IndexMap<Host>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(reference::property::cases(200))]
 
     #[test]
     fn every_voxel_is_brute_force_over_the_index_map(map in map()) {

@@ -442,7 +442,7 @@ fn batches_are_their_rays_one_by_one() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(500))]
+    #![proptest_config(reference::property::cases(500))]
     #[test]
     fn visibility_lies_between_0_and_1_whatever_the_input(
         point: [f32; 3], surface: f32, seed: u32, which in 0..9_usize,

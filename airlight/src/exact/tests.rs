@@ -92,7 +92,7 @@ fn stiff() -> impl Strategy<Value = (f64, Segment64)> {
 fn cases(number: u32) -> ProptestConfig {
     ProptestConfig {
         max_global_rejects: 10 * number,
-        ..ProptestConfig::with_cases(number)
+        ..reference::property::cases(number)
     }
 }
 

@@ -294,6 +294,8 @@ fn any_segment() -> impl Strategy<Value = Segment> {
 }
 
 proptest! {
+    #![proptest_config(reference::property::cases(256))]
+
     #[test]
     fn batches_give_the_bits_of_single_segments_with_any_instructions(
         segments in prop::collection::vec(any_segment(), 0..300),

@@ -304,6 +304,8 @@ fn texels_between(low: f64, high: f64, resolution: u32) -> Option<(u32, u32)> {
 
 #[cfg(test)]
 mod tests {
+    use reference::random::Random;
+
     use super::*;
 
     const PARALLEL: Face = Face {
@@ -345,11 +347,8 @@ mod tests {
 
     #[test]
     fn coverage_and_depth_are_those_of_a_ray_per_texel() {
-        let mut state = 3_u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / 16_777_216.0 - 0.5
-        };
+        let mut random = Random::new(3);
+        let mut next = || random.unit_f64() - 0.5;
         let mut covered = 0;
         for round in 0..400 {
             let mut corner = || {

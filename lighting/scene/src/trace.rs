@@ -306,6 +306,8 @@ impl Line {
 
 #[cfg(test)]
 mod tests {
+    use reference::random::Random;
+
     use super::*;
     use crate::{Mesh, Scene};
 
@@ -365,11 +367,8 @@ mod tests {
 
     #[test]
     fn the_hierarchy_finds_what_brute_force_finds() {
-        let mut state = 1_u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0 - 0.5
-        };
+        let mut random = Random::new(1);
+        let mut next = || random.unit() - 0.5;
         let mut vector = |scale: f32| Vec3::new(next(), next(), next()) * scale;
         let mut positions = Vec::new();
         for _ in 0..300 {

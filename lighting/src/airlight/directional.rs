@@ -56,6 +56,8 @@ fn mean_exponential(x: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use reference::random::noise;
+
     use super::*;
     use crate::scene::{Bounds, Medium, PhaseFunction};
     use crate::{Emitter, Ray};
@@ -121,8 +123,7 @@ mod tests {
             .unwrap()
             .within(bounds);
         for k in 0..40_u32 {
-            let unit =
-                |i: u32| ((k * 12 + i).wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0;
+            let unit = |i: u32| noise(u64::from(k * 12 + i));
             let origin = Vec3::new(4.0 * unit(0) - 0.5, 3.0 * unit(1) - 0.5, -1.0);
             let target = Vec3::new(3.0 * unit(2), 2.0 * unit(3), 0.9 * unit(4) + 0.05);
             let sun = sun(Vec3::new(unit(5) - 0.5, unit(6) - 0.5, unit(7) - 0.5));
@@ -161,8 +162,7 @@ mod tests {
             Vec3::new(0.0, -1.0, 0.2),
         ];
         for k in 0..3000_u32 {
-            let unit =
-                |i: u32| ((k * 12 + i).wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0;
+            let unit = |i: u32| noise(u64::from(k * 12 + i));
             let origin = 10.0 * Vec3::new(unit(0) - 0.5, unit(1) - 0.5, unit(2) - 0.5);
             let direction = Vec3::new(unit(3) - 0.5, unit(4) - 0.5, unit(5) - 0.5);
             let sun = sun(suns[k as usize % 3]);

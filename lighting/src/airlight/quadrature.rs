@@ -5,7 +5,7 @@ use airlight::{Error, PhaseFunction, Segment64};
 use glam::{Vec2, Vec3};
 
 use super::{AirlightEvaluator, directional};
-use crate::emitter::{Emission, PointEmitter};
+use crate::scene::{Emission, PointEmitter};
 use crate::{Emitter, Interval, LightPath};
 
 /// Gauss–Legendre quadrature by the pieces of [`airlight::Quadrature`], for

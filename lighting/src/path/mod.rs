@@ -314,6 +314,7 @@ impl<'a> LightPath<'a> {
 #[cfg(test)]
 mod tests {
     use glam::Quat;
+    use reference::random::noise;
 
     use super::*;
     use crate::scene::{Bounds, Cone, PhaseFunction};
@@ -333,9 +334,7 @@ mod tests {
             let axis = rotation * Vec3::NEG_Z;
             let medium = fog();
             for i in 0..500_u32 {
-                let unit = |k: u32| {
-                    ((i * 7 + k).wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 - 0.5
-                };
+                let unit = |k: u32| noise(u64::from(i * 7 + k)) - 0.5;
                 let origin = 12.0 * Vec3::new(unit(1), unit(2), unit(3));
                 let direction = Vec3::new(unit(4), unit(5), unit(6));
                 let ray = Ray::new(origin, direction, 30.0).unwrap();

@@ -3,15 +3,8 @@
 use glam::dcamera::rh::view::look_at_mat4;
 use glam::{DMat4, DVec3};
 use gpu_backend::Cpu;
+use reference::random::noise;
 use shadow_dag::{DepthSource, Error, Exits, LightSpace, Mesh, Resolution, Surfaces, TileRect};
-
-/// Numbers without pattern: the finaliser of splitmix64.
-fn noise(seed: u64) -> f32 {
-    let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((x ^ (x >> 31)) >> 40) as f32 / (1 << 24) as f32
-}
 
 /// The sun over ground that spans 0…1 along x and y; no face is parallel to
 /// an axis of its space.

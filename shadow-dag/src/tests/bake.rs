@@ -2,6 +2,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use gpu_backend::Cpu;
 use proptest::prelude::*;
+use reference::random::Random;
 
 use super::build::Hills;
 use super::mesh::{Soup, lights, solid};
@@ -53,7 +54,7 @@ fn example(light: LightSpace) -> Mesh {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+    #![proptest_config(reference::property::cases(48))]
 
     #[test]
     fn breaks_leave_no_trace_in_the_result(
@@ -283,11 +284,8 @@ fn damage_is_found_out_and_forgery_does_no_harm() {
     seal(&mut longer);
     assert!(fresh().resume(&longer).is_err());
 
-    let mut state = 1_u32;
-    let mut next = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        state >> 8
-    };
+    let mut random = Random::new(1);
+    let mut next = || (random.bits() >> 40) as u32;
     let mut accepted = 0;
     for round in 0..4000 {
         let mut bytes = checkpoint.clone();

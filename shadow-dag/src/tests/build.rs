@@ -171,7 +171,7 @@ fn a_lit_slice_with_one_shadow_is_not_eight_of_another_kind() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(reference::property::cases(24))]
 
     #[test]
     fn every_voxel_is_answered(

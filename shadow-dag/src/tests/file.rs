@@ -54,7 +54,7 @@ fn seal(bytes: &mut [u8]) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(reference::property::cases(2000))]
 
     #[test]
     fn bytes_of_any_kind_are_answered_or_an_error(
@@ -107,7 +107,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(reference::property::cases(64))]
 
     #[test]
     fn forms_and_files_turn_into_each_other_without_loss(

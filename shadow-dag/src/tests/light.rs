@@ -94,6 +94,8 @@ fn spaces_that_are_none_are_errors() {
 }
 
 proptest! {
+    #![proptest_config(reference::property::cases(256))]
+
     #[test]
     fn normals_stay_perpendicular_to_their_surface(
         point in (-0.8_f64..0.8, -0.8_f64..0.8, -0.8_f64..0.8).prop_map(DVec3::from),

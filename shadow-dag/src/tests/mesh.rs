@@ -172,7 +172,7 @@ fn stretch(solids: &[Solid], light: &LightSpace, side: u32, at: [f64; 2]) -> Opt
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(reference::property::cases(60))]
 
     #[test]
     fn a_bake_lies_between_enter_and_exit_of_its_maps(

@@ -36,7 +36,7 @@ fn window(dag: &ShadowDag, voxel: IVec3, width: u32) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(reference::property::cases(48))]
 
     #[test]
     fn a_filter_is_the_mean_of_its_voxels(
@@ -164,7 +164,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(reference::property::cases(24))]
 
     #[test]
     fn steps_are_single_questions(

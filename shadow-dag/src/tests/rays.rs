@@ -47,7 +47,7 @@ pub(crate) fn spaces(side: f64) -> [LightSpace; 3] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(reference::property::cases(96))]
 
     #[test]
     fn lit_intervals_are_those_of_voxel_by_voxel_steps(

@@ -12,6 +12,8 @@
 //! | [`metrics`] | | the error of an image |
 //! | [`tolerances`] | | every allowed error, with its derivation |
 //! | [`segments`] | | parts of rays with the extinction around them, easy and stiff, to judge evaluators by |
+//! | [`curves`] | | transmittance behind blockers, and the best curve of few nodes |
+//! | [`random`] | | numbers that are the same on every run |
 //! | `hard_cases` | `scene` | named inputs at which methods break |
 //! | `shapes`, `scenes` | `scene` | small scenes with known shadows; the embedded scenes made ready |
 //! | `generators` | `proptest`, `scene` | random inputs that lean towards hard ones |
@@ -35,6 +37,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod curves;
 #[cfg(feature = "proptest")]
 pub mod generators;
 #[cfg(feature = "scene")]
@@ -43,6 +46,7 @@ pub mod metrics;
 pub mod oracle;
 #[cfg(feature = "proptest")]
 pub mod property;
+pub mod random;
 #[cfg(feature = "scene")]
 pub mod scenes;
 pub mod segments;

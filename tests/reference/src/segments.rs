@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use crate::oracle::Phase;
 use crate::oracle::segment::{self, Part};
+use crate::random::{Random, halton};
 
 /// A part of a ray in a medium, and how much light comes from it.
 #[derive(Debug, Clone, Copy)]
@@ -44,9 +45,7 @@ impl Shape {
             h: (sin * distance) as f32,
             length: (length * distance) as f32,
         };
-        let end = part.s + part.length;
-        let holds_light = part.h == 0.0 && part.s <= 0.0 && end >= 0.0;
-        if holds_light || part.length == 0.0 {
+        if part.holds_the_light() || part.length == 0.0 {
             return None;
         }
         let truth = segment::airlight(phase, f64::from(sigma_t), part, 1e-9).value;
@@ -63,15 +62,7 @@ impl Shape {
 /// one extinction, for batches: 0.5 per metre.
 pub fn easy(phase: impl Into<Phase>, count: usize) -> Vec<Case> {
     let phase = phase.into();
-    let halton = |index: usize, base: usize| {
-        let (mut index, mut scale, mut value) = (index + 1, 1.0, 0.0);
-        while index > 0 {
-            scale /= base as f64;
-            value += scale * (index % base) as f64;
-            index /= base;
-        }
-        value
-    };
+    let halton = |index: usize, base: u32| halton(index as u32 + 1, base);
     (0..count)
         .filter_map(|i| {
             let optical = 0.1 * 20.0_f64.powf(halton(i, 2));
@@ -166,6 +157,56 @@ pub fn stiff(phase: impl Into<Phase>) -> Vec<Case> {
     cases
 }
 
+/// Extinctions and parts without a pattern: distances of 1e-6 m to 1e6 m and
+/// optical depths of 1e-12 to 90 between eye and light, log-uniform; one ray in
+/// five each goes exactly towards and away from the light, and one in five each
+/// misses either by down to 1e-8; parts of 1e-9 of the distance to infinity, many
+/// of which end just before, at or behind the foot point. The airlight of all in
+/// isotropic fog is a normal `f32`.
+pub fn random_stiff(number: usize) -> Vec<(f32, Part)> {
+    let mut random = Random::from_state(88_172_645_463_325_252);
+    let mut cases = Vec::with_capacity(number);
+    while cases.len() < number {
+        let distance = random.log_uniform(1e-6, 1e6);
+        let sigma_t = random.log_uniform(1e-12, 90.0) / distance;
+        let angle = match random.below(5) {
+            0 => 0.0,
+            1 => PI,
+            2 => random.log_uniform(1e-8, 1.5),
+            3 => PI - random.log_uniform(1e-8, 1.5),
+            _ => PI * random.unit_f64(),
+        };
+        let x = distance
+            * match random.below(3) {
+                0 => 0.0,
+                1 => 3.0 * random.unit_f64(),
+                _ => 1.0 - random.log_uniform(1e-8, 1.0),
+            };
+        let s = x - distance * angle.cos();
+        let h = if angle == 0.0 || angle == PI {
+            0.0
+        } else {
+            distance * angle.sin()
+        };
+        let length = match random.below(4) {
+            0 => f64::INFINITY,
+            1 | 2 => distance * random.log_uniform(1e-9, 100.0),
+            _ => -s * (1.0 - random.log_uniform(1e-8, 1.0)),
+        };
+        let [sigma_t, x, s, h, length] = [sigma_t, x, s, h, length].map(|v| v as f32);
+        let part = Part { x, s, h, length };
+        if !(length > 0.0) || part.holds_the_light() {
+            continue;
+        }
+        // Only its magnitude is asked for.
+        let value = segment::airlight(Phase::Isotropic, f64::from(sigma_t), part, 1e-3).value;
+        if value > 1e-37 && value < 1e38 {
+            cases.push((sigma_t, part));
+        }
+    }
+    cases
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,6 +223,12 @@ mod tests {
             cases
                 .iter()
                 .any(|case| case.part.h == 0.0 && case.part.s < 0.0)
+        );
+        let random = random_stiff(500);
+        let grazing = random.iter().filter(|(_, part)| part.h == 0.0).count();
+        assert!(
+            random.len() == 500 && (100..300).contains(&grazing),
+            "{grazing}"
         );
         let easy = easy(Phase::Rayleigh, 500);
         assert_eq!(easy.len(), 500);

@@ -39,6 +39,60 @@ pub enum Allowed {
     GpuTexel,
     /// Share of the texels on an edge that differ by more than that.
     GpuEdgeTexels,
+    /// The airlight of a segment on the GPU and on the CPU.
+    GpuAirlight,
+    /// What optical depth adds to that, per unit.
+    GpuAirlightDepth,
+    /// Share of the segments that are looked up in a neighbouring cell, or integrated by another rule, on the GPU.
+    GpuAirlightBorder,
+    /// What optical depth adds to `GpuAirlight` for a sum over nodes, per unit.
+    GpuNodesDepth,
+    /// A lookup in the published table on the GPU and on the CPU.
+    GpuPublishedTable,
+    /// What the factor adds to that.
+    GpuPublishedTableFactor,
+    /// What its exponent adds, per unit.
+    GpuPublishedTableDepth,
+    /// Light reaching a surface from a table, on the GPU and on the CPU.
+    GpuLobe,
+    /// WGSL's exponential, per unit of 1 + T for an argument of size T.
+    GpuExponential,
+    /// Share of rays whose radiance differs because a sample of a march falls to another texel.
+    GpuMarchRays,
+    /// The radiance of intervals whose ends were found on the GPU and on the CPU.
+    GpuIntervals,
+    /// Share of rays whose radiance differs by more because a voxel or a texel falls to the side of another.
+    GpuVoxelRays,
+    /// The same for baked shadows.
+    GpuBakedRays,
+    /// What a sample of the transmittance of smoke adds to `GpuRadiance`.
+    GpuSmoke,
+    /// Share of rays that differ by more because a sample is within rounding of a step of transmittance.
+    GpuSmokeRays,
+    /// A texel of a shadow map of loose triangles on the GPU and on the CPU.
+    GpuSoupTexel,
+    /// Share of its pairs of texels of different depth at which another triangle may be seen.
+    GpuSoupEdgeTexels,
+    /// A coordinate of epipolar space on the GPU and on the CPU.
+    GpuAngle,
+    /// What the rounding of a position in voxels adds to that.
+    GpuPosition,
+    /// Share of the indices of an index map that differ at silhouettes.
+    GpuSilhouetteTexels,
+    /// Share of the rays that a query answers from other texels.
+    GpuOtherTexel,
+    /// What a query may differ by from the same texels.
+    GpuQuery,
+    /// The ends of the intervals of a query.
+    GpuQueryEnds,
+    /// A filtered lookup in a DAG on the GPU and on the CPU.
+    GpuFilteredShare,
+    /// The same with weights.
+    GpuWeightedShare,
+    /// A length of the lit part of a ray through a DAG.
+    GpuLitLength,
+    /// A normal in the space of a light.
+    GpuTurnedNormal,
 }
 
 /// A row of the table.
@@ -170,6 +224,190 @@ pub const TABLE: &[Tolerance] = &[
         error: 0.0625,
         derivation: "Rasterisers snap corners to 1/16 of a texel or finer (256 steps on most), \
             which moves an edge by up to half of that, to either side of a texel's centre.",
+    },
+    Tolerance {
+        what: Allowed::GpuAirlight,
+        error: 300.0 * ULP32,
+        derivation: "Relative. A distance from the light is a square root, which WGSL computes as the \
+            inverse (2.5 ULP, 5 units of 2^-24) of an inverse square root (2 ULP, 4 units) \
+            of a sum of squares (1 unit): 10 units. Everything else is a product of at most \
+            10 quotients and roots of such lengths, of which the phase function takes the \
+            third power next to a peak: 200 units, and sums of up to 100 positive terms.",
+    },
+    Tolerance {
+        what: Allowed::GpuAirlightDepth,
+        error: 24.0 * ULP32,
+        derivation: "Relative, per unit of optical depth between eye and light: the 10 units of a \
+            distance with the products and sums on the way to the exponent, on both sides.",
+    },
+    Tolerance {
+        what: Allowed::GpuAirlightBorder,
+        error: 1e-3,
+        derivation: "Such a number is off by about 32 units of 2^-24, and a border is at most every \
+            tenth of its magnitude: 4e-5 each for the place of two lookups along two axes, \
+            and for the three numbers that choose a rule, of up to 20 pieces.",
+    },
+    Tolerance {
+        what: Allowed::GpuNodesDepth,
+        error: 16.0 * ULP32,
+        derivation: "Relative, per unit of optical depth: the depth along the ray is formed from \
+            rounded lengths, 16 roundings of the way to where the light has faded.",
+    },
+    Tolerance {
+        what: Allowed::GpuPublishedTable,
+        error: 64.0 * ULP32,
+        derivation: "Times the factor of the difference of two lookups. Each is off by up to 32 \
+            roundings of a number of about 1: a few each for the angle, its polynomial and \
+            the position in the table, whose last digit counts as one of pi/2, and the same \
+            again for the row.",
+    },
+    Tolerance {
+        what: Allowed::GpuPublishedTableFactor,
+        error: 16.0 * ULP32,
+        derivation: "Relative to the airlight: products and quotients of lengths, on both sides.",
+    },
+    Tolerance {
+        what: Allowed::GpuPublishedTableDepth,
+        error: 8.0 * ULP32,
+        derivation: "Relative to the airlight, per unit of the exponent, which is rounded four times \
+            on either side.",
+    },
+    Tolerance {
+        what: Allowed::GpuLobe,
+        error: 4e-5,
+        derivation: "Relative. WGSL's logarithms may be off by 3 units: of 5.3, 1.4e-6. With the half \
+            of the other one that is 1.5 x 1.4e-6 x 0.094 of the axis of angles, 1.3e-5 of \
+            its intervals, and as much of the axis of exponents; the logarithm of G changes \
+            by up to 2 per interval along one of them and by less along the other.",
+    },
+    Tolerance {
+        what: Allowed::GpuExponential,
+        error: 6.0 * ULP32,
+        derivation: "Relative. 3 + 2 T units in the last place, which are two of 2^-24 each, and the \
+            rounding of the argument.",
+    },
+    Tolerance {
+        what: Allowed::GpuMarchRays,
+        error: 4e-4,
+        derivation: "A texel coordinate of a map of 256 is off by about 4 x 2^-24 x 256 = 6e-5, so \
+            the chance that a sample lies that close to one of four borders is 2.4e-4. A ray \
+            has 16 samples, and at most every tenth is next to a texel of a different \
+            answer.",
+    },
+    Tolerance {
+        what: Allowed::GpuIntervals,
+        error: 1e-3,
+        derivation: "Relative to the unshadowed airlight. An end of an interval is off by about 1e-6 \
+            of its distance from the eye; seen from a light at a thousandth of that, the \
+            nearest of the rays compared, it is an angle of 1e-3, of the pi over which the \
+            airlight is spread evenly.",
+    },
+    Tolerance {
+        what: Allowed::GpuVoxelRays,
+        error: 4e-3,
+        derivation: "A position in a volume of 128 is off by about 1e-6 rad on either backend, of \
+            voxels of 3 rad / 128 at the narrowest seen, so that the texel of a ray differs \
+            for 1e-4 of the rays, and so does the index of a light ray; of the light rays a \
+            ray crosses up to 128, of which at most every fourth is at a silhouette.",
+    },
+    Tolerance {
+        what: Allowed::GpuBakedRays,
+        error: 0.03,
+        derivation: "A ray is off by at most 2^-20 x 256 x 20 of a voxel: 5e-3. Of the up to 60 \
+            voxels next to shadows that a ray meets in a grid of 256 one is missed for \
+            another with a chance of that, and every tenth of those has another answer and \
+            is long enough to be seen.",
+    },
+    Tolerance {
+        what: Allowed::GpuSmoke,
+        error: 5e-5,
+        derivation: "Of the unshadowed airlight. A texel coordinate of a map of 128 is off by about 4 \
+            x 2^-24 x 128 = 3e-5, across which the transmittance of a bilinear map changes \
+            by at most as much. A depth of up to 16 m is off by 4 units of itself, 4e-6 m, \
+            times at most 3 / m of extinction: 1.2e-5. A lookup adds 2e-6.",
+    },
+    Tolerance {
+        what: Allowed::GpuSmokeRays,
+        error: 4e-4,
+        derivation: "A depth that is off by 4e-6 m falls to the other side of a surface for one in \
+            1e5 of the samples where surfaces are a metre apart, and a ray has 16 samples: \
+            2e-4. At the corner of a cube of maps it falls onto another face, whose border \
+            is filtered by itself: as much again.",
+    },
+    Tolerance {
+        what: Allowed::GpuSoupTexel,
+        error: 400.0 * ULP32,
+        derivation: "Relative. Corners are off by 2 units of their distance, which is up to ten times \
+            the depth, on triangles seen at angles down to 3 degrees, 20 times as flat as \
+            face on.",
+    },
+    Tolerance {
+        what: Allowed::GpuSoupEdgeTexels,
+        error: 0.03125,
+        derivation: "Rasterisers snap corners to 1/16 of a texel or finer, which moves an edge by \
+            half of that.",
+    },
+    Tolerance {
+        what: Allowed::GpuAngle,
+        error: 1.6e-6,
+        derivation: "Radians. Twice the 8e-7 that a lattice states for its positions; both compute \
+            the same formulas in f32 and differ where a shader fuses multiplications and by \
+            its quotients and square roots.",
+    },
+    Tolerance {
+        what: Allowed::GpuPosition,
+        error: 3e-5,
+        derivation: "Voxels: two roundings of a position of up to 256, 2 x 2^-24 x 256.",
+    },
+    Tolerance {
+        what: Allowed::GpuSilhouetteTexels,
+        error: 1e-4,
+        derivation: "A light ray is off by 1e-6 m at a distance of 10 m, where the rays of the \
+            lattice are 0.05 m apart: 2e-5 of the rays on either side, along two \
+            coordinates. To be added to the share along alpha, twice `GpuAngle` over the \
+            width of a voxel.",
+    },
+    Tolerance {
+        what: Allowed::GpuOtherTexel,
+        error: 1e-3,
+        derivation: "1.6e-6 rad on either side of the border of a voxel of about 0.01 rad in two \
+            coordinates.",
+    },
+    Tolerance {
+        what: Allowed::GpuQuery,
+        error: 4e-3,
+        derivation: "Positions along phi are off by 1.6e-6 rad of voxels of 0.01 rad and more, which \
+            is 2e-4 of a voxel; where the axis is close (sin alpha >= 0.05) the share \
+            between two planes 20 times that.",
+    },
+    Tolerance {
+        what: Allowed::GpuQueryEnds,
+        error: 1e-3,
+        derivation: "Relative, of at least a metre. An end lies where the ray crosses a border that \
+            is off by 1.6e-6 rad; next to the axis (sin alpha >= 0.05) it moves by that over \
+            the square of the sine, 6.4e-4 of its distance.",
+    },
+    Tolerance {
+        what: Allowed::GpuFilteredShare,
+        error: 3.0 * ULP32,
+        derivation: "Of 1. A count, divided: 2.5 ULP of a quotient below 1.",
+    },
+    Tolerance {
+        what: Allowed::GpuWeightedShare,
+        error: 16.0 * ULP32,
+        derivation: "Of 1. Weights are exact but for two subtractions; products and sums of them, and \
+            the quotient.",
+    },
+    Tolerance {
+        what: Allowed::GpuLitLength,
+        error: 1e-5,
+        derivation: "Relative. Sums of up to a hundred positive terms, 100 units of 2^-24, each a \
+            difference of quotients that are good to 2.5 units in the last place.",
+    },
+    Tolerance {
+        what: Allowed::GpuTurnedNormal,
+        error: 1e-3,
+        derivation: "Of 1. Cross products of three rows of f32 of similar sizes.",
     },
 ];
 

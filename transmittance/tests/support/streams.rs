@@ -2,34 +2,8 @@
 //! is hard.
 
 use proptest::prelude::*;
+pub(crate) use reference::random::Random;
 use transmittance::BlockerSegment;
-
-/// A generator of plain random numbers, so that embedded streams are the same
-/// everywhere.
-#[derive(Debug, Clone)]
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
-    }
-
-    /// From 0 to 1.
-    pub(crate) fn unit(&mut self) -> f32 {
-        // Marsaglia's xorshift.
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 40) as f32 / (1_u64 << 24) as f32
-    }
-
-    pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
-        for last in (1..items.len()).rev() {
-            let other = (self.unit() * (last + 1) as f32) as usize;
-            items.swap(last, other.min(last));
-        }
-    }
-}
 
 /// 141 puffs, 282 ends: three columns of smoke behind each other.
 pub(crate) fn columns_of_smoke(seed: u64) -> Vec<BlockerSegment> {

@@ -7,6 +7,7 @@ use gpu_backend::gpu::{Argument, Gpu, InShader, Queued};
 use gpu_backend::shader::Part;
 use gpu_backend::testing::{self, Shader};
 use gpu_backend::{Backend, Cpu, Download, Host, assert_same_layout};
+use reference::tolerances::Allowed;
 
 use super::build::{self, BLOCK, EXTRUDE, Scan, VOXELISE, extrude_by};
 use super::query::{self, INTERVALS, QUERY};
@@ -203,13 +204,11 @@ fn differing(expected: &IndexMap<Host>, found: &[u32]) -> f64 {
     differ.count() as f64 / found.len() as f64
 }
 
-/// 3.2e-6 rad of a voxel along α, and 1e-4 for the silhouettes of the disc: a
-/// light ray is off by 1e-6 m at a distance of 10 m, where the rays of this
-/// lattice are 0.05 m apart.
+/// The share of the indices that may differ.
 fn allowed(lattice: &Lattice) -> f64 {
     let [low, high] = lattice.ranges().alpha();
     let width = (high - low) / f64::from(lattice.resolution().alpha());
-    3.2e-6 / width + 1e-4
+    2.0 * Allowed::GpuAngle.error() / width + Allowed::GpuSilhouetteTexels.error()
 }
 
 #[test]
@@ -280,23 +279,18 @@ fn rays() -> Vec<[f32; 4]> {
         .collect()
 }
 
-/// Share of the rays that may be answered from other texels: 1.6e-6 rad on either
-/// side of the border of a voxel of about 0.01 rad in two coordinates.
-const OTHER_TEXEL: f32 = 1e-3;
-
-/// What a query may differ by from the same texels: positions along φ are off by
-/// 1.6e-6 rad of voxels of 0.01 rad and more, which is 2e-4 of a voxel; where the
-/// axis is close (sin α ≥ 0.05) the share between two planes 20 times that.
-const ROUNDING: f32 = 4e-3;
+fn error(allowed: Allowed) -> f32 {
+    allowed.error() as f32
+}
 
 fn compare(what: &str, expected: &[f32], found: &[f32], scale: f32) {
     let wrong = expected
         .iter()
         .zip(found)
-        .filter(|(e, f)| !((*e - *f).abs() <= ROUNDING * scale))
+        .filter(|(e, f)| !((*e - *f).abs() <= error(Allowed::GpuQuery) * scale))
         .count();
     assert!(
-        wrong as f32 <= OTHER_TEXEL * expected.len() as f32,
+        wrong as f32 <= error(Allowed::GpuOtherTexel) * expected.len() as f32,
         "{what}: {wrong} of {}",
         expected.len()
     );
@@ -367,15 +361,17 @@ fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sa
         let same = expected_counts[i] == counts[i]
             && (0..capacity.min(counts[i] as usize)).all(|k| {
                 let (e, f) = (&expected[capacity * i + k], &found[capacity * i + k]);
-                let close = |a: f32, b: f32| (a - b).abs() <= 1e-3 * a.abs().max(1.0);
+                let close = |a: f32, b: f32| {
+                    (a - b).abs() <= error(Allowed::GpuQueryEnds) * a.abs().max(1.0)
+                };
                 close(e.start, f.start)
                     && close(e.end, f.end)
-                    && (e.visibility - f.visibility).abs() <= ROUNDING
+                    && (e.visibility - f.visibility).abs() <= error(Allowed::GpuQuery)
             });
         wrong += u32::from(!same);
     }
     assert!(
-        wrong as f32 <= OTHER_TEXEL * count as f32,
+        wrong as f32 <= error(Allowed::GpuOtherTexel) * count as f32,
         "{wrong} of {count}"
     );
 }

@@ -7,26 +7,17 @@ use gpu_backend::{Backend, Buffer, Cpu, Download, Error, testing};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
+use reference::tolerances::Allowed;
 
 use crate::gpu::EvaluatorSlot;
 use crate::{
     EvaluateAirlight, Evaluator, PhaseFunction, Quadrature, Segment, SunTable, Table, stiff,
 };
 
-/// Half a unit of the last digit, relative.
-const EPSILON: f64 = 0.5 * f32::EPSILON as f64;
-
 /// The relative error that rounding may bring into an airlight behind an
 /// optical depth.
-///
-/// A distance from the light is a square root, which WGSL computes as the
-/// inverse (2.5 ULP, 5 ε) of an inverse square root (2 ULP, 4 ε), of a sum of
-/// squares (1 ε): 10 ε. With products and sums on the way to the exponent, on
-/// both sides, 24 ε of the depth. Everything else is a product of at most 10
-/// quotients and roots of such lengths, of which the phase function takes the
-/// third power next to a peak: 200 ε, and sums of up to 100 positive terms.
 fn rounding(depth: f64) -> f64 {
-    (300.0 + 24.0 * depth) * EPSILON
+    Allowed::GpuAirlight.error() + depth * Allowed::GpuAirlightDepth.error()
 }
 
 fn depth(sigma_t: f32, segment: &Segment) -> f64 {
@@ -95,15 +86,6 @@ pub(super) fn batches(number: usize) -> Vec<(f32, Vec<Segment>)> {
     batches
 }
 
-/// Share of the segments that may be looked up in a neighbouring cell, be
-/// integrated instead or by another rule, because a number is within rounding of
-/// the border.
-///
-/// Such a number is off by about 32 ε, and a border is at most every tenth of
-/// its magnitude: 4e-5 each for the place of two lookups along two axes, and for
-/// the three numbers that choose a rule, of up to 20 pieces.
-const BORDER: f64 = 1e-3;
-
 /// Compares over the stiff cases; all must be within `border` of the CPU, and
 /// all but a `share` within rounding.
 fn compare<A>(gpu: &Gpu<Queued>, name: &str, evaluator: &A, border: f64, share: f64)
@@ -167,7 +149,13 @@ fn tables_agree_with_the_cpu_but_for_lookups_on_the_border_of_a_cell() {
     for phase in PHASES {
         let table = Table::new(&phase, 32).unwrap();
         let border = 2.0 * f64::from(table.error_bound());
-        compare(&gpu, &format!("table {phase:?}"), &table, border, BORDER);
+        compare(
+            &gpu,
+            &format!("table {phase:?}"),
+            &table,
+            border,
+            Allowed::GpuAirlightBorder.error(),
+        );
     }
 }
 
@@ -200,7 +188,7 @@ fn quadratures_with_a_tolerance_agree_with_the_cpu_but_for_pieces_between_two_ru
                 &format!("{tolerance} {phase:?}"),
                 &quadrature,
                 border,
-                BORDER,
+                Allowed::GpuAirlightBorder.error(),
             );
         }
     }

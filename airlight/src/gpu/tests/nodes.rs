@@ -3,6 +3,7 @@
 use gpu_backend::gpu::{Argument, INDEX_WGSL, InShader, Kernel, Workgroups};
 use gpu_backend::shader::Assembly;
 use gpu_backend::{Backend, Download, testing};
+use reference::tolerances::Allowed;
 
 use super::agreement::batches;
 use crate::gpu::{EvaluatorSlot, SEGMENT};
@@ -84,11 +85,10 @@ fn nodes_lie_on_the_segment_and_know_the_inverse_square() {
             if !(truth > 1e-28 && truth < 1e38) {
                 continue;
             }
-            // The depth along the ray is formed from rounded lengths: 16 roundings
-            // of the way to where the light has faded.
+            // The way to where the light has faded.
             let reach = f64::from(segment.x + segment.s.abs() + segment.h);
             let depth = f64::from(sigma_t) * reach + 20.0;
-            let allowed = (300.0 + 16.0 * depth) / f64::from(1 << 24);
+            let allowed = Allowed::GpuAirlight.error() + depth * Allowed::GpuNodesDepth.error();
             let error = (f64::from(sum) / truth - 1.0).abs();
             assert!(error <= allowed, "{sigma_t} {segment:?}: {sum} for {truth}");
             compared += 1;

@@ -3,20 +3,19 @@
 use std::f64::consts::TAU;
 
 use gpu_backend::testing;
+use reference::tolerances::Allowed;
 
 use super::agreement::{batches, evaluated};
 use crate::{Evaluator, SunTable};
 
-/// The lookup of F is off by up to 32 roundings of a number of about 1: a few
-/// each for the angle, its polynomial and the position in the table, whose
-/// last digit counts as one of π/2, and the same again for the row. The factor
-/// of the difference multiplies that. The exponent of the factor is rounded
-/// four times on either side.
+/// The error of two lookups, times the factor of their difference, and that of
+/// the factor.
 fn allowed(sigma_t: f32, x: f32, s: f32, h: f32, airlight: f32) -> f64 {
     let exponent = f64::from(sigma_t) * (f64::from(s) - f64::from(x));
     let factor = exponent.min(88.03).exp() / (TAU * f64::from(h));
-    let relative = 16.0 + 8.0 * exponent.abs();
-    (2.0 * 32.0 * factor + relative * f64::from(airlight)) / f64::from(1 << 24)
+    let relative = Allowed::GpuPublishedTableFactor.error()
+        + exponent.abs() * Allowed::GpuPublishedTableDepth.error();
+    Allowed::GpuPublishedTable.error() * factor + relative * f64::from(airlight)
 }
 
 #[test]

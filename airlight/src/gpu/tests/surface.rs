@@ -3,6 +3,7 @@
 use gpu_backend::gpu::{Argument, INDEX_WGSL, Kernel, Workgroups};
 use gpu_backend::testing::Shader;
 use gpu_backend::{Backend, Download, testing};
+use reference::tolerances::Allowed;
 
 use crate::gpu::SURFACE;
 use crate::surface::{GlossTable, LobeTable};
@@ -95,13 +96,8 @@ fn lobes_are_those_of_the_cpu() {
                 assert!(answer < 2.0 * f32::MIN_POSITIVE, "{question:?}");
                 continue;
             }
-            // WGSL's logarithms may be off by 3 units: of 5.3, 1.4e-6. With the
-            // half of the other one that is 1.5 × 1.4e-6 × 0.094 of the axis of
-            // angles, 1.3e-5 of its intervals, and as much of the axis of
-            // exponents; the logarithm of G changes by up to 2 per interval
-            // along one of them and by less along the other. Then the
-            // exponential, 3 + 2T units, and the rounding of its argument.
-            let allowed = 4e-5 + f64::from(3.0 + 3.0 * t) * f64::from(f32::EPSILON);
+            let exponential = Allowed::GpuExponential.error() * f64::from(1.0 + t);
+            let allowed = Allowed::GpuLobe.error() + exponential;
             let error = (f64::from(answer) / f64::from(expected) - 1.0).abs();
             assert!(
                 error <= allowed,

@@ -1,16 +1,12 @@
 //! Damaged files for the tests of the readers.
 
+use reference::random::Random;
+
 /// Calls `read` with 2,000 copies of `file`, each with up to four bytes
 /// replaced at places and by values that are the same in every run.
 pub(super) fn survives(file: &[u8], mut read: impl FnMut(&[u8])) {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut next = |below: usize| {
-        // Steele et al.'s SplitMix64.
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) % below as u64) as usize
-    };
+    let mut random = Random::new(1);
+    let mut next = |below: usize| random.below(below as u32) as usize;
     // Digits and the ends of integer ranges reach further than random bytes.
     const TELLING: &[u8] = b"\x00\x01\x7f\x80\xff09-.e{}[],\" \n";
     for _ in 0..2000 {

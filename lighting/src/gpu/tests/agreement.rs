@@ -2,6 +2,7 @@
 
 use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, Cpu, Download, Error, testing};
+use reference::tolerances::Allowed;
 
 use super::scenes::{casters, lights, media, rays};
 use crate::airlight::{EquiAngular, Midpoint};
@@ -74,24 +75,18 @@ pub(super) fn without_borders(light: &Emitter) -> Emitter {
 }
 
 /// The relative error that is allowed for a ray.
-///
-/// With ε = 2^-24. Terms that do not depend on the ray: rounding in the
-/// evaluation, 3 + 2τ ULP of the exponential (τ ≤ 10 where the value matters),
-/// and the error 2ε of cos θ, which the peak of a Henyey–Greenstein function
-/// multiplies by 3g/(1−g)², 60 at g = 0.8: 256 ε in all. The distance h between
-/// ray and light is a cross product of vectors of the length D with an error of
-/// about 4 ε D on the GPU, where the CPU has f64; the radiance is inversely
-/// proportional to it and the phase function and emission turn with it, up to
-/// a few times as fast: 16 ε D/h.
 pub(super) fn allowed(ray: &Ray, light: &Emitter) -> f32 {
-    let epsilon = 0.5_f32.powi(24);
     let Emitter::Point(point) = light else {
-        return 256.0 * epsilon;
+        return error(Allowed::GpuRadiance);
     };
     let to_light = (point.position() - ray.origin()).as_dvec3();
     let h = to_light.cross(ray.direction().as_dvec3()).length();
     let ratio = (to_light.length() / h).min(1e4) as f32;
-    epsilon * (256.0 + 16.0 * ratio)
+    error(Allowed::GpuRadiance) + ratio * error(Allowed::GpuRadianceNearTheAxis)
+}
+
+pub(super) fn error(allowed: Allowed) -> f32 {
+    allowed.error() as f32
 }
 
 fn compare<V, A>(gpu: &Gpu<Queued>, name: &str, pair: (&V, &A), closest: f32)
@@ -137,15 +132,6 @@ fn the_gpu_agrees_with_the_cpu_for_all_lights_media_and_pairs() {
     compare(&gpu, "midpoint", (&Unshadowed, &Midpoint), 1e-4);
 }
 
-/// Share of the rays that may differ because a sample within rounding of the
-/// border of a texel fell to its other side.
-///
-/// A texel coordinate of a map of 256 is off by about 4 ε × 256 = 6e-5, so the
-/// chance that a sample lies that close to one of four borders is 2.4e-4. A
-/// ray has 16 samples, and at most every tenth is next to a texel of a different
-/// answer.
-const OTHER_TEXEL: f32 = 4e-4;
-
 #[test]
 fn marches_through_the_same_map_agree_but_for_samples_on_the_border_of_a_texel() {
     let Some(gpu) = testing::gpu() else { return };
@@ -190,19 +176,11 @@ fn marches_through_the_same_map_agree_but_for_samples_on_the_border_of_a_texel()
     }
     let share = different as f32 / all as f32;
     println!("{different} of {all} rays differ");
-    assert!(share <= OTHER_TEXEL, "{different} of {all} rays differ");
+    assert!(
+        share <= error(Allowed::GpuMarchRays),
+        "{different} of {all} rays differ"
+    );
 }
-
-/// Share of the rays that may differ because a voxel or a texel that is within
-/// rounding of another fell to its side.
-///
-/// A position in a volume of 128 is off by about 1e-6 rad on either backend, of
-/// voxels of 3 rad / 128 at the narrowest seen here, so that the texel of a ray
-/// differs for 1e-4 of the rays, and so does the index of a light ray; of the
-/// light rays a ray crosses up to 128, of which at most every fourth is at a
-/// silhouette.
-#[cfg(feature = "voxel-shadow")]
-const OTHER_VOXEL: f32 = 4e-3;
 
 #[cfg(feature = "voxel-shadow")]
 #[test]
@@ -251,8 +229,7 @@ fn voxels_of_the_same_map_agree_but_for_those_on_the_border_of_another() {
                     let agrees = (0..3).all(|c| {
                         let (e, g) = (expected[i][c], actual[i][c]);
                         let scale = scale[i][c].max(e).max(f32::MIN_POSITIVE);
-                        // Ends of intervals are positions.
-                        (e - g).abs() <= 1e-3 * scale
+                        (e - g).abs() <= error(Allowed::GpuIntervals) * scale
                     });
                     all += 1;
                     different += u32::from(!agrees);
@@ -266,7 +243,10 @@ fn voxels_of_the_same_map_agree_but_for_those_on_the_border_of_another() {
     assert!(50 * shadowed > all, "{shadowed} of {all} are in shadow");
     let share = different as f32 / all as f32;
     println!("{different} of {all} rays differ");
-    assert!(share <= OTHER_VOXEL, "{different} of {all} rays differ");
+    assert!(
+        share <= error(Allowed::GpuVoxelRays),
+        "{different} of {all} rays differ"
+    );
 }
 
 #[cfg(feature = "voxel-shadow")]
@@ -325,16 +305,6 @@ fn volumes_that_need_no_voxels_are_all_lit_or_all_dark_on_the_gpu_too() {
     }
 }
 
-/// Share of the rays that may differ because a ray that all but lies in a
-/// plane between voxels is on its other side.
-///
-/// A ray of this list is off by at most δ = 2⁻²⁰ · 256 · S of a voxel, with S
-/// up to 20: 5e-3. Of the up to 60 voxels next to shadows that a ray meets in
-/// a grid of 256 one is missed for another with a chance of that, and every
-/// tenth of those has another answer and is long enough to be seen.
-#[cfg(feature = "shadow-dag")]
-const OTHER_CELL: f32 = 0.03;
-
 #[cfg(feature = "shadow-dag")]
 #[test]
 fn baked_shadows_agree_but_for_rays_on_the_border_of_voxels() {
@@ -364,8 +334,8 @@ fn baked_shadows_agree_but_for_rays_on_the_border_of_voxels() {
             for i in 0..rays.len() {
                 let agrees = (0..3).all(|c| {
                     let (e, g) = (expected[i][c], actual[i][c]);
-                    // Ends of intervals are positions.
-                    (e - g).abs() <= 1e-3 * scale[i][c].max(e).max(f32::MIN_POSITIVE)
+                    let scale = scale[i][c].max(e).max(f32::MIN_POSITIVE);
+                    (e - g).abs() <= error(Allowed::GpuIntervals) * scale
                 });
                 all += 1;
                 different += u32::from(!agrees);
@@ -375,7 +345,7 @@ fn baked_shadows_agree_but_for_rays_on_the_border_of_voxels() {
         let grids = baked.grids().len();
         println!("{light_name}, {grids} grids: {different} of {all} differ, {shadowed} in shadow");
         assert!(
-            different as f32 <= OTHER_CELL * all as f32,
+            different as f32 <= error(Allowed::GpuBakedRays) * all as f32,
             "{light_name}: {different} of {all}"
         );
         assert!(

@@ -2,6 +2,7 @@
 
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{Backend, Buffer, Cpu, Download, Memory, testing};
+use reference::tolerances::Allowed;
 
 use super::scenes::{casters, lights, media, rays};
 use crate::airlight::EquiAngular;
@@ -10,14 +11,8 @@ use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, ShadowMapError};
 use crate::visibility::{March, Spacing};
 use crate::{Emitter, Gather, LitRays, Ray};
 
-/// Relative error of a depth: the corners are off by 2 ε of their distance of up
-/// to ten times the depth, seen at angles down to 3° here, 20 times as flat as
-/// face on: 400 ε.
-const DEPTH_ERROR: f32 = 400.0 / 16_777_216.0;
-
 /// How many texels of a map may hold another triangle than on the CPU, out of
-/// its pairs of neighbours of different depth: rasterisers snap corners to a
-/// 1/16 of a texel or finer, which moves an edge by half of that.
+/// its pairs of neighbours of different depth.
 fn on_an_edge(depth: &[f32], resolution: u32) -> usize {
     let side = resolution as usize;
     let differ = |a: f32, b: f32| (a - b).abs() > 0.01 * a;
@@ -29,7 +24,7 @@ fn on_an_edge(depth: &[f32], resolution: u32) -> usize {
         })
         .sum::<usize>();
     // Triangles smaller than a texel have edges that no pair shows.
-    1 + edges / 32
+    1 + (Allowed::GpuSoupEdgeTexels.error() * edges as f64) as usize
 }
 
 #[test]
@@ -53,7 +48,7 @@ fn shadow_maps_of_both_backends_agree_but_for_texels_on_an_edge() {
             let expected = expected.depth();
             let actual = gpu.download(actual.depth()).unwrap();
             let others = (expected.iter().zip(&actual))
-                .filter(|(e, g)| !((*e - *g).abs() <= DEPTH_ERROR * **e))
+                .filter(|(e, g)| !((*e - *g).abs() <= Allowed::GpuSoupTexel.error() as f32 * **e))
                 .count();
             let allowed = on_an_edge(expected, resolution);
             assert!(

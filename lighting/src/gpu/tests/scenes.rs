@@ -1,24 +1,10 @@
 //! Lights, media, rays and casters of every kind.
 
 use glam::{Quat, Vec3};
+use reference::random::Random;
 
 use crate::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene, Texture};
 use crate::{Emitter, Ray};
-
-/// Numbers in [0, 1) that are the same on every run.
-struct Sequence(u32);
-
-impl Sequence {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        let word = ((self.0 >> ((self.0 >> 28) + 4)) ^ self.0).wrapping_mul(277_803_737);
-        ((word >> 22) ^ word) as f32 / 4_294_967_296.0
-    }
-
-    fn vector(&mut self) -> Vec3 {
-        2.0 * Vec3::new(self.next(), self.next(), self.next()) - 1.0
-    }
-}
 
 const LIGHT: Vec3 = Vec3::new(1.0, 2.0, -4.0);
 
@@ -110,24 +96,28 @@ pub(super) fn media() -> Vec<(&'static str, Medium)> {
     ]
 }
 
+fn vector(random: &mut Random) -> Vec3 {
+    random.vector(1.0).into()
+}
+
 /// A third passes the light at `closest` to 1 of its distance.
 pub(super) fn rays(count: usize, closest: f32) -> Vec<Ray> {
-    let mut sequence = Sequence(7);
+    let mut random = Random::new(7);
     (0..count)
         .map(|i| {
-            let origin = 5.0 * sequence.vector();
+            let origin = 5.0 * vector(&mut random);
             let direction = match i % 3 {
                 0 => {
                     let to_light = LIGHT - origin;
-                    let aside = to_light.cross(sequence.vector()).normalize_or(Vec3::X);
-                    to_light + to_light.length() * closest.powf(sequence.next()) * aside
+                    let aside = to_light.cross(vector(&mut random)).normalize_or(Vec3::X);
+                    to_light + to_light.length() * closest.powf(random.unit()) * aside
                 }
-                _ => sequence.vector(),
+                _ => vector(&mut random),
             };
             let length = match i % 5 {
                 0 => f32::INFINITY,
                 1 => 0.0,
-                _ => 30.0 * sequence.next(),
+                _ => 30.0 * random.unit(),
             };
             Ray::new(origin, direction, length).unwrap()
         })
@@ -136,14 +126,14 @@ pub(super) fn rays(count: usize, closest: f32) -> Vec<Ray> {
 
 /// Two hundred triangles in the space around the light.
 pub(super) fn casters() -> Geometry {
-    let mut sequence = Sequence(99);
+    let mut random = Random::new(99);
     let positions: Vec<Vec3> = (0..200)
         .flat_map(|_| {
-            let corner = 6.0 * sequence.vector();
+            let corner = 6.0 * vector(&mut random);
             [
                 corner,
-                corner + sequence.vector(),
-                corner + sequence.vector(),
+                corner + vector(&mut random),
+                corner + vector(&mut random),
             ]
         })
         .collect();

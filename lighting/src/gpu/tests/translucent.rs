@@ -2,31 +2,15 @@
 
 use glam::Vec3;
 use gpu_backend::{Cpu, testing};
+use reference::tolerances::Allowed;
 use transmittance::Stream;
 
-use super::agreement::{allowed, gathered, without_borders};
+use super::agreement::{allowed, error, gathered, without_borders};
 use super::scenes::{casters, lights, media, rays};
 use crate::airlight::{EquiAngular, Midpoint};
 use crate::scene::{Geometry, Particle, Particles, Profile, StrandPoint, Strands, Translucent};
 use crate::translucent::{Casters, TransmittanceMap};
 use crate::visibility::{March, Spacing, Unshadowed};
-
-/// What the transmittance of a sample may differ by in smoke.
-///
-/// With ε = 2^-24. A texel coordinate of a map of 128 is off by about 4 ε × 128 =
-/// 3e-5, across which the transmittance of a bilinear map changes by at most as
-/// much. A depth of up to 16 m is off by 4 ε of itself, 4e-6 m, times at most
-/// 3 / m of extinction here: 1.2e-5. A lookup adds 2e-6.
-const SMOKE: f32 = 5e-5;
-
-/// Share of the rays that may differ by more because a sample is within rounding
-/// of a step of transmittance.
-///
-/// A depth that is off by 4e-6 m falls to the other side of a surface for one in
-/// 1e5 of the samples where surfaces are a metre apart, and a ray has 16 samples:
-/// 2e-4. At the corner of a cube of maps it falls onto another face, whose border
-/// is filtered by itself: as much again.
-const STEPS: f32 = 4e-4;
 
 fn puffs() -> Translucent {
     let puff = |i: u32| {
@@ -61,7 +45,7 @@ fn hair() -> Translucent {
     Strands::new(points, ends).unwrap().into()
 }
 
-fn compare(translucent: &[Translucent], geometry: Option<&Geometry>, share_of_rays: f32) {
+fn compare(translucent: &[Translucent], geometry: Option<&Geometry>) {
     let Some(gpu) = testing::gpu() else { return };
     let cpu = Cpu::new();
     let casters = Casters::new(translucent, geometry);
@@ -87,7 +71,7 @@ fn compare(translucent: &[Translucent], geometry: Option<&Geometry>, share_of_ra
                         let (e, g) = (expected[i][c], actual[i][c]);
                         // A march by midpoints may give more than there is.
                         let scale = scale[i][c].max(clear[i][c]).max(e).max(f32::MIN_POSITIVE);
-                        (e - g).abs() <= scale * (SMOKE + allowed(ray, &light))
+                        (e - g).abs() <= scale * (error(Allowed::GpuSmoke) + allowed(ray, &light))
                     });
                     all += 1;
                     different += u32::from(!agrees);
@@ -97,19 +81,19 @@ fn compare(translucent: &[Translucent], geometry: Option<&Geometry>, share_of_ra
     }
     println!("{different} of {all} rays differ");
     assert!(
-        different as f32 <= share_of_rays * all as f32,
+        different as f32 <= error(Allowed::GpuSmokeRays) * all as f32,
         "{different} of {all}"
     );
 }
 
 #[test]
 fn marches_through_the_same_smoke_agree() {
-    compare(&[puffs()], None, STEPS);
+    compare(&[puffs()], None);
 }
 
 #[test]
 fn marches_through_hair_and_triangles_agree_but_for_samples_on_a_step() {
-    compare(&[puffs(), hair()], Some(&casters()), STEPS);
+    compare(&[puffs(), hair()], Some(&casters()));
     // Where nothing is in the way, what differs is midpoints next to a light.
-    compare(&[], None, STEPS);
+    compare(&[], None);
 }

@@ -311,6 +311,8 @@ impl Plane {
 
 #[cfg(test)]
 mod tests {
+    use reference::random::Random;
+
     use super::*;
     use crate::Ray;
     use crate::scene::{Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
@@ -418,11 +420,8 @@ mod tests {
 
     #[test]
     fn lit_points_are_those_with_a_free_line_to_the_light() {
-        let mut state = 7_u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0 - 0.5
-        };
+        let mut random = Random::new(7);
+        let mut next = || random.unit() - 0.5;
         let mut vector = |scale: f32| Vec3::new(next(), next(), next()) * scale;
         let mut positions = Vec::new();
         for _ in 0..40 {

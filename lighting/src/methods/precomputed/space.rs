@@ -121,16 +121,15 @@ fn closest(point: DVec3, geometry: &Geometry) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use reference::random::Random;
+
     use super::*;
     use crate::scene::{Mesh, Scene};
 
     #[test]
     fn the_closest_triangle_is_as_far_as_the_closest_of_many_of_its_points() {
-        let mut state = 1_u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0 - 0.5
-        };
+        let mut random = Random::new(1);
+        let mut next = || random.unit() - 0.5;
         for _ in 0..200 {
             let corners = [0; 3].map(|_| Vec3::new(next(), next(), next()) * 4.0);
             let scene = Scene::from(Mesh {

@@ -3,6 +3,7 @@
 use glam::{IVec3, UVec2};
 use gpu_backend::{Backend, BufferOf, Cpu, Download, Element, testing};
 use proptest::prelude::*;
+use reference::tolerances::Allowed;
 
 use crate::tests::Hills;
 use crate::tests::maps::{self, Map};
@@ -97,15 +98,14 @@ fn agrees<G: Query + Download>(gpu: &G, dag: &ShadowDag, questions: &Questions) 
                 "{form:?}: {}",
                 difference(&expected, &answers)
             );
-            // As derived in the documentation of the module.
-            let close = |expected: &[f32], found: &[f32], units: f32| {
+            let close = |expected: &[f32], found: &[f32], allowed: Allowed| {
                 for (e, f) in expected.iter().zip(found) {
-                    assert!((e - f).abs() <= units * 0.5 * f32::EPSILON, "{e} {f}");
+                    assert!(f64::from((e - f).abs()) <= allowed.error(), "{e} {f}");
                 }
             };
             for ([hard, soft], [hard_there, soft_there]) in expected_shares.iter().zip(&shares) {
-                close(hard, hard_there, 3.0);
-                close(soft, soft_there, 16.0);
+                close(hard, hard_there, Allowed::GpuFilteredShare);
+                close(soft, soft_there, Allowed::GpuWeightedShare);
             }
         }
     }
@@ -210,7 +210,7 @@ fn questions(side: i32) -> impl Strategy<Value = Questions> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(reference::property::cases(24))]
 
     #[test]
     fn answers_of_any_kind_are_those_of_the_cpu(

@@ -48,7 +48,7 @@ fn whole(mesh: &Mesh) -> TileRect {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(reference::property::cases(40))]
 
     #[test]
     fn surfaces_are_peeled_off_as_on_the_cpu(

@@ -3,6 +3,7 @@
 use glam::{DVec3, IVec3, Vec3};
 use gpu_backend::{Backend, Cpu, Download, testing};
 use proptest::prelude::*;
+use reference::tolerances::Allowed;
 
 use crate::tests::{light_spaces, maps, ray};
 use crate::{Builder, Error, Form, LightSpace, Query, Ray, RayRecord, ShadowDag, Slices};
@@ -74,7 +75,7 @@ fn check(dag: &ShadowDag, rays: &[Ray]) -> Result<(), Error> {
             assert!(found.as_flattened().is_sorted(), "{found:?}");
             let sum: f32 = found.iter().map(|[start, end]| end - start).sum();
             assert!(
-                (sum - lengths[i]).abs() <= 1e-5 * sum,
+                (sum - lengths[i]).abs() <= Allowed::GpuLitLength.error() as f32 * sum,
                 "{sum} {}",
                 lengths[i]
             );
@@ -104,7 +105,7 @@ fn check(dag: &ShadowDag, rays: &[Ray]) -> Result<(), Error> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(reference::property::cases(24))]
 
     #[test]
     fn points_of_rays_are_answered_from_no_further_than_stated(
@@ -152,9 +153,8 @@ fn rays_that_are_none_have_no_lit_parts_and_others_in_voxels_the_known_ones() {
     assert_eq!(lengths(&Cpu::new(), &dag, &records), expected);
     if let Some(gpu) = testing::gpu() {
         for (found, expected) in lengths(&gpu, &dag, &records).into_iter().zip(expected) {
-            // Quotients are good to 2.5 units in the last place.
             assert!(
-                (found - expected).abs() <= 1e-5 * expected,
+                (found - expected).abs() <= Allowed::GpuLitLength.error() as f32 * expected,
                 "{found} {expected}"
             );
         }

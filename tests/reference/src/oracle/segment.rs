@@ -31,6 +31,13 @@ pub struct Part {
     pub length: f32,
 }
 
+impl Part {
+    /// True if the light lies on the part, whose airlight is infinite then.
+    pub fn holds_the_light(&self) -> bool {
+        self.h == 0.0 && self.s <= 0.0 && self.s + self.length >= 0.0
+    }
+}
+
 #[cfg(feature = "scene")]
 impl From<airlight::Segment> for Part {
     fn from(segment: airlight::Segment) -> Self {

@@ -1,6 +1,7 @@
 //! The light rays that curves are made of, and the truth along them.
 
 use lighting::translucent::FaceBlockers;
+use reference::curves::{Blocker, transmittances};
 use transmittance::{BlockerSegment, Source, Tile};
 
 /// Texels per side of the map whose rays are looked at.
@@ -162,33 +163,14 @@ impl Ray {
         ]
     }
 
-    /// Beer–Lambert at depths in rising order, blocker by blocker in f64.
+    /// The exact transmittance at depths in rising order.
     pub(crate) fn truths(&self, depths: &[f32]) -> Vec<f64> {
-        let mut coming: Vec<&BlockerSegment> = self.segments.iter().collect();
-        coming.sort_by(|a, b| b.entry().total_cmp(&a.entry()));
-        let mut inside: Vec<&BlockerSegment> = Vec::new();
-        let mut passed = 0.0;
-        let mut truths = Vec::with_capacity(depths.len());
-        for &depth in depths {
-            while let Some(segment) = coming.pop_if(|segment| segment.entry() < depth) {
-                inside.push(segment);
-            }
-            inside.retain(|segment| {
-                let behind = segment.exit() <= depth;
-                if behind {
-                    passed += f64::from(segment.optical_depth()[0]);
-                }
-                !behind
-            });
-            let part = |segment: &&BlockerSegment| {
-                let (entry, exit) = (f64::from(segment.entry()), f64::from(segment.exit()));
-                let share = (f64::from(depth) - entry) / (exit - entry);
-                f64::from(segment.optical_depth()[0]) * share
-            };
-            let tau: f64 = passed + inside.iter().map(part).sum::<f64>();
-            truths.push((-tau).exp());
-        }
-        truths
+        let blockers = self.segments.iter().map(|segment| Blocker {
+            entry: segment.entry(),
+            exit: segment.exit(),
+            optical_depth: segment.optical_depth()[0],
+        });
+        transmittances(blockers, depths)
     }
 }
 

@@ -1,15 +1,12 @@
 //! The best curve that a subset of the exact curve's nodes can make.
 //!
-//! Shares nothing with the crate: its own exact curve, plain numerical
-//! integration, f64, all nodes.
+//! Its own exact curve, plain numerical integration, f64, all nodes.
 
-use transmittance::BlockerSegment;
-
-use super::truth;
+use super::{Blocker, ends, transmittance};
 
 /// What is least.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Least {
+pub enum Least {
     /// Area between the curves.
     Area,
     /// Largest distance.
@@ -25,15 +22,10 @@ struct Node {
 }
 
 /// All of them, from front to back; steps are two at a depth.
-fn nodes(segments: &[BlockerSegment]) -> Vec<Node> {
-    let mut ends: Vec<f32> = segments
-        .iter()
-        .flat_map(|segment| [segment.entry(), segment.exit()])
-        .collect();
-    ends.sort_by(f32::total_cmp);
-    ends.dedup();
+fn nodes(blockers: &[Blocker]) -> Vec<Node> {
+    let exact = |depth: f32| transmittance(blockers.iter().copied(), depth);
     let mut nodes = Vec::new();
-    for end in ends {
+    for end in ends(blockers.iter().copied()) {
         let mut push = |transmittance: f64| {
             nodes.push(Node {
                 depth: f64::from(end),
@@ -42,9 +34,9 @@ fn nodes(segments: &[BlockerSegment]) -> Vec<Node> {
                 optical_depth: -transmittance.max(f64::MIN_POSITIVE).ln(),
             });
         };
-        push(truth(segments, end, 0));
-        if segments.iter().any(|s| s.entry() == end && s.exit() == end) {
-            push(truth(segments, end.next_up(), 0));
+        push(exact(end));
+        if blockers.iter().any(|b| b.entry == end && b.exit == end) {
+            push(exact(end.next_up()));
         }
     }
     nodes
@@ -61,13 +53,8 @@ fn between(exponential: bool, a: Node, b: Node, share: f64) -> f64 {
 
 /// Mean or largest error of the best `n` of the exact curve's nodes, first and
 /// last among them, with linear or exponential lookup.
-pub(crate) fn least_error(
-    segments: &[BlockerSegment],
-    n: usize,
-    least: Least,
-    exponential: bool,
-) -> f64 {
-    let nodes = nodes(segments);
+pub fn least_error(blockers: &[Blocker], n: usize, least: Least, exponential: bool) -> f64 {
+    let nodes = nodes(blockers);
     let count = nodes.len();
     // Exact samples between each node and the next.
     const SAMPLES: [f64; 4] = [0.001, 1.0 / 3.0, 2.0 / 3.0, 0.999];
