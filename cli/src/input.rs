@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use lighting::Emitter;
-use lighting::scene::load::{Loaded, scene_from_path};
+use lighting::scene::load::{LoadOptions, Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{Bounds, Camera, Geometry, Medium, PhaseFunction, Scene};
@@ -121,7 +121,7 @@ fn read(name: &str, seed: u64) -> Result<Loaded, Failure> {
     if let Some(embedded) = Embedded::from_name(name) {
         return Ok(Loaded {
             scene: embedded.build(seed),
-            notes: Vec::new(),
+            ..Loaded::default()
         });
     }
     let path = Path::new(name);
@@ -132,7 +132,7 @@ fn read(name: &str, seed: u64) -> Result<Loaded, Failure> {
             names.join(", ")
         )));
     }
-    let mut loaded = scene_from_path(path).map_err(|error| Failure::from(error).about(name))?;
+    let mut loaded = scene_from_path(path, &LoadOptions::default()).map_err(|error| Failure::from(error).about(name))?;
     if let Some(stem) = path.file_name() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
     }

@@ -16,7 +16,7 @@ use std::path::Path;
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::scene::load::scene_from_path;
+use lighting::scene::load::{LoadOptions, scene_from_path};
 use lighting::scene::{StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
 use support::errors;
@@ -33,7 +33,7 @@ fn casters(name: &str) -> Option<Vec<Translucent>> {
         eprintln!("skipped: there is no {}", path.display());
         return None;
     }
-    Some(scene_from_path(&path).unwrap().scene.translucent)
+    Some(scene_from_path(&path, &LoadOptions::default()).unwrap().scene.translucent)
 }
 
 /// Up to `count` of a light's rays with 24 to 400 blockers, in the order in

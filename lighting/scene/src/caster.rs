@@ -277,10 +277,13 @@ mod tests {
     fn half(wrap: Wrap, filter: Filter) -> Texture {
         let colours = vec![Vec3::new(1.0, 0.5, 0.0); 2];
         let texture = Texture::new(2, 1, colours).unwrap();
-        texture.with_alpha(vec![1.0, 0.0]).unwrap().with_sampler(Sampler {
-            wrap: [wrap; 2],
-            filter,
-        })
+        texture
+            .with_alpha(vec![1.0, 0.0])
+            .unwrap()
+            .with_sampler(Sampler {
+                wrap: [wrap; 2],
+                filter,
+            })
     }
 
     fn geometry(scene: &Scene) -> Geometry {
@@ -298,7 +301,10 @@ mod tests {
         assert!(geometry.all_solid());
         for triangle in 0..2 {
             assert_eq!(geometry.caster(triangle), Caster::Solid);
-            assert_eq!(geometry.caster(triangle).transmittance(0.2, 0.2), Vec3::ZERO);
+            assert_eq!(
+                geometry.caster(triangle).transmittance(0.2, 0.2),
+                Vec3::ZERO
+            );
         }
     }
 
@@ -348,7 +354,10 @@ mod tests {
         assert!((coating.transmittance(0.25, 0.25) - 0.8125).length() < 1e-6);
         assert_eq!(coating.constant(), None);
         assert_eq!(coating.texture_coordinates(), [Vec2::Y, Vec2::ONE, Vec2::X]);
-        assert_eq!((coating.base_opacity(), coating.mode()), (0.5, AlphaMode::Blend));
+        assert_eq!(
+            (coating.base_opacity(), coating.mode()),
+            (0.5, AlphaMode::Blend)
+        );
     }
 
     #[test]
@@ -366,7 +375,10 @@ mod tests {
         assert!((coating.constant().unwrap() - expected).length() < 1e-6);
         assert!((coating.mean() - expected).length() < 1e-6);
         let appearance = geometry.appearance(&scene, 1, 0.2, 0.3);
-        assert!((appearance.albedo - expected).length() < 1e-6, "the other half");
+        assert!(
+            (appearance.albedo - expected).length() < 1e-6,
+            "the other half"
+        );
     }
 
     #[test]
@@ -383,7 +395,10 @@ mod tests {
         assert!(matches!(caster, Caster::SeeThrough(_)));
         assert_eq!(caster.transmittance(0.4, 0.4), Vec3::ONE);
         let glass = caster.transmittance(0.1, 0.1);
-        assert!((glass - Vec3::new(0.2, 0.5, 0.0)).length() < 1e-6, "{glass}");
+        assert!(
+            (glass - Vec3::new(0.2, 0.5, 0.0)).length() < 1e-6,
+            "{glass}"
+        );
     }
 
     #[test]

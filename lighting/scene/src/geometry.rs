@@ -523,10 +523,7 @@ mod tests {
         scene.materials[0].double_sided = true;
         let appearance = geometry.appearance(&scene, 0, 0.5, 0.25);
         assert_eq!(appearance.emitted_behind, Vec3::splat(2.0));
-        for (color, cause) in [
-            (Vec4::splat(-1.0), "vertex 1"),
-            (Vec4::NAN, "not negative"),
-        ] {
+        for (color, cause) in [(Vec4::splat(-1.0), "vertex 1"), (Vec4::NAN, "not negative")] {
             scene.meshes[0].colors[1] = color;
             let error = Geometry::new(&scene).unwrap_err().to_string();
             assert!(error.contains(cause), "{error}");
@@ -543,11 +540,25 @@ mod tests {
             ..Material::default()
         };
         for (material, cause) in [
-            (Material { opacity: 1.5, ..plain.clone() }, "opacity"),
-            (Material { transmission: f32::NAN, ..plain.clone() }, "\"glass\": transmission"),
             (
                 Material {
-                    alpha: AlphaMode::Mask { cutoff: f32::INFINITY },
+                    opacity: 1.5,
+                    ..plain.clone()
+                },
+                "opacity",
+            ),
+            (
+                Material {
+                    transmission: f32::NAN,
+                    ..plain.clone()
+                },
+                "\"glass\": transmission",
+            ),
+            (
+                Material {
+                    alpha: AlphaMode::Mask {
+                        cutoff: f32::INFINITY,
+                    },
                     ..plain
                 },
                 "cutoff",

@@ -431,7 +431,8 @@ mod tests {
     }
 
     #[test]
-    fn a_penumbra_is_off_by_one_of_sixteen_points_at_parallel_edges_and_by_less_than_three_at_others() {
+    fn a_penumbra_is_off_by_one_of_sixteen_points_at_parallel_edges_and_by_less_than_three_at_others()
+     {
         // The share of a square on one side of a line, over all lines, is the
         // light in a penumbra. A grid of 4 x 4 is off by two of its points at
         // lines parallel to a side.
@@ -490,7 +491,12 @@ mod tests {
             shape: AreaShape::Disk,
             ..panel(None)
         });
-        let total: Vec3 = disk.emitters(9).unwrap().iter().map(Emitter::intensity).sum();
+        let total: Vec3 = disk
+            .emitters(9)
+            .unwrap()
+            .iter()
+            .map(Emitter::intensity)
+            .sum();
         let expected = std::f32::consts::PI * Vec3::new(3.0, 2.0, 1.0);
         assert!((total - expected).length() < 1e-4, "{total}");
         let texture = Texture::new(1, 1, vec![Vec3::new(0.5, 0.0, 2.0)]).unwrap();
@@ -498,7 +504,12 @@ mod tests {
             shape: AreaShape::Disk,
             ..panel(Some(texture))
         });
-        let total: Vec3 = disk.emitters(9).unwrap().iter().map(Emitter::intensity).sum();
+        let total: Vec3 = disk
+            .emitters(9)
+            .unwrap()
+            .iter()
+            .map(Emitter::intensity)
+            .sum();
         let expected = expected * Vec3::new(0.5, 0.0, 2.0);
         assert!((total - expected).length() < 1e-4, "{total}");
     }

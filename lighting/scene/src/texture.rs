@@ -110,7 +110,10 @@ impl Texture {
         }
         if let Some(value) = alpha.iter().find(|a| !(0.0..=1.0).contains(*a)) {
             return Err(SceneError::bad_value(
-                "texture", "an opacity", value, "0 to 1",
+                "texture",
+                "an opacity",
+                value,
+                "0 to 1",
             ));
         }
         Ok(Self {

@@ -129,7 +129,10 @@ impl Layout {
                 };
                 let indices = indices.ok_or_else(damaged)?;
                 match stride {
-                    2 => indices.iter().flat_map(|i| (*i as u16).to_le_bytes()).collect(),
+                    2 => indices
+                        .iter()
+                        .flat_map(|i| (*i as u16).to_le_bytes())
+                        .collect(),
                     _ => indices.iter().flat_map(|i| i.to_le_bytes()).collect(),
                 }
             }
