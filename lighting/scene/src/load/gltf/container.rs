@@ -125,7 +125,7 @@ pub(super) fn parse(json: &[u8]) -> Result<Document, LoadError> {
     check_version(&value)?;
     normalise(&mut value);
     let root =
-        gltf_json::deserialize::from_value(value.clone()).map_err(|error: _| json_error(error))?;
+        gltf_json::deserialize::from_value(value.clone()).map_err(json_error)?;
     Ok(Document { root, value })
 }
 

@@ -146,8 +146,8 @@ impl Builder<'_> {
             "image",
         )?;
         let texture = self.image(Index::new(image), &format!("the cookie of {what}"));
-        // Counter-clockwise as the light looks is clockwise about its +Z.
-        Ok((texture, Quat::from_rotation_z(-rotation)))
+        // The light looks along −Z: what turns about +Z turns counter-clockwise.
+        Ok((texture, Quat::from_rotation_z(rotation)))
     }
 
     fn cone(&mut self, light: &Punctual, what: &str) -> Result<Cone, LoadError> {

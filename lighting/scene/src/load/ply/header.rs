@@ -142,7 +142,7 @@ impl Header {
                 }
                 ["element", name, count] => {
                     if elements.iter().any(|e| e.name == name) {
-                        return Err(bad("each name of an element once"));
+                        return Err(bad("an element with each name once"));
                     }
                     elements.push(Element {
                         name: name.to_owned(),

@@ -116,7 +116,7 @@ fn binary_of_either_byte_order_reads_alike() {
         assert_eq!(mesh.triangles.len(), 6);
         assert!((volume(&loaded.scene) - 4.0 * 258.0 / 3.0).abs() < 1e-2);
         let notes = loaded.notes;
-        assert!(notes[0].starts_with("1 faces of more"), "{notes:?}");
+        assert!(notes[1].starts_with("1 faces of more"), "{notes:?}");
     }
 }
 
@@ -141,7 +141,7 @@ fn bad_files_are_refused_with_their_cause() {
         ("ply\nproperty int x\n".into(), "element line before"),
         ("ply\nelement vertex -1\n".into(), "line 2"),
         ("ply\nelement vertex 99999999999999999999\n".into(), "2^64"),
-        ("ply\nelement a 1\nelement a 1\n".into(), "each name once"),
+        ("ply\nelement a 1\nelement a 1\n".into(), "with each name once"),
         ("ply\nelement a 1\nproperty half x\n".into(), "line 3"),
         ("ply\nelement a 1\nproperty list float int x\n".into(), "length is an integer"),
         ("ply\nelement a 1\nproperty int\n".into(), "property TYPE NAME"),

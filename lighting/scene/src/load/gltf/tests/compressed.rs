@@ -72,8 +72,8 @@ fn bad_compression_is_refused_with_its_cause() {
             "buffer index 9",
         ),
         (
-            "\"byteLength\":6,\"ext",
-            "\"byteLength\":7,\"ext",
+            "\"buffer\":1,\"byteLength\":6",
+            "\"buffer\":1,\"byteLength\":7",
             "needs 7 bytes, but there are only 6",
         ),
     ] {

@@ -96,7 +96,6 @@ fn sparse_accessors_replace_elements_of_their_base() {
         "\"bufferView\":2,\"byteOffset\"",
         &format!("\"bufferView\":{place},\"byteOffset\""),
     );
-    let mut draft = draft;
     draft.accessors[0] = draft.accessors[0].replace("\"bufferView\":0", &beyond);
     let error = draft.load(&format!(r#"{mesh},"nodes":[{{"mesh":0}}]"#));
     assert!(error.unwrap_err().to_string().contains("a sparse index"));
