@@ -132,7 +132,8 @@ fn read(name: &str, seed: u64) -> Result<Loaded, Failure> {
             names.join(", ")
         )));
     }
-    let mut loaded = scene_from_path(path, &LoadOptions::default()).map_err(|error| Failure::from(error).about(name))?;
+    let mut loaded = scene_from_path(path, &LoadOptions::default())
+        .map_err(|error| Failure::from(error).about(name))?;
     if let Some(stem) = path.file_name() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
     }

@@ -7,7 +7,7 @@ use gpu_backend::Cpu;
 
 use crate::scene::trace::{Hit, Tracer};
 use crate::scene::view::View;
-use crate::scene::{Emitter, Geometry, Material, Medium, Ray, Scene};
+use crate::scene::{Emitter, Geometry, Medium, Ray, Scene};
 use crate::visibility::SurfaceShadow;
 
 /// Radiance of the surfaces that reaches the eye through the medium, one

@@ -33,7 +33,8 @@ fn casters(name: &str) -> Option<Vec<Translucent>> {
         eprintln!("skipped: there is no {}", path.display());
         return None;
     }
-    Some(scene_from_path(&path, &LoadOptions::default()).unwrap().scene.translucent)
+    let loaded = scene_from_path(&path, &LoadOptions::default()).unwrap();
+    Some(loaded.scene.translucent)
 }
 
 /// Up to `count` of a light's rays with 24 to 400 blockers, in the order in

@@ -49,7 +49,7 @@ pub struct SpotLight {
     pub range: f32,
     /// The cone in which the intensity is full and the one where it ends.
     pub cone: Cone,
-    /// A slide in front of the light that multiplies its intensity. It spans
+    /// A cookie (gobo) in front of the light that multiplies its intensity. It spans
     /// the square around the outer cone, upright with the light's local +Y.
     pub texture: Option<Texture>,
 }

@@ -124,8 +124,7 @@ pub(super) fn parse(json: &[u8]) -> Result<Document, LoadError> {
         .map_err(|error| LoadError::Json(without_quotes(&error.to_string())))?;
     check_version(&value)?;
     normalise(&mut value);
-    let root =
-        gltf_json::deserialize::from_value(value.clone()).map_err(json_error)?;
+    let root = gltf_json::deserialize::from_value(value.clone()).map_err(json_error)?;
     Ok(Document { root, value })
 }
 
