@@ -1,6 +1,7 @@
 //! Segments that are hard for numbers, for tests.
 
 use reference::oracle::segment::Part;
+use reference::random::halton;
 use reference::segments::random_stiff;
 
 use crate::Segment;
@@ -9,19 +10,6 @@ use crate::Segment;
 pub(crate) fn cases(number: usize) -> Vec<(f32, Segment)> {
     let case = |(sigma_t, Part { x, s, h, length })| (sigma_t, Segment { x, s, h, length });
     random_stiff(number).into_iter().map(case).collect()
-}
-
-/// Halton's sequence, in [0, 1): of `number` points in a few dimensions with bases
-/// that are different primes, a box of a share of the volume holds its share of the
-/// points to within some.
-pub(crate) fn halton(mut index: u32, base: u32) -> f64 {
-    let (mut value, mut share) = (0.0, 1.0);
-    while index > 0 {
-        share /= f64::from(base);
-        value += share * f64::from(index % base);
-        index /= base;
-    }
-    value
 }
 
 /// Segments that start at the eye, 1 m from the light, at all angles: half of them

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use gpu_backend::Host;
 use lighting::Emitter;
 use lighting::methods::{Store, tracer};
-use lighting::scene::load::{Loaded, scene_from_path};
+use lighting::scene::load::{LoadOptions, Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{Bounds, Camera, Geometry, Medium, PhaseFunction, Scene};
@@ -122,7 +122,7 @@ fn read(name: &str, seed: Option<u64>) -> Result<Loaded, Failure> {
     if let Some(embedded) = Embedded::from_name(name) {
         return Ok(Loaded {
             scene: embedded.build(seed.unwrap_or(1)),
-            notes: Vec::new(),
+            ..Loaded::default()
         });
     }
     let path = Path::new(name);
@@ -138,7 +138,8 @@ fn read(name: &str, seed: Option<u64>) -> Result<Loaded, Failure> {
             "--seed is that of an embedded scene, and {name} is a file"
         )));
     }
-    let mut loaded = scene_from_path(path).map_err(|error| Failure::from(error).about(name))?;
+    let mut loaded = scene_from_path(path, &LoadOptions::default())
+        .map_err(|error| Failure::from(error).about(name))?;
     if let Some(stem) = path.file_name() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
     }

@@ -7,7 +7,7 @@ use gpu_backend::Cpu;
 
 use crate::scene::trace::{Hit, Tracer};
 use crate::scene::view::View;
-use crate::scene::{Emitter, Geometry, Material, Medium, Ray, Scene};
+use crate::scene::{Emitter, Geometry, Medium, Ray, Scene};
 use crate::visibility::SurfaceShadow;
 
 /// Radiance of the surfaces that reaches the eye through the medium, one
@@ -134,19 +134,17 @@ impl Surface {
             .as_vec3();
         let towards_eye = outside.dot(ray.direction()) < 0.0;
         let normal = if towards_eye { outside } else { -outside };
-        let (material, coordinates) = geometry.surface(scene, hit.triangle as usize, hit.u, hit.v);
-        let plain = Material::default();
-        let material = material.unwrap_or(&plain);
-        let texture = match (&material.base_color_texture, coordinates) {
-            (Some(texture), Some(uv)) => texture.repeat(uv),
-            _ => Vec3::ONE,
-        };
+        let appearance = geometry.appearance(scene, hit.triangle as usize, hit.u, hit.v);
         let point = ray.at(hit.distance);
         Self {
             point,
             normal,
-            albedo: material.base_color * texture,
-            emitted: material.emitted,
+            albedo: appearance.albedo,
+            emitted: if towards_eye {
+                appearance.emitted
+            } else {
+                appearance.emitted_behind
+            },
             // Far above the rounding of the point, far below any detail.
             offset: 1e-5 * (hit.distance + point.abs().max_element()),
         }

@@ -11,7 +11,7 @@ use std::path::Path;
 use glam::Vec3;
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::scene::load::scene_from_path;
+use lighting::scene::load::{LoadOptions, scene_from_path};
 use lighting::scene::{StrandPoint, Strands, Translucent};
 use lighting::translucent::Casters;
 use reference::curves::{self, Blocker, Least, least_error};
@@ -29,7 +29,8 @@ fn casters(name: &str) -> Option<Vec<Translucent>> {
         eprintln!("skipped: there is no {}", path.display());
         return None;
     }
-    Some(scene_from_path(&path).unwrap().scene.translucent)
+    let loaded = scene_from_path(&path, &LoadOptions::default()).unwrap();
+    Some(loaded.scene.translucent)
 }
 
 fn blockers(segments: &[BlockerSegment]) -> Vec<Blocker> {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 
 use super::{
     Bounds, Camera, Instance, Light, Medium, Mesh, PhaseFunction, PointLight, Scene, SceneError,
@@ -83,7 +83,7 @@ impl Scene {
         });
         self.instances.push(Instance {
             mesh: self.meshes.len() - 1,
-            transform: Affine3A::IDENTITY,
+            ..Instance::default()
         });
         Some(Placement::Floor(height))
     }
@@ -118,9 +118,9 @@ impl Scene {
             let light = PointLight {
                 position: centre + distance * behind,
                 intensity: Vec3::splat(10.0 * distance * distance),
-                range: f32::INFINITY,
+                ..PointLight::default()
             };
-            placements.push(Placement::Light(light));
+            placements.push(Placement::Light(light.clone()));
             self.lights.push(Light::Point(light));
         }
         Ok(placements)

@@ -1,8 +1,11 @@
 //! The triangles of a scene in world space, checked.
 
-use glam::Vec3;
+use std::collections::BTreeMap;
 
-use super::{Bounds, Material, Mesh, Scene, SceneError, is_near};
+use glam::{Vec2, Vec3, Vec4};
+
+use super::caster::{Caster, Coat, Corners, interpolate};
+use super::{AlphaMode, Bounds, Material, Mesh, Scene, SceneError, is_near};
 
 /// The largest number of triangles a scene may have once its instances are
 /// expanded: 2²⁶, which is 3 GiB with its bookkeeping.
@@ -18,6 +21,36 @@ pub struct Geometry {
     sources: Vec<Source>,
     dropped: usize,
     bounds: Bounds,
+    casters: Casters,
+}
+
+/// What triangles do to light, for those that are not solid.
+#[derive(Debug, Clone, Default)]
+struct Casters {
+    coats: Vec<Coat>,
+    /// The coat of each triangle that is not solid, and what is at its corners.
+    coated: Vec<(u32, Corners)>,
+    /// An index into `coated`, [`SOLID`] or [`ABSENT`] for each triangle; empty
+    /// if all of them are solid.
+    kinds: Vec<u32>,
+}
+
+const SOLID: u32 = u32::MAX;
+const ABSENT: u32 = u32::MAX - 1;
+
+/// What a point of a surface looks like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Appearance {
+    /// Share of the light that is reflected diffusely, linear RGB: the base
+    /// colour with texture and vertex colour, times the share of the point that
+    /// is covered and not transmitted.
+    pub albedo: Vec3,
+    /// Radiance that leaves the front, linear RGB, times the share of the point
+    /// that is covered.
+    pub emitted: Vec3,
+    /// Radiance that leaves the back: the same if the material is double-sided,
+    /// else nothing.
+    pub emitted_behind: Vec3,
 }
 
 /// Where a world-space triangle came from.
@@ -35,12 +68,16 @@ impl Geometry {
     /// # Errors
     /// [`SceneError::Empty`] if no triangle with an area is left,
     /// [`SceneError::TooManyTriangles`], [`SceneError::IndexOutOfRange`],
-    /// [`SceneError::LengthMismatch`] for texture coordinates, and
-    /// [`SceneError::BadValue`] for positions that are not finite or farther
-    /// out than 1e9 m.
+    /// [`SceneError::LengthMismatch`] for texture coordinates and vertex colours,
+    /// and [`SceneError::BadValue`] for positions that are not finite or farther
+    /// out than 1e9 m, for vertex colours that are negative or not finite, and
+    /// for an opacity or a transmission that is not from 0 to 1.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         for mesh in &scene.meshes {
             check_mesh(mesh, scene.materials.len())?;
+        }
+        for (index, material) in scene.materials.iter().enumerate() {
+            check_material(material, index)?;
         }
         let mut total = 0_u64;
         for (index, instance) in scene.instances.iter().enumerate() {
@@ -65,9 +102,11 @@ impl Geometry {
 
         let mut triangles = Vec::with_capacity(total as usize);
         let mut sources = Vec::with_capacity(total as usize);
+        let mut casters = CastersOf::new(scene);
         let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for (index, instance) in scene.instances.iter().enumerate() {
             let mesh = &scene.meshes[instance.mesh];
+            let coat = casters.coat(mesh);
             for (number, corners) in mesh.triangles.iter().enumerate() {
                 let triangle = corners.map(|corner| {
                     instance
@@ -92,6 +131,7 @@ impl Geometry {
                     min = min.min(corner);
                     max = max.max(corner);
                 }
+                casters.push(mesh, *corners, coat, instance.no_shadow);
                 triangles.push(triangle);
                 sources.push(Source {
                     instance: index as u32,
@@ -114,6 +154,7 @@ impl Geometry {
             triangles,
             sources,
             bounds,
+            casters: casters.finish(),
         })
     }
 
@@ -137,6 +178,74 @@ impl Geometry {
         self.bounds
     }
 
+    /// What a triangle does to the light that meets it.
+    ///
+    /// # Panics
+    /// If `triangle` is not an index of [`Geometry::triangles`].
+    pub fn caster(&self, triangle: usize) -> Caster<'_> {
+        assert!(triangle < self.triangles.len(), "no triangle {triangle}");
+        match self.casters.kinds.get(triangle) {
+            None | Some(&SOLID) => Caster::Solid,
+            Some(&ABSENT) => Caster::Absent,
+            Some(&index) => {
+                let (coat, corners) = &self.casters.coated[index as usize];
+                self.casters.coats[*coat as usize].on(corners)
+            }
+        }
+    }
+
+    /// True if no light passes through any triangle: each is
+    /// [`Caster::Solid`].
+    pub fn all_solid(&self) -> bool {
+        self.casters.kinds.is_empty()
+    }
+
+    /// What the surface looks like at the barycentric coordinates (`u`, `v`) of
+    /// the second and third corner of a triangle.
+    ///
+    /// # Panics
+    /// If `triangle` is not an index of [`Geometry::triangles`] or `scene` is
+    /// not the one this was made from.
+    pub fn appearance(&self, scene: &Scene, triangle: usize, u: f32, v: f32) -> Appearance {
+        let (material, coordinates) = self.surface(scene, triangle, u, v);
+        let plain = Material::default();
+        let material = material.unwrap_or(&plain);
+        let source = self.sources[triangle];
+        let mesh = &scene.meshes[scene.instances[source.instance as usize].mesh];
+        let vertex = match mesh.colors.as_slice() {
+            [] => Vec4::ONE,
+            colors => {
+                let corners = mesh.triangles[source.triangle as usize];
+                interpolate(corners.map(|corner| colors[corner as usize]), u, v)
+            }
+        };
+        let texture = material.base_color_texture.as_ref().zip(coordinates);
+        let (mut color, mut opacity) = (Vec3::ONE, 1.0);
+        if let Some((texture, uv)) = texture {
+            color = texture.sample(uv);
+            opacity = texture.sample_alpha(uv);
+        }
+        let opacity = (material.opacity * vertex.w * opacity).clamp(0.0, 1.0);
+        let covered = match material.alpha {
+            AlphaMode::Opaque => 1.0,
+            AlphaMode::Mask { cutoff } if opacity >= cutoff => 1.0,
+            AlphaMode::Mask { .. } => 0.0,
+            AlphaMode::Blend => opacity,
+        };
+        let emitted = covered * material.emitted;
+        Appearance {
+            albedo: covered
+                * (1.0 - material.transmission)
+                * (material.base_color * vertex.truncate() * color),
+            emitted,
+            emitted_behind: if material.double_sided {
+                emitted
+            } else {
+                Vec3::ZERO
+            },
+        }
+    }
+
     /// The material of a triangle and, if its mesh has them, the texture
     /// coordinates at the barycentric coordinates (`u`, `v`) of its second and
     /// third corner.
@@ -156,12 +265,88 @@ impl Geometry {
         let [a, b, c] = mesh.triangles[source.triangle as usize];
         let coordinates = (!mesh.texture_coordinates.is_empty()).then(|| {
             let at = |corner: u32| mesh.texture_coordinates[corner as usize];
-            at(a) * (1.0 - u - v) + at(b) * u + at(c) * v
+            interpolate([a, b, c].map(at), u, v)
         });
         (
             mesh.material.map(|index| &scene.materials[index]),
             coordinates,
         )
+    }
+}
+
+/// [`Casters`] in the making.
+struct CastersOf<'a> {
+    scene: &'a Scene,
+    casters: Casters,
+    /// The coat of each material, with and without its texture; `None` if it is
+    /// opaque.
+    known: BTreeMap<(usize, bool), Option<u32>>,
+    /// Triangles so far.
+    count: usize,
+}
+
+impl<'a> CastersOf<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            casters: Casters::default(),
+            known: BTreeMap::new(),
+            count: 0,
+        }
+    }
+
+    fn coat(&mut self, mesh: &Mesh) -> Option<u32> {
+        let material = mesh.material?;
+        let is_textured = !mesh.texture_coordinates.is_empty();
+        if let Some(known) = self.known.get(&(material, is_textured)) {
+            return *known;
+        }
+        let coat = Coat::new(&self.scene.materials[material]).map(|coat| {
+            let coat = if is_textured { coat } else { coat.untextured() };
+            self.casters.coats.push(coat);
+            self.casters.coats.len() as u32 - 1
+        });
+        self.known.insert((material, is_textured), coat);
+        coat
+    }
+
+    fn push(&mut self, mesh: &Mesh, corners: [u32; 3], coat: Option<u32>, no_shadow: bool) {
+        let casters = &mut self.casters;
+        let kind = match coat {
+            _ if no_shadow => ABSENT,
+            None => SOLID,
+            Some(coat) => {
+                let coordinates = match mesh.texture_coordinates.as_slice() {
+                    [] => [Vec2::ZERO; 3],
+                    coordinates => corners.map(|corner| coordinates[corner as usize]),
+                };
+                let colors = match mesh.colors.as_slice() {
+                    [] => [Vec4::ONE; 3],
+                    colors => corners.map(|corner| colors[corner as usize]),
+                };
+                let corners = Corners {
+                    coordinates,
+                    colors,
+                };
+                if casters.coats[coat as usize].is_solid(&corners) {
+                    SOLID
+                } else {
+                    casters.coated.push((coat, corners));
+                    casters.coated.len() as u32 - 1
+                }
+            }
+        };
+        if kind != SOLID && casters.kinds.is_empty() {
+            casters.kinds = vec![SOLID; self.count];
+        }
+        if !casters.kinds.is_empty() || kind != SOLID {
+            casters.kinds.push(kind);
+        }
+        self.count += 1;
+    }
+
+    fn finish(self) -> Casters {
+        self.casters
     }
 }
 
@@ -194,6 +379,23 @@ fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), SceneError> {
             expected: vertices,
         });
     }
+    if !mesh.colors.is_empty() && mesh.colors.len() != vertices {
+        return Err(SceneError::LengthMismatch {
+            owner: describe(mesh),
+            what: "vertex colours",
+            actual: mesh.colors.len(),
+            expected: vertices,
+        });
+    }
+    let is_bad = |color: &Vec4| !color.is_finite() || color.min_element() < 0.0;
+    if let Some(index) = mesh.colors.iter().position(is_bad) {
+        return Err(SceneError::bad_value(
+            format!("{}, vertex {index}", describe(mesh)),
+            "colour",
+            mesh.colors[index],
+            "finite, not negative",
+        ));
+    }
     for corner in mesh.triangles.iter().flatten() {
         if *corner as usize >= vertices {
             return Err(out_of_range("vertex", u64::from(*corner), vertices));
@@ -215,6 +417,30 @@ fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), SceneError> {
     Ok(())
 }
 
+fn check_material(material: &Material, index: usize) -> Result<(), SceneError> {
+    let mut owner = format!("material {index}");
+    if !material.name.is_empty() {
+        owner = format!("{owner} \"{}\"", material.name);
+    }
+    for (what, value) in [
+        ("opacity", material.opacity),
+        ("transmission", material.transmission),
+    ] {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(SceneError::bad_value(owner, what, value, "0 to 1"));
+        }
+    }
+    match material.alpha {
+        AlphaMode::Mask { cutoff } if !cutoff.is_finite() => Err(SceneError::bad_value(
+            owner,
+            "alpha cutoff",
+            cutoff,
+            "a finite number",
+        )),
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Affine3A;
@@ -232,6 +458,7 @@ mod tests {
             instances: vec![Instance {
                 mesh: 0,
                 transform: Affine3A::from_translation(Vec3::Z),
+                ..Instance::default()
             }],
             ..Scene::default()
         }
@@ -243,7 +470,7 @@ mod tests {
             vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X * 0.5],
             vec![[0, 1, 2], [0, 1, 3], [2, 2, 1]],
         );
-        scene.instances.push(scene.instances[0]);
+        scene.instances.push(scene.instances[0].clone());
         let geometry = Geometry::new(&scene).unwrap();
         assert_eq!(geometry.triangles().len(), 2);
         assert_eq!(geometry.dropped(), 4);
@@ -278,9 +505,75 @@ mod tests {
     }
 
     #[test]
+    fn vertex_colours_are_interpolated_and_multiply_the_base_colour() {
+        let mut scene = scene(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]);
+        scene.materials.push(Material {
+            base_color: Vec3::new(1.0, 0.5, 1.0),
+            emitted: Vec3::splat(2.0),
+            ..Material::default()
+        });
+        scene.meshes[0].material = Some(0);
+        let colors = [Vec3::X, Vec3::Y, Vec3::Z];
+        scene.meshes[0].colors = colors.map(|c| c.extend(1.0)).to_vec();
+        let geometry = Geometry::new(&scene).unwrap();
+        let appearance = geometry.appearance(&scene, 0, 0.5, 0.25);
+        assert!((appearance.albedo - Vec3::splat(0.25)).length() < 1e-6);
+        assert_eq!(appearance.emitted, Vec3::splat(2.0));
+        assert_eq!(appearance.emitted_behind, Vec3::ZERO, "dark behind");
+        scene.materials[0].double_sided = true;
+        let appearance = geometry.appearance(&scene, 0, 0.5, 0.25);
+        assert_eq!(appearance.emitted_behind, Vec3::splat(2.0));
+        for (color, cause) in [(Vec4::splat(-1.0), "vertex 1"), (Vec4::NAN, "not negative")] {
+            scene.meshes[0].colors[1] = color;
+            let error = Geometry::new(&scene).unwrap_err().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
+        scene.meshes[0].colors.pop();
+        assert!(Geometry::new(&scene).is_err());
+    }
+
+    #[test]
+    fn materials_out_of_their_domain_are_refused() {
+        let mut scene = scene(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]);
+        let plain = Material {
+            name: "glass".into(),
+            ..Material::default()
+        };
+        for (material, cause) in [
+            (
+                Material {
+                    opacity: 1.5,
+                    ..plain.clone()
+                },
+                "opacity",
+            ),
+            (
+                Material {
+                    transmission: f32::NAN,
+                    ..plain.clone()
+                },
+                "\"glass\": transmission",
+            ),
+            (
+                Material {
+                    alpha: AlphaMode::Mask {
+                        cutoff: f32::INFINITY,
+                    },
+                    ..plain
+                },
+                "cutoff",
+            ),
+        ] {
+            scene.materials = vec![material];
+            let error = Geometry::new(&scene).unwrap_err().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
+    }
+
+    #[test]
     fn more_triangles_than_fit_are_refused_before_they_are_made() {
         let mut scene = scene(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]; 1 << 16]);
-        scene.instances = vec![scene.instances[0]; (1 << 10) + 1];
+        scene.instances = vec![scene.instances[0].clone(); (1 << 10) + 1];
         assert!(matches!(
             Geometry::new(&scene),
             Err(SceneError::TooManyTriangles { .. })

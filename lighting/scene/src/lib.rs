@@ -31,7 +31,7 @@
 //! | `trace` | `trace` | a BVH: the first surface along a ray, and whether there is any |
 //! | `view` | `trace` | the rays of a picture and what they meet |
 //! | `procedural` | `procedural` | scenes that need no file |
-//! | `load` | `gltf`, `ply`, `hair`, `vol` | scene files |
+//! | `load` | `gltf`, `ply`, `obj`, `hair`, `vol` | scene files |
 //!
 //! # Conventions
 //!
@@ -39,11 +39,18 @@
 //! Light is linear RGB radiance. Coordinates lie within 1e9 m.
 
 mod camera;
+mod caster;
 mod complete;
 mod emitter;
 mod geometry;
 mod light;
-#[cfg(any(feature = "gltf", feature = "ply", feature = "hair", feature = "vol"))]
+#[cfg(any(
+    feature = "gltf",
+    feature = "ply",
+    feature = "obj",
+    feature = "hair",
+    feature = "vol"
+))]
 pub mod load;
 mod medium;
 #[cfg(feature = "procedural")]
@@ -59,19 +66,20 @@ mod translucent;
 pub mod view;
 
 pub use camera::Camera;
+pub use caster::{Caster, Coating};
 pub use complete::Placement;
 pub use emitter::{DirectionalEmitter, Emission, Emitter, PointEmitter, SpotEmission};
-pub use geometry::{Geometry, MAX_TRIANGLES, Source};
-pub use light::{AreaLight, Cone, DirectionalLight, Light, PointLight, SpotLight};
+pub use geometry::{Appearance, Geometry, MAX_TRIANGLES, Source};
+pub use light::{AreaLight, AreaShape, Cone, DirectionalLight, Light, PointLight, SpotLight};
 pub use medium::{Bounds, Medium, PhaseFunction, ScatteringAngle};
 pub use ray::{Interval, Ray};
-pub use texture::Texture;
+pub use texture::{Filter, Sampler, Texture, Wrap};
 pub use translucent::{
     DensityGrid, Interpolation, MAX_SAMPLES, Particle, Particles, Piece, Profile, StrandPoint,
     Strands, Translucent,
 };
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3, Vec4};
 
 /// Coordinates farther out than this leave f32 no digits for light transport.
 pub(crate) const MAX_COORDINATE: f32 = 1e9;
@@ -107,15 +115,37 @@ pub struct Scene {
     pub medium: Option<Medium>,
 }
 
+impl Scene {
+    /// Says of everything called `name` whether it casts a shadow: instances of
+    /// that name, of a mesh of that name, or of a mesh whose material has that
+    /// name. Returns how many instances were meant; 0 tells that there is
+    /// nothing of that name. Names that are empty are never meant.
+    pub fn set_casts_shadow(&mut self, name: &str, casts_shadow: bool) -> usize {
+        if name.is_empty() {
+            return 0;
+        }
+        let is_of_the_name = |mesh: &Mesh| {
+            let material = mesh.material.and_then(|index| self.materials.get(index));
+            mesh.name == name || material.is_some_and(|material| material.name == name)
+        };
+        let mut meant = 0;
+        for instance in &mut self.instances {
+            let mesh = self.meshes.get(instance.mesh);
+            if instance.name == name || mesh.is_some_and(is_of_the_name) {
+                instance.no_shadow = !casts_shadow;
+                meant += 1;
+            }
+        }
+        meant
+    }
+}
+
 /// One mesh, where it is.
 impl From<Mesh> for Scene {
     fn from(mesh: Mesh) -> Self {
         Self {
             meshes: vec![mesh],
-            instances: vec![Instance {
-                mesh: 0,
-                transform: Affine3A::IDENTITY,
-            }],
+            instances: vec![Instance::default()],
             ..Self::default()
         }
     }
@@ -124,13 +154,17 @@ impl From<Mesh> for Scene {
 /// A triangle mesh in its own space, metres.
 #[derive(Debug, Clone, Default)]
 pub struct Mesh {
-    /// A name for error messages.
+    /// The name it is chosen by, and called in error messages.
     pub name: String,
     /// Vertex positions.
     pub positions: Vec<Vec3>,
     /// Texture coordinates, one per position, or empty. (0, 0) is the upper
     /// left corner of the image.
     pub texture_coordinates: Vec<Vec2>,
+    /// Linear red, green, blue and opacity, one per position, or empty. They
+    /// are interpolated over each triangle and multiply the colour and the
+    /// opacity of the material.
+    pub colors: Vec<Vec4>,
     /// Corners of each triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Index into [`Scene::materials`]; `None` is [`Material::default`].
@@ -138,31 +172,71 @@ pub struct Mesh {
 }
 
 /// A mesh placed in the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Instance {
+    /// The name it is chosen by; empty if it has none.
+    pub name: String,
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
     /// From the mesh's space to the world's.
     pub transform: Affine3A,
+    /// It is seen and lit, but light passes through it as if it were not there.
+    pub no_shadow: bool,
 }
 
-/// A Lambertian surface.
+/// A Lambertian surface, the same from both sides except for what it emits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
+    /// The name it is chosen by; empty if it has none.
+    pub name: String,
     /// Diffuse albedo in linear RGB, multiplied by the texture.
     pub base_color: Vec3,
-    /// Diffuse albedo over the surface.
+    /// Diffuse albedo over the surface, and its opacity if it has an alpha
+    /// channel.
     pub base_color_texture: Option<Texture>,
-    /// Emitted radiance in linear RGB.
+    /// Radiance that leaves the front in linear RGB; the back too if the
+    /// surface is double-sided.
     pub emitted: Vec3,
+    /// Opacity from 0 to 1, multiplied by the alpha channel of the texture and
+    /// by that of the vertex colours. Without effect if `alpha` is
+    /// [`AlphaMode::Opaque`].
+    pub opacity: f32,
+    /// What the opacity means.
+    pub alpha: AlphaMode,
+    /// Share from 0 to 1 of the light that is neither reflected nor absorbed
+    /// but goes straight through, coloured by the base colour: thin glass.
+    pub transmission: f32,
+    /// Whether the back emits as the front does.
+    pub double_sided: bool,
+}
+
+/// What the opacity of a surface means.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum AlphaMode {
+    /// Nothing: all of the surface is there.
+    #[default]
+    Opaque,
+    /// The surface is there where the opacity is at least `cutoff`, and a hole
+    /// elsewhere.
+    Mask {
+        /// Finite; above 1 there is nothing but a hole.
+        cutoff: f32,
+    },
+    /// The surface covers that share of what is behind it.
+    Blend,
 }
 
 impl Default for Material {
     fn default() -> Self {
         Self {
+            name: String::new(),
             base_color: Vec3::splat(0.8),
             base_color_texture: None,
             emitted: Vec3::ZERO,
+            opacity: 1.0,
+            alpha: AlphaMode::Opaque,
+            transmission: 0.0,
+            double_sided: false,
         }
     }
 }

@@ -6,12 +6,46 @@ use glam::{Vec2, Vec3};
 
 use super::SceneError;
 
-/// A linear RGB image, shared cheaply between its users.
+/// A linear RGB image, shared cheaply between its users, with an opacity per
+/// texel if it has one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     width: u32,
     height: u32,
     texels: Arc<[Vec3]>,
+    alpha: Option<Arc<[f32]>>,
+    sampler: Sampler,
+}
+
+/// How a [`Texture`] continues outside of [0, 1]² and between its texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Sampler {
+    /// Along u and v.
+    pub wrap: [Wrap; 2],
+    /// Between texel centres.
+    pub filter: Filter,
+}
+
+/// How a texture continues outside of [0, 1] along one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Wrap {
+    /// Again and again.
+    #[default]
+    Repeat,
+    /// Again and again, every other time mirrored.
+    Mirror,
+    /// With its border texels.
+    Clamp,
+}
+
+/// What lies between the texel centres of a texture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Filter {
+    /// A bilinear blend of the four nearest texels.
+    #[default]
+    Linear,
+    /// The nearest texel.
+    Nearest,
 }
 
 impl Texture {
@@ -54,7 +88,44 @@ impl Texture {
             width,
             height,
             texels: texels.into(),
+            alpha: None,
+            sampler: Sampler::default(),
         })
+    }
+
+    /// The same image with an opacity per texel, row by row from the top: 0 is
+    /// not there, 1 is opaque.
+    ///
+    /// # Errors
+    /// [`SceneError::LengthMismatch`] if there is not one opacity per texel;
+    /// [`SceneError::BadValue`] if one is not from 0 to 1.
+    pub fn with_alpha(self, alpha: Vec<f32>) -> Result<Self, SceneError> {
+        if alpha.len() != self.texels.len() {
+            return Err(SceneError::LengthMismatch {
+                owner: "texture".into(),
+                what: "the list of opacities",
+                actual: alpha.len(),
+                expected: self.texels.len(),
+            });
+        }
+        if let Some(value) = alpha.iter().find(|a| !(0.0..=1.0).contains(*a)) {
+            return Err(SceneError::bad_value(
+                "texture",
+                "an opacity",
+                value,
+                "0 to 1",
+            ));
+        }
+        Ok(Self {
+            alpha: Some(alpha.into()),
+            ..self
+        })
+    }
+
+    /// The same image, continued and filtered in another way by
+    /// [`Texture::sample`] and [`Texture::sample_alpha`].
+    pub fn with_sampler(self, sampler: Sampler) -> Self {
+        Self { sampler, ..self }
     }
 
     /// Texels per row.
@@ -72,6 +143,17 @@ impl Texture {
         &self.texels
     }
 
+    /// The opacity of all texels, row by row from the top; `None` if the image
+    /// is opaque.
+    pub fn alpha(&self) -> Option<&[f32]> {
+        self.alpha.as_deref()
+    }
+
+    /// How the image continues outside of [0, 1]² and between its texels.
+    pub fn sampler(&self) -> Sampler {
+        self.sampler
+    }
+
     /// The mean of all texels.
     pub fn mean(&self) -> Vec3 {
         let sum = self
@@ -81,33 +163,88 @@ impl Texture {
         (sum / self.texels.len() as f64).as_vec3()
     }
 
-    /// Bilinear lookup that repeats in both directions; texel centres lie at
-    /// `(i + ½) / size`, (0, 0) is the upper left corner.
-    pub fn repeat(&self, uv: Vec2) -> Vec3 {
-        self.bilinear(uv - uv.floor(), |i, n| i.rem_euclid(n))
+    /// The colour at `uv`, as the sampler has it; texel centres lie at
+    /// `(i + ½) / size`, (0, 0) is the upper left corner. Coordinates that are
+    /// not finite give the first texel.
+    pub fn sample(&self, uv: Vec2) -> Vec3 {
+        self.blend(uv, self.sampler, |index| self.texels[index])
     }
 
-    /// Bilinear lookup that holds the border texels outside of [0, 1]².
-    pub fn clamp(&self, uv: Vec2) -> Vec3 {
-        self.bilinear(uv.clamp(Vec2::ZERO, Vec2::ONE), |i, n| i.clamp(0, n - 1))
-    }
-
-    fn bilinear(&self, uv: Vec2, wrap: impl Fn(i64, i64) -> i64) -> Vec3 {
-        if !uv.is_finite() {
-            return self.texels[0];
+    /// The opacity at `uv`, as the sampler has it; 1 if the image is opaque.
+    pub fn sample_alpha(&self, uv: Vec2) -> f32 {
+        match &self.alpha {
+            Some(alpha) => self.blend(uv, self.sampler, |index| alpha[index]),
+            None => 1.0,
         }
-        let position = uv * Vec2::new(self.width as f32, self.height as f32) - 0.5;
+    }
+
+    /// Bilinear lookup that repeats in both directions, whatever the sampler.
+    pub fn repeat(&self, uv: Vec2) -> Vec3 {
+        self.blend(uv, Sampler::default(), |index| self.texels[index])
+    }
+
+    /// Bilinear lookup that holds the border texels outside of [0, 1]²,
+    /// whatever the sampler.
+    pub fn clamp(&self, uv: Vec2) -> Vec3 {
+        let sampler = Sampler {
+            wrap: [Wrap::Clamp; 2],
+            filter: Filter::Linear,
+        };
+        self.blend(uv, sampler, |index| self.texels[index])
+    }
+
+    fn blend<T>(&self, uv: Vec2, sampler: Sampler, texel: impl Fn(usize) -> T) -> T
+    where
+        T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+    {
+        if !uv.is_finite() {
+            return texel(0);
+        }
+        let [wrap_u, wrap_v] = sampler.wrap;
+        let uv = Vec2::new(wrap_u.near(uv.x), wrap_v.near(uv.y));
+        let size = Vec2::new(self.width as f32, self.height as f32);
+        let at = |x: f32, y: f32| {
+            let column = wrap_u.index(x as i64, self.width);
+            let row = wrap_v.index(y as i64, self.height);
+            texel(row * self.width as usize + column)
+        };
+        if sampler.filter == Filter::Nearest {
+            let texel = (uv * size).floor();
+            return at(texel.x, texel.y);
+        }
+        let position = uv * size - 0.5;
         let base = position.floor();
         let f = position - base;
-        let (x, y) = (base.x as i64, base.y as i64);
-        let texel = |x, y| {
-            let column = wrap(x, i64::from(self.width)) as usize;
-            let row = wrap(y, i64::from(self.height)) as usize;
-            self.texels[row * self.width as usize + column]
+        let (x, y) = (base.x, base.y);
+        let top = at(x, y) * (1.0 - f.x) + at(x + 1.0, y) * f.x;
+        let bottom = at(x, y + 1.0) * (1.0 - f.x) + at(x + 1.0, y + 1.0) * f.x;
+        top * (1.0 - f.y) + bottom * f.y
+    }
+}
+
+impl Wrap {
+    /// The same place of the image close to [0, 1], where `f32` can tell
+    /// texels apart.
+    fn near(self, coordinate: f32) -> f32 {
+        match self {
+            Self::Repeat => coordinate - coordinate.floor(),
+            Self::Mirror => coordinate - 2.0 * (0.5 * coordinate).floor(),
+            Self::Clamp => coordinate.clamp(0.0, 1.0),
+        }
+    }
+
+    /// The texel that stands at `index`, one of `count`.
+    fn index(self, index: i64, count: u32) -> usize {
+        let count = i64::from(count);
+        let index = match self {
+            Self::Repeat => index.rem_euclid(count),
+            Self::Mirror => {
+                let folded = index.rem_euclid(2 * count);
+                folded.min(2 * count - 1 - folded)
+            }
+            Self::Clamp => index.clamp(0, count - 1),
         };
-        let top = texel(x, y).lerp(texel(x + 1, y), f.x);
-        let bottom = texel(x, y + 1).lerp(texel(x + 1, y + 1), f.x);
-        top.lerp(bottom, f.y)
+        index as usize
     }
 }
 
@@ -126,6 +263,51 @@ mod tests {
         assert!((texture.clamp(centre(0.5, 0.0)).x - 0.5).abs() < 1e-5);
         assert_eq!(texture.mean().x, 2.5);
         assert!(texture.repeat(Vec2::NAN).is_finite());
+    }
+
+    #[test]
+    fn samplers_continue_an_image_as_they_say() {
+        let texels = (0..3).map(|i| Vec3::splat(i as f32)).collect();
+        let plain = Texture::new(3, 1, texels).unwrap();
+        let at = |wrap, filter, column: f32| {
+            let sampler = Sampler {
+                wrap: [wrap, Wrap::Clamp],
+                filter,
+            };
+            let texture = plain.clone().with_sampler(sampler);
+            assert_eq!(texture.sampler(), sampler);
+            texture.sample(Vec2::new((column + 0.5) / 3.0, 0.5)).x
+        };
+        let columns = [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 301.0];
+        for (wrap, expected) in [
+            (Wrap::Repeat, [1, 2, 0, 1, 2, 0, 1, 2, 0, 1]),
+            (Wrap::Mirror, [1, 0, 0, 1, 2, 2, 1, 0, 0, 1]),
+            (Wrap::Clamp, [0, 0, 0, 1, 2, 2, 2, 2, 2, 2]),
+        ] {
+            for (column, expected) in columns.into_iter().zip(expected) {
+                for filter in [Filter::Linear, Filter::Nearest] {
+                    let found = at(wrap, filter, column);
+                    let off = (found - expected as f32).abs();
+                    assert!(off < 1e-4, "{wrap:?} {filter:?} {column}: {found}");
+                }
+            }
+        }
+        assert_eq!(at(Wrap::Repeat, Filter::Nearest, 0.49), 0.0);
+        assert!((at(Wrap::Repeat, Filter::Linear, 0.25) - 0.25).abs() < 1e-5);
+        assert!((at(Wrap::Mirror, Filter::Linear, 2.5) - 2.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn opacity_is_looked_up_like_colour() {
+        let opaque = Texture::new(2, 1, vec![Vec3::ONE; 2]).unwrap();
+        assert_eq!(opaque.sample_alpha(Vec2::splat(0.3)), 1.0);
+        let card = opaque.clone().with_alpha(vec![0.0, 1.0]).unwrap();
+        assert_eq!(card.alpha(), Some(&[0.0, 1.0][..]));
+        assert_eq!(card.sample_alpha(Vec2::new(0.5, 0.5)), 0.5);
+        assert_eq!(card.sample_alpha(Vec2::new(0.25, 0.5)), 0.0);
+        assert!(opaque.clone().with_alpha(vec![0.0]).is_err());
+        assert!(opaque.clone().with_alpha(vec![0.0, 1.5]).is_err());
+        assert!(opaque.with_alpha(vec![f32::NAN, 1.0]).is_err());
     }
 
     #[test]

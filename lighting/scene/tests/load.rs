@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use scene::load::{LoadError, scene_from_path};
+use scene::load::{LoadError, LoadOptions, scene_from_path};
 use scene::{Geometry, Light, Scene};
 
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
@@ -36,7 +36,7 @@ fn the_contents_decide_what_a_file_is() {
         fs::create_dir_all(folder.path().join("data")).unwrap();
         fs::write(folder.path().join("data/the buffer.bin"), triangle()).unwrap();
         fs::write(&path, contents).unwrap();
-        let loaded = scene_from_path(&path).unwrap();
+        let loaded = scene_from_path(&path, &LoadOptions::default()).unwrap();
         assert_eq!(Geometry::new(&loaded.scene).unwrap().triangles().len(), 1);
         assert_eq!(loaded.scene.name, name.split('.').next().unwrap());
     }
@@ -47,13 +47,15 @@ fn a_missing_or_short_buffer_file_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gltf");
     fs::write(&path, GLTF).unwrap();
-    let error = scene_from_path(&path).unwrap_err();
+    let error = scene_from_path(&path, &LoadOptions::default()).unwrap_err();
     assert!(matches!(error, LoadError::Io { .. }));
     assert!(error.to_string().contains("the buffer.bin"), "{error}");
 
     fs::create_dir(folder.path().join("data")).unwrap();
     fs::write(folder.path().join("data/the buffer.bin"), [0; 35]).unwrap();
-    let error = scene_from_path(&path).unwrap_err().to_string();
+    let error = scene_from_path(&path, &LoadOptions::default())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("buffer 0 needs 36 bytes"), "{error}");
 }
 
@@ -63,7 +65,11 @@ fn files_that_are_no_scenes_are_refused() {
     for (name, contents, cause) in [
         ("empty.glb", &b""[..], "only 0"),
         ("half.glb", b"gl", "malformed"),
-        ("text.txt", b"hello", "neither glTF, GLB, PLY, HAIR nor VOL"),
+        (
+            "text.txt",
+            b"hello",
+            "neither glTF, GLB, PLY, OBJ, HAIR nor VOL",
+        ),
         ("text.ply", b"hello\n", "\"ply\""),
         ("text.gltf", b"hello", "malformed"),
         (
@@ -74,11 +80,13 @@ fn files_that_are_no_scenes_are_refused() {
     ] {
         let path = folder.path().join(name);
         fs::write(&path, contents).unwrap();
-        let error = scene_from_path(&path).unwrap_err().to_string();
+        let error = scene_from_path(&path, &LoadOptions::default())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains(cause), "{name}: {error}");
     }
-    assert!(scene_from_path(folder.path()).is_err());
-    let error = scene_from_path(&folder.path().join("none.glb"))
+    assert!(scene_from_path(folder.path(), &LoadOptions::default()).is_err());
+    let error = scene_from_path(&folder.path().join("none.glb"), &LoadOptions::default())
         .unwrap_err()
         .to_string();
     assert!(error.contains("none.glb"), "{error}");
@@ -96,7 +104,7 @@ fn others(name: &str) -> Option<PathBuf> {
 }
 
 fn load(path: &Path) -> (Scene, Geometry) {
-    let loaded = scene_from_path(path).expect("a sound file");
+    let loaded = scene_from_path(path, &LoadOptions::default()).expect("a sound file");
     println!("{}: {:?}", path.display(), loaded.notes);
     let geometry = Geometry::new(&loaded.scene).expect("sound geometry");
     for light in &loaded.scene.lights {

@@ -224,12 +224,12 @@ mod tests {
     use glam::{DVec3, Quat};
 
     use super::*;
+    use crate::Ray;
     use crate::scene::{Bounds, Cone, Medium};
-    use crate::{Ray, emitter};
 
     /// The midpoint rule in the angle at the light, in f64 from the definition,
     /// between the ends of what the path says is lit.
-    fn sum(path: &LightPath<'_>, light: DVec3, emission: &emitter::Emission) -> f64 {
+    fn sum(path: &LightPath<'_>, light: DVec3, emission: &crate::scene::Emission) -> f64 {
         let (medium, ray) = (path.medium(), path.ray());
         let sigma_t = f64::from(medium.sigma_t().x);
         let direction = ray.direction().as_dvec3().normalize();
@@ -256,17 +256,17 @@ mod tests {
                     }
                 };
                 let factor = match emission {
-                    emitter::Emission::Spot(spot) => {
+                    crate::scene::Emission::Spot(spot) => {
                         let cos = spot.axis().as_dvec3().normalize().dot(offset) / d;
                         let (inner, outer) =
                             (f64::from(spot.cos_inner()), f64::from(spot.cos_outer()));
                         let edge = (cos - outer) / (inner - outer).max(0.001);
                         edge.clamp(0.0, 1.0).powi(2)
                     }
-                    emitter::Emission::Cosine { normal } => {
+                    crate::scene::Emission::Cosine { normal } => {
                         (normal.as_dvec3().normalize().dot(offset) / d).max(0.0)
                     }
-                    emitter::Emission::Isotropic => 1.0,
+                    crate::scene::Emission::Isotropic => 1.0,
                 };
                 let depth = sigma_t * (x - f64::from(path.entry()) + inside);
                 factor * (-depth).exp() * step / h
@@ -294,9 +294,10 @@ mod tests {
                 for share in [0.0, 0.5, 0.98] {
                     let outer = degrees.to_radians();
                     let inner = share * outer;
-                    let spot = emitter::Emission::spot(turn, Cone { inner, outer }, None).unwrap();
+                    let spot =
+                        crate::scene::Emission::spot(turn, Cone { inner, outer }, None).unwrap();
                     let normal = turn * Vec3::NEG_Z;
-                    for emission in [spot, emitter::Emission::Cosine { normal }] {
+                    for emission in [spot, crate::scene::Emission::Cosine { normal }] {
                         let lamp =
                             Emitter::point(light, Vec3::ONE, f32::INFINITY, emission.clone())
                                 .unwrap();

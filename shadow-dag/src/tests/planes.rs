@@ -38,7 +38,7 @@ fn level_floor() -> Soup {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(reference::property::cases(24))]
 
     // Open surfaces leave nothing to choose: whoever builds their shadows gets
     // the same, and maps are read without any patches.

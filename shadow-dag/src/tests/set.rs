@@ -54,7 +54,7 @@ fn saved(bake: &SetBake<'_>) -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(reference::property::cases(24))]
 
     #[test]
     fn the_grids_of_several_lights_are_those_of_each_whatever_the_breaks(

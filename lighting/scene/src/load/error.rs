@@ -5,8 +5,10 @@ use std::path::PathBuf;
 
 use crate::SceneError;
 
-/// Why a scene file cannot be used. Every message names what is at fault and
-/// its value; none names the scene file itself, which the caller knows.
+/// Why a scene file cannot be used. Every message names what is at fault; none
+/// names the scene file itself, which the caller knows. Numbers and names that
+/// were understood as such may be repeated, text that was not is only counted:
+/// the file may be one that was never meant to be read aloud.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {
@@ -59,13 +61,21 @@ pub enum LoadError {
     },
 }
 
+/// A name from a file as it may be shown: at most 60 characters, none of which
+/// controls a terminal.
+#[cfg(any(feature = "gltf", feature = "ply", feature = "obj"))]
+pub(crate) fn printable(name: &str) -> String {
+    let shown = |c: char| if c.is_control() { '?' } else { c };
+    name.chars().take(60).map(shown).collect()
+}
+
 impl LoadError {
     pub(crate) fn bad_value(
         what: impl Into<String>,
         value: impl ToString,
         expected: &'static str,
     ) -> Self {
-        // Values are text from the file: a page of it helps nobody.
+        // A page of numbers helps nobody.
         let mut value = value.to_string();
         if value.chars().count() > 80 {
             value = value.chars().take(80).chain("…".chars()).collect();
@@ -75,6 +85,21 @@ impl LoadError {
             value,
             expected,
         }
+    }
+
+    /// Text that cannot be understood; none of it is repeated.
+    pub(crate) fn not_understood(
+        what: impl Into<String>,
+        text: &[u8],
+        expected: &'static str,
+    ) -> Self {
+        let bytes = text.len();
+        let value = if text.is_ascii() {
+            format!("{bytes} other characters")
+        } else {
+            format!("{bytes} other bytes")
+        };
+        Self::bad_value(what, value, expected)
     }
 
     pub(crate) fn truncated(what: impl Into<String>, needed: u64, available: usize) -> Self {

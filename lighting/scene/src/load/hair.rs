@@ -2,7 +2,7 @@
 
 use super::limits::{Budget, Notes};
 use super::words::{Words, vec3};
-use super::{LoadError, Loaded, MAX_DECODED_BYTES};
+use super::{LoadError, LoadOptions, Loaded, MAX_DECODED_BYTES};
 use crate::{Scene, StrandPoint, Strands};
 
 /// Bits of the header: which arrays follow it, in this order.
@@ -22,14 +22,14 @@ const INFO: u64 = 88;
 /// [`LoadError::Truncated`], [`LoadError::BadValue`],
 /// [`LoadError::Unsupported`], [`LoadError::TooLarge`]; [`LoadError::Scene`] for
 /// a point that [`Strands::new`] refuses.
-pub fn hair_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
+pub fn hair_from_slice(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
+    options.check()?;
     let mut words = Words::new(bytes);
     let magic: [u8; 4] = words.item("the header of a HAIR file")?;
     if magic != *b"HAIR" {
-        let magic = String::from_utf8_lossy(&magic);
-        return Err(LoadError::bad_value(
+        return Err(LoadError::not_understood(
             "the start of the file",
-            magic,
+            &magic,
             "\"HAIR\"",
         ));
     }
@@ -60,11 +60,13 @@ pub fn hair_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
             words.available()
         ));
     }
+    let placement = (options.unit * options.up.rotation()).as_mat3();
+    let unit = options.unit as f32;
     let points = positions
         .zip(thickness.zip(transparency))
         .map(|(position, (thickness, transparency))| StrandPoint {
-            position,
-            thickness,
+            position: placement * position,
+            thickness: unit * thickness,
             opacity: 1.0 - transparency,
         })
         .collect();
@@ -75,6 +77,7 @@ pub fn hair_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
     Ok(Loaded {
         scene,
         notes: notes.into_vec(),
+        ..Loaded::default()
     })
 }
 
@@ -211,6 +214,32 @@ mod tests {
         bytes
     }
 
+    fn read(bytes: &[u8]) -> Result<Loaded, LoadError> {
+        hair_from_slice(bytes, &LoadOptions::default())
+    }
+
+    #[test]
+    fn unit_and_up_axis_apply_to_positions_and_thickness() {
+        let options = LoadOptions {
+            unit: 0.01,
+            up: crate::load::UpAxis::Z,
+            ..LoadOptions::default()
+        };
+        let loaded = hair_from_slice(&file(POINTS), &options).unwrap();
+        let point = strands(&loaded).points()[0];
+        assert!(
+            point
+                .position
+                .abs_diff_eq(Vec3::new(0.07, 0.0702, -0.0701), 1e-6)
+        );
+        assert!((point.thickness - 0.005).abs() < 1e-7);
+        let bad = LoadOptions {
+            unit: 0.0,
+            ..options
+        };
+        assert!(hair_from_slice(&file(POINTS), &bad).is_err());
+    }
+
     fn strands(loaded: &Loaded) -> &Strands {
         match &loaded.scene.translucent[..] {
             [Translucent::Strands(strands)] => strands,
@@ -221,7 +250,7 @@ mod tests {
     #[test]
     fn every_combination_of_arrays_is_read() {
         for arrays in (0..32).filter(|arrays| arrays & POINTS != 0) {
-            let loaded = hair_from_slice(&file(arrays)).unwrap();
+            let loaded = read(&file(arrays)).unwrap();
             let strands = strands(&loaded);
             let (count, pieces) = if arrays & SEGMENTS != 0 {
                 (2, 3)
@@ -252,7 +281,7 @@ mod tests {
         };
         for (file, cause) in [
             (b"HAI".to_vec(), "needs 4 bytes"),
-            (b"HARE 1".to_vec(), "HARE"),
+            (b"HARE 1".to_vec(), "\"HAIR\""),
             (with(4, &[3, 0, 0, 0]), "is 5, expected one more"),
             (with(4, &[255; 4]), "4294967295 HAIR strands"),
             (with(8, &[255; 4]), "4294967295 points"),
@@ -264,7 +293,7 @@ mod tests {
             (with(128, &[9, 0]), "is 5, expected"),
             (with(132, &f32::INFINITY.to_le_bytes()), "strand point 0"),
         ] {
-            let error = hair_from_slice(&file).unwrap_err().to_string();
+            let error = read(&file).unwrap_err().to_string();
             assert!(error.contains(cause), "{error}");
         }
     }
@@ -274,10 +303,10 @@ mod tests {
         for arrays in [3, 31, 2] {
             let mut file = file(arrays);
             for length in 0..file.len() {
-                assert!(hair_from_slice(&file[..length]).is_err(), "{length}");
+                assert!(read(&file[..length]).is_err(), "{length}");
             }
             file.push(0);
-            let notes = hair_from_slice(&file).unwrap().notes;
+            let notes = read(&file).unwrap().notes;
             assert!(notes.iter().any(|note| note.starts_with("1 bytes")));
         }
     }
@@ -285,7 +314,7 @@ mod tests {
     #[test]
     fn damage_never_panics() {
         for arrays in [3, 31] {
-            crate::load::damage::survives(&file(arrays), |damaged| drop(hair_from_slice(damaged)));
+            crate::load::damage::survives(&file(arrays), |damaged| drop(read(damaged)));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use super::LoadError;
 
@@ -46,6 +46,75 @@ pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
         return Err(too_large(bytes.len() as u64));
     }
     Ok(bytes)
+}
+
+/// The folder of a scene file, and another one that it may take files from.
+#[derive(Debug)]
+pub(super) struct Folder {
+    own: PathBuf,
+    assets: Option<PathBuf>,
+}
+
+impl Folder {
+    pub(super) fn of(file: &Path, assets: Option<&Path>) -> Self {
+        let own = match file.parent() {
+            Some(parent) if parent != Path::new("") => parent.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        Self {
+            own,
+            assets: assets.map(Path::to_path_buf),
+        }
+    }
+
+    /// The contents of a file, given its path relative to the scene file. It
+    /// has to be inside one of the two folders, symbolic links followed.
+    pub(super) fn read(&self, path: &str) -> Result<Vec<u8>, LoadError> {
+        let outside = || {
+            LoadError::bad_value(
+                "a file that the scene refers to",
+                format!("{} levels up", path.matches("..").count().max(1)),
+                "a file in the folder of the scene, or below the folder for assets",
+            )
+        };
+        let relative = Path::new(path);
+        let goes_up = relative
+            .components()
+            .any(|part| part == Component::ParentDir);
+        let is_rooted = relative
+            .components()
+            .any(|part| matches!(part, Component::RootDir | Component::Prefix(_)));
+        // Whether a file outside is there is none of the scene's business.
+        if is_rooted || (goes_up && self.assets.is_none()) {
+            return Err(outside());
+        }
+        let joined = self.own.join(relative);
+        let resolve = |path: &Path| {
+            std::fs::canonicalize(path).map_err(|source| LoadError::Io {
+                path: path.to_path_buf(),
+                source,
+            })
+        };
+        let mut folders = vec![resolve(&self.own)?];
+        if let Some(assets) = &self.assets {
+            folders.push(resolve(assets)?);
+        }
+        let found = match resolve(&joined) {
+            Ok(found) => found,
+            Err(_) if goes_up => return Err(outside()),
+            Err(error) => return Err(error),
+        };
+        if !folders.iter().any(|folder| found.starts_with(folder)) {
+            return Err(outside());
+        }
+        read_file(&found).map_err(|error| match error {
+            LoadError::Io { source, .. } => LoadError::Io {
+                path: joined,
+                source,
+            },
+            other => other,
+        })
+    }
 }
 
 /// Memory that decoded data may still take.
@@ -130,6 +199,58 @@ mod tests {
         let notes = notes.into_vec();
         assert_eq!(notes.len(), MAX_NOTES + 1);
         assert!(notes[MAX_NOTES].starts_with("50 more"));
+    }
+
+    #[test]
+    fn files_outside_of_the_folders_are_not_read() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        for folder in ["scene/sub", "assets/sub", "secret"] {
+            std::fs::create_dir_all(at(folder)).unwrap();
+        }
+        for file in ["scene/sub/a", "assets/sub/a", "secret/a"] {
+            std::fs::write(at(file), file).unwrap();
+        }
+        let scene = at("scene/scene.gltf");
+        let read = |assets: Option<&Path>, path: &str| {
+            let contents = Folder::of(&scene, assets).read(path);
+            contents.map(|bytes| String::from_utf8(bytes).unwrap())
+        };
+        let assets = at("assets");
+        assert_eq!(read(None, "sub/a").unwrap(), "scene/sub/a");
+        assert_eq!(
+            read(Some(&assets), "../assets/sub/a").unwrap(),
+            "assets/sub/a"
+        );
+        for (assets, path) in [
+            (None, "../secret/a"),
+            (None, "../secret/none"),
+            (None, "../assets/sub/a"),
+            (None, "/etc/passwd"),
+            (Some(&*assets), "../secret/a"),
+            (Some(&*assets), "../secret/none"),
+            (Some(&*assets), "/etc/passwd"),
+        ] {
+            let error = read(assets, path).unwrap_err().to_string();
+            assert!(
+                error.contains("in the folder of the scene"),
+                "{path}: {error}"
+            );
+        }
+        let error = read(None, "none").unwrap_err().to_string();
+        assert!(error.contains("none"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_out_of_the_folder_is_not_followed() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("scene");
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::write(root.path().join("secret"), "secret").unwrap();
+        std::os::unix::fs::symlink("../secret", folder.join("link")).unwrap();
+        let error = Folder::of(&folder.join("scene.gltf"), None).read("link");
+        assert!(error.unwrap_err().to_string().contains("in the folder"));
     }
 
     #[test]

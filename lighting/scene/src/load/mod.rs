@@ -1,9 +1,9 @@
-//! Scene files: glTF 2.0 and GLB (feature `gltf`), PLY (`ply`), HAIR (`hair`) and
-//! VOL (`vol`).
+//! Scene files: glTF 2.0 and GLB (feature `gltf`), PLY (`ply`), OBJ (`obj`), HAIR
+//! (`hair`) and VOL (`vol`).
 //!
 //! [`scene_from_path`] reads a file and whatever it refers to;
-//! `gltf_from_slice`, `ply_from_slice`, `hair_from_slice` and `vol_from_slice` do
-//! not touch the file system.
+//! `gltf_from_slice`, `ply_from_slice`, `obj_from_slice`, `hair_from_slice` and
+//! `vol_from_slice` do not touch the file system.
 //! Whatever is ignored or assumed is told in [`Loaded::notes`]. A scene that
 //! brings no camera or no light keeps none: see
 //! [`Scene::complete`](crate::Scene::complete).
@@ -11,6 +11,9 @@
 //! Files are not trusted. Lengths, offsets and indices are compared with the
 //! bytes that are there before anything is allocated, files are limited to
 //! [`MAX_FILE_BYTES`] and what is decoded from them to [`MAX_DECODED_BYTES`].
+//! Files that a file refers to have to lie in its folder or below
+//! [`LoadOptions::assets`], symbolic links followed. No error message repeats
+//! text of a file that is not a name or a number in it.
 //! Whether positions are finite is left to
 //! [`Geometry::new`](crate::Geometry::new).
 //!
@@ -21,18 +24,34 @@
 //! | in the file | becomes |
 //! |---|---|
 //! | nodes with meshes | instances; a node that mirrors gets a mesh with turned triangles, so that they stay counter-clockwise seen from outside |
+//! | `EXT_mesh_gpu_instancing` | an instance each |
+//! | `KHR_node_visibility` | nodes that are not visible, and all below them, are left out with their lights; cameras stay |
 //! | primitives | meshes; triangle lists, strips and fans, indexed or not |
-//! | `baseColorFactor`, `baseColorTexture` | the albedo; every texture repeats |
+//! | sparse accessors, `KHR_mesh_quantization`, `EXT_meshopt_compression`, `KHR_meshopt_compression` | what they stand for |
+//! | morph targets | positions, at the default weights |
+//! | skins | the pose of the nodes as they are in the file |
+//! | `COLOR_0` | vertex colours |
+//! | `baseColorFactor`, `baseColorTexture` with sampler and `KHR_texture_transform` | albedo and opacity; white without a material |
+//! | `alphaMode`, `alphaCutoff`, `doubleSided` | the same in [`Material`](crate::Material) |
+//! | `KHR_materials_transmission` | the transmission; its texture is ignored |
 //! | `emissiveFactor` × `KHR_materials_emissive_strength` × `emissiveTexture` | emitted radiance; on surfaces the texture's mean |
-//! | a primitive of two triangles that form a rectangle and emit | an area light too, on its front side, with the emissive texture if that is mapped once and upright or turned by right angles |
-//! | the first perspective camera | the camera; aspect ratio and clipping planes are the picture's affair |
-//! | `KHR_lights_punctual` | lights; candela and lux times the linear colour are taken as they are |
+//! | a primitive of two triangles that form a rectangle and emit | an area light too, on its front side (on both if it is double-sided), with the emissive texture if that is mapped once and upright or turned by right angles |
+//! | the first perspective camera | the camera; aspect ratio and clipping planes are the picture's affair. An orthographic one is ignored |
+//! | `KHR_lights_punctual` | lights; candela and lux times the linear colour are taken as they are; a `range` of 0 is no limit |
+//! | `EXT_lights_area` | area lights, rectangles and disks |
 //!
 //! A light or camera takes its place and orientation from its node, never its
-//! scale. Metalness, roughness, normals, alpha, vertex colours, skins, morph
-//! targets and animations have no effect. A texture that cannot be read is
-//! left out with a note; geometry that cannot be read is an error, and so is a
-//! required extension that is not in the table.
+//! scale; an area light takes the largest component of the scale. Lights have
+//! the name of the light, or of the node if it has none. Metalness, roughness,
+//! normals and animations have no effect. A texture that cannot be read is
+//! left out with a note; geometry that cannot be read is an error.
+//!
+//! An extension that is not in the table is left out with a note if it is known
+//! to concern only what surfaces look like. If the file requires it, or if it
+//! may carry or remove geometry, it is an error unless
+//! [`LoadOptions::lenient`].
+//!
+//! ## Extras
 //!
 //! The medium comes from the `extras` of the scene, of the document or of its
 //! `asset`, whichever is found first:
@@ -48,24 +67,53 @@
 //! missing), `rayleigh`, `henyey-greenstein` or `cornette-shanks` with a `g`, or
 //! `schlick` with a `k`. Without a `box` the medium is everywhere.
 //!
+//! `{"castsShadow": false}` in the extras of a node (for it and all below it),
+//! of a mesh or of a material makes [instances](crate::Instance::no_shadow) that
+//! light passes through.
+//!
+//! `{"cookie": {"image": 2, "rotation": 0.5}}` in the extras of a spotlight, or
+//! of its node, puts image 2 of the document in front of it (see
+//! [`SpotLight::texture`](crate::SpotLight::texture)), turned counter-clockwise
+//! by `rotation` radians (0 if it is missing) as the light looks.
+//!
+//! `{"angularDiameter": 0.0093}` in the extras of a directional light, or of its
+//! node, is [the angle](crate::DirectionalLight::angular_diameter) in radians
+//! that it spans in the sky.
+//!
 //! # PLY
 //!
-//! ASCII and binary of either byte order. The element `vertex` needs `x`, `y`
-//! and `z`, the element `face` a list `vertex_indices` or `vertex_index`; any
-//! number types in any order. Polygons become fans around their first corner,
-//! which is right for convex ones. Everything else in the file is skipped.
+//! ASCII and binary of either byte order, with any of the three line ends. The
+//! element `vertex` needs `x`, `y` and `z`; the element `face` a list
+//! `vertex_indices` or `vertex_index`, or else the element `tristrips` such a
+//! list in which −1 begins a new strip; any number types in any order. Polygons
+//! that are convex seen along their normal become fans around their first
+//! corner, all others are cut into triangles at their ears. Everything else in
+//! the file is skipped.
+//!
+//! # OBJ
+//!
+//! Wavefront's format with its materials: `Kd`, `map_Kd`, `Ke`, `d` or `Tr` (as
+//! [`AlphaMode::Blend`](crate::AlphaMode::Blend)); each object, group and
+//! material becomes a mesh. Polygons are treated like those of PLY.
+//!
+//! # Far from the origin
+//!
+//! Coordinates of PLY and OBJ are read in double precision. If they are so far
+//! out that single precision would move a vertex, and farther than 16 times
+//! their extent, they are moved to the origin; [`Loaded::offset`] is by how much.
 //!
 //! # HAIR
 //!
 //! Cem Yuksel's format, with any combination of its arrays. A point's thickness
 //! is the diameter of the strand, its opacity 1 − transparency; colours have no
-//! effect. The file's unit is taken as the metre.
+//! effect.
 //!
 //! # VOL
 //!
 //! Mitsuba's format, version 3: densities as f32, f16 or bytes (of which 255 is
 //! 1), in one channel or as the mean of three; trilinear, the outer samples on
-//! the faces of the box. A density is an extinction coefficient in 1/m; see
+//! the faces of the box. A density is an extinction coefficient per unit of
+//! length of the file; see
 //! [`DensityGrid::with_scale`](crate::DensityGrid::with_scale).
 
 #[cfg(test)]
@@ -75,9 +123,18 @@ mod error;
 mod gltf;
 #[cfg(feature = "hair")]
 mod hair;
+#[cfg(any(feature = "gltf", feature = "obj"))]
+mod image;
 mod limits;
+#[cfg(feature = "obj")]
+mod obj;
+mod options;
+#[cfg(any(feature = "ply", feature = "obj"))]
+mod place;
 #[cfg(feature = "ply")]
 mod ply;
+#[cfg(any(feature = "ply", feature = "obj"))]
+mod polygon;
 #[cfg(feature = "vol")]
 mod vol;
 #[cfg(any(feature = "hair", feature = "vol"))]
@@ -91,36 +148,54 @@ pub use gltf::gltf_from_slice;
 #[cfg(feature = "hair")]
 pub use hair::hair_from_slice;
 pub use limits::{MAX_DECODED_BYTES, MAX_FILE_BYTES};
+#[cfg(feature = "obj")]
+pub use obj::obj_from_slice;
+pub use options::{LoadOptions, UpAxis};
 #[cfg(feature = "ply")]
 pub use ply::ply_from_slice;
 #[cfg(feature = "vol")]
 pub use vol::vol_from_slice;
 
+use glam::DVec3;
+
+use self::limits::Folder;
 use crate::Scene;
 
+/// Returns the contents of a file that a scene file refers to, given its path
+/// relative to it, which has been decoded but not checked.
+pub type OpenFile<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, LoadError>;
+
 /// A scene, and what the user should know about how it was read.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
     /// What was ignored or assumed, a sentence each.
     pub notes: Vec<String>,
+    /// By how much the scene was moved to the origin, m: a point of the scene
+    /// is where it was in the file, in metres and with +Y up, less this.
+    pub offset: DVec3,
 }
 
-/// Reads a glTF, GLB, PLY, HAIR or VOL file, told apart by their first bytes,
-/// and the files that a glTF file refers to, relative to its folder. The scene
-/// is named like the file.
+/// Reads a glTF, GLB, PLY, OBJ, HAIR or VOL file, told apart by their first
+/// bytes, and the files that it refers to, relative to its folder. OBJ files,
+/// which begin with anything, are told by their name. The scene is named like
+/// the file.
 ///
 /// # Errors
 /// Any [`LoadError`]. A format whose feature is off is
 /// [`LoadError::Unsupported`].
-pub fn scene_from_path(path: &Path) -> Result<Loaded, LoadError> {
+pub fn scene_from_path(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    options.check()?;
     let bytes = limits::read_file(path)?;
+    let folder = Folder::of(path, options.assets.as_deref());
+    let open = &mut |uri: &str| folder.read(uri);
     let mut loaded = match Format::of(&bytes, path)? {
-        Format::Gltf => from_gltf(&bytes, path)?,
-        Format::Ply => from_ply(&bytes)?,
-        Format::Hair => from_hair(&bytes)?,
-        Format::Vol => from_vol(&bytes)?,
+        Format::Gltf => from_gltf(&bytes, options, open)?,
+        Format::Ply => from_ply(&bytes, options)?,
+        Format::Obj => from_obj(&bytes, options, open)?,
+        Format::Hair => from_hair(&bytes, options)?,
+        Format::Vol => from_vol(&bytes, options)?,
     };
     if let Some(stem) = path.file_stem() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
@@ -128,58 +203,42 @@ pub fn scene_from_path(path: &Path) -> Result<Loaded, LoadError> {
     Ok(loaded)
 }
 
-#[cfg(feature = "gltf")]
-fn from_gltf(bytes: &[u8], path: &Path) -> Result<Loaded, LoadError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    gltf_from_slice(bytes, &mut |uri| limits::read_file(&folder.join(uri)))
+/// A reader, or in its place the error that its feature is off.
+macro_rules! reader {
+    ($feature:literal, $name:literal, $from:ident, $read:ident, ($($open:ident)?)) => {
+        #[cfg(feature = $feature)]
+        fn $from(
+            bytes: &[u8],
+            options: &LoadOptions,
+            $($open: OpenFile<'_>,)?
+        ) -> Result<Loaded, LoadError> {
+            $read(bytes, options, $($open)?)
+        }
+
+        #[cfg(not(feature = $feature))]
+        fn $from(
+            _: &[u8],
+            _: &LoadOptions,
+            $($open: OpenFile<'_>,)?
+        ) -> Result<Loaded, LoadError> {
+            $(let _ = $open;)?
+            Err(LoadError::Unsupported(
+                concat!($name, " (feature `", $feature, "` is off in this build)").into(),
+            ))
+        }
+    };
 }
 
-#[cfg(not(feature = "gltf"))]
-fn from_gltf(_: &[u8], _: &Path) -> Result<Loaded, LoadError> {
-    Err(LoadError::Unsupported(
-        "glTF (feature `gltf` is off in this build)".into(),
-    ))
-}
-
-#[cfg(feature = "ply")]
-fn from_ply(bytes: &[u8]) -> Result<Loaded, LoadError> {
-    ply_from_slice(bytes)
-}
-
-#[cfg(not(feature = "ply"))]
-fn from_ply(_: &[u8]) -> Result<Loaded, LoadError> {
-    Err(LoadError::Unsupported(
-        "PLY (feature `ply` is off in this build)".into(),
-    ))
-}
-
-#[cfg(feature = "hair")]
-fn from_hair(bytes: &[u8]) -> Result<Loaded, LoadError> {
-    hair_from_slice(bytes)
-}
-
-#[cfg(not(feature = "hair"))]
-fn from_hair(_: &[u8]) -> Result<Loaded, LoadError> {
-    Err(LoadError::Unsupported(
-        "HAIR (feature `hair` is off in this build)".into(),
-    ))
-}
-
-#[cfg(feature = "vol")]
-fn from_vol(bytes: &[u8]) -> Result<Loaded, LoadError> {
-    vol_from_slice(bytes)
-}
-
-#[cfg(not(feature = "vol"))]
-fn from_vol(_: &[u8]) -> Result<Loaded, LoadError> {
-    Err(LoadError::Unsupported(
-        "VOL (feature `vol` is off in this build)".into(),
-    ))
-}
+reader!("gltf", "glTF", from_gltf, gltf_from_slice, (open));
+reader!("ply", "PLY", from_ply, ply_from_slice, ());
+reader!("obj", "OBJ", from_obj, obj_from_slice, (open));
+reader!("hair", "HAIR", from_hair, hair_from_slice, ());
+reader!("vol", "VOL", from_vol, vol_from_slice, ());
 
 enum Format {
     Gltf,
     Ply,
+    Obj,
     Hair,
     Vol,
 }
@@ -208,10 +267,11 @@ impl Format {
         match extension.as_deref() {
             Some("gltf" | "glb") => Ok(Self::Gltf),
             Some("ply") => Ok(Self::Ply),
+            Some("obj") => Ok(Self::Obj),
             Some("hair") => Ok(Self::Hair),
             Some("vol") => Ok(Self::Vol),
             _ => Err(LoadError::Unsupported(
-                "a file that is neither glTF, GLB, PLY, HAIR nor VOL".into(),
+                "a file that is neither glTF, GLB, PLY, OBJ, HAIR nor VOL".into(),
             )),
         }
     }

@@ -4,7 +4,7 @@ use half::f16;
 
 use super::limits::{Budget, Notes};
 use super::words::{Words, vec3};
-use super::{LoadError, Loaded, MAX_DECODED_BYTES};
+use super::{LoadError, LoadOptions, Loaded, MAX_DECODED_BYTES, UpAxis};
 use crate::{Bounds, DensityGrid, Interpolation, MAX_SAMPLES, Scene};
 
 /// Reads a VOL file as a scene of one density grid; see the [module](super)
@@ -14,15 +14,15 @@ use crate::{Bounds, DensityGrid, Interpolation, MAX_SAMPLES, Scene};
 /// [`LoadError::Truncated`], [`LoadError::BadValue`],
 /// [`LoadError::Unsupported`], [`LoadError::TooLarge`]; [`LoadError::Scene`]
 /// for a box or a density that [`Bounds::new`] or [`DensityGrid::new`] refuses.
-pub fn vol_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
+pub fn vol_from_slice(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
+    options.check()?;
     let what = "the header of a VOL file";
     let mut words = Words::new(bytes);
     let [magic @ .., version] = words.item::<4>(what)?;
     if magic != *b"VOL" {
-        let magic = String::from_utf8_lossy(&magic);
-        return Err(LoadError::bad_value(
+        return Err(LoadError::not_understood(
             "the start of the file",
-            magic,
+            &magic,
             "\"VOL\"",
         ));
     }
@@ -43,6 +43,14 @@ pub fn vol_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
     let samples = resolution
         .into_iter()
         .fold(1_u64, |product, count| product.saturating_mul(count.into()));
+    if samples == 0 {
+        let [x, y, z] = resolution;
+        return Err(LoadError::bad_value(
+            "the resolution of a VOL grid",
+            format!("{x} x {y} x {z}"),
+            "at least one sample along each axis",
+        ));
+    }
     if samples > MAX_SAMPLES {
         let [x, y, z] = resolution;
         return Err(LoadError::TooLarge {
@@ -66,7 +74,13 @@ pub fn vol_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
             words.available()
         ));
     }
-    let grid = DensityGrid::new(bounds, resolution, density, 1.0, Interpolation::Linear)?;
+    let placement = options.unit * options.up.rotation();
+    let [a, b] = [bounds.min(), bounds.max()].map(|p| (placement * p.as_dvec3()).as_vec3());
+    let bounds = Bounds::new(a.min(b), a.max(b))?;
+    let (resolution, density) = turned(options.up, resolution, density);
+    // Optical depths stay what they are in the file.
+    let scale = (1.0 / options.unit) as f32;
+    let grid = DensityGrid::new(bounds, resolution, density, scale, Interpolation::Linear)?;
     let scene = Scene {
         translucent: vec![grid.into()],
         ..Scene::default()
@@ -74,7 +88,30 @@ pub fn vol_from_slice(bytes: &[u8]) -> Result<Loaded, LoadError> {
     Ok(Loaded {
         scene,
         notes: notes.into_vec(),
+        ..Loaded::default()
     })
+}
+
+/// The samples in the order of the scene's axes, x fastest.
+fn turned(up: UpAxis, resolution: [u32; 3], density: Vec<f32>) -> ([u32; 3], Vec<f32>) {
+    let [x, y, z] = resolution.map(|count| count as usize);
+    // For each axis of the scene its length and the samples that a step along it
+    // is in the file, with the sample at the origin of the scene's box.
+    let (lengths, steps, start) = match up {
+        UpAxis::Y => return (resolution, density),
+        UpAxis::X => ([y, x, z], [-(x as isize), 1, (x * y) as isize], x * (y - 1)),
+        UpAxis::Z => ([x, z, y], [1, (x * y) as isize, -(x as isize)], x * (y - 1)),
+    };
+    let mut ordered = Vec::with_capacity(density.len());
+    for k in 0..lengths[2] as isize {
+        for j in 0..lengths[1] as isize {
+            for i in 0..lengths[0] as isize {
+                let at = start as isize + i * steps[0] + j * steps[1] + k * steps[2];
+                ordered.push(density[at as usize]);
+            }
+        }
+    }
+    (lengths.map(|length| length as u32), ordered)
 }
 
 /// How numbers are stored.
@@ -138,8 +175,38 @@ mod tests {
         (0..count).flat_map(number).collect()
     }
 
+    fn read(bytes: &[u8]) -> Result<Loaded, LoadError> {
+        vol_from_slice(bytes, &LoadOptions::default())
+    }
+
+    #[test]
+    fn unit_and_up_axis_turn_the_grid_and_keep_optical_depths() {
+        let plain = grid(&file(1, 1, &f32s(6)));
+        for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
+            let options = LoadOptions {
+                unit: 0.5,
+                up,
+                ..LoadOptions::default()
+            };
+            let loaded = vol_from_slice(&file(1, 1, &f32s(6)), &options).unwrap();
+            let Translucent::Grid(turned) = &loaded.scene.translucent[0] else {
+                panic!("a grid");
+            };
+            let placement = options.unit * up.rotation();
+            for place in [
+                Vec3::new(-0.9, 0.3, 2.1),
+                Vec3::new(0.5, 3.9, 2.7),
+                Vec3::new(0.0, 2.0, 2.5),
+            ] {
+                let there = (placement * place.as_dvec3()).as_vec3();
+                let (was, is) = (plain.extinction_at(place), turned.extinction_at(there));
+                assert!((is - 2.0 * was).abs() < 1e-4, "{up:?} {place}: {was} {is}");
+            }
+        }
+    }
+
     fn grid(file: &[u8]) -> DensityGrid {
-        match vol_from_slice(file).unwrap().scene.translucent.remove(0) {
+        match read(file).unwrap().scene.translucent.remove(0) {
             Translucent::Grid(grid) => grid,
             other => panic!("{other:?}"),
         }
@@ -164,7 +231,7 @@ mod tests {
         assert!((bytes.density()[4] - 0.8).abs() < 1e-6 && bytes.density()[5] == 1.0);
         let coloured = file(1, 3, &f32s(18));
         assert_eq!(grid(&coloured).density()[..2], [0.5, 2.0]);
-        assert!(vol_from_slice(&coloured).unwrap().notes[0].contains("mean"));
+        assert!(read(&coloured).unwrap().notes[0].contains("mean"));
     }
 
     #[test]
@@ -176,7 +243,7 @@ mod tests {
         };
         let number = f32::to_le_bytes;
         for (file, cause) in [
-            (b"VOX\x03".to_vec(), "VOX"),
+            (b"VOX\x03".to_vec(), "\"VOL\""),
             (with(3, &[2]), "version 2"),
             (with(4, &[4]), "directions"),
             (with(4, &[9]), "encoding is 9"),
@@ -189,7 +256,7 @@ mod tests {
             (with(48, &number(-1.0)), "sample 0: density is -1"),
             (with(52, &number(f32::INFINITY)), "sample 1"),
         ] {
-            let error = vol_from_slice(&file).unwrap_err().to_string();
+            let error = read(&file).unwrap_err().to_string();
             assert!(error.contains(cause), "{error}");
         }
     }
@@ -198,16 +265,16 @@ mod tests {
     fn every_truncation_is_an_error_and_more_bytes_are_a_note() {
         let mut file = file(1, 1, &f32s(6));
         for length in 0..file.len() {
-            assert!(vol_from_slice(&file[..length]).is_err(), "{length}");
+            assert!(read(&file[..length]).is_err(), "{length}");
         }
         file.push(0);
-        assert!(vol_from_slice(&file).unwrap().notes[0].starts_with("1 bytes"));
+        assert!(read(&file).unwrap().notes[0].starts_with("1 bytes"));
     }
 
     #[test]
     fn damage_never_panics() {
         crate::load::damage::survives(&file(1, 3, &f32s(18)), |damaged| {
-            drop(vol_from_slice(damaged));
+            drop(read(damaged));
         });
     }
 }

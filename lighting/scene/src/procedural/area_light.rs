@@ -35,6 +35,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         edges: [1.2 * Vec3::X, 0.9 * Vec3::Z],
         radiance,
         texture: Some(warm_to_cold()),
+        ..AreaLight::default()
     };
     stage.seen(
         look(Vec3::new(0.0, 3.6, 7.6), Vec3::new(0.0, 2.55, 0.0), 46.0),

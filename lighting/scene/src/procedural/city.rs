@@ -71,6 +71,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let sun = DirectionalLight {
         direction: Vec3::new(0.255, -0.37, 1.0),
         irradiance: Vec3::new(2.3, 1.95, 1.5),
+        ..DirectionalLight::default()
     };
     let phase = PhaseFunction::HenyeyGreenstein { g: 0.6 };
     stage.seen(

@@ -31,6 +31,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         position: Vec3::new(0.0, 1.75, 0.0) + 0.05 * random.in_ball(),
         intensity: Vec3::new(32.0, 26.0, 18.0),
         range: f32::INFINITY,
+        ..PointLight::default()
     };
     stage.seen(
         look(Vec3::new(0.0, 2.7, 5.4), Vec3::new(0.0, 1.55, 0.0), 46.0),

@@ -43,6 +43,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         position: Vec3::new(0.44, 1.35, -1.8),
         intensity: Vec3::new(42.0, 34.0, 25.0),
         range: f32::INFINITY,
+        ..PointLight::default()
     };
     stage.seen(
         look(Vec3::new(-1.3, 1.45, 3.9), Vec3::new(0.15, 1.2, 0.0), 50.0),

@@ -29,6 +29,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         position: Vec3::new(0.45, 0.45, 0.30),
         intensity: Vec3::new(20.0, 16.0, 12.0),
         range: f32::INFINITY,
+        ..PointLight::default()
     };
     stage.seen(
         look(Vec3::new(0.2, 0.6, 3.4), Vec3::new(0.1, 0.05, 0.0), 45.0),

@@ -27,6 +27,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let sun = DirectionalLight {
         direction: Vec3::new(0.35, -0.30, 1.0),
         irradiance: Vec3::new(7.5, 5.9, 4.4),
+        ..DirectionalLight::default()
     };
     let half = 0.5 * SIZE;
     let air = Bounds::new(

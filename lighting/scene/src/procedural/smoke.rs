@@ -68,6 +68,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
             outer: 0.75,
         },
         texture: None,
+        ..SpotLight::default()
     };
     stage.seen(
         look(Vec3::new(1.2, 2.0, 9.0), Vec3::new(0.2, 2.4, 0.0), 48.0),

@@ -41,6 +41,7 @@ impl Stage {
         self.0.instances.push(Instance {
             mesh: shape.0,
             transform,
+            ..Instance::default()
         });
     }
 

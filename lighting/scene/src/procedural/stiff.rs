@@ -47,11 +47,13 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         position: EYE + Vec3::new(-0.004, 0.002, -0.002),
         intensity: Vec3::splat(1.5e-4),
         range: f32::INFINITY,
+        ..PointLight::default()
     };
     let distant = PointLight {
         position: 1e4 * towards,
         intensity: 1e8 * Vec3::new(75.0, 60.0, 42.0),
         range: f32::INFINITY,
+        ..PointLight::default()
     };
     let air = Bounds::new(Vec3::new(-0.8, -1.2, -20.0), Vec3::new(0.8, 1.2, 1.2))
         .expect("numbers of this program");

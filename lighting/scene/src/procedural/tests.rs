@@ -71,7 +71,7 @@ fn names_lead_back_to_their_scenes() {
 
 /// World-space box of an instance.
 fn extent(scene: &Scene, instance: usize) -> (Vec3, Vec3) {
-    let instance = scene.instances[instance];
+    let instance = &scene.instances[instance];
     let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let positions = scene.meshes[instance.mesh].positions.iter();
     positions.fold(start, |(min, max), &p| {

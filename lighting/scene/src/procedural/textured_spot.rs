@@ -27,6 +27,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
             outer: 0.44,
         },
         texture: Some(window(seed)),
+        ..SpotLight::default()
     };
     stage.seen(
         look(Vec3::new(2.4, 3.8, 8.8), Vec3::new(0.0, 2.2, 0.0), 46.0),

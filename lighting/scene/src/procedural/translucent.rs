@@ -160,6 +160,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
             outer: 0.8,
         },
         texture: None,
+        ..SpotLight::default()
     };
     let mut scene = stage.seen(
         look(Vec3::new(0.6, 2.0, 10.0), Vec3::new(-0.3, 2.3, 0.0), 50.0),

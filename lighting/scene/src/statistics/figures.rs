@@ -282,8 +282,6 @@ fn silhouette_length(map: &[Texel], width: usize) -> u64 {
 #[cfg(test)]
 #[cfg(feature = "procedural")]
 mod tests {
-    use glam::Affine3A;
-
     use super::*;
     use crate::procedural::primitives::cuboid;
     use crate::{Emission, Instance, Mesh};
@@ -291,7 +289,7 @@ mod tests {
     fn scene(meshes: Vec<Mesh>) -> (Scene, Geometry) {
         let instance = |mesh| Instance {
             mesh,
-            transform: Affine3A::IDENTITY,
+            ..Instance::default()
         };
         let scene = Scene {
             instances: (0..meshes.len()).map(instance).collect(),

@@ -42,7 +42,7 @@ fn geometry(meshes: &[Mesh]) -> Geometry {
     let mut scene = Scene::default();
     for mesh in meshes {
         let part = Scene::from(mesh.clone());
-        let mut instance = part.instances[0];
+        let mut instance = part.instances[0].clone();
         instance.mesh = scene.meshes.len();
         scene.meshes.extend(part.meshes);
         scene.instances.push(instance);

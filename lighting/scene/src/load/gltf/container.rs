@@ -1,16 +1,13 @@
 //! The outer shell of a file: GLB chunks or plain JSON, and whether the JSON
 //! may be handed to a parser.
 
-use gltf_json::Root;
+use gltf_json::{Root, Value};
 
 use crate::load::LoadError;
 
 /// The parser makes a struct of some hundred bytes out of a `{}`, so the
 /// number of values in a document is limited, not only its length.
 const MAX_VALUES: u64 = 1 << 22;
-
-/// Extensions that are read.
-const SUPPORTED: [&str; 2] = ["KHR_lights_punctual", "KHR_materials_emissive_strength"];
 
 /// The parts of a GLB file, or a glTF file as the first of them.
 #[derive(Debug)]
@@ -34,8 +31,10 @@ impl<'a> Container<'a> {
             u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]])
         };
         let (version, length) = (word(4), word(8));
-        if version != 2 {
-            return Err(LoadError::Unsupported(format!("GLB version {version}")));
+        match version {
+            2 => {}
+            1 => return Err(LoadError::Unsupported("glTF 1.0 (GLB version 1)".into())),
+            _ => return Err(LoadError::Unsupported(format!("GLB version {version}"))),
         }
         if u64::from(length) > bytes.len() as u64 {
             return Err(LoadError::truncated(
@@ -62,7 +61,7 @@ impl<'a> Container<'a> {
             if json.is_none() {
                 return Err(LoadError::bad_value(
                     "the first GLB chunk",
-                    String::from_utf8_lossy(&kind),
+                    "of another kind",
                     "JSON",
                 ));
             }
@@ -92,15 +91,27 @@ fn chunk(bytes: &[u8]) -> Result<Option<Chunk<'_>>, LoadError> {
     match rest.split_at_checked(length as usize) {
         Some((data, behind)) => Ok(Some((*kind, data, behind))),
         None => Err(LoadError::truncated(
-            format!("the GLB chunk {}", String::from_utf8_lossy(kind)),
+            match kind {
+                b"JSON" => "the GLB chunk JSON",
+                b"BIN\0" => "the GLB chunk BIN",
+                _ => "a GLB chunk of another kind",
+            },
             length.into(),
             rest.len(),
         )),
     }
 }
 
-/// Parses the document; the indices in it are not checked yet.
-pub(super) fn parse(json: &[u8]) -> Result<Root, LoadError> {
+/// A document whose indices are not checked yet.
+#[derive(Debug)]
+pub(super) struct Document {
+    pub(super) root: Root,
+    /// The same, for what the types of the library do not know.
+    pub(super) value: Value,
+}
+
+/// Parses the document.
+pub(super) fn parse(json: &[u8]) -> Result<Document, LoadError> {
     let values = count_values(json);
     if values > MAX_VALUES {
         return Err(LoadError::bad_value(
@@ -109,34 +120,107 @@ pub(super) fn parse(json: &[u8]) -> Result<Root, LoadError> {
             "at most 2^22",
         ));
     }
-    let root: Root = gltf_json::deserialize::from_slice(json)
-        .map_err(|error| LoadError::Json(error.to_string()))?;
-    let version = root
-        .asset
-        .min_version
-        .as_ref()
-        .unwrap_or(&root.asset.version);
-    if version.split('.').next() != Some("2")
-        || (root.asset.min_version.is_some() && version != "2.0")
-    {
-        return Err(LoadError::Unsupported(format!(
-            "glTF version {version:.20}"
-        )));
-    }
-    if let Some(name) = root
-        .extensions_required
-        .iter()
-        .find(|name| !is_supported(name))
-    {
-        return Err(LoadError::Unsupported(format!(
-            "the extension {name:.80}, which the file requires,"
-        )));
-    }
-    Ok(root)
+    let mut value: Value = gltf_json::deserialize::from_slice(json)
+        .map_err(|error| LoadError::Json(without_quotes(&error.to_string())))?;
+    check_version(&value)?;
+    normalise(&mut value);
+    let root = gltf_json::deserialize::from_value(value.clone()).map_err(json_error)?;
+    Ok(Document { root, value })
 }
 
-pub(super) fn is_supported(extension: &str) -> bool {
-    SUPPORTED.contains(&extension)
+fn json_error(error: impl std::fmt::Display) -> LoadError {
+    LoadError::Json(without_quotes(&error.to_string()))
+}
+
+/// Before the rest is looked at: documents of version 1 have other types.
+fn check_version(document: &Value) -> Result<(), LoadError> {
+    let asset = document.get("asset");
+    let text = |name: &str| asset.and_then(|asset| asset.get(name));
+    let is_old = |version: &Value| match version.as_str() {
+        Some(version) => version.starts_with("1."),
+        None => version
+            .as_f64()
+            .is_some_and(|version| (1.0..2.0).contains(&version)),
+    };
+    // An asset was optional in version 1, and lists were objects.
+    let looks_old = asset.is_none() && document.get("nodes").is_some_and(Value::is_object);
+    if text("version").is_some_and(is_old) || looks_old {
+        return Err(LoadError::Unsupported("glTF 1.0 (version 1.0)".into()));
+    }
+    let version = |name: &str| text(name).and_then(Value::as_str);
+    let unsupported = |version: &str| {
+        let version: String = version
+            .chars()
+            .take(20)
+            .map(|c| {
+                if c.is_ascii_digit() || c == '.' {
+                    c
+                } else {
+                    '?'
+                }
+            })
+            .collect();
+        Err(LoadError::Unsupported(format!("glTF version {version}")))
+    };
+    match (version("minVersion"), version("version")) {
+        (Some("2.0"), _) => Ok(()),
+        (Some(least), _) => unsupported(least),
+        (None, Some(version)) if version.split('.').next() == Some("2") => Ok(()),
+        (None, Some(version)) => unsupported(version),
+        // The library says what is missing.
+        (None, None) => Ok(()),
+    }
+}
+
+/// Fills in what the specification lets out and the library insists on, and
+/// drops what is not read.
+fn normalise(document: &mut Value) {
+    fn list<'a>(document: &'a mut Value, name: &str) -> impl Iterator<Item = &'a mut Value> {
+        let list = document.get_mut(name).and_then(Value::as_array_mut);
+        list.into_iter().flatten()
+    }
+    if let Some(animations) = document.get_mut("animations") {
+        // Only whether there are any is of interest.
+        let count = animations.as_array().map_or(0, Vec::len);
+        *animations = Value::Array(Vec::new());
+        if count > 0
+            && let Some(document) = document.as_object_mut()
+        {
+            document.insert(HAS_ANIMATIONS.into(), Value::Bool(true));
+        }
+    }
+    for scene in list(document, "scenes").filter_map(Value::as_object_mut) {
+        scene
+            .entry("nodes")
+            .or_insert_with(|| Value::Array(Vec::new()));
+    }
+    for texture in list(document, "textures").filter_map(Value::as_object_mut) {
+        if texture.contains_key("source") {
+            continue;
+        }
+        // The image in a format that is not read, or none: a note says so.
+        let of_extension = ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"]
+            .into_iter()
+            .find_map(|name| texture.get("extensions")?.get(name)?.get("source").cloned());
+        texture.insert("source".into(), of_extension.unwrap_or(NO_IMAGE.into()));
+    }
+}
+
+/// Where a document says that it had animations.
+pub(super) const HAS_ANIMATIONS: &str = "crepuscular has animations";
+
+/// The image of a texture that has none.
+const NO_IMAGE: u32 = u32::MAX;
+
+/// What the parser says, without the parts of the file that it repeats.
+fn without_quotes(message: &str) -> String {
+    match (message.find(['"', '`']), message.rfind(['"', '`'])) {
+        // Names of fields are the library's, in backticks.
+        (Some(first), Some(last)) if message.contains('"') && first < last => {
+            format!("{}a text{}", &message[..first], &message[last + 1..])
+        }
+        _ => message.to_owned(),
+    }
 }
 
 /// An upper bound of the number of values in JSON text.

@@ -2,23 +2,27 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use glam::{Affine3A, Vec3};
-use gltf_json::Node;
+use glam::{Affine3A, Quat, Vec3};
+use gltf_json::Index;
 use gltf_json::extensions::scene::khr_lights_punctual::{Light as Punctual, Type};
 use gltf_json::validation::Checked;
 
 use super::node::rotation;
-use super::{Builder, entry, label};
+use super::{Builder, entry, extras, label};
 use crate::load::LoadError;
-use crate::{Cone, DirectionalLight, Light, PointLight, SpotLight};
+use crate::{Cone, DirectionalLight, Light, PointLight, SpotLight, Texture};
+
+/// A cookie spans the square around the outer cone, which must be finite.
+const WIDEST_COOKIE: f32 = 1.5;
 
 impl Builder<'_> {
     pub(super) fn punctual_light(
         &mut self,
-        node: &Node,
+        number: usize,
         name: &str,
         world: Affine3A,
     ) -> Result<(), LoadError> {
+        let node = &self.root.nodes[number];
         let extension = node.extensions.as_ref();
         let Some(reference) = extension.and_then(|e| e.khr_lights_punctual.as_ref()) else {
             return Ok(());
@@ -34,7 +38,13 @@ impl Builder<'_> {
                 "finite, not negative",
             ));
         }
-        let range = light.range.unwrap_or(f32::INFINITY);
+        let mut range = light.range.unwrap_or(f32::INFINITY);
+        if range == 0.0 {
+            range = f32::INFINITY;
+            self.notes.add(format!(
+                "the range of {what} is 0, which is taken for no limit"
+            ));
+        }
         if !(range > 0.0) {
             return Err(LoadError::bad_value(
                 format!("the range of {what}"),
@@ -59,28 +69,85 @@ impl Builder<'_> {
                 return Ok(());
             }
         };
-        self.budget.take(&what, 1, size_of::<Light>())?;
+        // Editors put what the user adds to a light on its node.
+        let of_light = || {
+            let extension = self.value.get("extensions")?.get("KHR_lights_punctual")?;
+            let lights = extension.get("lights")?;
+            lights.get(reference.light.value())?.get("extras")
+        };
+        let extras = [of_light(), self.extras("nodes", number)];
+        let own_name = light.name.as_ref().filter(|name| !name.is_empty());
+        let called = own_name.or(node.name.as_ref()).cloned().unwrap_or_default();
+        self.budget
+            .take(&what, 1, size_of::<Light>() + called.len())?;
         let light = match kind {
             Type::Point => Light::Point(PointLight {
+                name: called,
                 position,
                 intensity: power,
                 range,
             }),
-            Type::Directional => Light::Directional(DirectionalLight {
-                direction: rotation * Vec3::NEG_Z,
-                irradiance: power,
-            }),
-            Type::Spot => Light::Spot(SpotLight {
-                position,
-                rotation,
-                intensity: power,
-                range,
-                cone: self.cone(light, &what)?,
-                texture: None,
-            }),
+            Type::Directional => {
+                let mut angular_diameter = None;
+                for extras in extras.into_iter().flatten() {
+                    angular_diameter =
+                        angular_diameter.or(extras::angular_diameter(extras, &what)?);
+                }
+                Light::Directional(DirectionalLight {
+                    name: called,
+                    direction: rotation * Vec3::NEG_Z,
+                    irradiance: power,
+                    angular_diameter: angular_diameter.unwrap_or(0.0),
+                })
+            }
+            Type::Spot => {
+                let cone = self.cone(light, &what)?;
+                let mut cookie = None;
+                for extras in extras.into_iter().flatten() {
+                    cookie = cookie.or(extras::cookie(extras, &what)?);
+                }
+                let (texture, turn) = self.cookie(cookie, cone, &what)?;
+                Light::Spot(SpotLight {
+                    name: called,
+                    position,
+                    rotation: rotation * turn,
+                    intensity: power,
+                    range,
+                    cone,
+                    texture,
+                })
+            }
         };
         self.scene.lights.push(light);
         Ok(())
+    }
+
+    /// The image in front of a spotlight, and how the light turns with it.
+    fn cookie(
+        &mut self,
+        cookie: Option<(u32, f32)>,
+        cone: Cone,
+        what: &str,
+    ) -> Result<(Option<Texture>, Quat), LoadError> {
+        let Some((image, rotation)) = cookie else {
+            return Ok((None, Quat::IDENTITY));
+        };
+        if cone.outer > WIDEST_COOKIE {
+            return Err(LoadError::bad_value(
+                format!("the cone of {what}, which has a cookie,"),
+                format!("{} rad", cone.outer),
+                "at most 1.5 rad",
+            ));
+        }
+        entry(
+            &self.root.images,
+            Index::new(image),
+            &format!("the cookie of {what}"),
+            "image",
+        )?;
+        let texture = self.image(Index::new(image), &format!("the cookie of {what}"));
+        // The light looks along −Z: what turns about +Z turns counter-clockwise.
+        Ok((texture, Quat::from_rotation_z(rotation)))
     }
 
     fn cone(&mut self, light: &Punctual, what: &str) -> Result<Cone, LoadError> {

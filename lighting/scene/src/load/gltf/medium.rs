@@ -3,7 +3,9 @@
 use glam::Vec3;
 use gltf_json::{Extras, Value};
 
+use super::extras::{kind, number};
 use crate::load::LoadError;
+use crate::load::error::printable;
 use crate::{Bounds, Medium, PhaseFunction};
 
 /// The medium that `extras` describe, if they do.
@@ -23,7 +25,7 @@ pub(super) fn medium(extras: &Extras) -> Result<Option<Medium>, LoadError> {
         if !["sigma_s", "sigma_a", "phase", "g", "k", "box"].contains(&name.as_str()) {
             return Err(LoadError::bad_value(
                 "a field of \"medium\" in the extras",
-                name,
+                printable(name),
                 "sigma_s, sigma_a, phase, g, k or box",
             ));
         }
@@ -121,17 +123,12 @@ fn bad(field: &str, value: &Value, expected: &'static str) -> LoadError {
     let dot = if field.is_empty() { "" } else { "." };
     LoadError::bad_value(
         format!("\"medium{dot}{field}\" in the extras"),
-        value,
+        match value {
+            Value::Number(number) => number.to_string(),
+            other => kind(other).into(),
+        },
         expected,
     )
-}
-
-/// A number that is finite as f32.
-fn number(value: &Value) -> Option<f32> {
-    value
-        .as_f64()
-        .map(|number| number as f32)
-        .filter(|number| number.is_finite())
 }
 
 fn vector(value: &Value) -> Option<Vec3> {

@@ -4,58 +4,75 @@
 //! and length in it is checked here before it is used.
 
 mod accessor;
+mod area;
+mod buffers;
 mod container;
-mod image;
+mod extension;
+mod extras;
 mod light;
 mod material;
 mod medium;
+mod meshopt;
 mod node;
+mod pose;
 mod primitive;
 mod quad;
 #[cfg(test)]
 mod tests;
+mod texture;
 mod uri;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use gltf_json::{Index, Root};
+use gltf_json::{Index, Root, Value};
 
-use self::accessor::Buffers;
-use self::container::Container;
+use self::buffers::Buffers;
+use self::container::{Container, Document, HAS_ANIMATIONS};
 use self::material::Converted;
-use self::primitive::Shape;
+use self::pose::Joints;
+use self::primitive::{Key, Shape};
+use super::error::printable;
 use super::limits::{Budget, Notes};
-use super::{LoadError, Loaded, MAX_DECODED_BYTES};
+use super::{LoadError, LoadOptions, Loaded, MAX_DECODED_BYTES, OpenFile};
 use crate::{Scene, SceneError, Texture};
-
-/// Returns the contents of a file that a document refers to.
-type OpenFile<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, LoadError>;
 
 /// Reads a glTF or GLB file; see the [module](super) for what is understood.
 /// `open` returns the contents of a buffer or image file, given its decoded
-/// path relative to the document; `data:` URIs never reach it.
+/// path relative to the document; `data:` URIs never reach it. Of the options
+/// only [`LoadOptions::lenient`] has an effect: glTF is in metres and +Y is up.
 ///
 /// # Errors
 /// Any [`LoadError`], those of `open` included. What is wrong with an image is
 /// a note and not an error.
 pub fn gltf_from_slice(
     bytes: &[u8],
-    open: &mut dyn FnMut(&str) -> Result<Vec<u8>, LoadError>,
+    options: &LoadOptions,
+    open: OpenFile<'_>,
 ) -> Result<Loaded, LoadError> {
-    read(bytes, open, Budget::new(MAX_DECODED_BYTES))
+    read(bytes, options, open, Budget::new(MAX_DECODED_BYTES))
 }
 
-fn read(bytes: &[u8], open: OpenFile<'_>, budget: Budget) -> Result<Loaded, LoadError> {
+fn read(
+    bytes: &[u8],
+    options: &LoadOptions,
+    open: OpenFile<'_>,
+    budget: Budget,
+) -> Result<Loaded, LoadError> {
+    options.check()?;
     let container = Container::split(bytes)?;
-    let root = container::parse(container.json)?;
+    let Document { root, value } = container::parse(container.json)?;
     let mut builder = Builder {
         root: &root,
-        buffers: Buffers::new(&root, container.binary, open),
+        value: &value,
+        lenient: options.lenient,
+        joints: Joints::of(&root.nodes),
+        buffers: Buffers::new(&root, &value, container.binary, open),
         budget,
         notes: Notes::default(),
         scene: Scene::default(),
         images: BTreeMap::new(),
         materials: BTreeMap::new(),
+        plain: None,
         upside_down: BTreeMap::new(),
         shapes: BTreeMap::new(),
     };
@@ -63,12 +80,17 @@ fn read(bytes: &[u8], open: OpenFile<'_>, budget: Budget) -> Result<Loaded, Load
     Ok(Loaded {
         scene: builder.scene,
         notes: builder.notes.into_vec(),
+        ..Loaded::default()
     })
 }
 
 /// A scene that is being made from a document.
 struct Builder<'a> {
     root: &'a Root,
+    /// The document as it is written.
+    value: &'a Value,
+    lenient: bool,
+    joints: Joints,
     buffers: Buffers<'a>,
     budget: Budget,
     notes: Notes,
@@ -77,23 +99,30 @@ struct Builder<'a> {
     images: BTreeMap<usize, Option<Texture>>,
     /// Materials by their index.
     materials: BTreeMap<usize, Converted>,
+    /// Index into the scene's materials of the one for primitives without.
+    plain: Option<usize>,
     /// Emissive textures in reverse row order, by material.
     upside_down: BTreeMap<usize, Texture>,
-    /// Primitives by mesh, number and whether they are mirrored; `None` if
-    /// there is nothing to draw.
-    shapes: BTreeMap<(usize, usize, bool), Option<Shape>>,
+    /// Primitives; `None` if there is nothing to draw.
+    shapes: BTreeMap<Key, Option<Shape>>,
 }
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
+    /// An extension of an entry of a list of the document.
+    fn extension(&self, list: &str, index: usize, name: &str) -> Option<&'a Value> {
+        let entry = self.value.get(list)?.get(index)?;
+        entry.get("extensions")?.get(name)
+    }
+
+    /// The extras of an entry of a list of the document.
+    fn extras(&self, list: &str, index: usize) -> Option<&'a Value> {
+        self.value.get(list)?.get(index)?.get("extras")
+    }
+
     fn document(&mut self) -> Result<(), LoadError> {
         let root = self.root;
-        for extension in &root.extensions_used {
-            if !container::is_supported(extension) {
-                self.notes
-                    .add(format!("the extension {extension:.80} is ignored"));
-            }
-        }
-        if !root.animations.is_empty() {
+        self.check_extensions()?;
+        if self.value.get(HAS_ANIMATIONS).is_some() {
             self.notes.add("animations are ignored");
         }
         let scene = match (root.scene, root.scenes.first()) {
@@ -182,7 +211,7 @@ fn entry<'a, T>(
 /// How a part of the document is called in messages.
 fn label(kind: &str, index: usize, name: Option<&str>) -> String {
     match name {
-        Some(name) if !name.is_empty() => format!("{kind} {index} \"{name:.60}\""),
+        Some(name) if !name.is_empty() => format!("{kind} {index} \"{}\"", printable(name)),
         _ => format!("{kind} {index}"),
     }
 }

@@ -1,21 +1,37 @@
 //! The node hierarchy: what stands where in the world.
 
 use glam::{Affine3A, Mat3, Mat4, Quat, Vec3};
+use gltf_json::accessor::Accessor;
 use gltf_json::{Index, Node};
 
+use super::primitive::{Key, Shape};
 use super::quad::{Mapping, Rectangle};
-use super::{Builder, entry, label};
+use super::texture::Placed;
+use super::{Builder, entry, extras, label};
 use crate::load::LoadError;
 use crate::{AreaLight, Camera, Instance, Light, Texture};
+
+/// What a node hands down to its children.
+#[derive(Debug, Clone, Copy)]
+struct Inherited {
+    world: Affine3A,
+    visible: bool,
+    no_shadow: bool,
+}
 
 impl Builder<'_> {
     /// Takes over what hangs below `roots`, parents first.
     pub(super) fn walk(&mut self, roots: &[Index<Node>], owner: &str) -> Result<(), LoadError> {
         let mut reached = vec![false; self.root.nodes.len()];
         let mut waiting = Vec::new();
+        let start = Inherited {
+            world: Affine3A::IDENTITY,
+            visible: true,
+            no_shadow: false,
+        };
         for &root in roots.iter().rev() {
             entry(&self.root.nodes, root, owner, "node")?;
-            waiting.push((root.value(), Affine3A::IDENTITY));
+            waiting.push((root.value(), start));
         }
         while let Some((index, parent)) = waiting.pop() {
             let node = &self.root.nodes[index];
@@ -27,7 +43,7 @@ impl Builder<'_> {
                     "a tree of nodes: no cycles, no second parent",
                 ));
             }
-            let world = parent * local(node, &name)?;
+            let world = parent.world * local(node, &name)?;
             if !world.is_finite() {
                 return Err(LoadError::bad_value(
                     format!("the place of {name} in the world"),
@@ -35,56 +51,191 @@ impl Builder<'_> {
                     "finite numbers",
                 ));
             }
-            self.mesh_instances(node, &name, world)?;
+            let own = extras::no_shadow(self.extras("nodes", index), &name)?;
+            let inherited = Inherited {
+                world,
+                visible: parent.visible && self.is_visible(index, &name)?,
+                no_shadow: own.unwrap_or(parent.no_shadow),
+            };
+            if inherited.visible {
+                self.mesh_instances(index, &name, inherited)?;
+                self.punctual_light(index, &name, world)?;
+                self.extension_area_light(index, &name, world)?;
+            }
             self.camera(node, &name, world)?;
-            self.punctual_light(node, &name, world)?;
             for &child in node.children.iter().flatten().rev() {
                 entry(&self.root.nodes, child, &name, "node")?;
-                waiting.push((child.value(), world));
+                waiting.push((child.value(), inherited));
             }
         }
         Ok(())
     }
 
+    fn is_visible(&mut self, index: usize, name: &str) -> Result<bool, LoadError> {
+        let extension = self.extension("nodes", index, "KHR_node_visibility");
+        let Some(visible) = extension.and_then(|extension| extension.get("visible")) else {
+            return Ok(true);
+        };
+        let visible = visible.as_bool().ok_or_else(|| {
+            LoadError::bad_value(
+                format!("the visibility of {name}"),
+                extras::kind(visible),
+                "true or false",
+            )
+        })?;
+        if !visible {
+            self.notes
+                .add("nodes that are not visible are left out with their lights");
+        }
+        Ok(visible)
+    }
+
     fn mesh_instances(
         &mut self,
-        node: &Node,
+        number: usize,
         name: &str,
-        world: Affine3A,
+        inherited: Inherited,
     ) -> Result<(), LoadError> {
+        let root = self.root;
+        let node = &root.nodes[number];
         let Some(index) = node.mesh else {
             return Ok(());
         };
-        if node.skin.is_some() {
-            self.notes.add(format!(
-                "{name} keeps the pose that its mesh was modelled in"
-            ));
-        }
-        let mesh = entry(&self.root.meshes, index, name, "mesh")?;
-        let mirrored = world.matrix3.determinant() < 0.0;
-        for number in 0..mesh.primitives.len() {
-            let Some(shape) = self.shape(index.value(), number, mirrored)? else {
-                continue;
-            };
-            self.budget.take(name, 1, size_of::<Instance>())?;
-            self.scene.instances.push(Instance {
-                mesh: shape.mesh,
-                transform: world,
-            });
-            let Some(glow) = &shape.glow else {
-                continue;
-            };
-            let rectangle = glow.corners.and_then(|corners| {
-                let corners = corners.map(|t| t.map(|p| world.transform_point3(p)));
-                Rectangle::new(corners, glow.coordinates)
-            });
-            match rectangle {
-                Some(rectangle) => self.area_light(glow.material, &rectangle, &shape.name)?,
-                None => self.notes.add(format!(
-                    "{} glows but does not light the scene: it is not one rectangle",
-                    shape.name
-                )),
+        let mesh = entry(&root.meshes, index, name, "mesh")?;
+        let worlds = match node.skin {
+            // The place of a skinned mesh is that of its joints.
+            Some(_) => vec![Affine3A::IDENTITY],
+            None => self.placements(number, name, inherited.world)?,
+        };
+        let shape_casts = extras::no_shadow(self.extras("meshes", index.value()), name)?;
+        for world in worlds {
+            let mirrored = world.matrix3.determinant() < 0.0;
+            for primitive in 0..mesh.primitives.len() {
+                let key = Key::new(node, number, index.value(), primitive, mirrored);
+                let Some(shape) = self.shape(key)? else {
+                    continue;
+                };
+                let no_shadow = inherited.no_shadow
+                    || shape_casts == Some(true)
+                    || self.casts_none(shape.material);
+                self.budget.take(
+                    name,
+                    1,
+                    size_of::<Instance>() + node.name.as_ref().map_or(0, String::len),
+                )?;
+                self.scene.instances.push(Instance {
+                    name: node.name.clone().unwrap_or_default(),
+                    mesh: shape.mesh,
+                    transform: world,
+                    no_shadow,
+                });
+                self.glow(&shape, world)?;
             }
+        }
+        Ok(())
+    }
+
+    /// Where a node's mesh stands: where the node is, or in the places of
+    /// `EXT_mesh_gpu_instancing`.
+    fn placements(
+        &mut self,
+        number: usize,
+        name: &str,
+        world: Affine3A,
+    ) -> Result<Vec<Affine3A>, LoadError> {
+        let Some(extension) = self.extension("nodes", number, "EXT_mesh_gpu_instancing") else {
+            return Ok(vec![world]);
+        };
+        let what = format!("the instances of {name}");
+        let attribute = |name: &str| -> Result<Option<Index<Accessor>>, LoadError> {
+            let Some(value) = extension.get("attributes").and_then(|a| a.get(name)) else {
+                return Ok(None);
+            };
+            let index = value.as_u64().and_then(|index| u32::try_from(index).ok());
+            let index = index.ok_or_else(|| {
+                LoadError::bad_value(
+                    format!("{name} of {what}"),
+                    extras::kind(value),
+                    "the index of an accessor",
+                )
+            })?;
+            Ok(Some(Index::new(index)))
+        };
+        let [translations, rotations, scales] = [
+            attribute("TRANSLATION")?,
+            attribute("ROTATION")?,
+            attribute("SCALE")?,
+        ];
+        let (buffers, budget) = (&mut self.buffers, &mut self.budget);
+        let translations = translations.map(|index| buffers.vectors(index, &what, budget));
+        let translations = translations.transpose()?;
+        let rotations = rotations.map(|index| buffers.rotations(index, &what, budget));
+        let rotations = rotations.transpose()?;
+        let scales = scales.map(|index| buffers.vectors(index, &what, budget));
+        let scales = scales.transpose()?;
+        let lengths = [
+            translations.as_ref().map(Vec::len),
+            rotations.as_ref().map(Vec::len),
+            scales.as_ref().map(Vec::len),
+        ];
+        let mut known = lengths.into_iter().flatten();
+        let Some(count) = known
+            .next()
+            .filter(|count| known.all(|other| other == *count))
+        else {
+            return Err(LoadError::bad_value(
+                format!("the number of {what}"),
+                format!("{lengths:?}"),
+                "one number for all attributes, of which there is at least one",
+            ));
+        };
+        budget.take(&what, count as u64, size_of::<Affine3A>())?;
+        let mut worlds = Vec::with_capacity(count);
+        for instance in 0..count {
+            let pick = |list: &Option<Vec<Vec3>>, default| {
+                list.as_ref().map_or(default, |list| list[instance])
+            };
+            let rotation = rotations
+                .as_ref()
+                .map_or(Quat::IDENTITY, |list| Quat::from_vec4(list[instance]));
+            let length = rotation.length();
+            let world = world
+                * Affine3A::from_scale_rotation_translation(
+                    pick(&scales, Vec3::ONE),
+                    rotation.normalize(),
+                    pick(&translations, Vec3::ZERO),
+                );
+            if !(length > 0.0 && world.is_finite()) {
+                return Err(LoadError::bad_value(
+                    format!("instance {instance} of {what}"),
+                    "without a place",
+                    "finite numbers and a rotation other than 0",
+                ));
+            }
+            worlds.push(world);
+        }
+        Ok(worlds)
+    }
+
+    /// Makes area lights of a rectangle that emits.
+    fn glow(&mut self, shape: &Shape, world: Affine3A) -> Result<(), LoadError> {
+        let Some(glow) = &shape.glow else {
+            return Ok(());
+        };
+        let corners = glow.corners.map(|corners| {
+            corners.map(|triangle| triangle.map(|corner| world.transform_point3(corner)))
+        });
+        let rectangle = corners.and_then(|corners| Rectangle::new(corners, glow.coordinates));
+        let Some(rectangle) = rectangle else {
+            self.notes.add(format!(
+                "{} glows but does not light the scene: it is not one rectangle",
+                shape.name
+            ));
+            return Ok(());
+        };
+        self.area_light(glow.material, &rectangle, &shape.name)?;
+        if self.materials[&glow.material].double_sided {
+            self.area_light(glow.material, &rectangle.turned(), &shape.name)?;
         }
         Ok(())
     }
@@ -101,11 +252,11 @@ impl Builder<'_> {
         let mut radiance = emission.radiance;
         let texture = match (emission.texture, rectangle.mapping) {
             (None, _) => None,
-            (Some((texture, _)), Mapping::Upright) => Some(texture),
-            (Some((texture, _)), Mapping::UpsideDown) => {
-                Some(self.upside_down(material, &texture, name)?)
+            (Some(placed), Mapping::Upright) => Some(placed.texture),
+            (Some(placed), Mapping::UpsideDown) => {
+                Some(self.upside_down(material, &placed.texture, name)?)
             }
-            (Some((texture, _)), Mapping::Other) => {
+            (Some(Placed { texture, .. }), Mapping::Other) => {
                 radiance *= texture.mean();
                 self.notes.add(format!(
                     "{name} lights the scene with the mean of its texture: the texture does \
@@ -120,6 +271,8 @@ impl Builder<'_> {
             edges: rectangle.edges,
             radiance,
             texture,
+            name: self.materials[&material].name.clone(),
+            ..AreaLight::default()
         }));
         Ok(())
     }
@@ -151,8 +304,9 @@ impl Builder<'_> {
         let camera = entry(&self.root.cameras, index, name, "camera")?;
         let what = label("camera", index.value(), camera.name.as_deref());
         let Some(perspective) = &camera.perspective else {
-            self.notes
-                .add(format!("{what} ignored: it has no perspective"));
+            self.notes.add(format!(
+                "{what} ignored: it has no perspective, and pictures are taken with one"
+            ));
             return Ok(());
         };
         if self.scene.camera.is_some() {
@@ -176,7 +330,7 @@ impl Builder<'_> {
 }
 
 /// From a node's space to its parent's.
-fn local(node: &Node, name: &str) -> Result<Affine3A, LoadError> {
+pub(super) fn local(node: &Node, name: &str) -> Result<Affine3A, LoadError> {
     if let Some(matrix) = &node.matrix {
         let matrix = Mat4::from_cols_array(matrix);
         if matrix.row(3) != glam::Vec4::W {

@@ -1,10 +1,11 @@
 //! Primitives as triangle meshes.
 
 use glam::{Vec2, Vec3};
-use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::Node;
+use gltf_json::mesh::{Mode, Semantic};
 use gltf_json::validation::Checked;
 
-use super::material::Emission;
+use super::texture::Mapping;
 use super::{Builder, label};
 use crate::load::LoadError;
 use crate::{Mesh, SceneError};
@@ -16,6 +17,8 @@ pub(super) struct Shape {
     pub(super) mesh: usize,
     /// Its name for messages.
     pub(super) name: String,
+    /// Index into the scene's materials.
+    pub(super) material: usize,
     pub(super) glow: Option<Glow>,
 }
 
@@ -30,16 +33,43 @@ pub(super) struct Glow {
     pub(super) coordinates: Option<[[Vec2; 3]; 2]>,
 }
 
-impl Builder<'_> {
-    /// Takes a primitive over into the scene, once per handedness; `None` if
-    /// there is nothing to draw.
-    pub(super) fn shape(
-        &mut self,
-        mesh: usize,
+/// A primitive in one of its forms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Key {
+    mesh: usize,
+    primitive: usize,
+    mirrored: bool,
+    /// The node that has weights or a skin of its own for it.
+    posed_by: Option<usize>,
+}
+
+impl Key {
+    pub(super) fn new(
+        node: &Node,
         number: usize,
+        mesh: usize,
+        primitive: usize,
         mirrored: bool,
-    ) -> Result<Option<Shape>, LoadError> {
-        let key = (mesh, number, mirrored);
+    ) -> Self {
+        let is_posed = node.skin.is_some() || node.weights.is_some();
+        Self {
+            mesh,
+            primitive,
+            mirrored,
+            posed_by: is_posed.then_some(number),
+        }
+    }
+}
+
+impl Builder<'_> {
+    /// Takes a primitive over into the scene, once per form; `None` if there is
+    /// nothing to draw.
+    pub(super) fn shape(&mut self, key: Key) -> Result<Option<Shape>, LoadError> {
+        let Key {
+            mesh,
+            primitive: number,
+            ..
+        } = key;
         if let Some(shape) = self.shapes.get(&key) {
             return Ok(shape.clone());
         }
@@ -48,17 +78,31 @@ impl Builder<'_> {
         if parent.primitives.len() > 1 {
             name = format!("primitive {number} of {name}");
         }
-        let shape = self.convert(&parent.primitives[number], name, mirrored)?;
+        if self.is_unreadable(mesh, number) {
+            self.notes.add(format!(
+                "{name} left out: it is compressed in a way that is not read"
+            ));
+            self.shapes.insert(key, None);
+            return Ok(None);
+        }
+        let called = match &parent.name {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => name.clone(),
+        };
+        let shape = self.convert(key, name, called)?;
         self.shapes.insert(key, shape.clone());
         Ok(shape)
     }
 
     fn convert(
         &mut self,
-        primitive: &Primitive,
+        key: Key,
         name: String,
-        mirrored: bool,
+        called: String,
     ) -> Result<Option<Shape>, LoadError> {
+        let root = self.root;
+        let parent = &root.meshes[key.mesh];
+        let primitive = &parent.primitives[key.primitive];
         let mode = match primitive.mode {
             Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => {
                 mode
@@ -82,11 +126,16 @@ impl Builder<'_> {
                 .add(format!("{name} ignored: it has no positions"));
             return Ok(None);
         };
-        if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-            self.notes
-                .add(format!("the morph targets of {name} are ignored"));
+        let mut positions = self.buffers.positions(accessor, &name, &mut self.budget)?;
+        let node = key.posed_by.map(|node| &root.nodes[node]);
+        let weights = node.and_then(|node| node.weights.as_ref());
+        if let Some(weights) = weights.or(parent.weights.as_ref()) {
+            self.morph(primitive, weights, &mut positions, &name)?;
         }
-        let positions = self.buffers.positions(accessor, &name, &mut self.budget)?;
+        if let Some(skin) = node.and_then(|node| node.skin) {
+            self.skin(primitive, skin, &mut positions, &name)?;
+        }
+        let positions = positions;
         let corners = match primitive.indices {
             Some(accessor) => self.buffers.indices(accessor, &name, &mut self.budget)?,
             None => {
@@ -112,7 +161,7 @@ impl Builder<'_> {
                 corners.len()
             ));
         }
-        if mirrored {
+        if key.mirrored {
             for triangle in &mut triangles {
                 triangle.swap(1, 2);
             }
@@ -122,11 +171,11 @@ impl Builder<'_> {
             Some(index) => Some((index.value(), self.material(index, &name)?)),
             None => None,
         };
-        let coordinates = |builder: &mut Self, set| {
-            let Some(accessor) = attribute(Semantic::TexCoords(set)) else {
+        let coordinates = |builder: &mut Self, mapping: Mapping| {
+            let Some(accessor) = attribute(Semantic::TexCoords(mapping.set)) else {
                 return Ok(None);
             };
-            let coordinates =
+            let mut coordinates =
                 builder
                     .buffers
                     .texture_coordinates(accessor, &name, &mut builder.budget)?;
@@ -138,17 +187,30 @@ impl Builder<'_> {
                     expected: positions.len(),
                 }));
             }
+            mapping.apply(&mut coordinates);
             Ok(Some(coordinates))
         };
-        let base_color_set = material.as_ref().and_then(|(_, m)| m.base_color_set);
-        let texture_coordinates = match base_color_set {
-            Some(set) => coordinates(self, set)?,
+        let mapping = material.as_ref().and_then(|(_, m)| m.mapping);
+        let texture_coordinates = match mapping {
+            Some(mapping) => coordinates(self, mapping)?,
             None => None,
         };
+        let colors = match attribute(Semantic::Colors(0)) {
+            Some(accessor) => self.buffers.colors(accessor, &name, &mut self.budget)?,
+            None => Vec::new(),
+        };
+        if !colors.is_empty() && colors.len() != positions.len() {
+            return Err(LoadError::Scene(SceneError::LengthMismatch {
+                owner: name,
+                what: "vertex colours",
+                actual: colors.len(),
+                expected: positions.len(),
+            }));
+        }
         let glow = match &material {
             Some((material, converted)) if converted.emission.is_some() => {
                 let emission = converted.emission.as_ref();
-                let texture_set = emission.and_then(Emission::texture_set);
+                let placed = emission.and_then(|emission| emission.texture.as_ref());
                 let mut glow = Glow {
                     material: *material,
                     corners: None,
@@ -156,8 +218,8 @@ impl Builder<'_> {
                 };
                 if let [a, b] = triangles[..] {
                     glow.corners = Some([a, b].map(|t| t.map(|c| positions[c as usize])));
-                    if let Some(set) = texture_set {
-                        glow.coordinates = coordinates(self, set)?
+                    if let Some(placed) = placed {
+                        glow.coordinates = coordinates(self, placed.mapping)?
                             .map(|uv| [a, b].map(|t| t.map(|c| uv[c as usize])));
                     }
                 }
@@ -165,27 +227,30 @@ impl Builder<'_> {
             }
             _ => None,
         };
+        let material = match material {
+            Some((_, converted)) => converted.index,
+            None => self.plain_material()?,
+        };
         let shape = Shape {
             mesh: self.scene.meshes.len(),
             name: name.clone(),
+            material,
             glow,
         };
-        self.budget
-            .take(&name, 1, size_of::<Mesh>() + size_of::<Shape>())?;
+        self.budget.take(
+            &name,
+            1,
+            size_of::<Mesh>() + size_of::<Shape>() + called.len(),
+        )?;
         self.scene.meshes.push(Mesh {
-            name,
+            name: called,
             positions,
             texture_coordinates: texture_coordinates.unwrap_or_default(),
+            colors,
             triangles,
-            material: material.map(|(_, converted)| converted.index),
+            material: Some(material),
         });
         Ok(Some(shape))
-    }
-}
-
-impl Emission {
-    fn texture_set(&self) -> Option<u32> {
-        self.texture.as_ref().map(|(_, set)| *set)
     }
 }
 

@@ -66,6 +66,25 @@ impl Rectangle {
         )
     }
 
+    /// The back of the rectangle, with the texture where it was.
+    pub(super) fn turned(&self) -> Self {
+        let [u, v] = self.edges;
+        let (corner, edges) = match self.mapping {
+            // Mirrored, the rows run the other way.
+            Mapping::Upright | Mapping::UpsideDown => (self.corner + v, [u, -v]),
+            Mapping::Other => (self.corner, [v, u]),
+        };
+        Self {
+            corner,
+            edges,
+            mapping: match self.mapping {
+                Mapping::Upright => Mapping::UpsideDown,
+                Mapping::UpsideDown => Mapping::Upright,
+                Mapping::Other => Mapping::Other,
+            },
+        }
+    }
+
     /// Starts at the corner that makes the edges run along u and v, with the
     /// front where it was. Corners are counter-clockwise from the front.
     fn mapped(corners: [Vec3; 4], uv: [Vec2; 4]) -> Option<Self> {
@@ -166,6 +185,36 @@ mod tests {
         ] {
             let rectangle = Rectangle::new([[a, b, c], [a, c, d]], Some(uv)).unwrap();
             assert_eq!(rectangle.mapping, Mapping::Other);
+        }
+    }
+
+    #[test]
+    fn the_back_has_every_texel_where_the_front_has_it() {
+        for mapping in [Mapping::Upright, Mapping::UpsideDown, Mapping::Other] {
+            let front = Rectangle {
+                corner: Vec3::new(1.0, 2.0, 3.0),
+                edges: [Vec3::X * 2.0, Vec3::Y],
+                mapping,
+            };
+            let back = front.turned();
+            let normal = |r: &Rectangle| r.edges[0].cross(r.edges[1]);
+            assert_eq!(normal(&back), -normal(&front));
+            // Where the texture's (0.3, 0.2) is, upright or not.
+            let place = |r: &Rectangle| {
+                let v = if r.mapping == Mapping::UpsideDown {
+                    0.8
+                } else {
+                    0.2
+                };
+                r.corner + 0.3 * r.edges[0] + v * r.edges[1]
+            };
+            if mapping != Mapping::Other {
+                assert!(
+                    (place(&back) - place(&front)).length() < 1e-6,
+                    "{mapping:?}"
+                );
+            }
+            assert_eq!(back.turned(), front);
         }
     }
 

@@ -1,6 +1,7 @@
 //! The URIs of buffers and images.
 
 use crate::load::LoadError;
+use crate::load::error::printable;
 
 /// Where a URI leads.
 #[derive(Debug, PartialEq)]
@@ -15,15 +16,16 @@ impl Target {
     /// `owner` names the URI in errors.
     pub(super) fn of(uri: &str, owner: &str) -> Result<Self, LoadError> {
         let bad = |value: &str, expected| {
-            LoadError::bad_value(format!("the URI of {owner}"), value, expected)
+            LoadError::not_understood(format!("the URI of {owner}"), value.as_bytes(), expected)
         };
         let scheme = uri
             .split_once(':')
             .filter(|(scheme, _)| !scheme.contains(['/', '\\', '%', '?', '#']));
         if let Some((scheme, rest)) = scheme {
             if !scheme.eq_ignore_ascii_case("data") {
+                let scheme: String = printable(scheme).chars().take(20).collect();
                 return Err(LoadError::Unsupported(format!(
-                    "the URI scheme {scheme:.20} of {owner}"
+                    "the URI scheme {scheme} of {owner}"
                 )));
             }
             let (kind, data) = rest

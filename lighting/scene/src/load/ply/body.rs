@@ -27,9 +27,9 @@ impl<'a> Body<'a> {
     pub(super) fn number(&mut self, scalar: Scalar) -> Result<f64, LoadError> {
         if self.encoding == Encoding::Ascii {
             let word = self.word()?;
-            return word
-                .parse()
-                .map_err(|_| LoadError::bad_value("a PLY value", word, "a number"));
+            return word.parse().map_err(|_| {
+                LoadError::not_understood("a PLY value", word.as_bytes(), "a number")
+            });
         }
         Ok(match scalar {
             Scalar::F32 => f64::from(f32::from_bits(self.bits::<4>()? as u32)),
@@ -43,9 +43,10 @@ impl<'a> Body<'a> {
     pub(super) fn integer(&mut self, scalar: Scalar) -> Result<i64, LoadError> {
         if self.encoding == Encoding::Ascii {
             let word = self.word()?;
-            return word
-                .parse()
-                .map_err(|_| LoadError::bad_value("a PLY value", word, "an integer"));
+            return word.parse().map_err(|_| match word.parse::<f64>() {
+                Ok(number) => LoadError::bad_value("a PLY value", number, "an integer"),
+                Err(_) => LoadError::not_understood("a PLY value", word.as_bytes(), "an integer"),
+            });
         }
         self.binary_integer(scalar)
     }
@@ -106,9 +107,8 @@ impl<'a> Body<'a> {
         }
         let (word, rest) = rest.split_at(length);
         self.rest = rest;
-        std::str::from_utf8(word).map_err(|_| {
-            LoadError::bad_value("a PLY value", String::from_utf8_lossy(word), "a number")
-        })
+        std::str::from_utf8(word)
+            .map_err(|_| LoadError::not_understood("a PLY value", word, "a number"))
     }
 
     fn at_the_end(&self, needed: u64) -> LoadError {

@@ -24,7 +24,8 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    fn from_name(name: &str) -> Result<Self, LoadError> {
+    /// What was expected if it is none.
+    fn from_name(name: &str) -> Result<Self, &'static str> {
         Ok(match name {
             "char" | "int8" => Self::I8,
             "uchar" | "uint8" => Self::U8,
@@ -35,11 +36,9 @@ impl Scalar {
             "float" | "float32" => Self::F32,
             "double" | "float64" => Self::F64,
             _ => {
-                return Err(LoadError::bad_value(
-                    "a PLY property type",
-                    name,
-                    "char, uchar, short, ushort, int, uint, float or double",
-                ));
+                return Err(
+                    "one of the types char, uchar, short, ushort, int, uint, float, double",
+                );
             }
         })
     }
@@ -98,61 +97,70 @@ pub(super) struct Header {
 
 impl Header {
     pub(super) fn parse(bytes: &[u8]) -> Result<Self, LoadError> {
-        let mut lines = Lines { bytes, position: 0 };
+        let mut lines = Lines::new(bytes);
         let magic = lines.next()?;
         if magic != "ply" {
-            return Err(LoadError::bad_value("the first line", magic, "\"ply\""));
+            return Err(LoadError::not_understood(
+                "the first line",
+                magic.as_bytes(),
+                "\"ply\"",
+            ));
         }
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
         loop {
             let line = lines.next()?;
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
+            let number = lines.number;
+            let bad = |expected| {
+                LoadError::not_understood(
+                    format!("line {number} of the PLY header"),
+                    line.as_bytes(),
+                    expected,
+                )
+            };
             match words[..] {
                 [] | ["comment" | "obj_info", ..] => {}
                 ["end_header"] => break,
                 ["format", format, version] => {
                     if version != "1.0" {
-                        return Err(LoadError::Unsupported(format!("PLY version {version}")));
+                        return Err(LoadError::Unsupported(format!(
+                            "the PLY version {}of line {number}",
+                            number_of(version)
+                        )));
                     }
                     encoding = Some(match format {
                         "ascii" => Encoding::Ascii,
                         "binary_little_endian" => Encoding::LittleEndian,
                         "binary_big_endian" => Encoding::BigEndian,
-                        _ => return Err(LoadError::Unsupported(format!("PLY format {format}"))),
+                        _ => {
+                            return Err(bad(
+                                "the format ascii, binary_little_endian or binary_big_endian",
+                            ));
+                        }
                     });
                 }
                 ["element", name, count] => {
                     if elements.iter().any(|e| e.name == name) {
-                        return Err(LoadError::bad_value(
-                            "a PLY element",
-                            name,
-                            "each name once",
-                        ));
+                        return Err(bad("an element with each name once"));
                     }
                     elements.push(Element {
                         name: name.to_owned(),
-                        count: count.parse().map_err(|_| {
-                            LoadError::bad_value(
-                                format!("the number of PLY elements \"{name}\""),
-                                count,
-                                "a whole number below 2^64",
-                            )
-                        })?,
+                        count: count
+                            .parse()
+                            .map_err(|_| bad("a whole number of elements below 2^64"))?,
                         properties: Vec::new(),
                     });
                 }
                 ["property", ref rest @ ..] => {
-                    let property = Property::parse(rest, line)?;
-                    let element = elements.last_mut().ok_or_else(|| {
-                        LoadError::bad_value("a PLY header line", line, "an element line before")
-                    })?;
+                    let property = Property::parse(rest).map_err(bad)?;
+                    let element = elements
+                        .last_mut()
+                        .ok_or_else(|| bad("an element line before"))?;
                     element.properties.push(property);
                 }
                 _ => {
-                    return Err(LoadError::bad_value(
-                        "a PLY header line",
-                        line,
+                    return Err(bad(
                         "a format, element, property, comment or end_header line",
                     ));
                 }
@@ -169,16 +177,13 @@ impl Header {
 }
 
 impl Property {
-    fn parse(words: &[&str], line: &str) -> Result<Self, LoadError> {
+    /// What was expected if it is none.
+    fn parse(words: &[&str]) -> Result<Self, &'static str> {
         match *words {
             ["list", length, item, name] => {
                 let length = Scalar::from_name(length)?;
                 if !length.is_integer() {
-                    return Err(LoadError::bad_value(
-                        "a PLY header line",
-                        line,
-                        "a list whose length is an integer",
-                    ));
+                    return Err("a list whose length is an integer");
                 }
                 Ok(Self {
                     name: name.to_owned(),
@@ -191,25 +196,46 @@ impl Property {
                 list: None,
                 item: Scalar::from_name(item)?,
             }),
-            _ => Err(LoadError::bad_value(
-                "a PLY header line",
-                line,
-                "property TYPE NAME or property list TYPE TYPE NAME",
-            )),
+            _ => Err("property TYPE NAME or property list TYPE TYPE NAME"),
         }
     }
 }
 
-/// Lines that end in `\n` or `\r\n`.
+/// The text of a version if it is one.
+fn number_of(version: &str) -> String {
+    let is_version = |c: char| c.is_ascii_digit() || c == '.';
+    if version.len() <= 8 && version.chars().all(is_version) {
+        format!("{version} ")
+    } else {
+        String::new()
+    }
+}
+
+/// Lines that end in `\n`, `\r\n` or `\r`, whichever ends the first one.
 struct Lines<'a> {
     bytes: &'a [u8],
     position: usize,
+    /// Of the line that was read last, from 1.
+    number: usize,
+    end: u8,
 }
 
 impl<'a> Lines<'a> {
+    fn new(bytes: &'a [u8]) -> Self {
+        let end = bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+        let only_returns = end.is_some_and(|at| bytes[at..].starts_with(b"\r"))
+            && end.is_some_and(|at| bytes.get(at + 1) != Some(&b'\n'));
+        Self {
+            bytes,
+            position: 0,
+            number: 0,
+            end: if only_returns { b'\r' } else { b'\n' },
+        }
+    }
+
     fn next(&mut self) -> Result<&'a str, LoadError> {
         let rest = &self.bytes[self.position..];
-        let Some(length) = rest.iter().position(|&b| b == b'\n') else {
+        let Some(length) = rest.iter().position(|&b| b == self.end) else {
             return Err(LoadError::truncated(
                 "the PLY header (it has no end_header line)",
                 self.bytes.len() as u64 + 1,
@@ -217,6 +243,7 @@ impl<'a> Lines<'a> {
             ));
         };
         self.position += length + 1;
+        self.number += 1;
         let line = rest[..length]
             .strip_suffix(b"\r")
             .unwrap_or(&rest[..length]);
@@ -225,9 +252,9 @@ impl<'a> Lines<'a> {
             if line.starts_with(b"comment") || line.starts_with(b"obj_info") {
                 Ok("comment")
             } else {
-                Err(LoadError::bad_value(
-                    "a PLY header line",
-                    String::from_utf8_lossy(line),
+                Err(LoadError::not_understood(
+                    format!("line {} of the PLY header", self.number),
+                    line,
                     "text",
                 ))
             }

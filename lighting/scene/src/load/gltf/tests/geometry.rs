@@ -151,10 +151,11 @@ fn several_meshes_and_primitives_are_kept_apart_and_lines_are_noted() {
     assert_eq!(scene.meshes.len(), 3, "what nothing uses is not read");
     let uses: Vec<usize> = scene.instances.iter().map(|i| i.mesh).collect();
     assert_eq!(uses, [0, 1, 2, 0, 1]);
-    assert_eq!(scene.meshes[0].material, None);
+    let white = scene.meshes[0].material.unwrap();
+    assert_eq!(scene.materials[white].base_color, Vec3::ONE);
     let material = &scene.materials[scene.meshes[1].material.unwrap()];
     assert_eq!(material.base_color, Vec3::new(0.25, 0.5, 1.0));
-    assert_eq!(scene.meshes[1].name, "primitive 2 of mesh 0 \"two\"");
+    assert_eq!(scene.meshes[1].name, "two");
     let notes = loaded.notes.join("\n");
     for part in ["Lines", "no positions", "animations", "no scene"] {
         assert!(notes.contains(part), "{notes}");

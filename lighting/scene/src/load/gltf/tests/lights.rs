@@ -96,13 +96,180 @@ fn bad_lights_are_refused_with_their_cause() {
         (r#"{"type":"spot"}"#, "spot"),
         (r#"{"type":"point","intensity":-1}"#, "intensity"),
         (r#"{"type":"point","intensity":1e99}"#, "intensity"),
-        (r#"{"type":"point","name":"lamp","range":0}"#, "\"lamp\""),
+        (r#"{"type":"point","name":"lamp","range":-1}"#, "\"lamp\""),
         (r#"{"type":"spot","spot":{"innerConeAngle":0.9}}"#, "cone"),
         (r#"{"type":"spot","spot":{"outerConeAngle":2}}"#, "cone"),
         ("", "light index 0"),
     ] {
         let error = with_light("", light).unwrap_err().to_string();
         assert!(error.contains(cause), "{light}: {error}");
+    }
+}
+
+#[test]
+fn a_range_of_zero_is_no_limit() {
+    let loaded = with_light("", r#"{"type":"point","range":0}"#).unwrap();
+    let [Light::Point(point)] = &loaded.scene.lights[..] else {
+        panic!("{:?}", loaded.scene.lights);
+    };
+    assert_eq!(point.range, f32::INFINITY);
+    assert!(loaded.notes[0].contains("no limit"), "{:?}", loaded.notes);
+}
+
+#[test]
+fn lights_are_called_like_themselves_or_like_their_nodes() {
+    for (node, light, name) in [
+        ("", r#"{"type":"point","name":"lamp"}"#, "lamp"),
+        (
+            r#""name":"pole","#,
+            r#"{"type":"point","name":"lamp"}"#,
+            "lamp",
+        ),
+        (r#""name":"pole","#, r#"{"type":"spot","spot":{}}"#, "pole"),
+        (
+            r#""name":"pole","#,
+            r#"{"type":"directional","name":""}"#,
+            "pole",
+        ),
+        ("", r#"{"type":"point"}"#, ""),
+    ] {
+        let loaded = with_light(node, light).unwrap();
+        assert_eq!(loaded.scene.lights[0].name(), name);
+    }
+}
+
+#[test]
+fn extras_give_a_sun_its_disk() {
+    for (node, extras) in [
+        ("", r#","extras":{"angularDiameter":0.0093}"#),
+        (r#""extras":{"angularDiameter":0.0093},"#, ""),
+        (
+            r#""extras":{"angularDiameter":0.5},"#,
+            r#","extras":{"angularDiameter":0.0093}"#,
+        ),
+    ] {
+        let light = format!(r#"{{"type":"directional"{extras}}}"#);
+        let loaded = with_light(node, &light).unwrap();
+        let [Light::Directional(sun)] = &loaded.scene.lights[..] else {
+            panic!("{:?}", loaded.scene.lights);
+        };
+        assert_eq!(sun.angular_diameter, 0.0093);
+        assert_eq!(loaded.scene.lights[0].emitters(7).unwrap().len(), 7);
+    }
+    for bad in ["-1", "2", "\"secret\""] {
+        let light = format!(r#"{{"type":"directional","extras":{{"angularDiameter":{bad}}}}}"#);
+        let error = with_light("", &light).unwrap_err().to_string();
+        assert!(
+            error.contains("angularDiameter") && !error.contains("secret"),
+            "{error}"
+        );
+    }
+}
+
+/// A spotlight with this cookie and an image of 2 × 1 texels, black and white.
+fn with_cookie(cookie: &str, spot: &str) -> Result<Loaded, LoadError> {
+    let mut png = std::io::Cursor::new(Vec::new());
+    let image = image::GrayImage::from_raw(2, 1, vec![0, 255]).unwrap();
+    image.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let (mut draft, mesh) = tetrahedron();
+    let view = draft.view(&png.into_inner(), "");
+    draft.load(&format!(
+        r#"{mesh},"nodes":[{{"mesh":0}},{{"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],"images":[{{"bufferView":{view}}},{{"uri":"data:,x"}}],"extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"spot","spot":{spot},"extras":{{"cookie":{cookie}}}}}]}}}}"#
+    ))
+}
+
+#[test]
+fn extras_put_a_cookie_in_front_of_a_spotlight() {
+    let right = |rotation: &str| {
+        let cookie = format!(r#"{{"image":0{rotation}}}"#);
+        let loaded = with_cookie(&cookie, "{}").unwrap();
+        let emitters = loaded.scene.lights[0].emitters(1).unwrap();
+        let crate::Emitter::Point(point) = emitters[0].clone() else {
+            panic!("a spotlight is near");
+        };
+        let to = |x: f32, y: f32| point.emission().factor(Vec3::new(x, y, -1.0).normalize()).x;
+        [to(0.4, 0.0), to(-0.4, 0.0), to(0.0, 0.4), to(0.0, -0.4)].map(|f| (10.0 * f) as u32)
+    };
+    let [full, none] = [right("")[0], 0];
+    assert!(full > 1);
+    assert_eq!(right("")[1], none, "white is on the right");
+    let quarter = right(r#","rotation":1.5707963"#);
+    assert_eq!((quarter[2], quarter[3]), (full, none), "turned to the top");
+    let notes = with_cookie(r#"{"image":1}"#, "{}")
+        .unwrap()
+        .notes
+        .join("\n");
+    assert!(notes.contains("cookie of light 0 left out"), "{notes}");
+    for (cookie, spot, cause) in [
+        (r#"{"image":7}"#, "{}", "image index 7"),
+        (r#"{"image":"secret"}"#, "{}", "the index of an image"),
+        (r#"{"image":0,"rotation":"secret"}"#, "{}", "radians"),
+        ("3", "{}", "the index of an image"),
+        (r#"{"image":0}"#, r#"{"outerConeAngle":1.55}"#, "1.5 rad"),
+    ] {
+        let error = with_cookie(cookie, spot).unwrap_err().to_string();
+        assert!(
+            error.contains(cause) && !error.contains("secret"),
+            "{error}"
+        );
+    }
+}
+
+fn with_area_light(node: &str, light: &str) -> Result<Loaded, LoadError> {
+    with_nodes(
+        &format!(r#"{{{node}"extensions":{{"EXT_lights_area":{{"light":0}}}}}}"#),
+        &format!(
+            r#","extensionsRequired":["EXT_lights_area"],"extensions":{{"EXT_lights_area":{{"lights":[{light}]}}}}"#
+        ),
+    )
+}
+
+#[test]
+fn area_lights_shine_along_minus_z_and_take_the_largest_scale() {
+    let rect = r#"{"type":"rect","name":"panel","size":0.5,"intensity":20,"color":[1,0.5,0],"rect":{"aspect":3}}"#;
+    let node = r#""translation":[1,2,3],"scale":[1,-4,2],"#;
+    let loaded = with_area_light(node, rect).unwrap();
+    let [Light::Area(light)] = &loaded.scene.lights[..] else {
+        panic!("{:?}", loaded.scene.lights);
+    };
+    assert_eq!(
+        (light.name.as_str(), light.shape),
+        ("panel", crate::AreaShape::Rectangle)
+    );
+    let [u, v] = light.edges;
+    assert!((u.length() - 6.0).abs() < 1e-5 && (v.length() - 2.0).abs() < 1e-5);
+    assert!((light.corner + 0.5 * (u + v) - Vec3::new(1.0, 2.0, 3.0)).length() < 1e-5);
+    assert_eq!(light.radiance, Vec3::new(20.0, 10.0, 0.0));
+    let loaded = with_area_light("", rect).unwrap();
+    let [Light::Area(light)] = &loaded.scene.lights[..] else {
+        panic!("{:?}", loaded.scene.lights);
+    };
+    let front = light.edges[0].cross(light.edges[1]);
+    assert!((front.normalize() - Vec3::NEG_Z).length() < 1e-6, "{front}");
+    let disk = with_area_light("", r#"{"type":"disk"}"#).unwrap();
+    let [Light::Area(light)] = &disk.scene.lights[..] else {
+        panic!("{:?}", disk.scene.lights);
+    };
+    assert_eq!(
+        (light.shape, light.radiance),
+        (crate::AreaShape::Disk, Vec3::splat(1000.0))
+    );
+    let flat = with_area_light(r#""scale":[0,0,0],"#, rect).unwrap();
+    assert!(flat.scene.lights.is_empty() && flat.notes[0].contains("no area"));
+    for (light, cause) in [
+        (r#"{"type":"secret"}"#, "rect or disk"),
+        ("{}", "rect or disk"),
+        (r#"{"type":"disk","size":-1}"#, "size of area light 0"),
+        (r#"{"type":"disk","intensity":"secret"}"#, "intensity"),
+        (r#"{"type":"rect","rect":{"aspect":-1}}"#, "aspect"),
+        (r#"{"type":"disk","color":[1,2]}"#, "color"),
+        ("", "area light index 0"),
+    ] {
+        let error = with_area_light("", light).unwrap_err().to_string();
+        assert!(
+            error.contains(cause) && !error.contains("secret"),
+            "{light}: {error}"
+        );
     }
 }
 

@@ -1,14 +1,17 @@
 //! glTF files written here, good and bad.
 
 mod bad;
+mod compressed;
+mod extensions;
 mod geometry;
 mod lights;
+mod materials;
+mod posed;
 mod surfaces;
 
 use glam::Vec3;
 
-use super::gltf_from_slice;
-use crate::load::{LoadError, Loaded};
+use crate::load::{LoadError, LoadOptions, Loaded, OpenFile};
 use crate::{Geometry, Scene};
 
 /// A document in the making: one buffer, its views and accessors.
@@ -92,6 +95,22 @@ impl Draft {
     fn load(&self, rest: &str) -> Result<Loaded, LoadError> {
         load(&self.glb(rest))
     }
+}
+
+/// Loads a document, strictly.
+fn gltf_from_slice(bytes: &[u8], open: OpenFile<'_>) -> Result<Loaded, LoadError> {
+    super::gltf_from_slice(bytes, &LoadOptions::default(), open)
+}
+
+/// Loads a document that refers to no files, leaving out what cannot be read.
+fn load_leniently(bytes: &[u8]) -> Result<Loaded, LoadError> {
+    let options = LoadOptions {
+        lenient: true,
+        ..LoadOptions::default()
+    };
+    super::gltf_from_slice(bytes, &options, &mut |path| {
+        panic!("{path} should not be opened")
+    })
 }
 
 /// Loads a document that refers to no files.
