@@ -51,6 +51,8 @@
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
+//! | [`surface_scattering`] | `shadow-map` for shadows | light that reaches these surfaces by way of the fog |
+//! | [`environment`] | | light from all around, seen through fog and on surfaces |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
 //!
 //! # Conventions and limits
@@ -62,6 +64,7 @@
 //! finite.
 
 pub mod airlight;
+pub mod environment;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
@@ -73,8 +76,11 @@ pub mod plan;
 pub mod precomputed;
 #[cfg(feature = "shadow-map")]
 pub mod shadow_map;
+
 #[cfg(feature = "trace")]
 pub mod surface;
+mod surface_point;
+pub mod surface_scattering;
 #[cfg(feature = "translucent")]
 pub mod translucent;
 pub mod visibility;
@@ -87,6 +93,7 @@ pub use airlight::AirlightEvaluator;
 pub use gather::{Gather, LitRays, Touching, Watch};
 pub use path::LightPath;
 pub use scene::{Emitter, Interval, Ray};
+pub use surface_point::SurfacePoint;
 pub use visibility::{LitInterval, VisibilitySource};
 
 /// The README's example is a test.

@@ -66,6 +66,14 @@ impl VisibilitySource for Unshadowed {
     }
 }
 
+impl PointVisibility for Unshadowed {
+    type Share = f32;
+
+    fn visibility(&self, _: Vec3) -> f32 {
+        1.0
+    }
+}
+
 impl SurfaceShadow for Unshadowed {
     fn visibility(&self, _: Vec3, _: Vec3) -> f32 {
         1.0
