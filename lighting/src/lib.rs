@@ -52,6 +52,7 @@
 //! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
 //! | [`surface_scattering`] | `shadow-map` for shadows | light that reaches these surfaces by way of the fog |
+//! | `indirect` | `shadow-map`, `trace` | the two for a whole view, on any backend |
 //! | [`environment`] | | light from all around, seen through fog and on surfaces |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
 //!
@@ -68,6 +69,8 @@ pub mod environment;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
+#[cfg(all(feature = "shadow-map", feature = "trace"))]
+pub mod indirect;
 #[cfg(feature = "methods")]
 pub mod methods;
 mod path;

@@ -40,7 +40,8 @@ pub struct EnvironmentMap<M: Memory> {
     pub(super) halo_grid: Grid,
     /// `σ_s/σ_t ∫ N L dω`, level after level.
     pub(super) halos: M::Buffer<[f32; 4]>,
-    /// For each patch `∫ ω dω`, its radiance, and its halo on all levels.
+    /// For each patch `∫ ω dω` and how far it reaches, its radiance, and its halo on
+    /// all levels.
     pub(super) patches: M::Buffer<[f32; 4]>,
 }
 
@@ -90,7 +91,9 @@ impl<M: Memory> EnvironmentMap<M> {
         let mut patches = Vec::with_capacity(PATCHES.len() * (2 + levels));
         for (index, radiance) in sky_grid.resampled(texels, PATCHES).iter().enumerate() {
             let weighted = PATCHES.weighted_direction(index);
-            patches.push(weighted.extend(0.0).to_array());
+            // Half a side of it, about, times its solid angle.
+            let reach = 0.5 * weighted.length().powf(1.5);
+            patches.push(weighted.extend(reach).to_array());
             patches.push(four(*radiance));
             let around = halo_grid.around(weighted.normalize());
             for level in halos.chunks_exact(halo_grid.len()) {
@@ -136,7 +139,7 @@ impl EnvironmentMap<Host> {
         let patches = self.patches.chunks_exact(2 + self.levels);
         patches.fold(Vec3::ZERO, |sum, patch| {
             let weighted = three(patch[0]);
-            let cos = normal.dot(weighted);
+            let cos = above_horizon(normal.dot(weighted), patch[0][3]);
             if cos <= 0.0 {
                 return sum;
             }
@@ -167,6 +170,17 @@ impl EnvironmentMap<Host> {
             low + (x - first as f32) * (high - low)
         };
         (-depth).exp() * (clear + depth * halo)
+    }
+}
+
+/// `∫ max(0, n·ω) dω` over a patch, from `∫ n·ω dω` and how far from its middle
+/// `n·ω` goes: as if it were spread evenly between the two ends.
+fn above_horizon(cos: f32, reach: f32) -> f32 {
+    if cos >= reach {
+        cos
+    } else {
+        let above = (cos + reach).max(0.0);
+        above * above / (4.0 * reach)
     }
 }
 

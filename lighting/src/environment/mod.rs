@@ -220,8 +220,8 @@ pub trait AddEnvironment: Backend {
     /// left alone.
     ///
     /// The integral is a sum over 288 patches of the environment, each with its mean
-    /// radiance: within 1 % of the irradiance of an even environment, and of 3 % of
-    /// that of any.
+    /// radiance: within 0.5 % of the irradiance of an even environment. A sun that is
+    /// smaller than a patch is spread over 15 degrees.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] if points and radiance differ in length; nothing is
