@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use exr::prelude::{ReadChannels, ReadLayers};
 use gpu_backend::Cpu;
 use gpu_backend::gpu::Gpu;
-use lighting::environment::Environment;
-use lighting::indirect::{self, FogShadows, Indirect, IndirectLight, LitView};
+use lighting::environment::{Environment, EnvironmentError};
+use lighting::indirect::{self, FogShadows, Indirect, IndirectError, IndirectLight, LitView};
 use lighting::scene::PhaseFunction;
 use lighting::scene::view::View;
 
@@ -83,9 +83,24 @@ pub(crate) fn radiance(
         None => indirect::radiance(&cpu, &cpu, lit, light),
         Some(context) => indirect::radiance(&Gpu::new(context.clone()), &cpu, lit, light),
     };
-    let indirect = result.map_err(|error| Failure::from(error).about("--environment-distance"))?;
-    input.notes.extend(notes(&indirect, environment.is_some(), input));
+    let indirect = result.map_err(named)?;
+    input
+        .notes
+        .extend(notes(&indirect, environment.is_some(), input));
     Ok(Some(indirect.radiance))
+}
+
+/// An error with the option that can set it right.
+fn named(error: IndirectError) -> Failure {
+    let option = match &error {
+        IndirectError::Environment(
+            EnvironmentError::NoDistance | EnvironmentError::UnusedDistance,
+        ) => "--environment-distance",
+        IndirectError::Environment(_) => "--environment",
+        IndirectError::ShadowMap(_) => "--map",
+        _ => "--surface-scattering",
+    };
+    Failure::from(error).about(option)
 }
 
 /// What the reader of the output should know.
@@ -161,7 +176,10 @@ fn image_texels(path: &Path) -> Result<Texels, Failure> {
         .with_guessed_format()
         .map_err(|error| named(error.into()))?;
     let is_linear = reader.format() == Some(image::ImageFormat::Hdr);
-    let picture = reader.decode().map_err(|error| named(error.into()))?.into_rgb32f();
+    let picture = reader
+        .decode()
+        .map_err(|error| named(error.into()))?
+        .into_rgb32f();
     let linear = |value: f32| match value {
         _ if is_linear => value,
         ..=0.04045 => value / 12.92,
@@ -190,14 +208,21 @@ mod tests {
     fn files_are_read_as_linear_light() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
-        image::DynamicImage::ImageRgb8(image::RgbImage::from_pixel(4, 2, image::Rgb([188, 255, 0])))
-            .save(path("a.png"))
-            .unwrap();
+        image::DynamicImage::ImageRgb8(image::RgbImage::from_pixel(
+            4,
+            2,
+            image::Rgb([188, 255, 0]),
+        ))
+        .save(path("a.png"))
+        .unwrap();
         let png = read(&path("a.png")).unwrap();
         assert_eq!((png.width(), png.height()), (4, 2));
         assert!((texel(&png)[0] - 0.503).abs() < 1e-3 && texel(&png)[1] == 1.0);
 
-        let size = crate::parse::Size { width: 4, height: 2 };
+        let size = crate::parse::Size {
+            width: 4,
+            height: 2,
+        };
         let radiance: Vec<[f32; 4]> = (0..8).map(|i| [i as f32, 30.0, 0.0, 0.0]).collect();
         let exr = crate::picture::Picture::new(size, &radiance).exr().unwrap();
         std::fs::write(path("b.exr"), exr).unwrap();
@@ -207,7 +232,11 @@ mod tests {
 
     #[test]
     fn what_is_no_environment_is_named() {
-        for (text, word) in [("-1", "--environment"), ("sky.bmp", "sky.bmp"), ("no.exr", "no.exr")] {
+        for (text, word) in [
+            ("-1", "--environment"),
+            ("sky.bmp", "sky.bmp"),
+            ("no.exr", "no.exr"),
+        ] {
             let message = read(text).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
         }

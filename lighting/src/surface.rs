@@ -5,10 +5,10 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use gpu_backend::Cpu;
 
+use crate::SurfacePoint;
 use crate::scene::trace::{Hit, Tracer};
 use crate::scene::view::View;
 use crate::scene::{Emitter, Geometry, Material, Medium, Ray, Scene};
-use crate::SurfacePoint;
 use crate::visibility::SurfaceShadow;
 
 /// Radiance of the surfaces that reaches the eye through the medium, one

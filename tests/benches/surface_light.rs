@@ -75,7 +75,9 @@ fn scattering<B, S>(
         .add_surface_scattering(&lit, scattering, &mut radiance)
         .expect("a light that is covered");
     let found = backend.download(&radiance).expect("memory");
-    let scale = truth.iter().fold(0.0, |most, light| light.max_element().max(most));
+    let scale = truth
+        .iter()
+        .fold(0.0, |most, light| light.max_element().max(most));
     let judged = found.iter().step_by(JUDGED).zip(truth);
     let error = judged.fold(0.0, |most: f64, (found, truth)| {
         let error = (Vec3::from_slice(found).as_dvec3() - truth).abs();
@@ -106,11 +108,23 @@ fn bench<B: LightSurfaces>(criterion: &mut Criterion, backend: &B) {
             .collect();
         let closed_form = ClosedForm::new(medium);
         if closed_form.covers(emitter, medium).is_ok() {
-            scattering(criterion, backend, case, ("closed form", 1, &closed_form), &truth);
+            scattering(
+                criterion,
+                backend,
+                case,
+                ("closed form", 1, &closed_form),
+                &truth,
+            );
         }
         for nodes in [4, 8, 16] {
             let quadrature = Quadrature::new(Unshadowed, nodes).expect("a legal number");
-            scattering(criterion, backend, case, ("quadrature", nodes, &quadrature), &truth);
+            scattering(
+                criterion,
+                backend,
+                case,
+                ("quadrature", nodes, &quadrature),
+                &truth,
+            );
         }
     }
     let even = Environment::even([0.3, 0.4, 0.6]).expect("a radiance");

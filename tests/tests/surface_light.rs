@@ -6,40 +6,20 @@
 use crepuscular_tests::scenes;
 use crepuscular_tests::suite;
 use glam::{DVec3, Quat, Vec3};
-use gpu_backend::{Backend, Buffer, Cpu, Download};
-use lighting::environment::{AddEnvironment, Environment, EnvironmentMap};
+use gpu_backend::{Buffer, Cpu, Download};
+use lighting::environment::{Environment, EnvironmentMap};
+use lighting::indirect::{self, FogShadows, Indirect, IndirectLight, LightSurfaces, LitView};
 use lighting::scene::procedural::Embedded;
-use lighting::scene::{Bounds, Cone, Emission, Medium, PhaseFunction};
-use lighting::shadow_map::{RenderShadowMap, ShadowMap};
-use lighting::surface_scattering::{
-    AddSurfaceScattering, ClosedForm, LitSurfaces, Quadrature,
-};
+use lighting::scene::trace::Tracer;
+use lighting::scene::view::View;
+use lighting::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
+use lighting::surface::with_openness;
+use lighting::surface_scattering::{AddSurfaceScattering, ClosedForm, LitSurfaces, Quadrature};
 use lighting::visibility::Unshadowed;
 use lighting::{Emitter, Ray, SurfacePoint};
 use reference::oracle::surface::{environment_in_fog, scattered_irradiance};
 use reference::scenes::TestScene;
 use reference::tolerances::Allowed;
-
-/// What is tested here.
-trait LightSurfaces:
-    Download
-    + AddEnvironment
-    + RenderShadowMap
-    + AddSurfaceScattering<ClosedForm>
-    + AddSurfaceScattering<Quadrature<Unshadowed>>
-    + for<'a> AddSurfaceScattering<Quadrature<&'a ShadowMap<<Self as Backend>::Memory>>>
-{
-}
-
-impl<B> LightSurfaces for B where
-    B: Download
-        + AddEnvironment
-        + RenderShadowMap
-        + AddSurfaceScattering<ClosedForm>
-        + AddSurfaceScattering<Quadrature<Unshadowed>>
-        + for<'a> AddSurfaceScattering<Quadrature<&'a ShadowMap<<B as Backend>::Memory>>>
-{
-}
 
 fn fog(sigma: f32, phase: PhaseFunction) -> Medium {
     let sigma_s = sigma * Vec3::new(1.0, 0.7, 0.7);
@@ -108,7 +88,9 @@ fn truths(points: &[SurfacePoint], emitter: &Emitter, medium: &Medium) -> Vec<DV
 }
 
 fn brightest(truth: &[DVec3]) -> f64 {
-    truth.iter().fold(0.0, |most, light| light.max_element().max(most))
+    truth
+        .iter()
+        .fold(0.0, |most, light| light.max_element().max(most))
 }
 
 fn rgb(radiance: [f32; 4]) -> DVec3 {
@@ -126,15 +108,28 @@ fn the_closed_form_is_the_integral_over_the_hemisphere<B: LightSurfaces>(backend
         (sun(), fog(0.3, even)),
     ];
     for (emitter, medium) in &cases {
-        let found = scattered(backend, &points, (emitter, medium), &ClosedForm::new(medium));
+        let found = scattered(
+            backend,
+            &points,
+            (emitter, medium),
+            &ClosedForm::new(medium),
+        );
         for (found, truth) in found.iter().zip(truths(&points, emitter, medium)) {
             let error = ((rgb(*found) - truth) / truth).abs().max_element();
-            assert!(error < Allowed::SurfaceClosedForm.error(), "{truth}: {error:e}");
+            assert!(
+                error < Allowed::SurfaceClosedForm.error(),
+                "{truth}: {error:e}"
+            );
         }
     }
     // The table of a sun in haze is linear between 257 cosines: 2e-5 / (1 − g)² of 1.
     let medium = fog(0.3, hazy);
-    let found = scattered(backend, &points, (&sun(), &medium), &ClosedForm::new(&medium));
+    let found = scattered(
+        backend,
+        &points,
+        (&sun(), &medium),
+        &ClosedForm::new(&medium),
+    );
     for (found, truth) in found.iter().zip(truths(&points, &sun(), &medium)) {
         let whole = 3.0 / 1.2;
         let error = (rgb(*found) - truth).abs().max_element() / whole;
@@ -150,7 +145,15 @@ fn others() -> Vec<(Emitter, Medium)> {
     vec![
         (lamp(Emission::Isotropic, far), fog(0.3, hazy)),
         (lamp(Emission::Isotropic, 2.5), fog(0.3, even)),
-        (lamp(Emission::Cosine { normal: Vec3::NEG_X }, far), fog(0.3, even)),
+        (
+            lamp(
+                Emission::Cosine {
+                    normal: Vec3::NEG_X,
+                },
+                far,
+            ),
+            fog(0.3, even),
+        ),
         (lamp(spot(0.1, 0.2), far), fog(0.3, even)),
         (lamp(spot(0.5, 0.9), far), fog(1.0, PhaseFunction::Rayleigh)),
         (lamp(spot(0.5, 1.2), 3.0), boxed(fog(0.3, hazy))),
@@ -199,11 +202,20 @@ fn environment() -> Environment {
     Environment::new(width, height, (0..width * height).map(texel).collect()).unwrap()
 }
 
-fn seen<B: LightSurfaces>(backend: &B, rays: &[Ray], map: &EnvironmentMap<B::Memory>) -> Vec<DVec3> {
+fn seen<B: LightSurfaces>(
+    backend: &B,
+    rays: &[Ray],
+    map: &EnvironmentMap<B::Memory>,
+) -> Vec<DVec3> {
     let rays = backend.upload(rays).unwrap();
     let mut radiance = backend.zeros::<[f32; 4]>(rays.len()).unwrap();
     backend.add_sky(&rays, map, &mut radiance).unwrap();
-    backend.download(&radiance).unwrap().into_iter().map(rgb).collect()
+    backend
+        .download(&radiance)
+        .unwrap()
+        .into_iter()
+        .map(rgb)
+        .collect()
 }
 
 fn received<B: LightSurfaces>(
@@ -213,8 +225,15 @@ fn received<B: LightSurfaces>(
 ) -> Vec<DVec3> {
     let points = backend.upload(points).unwrap();
     let mut radiance = backend.zeros::<[f32; 4]>(points.len()).unwrap();
-    backend.add_environment_light(&points, map, &mut radiance).unwrap();
-    backend.download(&radiance).unwrap().into_iter().map(rgb).collect()
+    backend
+        .add_environment_light(&points, map, &mut radiance)
+        .unwrap();
+    backend
+        .download(&radiance)
+        .unwrap()
+        .into_iter()
+        .map(rgb)
+        .collect()
 }
 
 fn skies() -> Vec<Ray> {
@@ -239,7 +258,10 @@ fn an_environment_is_seen_through_fog_with_its_halo<B: LightSurfaces>(backend: &
                     gradient,
                 );
                 let error = found[channel] / truth - 1.0;
-                assert!(error.abs() < Allowed::Environment.error(), "{truth}: {error:e}");
+                assert!(
+                    error.abs() < Allowed::Environment.error(),
+                    "{truth}: {error:e}"
+                );
             }
         }
     }
@@ -270,13 +292,19 @@ fn surfaces_receive_the_light_of_an_environment<B: LightSurfaces>(backend: &B) {
         assert!(error.abs() < Allowed::EnvironmentLight.error(), "{error:e}");
     }
     let covered: Vec<SurfacePoint> = points.iter().map(|p| p.with_openness(0.0)).collect();
-    assert!(received(backend, &covered, &clear).iter().all(|light| *light == DVec3::ZERO));
+    assert!(
+        received(backend, &covered, &clear)
+            .iter()
+            .all(|light| *light == DVec3::ZERO)
+    );
 }
 
 fn the_fourth_component_and_pixels_without_a_surface_are_left_alone<B: LightSurfaces>(backend: &B) {
     let medium = fog(0.1, PhaseFunction::Isotropic);
     let emitter = lamp(Emission::Isotropic, f32::INFINITY);
-    let points = backend.upload(&[SurfacePoint::default(), points()[0]]).unwrap();
+    let points = backend
+        .upload(&[SurfacePoint::default(), points()[0]])
+        .unwrap();
     let before = [[1.0, 2.0, 3.0, 4.0], [0.0, 0.0, 0.0, 5.0]];
     let mut radiance = backend.upload(&before).unwrap();
     let lit = LitSurfaces {
@@ -285,19 +313,30 @@ fn the_fourth_component_and_pixels_without_a_surface_are_left_alone<B: LightSurf
         medium: &medium,
     };
     let closed = ClosedForm::new(&medium);
-    backend.add_surface_scattering(&lit, &closed, &mut radiance).unwrap();
+    backend
+        .add_surface_scattering(&lit, &closed, &mut radiance)
+        .unwrap();
     let map = EnvironmentMap::new(backend, &Environment::even([1.0; 3]).unwrap(), None).unwrap();
-    backend.add_environment_light(&points, &map, &mut radiance).unwrap();
+    backend
+        .add_environment_light(&points, &map, &mut radiance)
+        .unwrap();
     let after = backend.download(&radiance).unwrap();
     assert_eq!(after[0], before[0]);
     assert!(after[1][0] > 0.0 && after[1][3] == 5.0);
 
     let mut short = backend.zeros::<[f32; 4]>(1).unwrap();
-    let error = backend.add_surface_scattering(&lit, &closed, &mut short).unwrap_err();
+    let error = backend
+        .add_surface_scattering(&lit, &closed, &mut short)
+        .unwrap_err();
     assert!(error.to_string().contains('2'), "{error}");
     let ranged = lamp(Emission::Isotropic, 3.0);
-    let lit = LitSurfaces { emitter: &ranged, ..lit };
-    let error = backend.add_surface_scattering(&lit, &closed, &mut radiance).unwrap_err();
+    let lit = LitSurfaces {
+        emitter: &ranged,
+        ..lit
+    };
+    let error = backend
+        .add_surface_scattering(&lit, &closed, &mut radiance)
+        .unwrap_err();
     assert!(error.to_string().contains("range"), "{error}");
 }
 
@@ -321,7 +360,10 @@ fn the_gpu_agrees_with_the_cpu() {
         assert!(scale > 0.0, "{what}");
         for (ours, theirs) in ours.iter().flatten().zip(theirs.iter().flatten()) {
             let error = f64::from((ours - theirs).abs() / scale);
-            assert!(error < Allowed::GpuSurface.error(), "{what}: {ours} {theirs} {error:e}");
+            assert!(
+                error < Allowed::GpuSurface.error(),
+                "{what}: {ours} {theirs} {error:e}"
+            );
         }
     };
     let quadrature = Quadrature::new(Unshadowed, 8).unwrap();
@@ -349,16 +391,132 @@ fn the_gpu_agrees_with_the_cpu() {
             EnvironmentMap::new(&gpu, &sky, medium.as_ref()).unwrap(),
         );
         let narrow = |light: Vec<DVec3>| -> Vec<[f32; 4]> {
-            light.iter().map(|light| light.as_vec3().extend(0.0).to_array()).collect()
+            light
+                .iter()
+                .map(|light| light.as_vec3().extend(0.0).to_array())
+                .collect()
         };
         let rays = skies();
-        check("sky", narrow(seen(&cpu, &rays, &ours)), narrow(seen(&gpu, &rays, &theirs)));
+        check(
+            "sky",
+            narrow(seen(&cpu, &rays, &ours)),
+            narrow(seen(&gpu, &rays, &theirs)),
+        );
         check(
             "light of the sky",
             narrow(received(&cpu, &points, &ours)),
             narrow(received(&gpu, &points, &theirs)),
         );
     }
+}
+
+/// The embedded city as `render` shows it.
+fn city<R>(use_view: impl FnOnce(LitView<'_>) -> R) -> R {
+    let mut scene = Embedded::City.build(1);
+    let geometry = Geometry::new(&scene).unwrap();
+    scene.complete(geometry.bounds()).unwrap();
+    scene.fill_with_fog(geometry.bounds()).unwrap();
+    let tracer = Tracer::new(&geometry);
+    let view = View::new(&Cpu::new(), &scene.camera.unwrap(), &tracer, 16, 9).unwrap();
+    let emitters: Vec<Emitter> = (scene.lights.iter())
+        .flat_map(|light| light.emitters(4).unwrap())
+        .collect();
+    use_view(LitView {
+        view: &view,
+        scene: &scene,
+        geometry: &geometry,
+        tracer: &tracer,
+        emitters: &emitters,
+        medium: scene.medium.as_ref(),
+    })
+}
+
+fn a_view_is_lit_by_the_sum_of_what_is_asked_for<B: LightSurfaces>(backend: &B) {
+    city(|lit| {
+        let cpu = Cpu::new();
+        let sky = Environment::even([0.1, 0.2, 0.3])
+            .unwrap()
+            .at_distance(100.0)
+            .unwrap();
+        let none = IndirectLight {
+            scattering: None,
+            nodes: 4,
+            environment: None,
+            openness_rays: 8,
+        };
+        let of = |light| indirect::radiance(backend, &cpu, lit, light).unwrap();
+        let fog = IndirectLight {
+            scattering: Some(FogShadows::None),
+            ..none
+        };
+        let shadowed = IndirectLight {
+            scattering: Some(FogShadows::Maps { resolution: 64 }),
+            ..none
+        };
+        let environment = IndirectLight {
+            environment: Some(&sky),
+            ..none
+        };
+        let both = IndirectLight {
+            scattering: Some(FogShadows::None),
+            ..environment
+        };
+        assert!(of(none).radiance.iter().all(|light| *light == [0.0; 4]));
+        let (fog, shadowed, environment, both) = (of(fog), of(shadowed), of(environment), of(both));
+        assert_eq!((fog.in_closed_form, fog.by_quadrature), (1, 0));
+        assert_eq!((shadowed.in_closed_form, shadowed.by_quadrature), (0, 1));
+        let most = fog
+            .radiance
+            .iter()
+            .map(|light| f64::from(light[1]))
+            .fold(0.0, f64::max);
+        for (pixel, hit) in lit.view.hits().iter().enumerate() {
+            let at = |of: &Indirect| f64::from(of.radiance[pixel][1]);
+            // Fog lights surfaces only, an environment all of the picture.
+            assert_eq!(at(&fog) > 0.0, hit.is_some());
+            assert!(at(&environment) > 0.0 || hit.is_some());
+            let sum = at(&fog) + at(&environment);
+            assert!((at(&both) / sum - 1.0).abs() < 1e-5 || sum == 0.0);
+            // Shadows only take away, but for what four nodes miss.
+            assert!(at(&shadowed) <= at(&fog) + 0.02 * most);
+        }
+        let endless = Environment::even([1.0; 3]).unwrap();
+        let bare = IndirectLight {
+            environment: Some(&endless),
+            ..none
+        };
+        let error = indirect::radiance(backend, &cpu, lit, bare).unwrap_err();
+        assert!(error.to_string().contains("distance"), "{error}");
+    });
+}
+
+crepuscular_tests::on_every_backend!(a_view_is_lit_by_the_sum_of_what_is_asked_for);
+
+#[test]
+fn the_foot_of_a_wall_sees_half_of_the_sky() {
+    let corner = |z: f32, y: f32| Vec3::new(-0.01, y, z);
+    let wall = Mesh {
+        positions: vec![
+            corner(-1e4, -1.0),
+            corner(1e4, -1.0),
+            corner(1e4, 1e4),
+            corner(-1e4, 1e4),
+        ],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    let tracer = Tracer::new(&Geometry::new(&Scene::from(wall)).unwrap());
+    let foot = SurfacePoint::new(Vec3::ZERO, Vec3::Y, Vec3::ONE).unwrap();
+    let back = SurfacePoint::new(Vec3::ZERO, Vec3::X, Vec3::ONE).unwrap();
+    let sky = SurfacePoint::default();
+    let found = with_openness(&Cpu::new(), &[foot, back, sky], &tracer, 256);
+    assert!(
+        (found[0].openness() - 0.5).abs() < 0.5 / 16.0,
+        "{:?}",
+        found[0]
+    );
+    assert_eq!(found[1].openness(), 1.0);
+    assert_eq!(found[2], sky);
 }
 
 /// Shadows in the fog are the same on both backends, given the same map.

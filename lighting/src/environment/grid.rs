@@ -49,10 +49,7 @@ impl Grid {
         let (row, column) = (index / self.width, index % self.width);
         let angle = |i: usize, n: usize, whole: f64| whole * i as f64 / n as f64;
         let pi = std::f64::consts::PI;
-        let (upper, lower) = (
-            angle(row, self.height, pi),
-            angle(row + 1, self.height, pi),
-        );
+        let (upper, lower) = (angle(row, self.height, pi), angle(row + 1, self.height, pi));
         let (west, east) = (
             angle(column, self.width, 2.0 * pi) - pi,
             angle(column + 1, self.width, 2.0 * pi) - pi,
@@ -130,7 +127,10 @@ mod tests {
         assert!(all.length() < 1e-5, "{all}");
         for index in 0..GRID.len() {
             let direction = GRID.weighted_direction(index).normalize();
-            let nearest = GRID.around(direction).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            let nearest = GRID
+                .around(direction)
+                .into_iter()
+                .max_by(|a, b| a.1.total_cmp(&b.1));
             assert_eq!(nearest.map(|(texel, _)| texel), Some(index), "{direction}");
         }
     }
@@ -159,10 +159,18 @@ mod tests {
             let row = |row: usize| texels[row * grid.width..][..grid.width].iter();
             rows[0]
                 .iter()
-                .map(|(r, share)| share / grid.width as f64 * row(*r).map(|t| f64::from(t[0])).sum::<f64>())
+                .map(|(r, share)| {
+                    share / grid.width as f64 * row(*r).map(|t| f64::from(t[0])).sum::<f64>()
+                })
                 .sum()
         };
-        for target in [GRID, Grid { width: 4, height: 2 }] {
+        for target in [
+            GRID,
+            Grid {
+                width: 4,
+                height: 2,
+            },
+        ] {
             let result = source.resampled(&texels, target);
             assert!(result.iter().all(|texel| (texel[1] - 1.0).abs() < 1e-6));
             let (before, after) = (flux(source, &texels), flux(target, &result));

@@ -86,7 +86,12 @@ impl<M: Memory> EnvironmentMap<M> {
         let mut halos = Vec::with_capacity(levels * halo_grid.len());
         let source = sky_grid.resampled(texels, halo_grid);
         for level in 0..levels {
-            halos.extend(halo(&medium, way_of(level, levels, longest), &source, halo_grid)?);
+            halos.extend(halo(
+                &medium,
+                way_of(level, levels, longest),
+                &source,
+                halo_grid,
+            )?);
         }
         let mut patches = Vec::with_capacity(PATCHES.len() * (2 + levels));
         for (index, radiance) in sky_grid.resampled(texels, PATCHES).iter().enumerate() {
@@ -209,7 +214,13 @@ fn halo(
         let t = sigma_t[channel] * way;
         let blurred = match last.take() {
             Some((same, blurred)) if same == t => blurred,
-            _ => spread(&Cpu::new(), &Table::new(t)?, source, grid.width, grid.height)?,
+            _ => spread(
+                &Cpu::new(),
+                &Table::new(t)?,
+                source,
+                grid.width,
+                grid.height,
+            )?,
         };
         let albedo = sigma_s[channel] / sigma_t[channel];
         for (result, blurred) in result.iter_mut().zip(&blurred) {

@@ -22,7 +22,10 @@ fn rays() -> Vec<Ray> {
 
 #[test]
 fn an_even_environment_is_seen_evenly_as_bright_as_the_total_says() {
-    let even = Environment::even([1.0; 3]).unwrap().at_distance(40.0).unwrap();
+    let even = Environment::even([1.0; 3])
+        .unwrap()
+        .at_distance(40.0)
+        .unwrap();
     let map = EnvironmentMap::new(&Cpu::new(), &even, Some(&fog())).unwrap();
     let expected = |sigma_t: f64| {
         let t = 40.0 * sigma_t;
@@ -82,7 +85,10 @@ fn fog_in_a_box_attenuates_by_what_lies_in_the_direction() {
     let even = Environment::even([1.0; 3]).unwrap();
     let absorbing = Medium::new(Vec3::ZERO, Vec3::splat(0.1), PhaseFunction::Isotropic).unwrap();
     let map = EnvironmentMap::new(&Cpu::new(), &even, Some(&absorbing.within(bounds))).unwrap();
-    let seen = |direction| map.seen(&Ray::new(Vec3::ZERO, direction, f32::INFINITY).unwrap()).x;
+    let seen = |direction| {
+        map.seen(&Ray::new(Vec3::ZERO, direction, f32::INFINITY).unwrap())
+            .x
+    };
     assert!((seen(Vec3::NEG_Z) / (-5.0_f32).exp() - 1.0).abs() < 1e-5);
     assert!((seen(Vec3::Y) / (-0.5_f32).exp() - 1.0).abs() < 1e-5);
 
@@ -90,7 +96,11 @@ fn fog_in_a_box_attenuates_by_what_lies_in_the_direction() {
     let sigma_s = Vec3::splat(0.1);
     let white = Medium::new(sigma_s, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
     let boxed = EnvironmentMap::new(&Cpu::new(), &even, Some(&white.within(bounds))).unwrap();
-    for (direction, way) in [(Vec3::NEG_Z, 50.0), (Vec3::Y, 5.0), (Vec3::ONE.normalize(), 75_f32.sqrt())] {
+    for (direction, way) in [
+        (Vec3::NEG_Z, 50.0),
+        (Vec3::Y, 5.0),
+        (Vec3::ONE.normalize(), 75_f32.sqrt()),
+    ] {
         let ray = Ray::new(Vec3::ZERO, direction, f32::INFINITY).unwrap();
         let ball = even.clone().at_distance(way).unwrap();
         let ball = EnvironmentMap::new(&Cpu::new(), &ball, Some(&white)).unwrap();

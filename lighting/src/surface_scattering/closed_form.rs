@@ -134,7 +134,11 @@ impl SurfaceEvaluator for ClosedForm {
 fn per_channel(sigma: Vec3, f: impl Fn(f32) -> f32) -> Vec3 {
     let red = f(sigma.x);
     let green = if sigma.y == sigma.x { red } else { f(sigma.y) };
-    let blue = if sigma.z == sigma.y { green } else { f(sigma.z) };
+    let blue = if sigma.z == sigma.y {
+        green
+    } else {
+        f(sigma.z)
+    };
     Vec3::new(red, green, blue)
 }
 

@@ -179,8 +179,9 @@ impl<S: SurfaceEvaluator> AddSurfaceScattering<S> for Cpu {
 
 /// What steps do with lights that are not covered.
 fn check_covered(by: &impl Covers, emitter: &Emitter, medium: &Medium) -> Result<(), Error> {
-    by.covers(emitter, medium).map_err(|reason| Error::Rejected {
-        what: "light that reaches surfaces by way of the fog".into(),
-        reason: reason.to_string(),
-    })
+    by.covers(emitter, medium)
+        .map_err(|reason| Error::Rejected {
+            what: "light that reaches surfaces by way of the fog".into(),
+            reason: reason.to_string(),
+        })
 }

@@ -7,9 +7,7 @@ use glam::Vec3;
 
 use super::{Covers, NotCovered, SurfaceEvaluator};
 use crate::airlight::far_end;
-use crate::scene::{
-    DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle,
-};
+use crate::scene::{DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle};
 use crate::visibility::{PointVisibility, Share};
 
 /// The light that reaches a surface by way of the fog, by quadrature over the fog.
@@ -85,9 +83,7 @@ impl Rules {
             // ψ = ψ_max sin t, at the middles of equal parts of t.
             arc: (0..planes)
                 .map(|j| (std::f64::consts::PI * (turn(j) - 0.5)).sin_cos())
-                .map(|(sin, cos)| {
-                    narrow([sin, cos * std::f64::consts::PI / f64::from(planes)])
-                })
+                .map(|(sin, cos)| narrow([sin, cos * std::f64::consts::PI / f64::from(planes)]))
                 .collect(),
         })
     }
@@ -140,7 +136,13 @@ impl<P: PointVisibility> SurfaceEvaluator for Quadrature<P> {
 }
 
 impl<P: PointVisibility> Quadrature<P> {
-    fn of_point(&self, position: Vec3, normal: Vec3, light: &PointEmitter, medium: &Medium) -> Vec3 {
+    fn of_point(
+        &self,
+        position: Vec3,
+        normal: Vec3,
+        light: &PointEmitter,
+        medium: &Medium,
+    ) -> Vec3 {
         let to_light = light.position() - position;
         let distance = to_light.length();
         if distance == 0.0 {
@@ -215,7 +217,13 @@ impl<P: PointVisibility> Quadrature<P> {
         medium.sigma_s() * sum / distance
     }
 
-    fn of_sun(&self, position: Vec3, normal: Vec3, sun: &DirectionalEmitter, medium: &Medium) -> Vec3 {
+    fn of_sun(
+        &self,
+        position: Vec3,
+        normal: Vec3,
+        sun: &DirectionalEmitter,
+        medium: &Medium,
+    ) -> Vec3 {
         let toward = -sun.direction();
         let mut sum = Vec3::ZERO;
         self.for_each_plane(&Cone::new(normal, -1.0, toward), |side, plane_weight| {

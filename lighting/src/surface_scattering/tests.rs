@@ -117,7 +117,10 @@ fn shadows_take_light_away_and_only_that() {
         let all = of(&Quadrature::new(Unshadowed, 8).unwrap());
         let a = of(&Quadrature::new(Half, 8).unwrap());
         let b = of(&Quadrature::new(OtherHalf, 8).unwrap());
-        assert!(a > 0.0 && b > 0.0 && (a + b - all).abs() < 1e-5 * all, "{a} {b} {all}");
+        assert!(
+            a > 0.0 && b > 0.0 && (a + b - all).abs() < 1e-5 * all,
+            "{a} {b} {all}"
+        );
     }
 }
 

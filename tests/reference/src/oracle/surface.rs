@@ -82,7 +82,10 @@ pub fn environment_in_fog(
             let from = direction * gamma.cos() + side * gamma.sin();
             DVec3::splat(radiance(from) * endless(sigma_t, distance, gamma, within))
         };
-        let mut pieces = vec![Piece::new(0, 0.0, FRAC_PI_2, &f), Piece::new(0, FRAC_PI_2, PI, &f)];
+        let mut pieces = vec![
+            Piece::new(0, 0.0, FRAC_PI_2, &f),
+            Piece::new(0, FRAC_PI_2, PI, &f),
+        ];
         integrate(&mut pieces, within, f).value
     });
     let clear = (-sigma_t * distance).exp() * radiance(direction);
