@@ -19,7 +19,8 @@ use crate::format::count;
 use crate::input::Input;
 use crate::parse;
 
-/// Nodes of the quadrature, which is within 0.5 % without shadows.
+/// Nodes of the quadrature, which is within 1 % of the brightest surface without
+/// shadows.
 const NODES: u32 = 8;
 
 /// Rays per surface that find out how much of the environment it sees.

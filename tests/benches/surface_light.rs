@@ -6,7 +6,7 @@ use std::time::Duration;
 use crepuscular_tests::suite;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Quat, Vec3};
-use gpu_backend::{Backend, Cpu, Download};
+use gpu_backend::{Cpu, Download};
 use lighting::environment::{Environment, EnvironmentMap};
 use lighting::indirect::LightSurfaces;
 use lighting::scene::{Bounds, Cone, Emission, Medium, PhaseFunction};

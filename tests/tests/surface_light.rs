@@ -340,76 +340,6 @@ fn the_fourth_component_and_pixels_without_a_surface_are_left_alone<B: LightSurf
     assert!(error.to_string().contains("range"), "{error}");
 }
 
-crepuscular_tests::on_every_backend!(
-    the_closed_form_is_the_integral_over_the_hemisphere,
-    an_environment_is_seen_through_fog_with_its_halo,
-    surfaces_receive_the_light_of_an_environment,
-    the_fourth_component_and_pixels_without_a_surface_are_left_alone,
-);
-
-crepuscular_tests::on_every_backend!(heavy: quadrature_is_the_integral_over_the_hemisphere);
-
-#[test]
-fn the_gpu_agrees_with_the_cpu() {
-    let Some(gpu) = suite::gpu() else { return };
-    let cpu = Cpu::new();
-    let points = points();
-    let largest = |of: &[[f32; 4]]| of.iter().flatten().fold(0.0_f32, |a, b| a.max(*b));
-    let check = |what: &str, ours: Vec<[f32; 4]>, theirs: Vec<[f32; 4]>| {
-        let scale = largest(&ours);
-        assert!(scale > 0.0, "{what}");
-        for (ours, theirs) in ours.iter().flatten().zip(theirs.iter().flatten()) {
-            let error = f64::from((ours - theirs).abs() / scale);
-            assert!(
-                error < Allowed::GpuSurface.error(),
-                "{what}: {ours} {theirs} {error:e}"
-            );
-        }
-    };
-    let quadrature = Quadrature::new(Unshadowed, 8).unwrap();
-    for (case, (emitter, medium)) in others().iter().enumerate() {
-        let lit = (emitter, medium);
-        check(
-            &format!("case {case}"),
-            scattered(&cpu, &points, lit, &quadrature),
-            scattered(&gpu, &points, lit, &quadrature),
-        );
-        let open = Medium::new(medium.sigma_s(), Vec3::ZERO, medium.phase()).unwrap();
-        let closed = ClosedForm::new(&open);
-        if closed.covers(emitter, &open).is_ok() {
-            check(
-                &format!("closed form of case {case}"),
-                scattered(&cpu, &points, (emitter, &open), &closed),
-                scattered(&gpu, &points, (emitter, &open), &closed),
-            );
-        }
-    }
-    for medium in [None, Some(boxed(fog(0.3, PhaseFunction::Isotropic)))] {
-        let sky = environment();
-        let (ours, theirs) = (
-            EnvironmentMap::new(&cpu, &sky, medium.as_ref()).unwrap(),
-            EnvironmentMap::new(&gpu, &sky, medium.as_ref()).unwrap(),
-        );
-        let narrow = |light: Vec<DVec3>| -> Vec<[f32; 4]> {
-            light
-                .iter()
-                .map(|light| light.as_vec3().extend(0.0).to_array())
-                .collect()
-        };
-        let rays = skies();
-        check(
-            "sky",
-            narrow(seen(&cpu, &rays, &ours)),
-            narrow(seen(&gpu, &rays, &theirs)),
-        );
-        check(
-            "light of the sky",
-            narrow(received(&cpu, &points, &ours)),
-            narrow(received(&gpu, &points, &theirs)),
-        );
-    }
-}
-
 /// The embedded city as `render` shows it.
 fn city<R>(use_view: impl FnOnce(LitView<'_>) -> R) -> R {
     let mut scene = Embedded::City.build(1);
@@ -490,7 +420,76 @@ fn a_view_is_lit_by_the_sum_of_what_is_asked_for<B: LightSurfaces>(backend: &B) 
     });
 }
 
-crepuscular_tests::on_every_backend!(a_view_is_lit_by_the_sum_of_what_is_asked_for);
+crepuscular_tests::on_every_backend!(
+    the_closed_form_is_the_integral_over_the_hemisphere,
+    an_environment_is_seen_through_fog_with_its_halo,
+    surfaces_receive_the_light_of_an_environment,
+    the_fourth_component_and_pixels_without_a_surface_are_left_alone,
+    a_view_is_lit_by_the_sum_of_what_is_asked_for,
+);
+
+crepuscular_tests::on_every_backend!(heavy: quadrature_is_the_integral_over_the_hemisphere);
+
+#[test]
+fn the_gpu_agrees_with_the_cpu() {
+    let Some(gpu) = suite::gpu() else { return };
+    let cpu = Cpu::new();
+    let points = points();
+    let largest = |of: &[[f32; 4]]| of.iter().flatten().fold(0.0_f32, |a, b| a.max(*b));
+    let check = |what: &str, ours: Vec<[f32; 4]>, theirs: Vec<[f32; 4]>| {
+        let scale = largest(&ours);
+        assert!(scale > 0.0, "{what}");
+        for (ours, theirs) in ours.iter().flatten().zip(theirs.iter().flatten()) {
+            let error = f64::from((ours - theirs).abs() / scale);
+            assert!(
+                error < Allowed::GpuSurface.error(),
+                "{what}: {ours} {theirs} {error:e}"
+            );
+        }
+    };
+    let quadrature = Quadrature::new(Unshadowed, 8).unwrap();
+    for (case, (emitter, medium)) in others().iter().enumerate() {
+        let lit = (emitter, medium);
+        check(
+            &format!("case {case}"),
+            scattered(&cpu, &points, lit, &quadrature),
+            scattered(&gpu, &points, lit, &quadrature),
+        );
+        let open = Medium::new(medium.sigma_s(), Vec3::ZERO, medium.phase()).unwrap();
+        let closed = ClosedForm::new(&open);
+        if closed.covers(emitter, &open).is_ok() {
+            check(
+                &format!("closed form of case {case}"),
+                scattered(&cpu, &points, (emitter, &open), &closed),
+                scattered(&gpu, &points, (emitter, &open), &closed),
+            );
+        }
+    }
+    for medium in [None, Some(boxed(fog(0.3, PhaseFunction::Isotropic)))] {
+        let sky = environment();
+        let (ours, theirs) = (
+            EnvironmentMap::new(&cpu, &sky, medium.as_ref()).unwrap(),
+            EnvironmentMap::new(&gpu, &sky, medium.as_ref()).unwrap(),
+        );
+        let narrow = |light: Vec<DVec3>| -> Vec<[f32; 4]> {
+            light
+                .iter()
+                .map(|light| light.as_vec3().extend(0.0).to_array())
+                .collect()
+        };
+        let rays = skies();
+        check(
+            "sky",
+            narrow(seen(&cpu, &rays, &ours)),
+            narrow(seen(&gpu, &rays, &theirs)),
+        );
+        check(
+            "light of the sky",
+            narrow(received(&cpu, &points, &ours)),
+            narrow(received(&gpu, &points, &theirs)),
+        );
+    }
+}
 
 #[test]
 fn the_foot_of_a_wall_sees_half_of_the_sky() {

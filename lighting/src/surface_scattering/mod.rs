@@ -145,7 +145,7 @@ pub trait AddSurfaceScattering<S>: Backend {
     ) -> Result<(), Error>;
 }
 
-/// Points per unit of work: a quadrature takes some ten microseconds each.
+/// Points per unit of work: a quadrature takes up to some hundred microseconds each.
 const CHUNK: usize = 256;
 
 impl<S: SurfaceEvaluator> AddSurfaceScattering<S> for Cpu {
