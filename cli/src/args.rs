@@ -10,6 +10,7 @@ use lighting::methods::Registry;
 use lighting::scene::Bounds;
 
 use crate::devices::BackendName;
+use crate::indirect::SurfaceScattering;
 use crate::parse::{self, Size};
 
 const EXAMPLES: &str = "\
@@ -226,7 +227,35 @@ pub(crate) struct Render {
     pub(crate) exposure: Option<f32>,
 
     #[command(flatten)]
+    pub(crate) indirect: IndirectOptions,
+
+    #[command(flatten)]
     pub(crate) options: SceneOptions,
+}
+
+/// Light that comes neither straight from a lamp nor out of the air before the surface.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Indirect light")]
+pub(crate) struct IndirectOptions {
+    /// Add the light that reaches surfaces by way of the fog, scattered once
+    #[arg(long, value_enum, value_name = "WAY")]
+    pub(crate) surface_scattering: Option<SurfaceScattering>,
+
+    /// Light from all around: a radiance (one number, or R,G,B), or a picture of all
+    /// directions (.exr and .hdr linear, .png and .jpg sRGB): rows from +Y to -Y, -Z in
+    /// their middle, +X to its right
+    #[arg(long, value_name = "COLOUR|FILE", allow_hyphen_values = true)]
+    pub(crate) environment: Option<String>,
+
+    /// Metres of fog before the environment, in fog without bounds, which hides it
+    /// otherwise
+    #[arg(
+        long,
+        value_name = "METRES",
+        requires = "environment",
+        allow_negative_numbers = true
+    )]
+    pub(crate) environment_distance: Option<f32>,
 }
 
 /// Precompute the shadows that a scene casts from one light

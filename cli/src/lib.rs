@@ -19,6 +19,7 @@ mod compare;
 mod devices;
 mod failure;
 mod format;
+mod indirect;
 mod input;
 mod inspect;
 mod interrupt;

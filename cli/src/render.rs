@@ -19,12 +19,13 @@ use crate::args::Render;
 use crate::devices::{self, Device};
 use crate::failure::Failure;
 use crate::format::{count, significant};
+use crate::indirect::SurfaceScattering;
 use crate::input::{Input, describe_medium};
 use crate::output::PendingFile;
 use crate::picture::Picture;
 use crate::print::{complain, print};
 use crate::shadow_files::Shadows;
-use crate::{maps, progress, shadow_files, surfaces};
+use crate::{indirect, maps, progress, shadow_files, surfaces};
 
 /// Formats by file name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +75,11 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     let surfaces = light_surfaces(args, &mut input, &view, &shadows)?;
     spinner.finish_and_clear();
     let mut picture = Picture::new(args.size, &surfaces);
+    let map = args.options.map.unwrap_or(1024);
+    let indirect = indirect::radiance(&args.indirect, map, &devices[0], &mut input, &view)?;
+    if let Some(indirect) = indirect {
+        picture = picture.plus(&Picture::new(args.size, &indirect));
+    }
 
     let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
     for part in plan.left_out() {
@@ -263,7 +269,9 @@ impl Chosen {
 
     /// Refuses a size of maps that nothing uses.
     fn check_map(&self, args: &Render, input: &Input) -> Result<(), Failure> {
-        let used = self.entry.about().uses_shadow_map || !input.scene.translucent.is_empty();
+        let used = self.entry.about().uses_shadow_map
+            || !input.scene.translucent.is_empty()
+            || args.indirect.surface_scattering == Some(SurfaceScattering::Shadowed);
         if args.options.map.is_some() && !used {
             return Err(Failure::new(format!(
                 "--map is the size of shadow maps, and {} has none",

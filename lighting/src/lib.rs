@@ -51,6 +51,9 @@
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
+//! | [`surface_scattering`] | `shadow-map` for shadows | light that reaches these surfaces by way of the fog |
+//! | `indirect` | `shadow-map`, `trace` | the two for a whole view, on any backend |
+//! | [`environment`] | | light from all around, seen through fog and on surfaces |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
 //!
 //! # Conventions and limits
@@ -62,16 +65,22 @@
 //! finite.
 
 pub mod airlight;
+pub mod environment;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
+#[cfg(all(feature = "shadow-map", feature = "trace"))]
+pub mod indirect;
 pub mod methods;
 mod path;
 pub mod plan;
 #[cfg(feature = "shadow-map")]
 pub mod shadow_map;
+
 #[cfg(feature = "trace")]
 pub mod surface;
+mod surface_point;
+pub mod surface_scattering;
 pub mod visibility;
 
 pub use scene;
@@ -86,6 +95,7 @@ pub use methods::translucent;
 pub use methods::voxelized;
 pub use path::LightPath;
 pub use scene::{Emitter, Interval, Ray};
+pub use surface_point::SurfacePoint;
 pub use visibility::{LitInterval, VisibilitySource};
 
 /// The README's example is a test.

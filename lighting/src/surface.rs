@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use gpu_backend::Cpu;
 
+use crate::SurfacePoint;
 use crate::scene::trace::{Hit, Tracer};
 use crate::scene::view::View;
 use crate::scene::{Emitter, Geometry, Medium, Ray, Scene};
@@ -79,6 +80,65 @@ pub fn radiance_behind(
         })
     })
 }
+
+/// The surfaces of a view as [`surface_scattering`](crate::surface_scattering) and
+/// [`environment`](crate::environment) light them, one per ray, nothing covering them;
+/// what reflects nothing where the sky is. `scene` and `geometry` must be those the
+/// view was made from.
+pub fn points(
+    cpu: &Cpu,
+    view: &View,
+    scene: &Scene,
+    geometry: &Geometry,
+    medium: Option<&Medium>,
+) -> Vec<SurfacePoint> {
+    cpu.map(view.rays().len(), |pixel| {
+        let (ray, Some(hit)) = (&view.rays()[pixel], view.hits()[pixel]) else {
+            return SurfacePoint::default();
+        };
+        let surface = Surface::new(ray, &hit, scene, geometry);
+        let through = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
+        SurfacePoint::new(surface.point, surface.normal, surface.albedo / PI * through)
+            .unwrap_or_default()
+    })
+}
+
+/// The same points with the share of the sky over each that no triangle covers, by
+/// `rays` rays (0 counts as 1): it is a multiple of `1/rays`, off by some `0.5/√rays`
+/// at most.
+///
+/// The rays of a point are spread by the cosine to its normal, and turned from pixel
+/// to pixel. Cost: one shadow ray each.
+pub fn with_openness(
+    cpu: &Cpu,
+    points: &[SurfacePoint],
+    tracer: &Tracer,
+    rays: u32,
+) -> Vec<SurfacePoint> {
+    let rays = rays.max(1);
+    cpu.map(points.len(), |index| {
+        let point = points[index];
+        if !point.reflects() {
+            return point;
+        }
+        let (position, normal) = (point.position(), point.normal());
+        let start = position + 1e-5 * (1.0 + position.abs().max_element()) * normal;
+        let (u, v) = normal.any_orthonormal_pair();
+        let turn = (index as f64 * GOLDEN_RATIO).fract() as f32;
+        let open = (0..rays).filter(|ray| {
+            // A spiral over the disc under the hemisphere: even there is cosine above.
+            let r2 = (*ray as f32 + 0.5) / rays as f32;
+            let around = (f64::from(*ray) * GOLDEN_RATIO).fract() as f32 + turn;
+            let (sin, cos) = (2.0 * PI * around).sin_cos();
+            let direction = r2.sqrt() * (u * cos + v * sin) + (1.0 - r2).sqrt() * normal;
+            !tracer.occluded(start, direction, 0.0, f32::INFINITY)
+        });
+        point.with_openness(open.count() as f32 / rays as f32)
+    })
+}
+
+/// Its multiples are spread evenly modulo 1.
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
 /// What surfaces emit and reflect, as it reaches the eye.
 fn lit_surfaces(

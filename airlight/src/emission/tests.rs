@@ -179,7 +179,9 @@ fn bad_lights_are_named() {
 /// A light whose cone, of a half-angle from 0.05° to 90°, the line of a segment
 /// meets, touches or just misses.
 fn light(index: u32, segment: &Segment) -> Emission {
-    let u = |dimension: usize| reference::random::halton(index + 1, [2, 3, 5, 7, 11, 13, 17][dimension]);
+    let u = |dimension: usize| {
+        reference::random::halton(index + 1, [2, 3, 5, 7, 11, 13, 17][dimension])
+    };
     let [s, h] = [segment.s, segment.h].map(f64::from);
     let length = f64::from(segment.length).min(10.0 * s.hypot(h));
     let degree = std::f64::consts::PI / 180.0;

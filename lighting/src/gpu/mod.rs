@@ -64,6 +64,8 @@ pub const ARC: &str = include_str!("arc.wgsl");
 pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
 /// Lit parts of a path.
 pub const LIT: &str = include_str!("lit.wgsl");
+/// A point of a surface.
+pub const SURFACE_POINT: &str = include_str!("../surface_point.wgsl");
 /// A picture plane of a light.
 pub const FACE: &str = include_str!("face.wgsl");
 /// Where a point is in the pictures of a light.

@@ -11,7 +11,7 @@ use crate::scene::{Emission, Medium};
 /// `light_Emitter` of `path.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub(super) struct EmitterRecord {
+pub(crate) struct EmitterRecord {
     pub(super) position: Vec3,
     pub(super) kind: u32,
     pub(super) intensity: Vec3,
@@ -31,7 +31,7 @@ pub(super) struct EmitterRecord {
 /// `light_Medium` of `path.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub(super) struct MediumRecord {
+pub(crate) struct MediumRecord {
     pub(super) sigma_s: Vec3,
     pub(super) phase: u32,
     pub(super) sigma_t: Vec3,
@@ -62,7 +62,7 @@ pub(super) const SPOT: u32 = 2;
 
 impl EmitterRecord {
     /// The light, and the texels of its slide.
-    pub(super) fn new(emitter: &Emitter) -> (Self, Vec<[f32; 4]>) {
+    pub(crate) fn new(emitter: &Emitter) -> (Self, Vec<[f32; 4]>) {
         let mut record = Self {
             intensity: emitter.intensity(),
             ..Self::zeroed()
@@ -109,7 +109,7 @@ impl EmitterRecord {
 }
 
 impl MediumRecord {
-    pub(super) fn new(medium: &Medium) -> Self {
+    pub(crate) fn new(medium: &Medium) -> Self {
         let phase = PhaseRecord::from(medium.phase());
         let (low, high) = match medium.bounds() {
             Some(bounds) => (bounds.min(), bounds.max()),

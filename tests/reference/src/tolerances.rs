@@ -93,6 +93,16 @@ pub enum Allowed {
     GpuLitLength,
     /// A normal in the space of a light.
     GpuTurnedNormal,
+    /// Light that reaches surfaces by way of the fog in closed form, and the oracle's.
+    SurfaceClosedForm,
+    /// The same by a quadrature of 16 nodes.
+    SurfaceQuadrature,
+    /// What is seen of an environment through fog, and the oracle's.
+    Environment,
+    /// The light of an environment on a surface, and the oracle's.
+    EnvironmentLight,
+    /// Light of surfaces on the GPU and on the CPU.
+    GpuSurface,
 }
 
 /// A row of the table.
@@ -408,6 +418,47 @@ pub const TABLE: &[Tolerance] = &[
         what: Allowed::GpuTurnedNormal,
         error: 1e-3,
         derivation: "Of 1. Cross products of three rows of f32 of similar sizes.",
+    },
+    Tolerance {
+        what: Allowed::SurfaceClosedForm,
+        error: 1.2e-4,
+        derivation: "Relative. 1e-4 of the spline of G_0; T and cos theta in f32, by which the \
+            logarithm of G changes at most like T: 20 units of 2^-24 at T = 20; 1e-5 of the oracle.",
+    },
+    Tolerance {
+        what: Allowed::SurfaceQuadrature,
+        error: 5e-3,
+        derivation: "Relative to the light on the side that receives most. 32 planes meet kinks where the \
+            surface, the cone or a face of the box begins to limit them, and a midpoint rule is \
+            off by 1/(12 · 32^2) = 8e-5 of 2 pi of the jump of the slope at each; there are up to ten, \
+            whose jumps are up to the light itself: 10 · 2 pi · 8e-5 = 5e-3. Inside of its limits the \
+            integrand is smooth, and 16 nodes are exact to degree 31.",
+    },
+    Tolerance {
+        what: Allowed::Environment,
+        error: 2e-3,
+        derivation: "Relative. Interpolation between texels 2 pi / 128 apart of a picture of spherical \
+            harmonics up to degree 1: (2 pi / 128)^2 / 8 = 3e-4 along either axis; texels are means, as \
+            much again; weights of the convolution 1.5e-4; 1e-4 of the oracle.",
+    },
+    Tolerance {
+        what: Allowed::EnvironmentLight,
+        error: 5e-3,
+        derivation: "Relative to pi times the mean. 288 patches, exact but for those on the horizon: \
+            of 24 such patches of 15 degrees, each sends at most 0.068 sr × sin 7.5 degrees / 4 if \
+            the horizon halves it, 1.7 % together. The cosines in a patch are taken as evenly \
+            spread, which they are where the horizon runs along its sides; along a diagonal they \
+            are peaked, and a quarter of it is missing: 0.4 %. Radiance varies by \
+            0.13 over a patch, which is of second order.",
+    },
+    Tolerance {
+        what: Allowed::GpuSurface,
+        error: 4e-4,
+        derivation: "Relative to the largest of the picture. Tables: 4e-5 for WGSL's logarithms. \
+            Quadratures: angles of 2e-7 in polynomials, and where sin(phi + gamma) is small, the last \
+            nodes before pi, d and r are off by 2e-7 / 0.005 of themselves and with them the exponent, \
+            by 4e-5 tau; 3 + 2 tau units of the exponential; steep phase functions 60 times the error \
+            of the angle; sums of up to 8192 terms in f32, in one order: 8192 / 2 · 2^-24 = 2.4e-4.",
     },
 ];
 

@@ -11,7 +11,7 @@ pub(super) use method::methods;
 use glam::Vec3;
 
 use crate::LightPath;
-use crate::visibility::{LitInterval, SurfaceShadow, VisibilitySource};
+use crate::visibility::{LitInterval, PointVisibility, SurfaceShadow, VisibilitySource};
 
 /// Nothing is in the way: all of the span is lit.
 #[derive(Debug, Clone, Copy, Default)]
@@ -23,6 +23,14 @@ impl VisibilitySource for Unshadowed {
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
         let span = path.span();
         lit.push(LitInterval::unshadowed(span.start, span.end));
+    }
+}
+
+impl PointVisibility for Unshadowed {
+    type Share = f32;
+
+    fn visibility(&self, _: Vec3) -> f32 {
+        1.0
     }
 }
 

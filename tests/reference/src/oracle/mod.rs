@@ -13,6 +13,7 @@
 //! | `visibility` | `scene` | which parts of a ray see a light? | exact intervals |
 //! | `airlight` | `scene` | how much light comes from them? | adaptive quadrature with an error bound |
 //! | `image` | `scene` | the reference image | the product of the last two, summed over lights |
+//! | `surface` | `scene` | how much light does a surface receive by way of the fog? what is seen of an environment? | nested adaptive quadrature |
 //! | `translucent` | `scene` | how much gets through hair and smoke? | the exact transmittance to a point, and the image behind them |
 
 #[cfg(feature = "scene")]
@@ -35,6 +36,8 @@ pub mod segment;
 mod shades;
 #[cfg(feature = "scene")]
 mod span;
+#[cfg(feature = "scene")]
+pub mod surface;
 #[cfg(feature = "scene")]
 pub mod translucent;
 #[cfg(feature = "scene")]

@@ -1,0 +1,171 @@
+//! Light of a view that comes neither straight from a lamp nor out of the air before the
+//! surface: by way of the fog onto surfaces, and from an environment.
+//!
+//! [`radiance`] puts [`surface_scattering`](crate::surface_scattering) and
+//! [`environment`](crate::environment) together, on any backend.
+
+use gpu_backend::{Backend, Cpu, Download, Error};
+
+use crate::environment::{AddEnvironment, Environment, EnvironmentError, EnvironmentMap};
+use crate::scene::trace::Tracer;
+use crate::scene::view::View;
+use crate::scene::{Geometry, Medium, Scene};
+use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, ShadowMapError};
+use crate::surface_scattering::{AddSurfaceScattering, ClosedForm, LitSurfaces, Quadrature};
+use crate::visibility::Unshadowed;
+use crate::{Emitter, surface};
+
+/// What a backend needs for [`radiance`]; both have it.
+pub trait LightSurfaces:
+    Download
+    + AddEnvironment
+    + RenderShadowMap
+    + AddSurfaceScattering<ClosedForm>
+    + AddSurfaceScattering<Quadrature<Unshadowed>>
+    + for<'a> AddSurfaceScattering<Quadrature<&'a ShadowMap<<Self as Backend>::Memory>>>
+{
+}
+
+impl<B> LightSurfaces for B where
+    B: Download
+        + AddEnvironment
+        + RenderShadowMap
+        + AddSurfaceScattering<ClosedForm>
+        + AddSurfaceScattering<Quadrature<Unshadowed>>
+        + for<'a> AddSurfaceScattering<Quadrature<&'a ShadowMap<<B as Backend>::Memory>>>
+{
+}
+
+/// A view and what it shows.
+#[derive(Debug, Clone, Copy)]
+pub struct LitView<'a> {
+    /// The rays and what they meet.
+    pub view: &'a View,
+    /// What the view was made from.
+    pub scene: &'a Scene,
+    /// Its triangles.
+    pub geometry: &'a Geometry,
+    /// The same, arranged for tracing.
+    pub tracer: &'a Tracer,
+    /// The lights.
+    pub emitters: &'a [Emitter],
+    /// The fog; `None` is a vacuum.
+    pub medium: Option<&'a Medium>,
+}
+
+/// Shadows in the fog that lights surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FogShadows {
+    /// There are none: as in the paper, and in closed form where there is one.
+    None,
+    /// From shadow maps of so many texels a side, rendered for the purpose.
+    Maps {
+        /// Texels per side.
+        resolution: u32,
+    },
+}
+
+/// What is added to a view.
+#[derive(Debug, Clone, Copy)]
+pub struct IndirectLight<'a> {
+    /// Light that reaches surfaces by way of the fog, `None` if it is left out.
+    pub scattering: Option<FogShadows>,
+    /// Nodes of the quadrature where there is no closed form; see [`Quadrature`].
+    pub nodes: u32,
+    /// Light from all around, if there is any.
+    pub environment: Option<&'a Environment>,
+    /// Rays per surface that find out how much of the environment it sees, see
+    /// [`surface::with_openness`]; 0 for all of it.
+    pub openness_rays: u32,
+}
+
+/// Why there is no such light.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum IndirectError {
+    /// The environment does not fit the fog, or not into memory.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentError),
+    /// A shadow map could not be rendered.
+    #[error(transparent)]
+    ShadowMap(#[from] ShadowMapError),
+    /// The number of nodes.
+    #[error(transparent)]
+    Nodes(#[from] airlight::Error),
+    /// The backend failed.
+    #[error(transparent)]
+    Backend(#[from] Error),
+}
+
+/// The light of a view, and how it was computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Indirect {
+    /// One RGB0 per ray.
+    pub radiance: Vec<[f32; 4]>,
+    /// Lights whose light by way of the fog came from the closed form.
+    pub in_closed_form: usize,
+    /// Lights for which it took a quadrature.
+    pub by_quadrature: usize,
+}
+
+/// What `light` adds to a view. Surfaces are found on the CPU; their light is computed
+/// on `backend`.
+///
+/// # Errors
+/// [`IndirectError`]: what does not go together, or does not fit.
+pub fn radiance<B: LightSurfaces>(
+    backend: &B,
+    cpu: &Cpu,
+    lit: LitView<'_>,
+    light: IndirectLight<'_>,
+) -> Result<Indirect, IndirectError> {
+    let mut points = surface::points(cpu, lit.view, lit.scene, lit.geometry, lit.medium);
+    if light.environment.is_some() && light.openness_rays > 0 {
+        points = surface::with_openness(cpu, &points, lit.tracer, light.openness_rays);
+    }
+    let points = backend.upload(&points)?;
+    let mut sum = backend.zeros::<[f32; 4]>(lit.view.rays().len())?;
+    let (mut in_closed_form, mut by_quadrature) = (0, 0);
+    if let (Some(shadows), Some(medium)) = (light.scattering, lit.medium)
+        && !medium.scatters_nothing()
+    {
+        let closed_form = ClosedForm::new(medium);
+        let open = Quadrature::new(Unshadowed, light.nodes)?;
+        let casters = match shadows {
+            FogShadows::None => None,
+            FogShadows::Maps { resolution } => {
+                Some((Casters::upload(backend, lit.geometry)?, resolution))
+            }
+        };
+        for emitter in lit.emitters {
+            let lit = LitSurfaces {
+                points: &points,
+                emitter,
+                medium,
+            };
+            if let Some((casters, resolution)) = &casters {
+                let map = backend.shadow_map(casters, emitter, *resolution)?;
+                let shadowed = Quadrature::new(&map, light.nodes)?;
+                backend.add_surface_scattering(&lit, &shadowed, &mut sum)?;
+                by_quadrature += 1;
+            } else if closed_form.covers(emitter, medium).is_ok() {
+                backend.add_surface_scattering(&lit, &closed_form, &mut sum)?;
+                in_closed_form += 1;
+            } else {
+                backend.add_surface_scattering(&lit, &open, &mut sum)?;
+                by_quadrature += 1;
+            }
+        }
+    }
+    if let Some(environment) = light.environment {
+        let map = EnvironmentMap::new(backend, environment, lit.medium)?;
+        let rays = backend.upload(lit.view.rays())?;
+        backend.add_sky(&rays, &map, &mut sum)?;
+        backend.add_environment_light(&points, &map, &mut sum)?;
+    }
+    Ok(Indirect {
+        radiance: backend.download(&sum)?,
+        in_closed_form,
+        by_quadrature,
+    })
+}

@@ -1,0 +1,82 @@
+//! Points of surfaces that are lit.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// A point of a Lambertian surface, and how much of what it reflects reaches the
+/// eye.
+///
+/// Laid out as three `vec4<f32>`, which is what shaders see. The default is a
+/// pixel without a surface: it reflects nothing, and no step adds anything to it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct SurfacePoint {
+    pub(crate) position: Vec3,
+    pub(crate) openness: f32,
+    pub(crate) normal: Vec3,
+    pub(crate) padding_a: f32,
+    pub(crate) response: Vec3,
+    pub(crate) padding_b: f32,
+}
+
+impl SurfacePoint {
+    /// A point at `position` with the unit `normal` on the side of the eye.
+    ///
+    /// `response` is the radiance that reaches the eye per unit of irradiance:
+    /// `albedo/π · exp(−σ_t D)`, with `D` the way from the surface to the eye that
+    /// runs in the medium. It is at least 0 in every channel.
+    ///
+    /// Nothing covers the surface; see [`SurfacePoint::with_openness`].
+    ///
+    /// `None` if a number is not finite, the normal is 0 or a response is negative.
+    pub fn new(position: Vec3, normal: Vec3, response: Vec3) -> Option<Self> {
+        let normal = normal.try_normalize()?;
+        let is_sound =
+            position.is_finite() && response.is_finite() && response.min_element() >= 0.0;
+        is_sound.then_some(Self {
+            position,
+            openness: 1.0,
+            normal,
+            padding_a: 0.0,
+            response,
+            padding_b: 0.0,
+        })
+    }
+
+    /// The same point under something that covers part of its sky: `openness` is
+    /// the share, 0 to 1, of the hemisphere over it, weighted by the cosine to the
+    /// normal, that sees the environment. Numbers outside count as the nearer end,
+    /// NaN as 0.
+    #[must_use]
+    pub fn with_openness(self, openness: f32) -> Self {
+        Self {
+            openness: openness.max(0.0).min(1.0),
+            ..self
+        }
+    }
+
+    /// World position, m.
+    pub fn position(&self) -> Vec3 {
+        self.position
+    }
+
+    /// Unit normal on the side of the eye.
+    pub fn normal(&self) -> Vec3 {
+        self.normal
+    }
+
+    /// Radiance at the eye per unit of irradiance, 1/sr.
+    pub fn response(&self) -> Vec3 {
+        self.response
+    }
+
+    /// Share of the sky over it that is not covered.
+    pub fn openness(&self) -> f32 {
+        self.openness
+    }
+
+    /// Whether there is a surface that reflects anything.
+    pub fn reflects(&self) -> bool {
+        self.response.max_element() > 0.0
+    }
+}
