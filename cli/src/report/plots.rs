@@ -38,10 +38,13 @@ pub(super) fn section(results: &Results) -> Markup {
     }
 }
 
+/// Colours of the style sheet. Methods beyond share one, with another marker.
+pub(super) const COLOURS: usize = 20;
+
 /// The measurements of one method on one backend.
 #[derive(Clone, Copy)]
 pub(super) struct Line<'a> {
-    /// Index into [`Results::methods`], which is also its colour.
+    /// Index into [`Results::methods`], which is also its colour, as far as they go.
     pub(super) method: usize,
     pub(super) backend: &'a str,
 }
@@ -55,7 +58,7 @@ impl Line<'_> {
     pub(super) fn key(&self, results: &Results) -> Key {
         let first = results.backends.first();
         Key {
-            slot: self.method,
+            slot: self.method % COLOURS,
             dashed: first.is_some_and(|first| first != self.backend),
         }
     }
