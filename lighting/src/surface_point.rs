@@ -49,10 +49,13 @@ impl SurfacePoint {
     /// NaN as 0.
     #[must_use]
     pub fn with_openness(self, openness: f32) -> Self {
-        Self {
-            openness: openness.max(0.0).min(1.0),
-            ..self
-        }
+        // Not a clamp, which would keep NaN.
+        let openness = if openness > 0.0 {
+            openness.min(1.0)
+        } else {
+            0.0
+        };
+        Self { openness, ..self }
     }
 
     /// World position, m.
@@ -78,5 +81,29 @@ impl SurfacePoint {
     /// Whether there is a surface that reflects anything.
     pub fn reflects(&self) -> bool {
         self.response.max_element() > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_sound_or_refused() {
+        let point = SurfacePoint::new(Vec3::ONE, 3.0 * Vec3::Y, Vec3::X).unwrap();
+        assert_eq!(point.normal(), Vec3::Y);
+        assert!(point.reflects() && point.openness() == 1.0);
+        assert!(!SurfacePoint::default().reflects());
+        for (position, normal, response) in [
+            (Vec3::NAN, Vec3::Y, Vec3::ONE),
+            (Vec3::ONE, Vec3::ZERO, Vec3::ONE),
+            (Vec3::ONE, Vec3::Y, Vec3::NEG_X),
+            (Vec3::ONE, Vec3::Y, Vec3::INFINITY),
+        ] {
+            assert_eq!(SurfacePoint::new(position, normal, response), None);
+        }
+        for (given, counts_as) in [(f32::NAN, 0.0), (-1.0, 0.0), (0.3, 0.3), (7.0, 1.0)] {
+            assert_eq!(point.with_openness(given).openness(), counts_as);
+        }
     }
 }

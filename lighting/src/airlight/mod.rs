@@ -22,7 +22,6 @@ pub use equi_angular::EquiAngular;
 pub use midpoint::Midpoint;
 pub use quadrature::Quadrature;
 
-#[cfg(any(feature = "shadow-map", feature = "wgpu"))]
 pub(crate) use midpoint::far_end;
 
 use glam::Vec3;
