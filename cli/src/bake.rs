@@ -26,8 +26,9 @@ const PAUSE: Duration = Duration::from_secs(10);
 pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     let resolution = Resolution::new(args.resolution)
         .map_err(|error| Failure::from(error).about("--resolution"))?;
-    let file = PendingFile::create(&args.output)?;
+    // An interruption is heard from the time on at which the file is begun.
     let stop = interrupt::flag()?;
+    let file = PendingFile::create(&args.output)?;
     let clock = Instant::now();
     let mut input = Input::load(&args.scene, &scene_options(args))?;
     let emitter = emitter(&input.scene.lights, args.light.as_deref())?;

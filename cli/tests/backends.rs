@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use gpu_backend::gpu::Context;
 
-const QUICK: [&str; 8] = [
+const QUICK: [&str; 10] = [
     "compare",
     "fence",
     "--quick",
@@ -16,6 +16,8 @@ const QUICK: [&str; 8] = [
     "32x18",
     "--map",
     "64",
+    "--time-budget",
+    "600",
     "--backend",
 ];
 
@@ -120,7 +122,7 @@ fn without_an_adapter_the_comparison_goes_on_unless_one_is_asked_for() {
             .env_remove("REQUIRE_GPU");
         command
     };
-    let output = without(&QUICK[..7]).output().unwrap();
+    let output = without(&QUICK[..9]).output().unwrap();
     let text = errors_of(&output);
     assert!(output.status.success(), "{text}");
     assert_eq!(text.matches("gpu: skipped, ").count(), 1, "{text}");
@@ -129,7 +131,7 @@ fn without_an_adapter_the_comparison_goes_on_unless_one_is_asked_for() {
     assert_eq!(html.matches("skipped, no GPU adapter").count(), 1);
 
     let asked = without(&[&QUICK[..], &["gpu"]].concat()).output().unwrap();
-    let required = without(&QUICK[..7])
+    let required = without(&QUICK[..9])
         .env("REQUIRE_GPU", "1")
         .output()
         .unwrap();

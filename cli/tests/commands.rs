@@ -15,7 +15,7 @@ const SMALL: [&str; 9] = [
     "--map",
     "128",
     "--time-budget",
-    "6",
+    "600",
     "--backend",
     "cpu",
 ];
@@ -97,11 +97,11 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "equi-angular-merged x gauss-8",
             "equi-angular-merged x table-64",
             "voxel-average x gauss-8",
-            "voxel-bits x gauss-1",
+            "per-voxel x gauss-1",
             "voxel-runs x gauss-8",
             "voxel-runs x table-64",
-            "dag x gauss-8",
-            "dag x table-64"
+            "precomputed x gauss-8",
+            "precomputed x table-64"
         ]
     );
 

@@ -108,7 +108,14 @@ fn it_is_listed_compared_and_rendered_like_any_other() {
 
     // What it does not have is an error.
     let wrong = crepuscular(&[
-        "render", "fence", "--method", "constant", "--samples", "5", "-o", &picture,
+        "render",
+        "fence",
+        "--method",
+        "constant",
+        "--samples",
+        "5",
+        "-o",
+        &picture,
     ]);
     assert_ne!(format!("{wrong:?}"), format!("{:?}", ExitCode::SUCCESS));
 }

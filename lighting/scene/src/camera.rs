@@ -19,7 +19,12 @@ impl Camera {
     /// # Errors
     /// [`SceneError::BadValue`] if the eye is not within 1e9 m, the rotation is not finite, the
     /// rotation is 0, or the field of view is not inside (0, 3.1).
-    pub fn new(eye: Vec3, rotation: Quat, vertical_fov: f32) -> Result<Self, SceneError> {
+    pub fn new(
+        eye: impl Into<[f32; 3]>,
+        rotation: Quat,
+        vertical_fov: f32,
+    ) -> Result<Self, SceneError> {
+        let eye = Vec3::from_array(eye.into());
         if !is_near(eye) {
             return Err(SceneError::bad_value(
                 "camera",
@@ -57,7 +62,12 @@ impl Camera {
     ///
     /// # Errors
     /// As [`Camera::new`]; [`SceneError::BadValue`] too if `eye` is `target`.
-    pub fn look_at(eye: Vec3, target: Vec3, vertical_fov: f32) -> Result<Self, SceneError> {
+    pub fn look_at(
+        eye: impl Into<[f32; 3]>,
+        target: impl Into<[f32; 3]>,
+        vertical_fov: f32,
+    ) -> Result<Self, SceneError> {
+        let [eye, target] = [eye.into(), target.into()].map(Vec3::from_array);
         let Some(forward) = (target - eye).try_normalize() else {
             return Err(SceneError::bad_value(
                 "camera",

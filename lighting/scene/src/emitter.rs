@@ -172,11 +172,12 @@ impl Emitter {
     /// intensity is neither 0 nor from 1e-20 to 1e20, or the range is not above
     /// 0 (it may be infinite).
     pub fn point(
-        position: Vec3,
-        intensity: Vec3,
+        position: impl Into<[f32; 3]>,
+        intensity: impl Into<[f32; 3]>,
         range: f32,
         emission: Emission,
     ) -> Result<Self, SceneError> {
+        let [position, intensity] = [position.into(), intensity.into()].map(Vec3::from_array);
         if !is_near(position) {
             return Err(SceneError::bad_value(
                 "light",
@@ -207,7 +208,11 @@ impl Emitter {
     /// # Errors
     /// [`SceneError::BadValue`] if the direction is 0 or not finite, or an
     /// irradiance is neither 0 nor from 1e-20 to 1e20.
-    pub fn directional(direction: Vec3, irradiance: Vec3) -> Result<Self, SceneError> {
+    pub fn directional(
+        direction: impl Into<[f32; 3]>,
+        irradiance: impl Into<[f32; 3]>,
+    ) -> Result<Self, SceneError> {
+        let [direction, irradiance] = [direction.into(), irradiance.into()].map(Vec3::from_array);
         check_power("irradiance", irradiance)?;
         match direction.try_normalize() {
             Some(direction) => Ok(Self::Directional(DirectionalEmitter {

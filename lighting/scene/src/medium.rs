@@ -24,7 +24,12 @@ impl Medium {
     /// # Errors
     /// [`SceneError::BadValue`] if a coefficient is neither 0 nor from 1e-15 to
     /// 1e15 per metre, or the phase function's parameter is out of its range.
-    pub fn new(sigma_s: Vec3, sigma_a: Vec3, phase: PhaseFunction) -> Result<Self, SceneError> {
+    pub fn new(
+        sigma_s: impl Into<[f32; 3]>,
+        sigma_a: impl Into<[f32; 3]>,
+        phase: PhaseFunction,
+    ) -> Result<Self, SceneError> {
+        let [sigma_s, sigma_a] = [sigma_s.into(), sigma_a.into()].map(Vec3::from_array);
         let coefficient = |what, value: Vec3| {
             let sound = |sigma: &f32| *sigma == 0.0 || (1e-15..=1e15).contains(sigma);
             if value.to_array().iter().all(sound) {
@@ -114,7 +119,8 @@ impl Bounds {
     /// # Errors
     /// [`SceneError::BadValue`] if a coordinate is not finite or beyond 1e9 m, or
     /// `min` is not below `max` on every axis.
-    pub fn new(min: Vec3, max: Vec3) -> Result<Self, SceneError> {
+    pub fn new(min: impl Into<[f32; 3]>, max: impl Into<[f32; 3]>) -> Result<Self, SceneError> {
+        let [min, max] = [min.into(), max.into()].map(Vec3::from_array);
         if !(is_near(min) && is_near(max) && min.cmplt(max).all()) {
             return Err(SceneError::bad_value(
                 "box",

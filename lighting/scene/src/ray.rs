@@ -22,7 +22,12 @@ impl Ray {
     ///
     /// `None` if the origin or the direction is not finite, the direction is
     /// 0, or the length is NaN or negative.
-    pub fn new(origin: Vec3, direction: Vec3, length: f32) -> Option<Self> {
+    pub fn new(
+        origin: impl Into<[f32; 3]>,
+        direction: impl Into<[f32; 3]>,
+        length: f32,
+    ) -> Option<Self> {
+        let [origin, direction] = [origin.into(), direction.into()].map(Vec3::from_array);
         let direction = direction.try_normalize()?;
         (origin.is_finite() && length >= 0.0).then_some(Self {
             origin,

@@ -321,7 +321,7 @@ impl Builder<'_> {
             return Ok(());
         };
         self.scene.camera = Some(Camera::new(
-            world.translation.into(),
+            world.translation,
             rotation,
             perspective.yfov,
         )?);
