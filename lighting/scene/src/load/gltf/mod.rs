@@ -24,12 +24,13 @@ mod uri;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::DVec3;
 use gltf_json::{Index, Root, Value};
 
 use self::buffers::Buffers;
 use self::container::{Container, Document, HAS_ANIMATIONS};
 use self::material::Converted;
-use self::pose::Joints;
+use self::pose::Places;
 use self::primitive::{Key, Shape};
 use super::error::printable;
 use super::limits::{Budget, Notes};
@@ -65,7 +66,8 @@ fn read(
         root: &root,
         value: &value,
         lenient: options.lenient,
-        joints: Joints::of(&root.nodes),
+        places: Places::of(&root.nodes),
+        offset: DVec3::ZERO,
         buffers: Buffers::new(&root, &value, container.binary, open),
         budget,
         notes: Notes::default(),
@@ -80,7 +82,7 @@ fn read(
     Ok(Loaded {
         scene: builder.scene,
         notes: builder.notes.into_vec(),
-        ..Loaded::default()
+        offset: builder.offset,
     })
 }
 
@@ -90,7 +92,9 @@ struct Builder<'a> {
     /// The document as it is written.
     value: &'a Value,
     lenient: bool,
-    joints: Joints,
+    places: Places,
+    /// By how much the scene is moved to the origin.
+    offset: DVec3,
     buffers: Buffers<'a>,
     budget: Budget,
     notes: Notes,
@@ -122,6 +126,7 @@ impl<'a> Builder<'a> {
     fn document(&mut self) -> Result<(), LoadError> {
         let root = self.root;
         self.check_extensions()?;
+        self.find_offset();
         if self.value.get(HAS_ANIMATIONS).is_some() {
             self.notes.add("animations are ignored");
         }
@@ -148,7 +153,7 @@ impl<'a> Builder<'a> {
             Some(&root.asset.extras),
         ];
         for extras in extras.into_iter().flatten() {
-            self.scene.medium = medium::medium(extras)?;
+            self.scene.medium = medium::medium(extras, self.offset)?;
             if self.scene.medium.is_some() {
                 break;
             }
