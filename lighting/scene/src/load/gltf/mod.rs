@@ -28,7 +28,7 @@ use glam::DVec3;
 use gltf_json::{Index, Root, Value};
 
 use self::buffers::Buffers;
-use self::container::{Container, Document, HAS_ANIMATIONS};
+use self::container::{Container, Document};
 use self::material::Converted;
 use self::pose::Places;
 use self::primitive::{Key, Shape};
@@ -61,7 +61,11 @@ fn read(
 ) -> Result<Loaded, LoadError> {
     options.check()?;
     let container = Container::split(bytes)?;
-    let Document { root, value } = container::parse(container.json)?;
+    let Document {
+        root,
+        value,
+        has_animations,
+    } = container::parse(container.json)?;
     let mut builder = Builder {
         root: &root,
         value: &value,
@@ -79,6 +83,9 @@ fn read(
         shapes: BTreeMap::new(),
     };
     builder.document()?;
+    if has_animations {
+        builder.notes.add("animations are ignored");
+    }
     Ok(Loaded {
         scene: builder.scene,
         notes: builder.notes.into_vec(),
@@ -127,9 +134,6 @@ impl<'a> Builder<'a> {
         let root = self.root;
         self.check_extensions()?;
         self.find_offset();
-        if self.value.get(HAS_ANIMATIONS).is_some() {
-            self.notes.add("animations are ignored");
-        }
         let scene = match (root.scene, root.scenes.first()) {
             (Some(index), _) => Some(entry(&root.scenes, index, "the document", "scene")?),
             (None, Some(first)) => {

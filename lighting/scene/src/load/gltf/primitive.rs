@@ -86,7 +86,7 @@ impl Builder<'_> {
             return Ok(None);
         }
         let called = match &parent.name {
-            Some(name) if !name.is_empty() => name.clone(),
+            Some(own) if !own.is_empty() => own.clone(),
             _ => name.clone(),
         };
         let shape = self.convert(key, name, called)?;
