@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn the_far_end_is_that_of_channels_that_scatter_and_always_finite() {
         let end = |sigma_s: [f32; 3], sigma_a: [f32; 3]| {
-            let medium = Medium::new(sigma_s.into(), sigma_a.into(), PhaseFunction::Isotropic);
+            let medium = Medium::new(sigma_s, sigma_a, PhaseFunction::Isotropic);
             far_end(&medium.unwrap())
         };
         assert_eq!(end([0.5, 0.25, 1.0], [0.0; 3]), 40.0);

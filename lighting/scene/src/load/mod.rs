@@ -98,9 +98,11 @@
 //!
 //! # Far from the origin
 //!
-//! Coordinates of PLY and OBJ are read in double precision. If they are so far
-//! out that single precision would move a vertex, and farther than 16 times
-//! their extent, they are moved to the origin; [`Loaded::offset`] is by how much.
+//! Coordinates of PLY and OBJ, and the transforms of glTF's nodes, are read in
+//! double precision. If single precision would move a vertex (glTF: if a mesh
+//! stands farther out than 65,536 m), and they are farther out than 16 times
+//! their extent, the scene is moved to the origin with its camera, its lights and
+//! its medium; [`Loaded::offset`] is by how much.
 //!
 //! # HAIR
 //!

@@ -108,6 +108,8 @@ pub(super) struct Document {
     pub(super) root: Root,
     /// The same, for what the types of the library do not know.
     pub(super) value: Value,
+    /// Animations themselves are dropped.
+    pub(super) has_animations: bool,
 }
 
 /// Parses the document.
@@ -123,9 +125,13 @@ pub(super) fn parse(json: &[u8]) -> Result<Document, LoadError> {
     let mut value: Value = gltf_json::deserialize::from_slice(json)
         .map_err(|error| LoadError::Json(without_quotes(&error.to_string())))?;
     check_version(&value)?;
-    normalise(&mut value);
+    let has_animations = normalise(&mut value);
     let root = gltf_json::deserialize::from_value(value.clone()).map_err(json_error)?;
-    Ok(Document { root, value })
+    Ok(Document {
+        root,
+        value,
+        has_animations,
+    })
 }
 
 fn json_error(error: impl std::fmt::Display) -> LoadError {
@@ -173,22 +179,13 @@ fn check_version(document: &Value) -> Result<(), LoadError> {
 }
 
 /// Fills in what the specification lets out and the library insists on, and
-/// drops what is not read.
-fn normalise(document: &mut Value) {
+/// drops animations. Returns whether there were any.
+fn normalise(document: &mut Value) -> bool {
     fn list<'a>(document: &'a mut Value, name: &str) -> impl Iterator<Item = &'a mut Value> {
         let list = document.get_mut(name).and_then(Value::as_array_mut);
         list.into_iter().flatten()
     }
-    if let Some(animations) = document.get_mut("animations") {
-        // Only whether there are any is of interest.
-        let count = animations.as_array().map_or(0, Vec::len);
-        *animations = Value::Array(Vec::new());
-        if count > 0
-            && let Some(document) = document.as_object_mut()
-        {
-            document.insert(HAS_ANIMATIONS.into(), Value::Bool(true));
-        }
-    }
+    let animations = document.get_mut("animations").map(Value::take);
     for scene in list(document, "scenes").filter_map(Value::as_object_mut) {
         scene
             .entry("nodes")
@@ -204,10 +201,12 @@ fn normalise(document: &mut Value) {
             .find_map(|name| texture.get("extensions")?.get(name)?.get("source").cloned());
         texture.insert("source".into(), of_extension.unwrap_or(NO_IMAGE.into()));
     }
+    if let Some(document) = document.as_object_mut() {
+        // Nothing is an empty list to the library, null is not.
+        document.remove("animations");
+    }
+    animations.is_some_and(|list| list.as_array().is_some_and(|list| !list.is_empty()))
 }
-
-/// Where a document says that it had animations.
-pub(super) const HAS_ANIMATIONS: &str = "crepuscular has animations";
 
 /// The image of a texture that has none.
 const NO_IMAGE: u32 = u32::MAX;

@@ -161,12 +161,6 @@ impl Builder<'_> {
         Ok(index)
     }
 
-    /// True if what has that material of the scene casts no shadow.
-    pub(super) fn casts_none(&self, material: usize) -> bool {
-        let mut converted = self.materials.values();
-        converted.any(|converted| converted.index == material && converted.no_shadow)
-    }
-
     /// `KHR_materials_transmission`.
     fn transmission(&mut self, index: usize, what: &str) -> Result<f32, LoadError> {
         let extension = self.extension("materials", index, "KHR_materials_transmission");

@@ -1,6 +1,6 @@
 //! The medium in the `extras` of a document.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use gltf_json::{Extras, Value};
 
 use super::extras::{kind, number};
@@ -8,8 +8,9 @@ use crate::load::LoadError;
 use crate::load::error::printable;
 use crate::{Bounds, Medium, PhaseFunction};
 
-/// The medium that `extras` describe, if they do.
-pub(super) fn medium(extras: &Extras) -> Result<Option<Medium>, LoadError> {
+/// The medium that `extras` describe, if they do, in a scene that is moved by
+/// `offset`.
+pub(super) fn medium(extras: &Extras, offset: DVec3) -> Result<Option<Medium>, LoadError> {
     let Some(extras) = extras else {
         return Ok(None);
     };
@@ -51,7 +52,8 @@ pub(super) fn medium(extras: &Extras) -> Result<Option<Medium>, LoadError> {
         Some([min, max]) => vector(min).zip(vector(max)),
         _ => None,
     };
-    let bounds = corners.and_then(|(min, max)| Bounds::new(min, max).ok());
+    let moved = |corner: Vec3| (corner.as_dvec3() - offset).as_vec3();
+    let bounds = corners.and_then(|(min, max)| Bounds::new(moved(min), moved(max)).ok());
     match bounds {
         Some(bounds) => Ok(Some(medium.within(bounds))),
         None => Err(bad(

@@ -24,12 +24,13 @@ mod uri;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::DVec3;
 use gltf_json::{Index, Root, Value};
 
 use self::buffers::Buffers;
-use self::container::{Container, Document, HAS_ANIMATIONS};
+use self::container::{Container, Document};
 use self::material::Converted;
-use self::pose::Joints;
+use self::pose::Places;
 use self::primitive::{Key, Shape};
 use super::error::printable;
 use super::limits::{Budget, Notes};
@@ -60,12 +61,17 @@ fn read(
 ) -> Result<Loaded, LoadError> {
     options.check()?;
     let container = Container::split(bytes)?;
-    let Document { root, value } = container::parse(container.json)?;
+    let Document {
+        root,
+        value,
+        has_animations,
+    } = container::parse(container.json)?;
     let mut builder = Builder {
         root: &root,
         value: &value,
         lenient: options.lenient,
-        joints: Joints::of(&root.nodes),
+        places: Places::of(&root.nodes),
+        offset: DVec3::ZERO,
         buffers: Buffers::new(&root, &value, container.binary, open),
         budget,
         notes: Notes::default(),
@@ -77,10 +83,13 @@ fn read(
         shapes: BTreeMap::new(),
     };
     builder.document()?;
+    if has_animations {
+        builder.notes.add("animations are ignored");
+    }
     Ok(Loaded {
         scene: builder.scene,
         notes: builder.notes.into_vec(),
-        ..Loaded::default()
+        offset: builder.offset,
     })
 }
 
@@ -90,7 +99,9 @@ struct Builder<'a> {
     /// The document as it is written.
     value: &'a Value,
     lenient: bool,
-    joints: Joints,
+    places: Places,
+    /// By how much the scene is moved to the origin.
+    offset: DVec3,
     buffers: Buffers<'a>,
     budget: Budget,
     notes: Notes,
@@ -122,9 +133,7 @@ impl<'a> Builder<'a> {
     fn document(&mut self) -> Result<(), LoadError> {
         let root = self.root;
         self.check_extensions()?;
-        if self.value.get(HAS_ANIMATIONS).is_some() {
-            self.notes.add("animations are ignored");
-        }
+        self.find_offset();
         let scene = match (root.scene, root.scenes.first()) {
             (Some(index), _) => Some(entry(&root.scenes, index, "the document", "scene")?),
             (None, Some(first)) => {
@@ -148,7 +157,7 @@ impl<'a> Builder<'a> {
             Some(&root.asset.extras),
         ];
         for extras in extras.into_iter().flatten() {
-            self.scene.medium = medium::medium(extras)?;
+            self.scene.medium = medium::medium(extras, self.offset)?;
             if self.scene.medium.is_some() {
                 break;
             }

@@ -1,8 +1,8 @@
 //! The node hierarchy: what stands where in the world.
 
-use glam::{Affine3A, Mat3, Mat4, Quat, Vec3};
+use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Mat3, Quat, Vec3};
 use gltf_json::accessor::Accessor;
-use gltf_json::{Index, Node};
+use gltf_json::{Index, Node, Value};
 
 use super::primitive::{Key, Shape};
 use super::quad::{Mapping, Rectangle};
@@ -14,7 +14,7 @@ use crate::{AreaLight, Camera, Instance, Light, Texture};
 /// What a node hands down to its children.
 #[derive(Debug, Clone, Copy)]
 struct Inherited {
-    world: Affine3A,
+    world: DAffine3,
     visible: bool,
     no_shadow: bool,
 }
@@ -25,7 +25,7 @@ impl Builder<'_> {
         let mut reached = vec![false; self.root.nodes.len()];
         let mut waiting = Vec::new();
         let start = Inherited {
-            world: Affine3A::IDENTITY,
+            world: DAffine3::IDENTITY,
             visible: true,
             no_shadow: false,
         };
@@ -43,7 +43,8 @@ impl Builder<'_> {
                     "a tree of nodes: no cycles, no second parent",
                 ));
             }
-            let world = parent.world * local(node, &name)?;
+            let in_file = parent.world * self.local(index, &name)?;
+            let world = self.moved(in_file);
             if !world.is_finite() {
                 return Err(LoadError::bad_value(
                     format!("the place of {name} in the world"),
@@ -53,12 +54,12 @@ impl Builder<'_> {
             }
             let own = extras::no_shadow(self.extras("nodes", index), &name)?;
             let inherited = Inherited {
-                world,
+                world: in_file,
                 visible: parent.visible && self.is_visible(index, &name)?,
                 no_shadow: own.unwrap_or(parent.no_shadow),
             };
             if inherited.visible {
-                self.mesh_instances(index, &name, inherited)?;
+                self.mesh_instances(index, &name, inherited, world)?;
                 self.punctual_light(index, &name, world)?;
                 self.extension_area_light(index, &name, world)?;
             }
@@ -69,6 +70,49 @@ impl Builder<'_> {
             }
         }
         Ok(())
+    }
+
+    /// From a node's space to its parent's, with the digits of the file.
+    pub(super) fn local(&self, index: usize, name: &str) -> Result<DAffine3, LoadError> {
+        let value = self.value.get("nodes").and_then(|nodes| nodes.get(index));
+        // The library has checked that there are as many numbers as there should be.
+        let number = |field: &str, place: usize, default: f64| {
+            let field = value.and_then(|value| value.get(field));
+            let number = field
+                .and_then(|field| field.get(place))
+                .and_then(Value::as_f64);
+            number.unwrap_or(default)
+        };
+        if self.root.nodes[index].matrix.is_some() {
+            let matrix = std::array::from_fn(|place| number("matrix", place, f64::NAN));
+            let matrix = DMat4::from_cols_array(&matrix);
+            if matrix.row(3) != glam::DVec4::W {
+                return Err(LoadError::bad_value(
+                    format!("the last row of the matrix of {name}"),
+                    matrix.row(3),
+                    "0, 0, 0, 1",
+                ));
+            }
+            return Ok(DAffine3::from_mat4(matrix));
+        }
+        let vector = |field: &str, default: f64| {
+            DVec3::from_array([0, 1, 2].map(|place| number(field, place, default)))
+        };
+        let rotation = [0, 1, 2, 3].map(|place| number("rotation", place, f64::from(place == 3)));
+        let rotation = DQuat::from_array(rotation);
+        let length = rotation.length();
+        if !(length.is_finite() && length > 0.0) {
+            return Err(LoadError::bad_value(
+                format!("the rotation of {name}"),
+                rotation,
+                "a finite quaternion other than 0",
+            ));
+        }
+        Ok(DAffine3::from_scale_rotation_translation(
+            vector("scale", 1.0),
+            rotation.normalize(),
+            vector("translation", 0.0),
+        ))
     }
 
     fn is_visible(&mut self, index: usize, name: &str) -> Result<bool, LoadError> {
@@ -95,6 +139,7 @@ impl Builder<'_> {
         number: usize,
         name: &str,
         inherited: Inherited,
+        world: Affine3A,
     ) -> Result<(), LoadError> {
         let root = self.root;
         let node = &root.nodes[number];
@@ -105,7 +150,7 @@ impl Builder<'_> {
         let worlds = match node.skin {
             // The place of a skinned mesh is that of its joints.
             Some(_) => vec![Affine3A::IDENTITY],
-            None => self.placements(number, name, inherited.world)?,
+            None => self.placements(number, name, world)?,
         };
         let shape_casts = extras::no_shadow(self.extras("meshes", index.value()), name)?;
         for world in worlds {
@@ -115,9 +160,7 @@ impl Builder<'_> {
                 let Some(shape) = self.shape(key)? else {
                     continue;
                 };
-                let no_shadow = inherited.no_shadow
-                    || shape_casts == Some(true)
-                    || self.casts_none(shape.material);
+                let no_shadow = inherited.no_shadow || shape_casts == Some(true) || shape.no_shadow;
                 self.budget.take(
                     name,
                     1,
@@ -320,44 +363,9 @@ impl Builder<'_> {
                 .add(format!("{what} ignored: {name} is scaled to nothing"));
             return Ok(());
         };
-        self.scene.camera = Some(Camera::new(
-            world.translation,
-            rotation,
-            perspective.yfov,
-        )?);
+        self.scene.camera = Some(Camera::new(world.translation, rotation, perspective.yfov)?);
         Ok(())
     }
-}
-
-/// From a node's space to its parent's.
-pub(super) fn local(node: &Node, name: &str) -> Result<Affine3A, LoadError> {
-    if let Some(matrix) = &node.matrix {
-        let matrix = Mat4::from_cols_array(matrix);
-        if matrix.row(3) != glam::Vec4::W {
-            return Err(LoadError::bad_value(
-                format!("the last row of the matrix of {name}"),
-                matrix.row(3),
-                "0, 0, 0, 1",
-            ));
-        }
-        return Ok(Affine3A::from_mat4(matrix));
-    }
-    let rotation = node
-        .rotation
-        .map_or(Quat::IDENTITY, |q| Quat::from_array(q.0));
-    let length = rotation.length();
-    if !(length.is_finite() && length > 0.0) {
-        return Err(LoadError::bad_value(
-            format!("the rotation of {name}"),
-            rotation,
-            "a finite quaternion other than 0",
-        ));
-    }
-    Ok(Affine3A::from_scale_rotation_translation(
-        node.scale.map_or(Vec3::ONE, Vec3::from),
-        rotation.normalize(),
-        node.translation.map_or(Vec3::ZERO, Vec3::from),
-    ))
 }
 
 /// The rotation that takes local −Z and, as well as possible, +Y to where the

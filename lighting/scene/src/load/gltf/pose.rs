@@ -2,22 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use glam::{Affine3A, DAffine3, DMat4, Mat4, Vec3, Vec4};
+use glam::{Affine3A, DAffine3, DMat4, DVec3, Mat4, Vec3, Vec4};
 use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Index, Node, skin};
 
-use super::node::local;
 use super::{Builder, entry, label};
 use crate::load::LoadError;
 
-/// The parents of all nodes.
+/// Where nodes are in the world, whatever scene they are in.
 #[derive(Debug)]
-pub(super) struct Joints {
+pub(super) struct Places {
     parents: BTreeMap<usize, usize>,
+    /// Those that have been asked for; `None` if they have no place.
+    known: BTreeMap<usize, Option<DAffine3>>,
 }
 
-impl Joints {
+impl Places {
     pub(super) fn of(nodes: &[Node]) -> Self {
         let mut parents = BTreeMap::new();
         for (parent, node) in nodes.iter().enumerate() {
@@ -26,9 +27,16 @@ impl Joints {
                 parents.entry(child.value()).or_insert(parent);
             }
         }
-        Self { parents }
+        Self {
+            parents,
+            known: BTreeMap::new(),
+        }
     }
 }
+
+/// Scenes whose meshes are farther out than this, m, are moved to the origin if
+/// they are also far out for their extent: f32 steps by 8 mm there.
+const FAR: f64 = 65536.0;
 
 impl Builder<'_> {
     /// From the space of the skinned mesh to the world, by joint.
@@ -56,33 +64,73 @@ impl Builder<'_> {
         let joints = skin.joints.iter().zip(inverse);
         let matrices = joints.map(|(joint, inverse)| {
             entry(&root.nodes, *joint, &what, "node")?;
-            let world = DMat4::from(self.world(joint.value())?);
-            Ok(world * Mat4::from_cols_array(&inverse).as_dmat4())
+            let Some(mut world) = self.place(joint.value()) else {
+                return Err(LoadError::bad_value(
+                    format!("node {} of {what}", joint.value()),
+                    "without a place in the world",
+                    "a tree of nodes with finite numbers",
+                ));
+            };
+            world.translation -= self.offset;
+            Ok(DMat4::from(world) * Mat4::from_cols_array(&inverse).as_dmat4())
         });
         matrices.collect()
     }
 
-    /// From a node's space to the world's, whatever scene it is in.
-    fn world(&self, node: usize) -> Result<DAffine3, LoadError> {
-        let mut world = DAffine3::IDENTITY;
+    /// From a node's space to the file's, whatever scene it is in; `None` if it
+    /// is part of a cycle, or its numbers are bad. Each node is placed once.
+    fn place(&mut self, node: usize) -> Option<DAffine3> {
+        let mut path = Vec::new();
         let mut next = Some(node);
-        for _ in 0..self.root.nodes.len() {
-            let Some(index) = next else {
+        let mut world = Some(DAffine3::IDENTITY);
+        while let Some(index) = next {
+            if let Some(known) = self.places.known.get(&index) {
+                world = *known;
                 break;
-            };
-            let node = &self.root.nodes[index];
-            let name = label("node", index, node.name.as_deref());
-            world = wide(local(node, &name)?) * world;
-            next = self.joints.parents.get(&index).copied();
+            }
+            if path.len() > self.root.nodes.len() {
+                world = None;
+                break;
+            }
+            path.push(index);
+            next = self.places.parents.get(&index).copied();
         }
-        if next.is_some() || !world.is_finite() {
-            return Err(LoadError::bad_value(
-                label("node", node, self.root.nodes[node].name.as_deref()),
-                "without a place in the world",
-                "a tree of nodes with finite numbers",
+        for index in path.into_iter().rev() {
+            world = world.and_then(|world| {
+                let world = world * self.local(index, "a node").ok()?;
+                world.is_finite().then_some(world)
+            });
+            self.places.known.insert(index, world);
+        }
+        world
+    }
+
+    /// Finds out by how much the scene has to be moved, from the places of the
+    /// nodes that have meshes.
+    pub(super) fn find_offset(&mut self) {
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (index, node) in self.root.nodes.iter().enumerate() {
+            if node.mesh.is_some()
+                && let Some(world) = self.place(index)
+            {
+                min = min.min(world.translation);
+                max = max.max(world.translation);
+            }
+        }
+        let farthest = min.abs().max(max.abs()).max_element();
+        if farthest.is_finite() && farthest > FAR && farthest > 16.0 * (max - min).max_element() {
+            self.offset = (0.5 * (min + max)).round();
+            self.notes.add(format!(
+                "the scene was moved by {} m to the origin, where single precision is enough",
+                self.offset
             ));
         }
-        Ok(world)
+    }
+
+    /// A transform to the file's space as one to the scene's.
+    pub(super) fn moved(&self, world: DAffine3) -> Affine3A {
+        let translation = world.translation - self.offset;
+        Affine3A::from_mat3_translation(world.matrix3.as_mat3(), translation.as_vec3())
     }
 
     /// Adds the morph targets of a primitive to its positions.
@@ -182,8 +230,4 @@ fn add(
         sum.1 += weight;
     }
     Ok(())
-}
-
-fn wide(transform: Affine3A) -> DAffine3 {
-    DAffine3::from_mat4(Mat4::from(transform).as_dmat4())
 }

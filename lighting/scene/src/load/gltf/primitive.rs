@@ -17,8 +17,8 @@ pub(super) struct Shape {
     pub(super) mesh: usize,
     /// Its name for messages.
     pub(super) name: String,
-    /// Index into the scene's materials.
-    pub(super) material: usize,
+    /// Its material casts no shadow.
+    pub(super) no_shadow: bool,
     pub(super) glow: Option<Glow>,
 }
 
@@ -86,7 +86,7 @@ impl Builder<'_> {
             return Ok(None);
         }
         let called = match &parent.name {
-            Some(name) if !name.is_empty() => name.clone(),
+            Some(own) if !own.is_empty() => own.clone(),
             _ => name.clone(),
         };
         let shape = self.convert(key, name, called)?;
@@ -227,14 +227,14 @@ impl Builder<'_> {
             }
             _ => None,
         };
-        let material = match material {
-            Some((_, converted)) => converted.index,
-            None => self.plain_material()?,
+        let (material, no_shadow) = match material {
+            Some((_, converted)) => (converted.index, converted.no_shadow),
+            None => (self.plain_material()?, false),
         };
         let shape = Shape {
             mesh: self.scene.meshes.len(),
             name: name.clone(),
-            material,
+            no_shadow,
             glow,
         };
         self.budget.take(

@@ -164,6 +164,31 @@ fn a_skin_has_the_pose_of_its_joints_wherever_its_node_is() {
 }
 
 #[test]
+fn a_scene_far_away_is_moved_to_the_origin_with_its_camera_and_lights() {
+    let (draft, rest) = skinned([[1.0, 0.0, 0.0, 0.0]; 4], true);
+    // Half a metre is less than a step of f32 there.
+    let nodes = r#""nodes":[{"translation":[4649776.125,0.5,500000.2],"children":[1,2,3,4,5]},{"mesh":0,"translation":[0.1,0,0]},{"mesh":0,"translation":[0.2,0,0]},{"camera":0,"translation":[0,0,3]},{"extensions":{"KHR_lights_punctual":{"light":0}},"translation":[0,7,0]},{"mesh":0,"skin":0,"children":[6]},{"translation":[1,0,0]}],"cameras":[{"type":"perspective","perspective":{"yfov":1,"znear":1}}],"extensions":{"KHR_lights_punctual":{"lights":[{"type":"point"}]}},"scenes":[{"nodes":[0],"extras":{"medium":{"sigma_s":1,"box":[[4649770,0,500000],[4649780,8,500008]]}}}]"#;
+    let rest = rest.replace("\"joints\":[1,2]", "\"joints\":[5,6]");
+    let loaded = draft.load(&format!("{rest},{nodes}")).unwrap();
+    assert_eq!(loaded.offset, glam::DVec3::new(4_649_776.0, 1.0, 500_000.0));
+    assert!(loaded.notes[0].contains("moved by"), "{:?}", loaded.notes);
+    let instances = &loaded.scene.instances;
+    let [a, b] = [0, 1].map(|i| instances[i].transform.translation);
+    assert!((b - a - glam::Vec3A::X * 0.1).length() < 1e-6, "{a} {b}");
+    let base = Vec3::new(0.125, -0.5, 0.2);
+    let camera = loaded.scene.camera.unwrap();
+    assert!((camera.eye() - base - 3.0 * Vec3::Z).length() < 1e-6);
+    let crate::Light::Point(light) = &loaded.scene.lights[0] else {
+        panic!("{:?}", loaded.scene.lights);
+    };
+    assert!((light.position - base - 7.0 * Vec3::Y).length() < 1e-6);
+    let air = loaded.scene.medium.unwrap().bounds().unwrap();
+    assert_eq!(air.min(), Vec3::new(-6.0, -1.0, 0.0));
+    let skinned = &loaded.scene.meshes[instances[2].mesh];
+    assert!((skinned.positions[0] - base).length() < 1e-6);
+}
+
+#[test]
 fn what_no_joint_holds_stays_and_bad_skins_are_refused() {
     let nodes = r#""nodes":[{"mesh":0,"skin":0},{"children":[2]},{}]"#;
     let (draft, rest) = skinned([[0.0; 4]; 4], false);
