@@ -241,7 +241,7 @@ fn every_march_yields_ordered_parts_of_visibility_between_0_and_1() {
         let all: Vec<Particle> = particles.iter().map(ball).collect();
         let casters = [Particles::new(all, Profile::Soft).unwrap().into()];
         let casters = Casters::new(&casters, None);
-        let Some(ray) = Ray::new(origin.into(), direction.into(), 9.0) else {
+        let Some(ray) = Ray::new(origin, direction, 9.0) else {
             return Ok(());
         };
         for emitter in &emitters {
