@@ -10,7 +10,6 @@ use lighting::methods::Registry;
 use lighting::scene::Bounds;
 
 use crate::devices::BackendName;
-use crate::indirect::SurfaceScattering;
 use crate::parse::{self, Size};
 
 const EXAMPLES: &str = "\
@@ -231,6 +230,16 @@ pub(crate) struct Render {
 
     #[command(flatten)]
     pub(crate) options: SceneOptions,
+}
+
+/// How light reaches surfaces by way of the fog.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SurfaceScattering {
+    /// As if nothing cast shadows in the fog: in closed form for point lights and suns in
+    /// even fog without bounds, by quadrature for the others
+    Unshadowed,
+    /// With shadow maps of --map texels in the fog
+    Shadowed,
 }
 
 /// Light that comes neither straight from a lamp nor out of the air before the surface.

@@ -3,7 +3,6 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use exr::prelude::{ReadChannels, ReadLayers};
 use gpu_backend::Cpu;
 use gpu_backend::gpu::Gpu;
@@ -12,7 +11,7 @@ use lighting::indirect::{self, FogShadows, Indirect, IndirectError, IndirectLigh
 use lighting::scene::PhaseFunction;
 use lighting::scene::view::View;
 
-use crate::args::IndirectOptions;
+use crate::args::{IndirectOptions, SurfaceScattering};
 use crate::devices::Device;
 use crate::failure::Failure;
 use crate::format::count;
@@ -25,16 +24,6 @@ const NODES: u32 = 8;
 
 /// Rays per surface that find out how much of the environment it sees.
 const OPENNESS_RAYS: u32 = 32;
-
-/// How light reaches surfaces by way of the fog.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SurfaceScattering {
-    /// As if nothing cast shadows in the fog: in closed form for point lights and suns in
-    /// even fog without bounds, by quadrature for the others
-    Unshadowed,
-    /// With shadow maps of --map texels in the fog
-    Shadowed,
-}
 
 /// The light that the options add to a view, one RGB0 per pixel; `None` if they ask for
 /// none. Says in the input's notes how.

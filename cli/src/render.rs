@@ -15,11 +15,10 @@ use lighting::scene::{Camera, Medium};
 use lighting::surface::{self, Lit};
 use lighting::{Emitter, Watch};
 
-use crate::args::Render;
+use crate::args::{Render, SurfaceScattering};
 use crate::devices::{self, Device};
 use crate::failure::Failure;
 use crate::format::{count, significant};
-use crate::indirect::SurfaceScattering;
 use crate::input::{Input, describe_medium};
 use crate::output::PendingFile;
 use crate::picture::Picture;

@@ -23,7 +23,7 @@ use crate::scaled::{Extent, Scaled};
 use crate::{
     Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, Segment64, gauss,
 };
-pub use nodes::Node;
+pub use piece::Node;
 use piece::{Rule, Span};
 
 /// Integrates over segments with a few nodes each, in single precision.

@@ -1,24 +1,13 @@
 //! Where a quadrature evaluates its integrand: the pieces of a segment and the
 //! nodes of each.
 
-use super::piece::{Piece, Place, Rule, Span};
+use super::piece::{Node, Piece, Place, Rule, Span};
 use super::profile::{self, Pattern};
 use super::{FADE, FARTHEST, GROWTH, Quadrature};
 use crate::emission::{Emission, Part};
 use crate::scaled::{Extent, Scaled};
 use crate::side::{Kind, Side};
 use crate::{Phase, ScatteringAngle, Segment, Segment64};
-
-/// Where to evaluate an integrand along a segment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Node {
-    /// Distance along the ray from the start of the segment, m.
-    pub distance: f32,
-    /// `Σ weight f ≈ ∫ f / d² dx`, 1/m.
-    pub weight: f32,
-    /// The angle by which light is scattered there.
-    pub angle: ScatteringAngle<f32>,
-}
 
 impl<P: Phase> Quadrature<P> {
     /// Nodes for an integrand of the caller's own:

@@ -1,8 +1,18 @@
 //! Pieces of a segment over each of which one Gauss–Legendre rule is good.
 
-use super::nodes::Node;
 use crate::side::{Kind, Side};
 use crate::{ScatteringAngle, gauss};
+
+/// Where to evaluate an integrand along a segment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    /// Distance along the ray from the start of the segment, m.
+    pub distance: f32,
+    /// `Σ weight f ≈ ∫ f / d² dx`, 1/m.
+    pub weight: f32,
+    /// The angle by which light is scattered there.
+    pub angle: ScatteringAngle<f32>,
+}
 
 /// A Gauss–Legendre rule in single precision.
 #[derive(Debug, Clone, PartialEq)]
