@@ -355,6 +355,54 @@ fn baked_shadows_agree_but_for_rays_on_the_border_of_voxels() {
     }
 }
 
+/// Precomputed shadows and a march through a map of the same casters: two sources of
+/// different kinds in one shader.
+#[cfg(feature = "shadow-dag")]
+#[test]
+fn two_sources_in_one_shader_are_the_product_of_both() {
+    use crate::precomputed::{BakedShadow, Builder, Resolution};
+    use crate::visibility::Both;
+
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let quadrature = EquiAngular::new(2).unwrap();
+    let rays = rays(1500, 1e-3);
+    let resolution = Resolution::new(256).unwrap();
+    let geometry = casters();
+    let here = Casters::upload(&cpu, &geometry).unwrap();
+    let (_, medium) = media().swap_remove(0);
+    for (light_name, light) in lights() {
+        let (baked, _) =
+            BakedShadow::bake(&cpu, &geometry, &light, resolution, Builder::new()).unwrap();
+        let map = cpu.shadow_map(&here, &light, 256).unwrap();
+        let (baked_there, map_there) = (baked.upload(&gpu).unwrap(), map.upload(&gpu).unwrap());
+        let march = March::new(&map, 16, Spacing::Distance);
+        let march_there = March::new(&map_there, 16, Spacing::Distance);
+        let everywhere = without_borders(&light);
+        let pair = (&Unshadowed, &quadrature);
+        let scale = gathered(&cpu, &rays, &everywhere, &medium, pair);
+        let pair = (&Both(&baked, march), &quadrature);
+        let expected = joined(&cpu, &rays, &light, &medium, pair);
+        let pair = (&Both(&baked_there, march_there), &quadrature);
+        let actual = joined(&gpu, &rays, &light, &medium, pair);
+        let differs = |i: &usize| {
+            (0..3).any(|c| {
+                let (e, g) = (expected[*i][c], actual[*i][c]);
+                let scale = scale[*i][c].max(e).max(f32::MIN_POSITIVE);
+                (e - g).abs() > error(Allowed::GpuIntervals) * scale
+            })
+        };
+        let different = (0..rays.len()).filter(differs).count();
+        println!("{light_name}: {different} of {} differ", rays.len());
+        let allowed = error(Allowed::GpuBakedRays) + error(Allowed::GpuMarchRays);
+        assert!(
+            different as f32 <= allowed * rays.len() as f32,
+            "{light_name}: {different} of {}",
+            rays.len()
+        );
+    }
+}
+
 #[test]
 fn empty_bundles_and_wrong_lengths_are_handled_as_on_the_cpu() {
     let Some(gpu) = testing::gpu() else { return };

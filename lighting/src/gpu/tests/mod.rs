@@ -190,30 +190,44 @@ fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
     assert_same_layout!(shader, "light_Baked", BakedRecord { grids, count });
 }
 
+/// Every source with every evaluator, and every two sources that can meet.
 #[cfg(all(
     feature = "shadow-dag",
     feature = "translucent",
     feature = "voxel-shadow"
 ))]
 #[test]
-fn two_sources_of_different_kinds_meet_in_one_shader() {
+fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     use gpu_backend::gpu::GpuMemory;
 
+    use crate::precomputed::BakedShadow;
     use crate::shadow_map::ShadowMap;
     use crate::translucent::TransmittanceMap;
     use crate::visibility::{Both, March};
     use crate::voxelized::{VoxelShadow, VoxelVolume};
 
     type Voxels = VoxelShadow<VoxelVolume<GpuMemory>, GpuMemory>;
-    type Baked = crate::precomputed::BakedShadow<GpuMemory>;
+    type Baked = BakedShadow<GpuMemory>;
     type Map = March<ShadowMap<GpuMemory>>;
     type Curves = March<TransmittanceMap<GpuMemory>>;
 
-    complete::<Both<Baked, Map>, Midpoint>();
-    complete::<Both<Baked, Map>, Analytic<Table>>();
-    complete::<Both<Baked, Curves>, Quadrature>();
-    complete::<Both<Voxels, Map>, Analytic<Table>>();
-    complete::<Both<Voxels, Baked>, EquiAngular>();
+    fn with_every_evaluator<V: InShader<VisibilitySlot>>() {
+        complete::<V, Midpoint>();
+        complete::<V, EquiAngular>();
+        complete::<V, Quadrature>();
+        complete::<V, Analytic<Table>>();
+    }
+
+    with_every_evaluator::<Unshadowed>();
+    with_every_evaluator::<Map>();
+    with_every_evaluator::<Curves>();
+    with_every_evaluator::<Voxels>();
+    with_every_evaluator::<Baked>();
+    with_every_evaluator::<Both<Voxels, Baked>>();
+    with_every_evaluator::<Both<Voxels, Map>>();
+    with_every_evaluator::<Both<Baked, Map>>();
+    with_every_evaluator::<Both<Voxels, Curves>>();
+    with_every_evaluator::<Both<Baked, Curves>>();
     let twice = shader::<Both<Map, Curves>, Midpoint>().unwrap_err();
     assert!(twice.to_string().contains("light_march"), "{twice}");
 }
