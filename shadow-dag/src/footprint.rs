@@ -13,11 +13,11 @@ pub(crate) trait Footprints {
     type Part: Copy;
 
     /// Looks at a footprint of `8 · 2^level` texels. On level 0 the answer is
-    /// never [`Look::Quarters`], and [`Look::Flat`] only there; with
-    /// [`Look::Texels`] they have been written.
-    fn look(&mut self, level: usize, part: Self::Part, texels: &mut Tile) -> Look<Self::Part>;
+    /// never [`Content::Quarters`], and [`Content::Flat`] only there; with
+    /// [`Content::Texels`] they have been written.
+    fn content(&mut self, level: usize, part: Self::Part, texels: &mut Tile) -> Content<Self::Part>;
 
-    /// Forgets what [`Footprints::look`] made for the quarters of `part`.
+    /// Forgets what [`Footprints::content`] made for the quarters of `part`.
     fn leave(&mut self, part: Self::Part);
 
     /// The plane that is all there is over a footprint, if there is one whose
@@ -35,7 +35,7 @@ pub(crate) trait Footprints {
 
 /// What there is over a footprint.
 #[derive(Debug)]
-pub(crate) enum Look<P> {
+pub(crate) enum Content<P> {
     /// All texels can turn at any one of these depths.
     Uniform(Interval),
     /// As before, of a single tile, but what is around it is not to choose
@@ -64,11 +64,11 @@ impl Columns {
             return column;
         }
         let mut tile = Tile::default();
-        let column = match footprints.look(level, part, &mut tile) {
-            Look::Uniform(interval) => Column::Uniform(interval),
-            Look::Flat(interval) => self.flat(interval, pool),
-            Look::Texels => self.tile(&tile, pool),
-            Look::Quarters(quarters) => {
+        let column = match footprints.content(level, part, &mut tile) {
+            Content::Uniform(interval) => Column::Uniform(interval),
+            Content::Flat(interval) => self.flat(interval, pool),
+            Content::Texels => self.tile(&tile, pool),
+            Content::Quarters(quarters) => {
                 let first = self.top();
                 let quarters =
                     quarters.map(|part| self.column(footprints, level - 1, part, pool, patches));

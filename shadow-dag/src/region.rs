@@ -1,6 +1,6 @@
 //! A part of the depth maps with its min–max pyramid.
 
-use crate::footprint::{Footprints, Look};
+use crate::footprint::{Footprints, Content};
 use crate::interval::Interval;
 use crate::rule::{Rule, Tile};
 use crate::{DepthSource, Error, Exits, TileRect};
@@ -89,25 +89,25 @@ impl Footprints for Region {
     /// Column and row, in footprints of the level.
     type Part = (usize, usize);
 
-    fn look(
+    fn content(
         &mut self,
         level: usize,
         (x, y): (usize, usize),
         tile: &mut Tile,
-    ) -> Look<(usize, usize)> {
+    ) -> Content<(usize, usize)> {
         let width = self.side >> (3 + level);
         let bounds = self.pyramid[level][y * width + x];
         if !bounds.is_empty() {
             // The rules of the papers let every volume choose for itself.
             match self.rule {
-                Rule::Aligned => return Look::Uniform(bounds),
-                Rule::Sintorn2014 | Rule::Kampe2015 if level == 0 => return Look::Flat(bounds),
+                Rule::Aligned => return Content::Uniform(bounds),
+                Rule::Sintorn2014 | Rule::Kampe2015 if level == 0 => return Content::Flat(bounds),
                 Rule::Sintorn2014 | Rule::Kampe2015 => {}
             }
         }
         if level > 0 {
             let (x, y) = (2 * x, 2 * y);
-            return Look::Quarters([(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]);
+            return Content::Quarters([(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]);
         }
         let start = 8 * (y * self.side + x);
         for row in 0..8 {
@@ -115,7 +115,7 @@ impl Footprints for Region {
             tile.enter[8 * row..][..8].copy_from_slice(&self.enter[from..][..8]);
             tile.exit[8 * row..][..8].copy_from_slice(&self.exit[from..][..8]);
         }
-        Look::Texels
+        Content::Texels
     }
 
     fn leave(&mut self, _: (usize, usize)) {}

@@ -9,7 +9,7 @@ use gpu_backend::Cpu;
 use crate::Error;
 use crate::column::{Column, Columns, Run};
 use crate::depths::TileRect;
-use crate::footprint::{Footprints, Look};
+use crate::footprint::{Footprints, Content};
 use crate::graph::Graph;
 use crate::interval::Interval;
 use crate::patches::{Patch, Patches};
@@ -102,12 +102,12 @@ struct Stoppable<'a, S> {
 impl<S: Footprints> Footprints for Stoppable<'_, S> {
     type Part = S::Part;
 
-    fn look(&mut self, level: usize, part: S::Part, texels: &mut Tile) -> Look<S::Part> {
+    fn content(&mut self, level: usize, part: S::Part, texels: &mut Tile) -> Content<S::Part> {
         if self.stop.load(Ordering::Relaxed) {
             self.stopped = true;
-            return Look::Uniform(Interval { enter: 0, exit: 0 });
+            return Content::Uniform(Interval { enter: 0, exit: 0 });
         }
-        self.footprints.look(level, part, texels)
+        self.footprints.content(level, part, texels)
     }
 
     fn leave(&mut self, part: S::Part) {

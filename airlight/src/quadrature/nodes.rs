@@ -7,7 +7,7 @@ use super::{FADE, FARTHEST, GROWTH, Quadrature};
 use crate::emission::{Emission, Part};
 use crate::scaled::{Extent, Scaled};
 use crate::side::{Kind, Side};
-use crate::{Phase, ScatteringAngle, Segment, Segment64};
+use crate::{Phase, Segment, Segment64};
 
 impl<P: Phase> Quadrature<P> {
     /// Nodes for an integrand of the caller's own:

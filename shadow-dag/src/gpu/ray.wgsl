@@ -15,7 +15,7 @@ struct dag_LitInterval {
 }
 
 // A ray, and how far it has been looked at.
-struct dag_Look {
+struct dag_Cursor {
     // Homogeneous coordinates at 0, and by how much they grow.
     base: vec4<f32>,
     along: vec4<f32>,
@@ -36,8 +36,8 @@ fn dag_cell(space: dag_Space, position: f32) -> u32 {
 }
 
 // The cells at a parameter of the ray, by where the point is.
-fn dag_cells(space: dag_Space, look: dag_Look, s: f32) -> vec3<u32> {
-    let h = look.base + s * look.along;
+fn dag_cells(space: dag_Space, cursor: dag_Cursor, s: f32) -> vec3<u32> {
+    let h = cursor.base + s * cursor.along;
     let position = dag_position(space, vec4(h.xyz, max(h.w, 1e-30)));
     return vec3(
         dag_cell(space, position.x),
@@ -48,10 +48,10 @@ fn dag_cells(space: dag_Space, look: dag_Look, s: f32) -> vec3<u32> {
 
 // The part of a ray that is above the map and behind its front. Each of the
 // bounds is linear along the ray and not negative inside.
-fn dag_clip(space: dag_Space, look: dag_Look, start: f32, end: f32) -> vec2<f32> {
+fn dag_clip(space: dag_Space, cursor: dag_Cursor, start: f32, end: f32) -> vec2<f32> {
     var part = vec2(start, end);
-    let base = look.base;
-    let along = look.along;
+    let base = cursor.base;
+    let along = cursor.along;
     var bounds = array<vec2<f32>, 5>(
         vec2(base.x, along.x),
         vec2(base.w - base.x, along.w - along.x),
@@ -74,33 +74,33 @@ fn dag_clip(space: dag_Space, look: dag_Look, start: f32, end: f32) -> vec2<f32>
 
 // Looks at the points `origin + s · direction` with `s` from `start` ≥ 0 to
 // `end`, which may be `dag_FAR`. Lengths are in units of the direction.
-fn dag_look(
+fn dag_cursor(
     space: dag_Space,
     origin: vec3<f32>,
     direction: vec3<f32>,
     start: f32,
     end: f32,
-) -> dag_Look {
-    var look: dag_Look;
-    look.base = dag_homogeneous(space, vec4(origin, 1.0));
-    look.along = dag_homogeneous(space, vec4(direction, 0.0));
-    look.way = vec3<i32>(sign(vec3(
-        look.along.xy * look.base.w - look.base.xy * look.along.w,
-        look.along.z,
+) -> dag_Cursor {
+    var cursor: dag_Cursor;
+    cursor.base = dag_homogeneous(space, vec4(origin, 1.0));
+    cursor.along = dag_homogeneous(space, vec4(direction, 0.0));
+    cursor.way = vec3<i32>(sign(vec3(
+        cursor.along.xy * cursor.base.w - cursor.base.xy * cursor.along.w,
+        cursor.along.z,
     )));
-    look.reached = start;
-    look.end = end;
-    let part = dag_clip(space, look, start, end);
-    look.enter = part.x;
-    look.leave = part.y;
+    cursor.reached = start;
+    cursor.end = end;
+    let part = dag_clip(space, cursor, start, end);
+    cursor.enter = part.x;
+    cursor.leave = part.y;
     if !(part.x < part.y) {
         // All of it is beside the grid.
-        look.enter = end;
-        look.leave = end;
+        cursor.enter = end;
+        cursor.leave = end;
     } else {
-        look.cell = dag_cells(space, look, part.x);
+        cursor.cell = dag_cells(space, cursor, part.x);
     }
-    return look;
+    return cursor;
 }
 
 // Where a plane between texels is crossed, at `share` of the map; by the
@@ -117,33 +117,33 @@ fn dag_texel_crossing(share: f32, base: vec2<f32>, along: vec2<f32>, way: i32) -
 
 // Where one plane across each axis is crossed; `dag_FAR` for never, and for
 // the rim of the grid, which ends nothing.
-fn dag_crossings(space: dag_Space, look: dag_Look, planes: vec3<u32>) -> vec3<f32> {
+fn dag_crossings(space: dag_Space, cursor: dag_Cursor, planes: vec3<u32>) -> vec3<f32> {
     let plane = vec3<f32>(planes);
     let share = plane.xy / space.side;
     let crossings = vec3(
-        dag_texel_crossing(share.x, look.base.xw, look.along.xw, look.way.x),
-        dag_texel_crossing(share.y, look.base.yw, look.along.yw, look.way.y),
-        (dag_depth_of_slice(space, plane.z) - look.base.z) / look.along.z,
+        dag_texel_crossing(share.x, cursor.base.xw, cursor.along.xw, cursor.way.x),
+        dag_texel_crossing(share.y, cursor.base.yw, cursor.along.yw, cursor.way.y),
+        (dag_depth_of_slice(space, plane.z) - cursor.base.z) / cursor.along.z,
     );
-    let inner = (look.way != vec3(0)) & (plane > vec3(0.0)) & (plane < vec3(space.side));
+    let inner = (cursor.way != vec3(0)) & (plane > vec3(0.0)) & (plane < vec3(space.side));
     return select(vec3(dag_FAR), crossings, inner);
 }
 
 // Leaves the volume of width `1 << shift` around the cell.
-fn dag_leave(space: dag_Space, look: ptr<function, dag_Look>, shift: u32) {
-    let cell = (*look).cell;
+fn dag_leave(space: dag_Space, cursor: ptr<function, dag_Cursor>, shift: u32) {
+    let cell = (*cursor).cell;
     let low = (cell >> vec3(shift)) << vec3(shift);
     let high = low + vec3((1u << shift) - 1u);
-    let grows = (*look).way > vec3(0);
-    let crossings = dag_crossings(space, *look, select(low, high + vec3(1u), grows));
+    let grows = (*cursor).way > vec3(0);
+    let crossings = dag_crossings(space, *cursor, select(low, high + vec3(1u), grows));
     let first = min(min(crossings.x, crossings.y), crossings.z);
-    if first >= (*look).leave {
-        (*look).reached = (*look).leave;
+    if first >= (*cursor).leave {
+        (*cursor).reached = (*cursor).leave;
         return;
     }
-    (*look).reached = max((*look).reached, first);
-    let seen = dag_cells(space, *look, (*look).reached);
-    let falls = (*look).way < vec3(0);
+    (*cursor).reached = max((*cursor).reached, first);
+    let seen = dag_cells(space, *cursor, (*cursor).reached);
+    let falls = (*cursor).way < vec3(0);
     let within = select(
         select(cell, clamp(seen, low, cell), falls),
         clamp(seen, cell, high),
@@ -153,30 +153,30 @@ fn dag_leave(space: dag_Space, look: ptr<function, dag_Look>, shift: u32) {
     let x = crossings.x == first;
     let y = !x && crossings.y == first;
     let through = vec3(x, y, !x && !y);
-    (*look).cell = select(within, select(low - vec3(1u), high + vec3(1u), grows), through);
+    (*cursor).cell = select(within, select(low - vec3(1u), high + vec3(1u), grows), through);
 }
 
 // The next lit part. What is beside the grid or in front of it is lit, and
 // behind the last slice it is as in the last.
-fn dag_next_lit(dag: dag_Shadows, space: dag_Space, look: ptr<function, dag_Look>) -> dag_LitInterval {
+fn dag_next_lit(dag: dag_Shadows, space: dag_Space, cursor: ptr<function, dag_Cursor>) -> dag_LitInterval {
     var found = dag_LitInterval(0.0, 0.0);
-    while (*look).reached < (*look).end {
-        let start = (*look).reached;
+    while (*cursor).reached < (*cursor).end {
+        let start = (*cursor).reached;
         var lit = true;
-        if start < (*look).enter {
-            (*look).reached = (*look).enter;
-        } else if start < (*look).leave {
-            let volume = dag_volume(dag, (*look).cell);
+        if start < (*cursor).enter {
+            (*cursor).reached = (*cursor).enter;
+        } else if start < (*cursor).leave {
+            let volume = dag_volume(dag, (*cursor).cell);
             lit = volume.lit;
-            dag_leave(space, look, volume.shift);
+            dag_leave(space, cursor, volume.shift);
         } else {
-            (*look).reached = (*look).end;
+            (*cursor).reached = (*cursor).end;
         }
         if lit {
             if found.start == found.end {
                 found.start = start;
             }
-            found.end = (*look).reached;
+            found.end = (*cursor).reached;
         } else if found.start < found.end {
             break;
         }
@@ -185,10 +185,10 @@ fn dag_next_lit(dag: dag_Shadows, space: dag_Space, look: ptr<function, dag_Look
 }
 
 // The length of the lit parts together, in units of the direction.
-fn dag_lit_length(dag: dag_Shadows, space: dag_Space, look: ptr<function, dag_Look>) -> f32 {
+fn dag_lit_length(dag: dag_Shadows, space: dag_Space, cursor: ptr<function, dag_Cursor>) -> f32 {
     var sum = 0.0;
     loop {
-        let part = dag_next_lit(dag, space, look);
+        let part = dag_next_lit(dag, space, cursor);
         if part.start == part.end {
             break;
         }

@@ -34,10 +34,10 @@ fn is_finite(x: vec3<f32>) -> bool {
 }
 
 // A ray; one that is none has no length.
-fn look(ray: Ray) -> dag_Look {
+fn cursor(ray: Ray) -> dag_Cursor {
     let sound = is_finite(ray.origin) && is_finite(ray.direction) && any(ray.direction != vec3(0.0));
     let length = select(0.0, clamp(ray.length, 0.0, dag_FAR), sound);
-    return dag_look(parameters.space, ray.origin, ray.direction, 0.0, length);
+    return dag_cursor(parameters.space, ray.origin, ray.direction, 0.0, length);
 }
 
 @compute @workgroup_size(64)
@@ -48,7 +48,7 @@ fn lit_length(
 ) {
     let i = gpu_index(workgroup, workgroups, local, 64u);
     if i < parameters.count {
-        var ray = look(rays[i]);
+        var ray = cursor(rays[i]);
         lengths[i] = dag_lit_length(parameters.dag, parameters.space, &ray);
     }
 }
@@ -63,7 +63,7 @@ fn lit_intervals(
     if i >= parameters.count {
         return;
     }
-    var ray = look(rays[i]);
+    var ray = cursor(rays[i]);
     var count = 0u;
     loop {
         let interval = dag_next_lit(parameters.dag, parameters.space, &ray);

@@ -4,7 +4,7 @@ use super::Mesh;
 use super::texels::{Centres, Texels};
 use super::triangle::{Kind, ONE, Triangle};
 use crate::depths::TileRect;
-use crate::footprint::{Footprints, Look};
+use crate::footprint::{Footprints, Content};
 use crate::interval::Interval;
 use crate::patches::Patch;
 use crate::rule::Tile;
@@ -250,11 +250,11 @@ impl<'a> Scratch<'a> {
 impl Footprints for Scratch<'_> {
     type Part = Part;
 
-    fn look(&mut self, level: usize, part: Part, texels: &mut Tile) -> Look<Part> {
+    fn content(&mut self, level: usize, part: Part, texels: &mut Tile) -> Content<Part> {
         let mesh = self.mesh;
         let side = mesh.resolution.side();
         if part.start == part.end {
-            return Look::Uniform(Interval {
+            return Content::Uniform(Interval {
                 enter: side,
                 exit: side,
             });
@@ -262,7 +262,7 @@ impl Footprints for Scratch<'_> {
         let (low, high) = self.centres(part.origin(level), 8 << level);
         if self.shortcuts {
             if let Some(interval) = self.shelf(part, low, high) {
-                return Look::Uniform(interval);
+                return Content::Uniform(interval);
             }
             let list = &self.lists[part.start..part.end];
             self.ranges.clear();
@@ -271,7 +271,7 @@ impl Footprints for Scratch<'_> {
                 (triangle.kind, triangle.depths(low, high))
             }));
             if let Some(interval) = self.gap(part, low) {
-                return Look::Uniform(interval);
+                return Content::Uniform(interval);
             }
         }
         if level == 0 {
@@ -282,9 +282,9 @@ impl Footprints for Scratch<'_> {
                 step: self.step(),
             };
             (self.texels).resolve(&mesh.triangles, list, centres, slice, side, texels);
-            return Look::Texels;
+            return Content::Texels;
         }
-        Look::Quarters(self.quarters(level, part))
+        Content::Quarters(self.quarters(level, part))
     }
 
     fn leave(&mut self, part: Part) {

@@ -14,7 +14,7 @@ mod triangle;
 use glam::Vec3;
 
 use crate::depths::{DepthSource, Exits, TileRect};
-use crate::footprint::{Footprints, Look};
+use crate::footprint::{Footprints, Content};
 use crate::identity::Identity;
 use crate::rule::Tile;
 use crate::{Error, LightSpace, Resolution};
@@ -192,15 +192,15 @@ fn fill(
     write: &mut impl FnMut([u32; 2], &Tile),
 ) {
     let mut texels = Tile::default();
-    match scratch.look(level, part, &mut texels) {
-        Look::Texels => write(part.origin(level), &texels),
-        Look::Quarters(quarters) => {
+    match scratch.content(level, part, &mut texels) {
+        Content::Texels => write(part.origin(level), &texels),
+        Content::Quarters(quarters) => {
             for quarter in quarters {
                 fill(scratch, level - 1, quarter, side, write);
             }
             scratch.leave(part);
         }
-        Look::Uniform(interval) | Look::Flat(interval) => {
+        Content::Uniform(interval) | Content::Flat(interval) => {
             texels.enter.fill(interval.enter.min(side));
             texels.exit.fill(interval.exit.min(side));
             let [x, y] = part.origin(level);

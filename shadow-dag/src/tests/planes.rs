@@ -7,7 +7,7 @@ use gpu_backend::Cpu;
 use proptest::prelude::*;
 
 use super::mesh::{Soup, lights, solid};
-use crate::footprint::{Footprints, Look};
+use crate::footprint::{Footprints, Content};
 use crate::mesh::{Mesh, Scratch};
 use crate::patches::Patch;
 use crate::rule::Tile;
@@ -124,9 +124,9 @@ struct Counted<'a>(Scratch<'a>, &'a AtomicUsize);
 impl<'a> Footprints for Counted<'a> {
     type Part = <Scratch<'a> as Footprints>::Part;
 
-    fn look(&mut self, level: usize, part: Self::Part, tile: &mut Tile) -> Look<Self::Part> {
+    fn content(&mut self, level: usize, part: Self::Part, tile: &mut Tile) -> Content<Self::Part> {
         self.1.fetch_add(1, Ordering::Relaxed);
-        self.0.look(level, part, tile)
+        self.0.content(level, part, tile)
     }
 
     fn leave(&mut self, part: Self::Part) {

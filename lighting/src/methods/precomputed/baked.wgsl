@@ -28,7 +28,7 @@ struct light_baked_Cursor {
     walked: u32,
     // The one that is being walked; light_MOST_GRIDS for none.
     grid: u32,
-    walk: dag_Look,
+    walk: dag_Cursor,
     // Where the path has been looked at up to.
     reached: f32,
 }
@@ -40,7 +40,7 @@ fn light_baked_cursor(path: light_Path) -> light_baked_Cursor {
     cursor.reached = path.start;
     for (var grid = 0u; grid < light_baked.count; grid += 1u) {
         let space = light_baked.grids[grid].space;
-        let walk = dag_look(space, path.origin, path.direction, path.start, path.end);
+        let walk = dag_cursor(space, path.origin, path.direction, path.start, path.end);
         cursor.parts[grid] = vec2(walk.enter, walk.leave);
         cursor.walked |= select(1u, 0u, walk.enter < walk.leave) << grid;
     }
@@ -78,7 +78,7 @@ fn light_baked_next_lit(cursor: ptr<function, light_baked_Cursor>, path: light_P
             let leave = (*cursor).parts[next].y;
             (*cursor).walked |= 1u << next;
             (*cursor).grid = next;
-            (*cursor).walk = dag_look(space, path.origin, path.direction, (*cursor).reached, leave);
+            (*cursor).walk = dag_cursor(space, path.origin, path.direction, (*cursor).reached, leave);
         }
         if start < enter {
             return light_lit(start, enter, 1.0);
