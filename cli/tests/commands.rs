@@ -200,7 +200,7 @@ fn a_mesh_without_anything_else_is_lit_and_filled_and_said_so() {
 fn lists_name_everything() {
     let place = tempfile::tempdir().unwrap();
     let methods = succeeds(place.path(), &["methods"]);
-    assert!(methods.contains("equi-angular × gauss-1") && methods.contains("HPG 2013"));
+    assert!(methods.contains("equi-angular x gauss-1") && methods.contains("HPG 2013"));
     let scenes = succeeds(place.path(), &["scenes", "--map", "64"]);
     for name in ["city", "landscape", "hairball", "smoke", "stiff"] {
         assert!(

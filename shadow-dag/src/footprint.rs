@@ -15,7 +15,8 @@ pub(crate) trait Footprints {
     /// Looks at a footprint of `8 · 2^level` texels. On level 0 the answer is
     /// never [`Content::Quarters`], and [`Content::Flat`] only there; with
     /// [`Content::Texels`] they have been written.
-    fn content(&mut self, level: usize, part: Self::Part, texels: &mut Tile) -> Content<Self::Part>;
+    fn content(&mut self, level: usize, part: Self::Part, texels: &mut Tile)
+    -> Content<Self::Part>;
 
     /// Forgets what [`Footprints::content`] made for the quarters of `part`.
     fn leave(&mut self, part: Self::Part);

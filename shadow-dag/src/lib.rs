@@ -125,6 +125,7 @@ mod tiles;
 mod top;
 
 /// Backends and their memory, which this crate's functions take.
+pub use glam;
 pub use gpu_backend;
 
 pub use bake::Bake;

@@ -143,7 +143,8 @@ impl LightSpace {
     /// The position of a point in the grid, in voxels: the whole part is the
     /// voxel. None if the light cannot see the point at any depth: behind a
     /// perspective light, or not finite.
-    pub fn voxel(&self, resolution: Resolution, point: Vec3) -> Option<DVec3> {
+    pub fn voxel(&self, resolution: Resolution, point: impl Into<[f32; 3]>) -> Option<DVec3> {
+        let point = Vec3::from_array(point.into());
         let h = self.homogeneous(point.as_dvec3().extend(1.0));
         let perspective = self.slices != Slices::Linear;
         if perspective && !(h.w > 0.0) {
@@ -161,7 +162,9 @@ impl LightSpace {
     /// the inverse transpose of the derivative of [`LightSpace::voxel`]: that
     /// keeps it perpendicular to the surface in the grid whatever the shape of
     /// a voxel.
-    pub fn normal(&self, point: Vec3, normal: Vec3) -> Vec3 {
+    pub fn normal(&self, point: impl Into<[f32; 3]>, normal: impl Into<[f32; 3]>) -> Vec3 {
+        let point = Vec3::from_array(point.into());
+        let normal = Vec3::from_array(normal.into());
         let h = self.homogeneous(point.as_dvec3().extend(1.0));
         // Rows of the derivative of (X/W, Y/W, t); for t only a factor.
         let row = |i: usize| self.matrix.row(i).truncate();

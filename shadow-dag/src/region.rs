@@ -1,6 +1,6 @@
 //! A part of the depth maps with its min–max pyramid.
 
-use crate::footprint::{Footprints, Content};
+use crate::footprint::{Content, Footprints};
 use crate::interval::Interval;
 use crate::rule::{Rule, Tile};
 use crate::{DepthSource, Error, Exits, TileRect};

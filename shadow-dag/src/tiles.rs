@@ -9,7 +9,7 @@ use gpu_backend::Cpu;
 use crate::Error;
 use crate::column::{Column, Columns, Run};
 use crate::depths::TileRect;
-use crate::footprint::{Footprints, Content};
+use crate::footprint::{Content, Footprints};
 use crate::graph::Graph;
 use crate::interval::Interval;
 use crate::patches::{Patch, Patches};

@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn pictures_are_halved_at_most_twice_and_keep_their_shape() {
         assert_eq!(fitted(ASKED, 1, 1000, 150.0), ASKED);
-        let half = fitted(ASKED, 16, 1000, 150.0);
+        let half = fitted(ASKED, 4, 1000, 150.0);
         assert_eq!((half.width, half.height), (240, 135));
         let quarter = fitted(ASKED, 1_000_000, 1_000_000, 1.0);
         assert_eq!((quarter.width, quarter.height), (120, 67));

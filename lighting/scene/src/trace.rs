@@ -225,6 +225,7 @@ fn toward_zero(t: f64) -> f32 {
     }
 }
 
+#[inline]
 fn corners(node: &Bvh2Node) -> (DVec3, DVec3) {
     let vector = |v: glam::Vec3A| Vec3::from(v).as_dvec3();
     (vector(node.aabb.min), vector(node.aabb.max))

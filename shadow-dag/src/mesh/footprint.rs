@@ -4,7 +4,7 @@ use super::Mesh;
 use super::texels::{Centres, Texels};
 use super::triangle::{Kind, ONE, Triangle};
 use crate::depths::TileRect;
-use crate::footprint::{Footprints, Content};
+use crate::footprint::{Content, Footprints};
 use crate::interval::Interval;
 use crate::patches::Patch;
 use crate::rule::Tile;

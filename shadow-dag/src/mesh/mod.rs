@@ -14,7 +14,7 @@ mod triangle;
 use glam::Vec3;
 
 use crate::depths::{DepthSource, Exits, TileRect};
-use crate::footprint::{Footprints, Content};
+use crate::footprint::{Content, Footprints};
 use crate::identity::Identity;
 use crate::rule::Tile;
 use crate::{Error, LightSpace, Resolution};

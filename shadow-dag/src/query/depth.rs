@@ -57,7 +57,8 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// Takes a time in proportion to the square of the number of levels. A
     /// file that was not built here might hold columns that turn more than
     /// once; for those it is some slice at which they do.
-    pub fn depth(&self, texel: UVec2) -> u32 {
+    pub fn depth(&self, texel: impl Into<[u32; 2]>) -> u32 {
+        let texel = UVec2::from_array(texel.into());
         let side = self.resolution().side();
         if texel.max_element() >= side {
             return side;

@@ -100,7 +100,9 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// lit.
     ///
     /// Stops as soon as it has met both.
-    pub fn visibility(&self, first: IVec3, last: IVec3) -> Visibility {
+    pub fn visibility(&self, first: impl Into<[i32; 3]>, last: impl Into<[i32; 3]>) -> Visibility {
+        let first = IVec3::from_array(first.into());
+        let last = IVec3::from_array(last.into());
         if first.cmpgt(last).any() {
             return Visibility::Lit;
         }

@@ -205,13 +205,15 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// The lit share, 0 to 1, of the `size × size` voxels around `voxel` in
     /// its slice. Exactly the mean of [`ShadowDag::is_lit`] over them; voxels
     /// beside the map count as lit.
-    pub fn filter(&self, voxel: IVec3, size: FilterSize) -> f32 {
+    pub fn filter(&self, voxel: impl Into<[i32; 3]>, size: FilterSize) -> f32 {
+        let voxel = IVec3::from_array(voxel.into());
         self.count_lit(voxel, size) as f32 / size.area() as f32
     }
 
     /// The number of lit voxels of those that [`ShadowDag::filter`] averages
     /// over.
-    pub fn count_lit(&self, voxel: IVec3, size: FilterSize) -> u32 {
+    pub fn count_lit(&self, voxel: impl Into<[i32; 3]>, size: FilterSize) -> u32 {
+        let voxel = IVec3::from_array(voxel.into());
         let side = self.resolution().side();
         let half = i64::from(size.half());
         let range = |middle: i32| [i64::from(middle) - half, i64::from(middle) + half];
@@ -231,7 +233,8 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
     ///
     /// The mean of the four nearest results of [`ShadowDag::filter`], weighted
     /// bilinearly. Positions that are not finite are lit.
-    pub fn filter_bilinear(&self, position: Vec3, size: FilterSize) -> f32 {
+    pub fn filter_bilinear(&self, position: impl Into<[f32; 3]>, size: FilterSize) -> f32 {
+        let position = Vec3::from_array(position.into());
         if !position.is_finite() {
             return 1.0;
         }
@@ -279,7 +282,9 @@ impl FilterSize {
     ///
     /// The offset is in whole voxels, and the normal of any length; without
     /// one (zero or not finite) there is no offset.
-    pub fn bias(self, position: DVec3, normal: Vec3) -> IVec3 {
+    pub fn bias(self, position: impl Into<[f64; 3]>, normal: impl Into<[f32; 3]>) -> IVec3 {
+        let position = DVec3::from_array(position.into());
+        let normal = Vec3::from_array(normal.into());
         let offset = normal.normalize_or_zero() * (0.5 * self.width() as f32);
         // Conversions saturate.
         let floor = position.floor().as_ivec3();

@@ -71,7 +71,8 @@ pub(crate) fn clamp(voxel: IVec3, side: u32) -> Option<UVec3> {
 impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// True if light reaches the voxel. Voxels beside the map or in front of
     /// it are lit; those behind the last slice answer as the last slice does.
-    pub fn is_lit(&self, voxel: IVec3) -> bool {
+    pub fn is_lit(&self, voxel: impl Into<[i32; 3]>) -> bool {
+        let voxel = IVec3::from_array(voxel.into());
         match clamp(voxel, self.resolution().side()) {
             None => true,
             Some(voxel) => with_nodes!(self, nodes => is_lit(nodes, &self.top, voxel)),

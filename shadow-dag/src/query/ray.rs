@@ -28,7 +28,13 @@ impl Ray {
     /// # Errors
     /// [`Error::BadValue`] if the origin or the direction is not finite, the
     /// direction zero, or the length negative or NaN.
-    pub fn new(origin: Vec3, direction: Vec3, length: f32) -> Result<Self, Error> {
+    pub fn new(
+        origin: impl Into<[f32; 3]>,
+        direction: impl Into<[f32; 3]>,
+        length: f32,
+    ) -> Result<Self, Error> {
+        let origin = Vec3::from_array(origin.into());
+        let direction = Vec3::from_array(direction.into());
         let endless = |vector: Vec3| vector.to_array().into_iter().find(|x| !x.is_finite());
         if let Some(coordinate) = endless(origin) {
             let what = "a coordinate of the origin of a ray";

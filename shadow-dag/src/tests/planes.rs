@@ -7,7 +7,7 @@ use gpu_backend::Cpu;
 use proptest::prelude::*;
 
 use super::mesh::{Soup, lights, solid};
-use crate::footprint::{Footprints, Content};
+use crate::footprint::{Content, Footprints};
 use crate::mesh::{Mesh, Scratch};
 use crate::patches::Patch;
 use crate::rule::Tile;

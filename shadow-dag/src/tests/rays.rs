@@ -30,7 +30,7 @@ pub(crate) fn ray(side: f32) -> impl Strategy<Value = Ray> {
     let length = prop_oneof![Just(0.0_f32), 0.0_f32..4.0 * side, Just(f32::INFINITY)];
     (origin, (slope(), slope(), slope()), length)
         .prop_filter_map("no direction", |(origin, direction, length)| {
-            Ray::new(origin.into(), direction.into(), length).ok()
+            Ray::new(Vec3::from(origin), Vec3::from(direction), length).ok()
         })
 }
 
@@ -118,7 +118,7 @@ fn without_a_light_rays_are_in_voxels() {
     let map = maps::Map::new(16, |x, _| if x < 8 { [4; 2] } else { [16; 2] });
     let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
     let lit = |origin: [f32; 3], direction: [f32; 3], length: f32| {
-        let ray = Ray::new(origin.into(), direction.into(), length).unwrap();
+        let ray = Ray::new(origin, direction, length).unwrap();
         (dag.lit_intervals(&ray), dag.lit_length(&ray))
     };
     assert_eq!(
