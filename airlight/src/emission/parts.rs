@@ -54,7 +54,10 @@ impl Emission {
             Pattern::Cosine => (self.above(0.0, angle) > 0.0).then_some(false),
             Pattern::Spot { outer, slope } => {
                 let ramp = self.above(outer, angle) * slope;
-                (ramp > 0.0).then_some(ramp >= 1.0)
+                // A ray that only touches the full cone is at one point in it, which
+                // can be the middle.
+                let is_crossed = outer + 1.0 / slope < self.along.hypot(self.across);
+                (ramp > 0.0).then_some(ramp >= 1.0 && is_crossed)
             }
         }
     }

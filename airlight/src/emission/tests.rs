@@ -120,6 +120,23 @@ fn a_spot_that_covers_the_ray_is_isotropic_and_one_that_misses_it_dark() {
 }
 
 #[test]
+fn a_ray_that_touches_the_full_cone_is_not_inside_of_it() {
+    let light = Emission::spot(0.0, 1.0, 1.0, 0.0).unwrap();
+    let segment = Segment {
+        x: 0.0,
+        s: -4.0,
+        h: 1.5,
+        length: 8.0,
+    };
+    let phase = PhaseFunction::Isotropic;
+    let sigma_t = 0.2_f32;
+    let expected = sum(phase, sigma_t.into(), &segment.into(), &light);
+    let rule = Quadrature::with_tolerance(phase, 1e-5).unwrap();
+    let value = f64::from(rule.airlight_of(sigma_t, &segment, &light));
+    assert!((value - expected).abs() < 2e-5 * expected, "{value} {expected}");
+}
+
+#[test]
 fn a_range_ends_the_segment() {
     let exact = Exact::new(PhaseFunction::Isotropic).unwrap();
     let segment = Segment64 {
