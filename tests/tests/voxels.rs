@@ -25,8 +25,9 @@ const COARSEST: u32 = 64;
 
 const REFINEMENTS: [u32; 4] = [1, 2, 4, 8];
 
-/// Of the quadrature: what is left to converge is above it.
-const TOLERANCE: f32 = 1e-4;
+/// The error of an image by volumes whose coarsest have no shadow, because it is
+/// thinner than half a voxel: that of the first ones that have it, which has no order.
+const TOO_THIN: f64 = 1e-3;
 
 /// What voxels are made from.
 enum Blockers<'a, M: gpu_backend::Memory> {
@@ -44,7 +45,7 @@ fn image<B: Subject>(
 ) -> Vec<[f32; 4]> {
     let rays = backend.upload(&stage.rays).unwrap();
     let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
-    let quadrature = Quadrature::with_tolerance(stage.medium.phase(), TOLERANCE).unwrap();
+    let quadrature = Quadrature::with_tolerance(stage.medium.phase(), 1e-4).unwrap();
     let one = EquiAngular::new(1).unwrap();
     // The texels of a slide are kinks that only many nodes get over.
     let many = EquiAngular::new(2048).unwrap();
@@ -129,12 +130,9 @@ fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) 
         });
         let measured = order(&errors.map(|(side, error)| (side, error.rmse)));
         println!("{name}: order {measured:.2}, {errors:?}");
-        // Next to the eye the lamp outshines what it casts shadows on.
-        let has_converged = errors
-            .iter()
-            .all(|(_, error)| error.rmse < f64::from(TOLERANCE));
+        let is_too_thin = errors.iter().all(|(_, error)| error.rmse < TOO_THIN);
         assert!(
-            has_converged || measured >= 1.0 - Allowed::Order.error(),
+            is_too_thin || measured >= 1.0 - Allowed::Order.error(),
             "{name}: order {measured:.2}, {errors:?}"
         );
     }
