@@ -133,7 +133,10 @@ fn a_ray_that_touches_the_full_cone_is_not_inside_of_it() {
     let expected = sum(phase, sigma_t.into(), &segment.into(), &light);
     let rule = Quadrature::with_tolerance(phase, 1e-5).unwrap();
     let value = f64::from(rule.airlight_of(sigma_t, &segment, &light));
-    assert!((value - expected).abs() < 2e-5 * expected, "{value} {expected}");
+    assert!(
+        (value - expected).abs() < 2e-5 * expected,
+        "{value} {expected}"
+    );
 }
 
 #[test]

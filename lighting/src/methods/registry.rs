@@ -98,7 +98,7 @@ impl Entry {
 
     /// The same as the product `visibility` × `airlight`; `with_detail` makes it
     /// with another quality of the evaluator.
-    pub(super) fn as_pair(
+    pub(super) fn paired(
         self,
         source: SourceAbout,
         evaluator: EvaluatorAbout,
@@ -321,7 +321,7 @@ macro_rules! pairs {
         let pair = PerLight::new($sources, $evaluator, compared);
         let source = $crate::methods::LightSources::about(&$sources);
         let again = pair.clone();
-        $crate::methods::Entry::$backends(pair).as_pair(source, $evaluator::ABOUT, move |detail| {
+        $crate::methods::Entry::$backends(pair).paired(source, $evaluator::ABOUT, move |detail| {
             $crate::methods::Entry::$backends(again.clone().with_detail(detail))
         })
     }};

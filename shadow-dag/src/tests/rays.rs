@@ -28,10 +28,12 @@ fn slope() -> impl Strategy<Value = f32> {
 pub(crate) fn ray(side: f32) -> impl Strategy<Value = Ray> {
     let origin = (coordinate(side), coordinate(side), coordinate(side));
     let length = prop_oneof![Just(0.0_f32), 0.0_f32..4.0 * side, Just(f32::INFINITY)];
-    (origin, (slope(), slope(), slope()), length)
-        .prop_filter_map("no direction", |(origin, direction, length)| {
+    (origin, (slope(), slope(), slope()), length).prop_filter_map(
+        "no direction",
+        |(origin, direction, length)| {
             Ray::new(Vec3::from(origin), Vec3::from(direction), length).ok()
-        })
+        },
+    )
 }
 
 pub(crate) fn spaces(side: f64) -> [LightSpace; 3] {

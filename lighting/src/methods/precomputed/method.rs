@@ -65,7 +65,7 @@ pub(super) fn baked(
     resolution: u32,
 ) -> Result<Arc<BakedShadow>, MethodError> {
     let key = OfLight { light, resolution };
-    let bytes = |shadow: &BakedShadow| shadow.bytes() as u64;
+    let bytes = |shadow: &BakedShadow| shadow.bytes();
     inputs.host.get("baked shadows", key, bytes, || {
         let what = "baked shadows";
         let side = Resolution::new(resolution).map_err(MethodError::resource(what))?;

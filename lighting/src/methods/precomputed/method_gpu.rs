@@ -28,7 +28,7 @@ impl<E: Encode> SourceOn<Gpu<E>> for Baked {
     ) -> Result<Arc<BakedShadow<GpuMemory>>, MethodError> {
         let resolution = side;
         let key = OfLight { light, resolution };
-        let bytes = |shadow: &BakedShadow<GpuMemory>| shadow.bytes() as u64;
+        let bytes = |shadow: &BakedShadow<GpuMemory>| shadow.bytes();
         frame.store.get("baked shadows", key, bytes, || {
             baked(&frame.inputs, light, side)?
                 .upload(frame.backend)
