@@ -31,7 +31,8 @@ mod query;
 #[cfg(feature = "wgpu")]
 mod rectify;
 mod sampling;
-#[cfg(all(test, feature = "wgpu"))]
+#[cfg(feature = "wgpu")]
+#[cfg(test)]
 mod tests;
 
 #[cfg(feature = "wgpu")]
