@@ -82,6 +82,11 @@ impl<'a> Coating<'a> {
         alpha.clamp(0.0, 1.0)
     }
 
+    /// The share of a point that is covered, from 0 to 1.
+    pub fn coverage(&self, u: f32, v: f32) -> f32 {
+        self.coat.coverage(|| self.opacity(u, v))
+    }
+
     /// Share of the light that passes at a point, per colour channel, from 0 to
     /// 1.
     pub fn transmittance(&self, u: f32, v: f32) -> Vec3 {
