@@ -3,6 +3,8 @@
 use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
+use super::Casters;
+use super::casters::Masked;
 use crate::scene::raster::{Face, Footprint, Rays};
 use crate::scene::{Emission, Emitter, Geometry};
 use crate::visibility::PointVisibility;
@@ -33,38 +35,6 @@ pub enum ShadowMapError {
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] Error),
-}
-
-/// Triangles that cast shadows, where a backend can render them.
-#[derive(Debug)]
-pub struct Casters<M: Memory> {
-    triangles: M::Buffer<[Vec3; 3]>,
-    corners: [Vec3; 2],
-}
-
-impl<M: Memory> Casters<M> {
-    /// Copies the triangles of a scene to a backend.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`] if they do not fit.
-    pub fn upload<B: Backend<Memory = M>>(backend: &B, geometry: &Geometry) -> Result<Self, Error> {
-        let bounds = geometry.bounds();
-        Ok(Self {
-            triangles: backend.upload(geometry.triangles())?,
-            corners: [bounds.min(), bounds.max()],
-        })
-    }
-
-    /// Two opposite corners of a box around all of them.
-    #[cfg(feature = "wgpu")]
-    pub(crate) fn corners(&self) -> [Vec3; 2] {
-        self.corners
-    }
-
-    /// The triangles, in the order of [`Geometry::triangles`].
-    pub fn triangles(&self) -> &M::Buffer<[Vec3; 3]> {
-        &self.triangles
-    }
 }
 
 /// The depth of the first blocker in every direction from a light.
@@ -286,14 +256,15 @@ impl RenderShadowMap for Cpu {
         emitter: &Emitter,
         resolution: u32,
     ) -> Result<ShadowMap<Host>, ShadowMapError> {
-        let faces = faces(casters.corners, emitter);
+        let faces = faces(casters.corners(), emitter);
         check_size(faces.len(), resolution)?;
         let mut depth = self.zeros::<f32>(faces.len() * (resolution as usize).pow(2))?;
         for (face, texels) in faces
             .iter()
             .zip(depth.chunks_exact_mut((resolution as usize).pow(2)))
         {
-            render_face(self, face, &casters.triangles, resolution, texels);
+            let (triangles, masked) = (casters.triangles(), casters.masks_on_host());
+            render_face(self, face, triangles, masked, resolution, texels);
         }
         Ok(ShadowMap {
             faces,
@@ -318,26 +289,34 @@ pub(crate) fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapE
     Ok(())
 }
 
-/// Nearest depth per texel. Bands of rows are independent of each other and
+/// Nearest depth per texel; the last of the triangles are `masked`, and count where
+/// they are there. Bands of rows are independent of each other and
 /// the minimum does not depend on order, so neither does the result on threads.
 pub(crate) fn render_face(
     cpu: &Cpu,
     face: &Face,
     triangles: &[[Vec3; 3]],
+    masked: &Masked,
     resolution: u32,
     texels: &mut [f32],
 ) {
     const CHUNK: usize = 4096;
-    let footprints: Vec<Vec<Footprint>> = cpu.map(triangles.len().div_ceil(CHUNK), |chunk| {
-        triangles[chunk * CHUNK..]
-            .iter()
-            .take(CHUNK)
-            .filter_map(|triangle| Footprint::new(face, triangle, resolution))
-            .collect()
-    });
+    let solid = triangles.len() - masked.len();
+    // Footprints, and which of the masked triangles they are of.
+    let footprints: Vec<Vec<(Footprint, Option<usize>)>> =
+        cpu.map(triangles.len().div_ceil(CHUNK), |chunk| {
+            (chunk * CHUNK..)
+                .zip(&triangles[chunk * CHUNK..])
+                .take(CHUNK)
+                .filter_map(|(index, triangle)| {
+                    let footprint = Footprint::new(face, triangle, resolution)?;
+                    Some((footprint, index.checked_sub(solid)))
+                })
+                .collect()
+        });
     let mut bands = vec![Vec::new(); resolution.div_ceil(BAND) as usize];
     for footprint in footprints.iter().flatten() {
-        let (first, end) = footprint.rows();
+        let (first, end) = footprint.0.rows();
         for band in &mut bands[(first / BAND) as usize..end.div_ceil(BAND) as usize] {
             band.push(footprint);
         }
@@ -347,10 +326,18 @@ pub(crate) fn render_face(
         chunk.fill(EMPTY);
         let first_row = (first / width) as u32;
         let end_row = first_row + (chunk.len() / width) as u32;
-        for footprint in &bands[(first_row / BAND) as usize] {
+        for (footprint, mask) in &bands[(first_row / BAND) as usize] {
             footprint.for_each(first_row, end_row, |x, y, depth| {
                 let texel = &mut chunk[(y - first_row) as usize * width + x as usize];
-                *texel = texel.min(depth);
+                let is_there = || {
+                    mask.is_none_or(|index| {
+                        let [u, v] = footprint.barycentric(x, y);
+                        masked.blocks(index, u, v)
+                    })
+                };
+                if depth < *texel && is_there() {
+                    *texel = depth;
+                }
             });
         }
     });
