@@ -102,18 +102,18 @@ impl Masked {
         Some(solid.chain(masked).map(|index| all[index]).collect())
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.triangles.len()
     }
 
     /// What the masked triangle `index` does to light.
-    pub(super) fn caster(&self, index: usize) -> Caster<'_> {
+    pub(crate) fn caster(&self, index: usize) -> Caster<'_> {
         self.coatings.caster(self.triangles[index] as usize)
     }
 
     /// Whether the masked triangle `index` is there at the barycentric coordinates
     /// (`u`, `v`).
-    pub(super) fn blocks(&self, index: usize, u: f32, v: f32) -> bool {
+    pub(crate) fn blocks(&self, index: usize, u: f32, v: f32) -> bool {
         self.caster(index).transmittance(u, v) == Vec3::ZERO
     }
 }

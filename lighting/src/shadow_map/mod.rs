@@ -18,7 +18,7 @@ mod map;
 mod masks;
 
 pub use casters::Casters;
-#[cfg(feature = "translucent")]
+#[cfg(any(feature = "shadow-dag", feature = "translucent"))]
 pub(crate) use casters::Masked;
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;

@@ -281,7 +281,8 @@ impl Footprints for Scratch<'_> {
                 first: low,
                 step: self.step(),
             };
-            (self.texels).resolve(&mesh.triangles, list, centres, slice, side, texels);
+            let masks = mesh.masks.as_ref();
+            (self.texels).resolve(&mesh.triangles, masks, list, centres, slice, side, texels);
             return Look::Texels;
         }
         Look::Quarters(self.quarters(level, part))

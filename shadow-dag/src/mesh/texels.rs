@@ -1,5 +1,6 @@
 //! Where the rays of single texels enter and leave solids.
 
+use super::holes::Masks;
 use super::triangle::{Kind, Triangle};
 use crate::rule::Tile;
 
@@ -34,6 +35,7 @@ impl Texels {
     pub(crate) fn resolve(
         &mut self,
         triangles: &[Triangle],
+        masks: Option<&Masks>,
         list: &[u32],
         Centres { first, step }: Centres,
         slice: impl Fn(f64) -> u32,
@@ -56,6 +58,11 @@ impl Texels {
             for &(covered, number) in &self.covers {
                 if covered >> texel & 1 == 1 {
                     let triangle = &triangles[number];
+                    if let Some(mask) = triangle.mask()
+                        && masks.is_some_and(|masks| masks.is_hole(mask, at))
+                    {
+                        continue;
+                    }
                     let depth = triangle.depth(at);
                     let nearer = match triangle.kind {
                         Kind::Front => triangle.touch(depth),
