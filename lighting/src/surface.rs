@@ -274,3 +274,79 @@ impl Surface {
         self.albedo / PI * irradiance * cos * through * share
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{Affine3A, Quat};
+
+    use super::*;
+    use crate::scene::{AlphaMode, Camera, Instance, Material, Mesh};
+
+    /// A wall at z = −3 and, before it, a card at z = −1 of this material, lit by a
+    /// sun from behind the eye.
+    fn picture(card: Option<Material>) -> Vec<[f32; 4]> {
+        let square = |half: f32, z: f32, material| Mesh {
+            positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| Vec3::new(half * x, half * y, z))
+                .to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            material: Some(material),
+            ..Mesh::default()
+        };
+        let mut scene = Scene {
+            meshes: vec![square(9.0, -3.0, 0)],
+            materials: vec![Material::default()],
+            instances: vec![Instance::default()],
+            ..Scene::default()
+        };
+        if let Some(card) = card {
+            scene.meshes.push(square(1.0, -1.0, 1));
+            scene.materials.push(card);
+            scene.instances.push(Instance {
+                mesh: 1,
+                transform: Affine3A::IDENTITY,
+                ..Instance::default()
+            });
+        }
+        let geometry = Geometry::new(&scene).unwrap();
+        let tracer = Tracer::new(&geometry);
+        let camera = Camera::new(Vec3::ZERO, Quat::IDENTITY, 1.0).unwrap();
+        let cpu = Cpu::new();
+        let view = View::new(&cpu, &camera, &tracer, 9, 9).unwrap();
+        let sun = Emitter::directional(Vec3::new(0.01, 0.02, -1.0), Vec3::splat(PI)).unwrap();
+        radiance(&cpu, &view, &scene, &geometry, &tracer, &[sun], None)
+    }
+
+    #[test]
+    fn a_clear_window_before_a_wall_is_as_if_it_were_not_there() {
+        let clear = Material {
+            opacity: 0.0,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        };
+        assert_eq!(picture(Some(clear)), picture(None));
+    }
+
+    #[test]
+    fn a_pane_adds_its_own_light_to_what_it_lets_through_twice() {
+        let without = picture(None)[40][0];
+        let pane = Material {
+            base_color: Vec3::splat(0.5),
+            opacity: 0.25,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        };
+        let cos = Vec3::new(0.01, 0.02, -1.0).normalize().z.abs();
+        // Sunlight passes it on its way to the wall, and again on that to the eye.
+        let expected = 0.25 * 0.5 * cos + 0.75 * 0.75 * without;
+        let found = picture(Some(pane))[40][0];
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        let glass = Material {
+            base_color: Vec3::splat(0.5),
+            transmission: 1.0,
+            ..Material::default()
+        };
+        let found = picture(Some(glass))[40][0];
+        assert!((found - 0.25 * without).abs() < 1e-6, "{found}");
+    }
+}

@@ -85,6 +85,18 @@ impl Coating<'_> {
     }
 }
 
+impl Coating<'_> {
+    /// The opacity at a point before it is limited to 1, in f64.
+    pub(crate) fn opacity_at(&self, u: f64, v: f64) -> f64 {
+        let place = DVec2::new(u, v);
+        let line = Line::new(self, place, place);
+        if !line.texel.is_finite() {
+            return f64::from(self.opacity(u as f32, v as f32));
+        }
+        line.cubic(0.0, 0.0)[0]
+    }
+}
+
 /// The line in coordinates of the texture.
 struct Line<'a> {
     coating: &'a Coating<'a>,
@@ -203,8 +215,8 @@ impl<'a> Line<'a> {
     }
 
     fn transmittance(&self, at: f64) -> Vec3 {
-        let place = (self.start + at * self.along).as_vec2();
-        self.coating.transmittance(place.x, place.y)
+        let place = self.start + at * self.along;
+        self.coating.transmittance_at(place.x, place.y)
     }
 
     /// Parts of a piece in which the transmittance has no step.

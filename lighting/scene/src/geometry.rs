@@ -211,7 +211,8 @@ impl Geometry {
         let opacity = (material.opacity * vertex.w * opacity).clamp(0.0, 1.0);
         let covered = match material.alpha {
             AlphaMode::Opaque => 1.0,
-            AlphaMode::Mask { cutoff } if opacity >= cutoff => 1.0,
+            // Rays decide in f64 where a mask is there; its rim is not black.
+            AlphaMode::Mask { cutoff } if opacity >= cutoff - 1e-5 => 1.0,
             AlphaMode::Mask { .. } => 0.0,
             AlphaMode::Blend => opacity,
         };

@@ -223,11 +223,11 @@ impl Footprint {
 
     /// Barycentric coordinates of the triangle's second and third corner where the
     /// ray through the centre of a texel meets its plane.
-    pub fn barycentric(&self, x: u32, y: u32) -> [f32; 2] {
+    pub fn barycentric(&self, x: u32, y: u32) -> [f64; 2] {
         let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
         let weights = self.edges.map(|edge| edge.at(x, y));
         let sum: f64 = weights.iter().sum();
-        self.across.map(|edge| (weights[edge] / sum) as f32)
+        self.across.map(|edge| weights[edge] / sum)
     }
 
     /// The columns of a row in which all edges can be positive, one texel

@@ -115,17 +115,16 @@ impl Tracer {
             if !(0.0 < t && t <= far && first) {
                 return far;
             }
-            let (u, v) = (u as f32, v as f32);
             match self.coatings.cover(triangle as usize) {
                 Caster::Solid => {}
-                cover if cover.transmittance(u, v) == Vec3::ZERO => {}
+                cover if cover.transmittance_at(u, v) == Vec3::ZERO => {}
                 _ => return far,
             }
             best = Some(Hit {
                 distance: toward_zero(t),
                 triangle,
-                u,
-                v,
+                u: u as f32,
+                v: v as f32,
             });
             t
         });
@@ -159,7 +158,7 @@ impl Tracer {
                     u: u as f32,
                     v: v as f32,
                 };
-                let transmittance = coating.transmittance(hit.u, hit.v);
+                let transmittance = coating.transmittance_at(u, v);
                 if transmittance != Vec3::ZERO && coating.coverage(hit.u, hit.v) > 0.0 {
                     panes.push(Pane { hit, transmittance });
                 }
@@ -194,7 +193,7 @@ impl Tracer {
         match self.coatings.caster(self.indices[slot] as usize) {
             Caster::Solid => true,
             Caster::Absent => false,
-            caster => caster.transmittance(u as f32, v as f32) == Vec3::ZERO,
+            caster => caster.transmittance_at(u, v) == Vec3::ZERO,
         }
     }
 
@@ -247,7 +246,7 @@ impl Tracer {
                 && start < t
                 && t < end
             {
-                let transmittance = caster.transmittance(u as f32, v as f32);
+                let transmittance = caster.transmittance_at(u, v);
                 if transmittance == Vec3::ZERO {
                     product = Vec3::ZERO;
                     return f64::NEG_INFINITY;

@@ -113,7 +113,7 @@ impl Masked {
 
     /// Whether the masked triangle `index` is there at the barycentric coordinates
     /// (`u`, `v`).
-    pub(crate) fn blocks(&self, index: usize, u: f32, v: f32) -> bool {
-        self.caster(index).transmittance(u, v) == Vec3::ZERO
+    pub(crate) fn blocks(&self, index: usize, u: f64, v: f64) -> bool {
+        self.caster(index).transmittance_at(u, v) == Vec3::ZERO
     }
 }

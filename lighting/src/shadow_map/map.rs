@@ -440,7 +440,9 @@ mod tests {
     use glam::Quat;
 
     use super::*;
-    use crate::scene::{Cone, Mesh, Scene};
+    use glam::Vec2;
+
+    use crate::scene::{AlphaMode, Cone, Instance, Material, Mesh, Scene, Texture};
 
     /// A square of side 2 in the plane z = −2 and a far larger one at z = −6.
     fn casters() -> Casters<Host> {
@@ -546,5 +548,96 @@ mod tests {
         }
         let error = cpu.shadow_map(&casters(), point, 65536).unwrap_err();
         assert!(error.to_string().contains("limit"), "{error}");
+    }
+
+    /// A card of side 2 at z = −2 with a pattern of holes, beside a pane of glass and
+    /// what casts no shadow.
+    fn card() -> Geometry {
+        let square = |shift: f32, z: f32| {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| Vec3::new(x + shift, y, z))
+        };
+        let mesh = |shift, z, material| Mesh {
+            positions: square(shift, z).to_vec(),
+            texture_coordinates: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            material: Some(material),
+            ..Mesh::default()
+        };
+        let mut random = reference::random::Random::new(2);
+        let alpha = (0..16).map(|_| random.unit()).collect();
+        let texture = Texture::new(4, 4, vec![Vec3::ONE; 16]).unwrap();
+        let texture = texture.with_alpha(alpha).unwrap();
+        let mut scene = Scene {
+            meshes: vec![mesh(0.0, -2.0, 0), mesh(0.5, -1.5, 1), mesh(-0.5, -1.0, 2)],
+            materials: vec![
+                Material {
+                    base_color_texture: Some(texture),
+                    alpha: AlphaMode::Mask { cutoff: 0.5 },
+                    ..Material::default()
+                },
+                Material {
+                    transmission: 0.5,
+                    ..Material::default()
+                },
+                Material::default(),
+            ],
+            ..Scene::default()
+        };
+        scene.instances = (0..3)
+            .map(|mesh| Instance {
+                mesh,
+                no_shadow: mesh == 2,
+                ..Instance::default()
+            })
+            .collect();
+        Geometry::new(&scene).unwrap()
+    }
+
+    #[test]
+    fn texels_see_through_the_holes_of_a_mask() {
+        let cpu = Cpu::new();
+        let geometry = card();
+        let casters = Casters::upload(&cpu, &geometry).unwrap();
+        assert_eq!((casters.triangles().len(), casters.masked()), (2, 2));
+        for light in lights() {
+            let map = cpu.shadow_map(&casters, &light, 64).unwrap();
+            let mut seen = [0; 2];
+            for (index, face) in map.faces().iter().enumerate() {
+                for texel in 0..64 * 64 {
+                    let (x, y) = ((texel % 64) as f32, (texel / 64) as f32);
+                    let across = (x + 0.5) / 32.0 - 1.0;
+                    let upward = 1.0 - (y + 0.5) / 32.0;
+                    let (origin, direction) = match face.rays {
+                        Rays::Parallel {
+                            half_width,
+                            half_height,
+                        } => {
+                            let start =
+                                across * half_width * face.right + upward * half_height * face.up;
+                            (face.origin + start, face.forward)
+                        }
+                        Rays::Central { tan } => {
+                            let aside = across * face.right + upward * face.up;
+                            (face.origin, face.forward + tan * aside)
+                        }
+                    };
+                    let line = crate::scene::trace::Line::new(origin, direction);
+                    let hit = |i: usize| line.meets(&geometry.triangles()[i]);
+                    let holds = (0..2).find_map(|i| {
+                        let (t, u, v) = hit(i)?;
+                        let is_there = geometry.caster(i).transmittance_at(u, v) == Vec3::ZERO;
+                        (t > 0.0 && is_there).then_some(t)
+                    });
+                    let depth = map.depth()[index * 64 * 64 + texel];
+                    seen[usize::from(holds.is_some())] += 1;
+                    match holds {
+                        None => assert_eq!(depth, EMPTY, "{light:?} {x} {y}"),
+                        Some(t) => assert!((f64::from(depth) - t).abs() < 1e-4, "{depth} {t}"),
+                    }
+                }
+            }
+            assert!(seen[0] > 100 && seen[1] > 100, "{seen:?}");
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Lit intervals whose ends are computed, not sampled.
 
+#[cfg(test)]
+mod caster_tests;
 #[cfg(feature = "methods")]
 mod method;
 
@@ -130,7 +132,7 @@ impl<T: Borrow<Tracer>> Exact<T> {
                 if caster != Caster::Absent
                     && let Some((t, u, v)) = line.meets(triangle)
                 {
-                    let transmittance = caster.transmittance(u as f32, v as f32);
+                    let transmittance = caster.transmittance_at(u, v);
                     // Neighbours meet the line in their common edge: once is enough.
                     let is_on_edge = u.min(v).min(1.0 - u - v) <= 1e-9;
                     if is_on_edge && transmittance != Vec3::ZERO {

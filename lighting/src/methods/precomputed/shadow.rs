@@ -112,7 +112,7 @@ struct MaskHoles {
 }
 
 impl Holes for MaskHoles {
-    fn is_hole(&self, triangle: u32, u: f32, v: f32) -> bool {
+    fn is_hole(&self, triangle: u32, u: f64, v: f64) -> bool {
         let index = (triangle - self.solid) as usize;
         !self.masked.blocks(index, u, v)
     }
