@@ -12,7 +12,7 @@ pub trait Holes: Send + Sync + Debug {
     /// Whether a triangle has a hole at the barycentric coordinates (`u`, `v`) of
     /// its second and third corner. Asked about triangles that were named as
     /// [having holes](super::Surfaces::with_holes) alone, and always answered alike.
-    fn is_hole(&self, triangle: u32, u: f32, v: f32) -> bool;
+    fn is_hole(&self, triangle: u32, u: f64, v: f64) -> bool;
 
     /// Tells, word by word, what tells these holes from others: a bake that was
     /// stopped goes on with the same holes only.
@@ -62,7 +62,6 @@ impl Masks {
         let [x, y] = at.map(|at| f64::from(at) / f64::from(ONE));
         let [a, b, c] = mask.weights.map(|weight| weight.dot(DVec3::new(x, y, 1.0)));
         let sum = a + b + c;
-        let (u, v) = ((b / sum) as f32, (c / sum) as f32);
-        self.holes.is_hole(mask.triangle, u, v)
+        self.holes.is_hole(mask.triangle, b / sum, c / sum)
     }
 }
