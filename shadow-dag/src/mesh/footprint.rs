@@ -281,8 +281,7 @@ impl Footprints for Scratch<'_> {
                 first: low,
                 step: self.step(),
             };
-            let masks = mesh.masks.as_ref();
-            (self.texels).resolve(&mesh.triangles, masks, list, centres, slice, side, texels);
+            (self.texels).resolve(mesh, list, centres, slice, side, texels);
             return Look::Texels;
         }
         Look::Quarters(self.quarters(level, part))

@@ -1,7 +1,7 @@
 //! Where the rays of single texels enter and leave solids.
 
-use super::holes::Masks;
-use super::triangle::{Kind, Triangle};
+use super::Mesh;
+use super::triangle::Kind;
 use crate::rule::Tile;
 
 /// A surface under a texel.
@@ -30,18 +30,18 @@ pub(crate) struct Texels {
 }
 
 impl Texels {
-    /// Writes the slices of 8×8 texels under the triangles of `list`. `slice`
+    /// Writes the slices of 8×8 texels under the triangles of `list` of a mesh. `slice`
     /// turns a depth into a slice and must not fall; `none` stands for nothing.
     pub(crate) fn resolve(
         &mut self,
-        triangles: &[Triangle],
-        masks: Option<&Masks>,
+        mesh: &Mesh,
         list: &[u32],
         Centres { first, step }: Centres,
         slice: impl Fn(f64) -> u32,
         none: u32,
         tile: &mut Tile,
     ) {
+        let (triangles, masks) = (&mesh.triangles, mesh.masks.as_ref());
         self.covers.clear();
         let numbers = list.iter().map(|&number| number as usize);
         self.covers.extend(
