@@ -305,6 +305,11 @@ pub(crate) struct Bake {
     #[arg(long)]
     pub(crate) resume: bool,
 
+    /// What casts no shadow, by the name of an object, a mesh or a material; any
+    /// number of times
+    #[arg(long, value_name = "NAME")]
+    pub(crate) no_shadow: Vec<String>,
+
     /// How nodes are stored
     #[arg(long, value_enum, default_value = "packed")]
     pub(crate) form: NodeForm,
@@ -353,6 +358,11 @@ pub(crate) struct SceneOptions {
     /// Points that stand for an area light
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) lights: u32,
+
+    /// What casts no shadow, by the name of an object, a mesh or a material; any
+    /// number of times
+    #[arg(long, value_name = "NAME")]
+    pub(crate) no_shadow: Vec<String>,
 
     /// Texels per side of a shadow map [default: 1024, 512 with --quick]
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..=16384))]

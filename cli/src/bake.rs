@@ -90,6 +90,7 @@ fn scene_options(args: &Bake) -> SceneOptions {
     SceneOptions {
         seed: args.seed,
         lights: 1,
+        no_shadow: args.no_shadow.clone(),
         map: None,
         medium: MediumOptions::default(),
     }
@@ -220,6 +221,7 @@ mod tests {
         let part = place.path().join("a.cpvs.part");
         let options = SceneOptions {
             seed: None,
+            no_shadow: Vec::new(),
             lights: 1,
             map: None,
             medium: MediumOptions::default(),

@@ -39,6 +39,14 @@ impl Input {
             ..
         } = read(name, options.seed)?;
         let about = |failure: Failure| failure.about(name);
+        for meant in &options.no_shadow {
+            if scene.set_casts_shadow(meant, false) == 0 {
+                return Err(Failure::new(format!(
+                    "--no-shadow {meant}: no object, mesh or material has that name"
+                ))
+                .about(name));
+            }
+        }
         notes.extend(scene.lay_floor().map(|floor| floor.to_string()));
         let geometry = Geometry::new(&scene).map_err(|error| about(error.into()))?;
         if geometry.dropped() > 0 {

@@ -228,3 +228,12 @@ fn names_and_numbers_that_mean_nothing() {
         "--nodes",
     );
 }
+
+#[test]
+fn a_shadow_that_nothing_of_that_name_casts_is_an_error() {
+    let files = [("card.ply", PLY_TRIANGLE.as_bytes())];
+    let render = ["render", "card.ply", "-o", "out.png", "--no-shadow", "lamp"];
+    fails(&files, &render, "--no-shadow lamp");
+    let bake = ["bake", "card.ply", "-o", "out.dag", "--no-shadow", "lamp"];
+    fails(&files, &bake, "--no-shadow lamp");
+}

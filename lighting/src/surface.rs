@@ -19,7 +19,10 @@ use crate::visibility::SurfaceShadow;
 /// ```
 ///
 /// Surfaces are Lambertian and flat per triangle, both sides alike;
-/// shadows are traced. The sky is black. `scene` and `geometry` must be
+/// shadows are traced, V is what all triangles on the way let through. What lies
+/// behind a see-through surface is seen through it: each
+/// [pane](View::panes) adds its own light and multiplies that from behind by
+/// its transmittance. The sky is black. `scene` and `geometry` must be
 /// those the view was made from.
 pub fn radiance(
     cpu: &Cpu,
@@ -34,8 +37,8 @@ pub fn radiance(
     radiance_with(cpu, view, scene, geometry, tracer, &traced, medium)
 }
 
-/// [`radiance`] with shadows from the source that belongs to
-/// a light, where it has one.
+/// [`radiance`] with shadows of what is opaque from the source that belongs to
+/// a light, where it has one; those of see-through surfaces are traced.
 pub fn radiance_with(
     cpu: &Cpu,
     view: &View,
@@ -48,7 +51,10 @@ pub fn radiance_with(
     lit_surfaces(cpu, view, scene, geometry, medium, |surface| {
         lights.iter().fold(Vec3::ZERO, |sum, &(emitter, shadow)| {
             let reaching = |to_light, distance| match shadow {
-                Some(shadow) => shadow.visibility(surface.point, surface.normal),
+                Some(shadow) => {
+                    let known = shadow.visibility(surface.point, surface.normal);
+                    known * surface.through_panes(tracer, to_light, distance)
+                }
                 None => surface.traced(tracer, to_light, distance),
             };
             sum + surface.reflected(emitter, medium, reaching)
@@ -71,8 +77,8 @@ pub fn radiance_behind(
         lights.iter().fold(Vec3::ZERO, |sum, (emitter, shadow)| {
             let reaching = |to_light, distance| {
                 let traced = surface.traced(tracer, to_light, distance);
-                if traced == 0.0 {
-                    return 0.0;
+                if traced == Vec3::ZERO {
+                    return traced;
                 }
                 traced * shadow.visibility(surface.point, surface.normal)
             };
@@ -83,7 +89,8 @@ pub fn radiance_behind(
 
 /// The surfaces of a view as [`surface_scattering`](crate::surface_scattering) and
 /// [`environment`](crate::environment) light them, one per ray, nothing covering them;
-/// what reflects nothing where the sky is. `scene` and `geometry` must be those the
+/// what reflects nothing where the sky is. Behind [panes](View::panes) they are as
+/// bright as these let through; the panes themselves are not among them. `scene` and `geometry` must be those the
 /// view was made from.
 pub fn points(
     cpu: &Cpu,
@@ -98,6 +105,7 @@ pub fn points(
         };
         let surface = Surface::new(ray, &hit, scene, geometry);
         let through = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
+        let through = through * view.through_panes(pixel);
         SurfacePoint::new(surface.point, surface.normal, surface.albedo / PI * through)
             .unwrap_or_default()
     })
@@ -105,7 +113,8 @@ pub fn points(
 
 /// The same points with the share of the sky over each that no triangle covers, by
 /// `rays` rays (0 counts as 1): it is a multiple of `1/rays`, off by some `0.5/√rays`
-/// at most.
+/// at most. What is see-through covers as much as it holds back, in the mean of the
+/// colour channels.
 ///
 /// The rays of a point are spread by the cosine to its normal, and turned from pixel
 /// to pixel. Cost: one shadow ray each.
@@ -125,15 +134,16 @@ pub fn with_openness(
         let start = position + 1e-5 * (1.0 + position.abs().max_element()) * normal;
         let (u, v) = normal.any_orthonormal_pair();
         let turn = (index as f64 * GOLDEN_RATIO).fract() as f32;
-        let open = (0..rays).filter(|ray| {
+        let open = (0..rays).map(|ray| {
             // A spiral over the disc under the hemisphere: even there is cosine above.
-            let r2 = (*ray as f32 + 0.5) / rays as f32;
-            let around = (f64::from(*ray) * GOLDEN_RATIO).fract() as f32 + turn;
+            let r2 = (ray as f32 + 0.5) / rays as f32;
+            let around = (f64::from(ray) * GOLDEN_RATIO).fract() as f32 + turn;
             let (sin, cos) = (2.0 * PI * around).sin_cos();
             let direction = r2.sqrt() * (u * cos + v * sin) + (1.0 - r2).sqrt() * normal;
-            !tracer.occluded(start, direction, 0.0, f32::INFINITY)
+            let share = tracer.transmittance(start, direction, 0.0, f32::INFINITY);
+            f64::from(share.element_sum()) / 3.0
         });
-        point.with_openness(open.count() as f32 / rays as f32)
+        point.with_openness(open.sum::<f64>() as f32 / rays as f32)
     })
 }
 
@@ -150,13 +160,17 @@ fn lit_surfaces(
     reflected: impl Fn(&Surface) -> Vec3 + Sync + Send,
 ) -> Vec<[f32; 4]> {
     cpu.map(view.rays().len(), |pixel| {
-        let (ray, Some(hit)) = (&view.rays()[pixel], view.hits()[pixel]) else {
-            return [0.0; 4];
+        let ray = &view.rays()[pixel];
+        let light = |hit: &Hit| {
+            let surface = Surface::new(ray, hit, scene, geometry);
+            let radiance = surface.emitted + reflected(&surface);
+            radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance)
         };
-        let surface = Surface::new(ray, &hit, scene, geometry);
-        let radiance = surface.emitted + reflected(&surface);
-        let reaching =
-            radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance);
+        let behind = view.hits()[pixel].map_or(Vec3::ZERO, |hit| light(&hit));
+        let panes = view.panes(pixel).iter().rev();
+        let reaching = panes.fold(behind, |behind, pane| {
+            light(&pane.hit) + pane.transmittance * behind
+        });
         [reaching.x, reaching.y, reaching.z, 0.0]
     })
 }
@@ -211,13 +225,15 @@ impl Surface {
     }
 
     /// Share of the light that gets here from where it is.
-    fn traced(&self, tracer: &Tracer, to_light: Vec3, distance: f32) -> f32 {
+    fn traced(&self, tracer: &Tracer, to_light: Vec3, distance: f32) -> Vec3 {
         let start = self.point + self.offset * self.normal;
-        if tracer.occluded(start, to_light, 0.0, distance) {
-            0.0
-        } else {
-            1.0
-        }
+        tracer.transmittance(start, to_light, 0.0, distance)
+    }
+
+    /// What see-through surfaces alone let through of it.
+    fn through_panes(&self, tracer: &Tracer, to_light: Vec3, distance: f32) -> Vec3 {
+        let start = self.point + self.offset * self.normal;
+        tracer.transmittance_of_panes(start, to_light, 0.0, distance)
     }
 
     /// `reaching` is asked for the share of the light that is not blocked,
@@ -226,7 +242,7 @@ impl Surface {
         &self,
         emitter: &Emitter,
         medium: Option<&Medium>,
-        reaching: impl Fn(Vec3, f32) -> f32,
+        reaching: impl Fn(Vec3, f32) -> Vec3,
     ) -> Vec3 {
         let (to_light, distance, irradiance) = match emitter {
             Emitter::Directional(sun) => (-sun.direction(), f32::INFINITY, sun.irradiance()),
@@ -246,7 +262,7 @@ impl Surface {
             return Vec3::ZERO;
         }
         let share = reaching(to_light, distance);
-        if share == 0.0 {
+        if share == Vec3::ZERO {
             return Vec3::ZERO;
         }
         // Sunlight in an unbounded medium has been attenuated "before": the
@@ -256,5 +272,81 @@ impl Surface {
             _ => transmittance(medium, self.point, to_light, distance),
         };
         self.albedo / PI * irradiance * cos * through * share
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Affine3A, Quat};
+
+    use super::*;
+    use crate::scene::{AlphaMode, Camera, Instance, Material, Mesh};
+
+    /// A wall at z = −3 and, before it, a card at z = −1 of this material, lit by a
+    /// sun from behind the eye.
+    fn picture(card: Option<Material>) -> Vec<[f32; 4]> {
+        let square = |half: f32, z: f32, material| Mesh {
+            positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| Vec3::new(half * x, half * y, z))
+                .to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            material: Some(material),
+            ..Mesh::default()
+        };
+        let mut scene = Scene {
+            meshes: vec![square(9.0, -3.0, 0)],
+            materials: vec![Material::default()],
+            instances: vec![Instance::default()],
+            ..Scene::default()
+        };
+        if let Some(card) = card {
+            scene.meshes.push(square(1.0, -1.0, 1));
+            scene.materials.push(card);
+            scene.instances.push(Instance {
+                mesh: 1,
+                transform: Affine3A::IDENTITY,
+                ..Instance::default()
+            });
+        }
+        let geometry = Geometry::new(&scene).unwrap();
+        let tracer = Tracer::new(&geometry);
+        let camera = Camera::new(Vec3::ZERO, Quat::IDENTITY, 1.0).unwrap();
+        let cpu = Cpu::new();
+        let view = View::new(&cpu, &camera, &tracer, 9, 9).unwrap();
+        let sun = Emitter::directional(Vec3::new(0.01, 0.02, -1.0), Vec3::splat(PI)).unwrap();
+        radiance(&cpu, &view, &scene, &geometry, &tracer, &[sun], None)
+    }
+
+    #[test]
+    fn a_clear_window_before_a_wall_is_as_if_it_were_not_there() {
+        let clear = Material {
+            opacity: 0.0,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        };
+        assert_eq!(picture(Some(clear)), picture(None));
+    }
+
+    #[test]
+    fn a_pane_adds_its_own_light_to_what_it_lets_through_twice() {
+        let without = picture(None)[40][0];
+        let pane = Material {
+            base_color: Vec3::splat(0.5),
+            opacity: 0.25,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        };
+        let cos = Vec3::new(0.01, 0.02, -1.0).normalize().z.abs();
+        // Sunlight passes it on its way to the wall, and again on that to the eye.
+        let expected = 0.25 * 0.5 * cos + 0.75 * 0.75 * without;
+        let found = picture(Some(pane))[40][0];
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        let glass = Material {
+            base_color: Vec3::splat(0.5),
+            transmission: 1.0,
+            ..Material::default()
+        };
+        let found = picture(Some(glass))[40][0];
+        assert!((found - 0.25 * without).abs() < 1e-6, "{found}");
     }
 }

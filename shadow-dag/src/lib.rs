@@ -137,7 +137,7 @@ pub use error::Error;
 pub use file_error::FileError;
 pub use form::Form;
 pub use light_space::LightSpace;
-pub use mesh::{Mesh, Surfaces, Watertightness};
+pub use mesh::{Holes, Mesh, Surfaces, Watertightness};
 pub use progress::Progress;
 pub use query::{FilterSize, LitIntervals, Query, Ray, RayRecord, Visibility};
 pub use resident::{Resident, ResidentDag};

@@ -101,7 +101,7 @@ fn threads_change_no_bit_of_a_bake_or_an_image() {
 }
 
 /// Length that is lit according to one list of parts and not to another.
-fn apart(a: &[LitInterval], b: &[LitInterval]) -> f32 {
+fn apart<A, B>(a: &[LitInterval<A>], b: &[LitInterval<B>]) -> f32 {
     let mut apart = 0.0;
     for part in a {
         let (start, end) = (part.interval.start, part.interval.end.min(1e4));

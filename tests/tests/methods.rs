@@ -4,11 +4,16 @@
 
 use airlight::Table;
 use crepuscular_tests::suite::Subject;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Quat, Vec2, Vec3};
+use gpu_backend::{Backend, Cpu};
 use lighting::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
-use lighting::scene::{Emission, Medium, PhaseFunction};
+use lighting::scene::view::View;
+use lighting::scene::{
+    AlphaMode, Camera, Emission, Geometry, Instance, Material, Medium, Mesh, PhaseFunction, Scene,
+    Texture,
+};
 use lighting::visibility::{Exact, Unshadowed};
 use lighting::{Emitter, Gather, LightPath, LitRays, Ray, VisibilitySource};
 use proptest::prelude::*;
@@ -20,6 +25,7 @@ use reference::oracle::image::{Options, reference};
 use reference::oracle::visibility::{Blockers, Search};
 use reference::oracle::{Fog, Lamp, Line};
 use reference::property::holds_for;
+use reference::random::Random;
 use reference::scenes::TestScene;
 use reference::shapes;
 use reference::tolerances::Allowed;
@@ -258,6 +264,112 @@ fn exact_lit_intervals_are_the_oracles() {
         }
         Ok(())
     });
+}
+
+/// A wall, and before it a card of random opacities, seen from the side of a light.
+fn card(material: Material) -> Geometry {
+    let square = |half: f32, z: f32, material| Mesh {
+        positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| Vec3::new(half * x, half * y, z))
+            .to_vec(),
+        texture_coordinates: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        material: Some(material),
+        ..Mesh::default()
+    };
+    let mut scene = Scene {
+        meshes: vec![square(1.0, -2.0, 1), square(4.0, -5.0, 0)],
+        materials: vec![Material::default(), material],
+        ..Scene::default()
+    };
+    scene.instances = (0..2)
+        .map(|mesh| Instance {
+            mesh,
+            ..Instance::default()
+        })
+        .collect();
+    Geometry::new(&scene).unwrap()
+}
+
+/// What is not solid, with the error that the picture may have.
+fn coats() -> Vec<(&'static str, Material, f64)> {
+    let mut random = Random::new(8);
+    let alpha = (0..25).map(|_| random.unit()).collect();
+    let texture = Texture::new(5, 5, vec![Vec3::new(1.0, 0.5, 0.2); 25]).unwrap();
+    let texture = Some(texture.with_alpha(alpha).unwrap());
+    let plain = Material::default();
+    vec![
+        (
+            "a mask",
+            Material {
+                base_color_texture: texture.clone(),
+                alpha: AlphaMode::Mask { cutoff: 0.5 },
+                ..plain.clone()
+            },
+            Allowed::ExactImage.error(),
+        ),
+        (
+            "glass",
+            Material {
+                base_color: Vec3::new(0.2, 0.5, 0.9),
+                transmission: 0.8,
+                ..plain.clone()
+            },
+            Allowed::ExactImage.error(),
+        ),
+        (
+            "a clear window",
+            Material {
+                opacity: 0.0,
+                alpha: AlphaMode::Blend,
+                ..plain.clone()
+            },
+            Allowed::ExactImage.error(),
+        ),
+        (
+            "a film",
+            Material {
+                base_color_texture: texture,
+                alpha: AlphaMode::Blend,
+                ..plain
+            },
+            Allowed::ExactFilm.error(),
+        ),
+    ]
+}
+
+#[test]
+fn exact_pictures_behind_casters_that_are_not_solid_are_the_oracles() {
+    let medium = Medium::new(Vec3::splat(0.05), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+    let lights = [
+        Emitter::directional(Vec3::new(0.3, -0.2, -1.0), Vec3::ONE).unwrap(),
+        Emitter::point(
+            Vec3::new(0.7, 0.6, 0.5),
+            Vec3::ONE,
+            f32::INFINITY,
+            Emission::Isotropic,
+        )
+        .unwrap(),
+    ];
+    let cpu = Cpu::new();
+    for (name, material, allowed) in coats() {
+        let geometry = card(material);
+        let tracer = Tracer::new(&geometry);
+        let camera = Camera::new(Vec3::new(-0.4, 0.3, 1.0), Quat::IDENTITY, 0.9).unwrap();
+        let view = View::new(&cpu, &camera, &tracer, 16, 16).unwrap();
+        let mut radiance = cpu.zeros(view.rays().len()).unwrap();
+        let rays = view.rays().to_vec();
+        let quadrature = Quadrature::with_tolerance(medium.phase(), 1e-6).unwrap();
+        for light in &lights {
+            let lit = LitRays::new(&rays, light, &medium);
+            cpu.gather(&lit, &Exact::new(&tracer), &quadrature, &mut radiance)
+                .unwrap();
+        }
+        let truth = reference(&rays, &lights, &medium, &geometry, Options::default());
+        let error = image_error(&radiance, &truth);
+        println!("{name} {error:?}");
+        assert!(error.rmse <= allowed, "{name}: {error:?}");
+    }
 }
 
 /// The gaps of `cover` within `parts`: where each ends, and its length.

@@ -62,6 +62,15 @@ impl Caster<'_> {
         }
     }
 
+    /// The same at a place in f64; see [`Coating::transmittance_at`].
+    pub fn transmittance_at(&self, u: f64, v: f64) -> Vec3 {
+        match self {
+            Self::Solid => Vec3::ZERO,
+            Self::Absent => Vec3::ONE,
+            Self::Masked(coating) | Self::SeeThrough(coating) => coating.transmittance_at(u, v),
+        }
+    }
+
     /// The mean of the transmittance over the triangle, for methods that have
     /// one number per triangle; see [`Coating::mean`].
     pub fn mean(&self) -> Vec3 {
@@ -82,10 +91,32 @@ impl<'a> Coating<'a> {
         alpha.clamp(0.0, 1.0)
     }
 
+    /// The share of a point that is covered, from 0 to 1.
+    pub fn coverage(&self, u: f32, v: f32) -> f32 {
+        self.coat.coverage(|| self.opacity(u, v))
+    }
+
     /// Share of the light that passes at a point, per colour channel, from 0 to
     /// 1.
     pub fn transmittance(&self, u: f32, v: f32) -> Vec3 {
-        let coverage = self.coat.coverage(|| self.opacity(u, v));
+        self.behind(self.coat.coverage(|| self.opacity(u, v)), u, v)
+    }
+
+    /// The same at a place in f64: on which side of the rim of a mask it lies is
+    /// decided in f64, as [`Coating::along`] does.
+    pub fn transmittance_at(&self, u: f64, v: f64) -> Vec3 {
+        let coverage = match self.coat.mode {
+            AlphaMode::Mask { cutoff } => {
+                let alpha = self.opacity_at(u, v).clamp(0.0, 1.0);
+                f32::from(u8::from(alpha >= f64::from(cutoff)))
+            }
+            _ => self.coverage(u as f32, v as f32),
+        };
+        self.behind(coverage, u as f32, v as f32)
+    }
+
+    /// What passes at a point of which this share is covered.
+    fn behind(&self, coverage: f32, u: f32, v: f32) -> Vec3 {
         let mut passing = Vec3::splat(1.0 - coverage);
         if self.coat.transmission > 0.0 && coverage > 0.0 {
             let texture = self.coat.texture.as_ref();
@@ -133,6 +164,11 @@ impl<'a> Coating<'a> {
     /// What the opacity means.
     pub fn mode(&self) -> AlphaMode {
         self.coat.mode
+    }
+
+    /// The colour of the material before texture and vertex colours.
+    pub fn base_color(&self) -> Vec3 {
+        self.coat.base_color
     }
 
     /// The opacity of the material before texture and vertex colours.

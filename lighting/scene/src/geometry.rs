@@ -1,10 +1,9 @@
 //! The triangles of a scene in world space, checked.
 
-use std::collections::BTreeMap;
+use glam::{Vec3, Vec4};
 
-use glam::{Vec2, Vec3, Vec4};
-
-use super::caster::{Caster, Coat, Corners, interpolate};
+use super::caster::{Caster, interpolate};
+use super::coatings::{Coatings, CoatingsOf};
 use super::{AlphaMode, Bounds, Material, Mesh, Scene, SceneError, is_near};
 
 /// The largest number of triangles a scene may have once its instances are
@@ -21,22 +20,8 @@ pub struct Geometry {
     sources: Vec<Source>,
     dropped: usize,
     bounds: Bounds,
-    casters: Casters,
+    coatings: Coatings,
 }
-
-/// What triangles do to light, for those that are not solid.
-#[derive(Debug, Clone, Default)]
-struct Casters {
-    coats: Vec<Coat>,
-    /// The coat of each triangle that is not solid, and what is at its corners.
-    coated: Vec<(u32, Corners)>,
-    /// An index into `coated`, [`SOLID`] or [`ABSENT`] for each triangle; empty
-    /// if all of them are solid.
-    kinds: Vec<u32>,
-}
-
-const SOLID: u32 = u32::MAX;
-const ABSENT: u32 = u32::MAX - 1;
 
 /// What a point of a surface looks like.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,11 +87,11 @@ impl Geometry {
 
         let mut triangles = Vec::with_capacity(total as usize);
         let mut sources = Vec::with_capacity(total as usize);
-        let mut casters = CastersOf::new(scene);
+        let mut coatings = CoatingsOf::new(scene);
         let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for (index, instance) in scene.instances.iter().enumerate() {
             let mesh = &scene.meshes[instance.mesh];
-            let coat = casters.coat(mesh);
+            let coat = coatings.coat(mesh);
             for (number, corners) in mesh.triangles.iter().enumerate() {
                 let triangle = corners.map(|corner| {
                     instance
@@ -131,7 +116,7 @@ impl Geometry {
                     min = min.min(corner);
                     max = max.max(corner);
                 }
-                casters.push(mesh, *corners, coat, instance.no_shadow);
+                coatings.push(mesh, *corners, coat, instance.no_shadow);
                 triangles.push(triangle);
                 sources.push(Source {
                     instance: index as u32,
@@ -154,7 +139,7 @@ impl Geometry {
             triangles,
             sources,
             bounds,
-            casters: casters.finish(),
+            coatings: coatings.finish(),
         })
     }
 
@@ -184,20 +169,18 @@ impl Geometry {
     /// If `triangle` is not an index of [`Geometry::triangles`].
     pub fn caster(&self, triangle: usize) -> Caster<'_> {
         assert!(triangle < self.triangles.len(), "no triangle {triangle}");
-        match self.casters.kinds.get(triangle) {
-            None | Some(&SOLID) => Caster::Solid,
-            Some(&ABSENT) => Caster::Absent,
-            Some(&index) => {
-                let (coat, corners) = &self.casters.coated[index as usize];
-                self.casters.coats[*coat as usize].on(corners)
-            }
-        }
+        self.coatings.caster(triangle)
+    }
+
+    /// What all triangles do to light, shared cheaply.
+    pub fn coatings(&self) -> &Coatings {
+        &self.coatings
     }
 
     /// True if no light passes through any triangle: each is
     /// [`Caster::Solid`].
     pub fn all_solid(&self) -> bool {
-        self.casters.kinds.is_empty()
+        self.coatings.all_solid()
     }
 
     /// What the surface looks like at the barycentric coordinates (`u`, `v`) of
@@ -228,7 +211,8 @@ impl Geometry {
         let opacity = (material.opacity * vertex.w * opacity).clamp(0.0, 1.0);
         let covered = match material.alpha {
             AlphaMode::Opaque => 1.0,
-            AlphaMode::Mask { cutoff } if opacity >= cutoff => 1.0,
+            // Rays decide in f64 where a mask is there; its rim is not black.
+            AlphaMode::Mask { cutoff } if opacity >= cutoff - 1e-5 => 1.0,
             AlphaMode::Mask { .. } => 0.0,
             AlphaMode::Blend => opacity,
         };
@@ -271,82 +255,6 @@ impl Geometry {
             mesh.material.map(|index| &scene.materials[index]),
             coordinates,
         )
-    }
-}
-
-/// [`Casters`] in the making.
-struct CastersOf<'a> {
-    scene: &'a Scene,
-    casters: Casters,
-    /// The coat of each material, with and without its texture; `None` if it is
-    /// opaque.
-    known: BTreeMap<(usize, bool), Option<u32>>,
-    /// Triangles so far.
-    count: usize,
-}
-
-impl<'a> CastersOf<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        Self {
-            scene,
-            casters: Casters::default(),
-            known: BTreeMap::new(),
-            count: 0,
-        }
-    }
-
-    fn coat(&mut self, mesh: &Mesh) -> Option<u32> {
-        let material = mesh.material?;
-        let is_textured = !mesh.texture_coordinates.is_empty();
-        if let Some(known) = self.known.get(&(material, is_textured)) {
-            return *known;
-        }
-        let coat = Coat::new(&self.scene.materials[material]).map(|coat| {
-            let coat = if is_textured { coat } else { coat.untextured() };
-            self.casters.coats.push(coat);
-            self.casters.coats.len() as u32 - 1
-        });
-        self.known.insert((material, is_textured), coat);
-        coat
-    }
-
-    fn push(&mut self, mesh: &Mesh, corners: [u32; 3], coat: Option<u32>, no_shadow: bool) {
-        let casters = &mut self.casters;
-        let kind = match coat {
-            _ if no_shadow => ABSENT,
-            None => SOLID,
-            Some(coat) => {
-                let coordinates = match mesh.texture_coordinates.as_slice() {
-                    [] => [Vec2::ZERO; 3],
-                    coordinates => corners.map(|corner| coordinates[corner as usize]),
-                };
-                let colors = match mesh.colors.as_slice() {
-                    [] => [Vec4::ONE; 3],
-                    colors => corners.map(|corner| colors[corner as usize]),
-                };
-                let corners = Corners {
-                    coordinates,
-                    colors,
-                };
-                if casters.coats[coat as usize].is_solid(&corners) {
-                    SOLID
-                } else {
-                    casters.coated.push((coat, corners));
-                    casters.coated.len() as u32 - 1
-                }
-            }
-        };
-        if kind != SOLID && casters.kinds.is_empty() {
-            casters.kinds = vec![SOLID; self.count];
-        }
-        if !casters.kinds.is_empty() || kind != SOLID {
-            casters.kinds.push(kind);
-        }
-        self.count += 1;
-    }
-
-    fn finish(self) -> Casters {
-        self.casters
     }
 }
 

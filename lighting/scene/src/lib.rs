@@ -40,6 +40,8 @@
 
 mod camera;
 mod caster;
+mod coating_line;
+mod coatings;
 mod complete;
 mod emitter;
 mod geometry;
@@ -67,6 +69,8 @@ pub mod view;
 
 pub use camera::Camera;
 pub use caster::{Caster, Coating};
+pub use coating_line::Passing;
+pub use coatings::Coatings;
 pub use complete::Placement;
 pub use emitter::{DirectionalEmitter, Emission, Emitter, PointEmitter, SpotEmission};
 pub use geometry::{Appearance, Geometry, MAX_TRIANGLES, Source};

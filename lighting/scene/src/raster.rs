@@ -88,6 +88,8 @@ pub struct Footprint {
     edges: [Linear; 3],
     /// Depth, or the reciprocal of the distance per length of the ray.
     depth: Linear,
+    /// Which of the edges lies across from the second and from the third corner.
+    across: [usize; 2],
     /// Tangent per texel and at texel 0 of a perspective face.
     central: Option<(f64, f64)>,
     front: bool,
@@ -145,6 +147,8 @@ impl Footprint {
                 b: slope_y,
                 c: a.z - slope_x * a.x - slope_y * a.y,
             },
+            // Edges begin at the first corner.
+            across: [2, 0],
             central: None,
             // Rows grow downwards, which turns counter-clockwise around.
             front: area < 0.0,
@@ -179,6 +183,7 @@ impl Footprint {
         Some(Self {
             edges,
             depth,
+            across: [1, 2],
             central: Some((step, tan)),
             // Negative in a right-handed frame; (right, up, forward) is not one.
             front: determinant > 0.0,
@@ -214,6 +219,15 @@ impl Footprint {
                 }
             }
         }
+    }
+
+    /// Barycentric coordinates of the triangle's second and third corner where the
+    /// ray through the centre of a texel meets its plane.
+    pub fn barycentric(&self, x: u32, y: u32) -> [f64; 2] {
+        let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let weights = self.edges.map(|edge| edge.at(x, y));
+        let sum: f64 = weights.iter().sum();
+        self.across.map(|edge| weights[edge] / sum)
     }
 
     /// The columns of a row in which all edges can be positive, one texel

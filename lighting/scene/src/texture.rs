@@ -178,6 +178,18 @@ impl Texture {
         }
     }
 
+    /// The opacity of the texel that the sampler has at `column` and `row`, which
+    /// may lie outside of the image; 1 if the image is opaque.
+    pub(crate) fn texel_alpha(&self, column: i64, row: i64) -> f32 {
+        let [wrap_u, wrap_v] = self.sampler.wrap;
+        let (column, row) = (
+            wrap_u.index(column, self.width),
+            wrap_v.index(row, self.height),
+        );
+        let alpha = self.alpha.as_ref();
+        alpha.map_or(1.0, |alpha| alpha[row * self.width as usize + column])
+    }
+
     /// Bilinear lookup that repeats in both directions, whatever the sampler.
     pub fn repeat(&self, uv: Vec2) -> Vec3 {
         self.blend(uv, Sampler::default(), |index| self.texels[index])

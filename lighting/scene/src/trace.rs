@@ -13,7 +13,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 
-use crate::{Geometry, Ray};
+use crate::{Caster, Coatings, Geometry, Ray};
 
 /// The triangles of a scene, arranged for tracing.
 #[derive(Clone)]
@@ -23,6 +23,7 @@ pub struct Tracer {
     triangles: Vec<[Vec3; 3]>,
     /// Index into [`Geometry::triangles`] of each.
     indices: Vec<u32>,
+    coatings: Coatings,
 }
 
 impl fmt::Debug for Tracer {
@@ -45,6 +46,15 @@ pub struct Hit {
     pub u: f32,
     /// Barycentric coordinate of the triangle's third corner.
     pub v: f32,
+}
+
+/// A surface that covers a part of what is behind it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pane {
+    /// Where the ray meets it.
+    pub hit: Hit,
+    /// The share of the light from behind that passes, per colour channel.
+    pub transmittance: Vec3,
 }
 
 impl Tracer {
@@ -71,7 +81,13 @@ impl Tracer {
                 .collect(),
             indices: bvh.primitive_indices,
             nodes: bvh.nodes,
+            coatings: geometry.coatings().clone(),
         }
+    }
+
+    /// What the triangles do to light.
+    pub fn coatings(&self) -> &Coatings {
+        &self.coatings
     }
 
     /// Memory used, bytes.
@@ -81,7 +97,9 @@ impl Tracer {
             + size_of_val(&self.indices[..])
     }
 
-    /// The first surface between the origin of the ray and its length.
+    /// The first surface between the origin of the ray and its length through
+    /// which nothing is seen: the ray passes the holes of masks, and whatever
+    /// lets a share of the light through, which [`Tracer::panes`] finds.
     ///
     /// Of several triangles at exactly the same distance the one with the
     /// lowest index is reported.
@@ -97,6 +115,11 @@ impl Tracer {
             if !(0.0 < t && t <= far && first) {
                 return far;
             }
+            match self.coatings.cover(triangle as usize) {
+                Caster::Solid => {}
+                cover if cover.transmittance_at(u, v) == Vec3::ZERO => {}
+                _ => return far,
+            }
             best = Some(Hit {
                 distance: toward_zero(t),
                 triangle,
@@ -108,18 +131,133 @@ impl Tracer {
         best
     }
 
-    /// True if a triangle lies on `origin + t direction` for some `t` between
-    /// `start` and `end`, both excluded. `end` may be infinite.
+    /// The surfaces before the end of the ray that cover a part of what is behind
+    /// them and let the rest of it through, the nearest first. What casts no
+    /// shadow is among them; holes and what is clear are not.
+    ///
+    /// A ray through a common edge of two triangles meets one of them.
+    pub fn panes(&self, ray: &Ray) -> Vec<Pane> {
+        let mut panes = Vec::new();
+        if !self.coatings.any_see_through() {
+            return panes;
+        }
+        let line = Line::new(ray.origin(), ray.direction());
+        let end = f64::from(ray.length());
+        let mut edges = Edges::default();
+        self.visit(&line, 0.0, end, |slot, far| {
+            let triangle = self.indices[slot];
+            if let Caster::SeeThrough(coating) = self.coatings.cover(triangle as usize)
+                && let Some((t, u, v)) = line.meets(&self.triangles[slot])
+                && 0.0 < t
+                && t < end
+                && edges.is_new(t, u, v)
+            {
+                let hit = Hit {
+                    distance: toward_zero(t),
+                    triangle,
+                    u: u as f32,
+                    v: v as f32,
+                };
+                let transmittance = coating.transmittance_at(u, v);
+                if transmittance != Vec3::ZERO && coating.coverage(hit.u, hit.v) > 0.0 {
+                    panes.push(Pane { hit, transmittance });
+                }
+            }
+            far
+        });
+        panes.sort_unstable_by(|a, b| {
+            let by_distance = a.hit.distance.total_cmp(&b.hit.distance);
+            by_distance.then(a.hit.triangle.cmp(&b.hit.triangle))
+        });
+        panes
+    }
+
+    /// True if a triangle through which no light passes lies on `origin + t
+    /// direction` for some `t` between `start` and `end`, both excluded. `end`
+    /// may be infinite.
     pub fn occluded(&self, origin: Vec3, direction: Vec3, start: f32, end: f32) -> bool {
         let line = Line::new(origin, direction);
         let (start, end) = (f64::from(start), f64::from(end));
         let mut found = false;
         self.visit(&line, start, end, |slot, far| {
-            let hit = line.meets(&self.triangles[slot]);
-            found = hit.is_some_and(|(t, _, _)| start < t && t < end);
+            found = line
+                .meets(&self.triangles[slot])
+                .is_some_and(|(t, u, v)| start < t && t < end && self.blocks(slot, u, v));
             if found { f64::NEG_INFINITY } else { far }
         });
         found
+    }
+
+    /// Whether no light passes at a place on the triangle of a slot.
+    fn blocks(&self, slot: usize, u: f64, v: f64) -> bool {
+        match self.coatings.caster(self.indices[slot] as usize) {
+            Caster::Solid => true,
+            Caster::Absent => false,
+            caster => caster.transmittance_at(u, v) == Vec3::ZERO,
+        }
+    }
+
+    /// The share of a lamp's light that passes all triangles between `start` and
+    /// `end`, as for [`Tracer::occluded`], per colour channel: the product of
+    /// their transmittances where the line meets them.
+    ///
+    /// A line through a common edge of two triangles meets one of them.
+    pub fn transmittance(&self, origin: Vec3, direction: Vec3, start: f32, end: f32) -> Vec3 {
+        if self.coatings.all_solid() {
+            let is_dark = self.occluded(origin, direction, start, end);
+            return if is_dark { Vec3::ZERO } else { Vec3::ONE };
+        }
+        self.product(origin, direction, start, end, |_| true)
+    }
+
+    /// The same of what is see-through alone, as if nothing else were there: for
+    /// those who know otherwise what is behind solids and masks.
+    pub fn transmittance_of_panes(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        start: f32,
+        end: f32,
+    ) -> Vec3 {
+        if !self.coatings.any_see_through() {
+            return Vec3::ONE;
+        }
+        let is_pane = |caster: &Caster<'_>| matches!(caster, Caster::SeeThrough(_));
+        self.product(origin, direction, start, end, is_pane)
+    }
+
+    fn product(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        start: f32,
+        end: f32,
+        counts: impl Fn(&Caster<'_>) -> bool,
+    ) -> Vec3 {
+        let line = Line::new(origin, direction);
+        let (start, end) = (f64::from(start), f64::from(end));
+        let mut product = Vec3::ONE;
+        let mut edges = Edges::default();
+        self.visit(&line, start, end, |slot, far| {
+            let caster = self.coatings.caster(self.indices[slot] as usize);
+            if caster != Caster::Absent
+                && counts(&caster)
+                && let Some((t, u, v)) = line.meets(&self.triangles[slot])
+                && start < t
+                && t < end
+            {
+                let transmittance = caster.transmittance_at(u, v);
+                if transmittance == Vec3::ZERO {
+                    product = Vec3::ZERO;
+                    return f64::NEG_INFINITY;
+                }
+                if edges.is_new(t, u, v) {
+                    product *= transmittance;
+                }
+            }
+            far
+        });
+        product
     }
 
     /// Calls `leaf(slot, far)` for the triangles whose boxes meet the line
@@ -169,12 +307,13 @@ impl Tracer {
     /// Walks the hierarchy for shadows. `shadow_of_box` says which interval a
     /// box (centre and half extent) could hide, if any; `is_dark` whether an
     /// interval is hidden already, so that the box can be skipped; `leaf` takes
-    /// the triangles of the boxes that remain, larger intervals first.
+    /// the triangles of the boxes that remain, with their index in
+    /// [`Geometry::triangles`], larger intervals first.
     pub fn walk(
         &self,
         shadow_of_box: impl Fn(DVec3, DVec3) -> Option<(f64, f64)>,
         is_dark: impl Fn((f64, f64)) -> bool,
-        mut leaf: impl FnMut(&[Vec3; 3]),
+        mut leaf: impl FnMut(&[Vec3; 3], usize),
     ) {
         let enter = |index: usize| {
             let (min, max) = corners(&self.nodes[index]);
@@ -193,8 +332,12 @@ impl Tracer {
             let node = &self.nodes[index];
             let first = node.first_index as usize;
             if node.prim_count > 0 {
-                for triangle in &self.triangles[first..first + node.prim_count as usize] {
-                    leaf(triangle);
+                let slots = first..first + node.prim_count as usize;
+                for (triangle, &index) in self.triangles[slots.clone()]
+                    .iter()
+                    .zip(&self.indices[slots])
+                {
+                    leaf(triangle, index as usize);
                 }
                 continue;
             }
@@ -211,6 +354,29 @@ impl Tracer {
                 (None, None) => {}
             }
         }
+    }
+}
+
+/// Places where a line went through an edge of a triangle: what neighbours have
+/// in common counts once.
+#[derive(Debug, Default)]
+struct Edges(Vec<f64>);
+
+impl Edges {
+    /// Whether a hit is not that of a neighbour once more.
+    fn is_new(&mut self, t: f64, u: f64, v: f64) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        if u.min(v).min(1.0 - u - v) > ROUNDING {
+            return true;
+        }
+        let is_known = self
+            .0
+            .iter()
+            .any(|known| (known - t).abs() <= ROUNDING * t.abs());
+        if !is_known {
+            self.0.push(t);
+        }
+        !is_known
     }
 }
 
@@ -310,7 +476,8 @@ mod tests {
     use reference::random::Random;
 
     use super::*;
-    use crate::{Mesh, Scene};
+    use crate::{AlphaMode, Filter, Instance, Material, Mesh, Sampler, Scene, Texture, Wrap};
+    use glam::Vec2;
 
     fn geometry(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Geometry {
         let scene = Scene::from(Mesh {
@@ -393,5 +560,104 @@ mod tests {
             let found = tracer.closest_hit(&ray).map(|hit| hit.distance);
             assert_eq!(found, expected);
         }
+    }
+
+    /// The square of [`square`] and one at z = −4, of which the first is made of
+    /// `material`.
+    fn before_a_wall(material: Material) -> Geometry {
+        let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+        let mesh = |z: f32, material| Mesh {
+            positions: vec![
+                corner(-1.0, -1.0, z),
+                corner(1.0, -1.0, z),
+                corner(1.0, 1.0, z),
+                corner(-1.0, 1.0, z),
+            ],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            texture_coordinates: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
+            material,
+            ..Mesh::default()
+        };
+        let mut scene = Scene::from(mesh(-2.0, Some(0)));
+        scene.meshes.push(mesh(-4.0, None));
+        scene.instances.push(Instance {
+            mesh: 1,
+            ..Instance::default()
+        });
+        scene.materials.push(material);
+        Geometry::new(&scene).unwrap()
+    }
+
+    fn along_z(x: f32, y: f32) -> Ray {
+        Ray::new(Vec3::new(x, y, 0.0), Vec3::NEG_Z, f32::INFINITY).unwrap()
+    }
+
+    #[test]
+    fn rays_pass_the_holes_of_a_mask() {
+        // Opaque on the left half.
+        let texture = Texture::new(2, 1, vec![Vec3::ONE; 2]).unwrap();
+        let texture = texture.with_alpha(vec![1.0, 0.0]).unwrap();
+        let geometry = before_a_wall(Material {
+            base_color_texture: Some(texture.with_sampler(Sampler {
+                wrap: [Wrap::Clamp; 2],
+                filter: Filter::Linear,
+            })),
+            alpha: AlphaMode::Mask { cutoff: 0.5 },
+            ..Material::default()
+        });
+        let tracer = Tracer::new(&geometry);
+        for (x, distance, is_dark) in [(-0.01, 2.0, true), (0.01, 4.0, false)] {
+            for y in [-0.7, -0.01, 0.01, 0.4] {
+                let hit = tracer.closest_hit(&along_z(x, y)).unwrap();
+                assert_eq!(hit.distance, distance);
+                let origin = Vec3::new(x, y, 0.0);
+                assert_eq!(tracer.occluded(origin, Vec3::NEG_Z, 0.0, 3.0), is_dark);
+                let share = tracer.transmittance(origin, Vec3::NEG_Z, 0.0, 3.0);
+                assert_eq!(share, Vec3::splat(if is_dark { 0.0 } else { 1.0 }));
+                assert!(tracer.panes(&along_z(x, y)).is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn panes_are_seen_through_once_on_their_diagonal_too() {
+        let geometry = before_a_wall(Material {
+            opacity: 0.25,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        });
+        let tracer = Tracer::new(&geometry);
+        for (x, y) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.2), (-0.3, 0.9)] {
+            let ray = along_z(x, y);
+            assert_eq!(tracer.closest_hit(&ray).unwrap().distance, 4.0);
+            let panes = tracer.panes(&ray);
+            assert_eq!(panes.len(), 1, "{x} {y}");
+            assert_eq!(panes[0].hit.distance, 2.0);
+            assert_eq!(panes[0].transmittance, Vec3::splat(0.75));
+            let origin = Vec3::new(x, y, 0.0);
+            let share = |end| tracer.transmittance(origin, Vec3::NEG_Z, 0.0, end);
+            assert_eq!(share(3.0), Vec3::splat(0.75));
+            assert_eq!(share(5.0), Vec3::ZERO);
+            let glass = tracer.transmittance_of_panes(origin, Vec3::NEG_Z, 0.0, 5.0);
+            assert_eq!(glass, Vec3::splat(0.75));
+            assert!(!tracer.occluded(origin, Vec3::NEG_Z, 0.0, 3.0));
+        }
+    }
+
+    #[test]
+    fn clear_panes_are_as_if_they_were_not_there() {
+        let geometry = before_a_wall(Material {
+            opacity: 0.0,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        });
+        let tracer = Tracer::new(&geometry);
+        let ray = along_z(0.2, 0.3);
+        assert_eq!(tracer.closest_hit(&ray).unwrap().distance, 4.0);
+        assert!(tracer.panes(&ray).is_empty());
+        assert_eq!(
+            tracer.transmittance(ray.origin(), Vec3::NEG_Z, 0.0, 3.0),
+            Vec3::ONE
+        );
     }
 }

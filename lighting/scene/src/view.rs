@@ -1,8 +1,9 @@
 //! The rays of a picture, and what they meet.
 
+use glam::Vec3;
 use gpu_backend::Cpu;
 
-use crate::trace::{Hit, Tracer};
+use crate::trace::{Hit, Pane, Tracer};
 use crate::{Camera, Ray};
 
 /// Largest width and height of a picture.
@@ -16,13 +17,18 @@ pub struct SizeError {
     height: u32,
 }
 
-/// One ray per pixel, through its centre, up to the first surface.
+/// One ray per pixel, through its centre, up to the first surface through which
+/// nothing is seen.
 #[derive(Debug, Clone)]
 pub struct View {
     width: u32,
     height: u32,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
+    /// What lies before the hits, ray after ray.
+    panes: Vec<Pane>,
+    /// Where the panes of each ray end; empty if there are none.
+    ends: Vec<usize>,
 }
 
 impl View {
@@ -52,12 +58,21 @@ impl View {
                 None => (ray, None),
             }
         });
-        let (rays, hits) = traced.into_iter().unzip();
+        let (rays, hits): (Vec<Ray>, Vec<_>) = traced.into_iter().unzip();
+        let (mut panes, mut ends) = (Vec::new(), Vec::new());
+        if tracer.coatings().any_see_through() {
+            for of_ray in cpu.map(count, |pixel| tracer.panes(&rays[pixel])) {
+                panes.extend(of_ray);
+                ends.push(panes.len());
+            }
+        }
         Ok(Self {
             width,
             height,
             rays,
             hits,
+            panes,
+            ends,
         })
     }
 
@@ -79,5 +94,22 @@ impl View {
     /// What each ray ends on; `None` is the sky.
     pub fn hits(&self) -> &[Option<Hit>] {
         &self.hits
+    }
+
+    /// The surfaces that cover a part of what the ray of a pixel ends on, the
+    /// nearest first.
+    pub fn panes(&self, pixel: usize) -> &[Pane] {
+        let Some(&end) = self.ends.get(pixel) else {
+            return &[];
+        };
+        let start = pixel.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.panes[start..end]
+    }
+
+    /// The share of the light of what the ray of a pixel ends on that all panes
+    /// before it let through, per colour channel.
+    pub fn through_panes(&self, pixel: usize) -> Vec3 {
+        let panes = self.panes(pixel).iter();
+        panes.map(|pane| pane.transmittance).product()
     }
 }

@@ -42,6 +42,9 @@ pub(super) struct Tile {
     pub(super) index: u32,
     pub(super) far: f32,
     pub(super) near: f32,
+    pub(super) solid: u32,
+    pub(super) padding: u32,
+    pub(super) more_padding: UVec2,
 }
 
 impl Tile {
@@ -65,6 +68,9 @@ impl Tile {
             index,
             far,
             near: 1e-6 * far,
+            solid: 0,
+            padding: 0,
+            more_padding: UVec2::ZERO,
         }
     }
 
@@ -100,7 +106,9 @@ impl<E: Encode> RenderShadowMap for Gpu<E> {
         let mut depth = self.zeros(faces.len() * (resolution as usize).pow(2))?;
         let side = resolution.min(TILE);
         let target = Target::new(self.context(), side)?;
+        let solid = (casters.triangles().len() - casters.masked()) as u32;
         for tile in Tile::all(&faces, resolution, casters.corners()) {
+            let tile = Tile { solid, ..tile };
             target.render(self, &tile, casters)?;
             self.dispatch(
                 &Kernel {
@@ -184,6 +192,8 @@ impl Target {
         let arguments = [
             Argument::uniform(*tile),
             Argument::read(casters.triangles()),
+            Argument::read(&casters.masks().records),
+            Argument::read(&casters.masks().opacities),
         ];
         let context = gpu.context();
         let pipeline = context.cached(label, "crepuscular shadow map", |device| {

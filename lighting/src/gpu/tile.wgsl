@@ -15,4 +15,8 @@ struct Tile {
     far: f32,
     // Nothing closer than this casts a shadow.
     near: f32,
+    // Triangles before the first masked one.
+    solid: u32,
+    padding: u32,
+    more_padding: vec2<u32>,
 }

@@ -69,6 +69,9 @@ pub struct SourceAbout {
     pub is_sampled: bool,
     /// Whether it sees hair and smoke.
     pub sees_translucent: bool,
+    /// Whether see-through triangles hold back their share of the light in the air,
+    /// and of the air behind them as the eye sees it; else they are not there for it.
+    pub sees_panes: bool,
     /// See [`About::uses_shadow_map`].
     pub uses_shadow_map: bool,
 }
@@ -210,6 +213,17 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
                 ),
             }
             })
+            .and(|| {
+                let sees_all = !inputs.geometry.coatings().any_see_through()
+                    || self.sources.about().sees_panes
+                    || is_baseline;
+                match sees_all {
+                    true => Verdict::Applies,
+                    false => Verdict::Pointless(
+                        "it does not see what is see-through, which exact intervals do".into(),
+                    ),
+                }
+            })
     }
 
     fn distinct<'q>(
@@ -231,6 +245,14 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
         if !inputs.translucent.is_empty() && !self.sources.about().sees_translucent {
             notes.push(format!(
                 "hair and smoke cast no shadow into the air with {} visibility",
+                self.sources.about().name
+            ));
+        }
+        let has_panes = inputs.geometry.coatings().any_see_through();
+        if has_panes && !self.sources.about().sees_panes {
+            notes.push(format!(
+                "see-through surfaces neither shade the air nor dim what is behind them of it \
+                 with {} visibility",
                 self.sources.about().name
             ));
         }

@@ -3,6 +3,8 @@
 use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
+use super::Casters;
+use super::casters::Masked;
 use crate::scene::raster::{Face, Footprint, Rays};
 use crate::scene::{Emission, Emitter, Geometry};
 use crate::visibility::PointVisibility;
@@ -33,38 +35,6 @@ pub enum ShadowMapError {
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] Error),
-}
-
-/// Triangles that cast shadows, where a backend can render them.
-#[derive(Debug)]
-pub struct Casters<M: Memory> {
-    triangles: M::Buffer<[Vec3; 3]>,
-    corners: [Vec3; 2],
-}
-
-impl<M: Memory> Casters<M> {
-    /// Copies the triangles of a scene to a backend.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`] if they do not fit.
-    pub fn upload<B: Backend<Memory = M>>(backend: &B, geometry: &Geometry) -> Result<Self, Error> {
-        let bounds = geometry.bounds();
-        Ok(Self {
-            triangles: backend.upload(geometry.triangles())?,
-            corners: [bounds.min(), bounds.max()],
-        })
-    }
-
-    /// Two opposite corners of a box around all of them.
-    #[cfg(feature = "wgpu")]
-    pub(crate) fn corners(&self) -> [Vec3; 2] {
-        self.corners
-    }
-
-    /// The triangles, in the order of [`Geometry::triangles`].
-    pub fn triangles(&self) -> &M::Buffer<[Vec3; 3]> {
-        &self.triangles
-    }
 }
 
 /// The depth of the first blocker in every direction from a light.
@@ -286,14 +256,15 @@ impl RenderShadowMap for Cpu {
         emitter: &Emitter,
         resolution: u32,
     ) -> Result<ShadowMap<Host>, ShadowMapError> {
-        let faces = faces(casters.corners, emitter);
+        let faces = faces(casters.corners(), emitter);
         check_size(faces.len(), resolution)?;
         let mut depth = self.zeros::<f32>(faces.len() * (resolution as usize).pow(2))?;
         for (face, texels) in faces
             .iter()
             .zip(depth.chunks_exact_mut((resolution as usize).pow(2)))
         {
-            render_face(self, face, &casters.triangles, resolution, texels);
+            let (triangles, masked) = (casters.triangles(), casters.masks_on_host());
+            render_face(self, face, triangles, masked, resolution, texels);
         }
         Ok(ShadowMap {
             faces,
@@ -318,26 +289,34 @@ pub(crate) fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapE
     Ok(())
 }
 
-/// Nearest depth per texel. Bands of rows are independent of each other and
+/// Nearest depth per texel; the last of the triangles are `masked`, and count where
+/// they are there. Bands of rows are independent of each other and
 /// the minimum does not depend on order, so neither does the result on threads.
 pub(crate) fn render_face(
     cpu: &Cpu,
     face: &Face,
     triangles: &[[Vec3; 3]],
+    masked: &Masked,
     resolution: u32,
     texels: &mut [f32],
 ) {
     const CHUNK: usize = 4096;
-    let footprints: Vec<Vec<Footprint>> = cpu.map(triangles.len().div_ceil(CHUNK), |chunk| {
-        triangles[chunk * CHUNK..]
-            .iter()
-            .take(CHUNK)
-            .filter_map(|triangle| Footprint::new(face, triangle, resolution))
-            .collect()
-    });
+    let solid = triangles.len() - masked.len();
+    // Footprints, and which of the masked triangles they are of.
+    let footprints: Vec<Vec<(Footprint, Option<usize>)>> =
+        cpu.map(triangles.len().div_ceil(CHUNK), |chunk| {
+            (chunk * CHUNK..)
+                .zip(&triangles[chunk * CHUNK..])
+                .take(CHUNK)
+                .filter_map(|(index, triangle)| {
+                    let footprint = Footprint::new(face, triangle, resolution)?;
+                    Some((footprint, index.checked_sub(solid)))
+                })
+                .collect()
+        });
     let mut bands = vec![Vec::new(); resolution.div_ceil(BAND) as usize];
     for footprint in footprints.iter().flatten() {
-        let (first, end) = footprint.rows();
+        let (first, end) = footprint.0.rows();
         for band in &mut bands[(first / BAND) as usize..end.div_ceil(BAND) as usize] {
             band.push(footprint);
         }
@@ -347,10 +326,18 @@ pub(crate) fn render_face(
         chunk.fill(EMPTY);
         let first_row = (first / width) as u32;
         let end_row = first_row + (chunk.len() / width) as u32;
-        for footprint in &bands[(first_row / BAND) as usize] {
+        for (footprint, mask) in &bands[(first_row / BAND) as usize] {
             footprint.for_each(first_row, end_row, |x, y, depth| {
                 let texel = &mut chunk[(y - first_row) as usize * width + x as usize];
-                *texel = texel.min(depth);
+                let is_there = || {
+                    mask.is_none_or(|index| {
+                        let [u, v] = footprint.barycentric(x, y);
+                        masked.blocks(index, u, v)
+                    })
+                };
+                if depth < *texel && is_there() {
+                    *texel = depth;
+                }
             });
         }
     });
@@ -453,7 +440,9 @@ mod tests {
     use glam::Quat;
 
     use super::*;
-    use crate::scene::{Cone, Mesh, Scene};
+    use glam::Vec2;
+
+    use crate::scene::{AlphaMode, Cone, Instance, Material, Mesh, Scene, Texture};
 
     /// A square of side 2 in the plane z = −2 and a far larger one at z = −6.
     fn casters() -> Casters<Host> {
@@ -559,5 +548,96 @@ mod tests {
         }
         let error = cpu.shadow_map(&casters(), point, 65536).unwrap_err();
         assert!(error.to_string().contains("limit"), "{error}");
+    }
+
+    /// A card of side 2 at z = −2 with a pattern of holes, beside a pane of glass and
+    /// what casts no shadow.
+    fn card() -> Geometry {
+        let square = |shift: f32, z: f32| {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| Vec3::new(x + shift, y, z))
+        };
+        let mesh = |shift, z, material| Mesh {
+            positions: square(shift, z).to_vec(),
+            texture_coordinates: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            material: Some(material),
+            ..Mesh::default()
+        };
+        let mut random = reference::random::Random::new(2);
+        let alpha = (0..16).map(|_| random.unit()).collect();
+        let texture = Texture::new(4, 4, vec![Vec3::ONE; 16]).unwrap();
+        let texture = texture.with_alpha(alpha).unwrap();
+        let mut scene = Scene {
+            meshes: vec![mesh(0.0, -2.0, 0), mesh(0.5, -1.5, 1), mesh(-0.5, -1.0, 2)],
+            materials: vec![
+                Material {
+                    base_color_texture: Some(texture),
+                    alpha: AlphaMode::Mask { cutoff: 0.5 },
+                    ..Material::default()
+                },
+                Material {
+                    transmission: 0.5,
+                    ..Material::default()
+                },
+                Material::default(),
+            ],
+            ..Scene::default()
+        };
+        scene.instances = (0..3)
+            .map(|mesh| Instance {
+                mesh,
+                no_shadow: mesh == 2,
+                ..Instance::default()
+            })
+            .collect();
+        Geometry::new(&scene).unwrap()
+    }
+
+    #[test]
+    fn texels_see_through_the_holes_of_a_mask() {
+        let cpu = Cpu::new();
+        let geometry = card();
+        let casters = Casters::upload(&cpu, &geometry).unwrap();
+        assert_eq!((casters.triangles().len(), casters.masked()), (2, 2));
+        for light in lights() {
+            let map = cpu.shadow_map(&casters, &light, 64).unwrap();
+            let mut seen = [0; 2];
+            for (index, face) in map.faces().iter().enumerate() {
+                for texel in 0..64 * 64 {
+                    let (x, y) = ((texel % 64) as f32, (texel / 64) as f32);
+                    let across = (x + 0.5) / 32.0 - 1.0;
+                    let upward = 1.0 - (y + 0.5) / 32.0;
+                    let (origin, direction) = match face.rays {
+                        Rays::Parallel {
+                            half_width,
+                            half_height,
+                        } => {
+                            let start =
+                                across * half_width * face.right + upward * half_height * face.up;
+                            (face.origin + start, face.forward)
+                        }
+                        Rays::Central { tan } => {
+                            let aside = across * face.right + upward * face.up;
+                            (face.origin, face.forward + tan * aside)
+                        }
+                    };
+                    let line = crate::scene::trace::Line::new(origin, direction);
+                    let hit = |i: usize| line.meets(&geometry.triangles()[i]);
+                    let holds = (0..2).find_map(|i| {
+                        let (t, u, v) = hit(i)?;
+                        let is_there = geometry.caster(i).transmittance_at(u, v) == Vec3::ZERO;
+                        (t > 0.0 && is_there).then_some(t)
+                    });
+                    let depth = map.depth()[index * 64 * 64 + texel];
+                    seen[usize::from(holds.is_some())] += 1;
+                    match holds {
+                        None => assert_eq!(depth, EMPTY, "{light:?} {x} {y}"),
+                        Some(t) => assert!((f64::from(depth) - t).abs() < 1e-4, "{depth} {t}"),
+                    }
+                }
+            }
+            assert!(seen[0] > 100 && seen[1] > 100, "{seen:?}");
+        }
     }
 }

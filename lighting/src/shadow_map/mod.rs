@@ -12,12 +12,18 @@
 //! Lookups take the nearest texel and compare without a bias: points in the
 //! air have no surface of their own to be shadowed by.
 
+mod casters;
 mod map;
+#[cfg(feature = "wgpu")]
+mod masks;
 
+pub use casters::Casters;
+#[cfg(any(feature = "shadow-dag", feature = "translucent"))]
+pub(crate) use casters::Masked;
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;
 #[cfg(any(feature = "shadow-dag", feature = "translucent", feature = "wgpu"))]
 pub(crate) use map::faces;
-pub use map::{Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
+pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 #[cfg(feature = "translucent")]
 pub(crate) use map::{locate, render_face};

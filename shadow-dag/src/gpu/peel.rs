@@ -122,9 +122,13 @@ impl<'a> PeeledMesh<'a> {
     /// Copies the triangles of a mesh, 64 bytes each, to a GPU.
     ///
     /// # Errors
+    /// [`Error::Holes`] for a mesh that [has any](Mesh::has_holes);
     /// [`gpu_backend::Error::TooLarge`] if it cannot bind so many: two million
     /// with the default limits of WebGPU.
     pub fn new(gpu: &'a Gpu<Queued>, mesh: &'a Mesh) -> Result<Self, Error> {
+        if mesh.has_holes() {
+            return Err(Error::Holes);
+        }
         let records: Vec<_> = mesh.triangles.iter().map(TriangleRecord::new).collect();
         Ok(Self {
             gpu,

@@ -44,8 +44,13 @@ fn key(position: &Vec3) -> [u32; 3] {
 
 impl Components {
     /// Vertices at the same position count as one. A part is closed if all of
-    /// its edges have as many triangles on one side as on the other.
-    pub(crate) fn new(positions: &[Vec3], indices: &[[u32; 3]]) -> Self {
+    /// its edges have as many triangles on one side as on the other, and none of
+    /// its triangles has holes.
+    pub(crate) fn new(
+        positions: &[Vec3],
+        indices: &[[u32; 3]],
+        has_holes: impl Fn(usize) -> bool,
+    ) -> Self {
         let mut at = HashMap::with_capacity(positions.len());
         let same: Vec<u32> = (0..)
             .zip(positions)
@@ -77,6 +82,11 @@ impl Components {
             }
         }
         drop(edges);
+        for (triangle, corners) in indices.iter().enumerate() {
+            if has_holes(triangle) {
+                open[sets.find(same[corners[0] as usize]) as usize] = true;
+            }
+        }
 
         // Six times the volume, from a corner of the part so that no digits
         // are lost to its distance from the origin.

@@ -7,6 +7,7 @@
 mod clip;
 mod closed;
 mod footprint;
+mod holes;
 mod surfaces;
 mod texels;
 mod triangle;
@@ -20,6 +21,8 @@ use crate::rule::Tile;
 use crate::{Error, LightSpace, Resolution};
 use footprint::Part;
 pub(crate) use footprint::Scratch;
+pub use holes::Holes;
+use holes::Masks;
 pub use surfaces::Surfaces;
 #[cfg(feature = "wgpu")]
 pub(crate) use triangle::Kind;
@@ -37,6 +40,8 @@ pub struct Mesh {
     pub(crate) triangles: Vec<Triangle>,
     /// Numbers of the triangles over each bin, row by row.
     bins: Vec<Vec<u32>>,
+    /// Of triangles with holes, if there are any.
+    masks: Option<Masks>,
     watertightness: Watertightness,
     /// Of what it was made of.
     identity: Identity,
@@ -85,9 +90,21 @@ impl Mesh {
             .collect();
         let setup = triangle::Setup::new(&light);
         let mut triangles = Vec::with_capacity(surfaces.indices.len());
-        for (corners, closed) in surfaces.indices.iter().zip(&surfaces.closed) {
+        let holes = surfaces.holes.as_ref();
+        let mut masks = holes.map(|(_, holes)| Masks::new(holes.clone()));
+        for (index, corners) in surfaces.indices.iter().enumerate() {
             let corners = corners.map(|corner| points[corner as usize]);
-            setup.triangles(corners, *closed, &mut triangles);
+            let before = triangles.len();
+            setup.triangles(corners, surfaces.closed[index], &mut triangles);
+            if let Some((has_holes, _)) = holes
+                && let Some(masks) = &mut masks
+                && has_holes[index]
+            {
+                let mask = masks.push(index as u32, corners);
+                for part in &mut triangles[before..] {
+                    part.cover(mask);
+                }
+            }
         }
         let mut bins = vec![Vec::new(); (BINS * BINS) as usize];
         for (number, triangle) in (0..).zip(&triangles) {
@@ -104,14 +121,27 @@ impl Mesh {
                 }
             }
         }
+        let mut identity = Identity::of_triangles(&light, positions, &surfaces.indices);
+        if let Some((has_holes, holes)) = holes {
+            for &has_holes in has_holes {
+                identity = identity.with(u64::from(has_holes));
+            }
+            holes.describe(&mut |word| identity = identity.with(word));
+        }
         Self {
             resolution,
             light,
             triangles,
             bins,
+            masks,
             watertightness: surfaces.watertightness(),
-            identity: Identity::of_triangles(&light, positions, &surfaces.indices),
+            identity,
         }
+    }
+
+    /// True if light passes through holes of some triangles.
+    pub fn has_holes(&self) -> bool {
+        self.masks.is_some()
     }
 
     /// The same mesh and light for a grid of another resolution.

@@ -1,11 +1,12 @@
 //! Triangles before any light looks at them.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::closed::Components;
-use super::{Mesh, Watertightness};
+use super::{Holes, Mesh, Watertightness};
 use crate::{Error, LightSpace, Resolution};
 
 /// The triangles of a scene as shadow casters: checked once, and sorted into
@@ -26,6 +27,8 @@ pub struct Surfaces<'a> {
     pub(crate) indices: Cow<'a, [[u32; 3]]>,
     /// Whether each triangle belongs to a solid.
     pub(super) closed: Vec<bool>,
+    /// Whether each triangle has holes, and where; `None` if none has.
+    pub(super) holes: Option<(Vec<bool>, Arc<dyn Holes>)>,
     watertightness: Watertightness,
 }
 
@@ -68,13 +71,39 @@ impl<'a> Surfaces<'a> {
         let Components {
             closed,
             watertightness,
-        } = Components::new(points, &indices);
+        } = Components::new(points, &indices, |_| false);
         Ok(Self {
             positions,
             indices,
             closed,
+            holes: None,
             watertightness,
         })
+    }
+
+    /// The same with holes in some triangles, by their numbers; numbers that no
+    /// triangle has are without effect. Light passes where the ray
+    /// through the centre of a texel meets a hole. A part with such a triangle
+    /// encloses nothing: all of it casts its shadow as an open surface.
+    #[must_use]
+    pub fn with_holes(self, triangles: &[u32], holes: Arc<dyn Holes>) -> Self {
+        let mut has_holes = vec![false; self.indices.len()];
+        for &triangle in triangles {
+            if let Some(has_holes) = has_holes.get_mut(triangle as usize) {
+                *has_holes = true;
+            }
+        }
+        let points: &[Vec3] = bytemuck::cast_slice(&self.positions);
+        let Components {
+            closed,
+            watertightness,
+        } = Components::new(points, &self.indices, |triangle| has_holes[triangle]);
+        Self {
+            closed,
+            holes: Some((has_holes, holes)),
+            watertightness,
+            ..self
+        }
     }
 
     /// How much of them encloses something.

@@ -1,6 +1,7 @@
 //! Where the rays of single texels enter and leave solids.
 
-use super::triangle::{Kind, Triangle};
+use super::Mesh;
+use super::triangle::Kind;
 use crate::rule::Tile;
 
 /// A surface under a texel.
@@ -29,17 +30,18 @@ pub(crate) struct Texels {
 }
 
 impl Texels {
-    /// Writes the slices of 8×8 texels under the triangles of `list`. `slice`
+    /// Writes the slices of 8×8 texels under the triangles of `list` of a mesh. `slice`
     /// turns a depth into a slice and must not fall; `none` stands for nothing.
     pub(crate) fn resolve(
         &mut self,
-        triangles: &[Triangle],
+        mesh: &Mesh,
         list: &[u32],
         Centres { first, step }: Centres,
         slice: impl Fn(f64) -> u32,
         none: u32,
         tile: &mut Tile,
     ) {
+        let (triangles, masks) = (&mesh.triangles, mesh.masks.as_ref());
         self.covers.clear();
         let numbers = list.iter().map(|&number| number as usize);
         self.covers.extend(
@@ -56,6 +58,11 @@ impl Texels {
             for &(covered, number) in &self.covers {
                 if covered >> texel & 1 == 1 {
                     let triangle = &triangles[number];
+                    if let Some(mask) = triangle.mask()
+                        && masks.is_some_and(|masks| masks.is_hole(mask, at))
+                    {
+                        continue;
+                    }
                     let depth = triangle.depth(at);
                     let nearer = match triangle.kind {
                         Kind::Front => triangle.touch(depth),

@@ -39,7 +39,12 @@ pub(crate) struct Triangle {
     /// Seen from its edge: no sample is in it, but it is in the way, at all
     /// of its depths.
     thin: bool,
+    /// Its number among those with holes, or [`WHOLE`].
+    mask: u32,
 }
+
+/// The mask of a triangle without holes.
+const WHOLE: u32 = u32::MAX;
 
 /// Rounding errors of a depth, relative to the sum of the sizes of its three
 /// terms: three products and sums lose half a unit in the last place each.
@@ -52,6 +57,16 @@ impl Triangle {
             [0, 1].map(|i| a[i].min(b[i]).min(c[i])),
             [0, 1].map(|i| a[i].max(b[i]).max(c[i])),
         ]
+    }
+
+    /// Gives it the holes of this number.
+    pub(crate) fn cover(&mut self, mask: u32) {
+        self.mask = mask;
+    }
+
+    /// The number of its holes, if it has any.
+    pub(crate) fn mask(&self) -> Option<u32> {
+        (self.mask != WHOLE).then_some(self.mask)
     }
 
     /// Corners, the area at their left side or zero.
@@ -141,11 +156,12 @@ impl Triangle {
     }
 
     /// True if all samples of the box from `low` to `high` belong to the
-    /// triangle.
+    /// triangle, for sure.
     pub(crate) fn fills(&self, low: [i32; 2], high: [i32; 2]) -> bool {
-        [low, [high[0], low[1]], [low[0], high[1]], high]
-            .into_iter()
-            .all(|corner| self.covers(corner))
+        self.mask == WHOLE
+            && [low, [high[0], low[1]], [low[0], high[1]], high]
+                .into_iter()
+                .all(|corner| self.covers(corner))
     }
 
     /// By how much depths grow per step along x and y, and a bound of how far
@@ -277,6 +293,7 @@ impl Setup {
                 depths[0].max(depths[1]).max(depths[2]),
             ],
             thin,
+            mask: WHOLE,
         })
     }
 }

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use glam::dcamera::rh::view::look_at_mat4;
 use glam::{DMat4, DQuat, DVec3, IVec3, UVec2, Vec3};
 use gpu_backend::Cpu;
@@ -5,8 +7,8 @@ use proptest::prelude::*;
 
 use super::build::no_two_equal;
 use crate::{
-    Builder, DepthSource, Error, LightSpace, Mesh, Resolution, Rule, ShadowDag, TileRect,
-    Watertightness,
+    Builder, DepthSource, Error, Holes, LightSpace, Mesh, Resolution, Rule, ShadowDag, Surfaces,
+    TileRect, Watertightness,
 };
 
 /// A turned box.
@@ -448,4 +450,72 @@ fn triangles_in_any_part_of_a_texel_count_where_texels_are_large() {
     assert!(map.iter().all(|[enter, _]| *enter == 0), "{map:?}");
     let baked = Builder::new().bake(&Cpu::new(), &mesh).unwrap();
     between(&baked, &map).unwrap();
+}
+
+/// Holes where the weight of the first corner is less than this.
+#[derive(Debug)]
+struct Beyond(f64);
+
+impl Holes for Beyond {
+    fn is_hole(&self, _: u32, u: f64, v: f64) -> bool {
+        1.0 - u - v < self.0
+    }
+
+    fn describe(&self, word: &mut dyn FnMut(u64)) {
+        word(self.0.to_bits());
+    }
+}
+
+#[test]
+fn a_triangle_with_a_hole_is_the_triangle_that_is_left_of_it() {
+    let resolution = Resolution::new(128).unwrap();
+    let [a, b, c] = [
+        Vec3::new(0.05, 0.4, 0.1),
+        Vec3::new(-0.4, -0.5, 0.0),
+        Vec3::new(0.5, -0.3, 0.3),
+    ];
+    let corners = |points: [Vec3; 3]| points.map(|point| point.to_array()).to_vec();
+    for light in lights() {
+        let whole = Surfaces::new(corners([a, b, c]), vec![[0, 1, 2]]).unwrap();
+        let masked = |share| whole.clone().with_holes(&[0], Arc::new(Beyond(share)));
+        let half = masked(0.5).seen_from(light, resolution);
+        assert!(half.has_holes());
+        let left = corners([a, 0.5 * (a + b), 0.5 * (a + c)]);
+        let left = Mesh::new(resolution, light, &left, &[[0, 1, 2]]).unwrap();
+        let (found, expected) = (map(&half), map(&left));
+        let apart = |(a, b): (&[u32; 2], &[u32; 2])| a[0].abs_diff(b[0]) > 1;
+        let others = found
+            .iter()
+            .zip(&expected)
+            .filter(|pair| apart(*pair))
+            .count();
+        // Corners are snapped: texels on the rim may be on either side.
+        assert!(others <= 2, "{others}");
+        let baked = Builder::new().bake(&Cpu::new(), &half).unwrap();
+        between(&baked, &found).unwrap();
+        // Another hole is another bake.
+        let other = masked(0.4).seen_from(light, resolution);
+        assert_ne!(half.identity(), other.identity());
+        assert_ne!(
+            half.identity(),
+            whole.seen_from(light, resolution).identity()
+        );
+    }
+}
+
+#[test]
+fn a_solid_with_a_hole_encloses_nothing() {
+    let soup = Soup::of(&[Solid {
+        centre: DVec3::ZERO,
+        half: DVec3::splat(0.2),
+        turn: DQuat::IDENTITY,
+    }]);
+    let surfaces = Surfaces::new(bytemuck::cast_slice(&soup.positions), &soup.indices[..]).unwrap();
+    assert!(surfaces.watertightness().is_closed());
+    let holes = Arc::new(Beyond(0.5));
+    let masked = surfaces.with_holes(&[3, 1000], holes).watertightness();
+    assert_eq!(
+        (masked.parts, masked.open_parts, masked.open_edges),
+        (1, 1, 0)
+    );
 }

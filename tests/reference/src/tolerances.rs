@@ -27,6 +27,8 @@ pub enum Allowed {
     Evaluator,
     /// An image by exact intervals and quadrature, and the reference.
     ExactImage,
+    /// The same behind a film whose opacity varies.
+    ExactFilm,
     /// Order of convergence expected of a march minus the measured one.
     Order,
     /// The radiance of a ray on the GPU and on the CPU, given the same map.
@@ -187,6 +189,14 @@ pub const TABLE: &[Tolerance] = &[
         error: 1e-5,
         derivation: "Root mean square relative to the mean radiance. 512 nodes: 512^-2 = 4e-6 at \
             the kinks of cones; f32 ends of intervals and f32 sums: 1e-6 of a pixel.",
+    },
+    Tolerance {
+        what: Allowed::ExactFilm,
+        error: 1e-3,
+        derivation: "Root mean square relative to the mean radiance. The transmittance varies by \
+            1/64 over a part, which has its mean: off by 1/128 at the ends, with either sign, and \
+            by half of that in the mean of one part. A ray crosses some 16 parts: 1/256 / 4 \
+            = 1e-3. The oracle's parts are a thousandth of a ray: less.",
     },
     Tolerance {
         what: Allowed::Order,

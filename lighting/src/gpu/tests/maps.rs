@@ -1,12 +1,12 @@
 //! Shadow maps of the GPU against those of the CPU, and whole pictures.
 
-use gpu_backend::gpu::Gpu;
+use gpu_backend::gpu::{Gpu, Queued};
 use gpu_backend::{Backend, Buffer, Cpu, Download, Memory, testing};
 use reference::tolerances::Allowed;
 
-use super::scenes::{casters, lights, media, rays};
+use super::scenes::{casters, lights, masked_casters, media, rays};
 use crate::airlight::EquiAngular;
-use crate::scene::Medium;
+use crate::scene::{Geometry, Medium};
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, ShadowMapError};
 use crate::visibility::{March, Spacing};
 use crate::{Emitter, Gather, LitRays, Ray};
@@ -31,9 +31,14 @@ fn on_an_edge(depth: &[f32], resolution: u32) -> usize {
 fn shadow_maps_of_both_backends_agree_but_for_texels_on_an_edge() {
     let Some(gpu) = testing::gpu() else { return };
     let cpu = Cpu::new();
-    let geometry = casters();
-    let here = Casters::upload(&cpu, &geometry).unwrap();
-    let there = Casters::upload(&gpu, &geometry).unwrap();
+    for geometry in [casters(), masked_casters()] {
+        agree(&cpu, &gpu, &geometry);
+    }
+}
+
+fn agree(cpu: &Cpu, gpu: &Gpu<Queued>, geometry: &Geometry) {
+    let here = Casters::upload(cpu, geometry).unwrap();
+    let there = Casters::upload(gpu, geometry).unwrap();
     for (name, light) in lights() {
         let mut resolutions = vec![1, 7, 64, 200];
         if let Emitter::Directional(_) = light {

@@ -251,7 +251,10 @@ fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {
                 resolution,
                 index,
                 far,
-                near
+                near,
+                solid,
+                padding,
+                more_padding
             }
         );
     }

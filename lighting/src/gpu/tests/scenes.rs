@@ -1,9 +1,12 @@
 //! Lights, media, rays and casters of every kind.
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use reference::random::Random;
 
-use crate::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene, Texture};
+use crate::scene::{
+    AlphaMode, Bounds, Cone, Emission, Filter, Geometry, Instance, Material, Medium, Mesh,
+    PhaseFunction, Sampler, Scene, Texture, Wrap,
+};
 use crate::{Emitter, Ray};
 
 const LIGHT: Vec3 = Vec3::new(1.0, 2.0, -4.0);
@@ -143,5 +146,55 @@ pub(super) fn casters() -> Geometry {
         ..Mesh::default()
     };
     let scene = Scene::from(mesh);
+    Geometry::new(&scene).unwrap()
+}
+
+/// The same triangles, of which every other is masked and every fifth see-through.
+pub(super) fn masked_casters() -> Geometry {
+    let solid = casters();
+    let mut random = Random::new(98);
+    let alpha = (0..64).map(|_| random.unit()).collect();
+    let texture = Texture::new(8, 8, vec![Vec3::ONE; 64]).unwrap();
+    let texture = texture.with_alpha(alpha).unwrap();
+    let masks = [
+        (Wrap::Repeat, Filter::Linear),
+        (Wrap::Mirror, Filter::Linear),
+        (Wrap::Clamp, Filter::Nearest),
+        (Wrap::Repeat, Filter::Nearest),
+    ];
+    let mask = |(wrap, filter): (Wrap, Filter)| Material {
+        base_color_texture: Some(texture.clone().with_sampler(Sampler {
+            wrap: [wrap; 2],
+            filter,
+        })),
+        alpha: AlphaMode::Mask { cutoff: 0.5 },
+        ..Material::default()
+    };
+    let mut scene = Scene {
+        materials: masks.map(mask).to_vec(),
+        ..Scene::default()
+    };
+    scene.materials.push(Material {
+        transmission: 0.5,
+        ..Material::default()
+    });
+    for (index, corners) in solid.triangles().iter().enumerate() {
+        let mut coordinate = || 4.0 * Vec2::new(random.unit(), random.unit()) - 2.0;
+        scene.meshes.push(Mesh {
+            positions: corners.to_vec(),
+            texture_coordinates: vec![coordinate(), coordinate(), coordinate()],
+            triangles: vec![[0, 1, 2]],
+            material: match index {
+                _ if index % 5 == 0 => Some(4),
+                _ if index % 2 == 0 => Some(index / 2 % 4),
+                _ => None,
+            },
+            ..Mesh::default()
+        });
+        scene.instances.push(Instance {
+            mesh: index,
+            ..Instance::default()
+        });
+    }
     Geometry::new(&scene).unwrap()
 }

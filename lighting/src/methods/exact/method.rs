@@ -26,6 +26,7 @@ impl LightSources for Traced {
             touching: Touching::Apart,
             is_sampled: false,
             sees_translucent: false,
+            sees_panes: true,
             uses_shadow_map: false,
         }
     }

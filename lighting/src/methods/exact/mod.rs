@@ -1,5 +1,7 @@
 //! Lit intervals whose ends are computed, not sampled.
 
+#[cfg(test)]
+mod caster_tests;
 #[cfg(feature = "methods")]
 mod method;
 
@@ -9,10 +11,11 @@ pub(super) use method::methods;
 use std::borrow::Borrow;
 use std::cell::RefCell;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
+use crate::scene::Caster;
 use crate::scene::trace::{Line, Tracer};
-use crate::visibility::{LitInterval, VisibilitySource};
+use crate::visibility::{LitInterval, Share, VisibilitySource};
 use crate::{Emitter, Interval, LightPath};
 
 /// Computes the lit intervals of a ray from the triangles of the scene.
@@ -24,10 +27,21 @@ use crate::{Emitter, Interval, LightPath};
 /// shadow. All of it is computed in f64, so ends are right to the rounding of
 /// an f32 distance.
 ///
+/// Where a triangle is masked, the segment is walked texel by texel and shadows
+/// what its covered parts do, with ends as exact. A see-through triangle
+/// multiplies the share of the light behind each part of its segment by what
+/// passes there, as [`Coating::along`] cuts it. What is see-through between the
+/// eye and a part of the ray multiplies the share of that part as well: the eye is
+/// the origin of the ray. Triangles that cast no shadow are left out, except before the eye.
+///
 /// Cost: one walk of the hierarchy per ray, along the whole planar triangle;
 /// it grows with the number of blockers, not with a number of samples. Parts of
 /// the hierarchy whose whole shadow is already known to be dark are skipped. A
 /// triangle whose plane contains the light is seen edge-on and blocks nothing.
+/// Masks and see-through triangles cost in proportion to the texels that the
+/// plane crosses.
+///
+/// [`Coating::along`]: crate::scene::Coating::along
 #[derive(Debug, Clone, Copy)]
 pub struct Exact<T> {
     tracer: T,
@@ -41,22 +55,52 @@ impl<T: Borrow<Tracer>> Exact<T> {
 
     fn shadow(&self, path: &LightPath<'_>) -> Shadow {
         let mut shadow = Shadow::new(path.span());
+        let tracer = self.tracer.borrow();
+        let coatings = tracer.coatings();
+        for pane in tracer.panes(path.ray()) {
+            let from = f64::from(pane.hit.distance);
+            shadow.filter(from, f64::INFINITY, pane.transmittance);
+        }
         let Some(plane) = Plane::new(path) else {
             self.collinear(path, &mut shadow);
             return shadow;
         };
         // The closures of the walk share the shadow found so far.
         let shadow = RefCell::new(shadow);
-        self.tracer.borrow().walk(
+        tracer.walk(
             |centre, half| {
                 let (a, b) = plane.shadow_of_box(centre, half)?;
                 shadow.borrow().clip(a, b)
             },
             |(a, b)| shadow.borrow().covers(a, b),
-            |triangle| {
-                if let Some((a, b)) = plane.shadow_of_triangle(triangle) {
-                    shadow.borrow_mut().insert(a, b);
+            |triangle, index| match coatings.caster(index) {
+                Caster::Solid => {
+                    if let Some((a, b)) = plane.shadow_of_triangle(triangle) {
+                        shadow.borrow_mut().insert(a, b);
+                    }
                 }
+                Caster::Masked(coating) | Caster::SeeThrough(coating) => {
+                    let Some([p, q]) = plane.cut(triangle) else {
+                        return;
+                    };
+                    let at = |t: f64| {
+                        let (p, q) = (p.in_plane, q.in_plane);
+                        (p.0 + t * (q.0 - p.0), p.1 + t * (q.1 - p.1))
+                    };
+                    let mut shadow = shadow.borrow_mut();
+                    let whole = plane.project(p.in_plane, q.in_plane);
+                    if whole.is_none_or(|(a, b)| shadow.clip(a, b).is_none()) {
+                        return;
+                    }
+                    coating.along(p.in_triangle, q.in_triangle, |part| {
+                        if part.transmittance != Vec3::ONE
+                            && let Some((a, b)) = plane.project(at(part.from), at(part.to))
+                        {
+                            shadow.filter(a, b, part.transmittance);
+                        }
+                    });
+                }
+                _ => {}
             },
         );
         shadow.into_inner()
@@ -78,17 +122,32 @@ impl<T: Borrow<Tracer>> Exact<T> {
             }
         };
         let everything = (f64::NEG_INFINITY, f64::INFINITY);
-        self.tracer.borrow().walk(
+        let tracer = self.tracer.borrow();
+        let mut met = Vec::new();
+        tracer.walk(
             |centre, half| line.touches(centre, half).then_some(everything),
             |_| false,
-            |triangle| {
-                if let Some((t, _, _)) = line.meets(triangle) {
+            |triangle, index| {
+                let caster = tracer.coatings().caster(index);
+                if caster != Caster::Absent
+                    && let Some((t, u, v)) = line.meets(triangle)
+                {
+                    let transmittance = caster.transmittance_at(u, v);
+                    // Neighbours meet the line in their common edge: once is enough.
+                    let is_on_edge = u.min(v).min(1.0 - u - v) <= 1e-9;
+                    if is_on_edge && transmittance != Vec3::ZERO {
+                        let is_known = |known: &f64| (known - t).abs() <= 1e-9 * t.abs();
+                        if met.iter().any(is_known) {
+                            return;
+                        }
+                        met.push(t);
+                    }
                     // What is on the far side of the blocker, as the light
                     // sees it, is dark.
                     if t < light {
-                        shadow.insert(f64::NEG_INFINITY, t);
+                        shadow.filter(f64::NEG_INFINITY, t, transmittance);
                     } else {
-                        shadow.insert(t, f64::INFINITY);
+                        shadow.filter(t, f64::INFINITY, transmittance);
                     }
                 }
             },
@@ -97,29 +156,102 @@ impl<T: Borrow<Tracer>> Exact<T> {
 }
 
 impl<T: Borrow<Tracer> + Sync> VisibilitySource for Exact<T> {
-    type Share = f32;
+    type Share = Vec3;
 
-    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<Vec3>>) {
         let Interval { start, end } = path.span();
-        let mut lit_from = start;
-        for (a, b) in self.shadow(path).intervals {
-            let dark_from = (a as f32).min(end);
-            if lit_from < dark_from {
-                lit.push(LitInterval::unshadowed(lit_from, dark_from));
+        let Shadow {
+            intervals, filters, ..
+        } = self.shadow(path);
+        let mut filters = Filters::new(filters);
+        let mut put = |start: f32, end: f32| {
+            if start < end {
+                filters.split(start, end, lit);
             }
+        };
+        let mut lit_from = start;
+        for (a, b) in intervals {
+            let dark_from = (a as f32).min(end);
+            put(lit_from, dark_from);
             lit_from = lit_from.max(b as f32);
         }
-        if lit_from < end {
-            lit.push(LitInterval::unshadowed(lit_from, end));
+        put(lit_from, end);
+    }
+}
+
+/// A part of the ray's line behind something see-through.
+#[derive(Debug, Clone, Copy)]
+struct Filter {
+    start: f32,
+    end: f32,
+    transmittance: Vec3,
+}
+
+/// Filters that are passed in order.
+struct Filters {
+    /// By their starts.
+    all: Vec<Filter>,
+    /// Starts and ends of all, in order.
+    changes: Vec<f32>,
+    /// Changes that lie behind.
+    passed: usize,
+    /// How many of them have begun.
+    begun: usize,
+    /// Those that have begun and not yet ended.
+    active: Vec<Filter>,
+}
+
+impl Filters {
+    fn new(mut all: Vec<Filter>) -> Self {
+        all.sort_by(|a, b| a.start.total_cmp(&b.start));
+        let mut changes: Vec<f32> = all.iter().flat_map(|f| [f.start, f.end]).collect();
+        changes.sort_unstable_by(f32::total_cmp);
+        changes.dedup();
+        Self {
+            all,
+            changes,
+            passed: 0,
+            begun: 0,
+            active: Vec::new(),
+        }
+    }
+
+    /// Appends the part from `start` to `end`, cut where filters begin and end;
+    /// calls must come in order.
+    fn split(&mut self, start: f32, end: f32, lit: &mut Vec<LitInterval<Vec3>>) {
+        let mut from = start;
+        while from < end {
+            while self.changes.get(self.passed).is_some_and(|at| *at <= from) {
+                self.passed += 1;
+            }
+            let to = self.changes.get(self.passed).map_or(end, |at| at.min(end));
+            while let Some(next) = self.all.get(self.begun)
+                && next.start <= from
+            {
+                self.active.push(*next);
+                self.begun += 1;
+            }
+            self.active.retain(|filter| from < filter.end);
+            let shares = self.active.iter().map(|filter| filter.transmittance);
+            let visibility: Vec3 = shares.product();
+            if !visibility.is_dark() {
+                lit.push(LitInterval {
+                    interval: Interval::new(from, to),
+                    visibility,
+                });
+            }
+            from = to;
         }
     }
 }
 
-/// The dark part of a span: intervals in order that do not touch.
+/// The dark part of a span, intervals in order that do not touch, and what is
+/// seen through something.
 struct Shadow {
     start: f64,
     end: f64,
     intervals: Vec<(f64, f64)>,
+    filters: Vec<Filter>,
 }
 
 impl Shadow {
@@ -128,6 +260,25 @@ impl Shadow {
             start: f64::from(span.start),
             end: f64::from(span.end),
             intervals: Vec::new(),
+            filters: Vec::new(),
+        }
+    }
+
+    /// Takes away from `[a, b]` what does not pass.
+    fn filter(&mut self, a: f64, b: f64, transmittance: Vec3) {
+        if transmittance.is_dark() {
+            self.insert(a, b);
+        } else if transmittance != Vec3::ONE
+            && let Some((a, b)) = self.clip(a, b)
+        {
+            let (start, end) = (a as f32, b as f32);
+            if start < end {
+                self.filters.push(Filter {
+                    start,
+                    end,
+                    transmittance,
+                });
+            }
         }
     }
 
@@ -168,6 +319,18 @@ struct Plane {
     up: DVec3,
     light: PlaneLight,
 }
+
+/// An end of the segment in which a triangle cuts a plane.
+#[derive(Debug, Clone, Copy, Default)]
+struct End {
+    /// Along `u` and `v`.
+    in_plane: (f64, f64),
+    /// Barycentric coordinates of the second and the third corner.
+    in_triangle: DVec2,
+}
+
+/// Those of the corners themselves.
+const BARYCENTRIC: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::Y];
 
 enum PlaneLight {
     /// At (foot, h).
@@ -252,23 +415,34 @@ impl Plane {
 
     /// The interval of the ray's line that the triangle hides from the light.
     fn shadow_of_triangle(&self, triangle: &[Vec3; 3]) -> Option<(f64, f64)> {
+        let [a, b] = self.cut(triangle)?;
+        self.project(a.in_plane, b.in_plane)
+    }
+
+    /// The ends of the segment in which the triangle cuts the plane.
+    #[inline]
+    fn cut(&self, triangle: &[Vec3; 3]) -> Option<[End; 2]> {
         let corners = triangle.map(|corner| corner.as_dvec3() - self.eye);
         let side = corners.map(|corner| self.normal.dot(corner));
         let above = side.map(|distance| distance >= 0.0);
         if above[0] == above[1] && above[1] == above[2] {
             return None;
         }
-        let mut ends = [(0.0, 0.0); 2];
+        let mut ends = [End::default(); 2];
         let mut count = 0;
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             if above[i] != above[j] {
                 let t = side[i] / (side[i] - side[j]);
                 let point = corners[i] + t * (corners[j] - corners[i]);
-                ends[count] = (self.along.dot(point), self.up.dot(point));
+                let [from, to] = [i, j].map(|corner| BARYCENTRIC[corner]);
+                ends[count] = End {
+                    in_plane: (self.along.dot(point), self.up.dot(point)),
+                    in_triangle: from + t * (to - from),
+                };
                 count += 1;
             }
         }
-        self.project(ends[0], ends[1])
+        Some(ends)
     }
 
     /// Projects a segment of the plane from the light onto the ray.

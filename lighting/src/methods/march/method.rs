@@ -40,6 +40,7 @@ impl LightSources for Marches {
             touching: self.touching,
             is_sampled: self.touching == Touching::Apart,
             sees_translucent: false,
+            sees_panes: false,
             uses_shadow_map: true,
         }
     }

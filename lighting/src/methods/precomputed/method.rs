@@ -42,6 +42,7 @@ impl LightSources for Baked {
             touching: Touching::Joined,
             is_sampled: false,
             sees_translucent: false,
+            sees_panes: false,
             uses_shadow_map: false,
         }
     }

@@ -1,16 +1,19 @@
 //! The shadows of one light.
 
+use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Host, Memory};
 use shadow_dag::{
-    Builder, Error, FilterSize, Form, LightSpace, ResidentDag, Resolution, SetBake, ShadowDag,
-    ShadowSet, Surfaces, Watertightness,
+    Builder, Error, FilterSize, Form, Holes, LightSpace, ResidentDag, Resolution, SetBake,
+    ShadowDag, ShadowSet, Surfaces, Watertightness,
 };
 
 use super::space::light_spaces;
-use crate::scene::Geometry;
+use crate::scene::{AlphaMode, Caster, Geometry, Sampler};
+use crate::shadow_map::Masked;
 use crate::visibility::{SurfaceShadow, product};
 use crate::{Emitter, LightPath, LitInterval, VisibilitySource};
 
@@ -66,20 +69,84 @@ impl<M: Memory> Clone for BakedShadow<M> {
     }
 }
 
-/// The triangles of a scene as shadow casters, for any number of lights.
+/// The triangles of a scene as shadow casters, for any number of lights: solid
+/// ones, and masked ones with their holes. What casts no shadow is left out, and so is
+/// what is see-through.
 ///
 /// Which parts of the scene are closed, [`Surfaces::watertightness`] tells: the
 /// inside of those compresses well. All others cast their shadows as open
-/// surfaces.
+/// surfaces, and so do parts with masks.
 ///
 /// # Errors
 /// None that a checked scene could cause.
 pub fn surfaces(geometry: &Geometry) -> Result<Surfaces<'_>, Error> {
-    let corners: &[[f32; 3]] = bytemuck::cast_slice(geometry.triangles().as_flattened());
-    let indices: Vec<[u32; 3]> = (0..geometry.triangles().len() as u32)
+    let masked = Masked::new(geometry);
+    let order = masked.order(geometry);
+    let count = order.as_ref().map_or(geometry.triangles().len(), Vec::len) as u32;
+    let indices: Vec<[u32; 3]> = (0..count)
         .map(|triangle| [3 * triangle, 3 * triangle + 1, 3 * triangle + 2])
         .collect();
-    Surfaces::new(corners, indices)
+    let surfaces = match order {
+        None => {
+            let corners: &[[f32; 3]] = bytemuck::cast_slice(geometry.triangles().as_flattened());
+            Surfaces::new(corners, indices)?
+        }
+        Some(order) => {
+            let corners = order.as_flattened().iter().map(|corner| corner.to_array());
+            Surfaces::new(corners.collect::<Vec<_>>(), indices)?
+        }
+    };
+    let solid = count - masked.len() as u32;
+    if solid == count {
+        return Ok(surfaces);
+    }
+    let with_holes: Vec<u32> = (solid..count).collect();
+    Ok(surfaces.with_holes(&with_holes, Arc::new(MaskHoles { masked, solid })))
+}
+
+/// The holes of masked triangles, which come after the solid ones.
+#[derive(Debug)]
+struct MaskHoles {
+    masked: Masked,
+    solid: u32,
+}
+
+impl Holes for MaskHoles {
+    fn is_hole(&self, triangle: u32, u: f64, v: f64) -> bool {
+        let index = (triangle - self.solid) as usize;
+        !self.masked.blocks(index, u, v)
+    }
+
+    fn describe(&self, word: &mut dyn FnMut(u64)) {
+        let mut described = BTreeSet::new();
+        for index in 0..self.masked.len() {
+            let Caster::Masked(coating) = self.masked.caster(index) else {
+                continue;
+            };
+            let mut number = |value: f32| word(u64::from(value.to_bits()));
+            for (uv, color) in coating.texture_coordinates().iter().zip(coating.colors()) {
+                number(uv.x);
+                number(uv.y);
+                number(color.w);
+            }
+            number(coating.base_opacity());
+            if let AlphaMode::Mask { cutoff } = coating.mode() {
+                number(cutoff);
+            }
+            let Some(texture) = coating.texture() else {
+                continue;
+            };
+            let Some(alpha) = texture.alpha() else {
+                continue;
+            };
+            if described.insert(alpha.as_ptr()) {
+                alpha.iter().for_each(|texel| number(*texel));
+            }
+            let Sampler { wrap, filter } = texture.sampler();
+            word(u64::from(texture.width()));
+            word(wrap[0] as u64 | (wrap[1] as u64) << 8 | (filter as u64) << 16);
+        }
+    }
 }
 
 /// A bake of the grids that each of `emitters` needs in a scene, with nothing

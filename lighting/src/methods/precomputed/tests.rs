@@ -1,10 +1,13 @@
 //! Grids around one blocker whose shadow is known.
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use gpu_backend::Cpu;
 
 use super::*;
-use crate::scene::{Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
+use crate::scene::{
+    AlphaMode, Cone, Emission, Geometry, Instance, Material, Medium, Mesh, PhaseFunction, Scene,
+    Texture,
+};
 use crate::visibility::{Both, SurfaceShadow};
 use crate::{Emitter, LightPath, LitInterval, Ray, VisibilitySource};
 
@@ -417,5 +420,82 @@ fn shadows_in_another_memory_answer_the_same() {
         let expected = lit(&plain, &ray, &light);
         assert_eq!(lit(&packed, &ray, &light), expected);
         assert_eq!(lit(&uploaded, &ray, &light), expected);
+    }
+}
+
+#[test]
+fn a_mask_is_baked_with_its_holes_and_without_what_casts_no_shadow() {
+    let roof = |height: f32, material| {
+        let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
+        Mesh {
+            positions: corners.map(|(x, z)| Vec3::new(x, height, z)).to_vec(),
+            texture_coordinates: corners
+                .map(|(x, z)| Vec2::new(x + 1.0, z + 1.0) / 2.0)
+                .to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            material: Some(material),
+            ..Mesh::default()
+        }
+    };
+    let alpha = vec![1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 1.0];
+    let texture = Texture::new(3, 3, vec![Vec3::ONE; 9]).unwrap();
+    let mut scene = Scene {
+        meshes: vec![roof(1.0, 0), roof(1.5, 1), roof(1.2, 2), roof(-2.0, 1)],
+        materials: vec![
+            Material {
+                base_color_texture: Some(texture.with_alpha(alpha).unwrap()),
+                alpha: AlphaMode::Mask { cutoff: 0.5 },
+                ..Material::default()
+            },
+            Material::default(),
+            Material {
+                transmission: 1.0,
+                ..Material::default()
+            },
+        ],
+        ..Scene::default()
+    };
+    scene.instances = (0..4)
+        .map(|mesh| Instance {
+            mesh,
+            no_shadow: mesh == 1,
+            ..Instance::default()
+        })
+        .collect();
+    let geometry = Geometry::new(&scene).unwrap();
+    let found = surfaces(&geometry).unwrap().watertightness();
+    assert_eq!((found.parts, found.open_parts), (2, 2));
+    let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
+    let above = lamp(Vec3::new(0.1, 4.0, 0.2), Emission::Isotropic);
+    for light in [sun, spot(Vec3::new(0.0, 4.0, 0.0)), above] {
+        let baked = bake(&geometry, &light, 256);
+        let baked = baked.filtered(FilterSize::new(1).unwrap());
+        let (mut wrong, mut seen) = (0, [0; 2]);
+        for i in 0..60 * 60 {
+            let (x, z) = ((i % 60) as f32 / 32.0 - 0.93, (i / 60) as f32 / 32.0 - 0.93);
+            // Points of the roof, seen from a point far below it.
+            let below = match &light {
+                Emitter::Directional(_) => Vec3::new(x, 0.0, z),
+                Emitter::Point(point) => {
+                    let roof = Vec3::new(x, 1.0, z);
+                    roof + (roof - point.position()) / 3.0
+                }
+            };
+            // (x + 1) / 2 along the second corner's edges: u is v of the texture.
+            let triangle = usize::from(x > z);
+            let (a, b) = (f64::from(x + 1.0) / 2.0, f64::from(z + 1.0) / 2.0);
+            let (u, v) = if triangle == 0 {
+                (b - a, a)
+            } else {
+                (b, a - b)
+            };
+            let lets_through = geometry.caster(triangle).transmittance_at(u, v) == Vec3::ONE;
+            let is_lit = baked.visibility(below, Vec3::Y) > 0.5;
+            wrong += usize::from(lets_through != is_lit);
+            seen[usize::from(is_lit)] += 1;
+        }
+        // Points within a texel of a rim: its length over the spacing of the points.
+        assert!(wrong < 200, "{light:?}: {wrong}");
+        assert!(seen[0] > 500 && seen[1] > 500, "{seen:?}");
     }
 }

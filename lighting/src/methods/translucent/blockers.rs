@@ -10,7 +10,7 @@ use super::view::{Texels, View, corners};
 use super::{Casters, grid};
 use crate::scene::raster::Face;
 use crate::scene::{DensityGrid, Particles, Strands, Translucent};
-use crate::shadow_map::{EMPTY, render_face};
+use crate::shadow_map::{EMPTY, Masked, render_face};
 
 /// The blockers of a scene over the picture plane of a light, or of a camera:
 /// a [`Source`] of segments for a map of curves.
@@ -70,7 +70,10 @@ impl<'a> FaceBlockers<'a> {
         let mut opaque = Vec::new();
         if let Some(geometry) = casters.geometry {
             opaque = vec![EMPTY; (resolution as usize).pow(2)];
-            render_face(cpu, face, geometry.triangles(), resolution, &mut opaque);
+            let masked = Masked::new(geometry);
+            let order = masked.order(geometry);
+            let triangles = order.as_deref().unwrap_or(geometry.triangles());
+            render_face(cpu, face, triangles, &masked, resolution, &mut opaque);
         }
         Self {
             depths: depths(&view, casters),

@@ -75,6 +75,7 @@ impl LightSources for Curves {
             touching: Touching::Apart,
             is_sampled: true,
             sees_translucent: true,
+            sees_panes: false,
             uses_shadow_map: false,
         }
     }

@@ -24,6 +24,7 @@ impl LightSources for Nothing {
             touching: Touching::Apart,
             is_sampled: false,
             sees_translucent: false,
+            sees_panes: false,
             uses_shadow_map: false,
         }
     }

@@ -82,6 +82,7 @@ impl LightSources for Volumes {
             touching: Touching::Apart,
             is_sampled: self.detail == Detail::Voxels,
             sees_translucent: false,
+            sees_panes: false,
             uses_shadow_map: true,
         }
     }

@@ -20,6 +20,9 @@ pub enum VoxelError {
     /// The view, the light or the spacing cannot be used.
     #[error(transparent)]
     Epipolar(#[from] epipolar::Error),
+    /// Triangles with holes, which only shadow maps see.
+    #[error("{0} triangles have a mask, which voxels see by way of a shadow map only")]
+    Masked(usize),
     /// A step failed.
     #[error(transparent)]
     Voxels(#[from] voxel_shadow::Error),
@@ -208,7 +211,7 @@ impl<M: Memory> VoxelVolume<M> {
     /// takes much longer.
     ///
     /// # Errors
-    /// Those of [`VoxelVolume::update`].
+    /// [`VoxelError::Masked`] if some of them have a mask; those of [`VoxelVolume::update`].
     pub fn update_from_triangles<B>(
         &mut self,
         backend: &B,
@@ -219,6 +222,10 @@ impl<M: Memory> VoxelVolume<M> {
     where
         B: BuildVoxels + Backend<Memory = M>,
     {
+        if casters.masked() > 0 {
+            self.state = State::Lit;
+            return Err(VoxelError::Masked(casters.masked()));
+        }
         self.make(backend, emitter, eye, |lattice, indices| {
             backend.rectify_triangles(lattice, casters.triangles(), indices)
         })

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use scene::{Emitter, Geometry, Medium, Ray};
 
 use super::airlight::{Airlight, Estimate, Tolerance, reach};
+use super::coats::{Coats, Shared};
 use super::visibility::{Blockers, Search};
 use super::{Fog, Lamp, Line};
 
@@ -52,6 +53,10 @@ impl std::fmt::Debug for Options<'_> {
 /// without blockers, its distance `h` from the ray counts as at least 1e-4 of
 /// the distance between eye and light, and as 1e-12 m at an eye at the light.
 ///
+/// # Masks and what is see-through
+/// What is not solid is asked point by point, see [`Coats::parts`]: the bound leaves
+/// out that a share which varies is that of the middle of parts of a thousandth.
+///
 /// The result does not depend on the number of threads.
 pub fn reference(
     rays: &[Ray],
@@ -64,6 +69,7 @@ pub fn reference(
         lamps: emitters.iter().map(Lamp::new).collect(),
         fog: Fog::new(medium),
         blockers: Blockers::new(geometry),
+        coats: Coats::new(geometry),
         search: options.search,
     };
     let absolute = options.tolerance * DARKEST * world.rough_mean(rays);
@@ -88,19 +94,24 @@ pub fn reference(
     }
 }
 
-struct World {
+struct World<'a> {
     lamps: Vec<Lamp>,
     fog: Fog,
     blockers: Blockers,
+    /// What is not solid.
+    coats: Option<Coats<'a>>,
     search: Search,
 }
 
-impl World {
+impl World<'_> {
     fn light(&self, ray: &Ray, tolerance: Tolerance) -> Estimate {
         if self.fog.sigma_s == DVec3::ZERO {
             return Estimate::default();
         }
         let line = Line::new(ray);
+        if let Some(coats) = &self.coats {
+            return self.light_past(coats, &line, tolerance);
+        }
         let mut airlight = Airlight::new(&line, &self.fog);
         let mut lit = Vec::new();
         for lamp in &self.lamps {
@@ -111,6 +122,37 @@ impl World {
             }
         }
         airlight.total(tolerance)
+    }
+
+    /// The same where not all is solid: the sum over parts of the light of each
+    /// times its share.
+    fn light_past(&self, coats: &Coats<'_>, line: &Line, tolerance: Tolerance) -> Estimate {
+        let mut sum = Estimate::default();
+        let mut lit = Vec::new();
+        for lamp in &self.lamps {
+            let Some(reach) = reach(line, lamp, &self.fog) else {
+                continue;
+            };
+            lit.clear();
+            self.blockers.lit(line, lamp, reach, self.search, &mut lit);
+            let mut parts: Vec<_> = lit
+                .iter()
+                .flat_map(|span| coats.parts(line, lamp, *span))
+                .collect();
+            // Parts of the same share are integrated together.
+            while let Some(first) = parts.first().map(|part| part.share) {
+                let is_same = |part: &Shared| (part.share - first).abs().max_element() < 1e-12;
+                let (same, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(is_same);
+                parts = others;
+                let spans: Vec<_> = same.iter().map(|part| part.span).collect();
+                let mut airlight = Airlight::new(line, &self.fog);
+                airlight.add_off_the_light(lamp, reach, &spans);
+                let light = airlight.total(tolerance);
+                sum.value += first * light.value;
+                sum.bound += light.bound;
+            }
+        }
+        sum
     }
 
     /// The mean of the image without refinement, from at most about 500 rays.

@@ -11,6 +11,7 @@
 //! | [`segment`] | | how much light comes from a part of a ray that is given by its own four lengths? | the integral, to any shortness |
 //! | [`closed_form`] | | the same where a formula exists | checks the quadrature |
 //! | `visibility` | `scene` | which parts of a ray see a light? | exact intervals |
+//! | `coats` | `scene` | how much gets through masks and what is see-through? | the exact share at a point |
 //! | `airlight` | `scene` | how much light comes from them? | adaptive quadrature with an error bound |
 //! | `image` | `scene` | the reference image | the product of the last two, summed over lights |
 //! | `surface` | `scene` | how much light does a surface receive by way of the fog? what is seen of an environment? | nested adaptive quadrature |
@@ -21,6 +22,8 @@ pub mod airlight;
 #[cfg(feature = "scene")]
 mod blockers;
 pub mod closed_form;
+#[cfg(feature = "scene")]
+pub mod coats;
 #[cfg(feature = "scene")]
 mod fog;
 #[cfg(feature = "scene")]

@@ -19,7 +19,7 @@
 //! whatever distance from either.
 
 use glam::{DVec2, DVec3};
-use scene::{Geometry, Ray};
+use scene::{Caster, Geometry, Ray};
 
 use super::blockers::Tree;
 use super::span::Dark;
@@ -45,12 +45,15 @@ pub enum Search {
 }
 
 impl Blockers {
-    /// The triangles of a scene.
+    /// The solid triangles of a scene; the others are the affair of
+    /// [`Coats`](super::coats::Coats).
     pub fn new(geometry: &Geometry) -> Self {
-        let triangles = geometry.triangles().iter();
+        let triangles = geometry.triangles().iter().enumerate();
+        let is_solid = |index: usize| geometry.caster(index) == Caster::Solid;
         Self::from_triangles(
             triangles
-                .map(|corners| corners.map(|corner| corner.as_dvec3()))
+                .filter(|(index, _)| is_solid(*index))
+                .map(|(_, corners)| corners.map(|corner| corner.as_dvec3()))
                 .collect(),
         )
     }
@@ -80,6 +83,7 @@ impl Blockers {
             dark.contains(span)
         };
         match search {
+            Search::Tree if self.triangles.is_empty() => {}
             Search::Tree => self.tree.search(&region, &mut dark, visit),
             Search::BruteForce => {
                 for index in 0..self.triangles.len() {

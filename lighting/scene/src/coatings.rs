@@ -1,0 +1,150 @@
+//! What the triangles of a scene do to light.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec4};
+
+use super::caster::{Caster, Coat, Corners};
+use super::{Mesh, Scene};
+
+/// What the triangles of a [`Geometry`](crate::Geometry) do to light, by their
+/// index there. Copies share their memory.
+#[derive(Debug, Clone, Default)]
+pub struct Coatings(Arc<List>);
+
+#[derive(Debug, Default)]
+struct List {
+    coats: Vec<Coat>,
+    /// The coat of each triangle that is not solid, and what is at its corners.
+    coated: Vec<(u32, Corners)>,
+    /// An index into `coated` or [`SOLID`] for each triangle; empty if all of
+    /// them are solid.
+    kinds: Vec<u32>,
+    /// Whether each triangle casts no shadow; empty if all of them do.
+    absent: Vec<bool>,
+    /// Whether any triangle is see-through.
+    is_see_through: bool,
+}
+
+const SOLID: u32 = u32::MAX;
+
+impl Coatings {
+    /// What a triangle does to the light of a lamp that meets it; solid for an
+    /// index that no triangle has.
+    pub fn caster(&self, triangle: usize) -> Caster<'_> {
+        if self.0.absent.get(triangle) == Some(&true) {
+            return Caster::Absent;
+        }
+        self.cover(triangle)
+    }
+
+    /// What a triangle does to the light from behind it on its way to the eye:
+    /// the same, but never [`Caster::Absent`], as what casts no shadow is seen.
+    pub fn cover(&self, triangle: usize) -> Caster<'_> {
+        match self.0.kinds.get(triangle) {
+            None | Some(&SOLID) => Caster::Solid,
+            Some(&index) => {
+                let (coat, corners) = &self.0.coated[index as usize];
+                self.0.coats[*coat as usize].on(corners)
+            }
+        }
+    }
+
+    /// True if each triangle is [`Caster::Solid`].
+    pub fn all_solid(&self) -> bool {
+        self.0.kinds.is_empty() && self.0.absent.is_empty()
+    }
+
+    /// True if some triangle is [`Caster::SeeThrough`] to the eye, whether it
+    /// casts a shadow or not.
+    pub fn any_see_through(&self) -> bool {
+        self.0.is_see_through
+    }
+}
+
+/// [`Coatings`] in the making.
+pub(crate) struct CoatingsOf<'a> {
+    scene: &'a Scene,
+    list: List,
+    /// The coat of each material, with and without its texture; `None` if it is
+    /// opaque.
+    known: BTreeMap<(usize, bool), Option<u32>>,
+    /// Triangles so far.
+    count: usize,
+}
+
+impl<'a> CoatingsOf<'a> {
+    pub(crate) fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            list: List::default(),
+            known: BTreeMap::new(),
+            count: 0,
+        }
+    }
+
+    pub(crate) fn coat(&mut self, mesh: &Mesh) -> Option<u32> {
+        let material = mesh.material?;
+        let is_textured = !mesh.texture_coordinates.is_empty();
+        if let Some(known) = self.known.get(&(material, is_textured)) {
+            return *known;
+        }
+        let coat = Coat::new(&self.scene.materials[material]).map(|coat| {
+            let coat = if is_textured { coat } else { coat.untextured() };
+            self.list.coats.push(coat);
+            self.list.coats.len() as u32 - 1
+        });
+        self.known.insert((material, is_textured), coat);
+        coat
+    }
+
+    pub(crate) fn push(
+        &mut self,
+        mesh: &Mesh,
+        corners: [u32; 3],
+        coat: Option<u32>,
+        no_shadow: bool,
+    ) {
+        let list = &mut self.list;
+        let kind = coat.map_or(SOLID, |coat| {
+            let coordinates = match mesh.texture_coordinates.as_slice() {
+                [] => [Vec2::ZERO; 3],
+                coordinates => corners.map(|corner| coordinates[corner as usize]),
+            };
+            let colors = match mesh.colors.as_slice() {
+                [] => [Vec4::ONE; 3],
+                colors => corners.map(|corner| colors[corner as usize]),
+            };
+            let corners = Corners {
+                coordinates,
+                colors,
+            };
+            if list.coats[coat as usize].is_solid(&corners) {
+                return SOLID;
+            }
+            let caster = list.coats[coat as usize].on(&corners);
+            list.is_see_through |= matches!(caster, Caster::SeeThrough(_));
+            list.coated.push((coat, corners));
+            list.coated.len() as u32 - 1
+        });
+        // Lists begin with the first triangle that differs.
+        extend(&mut list.kinds, self.count, SOLID, kind);
+        extend(&mut list.absent, self.count, false, no_shadow);
+        self.count += 1;
+    }
+
+    pub(crate) fn finish(self) -> Coatings {
+        Coatings(Arc::new(self.list))
+    }
+}
+
+/// Appends `value`; a list of `usual` values alone stays empty.
+fn extend<T: Copy + PartialEq>(list: &mut Vec<T>, count: usize, usual: T, value: T) {
+    if list.is_empty() && value != usual {
+        *list = vec![usual; count];
+    }
+    if !list.is_empty() || value != usual {
+        list.push(value);
+    }
+}
