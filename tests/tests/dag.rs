@@ -63,12 +63,9 @@ fn images_converge_to_the_reference_as_grids_get_finer() {
             &stage.geometry,
             Options::default(),
         );
-        // 64 texels across a slide are 64 kinks.
-        let slide = embedded == Embedded::TexturedSpot;
-        let nodes = if slide { 4096 } else { 256 };
         let errors = [1, 2, 4, 8].map(|finer| {
             let side = 128 * finer;
-            let image = image(&cpu, &stage, &baked(&cpu, &stage, side), nodes);
+            let image = image(&cpu, &stage, &baked(&cpu, &stage, side));
             (side, image_error(&image, &truth).rmse)
         });
         let measured = order(&errors);

@@ -43,7 +43,7 @@ impl Clip<'_> {
                 intersect(start, end);
             }
             Emission::Spot(spot) => {
-                let cos = f64::from(spot.cos_outer());
+                let cos = 1.0 - f64::from(spot.outer_versine());
                 let (start, end) =
                     clip_to_cone(from_light, direction, spot.axis().as_dvec3(), cos)?;
                 intersect(start, end);
@@ -65,9 +65,10 @@ impl Clip<'_> {
             }
         };
         if let Emission::Spot(spot) = self.point.emission()
-            && spot.cos_full() < 1.0
+            && spot.outer_versine() > spot.rim()
         {
-            let (axis, cos) = (spot.axis().as_dvec3(), f64::from(spot.cos_full()));
+            let cos = 1.0 - f64::from(spot.outer_versine()) + f64::from(spot.rim());
+            let axis = spot.axis().as_dvec3();
             let full = clip_to_cone(self.from_light, self.direction, axis, cos);
             if let Some((start, end)) = full {
                 add(start);
