@@ -5,6 +5,7 @@ use airlight::{Error, PhaseFunction, Segment64};
 use glam::{DVec3, Vec3};
 
 use super::{AirlightEvaluator, cookie, directional};
+use crate::path::axis_of;
 use crate::scene::{Emission, PointEmitter, SpotEmission, Texture};
 use crate::{Emitter, Interval, LightPath};
 
@@ -144,18 +145,15 @@ impl<'a> Lamp<'a> {
         let to_foot = (direction * foot - to_light)
             .try_normalize()
             .unwrap_or_else(|| path.from_light(0.0).0.as_dvec3());
-        let parts = |axis: Vec3| {
-            let axis = axis.as_dvec3().normalize();
-            (axis.dot(direction), axis.dot(to_foot))
-        };
+        let parts = |axis: DVec3| (axis.dot(direction), axis.dot(to_foot));
         let emission = match point.emission() {
             Emission::Isotropic => Ok(airlight::Emission::isotropic()),
             Emission::Cosine { normal } => {
-                let (along, across) = parts(*normal);
+                let (along, across) = parts(normal.as_dvec3().normalize());
                 airlight::Emission::cosine(along, across)
             }
             Emission::Spot(spot) => {
-                let (along, across) = parts(spot.axis());
+                let (along, across) = parts(axis_of(spot));
                 let outer = 1.0 - f64::from(spot.outer_versine());
                 let full = (outer + f64::from(spot.rim())).min(1.0);
                 airlight::Emission::spot(along, across, full, outer)

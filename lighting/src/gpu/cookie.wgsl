@@ -11,6 +11,7 @@ const light_COOKIE_DISTANCE: f32 = 0.5;
 const light_COOKIE_DEPTH: f32 = 1.5;
 const light_COOKIE_PEAK: f32 = 0.5;
 const light_COOKIE_TILT: f32 = 0.3;
+const light_COOKIE_SHARE: f32 = 0.1;
 
 // A ray in the cookie of its light: numerators of column and row, and their
 // denominator, at the foot point and per metre behind it.
@@ -166,10 +167,7 @@ fn light_cookie_nodes(
     b: light_PieceEnd,
     sigma: f32,
 ) -> u32 {
-    if emitter.fades != 0u {
-        return 4u;
-    }
-    let tolerance = 0.5 * air_quadrature_uniforms().tolerance;
+    let tolerance = light_COOKIE_SHARE * air_quadrature_uniforms().tolerance;
     let ratio = max(b.d / a.d, a.d / b.d);
     let depth = sigma * ((b.s - a.s) + abs(b.d - a.d)) * ratio;
     let angle = ((b.s - a.s) / a.d) * (path.h / b.d);
@@ -179,18 +177,26 @@ fn light_cookie_nodes(
     let peak = min(light_cookie_peak(a.s), light_cookie_peak(b.s)) + path.h / max(a.d, b.d);
     let power = max(tilt, angle * max(0.8 / peak, 0.4));
     let low = min(a.ramp, b.ramp);
+    let high = max(a.ramp, b.ramp);
+    var curved = 0.25 * angle * angle / emitter.edge;
     // Not 0, for the quotients.
-    let high = max(max(a.ramp, b.ramp), 1e-20);
-    let curved = select(0.25 * angle * angle / emitter.edge, 0.0, low == 1.0) / high;
-    let ramp = select(1.0 - low / high + curved, 0.0, low == 1.0);
-    let depth2 = depth * depth;
-    let power2 = power * power;
-    if depth2 * depth2 / 4320.0 + power2 * power2 / 36.0 + ramp * ramp / 60.0 <= tolerance {
-        return 2u;
+    let most = max(max(high, 0.5 * (low + high + curved)), 1e-20);
+    var ramp = (high - low + curved) / most;
+    curved /= most;
+    if low == 1.0 {
+        ramp = 0.0;
+        curved = 0.0;
     }
-    let three = depth2 * depth2 * depth2 / 2.0e6 + power2 * power2 * power2 / 400.0
-        + curved * curved / 100.0;
-    return select(4u, 3u, three <= tolerance);
+    let squares = vec4(depth * depth, power * power, ramp * ramp, curved * curved);
+    let fourth = squares.xy * squares.xy;
+    let two = fourth.x / 4320.0 + fourth.y / 36.0 + squares.z / 60.0;
+    let three = fourth.x * squares.x / 2.0e6 + fourth.y * squares.y / 400.0 + squares.w / 100.0;
+    let four = fourth.x * fourth.x / 1.8e9 + fourth.y * fourth.y / 4900.0
+        + squares.w * angle * angle * angle * angle / 1000.0;
+    if emitter.fades != 0u || four > tolerance {
+        return 6u;
+    }
+    return select(select(2u, 3u, two > tolerance), 4u, three > tolerance);
 }
 
 fn light_cookie_piece(

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::MOST_KINKS;
-use crate::scene::{Bounds, DirectionalEmitter, Emission, Medium, PointEmitter};
+use crate::scene::{Bounds, DirectionalEmitter, Emission, Medium, PointEmitter, SpotEmission};
 use crate::{Interval, Ray};
 
 /// The line of a ray as a point light sees it, in f64.
@@ -44,8 +44,7 @@ impl Clip<'_> {
             }
             Emission::Spot(spot) => {
                 let cos = 1.0 - f64::from(spot.outer_versine());
-                let (start, end) =
-                    clip_to_cone(from_light, direction, spot.axis().as_dvec3(), cos)?;
+                let (start, end) = clip_to_cone(from_light, direction, axis_of(spot), cos)?;
                 intersect(start, end);
             }
         }
@@ -68,8 +67,7 @@ impl Clip<'_> {
             && spot.outer_versine() > spot.rim()
         {
             let cos = 1.0 - f64::from(spot.outer_versine()) + f64::from(spot.rim());
-            let axis = spot.axis().as_dvec3();
-            let full = clip_to_cone(self.from_light, self.direction, axis, cos);
+            let full = clip_to_cone(self.from_light, self.direction, axis_of(spot), cos);
             if let Some((start, end)) = full {
                 add(start);
                 add(end);
@@ -98,6 +96,12 @@ impl Clip<'_> {
         kinks.sort_by(f32::total_cmp);
         kinks
     }
+}
+
+/// The axis of a spotlight with more digits than [`SpotEmission::axis`] has, which
+/// narrow cones need.
+pub(crate) fn axis_of(spot: &SpotEmission) -> DVec3 {
+    spot.rotation().as_dquat().normalize() * DVec3::NEG_Z
 }
 
 /// Where the line `v + x w` runs inside the cone of all `p` with

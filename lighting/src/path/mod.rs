@@ -10,6 +10,7 @@ pub(crate) use arc::Arc;
 #[cfg(feature = "shadow-map")]
 pub(crate) use arc::Turns;
 use clip::Clip;
+pub(crate) use clip::axis_of;
 
 use crate::scene::{DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle};
 use crate::{Interval, Ray};
