@@ -72,9 +72,6 @@ fn worst<B: Subject>(
             let scale = truth(ray, scale, medium);
             let found = DVec3::new(found[0].into(), found[1].into(), found[2].into());
             let error = (found - expected).abs() / scale.max(DVec3::splat(1e-30));
-            if error.max_element() > allowed {
-                println!("{ray:?} {medium:?} {found} {expected} {scale}");
-            }
             error.max_element() / allowed
         })
         .fold(0.0, f64::max)

@@ -219,13 +219,19 @@ impl<'a> Walk<'a> {
             ((high - low + curved) / most, curved / most)
         };
         // Derivatives over what a rule makes of them: (2n)! (2n+1)! / (n!)⁴.
-        let [depth2, power2, curved2] = [depth, power, curved].map(|x| x * x);
-        let two = depth2.powi(2) / 4320.0 + power2.powi(2) / 36.0 + ramp * ramp / 60.0;
-        let three = depth2.powi(3) / 2.0e6 + power2.powi(3) / 400.0 + curved2 / 100.0;
-        // Curvature comes with a power of the angle more.
-        let four = depth2.powi(4) / 1.8e9
+        let [depth2, power2, ramp2, curved2] = [depth, power, ramp, curved].map(|x| x * x);
+        // The cookie is of second degree, and whatever bends adds to it.
+        let bent = angle * angle + 3.0 * power2 + 0.5 * depth2;
+        let two = depth2.powi(2) / 4320.0 + power2.powi(2) / 36.0 + (3.0 * ramp2 + bent) / 180.0;
+        let three = bent * bent / 2800.0
+            + depth2.powi(3) / 2.0e6
+            + power2.powi(3) / 400.0
+            + (curved2 + 0.5 * ramp2 * power2) / 100.0;
+        // A ramp and its curvature come with a power of what bends them more.
+        let four = bent.powi(3) / 44100.0
+            + depth2.powi(4) / 1.8e9
             + power2.powi(4) / 4900.0
-            + curved2 * (angle * angle).powi(2) / 1000.0;
+            + (curved2 * (angle * angle).powi(2) + 0.5 * ramp2 * power2.powi(2)) / 1000.0;
         if self.lamp.point.fades() || four > tolerance {
             6
         } else if three > tolerance {

@@ -189,10 +189,12 @@ fn light_cookie_nodes(
     }
     let squares = vec4(depth * depth, power * power, ramp * ramp, curved * curved);
     let fourth = squares.xy * squares.xy;
-    let two = fourth.x / 4320.0 + fourth.y / 36.0 + squares.z / 60.0;
-    let three = fourth.x * squares.x / 2.0e6 + fourth.y * squares.y / 400.0 + squares.w / 100.0;
-    let four = fourth.x * fourth.x / 1.8e9 + fourth.y * fourth.y / 4900.0
-        + squares.w * angle * angle * angle * angle / 1000.0;
+    let bent = angle * angle + 3.0 * squares.y + 0.5 * squares.x;
+    let two = fourth.x / 4320.0 + fourth.y / 36.0 + (3.0 * squares.z + bent) / 180.0;
+    let three = bent * bent / 2800.0 + fourth.x * squares.x / 2.0e6 + fourth.y * squares.y / 400.0
+        + (squares.w + 0.5 * squares.z * squares.y) / 100.0;
+    let four = bent * bent * bent / 44100.0 + fourth.x * fourth.x / 1.8e9 + fourth.y * fourth.y / 4900.0
+        + (squares.w * angle * angle * angle * angle + 0.5 * squares.z * fourth.y) / 1000.0;
     if emitter.fades != 0u || four > tolerance {
         return 6u;
     }
