@@ -203,7 +203,6 @@ fn narrow_cones_keep_the_tolerance<B: Subject>(backend: &B) {
             let light = spot(Cone { inner, outer }, None);
             let rays = rays(60, 0.7 * outer);
             let worst = worst(backend, &rays, [&light, &light], &thin, 1e-4);
-            println!("{degrees} {share}: {worst:.2}");
             assert!(
                 worst <= 1.0,
                 "{degrees} {share}: {worst} of what is allowed"

@@ -363,3 +363,57 @@ fn check_power(what: &'static str, value: Vec3) -> Result<(), SceneError> {
         "0, or 1e-20 to 1e20, in each channel",
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against f64, which differs by the rounding of directions: 1e-7 rad.
+    #[test]
+    fn narrow_cones_keep_their_profile() {
+        for degrees in [0.05_f32, 0.1, 2.0, 30.0, 90.0] {
+            let outer = degrees.to_radians();
+            let inner = 0.3 * outer;
+            let rotation = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(0.2);
+            let emission = Emission::spot(rotation, Cone { inner, outer }, None).unwrap();
+            let axis = rotation.as_dquat().normalize() * glam::DVec3::NEG_Z;
+            let versine = |angle: f64| 2.0 * (0.5 * angle).sin().powi(2);
+            let (full, dark) = (versine(inner.into()), versine(outer.into()));
+            for i in 0..20 {
+                let angle = outer * (i as f32 + 0.5) / 20.0;
+                let direction = rotation * Quat::from_rotation_x(angle) * Vec3::NEG_Z;
+                let off = axis.angle_between(direction.as_dvec3());
+                let ramp = (dark - versine(off)) / (dark - full).max(LEAST_RIM);
+                let expected = ramp.clamp(0.0, 1.0).powi(2);
+                let found = f64::from(emission.factor(direction).x);
+                let largest = (dark / (dark - full).max(LEAST_RIM)).min(1.0).powi(2);
+                let allowed = 3e-7 / f64::from(outer) + 3e-7;
+                assert!(
+                    (found - expected).abs() <= 4.0 * allowed * largest,
+                    "{degrees} {i}: {found} {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn windows_fall_from_one_to_nothing() {
+        let plain = Emitter::point(Vec3::ZERO, Vec3::ONE, 4.0, Emission::Isotropic).unwrap();
+        for (falloff, values) in [
+            (Falloff::Hard, [1.0, 1.0, 1.0, 0.0, 0.0]),
+            (Falloff::Smooth, [1.0, 15.0 / 16.0, 0.0, 0.0, 0.0]),
+        ] {
+            let Emitter::Point(light) = plain.clone().with_falloff(falloff) else {
+                panic!("a point was made");
+            };
+            let found = [0.0, 2.0, 4.0, 4.001, f32::NAN].map(|d| light.window(d));
+            assert_eq!(found, values, "{falloff:?}");
+            assert_eq!(light.is_plain(), falloff == Falloff::Hard);
+        }
+        let endless = Emitter::point(Vec3::ZERO, Vec3::ONE, f32::INFINITY, Emission::Isotropic);
+        let Emitter::Point(light) = endless.unwrap().with_falloff(Falloff::Smooth) else {
+            panic!("a point was made");
+        };
+        assert!(!light.fades() && light.window(1e30) == 1.0);
+    }
+}
