@@ -49,6 +49,8 @@ fn worst<B: Subject>(
     medium: &Medium,
     tolerance: f32,
 ) -> f64 {
+    // f32 knows directions to 1.2e-7, which counts by the angle of a cone; the square
+    // of a ramp that has fallen to a half changes by some six times as much.
     let rounding = match emitter {
         Emitter::Point(point) => match point.emission() {
             Emission::Spot(spot) => 8e-7 / f64::from(spot.tan_outer()),
@@ -192,8 +194,7 @@ fn lights_that_fade_keep_the_tolerance<B: Subject>(backend: &B) {
     }
 }
 
-/// Directions are known to 1e-7 in single precision, which counts by the angle of
-/// the cone: 1e-5 at half a degree.
+/// Relative to their own light, a small part of that of a point.
 fn narrow_cones_keep_the_tolerance<B: Subject>(backend: &B) {
     let [thin, _, _, _] = media();
     for degrees in [0.5_f32, 1.0, 2.0, 5.0] {
