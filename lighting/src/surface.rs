@@ -253,7 +253,8 @@ impl Surface {
                     return Vec3::ZERO;
                 }
                 let to_light = offset / distance;
-                let intensity = point.intensity() * point.emission().factor(-to_light);
+                let intensity =
+                    point.intensity() * point.emission().factor(-to_light) * point.window(distance);
                 (to_light, distance, intensity / (distance * distance))
             }
         };

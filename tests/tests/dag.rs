@@ -5,7 +5,7 @@
 use crepuscular_tests::suite::{cpu_alone, cpu_with_threads};
 use glam::Vec3;
 use gpu_backend::Cpu;
-use lighting::airlight::EquiAngular;
+use lighting::airlight::Quadrature;
 use lighting::precomputed::{BakedShadow, Builder, FilterSize, Resolution};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
@@ -31,13 +31,8 @@ fn baked(cpu: &Cpu, stage: &TestScene, resolution: u32) -> Vec<BakedShadow> {
     stage.emitters.iter().map(bake).collect()
 }
 
-fn image<V: VisibilitySource>(
-    cpu: &Cpu,
-    stage: &TestScene,
-    sources: &[V],
-    nodes: u32,
-) -> Vec<[f32; 4]> {
-    let quadrature = EquiAngular::new(nodes).unwrap();
+fn image<V: VisibilitySource>(cpu: &Cpu, stage: &TestScene, sources: &[V]) -> Vec<[f32; 4]> {
+    let quadrature = Quadrature::with_tolerance(stage.medium.phase(), 1e-5).unwrap();
     let mut radiance = vec![[0.0; 4]; stage.rays.len()];
     for (emitter, source) in stage.emitters.iter().zip(sources) {
         cpu.gather(
@@ -63,12 +58,9 @@ fn images_converge_to_the_reference_as_grids_get_finer() {
             &stage.geometry,
             Options::default(),
         );
-        // 64 texels across a slide are 64 kinks.
-        let slide = embedded == Embedded::TexturedSpot;
-        let nodes = if slide { 4096 } else { 256 };
         let errors = [1, 2, 4, 8].map(|finer| {
             let side = 128 * finer;
-            let image = image(&cpu, &stage, &baked(&cpu, &stage, side), nodes);
+            let image = image(&cpu, &stage, &baked(&cpu, &stage, side));
             (side, image_error(&image, &truth).rmse)
         });
         let measured = order(&errors);
@@ -87,7 +79,7 @@ fn threads_change_no_bit_of_a_bake_or_an_image() {
         let stage = TestScene::new(embedded, 32, 18);
         let all = |cpu: Cpu| {
             let baked = baked(&cpu, &stage, 256);
-            let image = image(&cpu, &stage, &baked, 8);
+            let image = image(&cpu, &stage, &baked);
             let grids = baked.iter().flat_map(BakedShadow::grids);
             let bytes: Vec<Vec<u8>> = grids.map(|grid| grid.as_bytes().to_vec()).collect();
             (bytes, image)

@@ -47,9 +47,6 @@ fn image<B: Subject>(
     let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
     let quadrature = Quadrature::with_tolerance(stage.medium.phase(), 1e-4).unwrap();
     let one = EquiAngular::new(1).unwrap();
-    // The texels of a slide are kinks that only many nodes get over.
-    let many = EquiAngular::new(2048).unwrap();
-    let has_slide = stage.name == Embedded::TexturedSpot.name();
     let resolution = Resolution::new(side, side, side).unwrap();
     let mut volume = VoxelVolume::new(backend, resolution).unwrap();
     for (index, emitter) in stage.emitters.iter().enumerate() {
@@ -64,7 +61,6 @@ fn image<B: Subject>(
         let lit = LitRays::new(&rays, emitter, medium);
         match detail {
             Detail::Voxels => backend.gather(&lit, &source, &one, &mut radiance),
-            _ if has_slide => backend.gather(&lit, &source, &many, &mut radiance),
             _ => backend.gather(&lit, &source, &quadrature, &mut radiance),
         }
         .unwrap();

@@ -33,7 +33,8 @@ struct air_Quadrature {
     fade: f32,
     // The number of rules that a piece may get without nodes for a pattern.
     plain_rules: u32,
-    padding: u32,
+    // What it was made for, 0 for a given number of nodes.
+    tolerance: f32,
 }
 
 // What the integrand has besides the phase function and the extinction, over

@@ -28,8 +28,8 @@ pub struct QuadratureUniforms {
     pub fade: f32,
     /// Number of rules that a piece may get without nodes for a pattern.
     pub plain_rules: u32,
-    /// Always 0.
-    pub padding: u32,
+    /// The tolerance, 0 for a given number of nodes.
+    pub tolerance: f32,
 }
 
 #[cfg(feature = "wgpu")]

@@ -22,7 +22,7 @@ impl Quadrature {
             growth: GROWTH as f32,
             fade: FADE as f32,
             plain_rules: self.plain as u32,
-            padding: 0,
+            tolerance: self.tolerance,
         }
     }
 

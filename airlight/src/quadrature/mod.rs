@@ -66,6 +66,7 @@ pub struct Quadrature<P = PhaseFunction> {
     opacity: f64,
     /// Growth of the distance from the light after which nothing is left.
     far: f64,
+    tolerance: f32,
 }
 
 /// Absorption below which it is ignored behind the foot point, times the width
@@ -141,6 +142,7 @@ impl<P: Phase> Quadrature<P> {
         let quadrature = Self::new(phase, rules, 0.1 * error)?;
         Ok(Self {
             plain,
+            tolerance,
             ..quadrature
         })
     }
@@ -158,7 +160,22 @@ impl<P: Phase> Quadrature<P> {
             rules,
             opacity: (peak / error).ln(),
             far: (peak / error).min(FARTHEST),
+            tolerance: 0.0,
         })
+    }
+
+    /// The tolerance it was made for; 0 for a given number of nodes.
+    pub fn tolerance(&self) -> f32 {
+        self.tolerance
+    }
+
+    /// The Gauss–Legendre rule of `nodes` nodes for a piece of the caller's own,
+    /// positions from 0 to 1 and weights that sum to 1: the one with the nearest
+    /// number if there is none, which is the only one of
+    /// [`Quadrature::fixed`]. Made for a tolerance it has those of 1 to at least 6.
+    pub fn rule(&self, nodes: usize) -> &[(f32, f32)] {
+        let last = self.rules.len() - 1;
+        self.rules[nodes.saturating_sub(1).min(last)].0.nodes()
     }
 
     /// The phase function.

@@ -170,12 +170,12 @@ impl<P: Phase> Quadrature<P> {
                 let (piece, span) = Piece::new(&side, start, end, unit);
                 let ends = [start, end];
                 start = end;
-                (piece, self.rule(span, extra), ends)
+                (piece, self.rule_for(span, extra), ends)
             })
         })
     }
 
-    fn rule(&self, span: Span, extra: usize) -> &Rule {
+    fn rule_for(&self, span: Span, extra: usize) -> &Rule {
         let plain = self.plain - 1;
         let found = self.rules[..plain]
             .iter()

@@ -7,6 +7,9 @@ use glam::{Quat, Vec2, Vec3};
 
 use crate::{Cone, SceneError, Texture, is_near};
 
+/// The least difference of the cosines of a spot, of KHR_lights_punctual.
+const LEAST_RIM: f64 = 0.001;
+
 /// A light that reaches any point of space from exactly one direction.
 ///
 /// Made by [`Light::emitters`](crate::Light::emitters) or by the
@@ -26,7 +29,20 @@ pub struct PointEmitter {
     position: Vec3,
     intensity: Vec3,
     range: f32,
+    falloff: Falloff,
     emission: Emission,
+}
+
+/// How the light of a point ends at its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Falloff {
+    /// It is undiminished up to the range and nothing beyond.
+    #[default]
+    Hard,
+    /// It is multiplied by `max(1 − (d / range)⁴, 0)` at the distance `d`, the
+    /// window that KHR_lights_punctual recommends. An infinite range fades
+    /// nothing.
+    Smooth,
 }
 
 /// Parallel light.
@@ -56,6 +72,11 @@ pub struct SpotEmission {
     rotation: Quat,
     cos_inner: f32,
     cos_outer: f32,
+    /// 1 − cos of the outer half angle, which has more digits.
+    outer_versine: f32,
+    /// Difference between the cosines of the inner and the outer half angle, at
+    /// least 0.001.
+    rim: f32,
     tan_outer: f32,
     texture: Option<Texture>,
 }
@@ -66,7 +87,7 @@ impl Emission {
     /// # Errors
     /// [`SceneError::BadValue`] if the angles are not 0 ≤ inner < outer ≤ π/2,
     /// the rotation is not a finite quaternion other than 0, or there is a
-    /// texture and `outer` exceeds 1.5 rad (the slide would be infinite).
+    /// texture and `outer` exceeds 1.5 rad (the cookie would be infinite).
     pub fn spot(rotation: Quat, cone: Cone, texture: Option<Texture>) -> Result<Self, SceneError> {
         let Cone { inner, outer } = cone;
         let largest = if texture.is_some() { 1.5 } else { FRAC_PI_2 };
@@ -87,11 +108,15 @@ impl Emission {
                 "a finite quaternion other than 0",
             ));
         }
+        // 1 − cos x = 2 sin²(x/2) keeps its digits; the cone must stay convex.
+        let versine = |angle: f32| (2.0 * (0.5 * f64::from(angle)).sin().powi(2)).min(1.0);
+        let [full, dark] = [inner, outer].map(versine);
         Ok(Self::Spot(SpotEmission {
             rotation: rotation.normalize(),
-            cos_inner: inner.cos(),
-            // cos(π/2) in f32 is slightly negative; the cone must stay convex.
-            cos_outer: outer.cos().max(0.0),
+            cos_inner: (1.0 - full) as f32,
+            cos_outer: (1.0 - dark) as f32,
+            outer_versine: dark as f32,
+            rim: (dark - full).max(LEAST_RIM) as f32,
             tan_outer: outer.tan(),
             texture,
         }))
@@ -119,6 +144,19 @@ impl SpotEmission {
         self.rotation
     }
 
+    /// 1 − cos of the half angle at which the light ends, at most 1: for narrow
+    /// cones it has the digits that [`SpotEmission::cos_outer`] lacks.
+    pub fn outer_versine(&self) -> f32 {
+        self.outer_versine
+    }
+
+    /// How much the cosine grows between the half angle at which the light ends and
+    /// that from which on it is full: the difference between the cosines of the
+    /// two cones, at least 0.001.
+    pub fn rim(&self) -> f32 {
+        self.rim
+    }
+
     /// Cosine of the half angle up to which the intensity is full.
     pub fn cos_inner(&self) -> f32 {
         self.cos_inner
@@ -128,7 +166,7 @@ impl SpotEmission {
     /// of the inner cone, or 0.001 more than that of the outer one if they are
     /// closer to each other.
     pub fn cos_full(&self) -> f32 {
-        self.cos_outer + (self.cos_inner - self.cos_outer).max(0.001)
+        self.cos_outer + self.rim
     }
 
     /// Cosine of the half angle at which the light ends, at least 0.
@@ -136,21 +174,22 @@ impl SpotEmission {
         self.cos_outer
     }
 
-    /// Half the side of the slide at distance 1 in front of the light: the
+    /// Half the side of the cookie at distance 1 in front of the light: the
     /// tangent of the half angle at which the light ends.
     pub fn tan_outer(&self) -> f32 {
         self.tan_outer
     }
 
-    /// The slide in front of the light.
+    /// The cookie in front of the light.
     pub fn texture(&self) -> Option<&Texture> {
         self.texture.as_ref()
     }
 
     fn factor(&self, direction: Vec3) -> Vec3 {
-        let cos = self.axis().dot(direction);
-        let edge = (cos - self.cos_outer) / (self.cos_inner - self.cos_outer).max(0.001);
-        let edge = edge.clamp(0.0, 1.0);
+        // 1 − cos θ is half the square of the distance between two unit vectors:
+        // the cosines themselves would differ in their last digits only.
+        let versine = 0.5 * (self.axis() - direction).length_squared();
+        let edge = ((self.outer_versine - versine) / self.rim).clamp(0.0, 1.0);
         let falloff = Vec3::splat(edge * edge);
         match &self.texture {
             Some(texture) if edge > 0.0 => {
@@ -199,8 +238,19 @@ impl Emitter {
             position,
             intensity,
             range,
+            falloff: Falloff::Hard,
             emission,
         }))
+    }
+
+    /// The same light, which ends at its range in this way. Parallel light has
+    /// no range and stays as it is.
+    #[must_use]
+    pub fn with_falloff(self, falloff: Falloff) -> Self {
+        match self {
+            Self::Point(point) => Self::Point(PointEmitter { falloff, ..point }),
+            sun @ Self::Directional(_) => sun,
+        }
     }
 
     /// Parallel light that travels along `direction` (any length but 0).
@@ -253,6 +303,41 @@ impl PointEmitter {
         self.range
     }
 
+    /// How the light ends at its range.
+    pub fn falloff(&self) -> Falloff {
+        self.falloff
+    }
+
+    /// Whether the light fades towards its range, which is finite then.
+    pub fn fades(&self) -> bool {
+        self.falloff == Falloff::Smooth && self.range < f32::INFINITY
+    }
+
+    /// The factor on the intensity at the distance `d`, m, from 0 to 1; 0 for a
+    /// NaN.
+    pub fn window(&self, d: f32) -> f32 {
+        if !(d <= self.range) {
+            0.0
+        } else if self.fades() {
+            let square = (d / self.range) * (d / self.range);
+            (1.0 - square) * (1.0 + square)
+        } else {
+            1.0
+        }
+    }
+
+    /// [`PointEmitter::window`] for a distance that is known to be in range, where
+    /// rounding may say otherwise.
+    pub fn window_inside(&self, d: f32) -> f32 {
+        self.window(d.min(self.range))
+    }
+
+    /// Whether it shines alike in all directions and does not fade: then it is
+    /// the inverse square that all evaluators know.
+    pub fn is_plain(&self) -> bool {
+        self.emission == Emission::Isotropic && !self.fades()
+    }
+
     /// The intensity's distribution over directions.
     pub fn emission(&self) -> &Emission {
         &self.emission
@@ -282,4 +367,58 @@ fn check_power(what: &'static str, value: Vec3) -> Result<(), SceneError> {
         value,
         "0, or 1e-20 to 1e20, in each channel",
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against f64, which differs by the rounding of directions: 1e-7 rad.
+    #[test]
+    fn narrow_cones_keep_their_profile() {
+        for degrees in [0.05_f32, 0.1, 2.0, 30.0, 90.0] {
+            let outer = degrees.to_radians();
+            let inner = 0.3 * outer;
+            let rotation = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(0.2);
+            let emission = Emission::spot(rotation, Cone { inner, outer }, None).unwrap();
+            let axis = rotation.as_dquat().normalize() * glam::DVec3::NEG_Z;
+            let versine = |angle: f64| 2.0 * (0.5 * angle).sin().powi(2);
+            let (full, dark) = (versine(inner.into()), versine(outer.into()));
+            for i in 0..20 {
+                let angle = outer * (i as f32 + 0.5) / 20.0;
+                let direction = rotation * Quat::from_rotation_x(angle) * Vec3::NEG_Z;
+                let off = axis.angle_between(direction.as_dvec3());
+                let ramp = (dark - versine(off)) / (dark - full).max(LEAST_RIM);
+                let expected = ramp.clamp(0.0, 1.0).powi(2);
+                let found = f64::from(emission.factor(direction).x);
+                let largest = (dark / (dark - full).max(LEAST_RIM)).min(1.0).powi(2);
+                let allowed = 3e-7 / f64::from(outer) + 3e-7;
+                assert!(
+                    (found - expected).abs() <= 4.0 * allowed * largest,
+                    "{degrees} {i}: {found} {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn windows_fall_from_one_to_nothing() {
+        let plain = Emitter::point(Vec3::ZERO, Vec3::ONE, 4.0, Emission::Isotropic).unwrap();
+        for (falloff, values) in [
+            (Falloff::Hard, [1.0, 1.0, 1.0, 0.0, 0.0]),
+            (Falloff::Smooth, [1.0, 15.0 / 16.0, 0.0, 0.0, 0.0]),
+        ] {
+            let Emitter::Point(light) = plain.clone().with_falloff(falloff) else {
+                panic!("a point was made");
+            };
+            let found = [0.0, 2.0, 4.0, 4.001, f32::NAN].map(|d| light.window(d));
+            assert_eq!(found, values, "{falloff:?}");
+            assert_eq!(light.is_plain(), falloff == Falloff::Hard);
+        }
+        let endless = Emitter::point(Vec3::ZERO, Vec3::ONE, f32::INFINITY, Emission::Isotropic);
+        let Emitter::Point(light) = endless.unwrap().with_falloff(Falloff::Smooth) else {
+            panic!("a point was made");
+        };
+        assert!(!light.fades() && light.window(1e30) == 1.0);
+    }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, Quat, Vec2, Vec2Swizzles, Vec3};
 
 use super::{SceneError, Texture};
-use crate::{Emission, Emitter};
+use crate::{Emission, Emitter, Falloff};
 
 /// A light of a scene. Algorithms see it as one or more [`Emitter`]s.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,8 @@ pub struct PointLight {
     pub intensity: Vec3,
     /// Nothing farther away than this is lit, m; `f32::INFINITY` for no limit.
     pub range: f32,
+    /// How the light ends there.
+    pub falloff: Falloff,
 }
 
 /// A point that shines into a cone around its local −Z.
@@ -47,6 +49,8 @@ pub struct SpotLight {
     pub intensity: Vec3,
     /// Nothing farther away than this is lit, m; `f32::INFINITY` for no limit.
     pub range: f32,
+    /// How the light ends there.
+    pub falloff: Falloff,
     /// The cone in which the intensity is full and the one where it ends.
     pub cone: Cone,
     /// A cookie (gobo) in front of the light that multiplies its intensity. It spans
@@ -116,6 +120,7 @@ impl Default for PointLight {
             position: Vec3::ZERO,
             intensity: Vec3::ONE,
             range: f32::INFINITY,
+            falloff: Falloff::Hard,
         }
     }
 }
@@ -130,6 +135,7 @@ impl Default for SpotLight {
             rotation: Quat::IDENTITY,
             intensity: Vec3::ONE,
             range: f32::INFINITY,
+            falloff: Falloff::Hard,
             cone: Cone {
                 inner: 0.0,
                 outer: std::f32::consts::FRAC_PI_4,
@@ -216,12 +222,12 @@ impl Light {
             Self::Point(light) => {
                 let emission = Emission::Isotropic;
                 Emitter::point(light.position, light.intensity, light.range, emission)
-                    .map(|e| vec![e])
+                    .map(|e| vec![e.with_falloff(light.falloff)])
             }
             Self::Spot(light) => {
                 let emission = Emission::spot(light.rotation, light.cone, light.texture.clone())?;
                 Emitter::point(light.position, light.intensity, light.range, emission)
-                    .map(|e| vec![e])
+                    .map(|e| vec![e.with_falloff(light.falloff)])
             }
             Self::Directional(light) => light.emitters(samples),
             Self::Area(light) => light.emitters(samples),

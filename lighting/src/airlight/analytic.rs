@@ -7,7 +7,8 @@ use crate::{Interval, LightPath};
 
 /// Any evaluator of the crate `airlight` for lights that shine alike in all
 /// directions from within the medium, and a quadrature for all others:
-/// spotlights, surfaces, lights outside of a bounded medium.
+/// spotlights, surfaces, lights that fade towards their range, lights outside of a
+/// bounded medium.
 ///
 /// The evaluator must have been made for the phase function of the medium that
 /// it is used in. A coloured medium takes one evaluation per channel, a grey
@@ -15,13 +16,16 @@ use crate::{Interval, LightPath};
 #[derive(Debug, Clone)]
 pub struct Analytic<E> {
     evaluator: E,
-    rest: Quadrature,
+    fallback: Quadrature,
 }
 
 impl<E: airlight::Evaluator> Analytic<E> {
-    /// `evaluator` where it applies and `rest` elsewhere.
-    pub fn new(evaluator: E, rest: Quadrature) -> Self {
-        Self { evaluator, rest }
+    /// `evaluator` where it applies and `fallback` elsewhere.
+    pub fn new(evaluator: E, fallback: Quadrature) -> Self {
+        Self {
+            evaluator,
+            fallback,
+        }
     }
 
     /// The evaluator.
@@ -30,15 +34,15 @@ impl<E: airlight::Evaluator> Analytic<E> {
     }
 
     /// What is used where the evaluator does not apply.
-    pub fn rest(&self) -> &Quadrature {
-        &self.rest
+    pub fn fallback(&self) -> &Quadrature {
+        &self.fallback
     }
 }
 
 impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         let Some(segment) = path.segment(interval) else {
-            return self.rest.radiance(path, interval);
+            return self.fallback.radiance(path, interval);
         };
         let medium = path.medium();
         let light = medium.sigma_s() * path.emitter().intensity();

@@ -30,7 +30,8 @@ use crate::{Emitter, Interval, LightPath};
 /// beyond, the integrand has a narrow peak and the number of nodes must grow:
 /// 16 nodes are 9e-4 off at optical depth 100. The interval is divided at the
 /// [kinks](LightPath::kinks) that it contains, and each part has all the nodes;
-/// the texels of a slide are kinks too, at which it is not, and convergence
+/// the texels of a cookie are kinks too, at which it is not
+/// ([`Quadrature`](super::Quadrature) is divided there), and convergence
 /// falls to second order.
 ///
 /// A directional light needs no quadrature: see [`directional`].

@@ -11,6 +11,7 @@
 //! medium; see [`LightPath`].
 
 mod analytic;
+mod cookie;
 mod directional;
 mod equi_angular;
 mod midpoint;

@@ -2,10 +2,11 @@
 
 use airlight::quadrature::Node;
 use airlight::{Error, PhaseFunction, Segment64};
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec3};
 
-use super::{AirlightEvaluator, directional};
-use crate::scene::{Emission, PointEmitter};
+use super::{AirlightEvaluator, cookie, directional};
+use crate::path::axis_of;
+use crate::scene::{Emission, PointEmitter, SpotEmission, Texture};
 use crate::{Emitter, Interval, LightPath};
 
 /// Gauss–Legendre quadrature by the pieces of [`airlight::Quadrature`], for
@@ -18,14 +19,16 @@ use crate::{Emitter, Interval, LightPath};
 /// [kinks](LightPath::kinks) that it contains as well, and where a light with a
 /// pattern has its rims, it gets the nodes that the pattern asks for
 /// ([`airlight::Quadrature::nodes_of`]): spotlights and cosines keep the tolerance
-/// too, relative to their own light. The texels of a slide are kinks at which the
-/// interval is not divided. Lights that stand outside of a bounded medium get two
+/// too, relative to their own light. Where a light has a cookie, a bilinear blend
+/// between the centres of its texels, the interval is also divided at the lines
+/// through these centres, and the tolerance is relative to the light without the
+/// cookie: two nodes on each texel mostly do, and the time grows with the number of
+/// texels that the picture of the ray crosses. Lights that stand outside of a bounded medium get two
 /// nodes more on each piece; where the medium is many mean free paths deep, their
 /// error may be larger.
 ///
-/// On a GPU the cosine between the axis of a spotlight and a direction has an
-/// error of about 1e-7, which counts by the difference of the cosines of its
-/// cones.
+/// On a GPU directions have an error of about 1e-7, which counts by the angle of
+/// a spotlight's cone.
 ///
 /// A coloured medium has nodes of its own for each channel. A directional
 /// light needs no quadrature: see [`directional`].
@@ -118,23 +121,23 @@ fn by_channel(path: &LightPath<'_>, sum: impl Fn(f32) -> Vec3) -> Vec3 {
 /// A light with a pattern as a ray sees it, in double precision: from afar a
 /// narrow cone is a small difference of large lengths.
 #[derive(Debug)]
-struct Lamp<'a> {
-    point: &'a PointEmitter,
-    emission: airlight::Emission,
+pub(super) struct Lamp<'a> {
+    pub(super) point: &'a PointEmitter,
+    pub(super) emission: airlight::Emission,
     /// Distance of the foot point from the eye, and between light and ray.
-    foot: f64,
-    h: f64,
+    pub(super) foot: f64,
+    pub(super) h: f64,
+    /// Unit vectors along the ray and from the light to the foot point.
+    pub(super) direction: DVec3,
+    pub(super) to_foot: DVec3,
 }
 
 impl<'a> Lamp<'a> {
-    /// `None` for a light that shines alike in all directions.
+    /// `None` for a light that shines alike in all directions and does not fade.
     fn new(path: &LightPath<'_>, point: &'a PointEmitter) -> Option<Self> {
-        let axis = match point.emission() {
-            Emission::Isotropic => return None,
-            Emission::Cosine { normal } => *normal,
-            Emission::Spot(spot) => spot.axis(),
-        };
-        let axis = axis.as_dvec3().normalize();
+        if point.is_plain() {
+            return None;
+        }
         let direction = path.ray().direction().as_dvec3().normalize();
         let to_light = point.position().as_dvec3() - path.ray().origin().as_dvec3();
         let foot = to_light.dot(direction);
@@ -142,18 +145,34 @@ impl<'a> Lamp<'a> {
         let to_foot = (direction * foot - to_light)
             .try_normalize()
             .unwrap_or_else(|| path.from_light(0.0).0.as_dvec3());
-        let (along, across) = (axis.dot(direction), axis.dot(to_foot));
+        let parts = |axis: DVec3| (axis.dot(direction), axis.dot(to_foot));
         let emission = match point.emission() {
-            Emission::Spot(spot) => {
-                let (inner, outer) = (spot.cos_inner().into(), spot.cos_outer().into());
-                airlight::Emission::spot(along, across, inner, outer)
+            Emission::Isotropic => Ok(airlight::Emission::isotropic()),
+            Emission::Cosine { normal } => {
+                let (along, across) = parts(normal.as_dvec3().normalize());
+                airlight::Emission::cosine(along, across)
             }
-            _ => airlight::Emission::cosine(along, across),
+            Emission::Spot(spot) => {
+                let (along, across) = parts(axis_of(spot));
+                let outer = 1.0 - f64::from(spot.outer_versine());
+                let full = (outer + f64::from(spot.rim())).min(1.0);
+                airlight::Emission::spot(along, across, full, outer)
+            }
         };
+        let range = point.range().into();
+        let emission = emission.and_then(|emission| {
+            if point.fades() {
+                emission.fading_within(range)
+            } else {
+                Ok(emission)
+            }
+        });
         Some(Self {
             point,
             emission: emission.expect("parts of a unit vector, and cosines in order"),
             foot,
+            direction,
+            to_foot,
             // Rays through the light are moved off it.
             h: if path.h() > 1.001 * h as f32 {
                 path.h().into()
@@ -174,7 +193,7 @@ impl<'a> Lamp<'a> {
     }
 
     /// [`LightPath::source`] at a node behind `start` but for the emission, which
-    /// is a factor of its weight, up to the slide.
+    /// is a factor of its weight.
     fn source(&self, path: &LightPath<'_>, start: f32, node: Node) -> Vec3 {
         let medium = path.medium();
         let x = start + node.distance;
@@ -183,20 +202,15 @@ impl<'a> Lamp<'a> {
         let optical_length = x - path.entry() + light_leg;
         let transmittance = (-medium.sigma_t() * optical_length).exp();
         let light = medium.phase().value(node.angle) * self.point.intensity();
-        medium.sigma_s() * light * self.slide(direction) * transmittance
+        medium.sigma_s() * light * transmittance
     }
 
-    /// What the slide of a spotlight lets through.
-    fn slide(&self, direction: Vec3) -> Vec3 {
-        let Emission::Spot(spot) = self.point.emission() else {
-            return Vec3::ONE;
-        };
-        let Some(texture) = spot.texture() else {
-            return Vec3::ONE;
-        };
-        let local = spot.rotation().inverse() * direction;
-        let plane = Vec2::new(local.x, -local.y) / (-local.z * spot.tan_outer());
-        texture.clamp(0.5 + 0.5 * plane)
+    /// The spotlight and its cookie, if it has one.
+    pub(super) fn cookie(&self) -> Option<(&'a SpotEmission, &'a Texture)> {
+        match self.point.emission() {
+            Emission::Spot(spot) => spot.texture().map(|texture| (spot, texture)),
+            _ => None,
+        }
     }
 }
 
@@ -210,6 +224,11 @@ impl AirlightEvaluator for Quadrature {
             None => path
                 .without_kinks(interval)
                 .fold(Vec3::ZERO, |sum, piece| sum + self.smooth(path, piece)),
+            Some(lamp) if lamp.cookie().is_some() => {
+                path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
+                    sum + cookie::radiance(&self.rule, path, &lamp, piece)
+                })
+            }
             // All kinks are rims of the light then.
             Some(lamp) if path.is_immersed() => self.patterned(path, &lamp, interval),
             Some(lamp) => path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
@@ -221,7 +240,7 @@ impl AirlightEvaluator for Quadrature {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DVec3, Quat};
+    use glam::Quat;
 
     use super::*;
     use crate::Ray;
@@ -258,9 +277,8 @@ mod tests {
                 let factor = match emission {
                     crate::scene::Emission::Spot(spot) => {
                         let cos = spot.axis().as_dvec3().normalize().dot(offset) / d;
-                        let (inner, outer) =
-                            (f64::from(spot.cos_inner()), f64::from(spot.cos_outer()));
-                        let edge = (cos - outer) / (inner - outer).max(0.001);
+                        let outer = 1.0 - f64::from(spot.outer_versine());
+                        let edge = (cos - outer) / f64::from(spot.rim());
                         edge.clamp(0.0, 1.0).powi(2)
                     }
                     crate::scene::Emission::Cosine { normal } => {

@@ -26,7 +26,7 @@ fn light_emitter() -> light_Emitter {
     return light_Emitter();
 }
 
-fn light_slide(index: u32) -> vec3<f32> {
+fn light_cookie(index: u32) -> vec3<f32> {
     return vec3(0.0);
 }
 

@@ -36,6 +36,7 @@ impl InShader<AirlightSlot> for Quadrature {
     fn part() -> Part {
         Part::new("light_quadrature")
             .sources(&[SEGMENT, NUMERIC, SCALED, NODES])
+            .source(include_str!("cookie.wgsl"))
             .source(include_str!("quadrature.wgsl"))
             .uniform("light_rules", "air_Quadrature")
             .read("light_rule_entries", "array<vec4<f32>>")
@@ -59,7 +60,7 @@ impl InShader<AirlightSlot> for Analytic<Table> {
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
-        let mut arguments = self.rest().arguments();
+        let mut arguments = self.fallback().arguments();
         arguments.push(Argument::uniform(self.evaluator().gpu_uniforms()));
         arguments.push(Argument::table(&self.evaluator().gpu_cells()));
         arguments

@@ -1,5 +1,5 @@
 // A table of airlight as the evaluator, for lights that shine alike in all
-// directions from within the medium; the quadrature for all others.
+// directions from within the medium and do not fade; the quadrature for all others.
 //
 // Needs the part TABLE of `airlight` too, and the variables
 //   light_table: air_Table
@@ -16,7 +16,7 @@ fn air_table_cell(index: u32) -> vec4<u32> {
 fn light_analytic_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     let emitter = light_emitter();
     let medium = light_medium();
-    if emitter.emission != light_ISOTROPIC || !light_is_immersed() {
+    if emitter.emission != light_ISOTROPIC || emitter.fades != 0u || !light_is_immersed() {
         return light_quadrature_airlight(path, start, end);
     }
     let segment = light_segment(path, start, end);

@@ -29,7 +29,7 @@ fn light_both_next_lit(cursor: ptr<function, light_both_Cursor>, path: light_Pat
         let a = (*cursor).a;
         let b = (*cursor).b;
         if light_is_dark(a) || light_is_dark(b) {
-            return light_dark();
+            break;
         }
         // The part that ends first has had its share of the other one.
         if a.end < b.end {
@@ -46,4 +46,5 @@ fn light_both_next_lit(cursor: ptr<function, light_both_Cursor>, path: light_Pat
             return overlap;
         }
     }
+    return light_dark();
 }

@@ -56,7 +56,7 @@ where
         if lit.medium.scatters_nothing() {
             return Ok(());
         }
-        let (light, slide) = EmitterRecord::new(lit.emitter);
+        let (light, cookie) = EmitterRecord::new(lit.emitter);
         let scene = Scene {
             emitter: light,
             medium: MediumRecord::new(lit.medium),
@@ -79,7 +79,7 @@ where
                 &[
                     Argument::uniform(scene),
                     Argument::read(lit.rays),
-                    Argument::table(&slide),
+                    Argument::table(&cookie),
                     Argument::write(radiance),
                 ],
                 &arguments,

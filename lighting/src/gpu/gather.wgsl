@@ -13,7 +13,7 @@ struct Scene {
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<storage> rays: array<light_Ray>;
-@group(0) @binding(2) var<storage> slide: array<vec4<f32>>;
+@group(0) @binding(2) var<storage> cookie: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read_write> radiance: array<vec4<f32>>;
 
 fn light_emitter() -> light_Emitter {
@@ -24,8 +24,8 @@ fn light_medium() -> light_Medium {
     return scene.medium;
 }
 
-fn light_slide(index: u32) -> vec3<f32> {
-    return slide[index].xyz;
+fn light_cookie(index: u32) -> vec3<f32> {
+    return cookie[index].xyz;
 }
 
 @compute @workgroup_size(64)

@@ -36,7 +36,7 @@
 //!
 //! # Limits
 //!
-//! A spotlight's slide is uploaded with every gather.
+//! A spotlight's cookie is uploaded with every gather.
 //! Some software drivers end loops after 65,535 iterations per ray: steps ×
 //! nodes stay below that.
 

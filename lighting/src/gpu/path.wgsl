@@ -3,7 +3,7 @@
 // Needs, from whoever assembles the shader:
 //   fn light_emitter() -> light_Emitter
 //   fn light_medium() -> light_Medium
-//   fn light_slide(index: u32) -> vec3<f32>     texels of the emitter's slide
+//   fn light_cookie(index: u32) -> vec3<f32>     texels of the emitter's cookie
 // and the part PHASE of `airlight`.
 
 const light_POINT: u32 = 0u;
@@ -27,15 +27,17 @@ struct light_Emitter {
     axis: vec3<f32>,
     emission: u32,
     right: vec3<f32>,
-    cos_outer: f32,
+    // 1 − cos of the half angle of a spotlight: narrow cones need its digits.
+    outer_versine: f32,
     up: vec3<f32>,
-    // cos_inner − cos_outer, at least 0.001.
+    // The cosine of the inner half angle less that of the outer one, at least 0.001.
     edge: f32,
-    // The slide of a spotlight; no texels, no slide.
-    slide_width: u32,
-    slide_height: u32,
+    // The cookie of a spotlight; no texels, no cookie.
+    cookie_width: u32,
+    cookie_height: u32,
     tan_outer: f32,
-    padding: f32,
+    // Whether the light fades towards its range.
+    fades: u32,
 }
 
 struct light_Medium {
@@ -160,8 +162,8 @@ fn light_face_changes(path: light_Path) -> vec2<f32> {
 // light enters a bounded medium through another face.
 fn light_find_kinks(path: light_Path, emitter: light_Emitter) -> array<f32, light_KINKS> {
     var kinks = array<f32, light_KINKS>(light_FAR, light_FAR, light_FAR, light_FAR, light_FAR);
-    if emitter.emission == light_SPOT && emitter.cos_outer + emitter.edge < 1.0 {
-        let full = light_in_cone(path, emitter.axis, emitter.cos_outer + emitter.edge);
+    if emitter.emission == light_SPOT && emitter.outer_versine > emitter.edge {
+        let full = light_in_cone(path, emitter.axis, emitter.outer_versine - emitter.edge);
         if full.x < full.y {
             kinks[0] = full.x;
             kinks[1] = full.y;
@@ -251,28 +253,33 @@ fn light_within_reach(path: light_Path, emitter: light_Emitter) -> vec2<f32> {
         part = vec2(max(part.x, path.foot - half), min(part.y, path.foot + half));
     }
     if emitter.emission != light_ISOTROPIC {
-        let cos = select(0.0, emitter.cos_outer, emitter.emission == light_SPOT);
-        let cone = light_in_cone(path, emitter.axis, cos);
+        let versine = select(1.0, emitter.outer_versine, emitter.emission == light_SPOT);
+        let cone = light_in_cone(path, emitter.axis, versine);
         part = vec2(max(part.x, cone.x), min(part.y, cone.y));
     }
     return part;
 }
 
-// Where the ray runs inside the cone p·axis ≥ cos |p| around the light; the
-// cone is convex, so this is one interval, perhaps unbounded.
+// Where the ray runs inside the cone p·axis ≥ c |p| around the light, with
+// c = 1 − versine; the cone is convex, so this is one interval, perhaps unbounded.
 //
 // In units of h behind the foot point, p = to_foot + s direction, and the two
 // unit vectors are at right angles: no term is large where the ray passes close
 // to the light.
-fn light_in_cone(path: light_Path, axis: vec3<f32>, cos: f32) -> vec2<f32> {
-    let c2 = cos * cos;
+fn light_in_cone(path: light_Path, axis: vec3<f32>, versine: f32) -> vec2<f32> {
     let wa = dot(path.direction, axis);
     let ta = dot(path.to_foot, axis);
     // Crossings of the double cone, (wa² − c²) s² + 2 wa ta s + ta² − c² = 0,
-    // and of the plane between its halves.
-    let a = (wa - cos) * (wa + cos);
+    // and of the plane between its halves. Squares of sines in place of those of
+    // cosines keep the digits of a narrow cone.
+    let cos = 1.0 - versine;
+    let sine2 = versine * (2.0 - versine);
+    let aside = cross(path.direction, axis);
+    let a = sine2 - dot(aside, aside);
     let b = wa * ta;
-    let discriminant = c2 * (wa * wa + ta * ta - c2);
+    let off = dot(cross(path.to_foot, path.direction), axis);
+    let discriminant = cos * cos * (sine2 - off * off);
+    let tilt = cross(path.to_foot, axis);
     var cuts = vec3(light_FAR);
     if discriminant >= 0.0 {
         let root = sqrt(discriminant);
@@ -281,7 +288,7 @@ fn light_in_cone(path: light_Path, axis: vec3<f32>, cos: f32) -> vec2<f32> {
             cuts.x = path.h * (q / a);
         }
         if q != 0.0 {
-            cuts.y = path.h * ((ta - cos) * (ta + cos) / q);
+            cuts.y = path.h * ((sine2 - dot(tilt, tilt)) / q);
         }
     }
     if wa != 0.0 {
@@ -308,7 +315,8 @@ fn light_in_cone(path: light_Path, axis: vec3<f32>, cos: f32) -> vec2<f32> {
             s = start + scale;
         }
         let p = path.h * path.to_foot + s * path.direction;
-        if dot(p, axis) >= cos * length(p) {
+        let off_axis = axis - normalize(p);
+        if 0.5 * dot(off_axis, off_axis) <= versine {
             result = vec2(select(start, result.x, found), end);
             found = true;
         }
@@ -323,6 +331,15 @@ fn light_from_light(path: light_Path, s: f32) -> vec4<f32> {
     return vec4(path.direction * (s / d) + path.to_foot * (path.h / d), d);
 }
 
+// The root of what a spotlight makes of its intensity into a unit direction, but
+// for its cookie.
+fn light_ramp(emitter: light_Emitter, direction: vec3<f32>) -> f32 {
+    // 1 − cos of the angle to the axis, with the digits of a small one.
+    let off_axis = emitter.axis - direction;
+    let versine = 0.5 * dot(off_axis, off_axis);
+    return clamp((emitter.outer_versine - versine) / emitter.edge, 0.0, 1.0);
+}
+
 // What the emission makes of the intensity into a unit direction.
 fn light_factor(emitter: light_Emitter, direction: vec3<f32>) -> vec3<f32> {
     let cos = dot(emitter.axis, direction);
@@ -331,13 +348,13 @@ fn light_factor(emitter: light_Emitter, direction: vec3<f32>) -> vec3<f32> {
             return vec3(max(cos, 0.0));
         }
         case light_SPOT: {
-            let edge = clamp((cos - emitter.cos_outer) / emitter.edge, 0.0, 1.0);
-            if emitter.slide_width == 0u || edge <= 0.0 {
-                return vec3(edge * edge);
+            let ramp = light_ramp(emitter, direction);
+            if emitter.cookie_width == 0u || ramp <= 0.0 {
+                return vec3(ramp * ramp);
             }
             let plane = vec2(dot(emitter.right, direction), -dot(emitter.up, direction))
                 / (cos * emitter.tan_outer);
-            return edge * edge * light_slide_at(emitter, 0.5 + 0.5 * plane);
+            return ramp * ramp * light_cookie_at(emitter, 0.5 + 0.5 * plane);
         }
         default: {
             return vec3(1.0);
@@ -345,18 +362,27 @@ fn light_factor(emitter: light_Emitter, direction: vec3<f32>) -> vec3<f32> {
     }
 }
 
+// The factor on the intensity at the distance d, which is in range.
+fn light_window_at(emitter: light_Emitter, d: f32) -> f32 {
+    if emitter.fades == 0u {
+        return 1.0;
+    }
+    let part = min(d / emitter.range, 1.0);
+    return (1.0 - part * part) * (1.0 + part * part);
+}
+
 // Bilinear, holding the border.
-fn light_slide_at(emitter: light_Emitter, uv: vec2<f32>) -> vec3<f32> {
-    let size = vec2(f32(emitter.slide_width), f32(emitter.slide_height));
+fn light_cookie_at(emitter: light_Emitter, uv: vec2<f32>) -> vec3<f32> {
+    let size = vec2(f32(emitter.cookie_width), f32(emitter.cookie_height));
     let position = clamp(uv, vec2(0.0), vec2(1.0)) * size - 0.5;
     let base = floor(position);
     let f = position - base;
     let last = vec2<i32>(size) - 1;
     let low = clamp(vec2<i32>(base), vec2(0), last);
     let high = clamp(vec2<i32>(base) + 1, vec2(0), last);
-    let width = i32(emitter.slide_width);
-    let top = mix(light_slide(u32(low.y * width + low.x)), light_slide(u32(low.y * width + high.x)), f.x);
-    let bottom = mix(light_slide(u32(high.y * width + low.x)), light_slide(u32(high.y * width + high.x)), f.x);
+    let width = i32(emitter.cookie_width);
+    let top = mix(light_cookie(u32(low.y * width + low.x)), light_cookie(u32(low.y * width + high.x)), f.x);
+    let bottom = mix(light_cookie(u32(high.y * width + low.x)), light_cookie(u32(high.y * width + high.x)), f.x);
     return mix(top, bottom, f.y);
 }
 
@@ -387,13 +413,22 @@ fn light_source(path: light_Path, x: f32) -> vec3<f32> {
         return medium.sigma_s * emitter.intensity * light_sun_phase(path)
             * exp(-medium.sigma_t * optical_length);
     }
-    let s = x - path.foot;
+    return light_source_behind(path, x, x - path.foot);
+}
+
+// The same for a light at a point, at the position x = foot + s: on a short piece
+// far from the eye s has digits that x lacks.
+fn light_source_behind(path: light_Path, x: f32, s: f32) -> vec3<f32> {
+    let emitter = light_emitter();
+    let medium = light_medium();
+    let eye_leg = x - path.entry;
     let from_light = light_from_light(path, s);
     // Measured from the ray: seen from a light far away, f32 could not tell the
     // faces of the box apart.
     let point = path.origin + x * path.direction;
     let optical_length = eye_leg + light_length_inside(point, -from_light.xyz, from_light.w);
     return medium.sigma_s * emitter.intensity * light_factor(emitter, from_light.xyz)
+        * light_window_at(emitter, from_light.w)
         * air_phase_from_foot(medium.phase, medium.phase_parameter, s, path.h)
         * exp(-medium.sigma_t * optical_length);
 }

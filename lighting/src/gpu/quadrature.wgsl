@@ -1,5 +1,5 @@
 // Airlight of any light: the nodes of airlight's quadrature on each piece
-// between two kinks.
+// between two kinks, or texel by texel if the light has a cookie.
 //
 // Needs the parts SEGMENT, NUMERIC, SCALED and NODES of `airlight`, and the
 // variables
@@ -46,6 +46,9 @@ fn light_smooth_quadrature(path: light_Path, start: f32, end: f32) -> vec3<f32> 
     if path.h == 0.0 && start <= path.foot && path.foot <= end {
         return vec3(light_FAR);
     }
+    if light_emitter().cookie_width > 0u {
+        return light_cookie_airlight(path, start, end);
+    }
     let segment = light_segment(path, start, end);
     let pattern = light_pattern(path, start, end);
     let sigma_t = light_medium().sigma_t;
@@ -70,11 +73,16 @@ fn light_pattern(path: light_Path, start: f32, end: f32) -> air_Pattern {
         // Inside of the inner cone a spot is a plain light.
         let s = start - path.foot;
         let middle = select(s + 0.5 * (end - start), s + abs(s) + path.h + 1.0, end == light_FAR);
-        let cos = dot(emitter.axis, light_from_light(path, middle).xyz);
-        if cos < emitter.cos_outer + emitter.edge {
+        let off_axis = emitter.axis - light_from_light(path, middle).xyz;
+        if 0.5 * dot(off_axis, off_axis) > emitter.outer_versine - emitter.edge {
             pattern.extra += air_EXTRA_SPOT;
             pattern.deeper = air_DEEPER;
         }
+    }
+    if emitter.fades != 0u {
+        pattern.extra += air_EXTRA_FADING;
+        pattern.deeper = air_DEEPER;
+        pattern.range = emitter.range;
     }
     return pattern;
 }

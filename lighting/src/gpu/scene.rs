@@ -19,13 +19,13 @@ pub(crate) struct EmitterRecord {
     pub(super) axis: Vec3,
     pub(super) emission: u32,
     pub(super) right: Vec3,
-    pub(super) cos_outer: f32,
+    pub(super) outer_versine: f32,
     pub(super) up: Vec3,
     pub(super) edge: f32,
-    pub(super) slide_width: u32,
-    pub(super) slide_height: u32,
+    pub(super) cookie_width: u32,
+    pub(super) cookie_height: u32,
     pub(super) tan_outer: f32,
-    pub(super) padding: f32,
+    pub(super) fades: u32,
 }
 
 /// `light_Medium` of `path.wgsl`.
@@ -61,7 +61,7 @@ pub(super) const COSINE: u32 = 1;
 pub(super) const SPOT: u32 = 2;
 
 impl EmitterRecord {
-    /// The light, and the texels of its slide.
+    /// The light, and the texels of its cookie.
     pub(crate) fn new(emitter: &Emitter) -> (Self, Vec<[f32; 4]>) {
         let mut record = Self {
             intensity: emitter.intensity(),
@@ -78,6 +78,7 @@ impl EmitterRecord {
         record.kind = POINT;
         record.position = point.position();
         record.range = point.range().min(f32::MAX);
+        record.fades = u32::from(point.fades());
         let mut texels = Vec::new();
         match point.emission() {
             Emission::Isotropic => record.emission = ISOTROPIC,
@@ -90,13 +91,13 @@ impl EmitterRecord {
                 record.axis = spot.axis();
                 record.right = spot.rotation() * Vec3::X;
                 record.up = spot.rotation() * Vec3::Y;
-                record.cos_outer = spot.cos_outer();
-                record.edge = (spot.cos_inner() - spot.cos_outer()).max(0.001);
+                record.outer_versine = spot.outer_versine();
+                record.edge = spot.rim();
                 record.tan_outer = spot.tan_outer().min(f32::MAX);
-                if let Some(slide) = spot.texture() {
-                    record.slide_width = slide.width();
-                    record.slide_height = slide.height();
-                    texels = slide
+                if let Some(cookie) = spot.texture() {
+                    record.cookie_width = cookie.width();
+                    record.cookie_height = cookie.height();
+                    texels = cookie
                         .texels()
                         .iter()
                         .map(|t| t.extend(0.0).into())

@@ -8,7 +8,7 @@ use gpu_backend::Backend;
 
 use super::{Frame, FrameInputs, MethodError, Verdict};
 use crate::airlight::{AirlightEvaluator, Analytic, EquiAngular, Midpoint, Quadrature};
-use crate::scene::{Emission, Emitter};
+use crate::scene::Emitter;
 
 /// A kind of airlight evaluator.
 pub trait Evaluators: Send + Sync + Debug {
@@ -94,7 +94,7 @@ impl FrameInputs<'_> {
                     .medium
                     .bounds()
                     .is_some_and(|bounds| !bounds.contains(point.position()));
-                *point.emission() != Emission::Isotropic || is_outside
+                !point.is_plain() || is_outside
             }
         };
         let all = self.emitters.iter().enumerate();

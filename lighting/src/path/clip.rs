@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::MOST_KINKS;
-use crate::scene::{Bounds, DirectionalEmitter, Emission, Medium, PointEmitter};
+use crate::scene::{Bounds, DirectionalEmitter, Emission, Medium, PointEmitter, SpotEmission};
 use crate::{Interval, Ray};
 
 /// The line of a ray as a point light sees it, in f64.
@@ -43,9 +43,8 @@ impl Clip<'_> {
                 intersect(start, end);
             }
             Emission::Spot(spot) => {
-                let cos = f64::from(spot.cos_outer());
-                let (start, end) =
-                    clip_to_cone(from_light, direction, spot.axis().as_dvec3(), cos)?;
+                let cos = 1.0 - f64::from(spot.outer_versine());
+                let (start, end) = clip_to_cone(from_light, direction, axis_of(spot), cos)?;
                 intersect(start, end);
             }
         }
@@ -65,10 +64,10 @@ impl Clip<'_> {
             }
         };
         if let Emission::Spot(spot) = self.point.emission()
-            && spot.cos_full() < 1.0
+            && spot.outer_versine() > spot.rim()
         {
-            let (axis, cos) = (spot.axis().as_dvec3(), f64::from(spot.cos_full()));
-            let full = clip_to_cone(self.from_light, self.direction, axis, cos);
+            let cos = 1.0 - f64::from(spot.outer_versine()) + f64::from(spot.rim());
+            let full = clip_to_cone(self.from_light, self.direction, axis_of(spot), cos);
             if let Some((start, end)) = full {
                 add(start);
                 add(end);
@@ -97,6 +96,12 @@ impl Clip<'_> {
         kinks.sort_by(f32::total_cmp);
         kinks
     }
+}
+
+/// The axis of a spotlight with more digits than [`SpotEmission::axis`] has, which
+/// narrow cones need.
+pub(crate) fn axis_of(spot: &SpotEmission) -> DVec3 {
+    spot.rotation().as_dquat().normalize() * DVec3::NEG_Z
 }
 
 /// Where the line `v + x w` runs inside the cone of all `p` with

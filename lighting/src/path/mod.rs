@@ -10,6 +10,7 @@ pub(crate) use arc::Arc;
 #[cfg(feature = "shadow-map")]
 pub(crate) use arc::Turns;
 use clip::Clip;
+pub(crate) use clip::axis_of;
 
 use crate::scene::{DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle};
 use crate::{Interval, Ray};
@@ -158,8 +159,9 @@ impl<'a> LightPath<'a> {
 
     /// Positions on the line of the ray, in order, where the light changes with
     /// a kink: at the inner cone of a spotlight, and where the light's way
-    /// enters a bounded medium through another face. (The texels of a slide are
-    /// not among them.) Quadrature should stop at each.
+    /// enters a bounded medium through another face. Quadrature should stop at each.
+    /// A cookie has more, where the ray crosses the lines through the centres of its
+    /// texels: [`Quadrature`](crate::airlight::Quadrature) stops there, too.
     pub fn kinks(&self) -> impl Iterator<Item = f32> {
         self.kinks.into_iter().take_while(|x| x.is_finite())
     }
@@ -201,13 +203,13 @@ impl<'a> LightPath<'a> {
     }
 
     /// The interval as the evaluators of the crate `airlight` take it, if they
-    /// apply: for a point light that shines alike in all directions, and of
-    /// whose way all runs in the medium.
+    /// apply: for a point light that shines alike in all directions and does not
+    /// fade, and of whose way all runs in the medium.
     pub fn segment(&self, interval: Interval) -> Option<Segment> {
         let Emitter::Point(point) = self.emitter else {
             return None;
         };
-        let applies = self.is_immersed() && matches!(point.emission(), Emission::Isotropic);
+        let applies = self.is_immersed() && point.is_plain();
         applies.then(|| self.part(interval))
     }
 
@@ -253,7 +255,8 @@ impl<'a> LightPath<'a> {
 
     /// Light scattered towards the eye per metre of ray at distance `x`, times
     /// the squared distance to a point light:
-    /// `σ_s p(cos θ) I exp(−σ_t (x + d))` (for the sun: `σ_s p E exp(−σ_t (x + l))`).
+    /// `σ_s p(cos θ) I exp(−σ_t (x + d))` (for the sun: `σ_s p E exp(−σ_t (x + l))`),
+    /// with the window of a light that fades towards its range.
     ///
     /// This is the integrand of the airlight with the inverse square taken
     /// out, which is what stays bounded in the equi-angular variable.
@@ -270,7 +273,8 @@ impl<'a> LightPath<'a> {
                     .medium
                     .phase()
                     .value(ScatteringAngle::from_foot(s, self.h));
-                self.scattered(phase, self.intensity(point, direction), eye_leg + light_leg)
+                let light = self.intensity(point, direction) * point.window_inside(d);
+                self.scattered(phase, light, eye_leg + light_leg)
             }
             Emitter::Directional(sun) => {
                 let phase = self.medium.phase().value(self.sun_angle(sun));

@@ -357,7 +357,7 @@ pub(crate) fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
         Emitter::Point(point) => point,
     };
     let cone = match point.emission() {
-        Emission::Spot(spot) => tangent(spot.cos_outer()),
+        Emission::Spot(spot) => tangent(spot.outer_versine()),
         _ => f32::INFINITY,
     };
     match (point.emission(), fitted(corners, point.position())) {
@@ -412,8 +412,8 @@ fn fitted([min, max]: [Vec3; 2], origin: Vec3) -> Option<(Face, f32)> {
     Some((face, tan))
 }
 
-fn tangent(cos: f32) -> f32 {
-    (1.0 - cos * cos).max(0.0).sqrt() / cos
+fn tangent(versine: f32) -> f32 {
+    (versine * (2.0 - versine)).sqrt() / (1.0 - versine)
 }
 
 fn cube(origin: Vec3) -> Vec<Face> {

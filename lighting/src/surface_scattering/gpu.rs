@@ -126,7 +126,7 @@ where
         if lit.medium.scatters_nothing() {
             return Ok(());
         }
-        let (emitter, slide) = EmitterRecord::new(lit.emitter);
+        let (emitter, cookie) = EmitterRecord::new(lit.emitter);
         let scene = Scene {
             emitter,
             medium: MediumRecord::new(lit.medium),
@@ -147,7 +147,7 @@ where
                 &[
                     Argument::uniform(scene),
                     Argument::read(lit.points),
-                    Argument::table(&slide),
+                    Argument::table(&cookie),
                     Argument::write(radiance),
                 ],
                 &scattering.arguments(),

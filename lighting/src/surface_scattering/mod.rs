@@ -15,7 +15,7 @@
 //!
 //! * [`ClosedForm`] where there is one: two lookups of the paper's `G_0`, for points
 //!   that shine evenly, or one lookup for a sun.
-//! * [`Quadrature`] for everything else: spotlights and their slides, the points of
+//! * [`Quadrature`] for everything else: spotlights and their cookies, the points of
 //!   area lights, ranges, fog in a box, any phase function, and shadows in the fog,
 //!   from whatever answers [questions at points](crate::visibility::PointVisibility).
 //!

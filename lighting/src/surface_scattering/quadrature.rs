@@ -218,6 +218,7 @@ impl<P: PointVisibility> Quadrature<P> {
                     };
                     let angle = ScatteringAngle::from_half_tangent(half_sin, half_cos);
                     let scattered = weight * surface.cos(cos, sin) * medium.phase().value(angle);
+                    let scattered = scattered * light.window_inside(d);
                     inner += share * (-medium.sigma_t() * length).exp() * scattered;
                 }
                 sum += intensity * inner * (weight * (end - start));

@@ -115,7 +115,7 @@ fn light_quadrature_of_point(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32
     var cos_edge = -1.0;
     if emitter.emission != light_ISOTROPIC {
         axis = emitter.axis;
-        cos_edge = select(0.0, emitter.cos_outer, emitter.emission == light_SPOT);
+        cos_edge = select(0.0, 1.0 - emitter.outer_versine, emitter.emission == light_SPOT);
     }
     let cone = light_cone(axis, cos_edge, toward);
     var sum = vec3(0.0);
@@ -173,7 +173,7 @@ fn light_quadrature_of_point(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32
                 }
                 let cos = max(along * look.x + across * look.y, 0.0);
                 let scattered = node.y * cos * light_phase_of_half(half.y, half.x);
-                inner += share * exp(-medium.sigma_t * way) * scattered;
+                inner += share * exp(-medium.sigma_t * way) * (scattered * light_window_at(emitter, d));
             }
             let weight = plane.w * outer.y * (last - first) * (end - start);
             sum += emitter.intensity * light_factor(emitter, from_light) * inner * weight;

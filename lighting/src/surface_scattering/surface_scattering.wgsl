@@ -12,7 +12,7 @@ struct Scene {
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<storage> points: array<light_SurfacePoint>;
-@group(0) @binding(2) var<storage> slide: array<vec4<f32>>;
+@group(0) @binding(2) var<storage> cookie: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read_write> radiance: array<vec4<f32>>;
 
 fn light_emitter() -> light_Emitter {
@@ -23,8 +23,8 @@ fn light_medium() -> light_Medium {
     return scene.medium;
 }
 
-fn light_slide(index: u32) -> vec3<f32> {
-    return slide[index].xyz;
+fn light_cookie(index: u32) -> vec3<f32> {
+    return cookie[index].xyz;
 }
 
 @compute @workgroup_size(64)

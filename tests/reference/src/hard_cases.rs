@@ -286,8 +286,8 @@ fn media(list: &mut List) {
 
 fn beams(list: &mut List) {
     let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
-    let spot = |inner: f32, outer: f32, slide: Option<Texture>| {
-        Emission::spot(down, Cone { inner, outer }, slide).expect("a cone")
+    let spot = |inner: f32, outer: f32, cookie: Option<Texture>| {
+        Emission::spot(down, Cone { inner, outer }, cookie).expect("a cone")
     };
     // 2 m over the ray the cone meets it over ± 2 tan(outer).
     let over = Vec3::new(4.0, 2.0, 0.0);
@@ -359,10 +359,10 @@ fn beams(list: &mut List) {
     let texels = (0..64)
         .map(|i| Vec3::new((i % 2) as f32, (i / 8 % 2) as f32, 0.5))
         .collect();
-    let slide = Texture::new(8, 8, texels).expect("64 texels");
+    let cookie = Texture::new(8, 8, texels).expect("64 texels");
     list.add(
-        "slide",
-        emitting(over, spot(0.2, 0.5, Some(slide))),
+        "cookie",
+        emitting(over, spot(0.2, 0.5, Some(cookie))),
         fog(0.2),
         along_x(8.0),
     );

@@ -94,7 +94,7 @@ fn structures_and_constants_are_those_of_rust() {
             growth,
             fade,
             plain_rules,
-            padding
+            tolerance
         }
     );
     for (name, value) in [

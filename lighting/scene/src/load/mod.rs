@@ -37,7 +37,7 @@
 //! | `emissiveFactor` × `KHR_materials_emissive_strength` × `emissiveTexture` | emitted radiance; on surfaces the texture's mean |
 //! | a primitive of two triangles that form a rectangle and emit | an area light too, on its front side (on both if it is double-sided), with the emissive texture if that is mapped once and upright or turned by right angles |
 //! | the first perspective camera | the camera; aspect ratio and clipping planes are the picture's affair. An orthographic one is ignored |
-//! | `KHR_lights_punctual` | lights; candela and lux times the linear colour are taken as they are; a `range` of 0 is no limit |
+//! | `KHR_lights_punctual` | lights; candela and lux times the linear colour are taken as they are; a `range` of 0 is no limit, towards any other the light fades smoothly |
 //! | `EXT_lights_area` | area lights, rectangles and disks |
 //!
 //! A light or camera takes its place and orientation from its node, never its
@@ -79,6 +79,10 @@
 //! `{"angularDiameter": 0.0093}` in the extras of a directional light, or of its
 //! node, is [the angle](crate::DirectionalLight::angular_diameter) in radians
 //! that it spans in the sky.
+//!
+//! `{"falloff": "hard"}` in the extras of a light with a `range`, or of its node,
+//! lights all within the range undiminished; `"smooth"`, which is meant if it is
+//! missing, [fades](crate::Falloff::Smooth) towards it.
 //!
 //! # PLY
 //!

@@ -54,7 +54,7 @@ pub enum Embedded {
     /// Three columns of [`smoke_puffs`] against a spotlight, each puff a small
     /// opaque ball.
     Smoke,
-    /// A ball in the coloured light of a window-like slide.
+    /// A ball in the coloured light of a window-like cookie.
     TexturedSpot,
     /// A knotted, ribbed tube of about 100,000 triangles under a glowing
     /// rectangle.
@@ -115,7 +115,7 @@ impl Embedded {
             Self::Landscape => "fractal mountains in a box of bluish haze, low sun",
             Self::Hairball => "1,500 curling strands around a point light",
             Self::Smoke => "three columns of small opaque puffs against a spotlight",
-            Self::TexturedSpot => "a ball in the coloured cone of a spotlight with a slide",
+            Self::TexturedSpot => "a ball in the coloured cone of a spotlight with a cookie",
             Self::AreaLight => "a dense knotted tube under a rectangular area light",
             Self::Coil => "a spring around a point light",
             Self::Fence => "pickets and wires in front of a point light",

@@ -7,8 +7,8 @@ use super::random::Random;
 use super::stage::{Stage, aim, fog, look, paint, upright};
 use crate::{Cone, Light, PhaseFunction, Scene, SpotLight, Texture};
 
-/// Texels along each side of the slide.
-const SLIDE: u32 = 64;
+/// Texels along each side of the cookie.
+const COOKIE: u32 = 64;
 
 pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let ball = stage.shape("ball", icosphere(5), paint(0.8, 0.8, 0.8));
@@ -42,7 +42,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
 
 /// A rose window: panes around random sites, folded into one eighth of the
 /// square so that the pattern is symmetric, with dark leads between them that
-/// are wide enough for the slide to be smooth.
+/// are wide enough for the cookie to be smooth.
 fn window(seed: u64) -> Texture {
     const GLASS: [Vec3; 6] = [
         Vec3::new(1.0, 0.10, 0.06),
@@ -64,9 +64,9 @@ fn window(seed: u64) -> Texture {
         }
     }
     let texel = |index: u32| {
-        let (x, y) = (index % SLIDE, index / SLIDE);
+        let (x, y) = (index % COOKIE, index / COOKIE);
         let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-        let p = (2.0 * centre / SLIDE as f32 - 1.0).abs();
+        let p = (2.0 * centre / COOKIE as f32 - 1.0).abs();
         let p = if p.y > p.x { Vec2::new(p.y, p.x) } else { p };
         let (mut nearest, mut second, mut colour) = (f32::INFINITY, f32::INFINITY, Vec3::ZERO);
         for &(site, glass) in &sites {
@@ -80,6 +80,6 @@ fn window(seed: u64) -> Texture {
         let lead = ((second - nearest) / 0.05).min(1.0);
         colour * (lead * lead * (3.0 - 2.0 * lead))
     };
-    Texture::new(SLIDE, SLIDE, (0..SLIDE * SLIDE).map(texel).collect())
+    Texture::new(COOKIE, COOKIE, (0..COOKIE * COOKIE).map(texel).collect())
         .expect("numbers of this program")
 }

@@ -27,7 +27,7 @@ use crate::visibility::Unshadowed;
 const CONTRACT: &str = "
     fn light_emitter() -> light_Emitter { return light_Emitter(); }
     fn light_medium() -> light_Medium { return light_Medium(); }
-    fn light_slide(index: u32) -> vec3<f32> { return vec3(f32(index)); }";
+    fn light_cookie(index: u32) -> vec3<f32> { return vec3(f32(index)); }";
 
 fn path_shader() -> Shader {
     Shader::new(&[NUMERIC, PHASE, PATH, ARC, DIRECTIONAL, LIT, CONTRACT]).unwrap()
@@ -274,13 +274,13 @@ fn structures_and_constants_are_those_of_rust() {
             axis,
             emission,
             right,
-            cos_outer,
+            outer_versine,
             up,
             edge,
-            slide_width,
-            slide_height,
+            cookie_width,
+            cookie_height,
             tan_outer,
-            padding,
+            fades,
         }
     );
     assert_same_layout!(

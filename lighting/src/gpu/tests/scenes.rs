@@ -15,14 +15,14 @@ pub(super) fn lights() -> Vec<(&'static str, Emitter)> {
     let point = |range, emission| {
         Emitter::point(LIGHT, Vec3::new(50.0, 30.0, 5.0), range, emission).unwrap()
     };
-    let spot = |inner, outer, slide| {
+    let spot = |inner, outer, cookie| {
         let rotation = Quat::from_rotation_y(0.4) * Quat::from_rotation_x(-0.7);
-        Emission::spot(rotation, Cone { inner, outer }, slide).unwrap()
+        Emission::spot(rotation, Cone { inner, outer }, cookie).unwrap()
     };
     let texels = (0..35)
         .map(|i| Vec3::new(i as f32, 1.0, (i % 3) as f32))
         .collect();
-    let slide = Texture::new(7, 5, texels).unwrap();
+    let cookie = Texture::new(7, 5, texels).unwrap();
     vec![
         ("point", point(f32::INFINITY, Emission::Isotropic)),
         ("range", point(3.0, Emission::Isotropic)),
@@ -40,7 +40,7 @@ pub(super) fn lights() -> Vec<(&'static str, Emitter)> {
             "half space",
             point(9.0, spot(0.0, std::f32::consts::FRAC_PI_2, None)),
         ),
-        ("slide", point(f32::INFINITY, spot(0.1, 0.8, Some(slide)))),
+        ("cookie", point(f32::INFINITY, spot(0.1, 0.8, Some(cookie)))),
         (
             "sun",
             Emitter::directional(Vec3::new(0.3, -1.0, 0.2), Vec3::splat(4.0)).unwrap(),

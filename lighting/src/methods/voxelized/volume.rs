@@ -320,7 +320,7 @@ fn light(emitter: &Emitter) -> Result<Light, epipolar::Error> {
             Emission::Isotropic => Light::point(point.position()),
             Emission::Cosine { normal } => Light::spot(point.position(), *normal, FRAC_PI_2),
             Emission::Spot(spot) => {
-                let outer = spot.cos_outer().clamp(-1.0, 1.0).acos();
+                let outer = 2.0 * (0.5 * spot.outer_versine()).sqrt().asin();
                 // A cone narrower than f32 tells counts as one that it does.
                 Light::spot(point.position(), spot.axis(), outer.max(1e-4))
             }

@@ -41,9 +41,9 @@ pub fn sun() -> impl Strategy<Value = Emitter> {
         .prop_map(|direction| Emitter::directional(direction, Vec3::ONE).expect("a unit direction"))
 }
 
-/// A spotlight, some with a slide, or a surface that emits by the cosine law.
+/// A spotlight, some with a cookie, or a surface that emits by the cosine law.
 pub fn beam(size: f32) -> impl Strategy<Value = Emitter> {
-    let slide = prop::collection::vec(0.0_f32..1.0, 12).prop_map(|values| {
+    let cookie = prop::collection::vec(0.0_f32..1.0, 12).prop_map(|values| {
         let texels = values.iter().map(|v| Vec3::new(*v, 1.0 - v, 0.5)).collect();
         Texture::new(4, 3, texels).expect("twelve texels")
     });
@@ -51,14 +51,14 @@ pub fn beam(size: f32) -> impl Strategy<Value = Emitter> {
         rotation(),
         0.0_f32..0.95,
         log_uniform(0.02, 1.5),
-        prop::option::of(slide),
+        prop::option::of(cookie),
     )
-        .prop_map(|(rotation, share, outer, slide)| {
+        .prop_map(|(rotation, share, outer, cookie)| {
             let cone = Cone {
                 inner: share * outer,
                 outer,
             };
-            Emission::spot(rotation, cone, slide).expect("a cone")
+            Emission::spot(rotation, cone, cookie).expect("a cone")
         });
     let emission = prop_oneof![
         3 => spot,

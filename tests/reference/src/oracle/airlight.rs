@@ -13,7 +13,7 @@
 //! `|s| = h / tan(h w)`, `d = h / sin(h w)`, `dx / d² = |dw|`. The inverse
 //! square is gone, the sky is `w = 0`, and `h = 0` is the limit `|s| = 1/w`.
 //! The integral is cut where the integrand has a kink: edges of the cone, of
-//! the texels of a slide, of the medium's box.
+//! the texels of a cookie, of the medium's box.
 //!
 //! For a sun the optical path is linear between the kinks and the integral
 //! elementary.
@@ -132,7 +132,7 @@ impl<'a> Airlight<'a> {
             edges.clear();
             edges.push(foot);
             lamp.edges(&line, &mut edges);
-            lamp.slide_edges(&line, &mut edges);
+            lamp.cookie_edges(&line, &mut edges);
             self.fog.point_edges(&line, lamp.position, &mut edges);
             let (points, fog) = (&self.points, self.fog);
             let (pieces, suns) = (&mut self.pieces, &mut self.suns);
@@ -295,6 +295,7 @@ impl NearLight {
         fog.sigma_s
             * self.lamp.intensity
             * self.lamp.emission(to_point / d)
+            * self.lamp.fading(d)
             * (fog.phase(sin2, cos2) * (-fog.sigma_t * depth).exp())
     }
 }

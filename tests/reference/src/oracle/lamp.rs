@@ -23,6 +23,8 @@ pub struct PointLamp {
     pub intensity: DVec3,
     /// Nothing farther away is lit.
     pub range: f64,
+    /// Whether it fades towards the range like `1 − (d / range)⁴`.
+    fades: bool,
     pattern: Pattern,
 }
 
@@ -51,9 +53,9 @@ struct Cone {
     dark: f64,
     /// Cosine from which on it is full.
     full: f64,
-    /// Half the side of the slide at distance 1.
+    /// Half the side of the cookie at distance 1.
     tan_dark: f64,
-    slide: Option<Texture>,
+    cookie: Option<Texture>,
 }
 
 impl Lamp {
@@ -68,6 +70,7 @@ impl Lamp {
                 position: point.position().as_dvec3(),
                 intensity: point.intensity().as_dvec3(),
                 range: f64::from(point.range()),
+                fades: point.fades(),
                 pattern: Pattern::new(point.emission()),
             }),
         }
@@ -81,6 +84,7 @@ impl PointLamp {
             position,
             intensity,
             range: f64::INFINITY,
+            fades: false,
             pattern: Pattern::Even,
         }
     }
@@ -103,6 +107,15 @@ impl PointLamp {
         }
     }
 
+    /// The factor on the intensity at the distance `d`.
+    pub fn fading(&self, d: f64) -> f64 {
+        if self.fades {
+            (1.0 - (d / self.range).powi(4)).max(0.0)
+        } else {
+            1.0
+        }
+    }
+
     /// True if `point` is in range and the light shines towards it. A point
     /// on an edge may count either way.
     pub fn reaches(&self, point: DVec3) -> bool {
@@ -118,7 +131,7 @@ impl PointLamp {
 
     /// Appends the distances along `line` at which the light may begin or end
     /// or a derivative of its emission jumps: its range and the edges of its
-    /// cone. A slide has more: [`PointLamp::slide_edges`].
+    /// cone. A cookie has more: [`PointLamp::cookie_edges`].
     pub fn edges(&self, line: &Line, edges: &mut Vec<f64>) {
         let (foot, offset) = line.nearest(self.position);
         let h2 = offset.length_squared();
@@ -135,17 +148,17 @@ impl PointLamp {
         }
     }
 
-    /// Appends where `line` passes the centres of the slide's texels, between
+    /// Appends where `line` passes the centres of the cookie's texels, between
     /// which it is interpolated.
-    pub fn slide_edges(&self, line: &Line, edges: &mut Vec<f64>) {
+    pub fn cookie_edges(&self, line: &Line, edges: &mut Vec<f64>) {
         let Pattern::Cone(cone) = &self.pattern else {
             return;
         };
-        let Some(slide) = &cone.slide else {
+        let Some(cookie) = &cone.cookie else {
             return;
         };
         let (foot, offset) = line.nearest(self.position);
-        for (side, texels) in [(cone.right, slide.width()), (cone.up, slide.height())] {
+        for (side, texels) in [(cone.right, cookie.width()), (cone.up, cookie.height())] {
             for texel in 0..texels {
                 let k = (2.0 * f64::from(texel) + 1.0) / f64::from(texels) - 1.0;
                 let normal = side - k * cone.tan_dark * cone.axis;
@@ -166,15 +179,15 @@ impl Pattern {
                 let q = spot.rotation();
                 let [x, y, z, w] = [q.x, q.y, q.z, q.w].map(f64::from);
                 let rotation = DQuat::from_xyzw(x, y, z, w).normalize();
-                let (full, dark) = (f64::from(spot.cos_inner()), f64::from(spot.cos_outer()));
+                let dark = 1.0 - f64::from(spot.outer_versine());
                 Self::Cone(Cone {
                     axis: rotation * DVec3::NEG_Z,
                     right: rotation * DVec3::X,
                     up: rotation * DVec3::Y,
                     dark,
-                    full: dark + (full - dark).max(0.001),
+                    full: dark + f64::from(spot.rim()),
                     tan_dark: f64::from(spot.tan_outer()),
-                    slide: spot.texture().cloned(),
+                    cookie: spot.texture().cloned(),
                 })
             }
         }
@@ -186,13 +199,13 @@ impl Cone {
         let cos = self.axis.dot(direction);
         let ramp = ((cos - self.dark) / (self.full - self.dark)).clamp(0.0, 1.0);
         let grey = DVec3::splat(ramp * ramp);
-        match &self.slide {
-            Some(slide) if ramp > 0.0 => {
-                // The slide stands upright at distance 1: +Y is its upper edge.
+        match &self.cookie {
+            Some(cookie) if ramp > 0.0 => {
+                // The cookie stands upright at distance 1: +Y is its upper edge.
                 let half_side = cos * self.tan_dark;
                 let u = 0.5 + 0.5 * self.right.dot(direction) / half_side;
                 let v = 0.5 - 0.5 * self.up.dot(direction) / half_side;
-                grey * texel(slide, DVec2::new(u, v))
+                grey * texel(cookie, DVec2::new(u, v))
             }
             _ => grey,
         }
@@ -281,12 +294,12 @@ mod tests {
 
     use super::*;
 
-    fn spot(slide: Option<Texture>) -> PointLamp {
+    fn spot(cookie: Option<Texture>) -> PointLamp {
         let cone = Cone {
             inner: 0.3,
             outer: FRAC_PI_4,
         };
-        let emission = Emission::spot(Quat::from_rotation_y(-FRAC_PI_2), cone, slide).unwrap();
+        let emission = Emission::spot(Quat::from_rotation_y(-FRAC_PI_2), cone, cookie).unwrap();
         let emitter = Emitter::point(Vec3::ZERO, Vec3::ONE, 9.0, emission).unwrap();
         match Lamp::new(&emitter) {
             Lamp::Point(point) => point,
@@ -326,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slide_is_upright() {
+    fn a_cookie_is_upright() {
         // Seen along the light: top row red, bottom row green, right column darker.
         let texels = [Vec3::X, 0.5 * Vec3::X, Vec3::Y, 0.5 * Vec3::Y];
         let lamp = spot(Some(Texture::new(2, 2, texels.to_vec()).unwrap()));

@@ -2,6 +2,7 @@
 
 use gltf_json::Value;
 
+use crate::Falloff;
 use crate::load::LoadError;
 
 /// Whether `castsShadow` is false; `None` if it is not there.
@@ -56,6 +57,22 @@ pub(super) fn angular_diameter(extras: &Value, owner: &str) -> Result<Option<f32
             format!("angularDiameter in the extras of {owner}"),
             number(value).map_or_else(|| kind(value).into(), |number| number.to_string()),
             "0 to pi/2 rad",
+        )),
+    }
+}
+
+/// How a light ends at its range.
+pub(super) fn falloff(extras: &Value, owner: &str) -> Result<Option<Falloff>, LoadError> {
+    let Some(value) = extras.get("falloff") else {
+        return Ok(None);
+    };
+    match value.as_str() {
+        Some("smooth") => Ok(Some(Falloff::Smooth)),
+        Some("hard") => Ok(Some(Falloff::Hard)),
+        _ => Err(LoadError::bad_value(
+            format!("falloff in the extras of {owner}"),
+            kind(value),
+            "\"smooth\" or \"hard\"",
         )),
     }
 }

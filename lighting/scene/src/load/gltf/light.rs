@@ -10,7 +10,7 @@ use gltf_json::validation::Checked;
 use super::node::rotation;
 use super::{Builder, entry, extras, label};
 use crate::load::LoadError;
-use crate::{Cone, DirectionalLight, Light, PointLight, SpotLight, Texture};
+use crate::{Cone, DirectionalLight, Falloff, Light, PointLight, SpotLight, Texture};
 
 /// A cookie spans the square around the outer cone, which must be finite.
 const WIDEST_COOKIE: f32 = 1.5;
@@ -76,6 +76,11 @@ impl Builder<'_> {
             lights.get(reference.light.value())?.get("extras")
         };
         let extras = [of_light(), self.extras("nodes", number)];
+        let mut falloff = None;
+        for extras in extras.into_iter().flatten() {
+            falloff = falloff.or(extras::falloff(extras, &what)?);
+        }
+        let falloff = falloff.unwrap_or(Falloff::Smooth);
         let own_name = light.name.as_ref().filter(|name| !name.is_empty());
         let called = own_name.or(node.name.as_ref()).cloned().unwrap_or_default();
         self.budget
@@ -86,6 +91,7 @@ impl Builder<'_> {
                 position,
                 intensity: power,
                 range,
+                falloff,
             }),
             Type::Directional => {
                 let mut angular_diameter = None;
@@ -113,6 +119,7 @@ impl Builder<'_> {
                     rotation: rotation * turn,
                     intensity: power,
                     range,
+                    falloff,
                     cone,
                     texture,
                 })

@@ -3,7 +3,7 @@ use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use glam::Vec3;
 
 use super::*;
-use crate::{Light, PhaseFunction};
+use crate::{Emitter, Falloff, Light, PhaseFunction};
 
 fn with_nodes(nodes: &str, rest: &str) -> Result<Loaded, LoadError> {
     let (draft, mesh) = tetrahedron();
@@ -104,6 +104,33 @@ fn bad_lights_are_refused_with_their_cause() {
         let error = with_light("", light).unwrap_err().to_string();
         assert!(error.contains(cause), "{light}: {error}");
     }
+}
+
+#[test]
+fn light_fades_towards_a_range_unless_the_extras_say_hard() {
+    for kind in [r#""type":"point""#, r#""type":"spot","spot":{}"#] {
+        for (extras, expected) in [
+            ("", Falloff::Smooth),
+            (r#","extras":{"falloff":"smooth"}"#, Falloff::Smooth),
+            (r#","extras":{"falloff":"hard"}"#, Falloff::Hard),
+        ] {
+            let loaded = with_light("", &format!(r#"{{{kind},"range":5{extras}}}"#)).unwrap();
+            let emitters = loaded.scene.lights[0].emitters(1).unwrap();
+            let Emitter::Point(point) = &emitters[0] else {
+                panic!("{emitters:?}");
+            };
+            assert_eq!(point.falloff(), expected, "{kind} {extras}");
+            let half = if expected == Falloff::Hard {
+                1.0
+            } else {
+                15.0 / 16.0
+            };
+            assert_eq!([2.5, 5.01].map(|d| point.window(d)), [half, 0.0]);
+        }
+    }
+    let bad = r#"{"type":"point","range":5,"extras":{"falloff":3}}"#;
+    let error = with_light("", bad).unwrap_err().to_string();
+    assert!(error.contains("falloff"), "{error}");
 }
 
 #[test]

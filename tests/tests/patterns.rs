@@ -1,0 +1,256 @@
+//! Lights with a pattern: cookies, narrow cones and ranges, by the evaluator that
+//! methods use unless another is asked for.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
+use crepuscular_tests::frames::{image, inputs};
+use crepuscular_tests::suite::Subject;
+use glam::{DVec3, Quat, Vec3};
+use lighting::airlight::Quadrature;
+use lighting::methods::{Registry, Store};
+use lighting::scene::procedural::Embedded;
+use lighting::scene::trace::Tracer;
+use lighting::scene::{Bounds, Cone, Emission, Falloff, Medium, PhaseFunction, Texture};
+use lighting::visibility::Unshadowed;
+use lighting::{Emitter, LitRays, Ray};
+use reference::metrics::image_error;
+use reference::oracle::airlight::{Airlight, Tolerance, reach};
+use reference::oracle::{Fog, Lamp, Line};
+use reference::random::noise;
+use reference::scenes::TestScene;
+use reference::shapes;
+use reference::tolerances::Allowed;
+
+crepuscular_tests::on_every_backend!(
+    cookies_keep_every_tolerance,
+    lights_that_fade_keep_the_tolerance,
+    narrow_cones_keep_the_tolerance,
+);
+crepuscular_tests::on_every_backend!(traced:
+    the_default_picture_of_a_narrow_spot_is_right,
+    the_default_picture_of_a_cookie_is_right,
+);
+
+fn truth(ray: &Ray, emitter: &Emitter, medium: &Medium) -> DVec3 {
+    let (line, fog, lamp) = (Line::new(ray), Fog::new(medium), Lamp::new(emitter));
+    let mut airlight = Airlight::new(&line, &fog);
+    if let Some(reach) = reach(&line, &lamp, &fog) {
+        airlight.add_off_the_light(&lamp, reach, &[reach]);
+    }
+    airlight.total(Tolerance::relative(1e-9)).value
+}
+
+/// The largest difference between the airlight of a ray and the truth in units of
+/// what is allowed: a share of `scale`'s light on the same ray.
+fn worst<B: Subject>(
+    backend: &B,
+    rays: &[Ray],
+    [emitter, scale]: [&Emitter; 2],
+    medium: &Medium,
+    tolerance: f32,
+) -> f64 {
+    // f32 knows directions to 1.2e-7, which counts by the angle of a cone; the square
+    // of a ramp that has fallen to a half changes by some six times as much.
+    let rounding = match emitter {
+        Emitter::Point(point) => match point.emission() {
+            Emission::Spot(spot) => 8e-7 / f64::from(spot.tan_outer()),
+            _ => 0.0,
+        },
+        Emitter::Directional(_) => 0.0,
+    };
+    let quadrature = Quadrature::with_tolerance(medium.phase(), tolerance).unwrap();
+    let there = backend.upload(rays).unwrap();
+    let mut radiance = backend.zeros::<[f32; 4]>(rays.len()).unwrap();
+    let lit = LitRays::new(&there, emitter, medium);
+    backend
+        .gather(&lit, &Unshadowed, &quadrature, &mut radiance)
+        .unwrap();
+    let found = backend.download(&radiance).unwrap();
+    let allowed = f64::from(tolerance).max(Allowed::Evaluator.error()) + rounding;
+    rays.iter()
+        .zip(found)
+        .map(|(ray, found)| {
+            let expected = truth(ray, emitter, medium);
+            let scale = truth(ray, scale, medium);
+            let found = DVec3::new(found[0].into(), found[1].into(), found[2].into());
+            let error = (found - expected).abs() / scale.max(DVec3::splat(1e-30));
+            error.max_element() / allowed
+        })
+        .fold(0.0, f64::max)
+}
+
+fn media() -> [Medium; 4] {
+    let fog = |s, a, phase| Medium::new(s, a, phase).unwrap();
+    let forward = PhaseFunction::HenyeyGreenstein { g: 0.9 };
+    let thin = fog(
+        Vec3::splat(0.05),
+        Vec3::splat(0.01),
+        PhaseFunction::Isotropic,
+    );
+    let bounds = Bounds::new(Vec3::new(-3.0, -2.5, -3.0), Vec3::new(3.0, 1.0, 3.0)).unwrap();
+    [
+        thin,
+        fog(
+            Vec3::new(0.4, 0.8, 1.6),
+            Vec3::ZERO,
+            PhaseFunction::Rayleigh,
+        ),
+        fog(Vec3::splat(0.1), Vec3::ZERO, forward),
+        thin.within(bounds),
+    ]
+}
+
+/// Rays across, along and towards a beam from (0, 2, 0) downwards.
+fn rays(count: u64, spread: f32) -> Vec<Ray> {
+    (0..count)
+        .map(|i| {
+            let unit = |k: u64| 2.0 * noise(8 * i + k) - 1.0;
+            let depth = 0.1 + 2.9 * noise(8 * i);
+            let across = spread * depth * Vec3::new(unit(1), 0.0, unit(2));
+            let target = Vec3::new(0.0, 2.0 - depth, 0.0) + across;
+            let from = match i % 3 {
+                0 => Vec3::new(5.0 * unit(3), unit(4), 5.0 + unit(5)),
+                1 => Vec3::new(0.4 * unit(3), 6.0 + unit(4), 0.3 + 0.4 * unit(5)),
+                _ => Vec3::new(unit(3), -2.0 + 0.5 * unit(4), unit(5)),
+            };
+            let length = if i % 2 == 0 { 9.0 } else { f32::INFINITY };
+            Ray::new(from, target - from, length).unwrap()
+        })
+        .collect()
+}
+
+fn down() -> Quat {
+    Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2)
+}
+
+fn spot(cone: Cone, texture: Option<Texture>) -> Emitter {
+    let emission = Emission::spot(down(), cone, texture).unwrap();
+    let position = Vec3::new(0.0, 2.0, 0.0);
+    Emitter::point(position, Vec3::ONE, f32::INFINITY, emission).unwrap()
+}
+
+fn noisy(width: u32, height: u32) -> Texture {
+    let texels = (0..u64::from(width * height)).map(|i| {
+        let channel = |k: u64| noise(7919 + 3 * i + k);
+        Vec3::new(channel(0), channel(1), channel(2))
+    });
+    Texture::new(width, height, texels.collect()).unwrap()
+}
+
+/// Noise is the hardest pattern there is: every texel is a kink.
+fn cookies_keep_every_tolerance<B: Subject>(backend: &B) {
+    let mut failures = Vec::new();
+    for [width, height] in [[1, 1], [2, 3], [8, 5], [64, 64], [200, 30]] {
+        for cone in [[0.0_f32, 0.035], [0.2, 0.5], [0.0, 0.7], [1.0, 1.5]] {
+            let [inner, outer] = cone;
+            let cone = Cone { inner, outer };
+            let light = spot(cone, Some(noisy(width, height)));
+            let plain = spot(cone, None);
+            let rays = rays(60, outer.tan().min(2.0));
+            for medium in media() {
+                for tolerance in [1e-3, 1e-4, 1e-5] {
+                    let worst = worst(backend, &rays, [&light, &plain], &medium, tolerance);
+                    if !(worst <= 1.0) {
+                        failures.push(format!(
+                            "{width}x{height} {cone:?} {tolerance}: {worst} of what is allowed"
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+fn lights_that_fade_keep_the_tolerance<B: Subject>(backend: &B) {
+    let cone = Cone {
+        inner: 0.2,
+        outer: 0.5,
+    };
+    let turned = Emission::spot(down(), cone, None).unwrap();
+    let cookie = Emission::spot(down(), cone, Some(noisy(8, 5))).unwrap();
+    let normal = Vec3::NEG_Y;
+    for emission in [
+        Emission::Isotropic,
+        Emission::Cosine { normal },
+        turned,
+        cookie,
+    ] {
+        for range in [1.0, 3.0, 50.0] {
+            let position = Vec3::new(0.0, 2.0, 0.0);
+            let light = Emitter::point(position, Vec3::ONE, range, emission.clone()).unwrap();
+            let (hard, light) = (light.clone(), light.with_falloff(Falloff::Smooth));
+            let rays = rays(60, 0.55);
+            for medium in media() {
+                for tolerance in [1e-3, 1e-4, 1e-5] {
+                    let worst = worst(backend, &rays, [&light, &hard], &medium, tolerance);
+                    assert!(
+                        worst <= 1.0,
+                        "{emission:?} {range} {tolerance}: {worst} of what is allowed"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Relative to their own light, a small part of that of a point.
+fn narrow_cones_keep_the_tolerance<B: Subject>(backend: &B) {
+    let [thin, _, _, _] = media();
+    for degrees in [0.5_f32, 1.0, 2.0, 5.0] {
+        for share in [0.0, 0.5, 0.9] {
+            let outer = degrees.to_radians();
+            let inner = share * outer;
+            let light = spot(Cone { inner, outer }, None);
+            let rays = rays(60, 0.7 * outer);
+            let worst = worst(backend, &rays, [&light, &light], &thin, 1e-4);
+            assert!(
+                worst <= 1.0,
+                "{degrees} {share}: {worst} of what is allowed"
+            );
+        }
+    }
+}
+
+/// A beam from the left, 1.7° to its edge, that crosses the picture in front of
+/// nothing.
+fn the_default_picture_of_a_narrow_spot_is_right<B: Subject>(backend: &B) {
+    let mut stage = TestScene::new(Embedded::Coil, 17, 13);
+    let eye = stage.camera.eye();
+    let rotation = stage.camera.rotation();
+    let [right, up, back] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| rotation * axis);
+    let outer = 1.7_f32.to_radians();
+    let cone = Cone {
+        inner: 0.4 * outer,
+        outer,
+    };
+    let turned = rotation * Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
+    let emission = Emission::spot(turned, cone, None).unwrap();
+    let position = eye - 8.0 * back - 5.0 * right + 0.03 * up;
+    let light = Emitter::point(position, Vec3::splat(2000.0), f32::INFINITY, emission).unwrap();
+    stage.emitters = vec![light];
+    stage.geometry = shapes::nothing();
+    stage.tracer = Tracer::new(&stage.geometry);
+    let end = |ray: &Ray| Ray::new(ray.origin(), ray.direction(), 28.0).unwrap();
+    stage.rays = stage.rays.iter().map(end).collect();
+    stage.hits = vec![None; stage.rays.len()];
+    let error = default_error(backend, &stage);
+    assert!(error.mean > 0.0 && error.rel_p99 <= 1e-4, "{error:?}");
+}
+
+fn the_default_picture_of_a_cookie_is_right<B: Subject>(backend: &B) {
+    let stage = TestScene::new(Embedded::TexturedSpot, 64, 36);
+    let error = default_error(backend, &stage);
+    println!("{error:?}");
+    assert!(error.rmse <= 1e-4, "{error:?}");
+}
+
+/// Of `exact × quadrature`, which is what pictures are made with.
+fn default_error<B: Subject>(backend: &B, stage: &TestScene) -> reference::metrics::ImageError {
+    let host = Store::new();
+    let inputs = inputs(stage, 64, &host);
+    let registry = Registry::standard();
+    let entry = registry.find("exact x quadrature").unwrap();
+    let picture = image(backend, inputs, entry, entry.about().usual).unwrap();
+    image_error(&picture.unwrap(), &stage.truth())
+}
