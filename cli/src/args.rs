@@ -202,12 +202,12 @@ pub(crate) struct Render {
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     pub(crate) backend: BackendName,
 
-    /// Files of baked shadows (see `bake`): their lights take them, in the air
+    /// Files of precomputed shadows (see `bake`): their lights take them, in the air
     /// and, filtered, on surfaces
     #[arg(long, value_name = "FILES", value_delimiter = ',')]
     pub(crate) shadows: Vec<PathBuf>,
 
-    /// Texels along each side of the filter of baked shadows on surfaces, odd
+    /// Texels along each side of the filter of precomputed shadows on surfaces, odd
     /// [default: 9]
     #[arg(
         long,
@@ -319,7 +319,7 @@ pub(crate) struct Bake {
     pub(crate) seed: Option<u64>,
 }
 
-/// How nodes of baked shadows are stored.
+/// How nodes of precomputed shadows are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NodeForm {
     /// 32-bit references: the quickest to walk
@@ -329,7 +329,7 @@ pub(crate) enum NodeForm {
     Packed,
 }
 
-/// Say what is in a file of baked shadows, and whether it is sound
+/// Say what is in a file of precomputed shadows, and whether it is sound
 #[derive(Debug, Args)]
 pub(crate) struct Inspect {
     /// A file that `bake` wrote

@@ -331,7 +331,7 @@ impl Job<'_> {
                     light,
                     resolution: FROM_FILE,
                 };
-                host.insert("baked shadows", key, shadow.clone(), shadow.bytes());
+                host.insert("precomputed shadows", key, shadow.clone(), shadow.bytes());
             }
         }
         let rays = self.view.rays().len() * emitters.len();

@@ -1,4 +1,4 @@
-//! Baked shadows from the command line: whole, interrupted, damaged.
+//! Precomputed shadows from the command line: whole, interrupted, damaged.
 
 #![allow(clippy::unwrap_used, reason = "what does not unwrap is a failed test")]
 

@@ -50,14 +50,14 @@ pub fn radiance_with(
 ) -> Vec<[f32; 4]> {
     lit_surfaces(cpu, view, scene, geometry, medium, |surface| {
         lights.iter().fold(Vec3::ZERO, |sum, &(emitter, shadow)| {
-            let reaching = |to_light, distance| match shadow {
+            let visibility = |to_light, distance| match shadow {
                 Some(shadow) => {
                     let known = shadow.visibility(surface.point, surface.normal);
                     known * surface.through_panes(tracer, to_light, distance)
                 }
                 None => surface.traced(tracer, to_light, distance),
             };
-            sum + surface.reflected(emitter, medium, reaching)
+            sum + surface.reflected(emitter, medium, visibility)
         })
     })
 }
@@ -75,14 +75,14 @@ pub fn radiance_behind(
 ) -> Vec<[f32; 4]> {
     lit_surfaces(cpu, view, scene, geometry, medium, |surface| {
         lights.iter().fold(Vec3::ZERO, |sum, (emitter, shadow)| {
-            let reaching = |to_light, distance| {
+            let visibility = |to_light, distance| {
                 let traced = surface.traced(tracer, to_light, distance);
                 if traced == Vec3::ZERO {
                     return traced;
                 }
                 traced * shadow.visibility(surface.point, surface.normal)
             };
-            sum + surface.reflected(emitter, medium, reaching)
+            sum + surface.reflected(emitter, medium, visibility)
         })
     })
 }
@@ -168,10 +168,10 @@ fn lit_surfaces(
         };
         let behind = view.hits()[pixel].map_or(Vec3::ZERO, |hit| light(&hit));
         let panes = view.panes(pixel).iter().rev();
-        let reaching = panes.fold(behind, |behind, pane| {
+        let radiance = panes.fold(behind, |behind, pane| {
             light(&pane.hit) + pane.transmittance * behind
         });
-        [reaching.x, reaching.y, reaching.z, 0.0]
+        [radiance.x, radiance.y, radiance.z, 0.0]
     })
 }
 
@@ -236,13 +236,13 @@ impl Surface {
         tracer.transmittance_of_panes(start, to_light, 0.0, distance)
     }
 
-    /// `reaching` is asked for the share of the light that is not blocked,
+    /// `visibility` is asked for the share of the light that is not blocked,
     /// where the rest of it comes to anything, by direction and distance.
     fn reflected(
         &self,
         emitter: &Emitter,
         medium: Option<&Medium>,
-        reaching: impl Fn(Vec3, f32) -> Vec3,
+        visibility: impl Fn(Vec3, f32) -> Vec3,
     ) -> Vec3 {
         let (to_light, distance, irradiance) = match emitter {
             Emitter::Directional(sun) => (-sun.direction(), f32::INFINITY, sun.irradiance()),
@@ -262,7 +262,7 @@ impl Surface {
         if cos <= 0.0 || irradiance == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        let share = reaching(to_light, distance);
+        let share = visibility(to_light, distance);
         if share == Vec3::ZERO {
             return Vec3::ZERO;
         }

@@ -17,9 +17,9 @@ const SCENES: [Embedded; 3] = [Embedded::City, Embedded::Smoke, Embedded::Coil];
 fn shadow_maps<B: Subject>(criterion: &mut Criterion, backend: &B) {
     let mut group = criterion.benchmark_group("shadow map");
     for embedded in SCENES {
-        let stage = TestScene::new(embedded, 1, 1);
-        let casters = Casters::upload(backend, &stage.geometry).expect("memory");
-        let emitter = &stage.emitters[0];
+        let test_scene = TestScene::new(embedded, 1, 1);
+        let casters = Casters::upload(backend, &test_scene.geometry).expect("memory");
+        let emitter = &test_scene.emitters[0];
         for resolution in [256, 1024, 2048] {
             let render = || {
                 let map = backend
@@ -29,7 +29,10 @@ fn shadow_maps<B: Subject>(criterion: &mut Criterion, backend: &B) {
                 map
             };
             group.throughput(Throughput::Elements(render().bytes() / 4));
-            let id = BenchmarkId::new(format!("{}/{}", backend.name(), stage.name), resolution);
+            let id = BenchmarkId::new(
+                format!("{}/{}", backend.name(), test_scene.name),
+                resolution,
+            );
             group.bench_function(id, |b| b.iter(render));
         }
     }

@@ -10,21 +10,21 @@ use reference::scenes::TestScene;
 fn images(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("reference");
     for embedded in Embedded::ALL {
-        let stage = TestScene::new(embedded, 64, 36);
-        group.throughput(Throughput::Elements(stage.rays.len() as u64));
+        let test_scene = TestScene::new(embedded, 64, 36);
+        group.throughput(Throughput::Elements(test_scene.rays.len() as u64));
         for tolerance in [1e-3, 1e-6, 1e-9] {
             let options = Options {
                 tolerance,
                 ..Options::default()
             };
-            let id = BenchmarkId::new(format!("cpu/{}", stage.name), tolerance);
+            let id = BenchmarkId::new(format!("cpu/{}", test_scene.name), tolerance);
             group.bench_function(id, |b| {
                 b.iter(|| {
                     reference(
-                        &stage.rays,
-                        &stage.emitters,
-                        &stage.medium,
-                        &stage.geometry,
+                        &test_scene.rays,
+                        &test_scene.emitters,
+                        &test_scene.medium,
+                        &test_scene.geometry,
                         options,
                     )
                 });

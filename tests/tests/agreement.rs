@@ -16,7 +16,7 @@ use reference::tolerances::Allowed;
 
 fn gathered<B, V, A>(
     backend: &B,
-    stage: &TestScene,
+    test_scene: &TestScene,
     emitter: &Emitter,
     (visibility, airlight): (&V, &A),
 ) -> Vec<[f32; 4]>
@@ -25,7 +25,7 @@ where
 {
     gathered_as(
         backend,
-        stage,
+        test_scene,
         emitter,
         Touching::Apart,
         (visibility, airlight),
@@ -34,7 +34,7 @@ where
 
 fn gathered_as<B, V, A>(
     backend: &B,
-    stage: &TestScene,
+    test_scene: &TestScene,
     emitter: &Emitter,
     touching: Touching,
     (visibility, airlight): (&V, &A),
@@ -42,11 +42,11 @@ fn gathered_as<B, V, A>(
 where
     B: Gather<V, A> + Download,
 {
-    let rays = backend.upload(&stage.rays).unwrap();
-    let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
+    let rays = backend.upload(&test_scene.rays).unwrap();
+    let mut radiance = backend.zeros::<[f32; 4]>(test_scene.rays.len()).unwrap();
     let lit = LitRays {
         touching,
-        ..LitRays::new(&rays, emitter, &stage.medium)
+        ..LitRays::new(&rays, emitter, &test_scene.medium)
     };
     backend
         .gather(&lit, visibility, airlight, &mut radiance)
@@ -57,7 +57,7 @@ where
 /// Four ways to march, in 32 steps.
 fn marches<B: Subject>(
     backend: &B,
-    stage: &TestScene,
+    test_scene: &TestScene,
     emitter: &Emitter,
     map: &ShadowMap<B::Memory>,
 ) -> [Vec<[f32; 4]>; 4] {
@@ -66,26 +66,26 @@ fn marches<B: Subject>(
     [
         gathered(
             backend,
-            stage,
+            test_scene,
             emitter,
             (&march(Spacing::Distance), &Midpoint),
         ),
         gathered(
             backend,
-            stage,
+            test_scene,
             emitter,
             (&march(Spacing::EquiAngular), &nodes(1)),
         ),
         gathered_as(
             backend,
-            stage,
+            test_scene,
             emitter,
             Touching::Joined,
             (&march(Spacing::Distance), &nodes(8)),
         ),
         gathered_as(
             backend,
-            stage,
+            test_scene,
             emitter,
             Touching::Joined,
             (&march(Spacing::EquiAngular), &nodes(8)),
@@ -125,17 +125,17 @@ fn marches_through_the_same_map_agree_on_every_scene() {
     let cpu = Cpu::new();
     let reference = EquiAngular::new(8).unwrap();
     for embedded in Embedded::ALL {
-        let stage = TestScene::new(embedded, 48, 27);
-        let casters = Casters::upload(&cpu, &stage.geometry).unwrap();
+        let test_scene = TestScene::new(embedded, 48, 27);
+        let casters = Casters::upload(&cpu, &test_scene.geometry).unwrap();
         let (mut all, mut different) = (0, 0);
-        for emitter in &stage.emitters {
+        for emitter in &test_scene.emitters {
             let map = cpu.shadow_map(&casters, emitter, 256).unwrap();
-            let expected = marches(&cpu, &stage, emitter, &map);
-            let actual = marches(&gpu, &stage, emitter, &map.upload(&gpu).unwrap());
+            let expected = marches(&cpu, &test_scene, emitter, &map);
+            let actual = marches(&gpu, &test_scene, emitter, &map.upload(&gpu).unwrap());
             let bare = without_borders(emitter);
-            let scale = gathered(&cpu, &stage, &bare, (&Unshadowed, &reference));
+            let scale = gathered(&cpu, &test_scene, &bare, (&Unshadowed, &reference));
             for (expected, actual) in expected.iter().zip(&actual) {
-                for (i, ray) in stage.rays.iter().enumerate() {
+                for (i, ray) in test_scene.rays.iter().enumerate() {
                     let agrees = (0..3).all(|c| {
                         let (e, g) = (f64::from(expected[i][c]), f64::from(actual[i][c]));
                         let scale = f64::from(scale[i][c].max(f32::MIN_POSITIVE)).max(e);
@@ -147,11 +147,11 @@ fn marches_through_the_same_map_agree_on_every_scene() {
             }
         }
         let share = f64::from(different) / f64::from(all);
-        println!("{}: {different} of {all} rays differ", stage.name);
+        println!("{}: {different} of {all} rays differ", test_scene.name);
         assert!(
             share <= Allowed::GpuRays.error(),
             "{}: {different} of {all} rays differ",
-            stage.name
+            test_scene.name
         );
     }
 }
@@ -162,10 +162,10 @@ fn shadow_maps_agree_but_for_texels_on_an_edge_on_every_scene() {
     let Some(gpu) = suite::gpu() else { return };
     let cpu = Cpu::new();
     for embedded in Embedded::ALL {
-        let stage = TestScene::new(embedded, 1, 1);
-        let here = Casters::upload(&cpu, &stage.geometry).unwrap();
-        let there = Casters::upload(&gpu, &stage.geometry).unwrap();
-        for emitter in &stage.emitters {
+        let test_scene = TestScene::new(embedded, 1, 1);
+        let here = Casters::upload(&cpu, &test_scene.geometry).unwrap();
+        let there = Casters::upload(&gpu, &test_scene.geometry).unwrap();
+        for emitter in &test_scene.emitters {
             let expected = cpu.shadow_map(&here, emitter, SIDE as u32).unwrap();
             let actual = gpu.shadow_map(&there, emitter, SIDE as u32).unwrap();
             let actual = gpu.download(actual.depth()).unwrap();
@@ -192,13 +192,13 @@ fn shadow_maps_agree_but_for_texels_on_an_edge_on_every_scene() {
                 .count();
             println!(
                 "{}: {different} texels differ, {edges} on edges",
-                stage.name
+                test_scene.name
             );
             // Triangles smaller than a texel have edges that no pair shows.
             assert!(
                 different as f64 <= 2.0 + Allowed::GpuEdgeTexels.error() * edges as f64,
                 "{}: {different} of {} texels differ, {edges} lie on edges",
-                stage.name,
+                test_scene.name,
                 expected.len()
             );
         }

@@ -28,20 +28,20 @@ crepuscular_tests::on_every_backend!(heavy:
     with_the_map_refined_along_marches_converge_to_the_reference,
 );
 
-/// The image of a stage by marching `maps` in `samples` steps.
+/// The image of a test scene by marching `maps` in `samples` steps.
 fn march<B: Subject>(
     backend: &B,
-    stage: &TestScene,
+    test_scene: &TestScene,
     maps: &[ShadowMap<B::Memory>],
     samples: u32,
     spacing: Spacing,
 ) -> Vec<[f32; 4]> {
-    let rays = backend.upload(&stage.rays).unwrap();
-    let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
+    let rays = backend.upload(&test_scene.rays).unwrap();
+    let mut radiance = backend.zeros::<[f32; 4]>(test_scene.rays.len()).unwrap();
     let one = EquiAngular::new(1).unwrap();
-    for (emitter, map) in stage.emitters.iter().zip(maps) {
+    for (emitter, map) in test_scene.emitters.iter().zip(maps) {
         let march = March::new(map, samples, spacing);
-        let lit = LitRays::new(&rays, emitter, &stage.medium);
+        let lit = LitRays::new(&rays, emitter, &test_scene.medium);
         match spacing {
             Spacing::Distance => backend.gather(&lit, &march, &Midpoint, &mut radiance),
             Spacing::EquiAngular => backend.gather(&lit, &march, &one, &mut radiance),
@@ -54,17 +54,17 @@ fn march<B: Subject>(
 #[test]
 fn threads_change_no_bit_of_a_map_or_a_march() {
     for embedded in [Embedded::City, Embedded::Smoke, Embedded::Coil] {
-        let stage = TestScene::new(embedded, 32, 18);
+        let test_scene = TestScene::new(embedded, 32, 18);
         let images = |backend: &Cpu| {
-            let maps = maps(backend, &stage, 256);
+            let maps = maps(backend, &test_scene, 256);
             let depths: Vec<Vec<f32>> = maps.iter().map(|map| map.depth().clone()).collect();
-            let march = |spacing| march(backend, &stage, &maps, 32, spacing);
+            let march = |spacing| march(backend, &test_scene, &maps, 32, spacing);
             (depths, SPACINGS.map(march))
         };
         assert!(
             cpu_alone().map(|cpu| images(&cpu)) == cpu_with_threads().map(|cpu| images(&cpu)),
             "{}",
-            stage.name
+            test_scene.name
         );
     }
 }
@@ -97,21 +97,21 @@ fn marches_converge_to_the_limit_of_their_map_at_first_order_on_every_scene<B: S
     // share of itself, which is first order. Smooth parts converge faster, and
     // where they dominate the order may be higher.
     for embedded in Embedded::ALL {
-        let stage = resolvable(embedded);
-        let maps = maps(backend, &stage, 512);
+        let test_scene = resolvable(embedded);
+        let maps = maps(backend, &test_scene, 512);
         for spacing in SPACINGS {
             // Not more: some software drivers end loops after 65,535 iterations.
-            let limit = limit(&march(backend, &stage, &maps, 4096, spacing));
+            let limit = limit(&march(backend, &test_scene, &maps, 4096, spacing));
             let errors = [1, 2, 4, 8].map(|finer| {
                 let samples = COARSEST * finer;
-                let image = march(backend, &stage, &maps, samples, spacing);
+                let image = march(backend, &test_scene, &maps, samples, spacing);
                 (samples, image_error(&image, &limit).rmse)
             });
             let measured = order(&errors);
             assert!(
                 measured >= 1.0 - Allowed::Order.error(),
                 "{}, {spacing:?}: order {measured:.2}, {errors:?}",
-                stage.name
+                test_scene.name
             );
         }
     }
@@ -119,14 +119,14 @@ fn marches_converge_to_the_limit_of_their_map_at_first_order_on_every_scene<B: S
 
 fn with_the_map_refined_along_marches_converge_to_the_reference<B: Subject>(backend: &B) {
     for embedded in Embedded::ALL {
-        let stage = resolvable(embedded);
-        let truth = stage.truth();
+        let test_scene = resolvable(embedded);
+        let truth = test_scene.truth();
         let mut errors = SPACINGS.map(|_| Vec::new());
         for finer in [1, 2, 4, 8] {
-            let maps = maps(backend, &stage, 128 * finer);
+            let maps = maps(backend, &test_scene, 128 * finer);
             for (spacing, errors) in SPACINGS.into_iter().zip(&mut errors) {
                 let samples = COARSEST * finer;
-                let image = march(backend, &stage, &maps, samples, spacing);
+                let image = march(backend, &test_scene, &maps, samples, spacing);
                 errors.push((samples, image_error(&image, &truth).rmse));
             }
         }
@@ -135,20 +135,20 @@ fn with_the_map_refined_along_marches_converge_to_the_reference<B: Subject>(back
             assert!(
                 measured >= 1.0 - Allowed::Order.error(),
                 "{}, {spacing:?}: order {measured:.2}, {errors:?}",
-                stage.name
+                test_scene.name
             );
         }
     }
 }
 
 fn without_shadows_marches_converge_at_second_order<B: Subject>(backend: &B) {
-    let stage = unshadowed_lamp_in_view();
-    let maps = maps(backend, &stage, 16);
-    let truth = stage.truth();
+    let test_scene = unshadowed_lamp_in_view();
+    let maps = maps(backend, &test_scene, 16);
+    let truth = test_scene.truth();
     // Equal steps must be finer than the light's distance from the ray, 0.1 m.
     for (spacing, coarsest) in [(Spacing::Distance, 128), (Spacing::EquiAngular, 64)] {
         let errors = [1, 2, 4, 8].map(|finer| {
-            let image = march(backend, &stage, &maps, coarsest * finer, spacing);
+            let image = march(backend, &test_scene, &maps, coarsest * finer, spacing);
             (coarsest * finer, image_error(&image, &truth).rmse)
         });
         let measured = order(&errors);
@@ -160,11 +160,15 @@ fn without_shadows_marches_converge_at_second_order<B: Subject>(backend: &B) {
 }
 
 fn without_shadows_16_equi_angular_steps_beat_64_of_equal_length<B: Subject>(backend: &B) {
-    let stage = unshadowed_lamp_in_view();
-    let maps = maps(backend, &stage, 16);
-    let truth = stage.truth();
-    let error =
-        |samples, spacing| image_error(&march(backend, &stage, &maps, samples, spacing), &truth);
+    let test_scene = unshadowed_lamp_in_view();
+    let maps = maps(backend, &test_scene, 16);
+    let truth = test_scene.truth();
+    let error = |samples, spacing| {
+        image_error(
+            &march(backend, &test_scene, &maps, samples, spacing),
+            &truth,
+        )
+    };
     let few = error(16, Spacing::EquiAngular);
     let many = error(64, Spacing::Distance);
     assert!(few.rmse < many.rmse, "{few:?} {many:?}");

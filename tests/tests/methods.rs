@@ -174,21 +174,21 @@ where
             512
         };
         let quadrature = EquiAngular::new(nodes).unwrap();
-        let stage = TestScene::new(embedded, 24, 13);
+        let test_scene = TestScene::new(embedded, 24, 13);
         let truth = reference(
-            &stage.rays,
-            &stage.emitters,
-            &stage.medium,
-            &stage.geometry,
+            &test_scene.rays,
+            &test_scene.emitters,
+            &test_scene.medium,
+            &test_scene.geometry,
             Options::default(),
         );
-        let rays = backend.upload(&stage.rays).unwrap();
-        let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
-        for emitter in &stage.emitters {
-            let exact = Exact::new(&stage.tracer);
+        let rays = backend.upload(&test_scene.rays).unwrap();
+        let mut radiance = backend.zeros::<[f32; 4]>(test_scene.rays.len()).unwrap();
+        for emitter in &test_scene.emitters {
+            let exact = Exact::new(&test_scene.tracer);
             backend
                 .gather(
-                    &LitRays::new(&rays, emitter, &stage.medium),
+                    &LitRays::new(&rays, emitter, &test_scene.medium),
                     &exact,
                     &quadrature,
                     &mut radiance,
@@ -196,11 +196,11 @@ where
                 .unwrap();
         }
         let error = image_error(&backend.download(&radiance).unwrap(), &truth);
-        println!("{} {error:?}", stage.name);
+        println!("{} {error:?}", test_scene.name);
         assert!(
             error.rmse <= Allowed::ExactImage.error(),
             "{}: {error:?}",
-            stage.name
+            test_scene.name
         );
     }
 }

@@ -215,9 +215,9 @@ fn narrow_cones_keep_the_tolerance<B: Subject>(backend: &B) {
 /// A beam from the left, 1.7° to its edge, that crosses the picture in front of
 /// nothing.
 fn the_default_picture_of_a_narrow_spot_is_right<B: Subject>(backend: &B) {
-    let mut stage = TestScene::new(Embedded::Coil, 17, 13);
-    let eye = stage.camera.eye();
-    let rotation = stage.camera.rotation();
+    let mut test_scene = TestScene::new(Embedded::Coil, 17, 13);
+    let eye = test_scene.camera.eye();
+    let rotation = test_scene.camera.rotation();
     let [right, up, back] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| rotation * axis);
     let outer = 1.7_f32.to_radians();
     let cone = Cone {
@@ -228,29 +228,32 @@ fn the_default_picture_of_a_narrow_spot_is_right<B: Subject>(backend: &B) {
     let emission = Emission::spot(turned, cone, None).unwrap();
     let position = eye - 8.0 * back - 5.0 * right + 0.03 * up;
     let light = Emitter::point(position, Vec3::splat(2000.0), f32::INFINITY, emission).unwrap();
-    stage.emitters = vec![light];
-    stage.geometry = shapes::nothing();
-    stage.tracer = Tracer::new(&stage.geometry);
+    test_scene.emitters = vec![light];
+    test_scene.geometry = shapes::nothing();
+    test_scene.tracer = Tracer::new(&test_scene.geometry);
     let end = |ray: &Ray| Ray::new(ray.origin(), ray.direction(), 28.0).unwrap();
-    stage.rays = stage.rays.iter().map(end).collect();
-    stage.hits = vec![None; stage.rays.len()];
-    let error = default_error(backend, &stage);
+    test_scene.rays = test_scene.rays.iter().map(end).collect();
+    test_scene.hits = vec![None; test_scene.rays.len()];
+    let error = default_error(backend, &test_scene);
     assert!(error.mean > 0.0 && error.rel_p99 <= 1e-4, "{error:?}");
 }
 
 fn the_default_picture_of_a_cookie_is_right<B: Subject>(backend: &B) {
-    let stage = TestScene::new(Embedded::TexturedSpot, 64, 36);
-    let error = default_error(backend, &stage);
+    let test_scene = TestScene::new(Embedded::TexturedSpot, 64, 36);
+    let error = default_error(backend, &test_scene);
     println!("{error:?}");
     assert!(error.rmse <= 1e-4, "{error:?}");
 }
 
 /// Of `exact × quadrature`, which is what pictures are made with.
-fn default_error<B: Subject>(backend: &B, stage: &TestScene) -> reference::metrics::ImageError {
+fn default_error<B: Subject>(
+    backend: &B,
+    test_scene: &TestScene,
+) -> reference::metrics::ImageError {
     let host = Store::new();
-    let inputs = inputs(stage, 64, &host);
+    let inputs = inputs(test_scene, 64, &host);
     let registry = Registry::standard();
     let entry = registry.find("exact x quadrature").unwrap();
     let picture = image(backend, inputs, entry, entry.about().usual).unwrap();
-    image_error(&picture.unwrap(), &stage.truth())
+    image_error(&picture.unwrap(), &test_scene.truth())
 }

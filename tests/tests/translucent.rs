@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use reference::metrics::image_error;
 use reference::oracle::Lamp;
 use reference::oracle::image::{Options, Reference, reference};
-use reference::oracle::translucent::{self, Veil};
+use reference::oracle::translucent::{self, Translucency};
 use reference::property::holds_for;
 use reference::scenes::TestScene;
 use transmittance::baseline::{Captured, Uncompressed};
@@ -53,10 +53,10 @@ fn points(caster: &Translucent, count: u32) -> Vec<Vec3> {
 }
 
 /// Root mean square difference of map and truth.
-fn difference(map: &Exact, veil: &Veil, emitter: &Emitter, points: &[Vec3]) -> f64 {
+fn difference(map: &Exact, translucency: &Translucency, emitter: &Emitter, points: &[Vec3]) -> f64 {
     let lamp = Lamp::new(emitter);
     let squares = points.iter().map(|&point| {
-        let truth = veil.transmittance(&lamp, point.as_dvec3());
+        let truth = translucency.transmittance(&lamp, point.as_dvec3());
         (f64::from(map.transmittance(point)) - truth).powi(2)
     });
     (squares.sum::<f64>() / points.len() as f64).sqrt()
@@ -69,12 +69,18 @@ fn in_smoke_maps_converge_to_the_truth_at_nearly_second_order() {
         smoke_grid(1, 6.0).unwrap().into(),
     ];
     for smoke in smokes {
-        let veil = Veil::new(std::slice::from_ref(&smoke));
+        let translucency = Translucency::new(std::slice::from_ref(&smoke));
         let points = points(&smoke, 2000);
         for emitter in lights() {
             let casters = Casters::new(std::slice::from_ref(&smoke), None);
-            let error =
-                |side| difference(&exact(&casters, &emitter, side), &veil, &emitter, &points);
+            let error = |side| {
+                difference(
+                    &exact(&casters, &emitter, side),
+                    &translucency,
+                    &emitter,
+                    &points,
+                )
+            };
             let errors = [64, 128, 256].map(error);
             println!("{} {emitter:?}: {errors:?}", smoke.describe());
             // Kinks at the rims of balls and between cells: 3/2 at least.
@@ -91,7 +97,7 @@ fn in_smoke_maps_converge_to_the_truth_at_nearly_second_order() {
 fn in_hair_maps_have_the_right_mean_and_in_the_limit_the_right_shadows() {
     // Wisps that a fine map resolves.
     let hair: Translucent = ponytail(1, 60, 0.02, 0.6).unwrap().into();
-    let veil = Veil::new(std::slice::from_ref(&hair));
+    let translucency = Translucency::new(std::slice::from_ref(&hair));
     let points = points(&hair, 4000);
     for emitter in lights() {
         let casters = Casters::new(std::slice::from_ref(&hair), None);
@@ -102,12 +108,12 @@ fn in_hair_maps_have_the_right_mean_and_in_the_limit_the_right_shadows() {
                 points.iter().map(|&point| value(point)).sum::<f64>() / points.len() as f64
             };
             let found = mean(&|point| map.transmittance(point).into());
-            let truth = mean(&|point| veil.transmittance(&lamp, point.as_dvec3()));
+            let truth = mean(&|point| translucency.transmittance(&lamp, point.as_dvec3()));
             println!("{side}: mean {found:.4}, truth {truth:.4}");
             // 4,000 samples of what is 0.4 or 1 where there is hair: 3 standard
             // errors of 0.4 / √4000; and pieces overlap at their ends.
             assert!((found - truth).abs() < 0.02, "{found} {truth}");
-            difference(&map, &veil, &emitter, &points)
+            difference(&map, &translucency, &emitter, &points)
         });
         println!("{emitter:?}: {errors:?}");
         // A share of texels that falls with their size is on an outline.
@@ -115,12 +121,12 @@ fn in_hair_maps_have_the_right_mean_and_in_the_limit_the_right_shadows() {
     }
 }
 
-fn march(stage: &TestScene, map: &impl VisibilitySource, emitter: &Emitter) -> Vec<[f32; 4]> {
-    let mut radiance = vec![[0.0; 4]; stage.rays.len()];
+fn march(test_scene: &TestScene, map: &impl VisibilitySource, emitter: &Emitter) -> Vec<[f32; 4]> {
+    let mut radiance = vec![[0.0; 4]; test_scene.rays.len()];
     let one = EquiAngular::new(1).unwrap();
     Cpu::new()
         .gather(
-            &LitRays::new(&stage.rays, emitter, &stage.medium),
+            &LitRays::new(&test_scene.rays, emitter, &test_scene.medium),
             map,
             &one,
             &mut radiance,
@@ -131,30 +137,30 @@ fn march(stage: &TestScene, map: &impl VisibilitySource, emitter: &Emitter) -> V
 
 /// The scene with smoke and hair, its casters and the truth.
 fn scene() -> (TestScene, Vec<Translucent>, Reference) {
-    let stage = TestScene::new(Embedded::Translucent, 40, 22);
+    let test_scene = TestScene::new(Embedded::Translucent, 40, 22);
     let casters = Embedded::Translucent.build(1).translucent;
     let truth = translucent::reference(
-        &stage.rays,
-        &stage.emitters,
-        &stage.medium,
-        &stage.geometry,
+        &test_scene.rays,
+        &test_scene.emitters,
+        &test_scene.medium,
+        &test_scene.geometry,
         &casters,
         256,
         &|_| {},
     );
-    (stage, casters, truth)
+    (test_scene, casters, truth)
 }
 
 #[test]
 fn images_converge_to_the_truth_with_steps_and_texels() {
-    let (stage, translucent, truth) = scene();
-    let emitter = &stage.emitters[0];
-    let casters = Casters::new(&translucent, Some(&stage.geometry));
+    let (test_scene, translucent, truth) = scene();
+    let emitter = &test_scene.emitters[0];
+    let casters = Casters::new(&translucent, Some(&test_scene.geometry));
     let uncertain = truth.bound.iter().sum::<f64>() / truth.bound.len() as f64 / truth.mean();
     let errors = [(64, 128), (128, 256), (256, 512)].map(|(samples, side)| {
         let map = exact(&casters, emitter, side);
         let march_ = March::new(&map, samples, Spacing::EquiAngular);
-        let error = image_error(&march(&stage, &march_, emitter), &truth).rmse;
+        let error = image_error(&march(&test_scene, &march_, emitter), &truth).rmse;
         let adaptive = TransmittanceMap::<Host, Packed<8>>::build(
             &Cpu::new(),
             &casters,
@@ -164,7 +170,7 @@ fn images_converge_to_the_truth_with_steps_and_texels() {
         )
         .unwrap();
         let march_ = March::new(&adaptive, samples, Spacing::EquiAngular);
-        let of_curves = image_error(&march(&stage, &march_, emitter), &truth).rmse;
+        let of_curves = image_error(&march(&test_scene, &march_, emitter), &truth).rmse;
         println!("{samples} steps, {side} texels: {error:.5}, with 8 nodes {of_curves:.5}");
         // What curves of 8 nodes add is small against the rest.
         assert!(of_curves < 1.1 * error + 2e-3);
@@ -181,20 +187,20 @@ fn images_converge_to_the_truth_with_steps_and_texels() {
 
 #[test]
 fn casters_darken_the_air_and_without_them_the_oracle_is_the_reference() {
-    let (stage, _, truth) = scene();
-    let (rays, emitters) = (&stage.rays, &stage.emitters);
+    let (test_scene, _, truth) = scene();
+    let (rays, emitters) = (&test_scene.rays, &test_scene.emitters);
     let opaque = reference(
         rays,
         emitters,
-        &stage.medium,
-        &stage.geometry,
+        &test_scene.medium,
+        &test_scene.geometry,
         Options::default(),
     );
     let clear = translucent::reference(
         rays,
         emitters,
-        &stage.medium,
-        &stage.geometry,
+        &test_scene.medium,
+        &test_scene.geometry,
         &[],
         16,
         &|_| {},

@@ -35,29 +35,29 @@ enum Blockers<'a, M: gpu_backend::Memory> {
     Triangles(&'a Casters<M>),
 }
 
-/// The image of a stage from `side` voxels along each coordinate.
+/// The image of a test scene from `side` voxels along each coordinate.
 fn image<B: Subject>(
     backend: &B,
-    stage: &TestScene,
+    test_scene: &TestScene,
     blockers: &Blockers<'_, B::Memory>,
     side: u32,
     detail: Detail,
 ) -> Vec<[f32; 4]> {
-    let rays = backend.upload(&stage.rays).unwrap();
-    let mut radiance = backend.zeros::<[f32; 4]>(stage.rays.len()).unwrap();
-    let quadrature = Quadrature::with_tolerance(stage.medium.phase(), 1e-4).unwrap();
+    let rays = backend.upload(&test_scene.rays).unwrap();
+    let mut radiance = backend.zeros::<[f32; 4]>(test_scene.rays.len()).unwrap();
+    let quadrature = Quadrature::with_tolerance(test_scene.medium.phase(), 1e-4).unwrap();
     let one = EquiAngular::new(1).unwrap();
     let resolution = Resolution::new(side, side, side).unwrap();
     let mut volume = VoxelVolume::new(backend, resolution).unwrap();
-    for (index, emitter) in stage.emitters.iter().enumerate() {
+    for (index, emitter) in test_scene.emitters.iter().enumerate() {
         match blockers {
-            Blockers::Maps(maps) => volume.update(backend, emitter, &eye(stage), &maps[index]),
+            Blockers::Maps(maps) => volume.update(backend, emitter, &eye(test_scene), &maps[index]),
             Blockers::Triangles(casters) => {
-                volume.update_from_triangles(backend, emitter, &eye(stage), casters)
+                volume.update_from_triangles(backend, emitter, &eye(test_scene), casters)
             }
         }
         .unwrap();
-        let (source, medium) = (volume.source(detail), &stage.medium);
+        let (source, medium) = (volume.source(detail), &test_scene.medium);
         let lit = LitRays::new(&rays, emitter, medium);
         match detail {
             Detail::Voxels => backend.gather(&lit, &source, &one, &mut radiance),
@@ -71,24 +71,24 @@ fn image<B: Subject>(
 fn with_the_map_refined_along_voxels_converge_to_the_reference<B: Subject>(backend: &B) {
     // Bits are binary: at a shadow's edge first order.
     for embedded in Embedded::ALL {
-        let stage = TestScene::resolvable(embedded, 32, 18, COARSEST);
-        let truth = stage.truth();
+        let test_scene = TestScene::resolvable(embedded, 32, 18, COARSEST);
+        let truth = test_scene.truth();
         for detail in [Detail::Runs, Detail::Voxels] {
             let errors = REFINEMENTS.map(|finer| {
-                let maps = maps(backend, &stage, 128 * finer);
+                let maps = maps(backend, &test_scene, 128 * finer);
                 let side = COARSEST * finer;
-                let image = image(backend, &stage, &Blockers::Maps(&maps), side, detail);
+                let image = image(backend, &test_scene, &Blockers::Maps(&maps), side, detail);
                 (side, image_error(&image, &truth).rmse)
             });
             let measured = order(&errors);
             println!(
                 "{}, {detail:?}: order {measured:.2}, {errors:?}",
-                stage.name
+                test_scene.name
             );
             assert!(
                 measured >= 1.0 - Allowed::Order.error(),
                 "{}, {detail:?}: order {measured:.2}, {errors:?}",
-                stage.name
+                test_scene.name
             );
         }
     }
@@ -97,9 +97,9 @@ fn with_the_map_refined_along_voxels_converge_to_the_reference<B: Subject>(backe
 /// A lamp in the middle of the picture, just outside of it, behind the camera,
 /// and on its way through the eye.
 fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) {
-    let mut stage = TestScene::new(Embedded::Fence, 32, 18);
-    let eye = stage.camera.eye();
-    let rotation = stage.camera.rotation();
+    let mut test_scene = TestScene::new(Embedded::Fence, 32, 18);
+    let eye = test_scene.camera.eye();
+    let rotation = test_scene.camera.rotation();
     let (forward, right) = (rotation * Vec3::NEG_Z, rotation * Vec3::X);
     // Half of the field of view is below 45 degrees up and down.
     for (name, offset) in [
@@ -116,12 +116,18 @@ fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) 
             f32::INFINITY,
             Emission::Isotropic,
         );
-        stage.emitters = vec![lamp.unwrap()];
-        let truth = stage.truth();
+        test_scene.emitters = vec![lamp.unwrap()];
+        let truth = test_scene.truth();
         let errors = REFINEMENTS.map(|finer| {
-            let maps = maps(backend, &stage, 128 * finer);
+            let maps = maps(backend, &test_scene, 128 * finer);
             let side = COARSEST * finer;
-            let image = image(backend, &stage, &Blockers::Maps(&maps), side, Detail::Runs);
+            let image = image(
+                backend,
+                &test_scene,
+                &Blockers::Maps(&maps),
+                side,
+                Detail::Runs,
+            );
             (side, image_error(&image, &truth))
         });
         let measured = order(&errors.map(|(side, error)| (side, error.rmse)));
@@ -137,16 +143,16 @@ fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) 
 #[test]
 fn threads_change_no_bit_of_voxels_or_images() {
     for embedded in [Embedded::City, Embedded::Coil] {
-        let stage = TestScene::new(embedded, 32, 18);
+        let test_scene = TestScene::new(embedded, 32, 18);
         let images = |backend: &gpu_backend::Cpu| {
-            let maps = maps(backend, &stage, 256);
+            let maps = maps(backend, &test_scene, 256);
             let details = [Detail::Average, Detail::Voxels, Detail::Runs];
-            details.map(|detail| image(backend, &stage, &Blockers::Maps(&maps), 128, detail))
+            details.map(|detail| image(backend, &test_scene, &Blockers::Maps(&maps), 128, detail))
         };
         assert!(
             cpu_alone().map(|cpu| images(&cpu)) == cpu_with_threads().map(|cpu| images(&cpu)),
             "{}",
-            stage.name
+            test_scene.name
         );
     }
 }
@@ -155,20 +161,20 @@ fn threads_change_no_bit_of_voxels_or_images() {
 fn voxels_from_triangles_converge_without_a_map() {
     let cpu = cpu_with_threads().unwrap();
     for embedded in [Embedded::Coil, Embedded::Fence, Embedded::TexturedSpot] {
-        let stage = TestScene::resolvable(embedded, 32, 18, COARSEST);
-        let truth = stage.truth();
-        let casters = Casters::upload(&cpu, &stage.geometry).unwrap();
+        let test_scene = TestScene::resolvable(embedded, 32, 18, COARSEST);
+        let truth = test_scene.truth();
+        let casters = Casters::upload(&cpu, &test_scene.geometry).unwrap();
         let blockers = Blockers::Triangles(&casters);
         let errors = REFINEMENTS.map(|finer| {
             let side = COARSEST * finer;
-            let image = image(&cpu, &stage, &blockers, side, Detail::Runs);
+            let image = image(&cpu, &test_scene, &blockers, side, Detail::Runs);
             (side, image_error(&image, &truth).rmse)
         });
         let measured = order(&errors);
         assert!(
             measured >= 1.0 - Allowed::Order.error(),
             "{}: order {measured:.2}, {errors:?}",
-            stage.name
+            test_scene.name
         );
     }
 }
@@ -178,14 +184,14 @@ fn voxels_from_triangles_converge_without_a_map() {
 #[test]
 fn without_a_shadow_all_details_are_the_unshadowed_light() {
     let cpu = cpu_with_threads().unwrap();
-    let mut stage = TestScene::new(Embedded::Coil, 32, 18);
-    stage.geometry = reference::shapes::nothing();
+    let mut test_scene = TestScene::new(Embedded::Coil, 32, 18);
+    test_scene.geometry = reference::shapes::nothing();
     let end = |ray: &Ray| Ray::new(ray.origin(), ray.direction(), 20.0).unwrap();
-    stage.rays = stage.rays.iter().map(end).collect();
-    let truth = stage.truth();
-    let maps = maps(&cpu, &stage, 64);
+    test_scene.rays = test_scene.rays.iter().map(end).collect();
+    let truth = test_scene.truth();
+    let maps = maps(&cpu, &test_scene, 64);
     for detail in [Detail::Average, Detail::Runs] {
-        let image = image(&cpu, &stage, &Blockers::Maps(&maps), 64, detail);
+        let image = image(&cpu, &test_scene, &Blockers::Maps(&maps), 64, detail);
         let error = image_error(&image, &truth);
         // The quadrature's tolerance, which is relative: of the brightest pixel
         // it is a larger part of the mean, by which the other is divided.

@@ -106,16 +106,16 @@ impl Context {
     /// # fn main() -> Result<(), gpu_backend::Error> {
     /// use gpu_backend::gpu::Context;
     ///
-    /// struct Slide { sampler: wgpu::Sampler }
+    /// struct Linear { sampler: wgpu::Sampler }
     ///
     /// # let context = Context::request()?;
     /// let filter = wgpu::FilterMode::Linear;
-    /// let slide = context.cached("slide sampler", filter, |device| {
+    /// let linear = context.cached("linear sampler", filter, |device| {
     ///     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
     ///         mag_filter: filter,
     ///         ..Default::default()
     ///     });
-    ///     Ok(Slide { sampler })
+    ///     Ok(Linear { sampler })
     /// })?;
     /// # Ok(()) }
     /// ```

@@ -12,7 +12,7 @@ use gpu_backend::{Error, Memory};
 
 use super::MethodError;
 
-/// Shadow maps, voxels, baked shadows, tables, by key: made when they are first
+/// Shadow maps, voxels, precomputed shadows, tables, by key: made when they are first
 /// asked for and shared by all methods.
 ///
 /// One store belongs to one scene and the memory of one backend. It keeps what it

@@ -65,7 +65,7 @@ pub enum Allowed {
     GpuIntervals,
     /// Share of rays whose radiance differs by more because a voxel or a texel falls to the side of another.
     GpuVoxelRays,
-    /// The same for baked shadows.
+    /// The same for precomputed shadows.
     GpuBakedRays,
     /// What a sample of the transmittance of smoke adds to `GpuRadiance`.
     GpuSmoke,

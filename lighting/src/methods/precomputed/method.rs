@@ -28,7 +28,7 @@ pub const PRECOMPUTED: &str = "precomputed";
 /// resolution: those of a file.
 pub const FROM_FILE: u32 = 0;
 
-/// The baked shadows of every light.
+/// The precomputed shadows of every light.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Baked;
 
@@ -67,8 +67,8 @@ pub(super) fn baked(
 ) -> Result<Arc<BakedShadow>, MethodError> {
     let key = OfLight { light, resolution };
     let bytes = |shadow: &BakedShadow| shadow.bytes();
-    inputs.host.get("baked shadows", key, bytes, || {
-        let what = "baked shadows";
+    inputs.host.get("precomputed shadows", key, bytes, || {
+        let what = "precomputed shadows";
         let side = Resolution::new(resolution).map_err(MethodError::resource(what))?;
         let emitter = &inputs.emitters[light];
         let cpu = Cpu::new();

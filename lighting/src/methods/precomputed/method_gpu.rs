@@ -1,4 +1,4 @@
-//! Baked shadows on GPUs.
+//! Precomputed shadows on GPUs.
 
 use std::sync::Arc;
 
@@ -29,10 +29,10 @@ impl<E: Encode> SourceOn<Gpu<E>> for Baked {
         let resolution = side;
         let key = OfLight { light, resolution };
         let bytes = |shadow: &BakedShadow<GpuMemory>| shadow.bytes();
-        frame.store.get("baked shadows", key, bytes, || {
+        frame.store.get("precomputed shadows", key, bytes, || {
             baked(&frame.inputs, light, side)?
                 .upload(frame.backend)
-                .map_err(MethodError::resource("baked shadows"))
+                .map_err(MethodError::resource("precomputed shadows"))
         })
     }
 }

@@ -24,7 +24,7 @@ use super::{Fog, Lamp, Line, Span};
 
 /// Hair and smoke in f64.
 #[derive(Debug, Clone, Default)]
-pub struct Veil {
+pub struct Translucency {
     ribbons: Vec<Ribbon>,
     balls: Vec<Ball>,
     boxes: Vec<SmokeBox>,
@@ -55,16 +55,16 @@ struct SmokeBox {
     samples: DensityGrid,
 }
 
-impl Veil {
+impl Translucency {
     /// Reads the casters.
     pub fn new(casters: &[Translucent]) -> Self {
-        let mut veil = Self::default();
+        let mut translucency = Self::default();
         for caster in casters {
             match caster {
                 Translucent::Strands(strands) => {
                     for index in 0..strands.piece_count() {
                         let piece = strands.piece(index);
-                        veil.ribbons.push(Ribbon {
+                        translucency.ribbons.push(Ribbon {
                             ends: piece.axis.map(Vec3::as_dvec3),
                             radius: piece.radius.into(),
                             passed: 1.0 - f64::from(piece.opacity),
@@ -72,21 +72,23 @@ impl Veil {
                     }
                 }
                 Translucent::Particles(particles) => {
-                    veil.balls.extend(particles.all().iter().map(|ball| Ball {
-                        centre: ball.centre.as_dvec3(),
-                        radius: ball.radius.into(),
-                        sigma_t: ball.sigma_t.into(),
-                        profile: particles.profile(),
-                    }));
+                    translucency
+                        .balls
+                        .extend(particles.all().iter().map(|ball| Ball {
+                            centre: ball.centre.as_dvec3(),
+                            radius: ball.radius.into(),
+                            sigma_t: ball.sigma_t.into(),
+                            profile: particles.profile(),
+                        }));
                 }
-                Translucent::Grid(grid) => veil.boxes.push(SmokeBox {
+                Translucent::Grid(grid) => translucency.boxes.push(SmokeBox {
                     min: grid.bounds().min().as_dvec3(),
                     max: grid.bounds().max().as_dvec3(),
                     samples: grid.clone(),
                 }),
             }
         }
-        veil
+        translucency
     }
 
     /// What may lie between the line and the lamp: all that is not entirely on
@@ -331,7 +333,7 @@ pub fn reference(
         lamps: emitters.iter().map(Lamp::new).collect(),
         fog: Fog::new(medium),
         blockers: Blockers::new(geometry),
-        veil: Veil::new(casters),
+        translucency: Translucency::new(casters),
         parts: parts.max(1),
     };
     let pixels: Vec<(DVec3, f64)> = rays
@@ -352,7 +354,7 @@ struct World {
     lamps: Vec<Lamp>,
     fog: Fog,
     blockers: Blockers,
-    veil: Veil,
+    translucency: Translucency,
     parts: u32,
 }
 
@@ -370,15 +372,15 @@ impl World {
             let mut lit = Vec::new();
             self.blockers
                 .lit(&line, lamp, reach, Search::Tree, &mut lit);
-            let veil = self.veil.between(&line, lamp);
-            let shades = Shades::new(&line, lamp, veil.balls_around());
+            let translucency = self.translucency.between(&line, lamp);
+            let shades = Shades::new(&line, lamp, translucency.balls_around());
             let visit = |part: Span, sampled: Span| {
                 let mut airlight = Airlight::new(&line, &self.fog);
                 airlight.add_off_the_light(lamp, reach, &[part]);
                 let light = airlight.total(Tolerance::relative(1e-6));
                 let [first, middle, last] = [0.25, 0.5, 0.75].map(|share| {
                     let x = sampled.start + share * (sampled.end - sampled.start);
-                    veil.transmittance(lamp, line.at(x))
+                    translucency.transmittance(lamp, line.at(x))
                 });
                 let mean = 0.5 * (first + last);
                 sum += mean * light.value;
@@ -414,8 +416,8 @@ mod tests {
         };
         for (profile, tau) in [(Profile::Constant, 1.0_f64), (Profile::Soft, 2.0 / 3.0)] {
             let all = Particles::new(vec![puff], profile).expect("a sound puff");
-            let veil = Veil::new(&[all.into()]);
-            let at = |y: f64| veil.transmittance(&sun, DVec3::new(0.0, y, 0.0));
+            let translucency = Translucency::new(&[all.into()]);
+            let at = |y: f64| translucency.transmittance(&sun, DVec3::new(0.0, y, 0.0));
             assert!((at(-3.0) - (-tau).exp()).abs() < 1e-12);
             assert!((at(0.0) - (-0.5 * tau).exp()).abs() < 1e-12);
             assert_eq!(at(2.0), 1.0);
@@ -426,12 +428,15 @@ mod tests {
             opacity: 0.7,
         };
         let strands = Strands::new(vec![point(-1.0), point(1.0)], vec![2]).expect("a strand");
-        let veil = Veil::new(&[strands.into()]);
+        let translucency = Translucency::new(&[strands.into()]);
         for (x, z, passed) in [(0.9, 0.09, 0.3), (0.9, 0.11, 1.0), (1.1, 0.0, 1.0)] {
-            let found = veil.transmittance(&sun, DVec3::new(x, 0.0, z));
+            let found = translucency.transmittance(&sun, DVec3::new(x, 0.0, z));
             assert!((found - passed).abs() < 1e-6, "{x} {z}");
         }
-        assert_eq!(veil.transmittance(&sun, DVec3::new(0.0, 1.1, 0.0)), 1.0);
+        assert_eq!(
+            translucency.transmittance(&sun, DVec3::new(0.0, 1.1, 0.0)),
+            1.0
+        );
     }
 
     /// The light of one ray over open ground, without and with a puff between
@@ -463,7 +468,7 @@ mod tests {
             .into()];
         let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X, f32::INFINITY).expect("a ray");
         let (line, lamp, fog) = (Line::new(&ray), Lamp::new(emitter), Fog::new(&medium));
-        let veil = Veil::new(&puffs);
+        let translucency = Translucency::new(&puffs);
         let reach = reach(&line, &lamp, &fog).expect("an endless ray");
         let first = (-5.0_f64 / 3.0).atan();
         let end_of = |step: u32| {
@@ -479,7 +484,7 @@ mod tests {
             airlight.add_off_the_light(&lamp, reach, &[part]);
             let light = airlight.total(Tolerance::relative(1e-6)).value;
             sums[0] += light;
-            sums[1] += light * veil.transmittance(&lamp, line.at(0.5 * (start + end)));
+            sums[1] += light * translucency.transmittance(&lamp, line.at(0.5 * (start + end)));
             start = end;
         }
         let emitters = std::slice::from_ref(emitter);

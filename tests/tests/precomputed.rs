@@ -1,4 +1,4 @@
-//! Baked shadows against exact visibility and the reference image.
+//! Precomputed shadows against exact visibility and the reference image.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
@@ -21,22 +21,28 @@ use reference::scenes::TestScene;
 use reference::shapes;
 use reference::tolerances::Allowed;
 
-fn baked(cpu: &Cpu, stage: &TestScene, resolution: u32) -> Vec<BakedShadow> {
+fn baked(cpu: &Cpu, test_scene: &TestScene, resolution: u32) -> Vec<BakedShadow> {
     let resolution = Resolution::new(resolution).unwrap();
     let bake = |emitter| {
-        BakedShadow::bake(cpu, &stage.geometry, emitter, resolution, Builder::new())
-            .unwrap()
-            .0
+        BakedShadow::bake(
+            cpu,
+            &test_scene.geometry,
+            emitter,
+            resolution,
+            Builder::new(),
+        )
+        .unwrap()
+        .0
     };
-    stage.emitters.iter().map(bake).collect()
+    test_scene.emitters.iter().map(bake).collect()
 }
 
-fn image<V: VisibilitySource>(cpu: &Cpu, stage: &TestScene, sources: &[V]) -> Vec<[f32; 4]> {
-    let quadrature = Quadrature::with_tolerance(stage.medium.phase(), 1e-5).unwrap();
-    let mut radiance = vec![[0.0; 4]; stage.rays.len()];
-    for (emitter, source) in stage.emitters.iter().zip(sources) {
+fn image<V: VisibilitySource>(cpu: &Cpu, test_scene: &TestScene, sources: &[V]) -> Vec<[f32; 4]> {
+    let quadrature = Quadrature::with_tolerance(test_scene.medium.phase(), 1e-5).unwrap();
+    let mut radiance = vec![[0.0; 4]; test_scene.rays.len()];
+    for (emitter, source) in test_scene.emitters.iter().zip(sources) {
         cpu.gather(
-            &LitRays::new(&stage.rays, emitter, &stage.medium),
+            &LitRays::new(&test_scene.rays, emitter, &test_scene.medium),
             source,
             &quadrature,
             &mut radiance,
@@ -50,25 +56,25 @@ fn image<V: VisibilitySource>(cpu: &Cpu, stage: &TestScene, sources: &[V]) -> Ve
 fn images_converge_to_the_reference_as_grids_get_finer() {
     let cpu = Cpu::new();
     for embedded in Embedded::ALL {
-        let stage = TestScene::new(embedded, 32, 18);
+        let test_scene = TestScene::new(embedded, 32, 18);
         let truth = reference(
-            &stage.rays,
-            &stage.emitters,
-            &stage.medium,
-            &stage.geometry,
+            &test_scene.rays,
+            &test_scene.emitters,
+            &test_scene.medium,
+            &test_scene.geometry,
             Options::default(),
         );
         let errors = [1, 2, 4, 8].map(|finer| {
             let side = 128 * finer;
-            let image = image(&cpu, &stage, &baked(&cpu, &stage, side));
+            let image = image(&cpu, &test_scene, &baked(&cpu, &test_scene, side));
             (side, image_error(&image, &truth).rmse)
         });
         let measured = order(&errors);
-        println!("{}: order {measured:.2}, {errors:?}", stage.name);
+        println!("{}: order {measured:.2}, {errors:?}", test_scene.name);
         assert!(
             measured >= 1.0 - Allowed::Order.error(),
             "{}: order {measured:.2}, {errors:?}",
-            stage.name
+            test_scene.name
         );
     }
 }
@@ -76,10 +82,10 @@ fn images_converge_to_the_reference_as_grids_get_finer() {
 #[test]
 fn threads_change_no_bit_of_a_bake_or_an_image() {
     for embedded in [Embedded::City, Embedded::Coil] {
-        let stage = TestScene::new(embedded, 32, 18);
+        let test_scene = TestScene::new(embedded, 32, 18);
         let all = |cpu: Cpu| {
-            let baked = baked(&cpu, &stage, 256);
-            let image = image(&cpu, &stage, &baked);
+            let baked = baked(&cpu, &test_scene, 256);
+            let image = image(&cpu, &test_scene, &baked);
             let grids = baked.iter().flat_map(BakedShadow::grids);
             let bytes: Vec<Vec<u8>> = grids.map(|grid| grid.as_bytes().to_vec()).collect();
             (bytes, image)
@@ -87,7 +93,7 @@ fn threads_change_no_bit_of_a_bake_or_an_image() {
         assert!(
             cpu_alone().map(all) == cpu_with_threads().map(all),
             "{}",
-            stage.name
+            test_scene.name
         );
     }
 }
@@ -176,18 +182,29 @@ fn casters_may_be_shared_out_among_sources() {
 fn shadows_on_surfaces_are_those_of_traced_rays_away_from_edges() {
     let cpu = Cpu::new();
     for embedded in [Embedded::City, Embedded::Landscape] {
-        let stage = TestScene::new(embedded, 64, 36);
-        let bounds = stage.geometry.bounds();
+        let test_scene = TestScene::new(embedded, 64, 36);
+        let bounds = test_scene.geometry.bounds();
         let texel = bounds.min().distance(bounds.max()) / 4096.0;
         let one = FilterSize::new(1).unwrap();
-        for (emitter, baked) in stage.emitters.iter().zip(&baked(&cpu, &stage, 4096)) {
+        for (emitter, baked) in test_scene
+            .emitters
+            .iter()
+            .zip(&baked(&cpu, &test_scene, 4096))
+        {
             let shadow = baked.filtered(one);
             let (mut wrong, mut all) = (0, 0);
-            for ray in stage.rays.iter().filter(|ray| ray.length().is_finite()) {
-                let Some(hit) = stage.tracer.closest_hit(&ray.with_length(f32::INFINITY)) else {
+            for ray in test_scene
+                .rays
+                .iter()
+                .filter(|ray| ray.length().is_finite())
+            {
+                let Some(hit) = test_scene
+                    .tracer
+                    .closest_hit(&ray.with_length(f32::INFINITY))
+                else {
                     continue;
                 };
-                let [a, b, c] = stage.geometry.triangles()[hit.triangle as usize];
+                let [a, b, c] = test_scene.geometry.triangles()[hit.triangle as usize];
                 let normal = (b - a).cross(c - a).normalize();
                 let point = ray.at(hit.distance);
                 let lifted = point + 0.5 * texel * normal;
@@ -198,7 +215,7 @@ fn shadows_on_surfaces_are_those_of_traced_rays_away_from_edges() {
                 if normal.dot(to_light) < 0.2 {
                     continue;
                 }
-                let lit = |at| !stage.tracer.occluded(at, to_light, 0.0, f32::INFINITY);
+                let lit = |at| !test_scene.tracer.occluded(at, to_light, 0.0, f32::INFINITY);
                 // Edges may be off by texels.
                 let (u, v) = normal.any_orthonormal_pair();
                 let around = [u, v, u + v, u - v].map(|aside| 2.0 * texel * aside);
@@ -213,11 +230,11 @@ fn shadows_on_surfaces_are_those_of_traced_rays_away_from_edges() {
                 all += 1;
                 wrong += u32::from((shadow.visibility(point, normal) > 0.5) != lit);
             }
-            println!("{}: {wrong} of {all}", stage.name);
+            println!("{}: {wrong} of {all}", test_scene.name);
             assert!(
                 all > 300 && 200 * wrong < all,
                 "{}: {wrong} of {all}",
-                stage.name
+                test_scene.name
             );
         }
     }
