@@ -32,6 +32,7 @@ const SOLID: u32 = u32::MAX;
 impl Coatings {
     /// What a triangle does to the light of a lamp that meets it; solid for an
     /// index that no triangle has.
+    #[inline]
     pub fn caster(&self, triangle: usize) -> Caster<'_> {
         if self.0.absent.get(triangle) == Some(&true) {
             return Caster::Absent;
@@ -41,6 +42,7 @@ impl Coatings {
 
     /// What a triangle does to the light from behind it on its way to the eye:
     /// the same, but never [`Caster::Absent`], as what casts no shadow is seen.
+    #[inline]
     pub fn cover(&self, triangle: usize) -> Caster<'_> {
         match self.0.kinds.get(triangle) {
             None | Some(&SOLID) => Caster::Solid,

@@ -24,7 +24,7 @@
 use airlight::{Phase, PhaseFunction, ScatteringAngle};
 use glam::Vec3;
 
-use super::quadrature::Lamp;
+use super::lamp::Lamp;
 use crate::scene::Texture;
 use crate::{Interval, LightPath};
 

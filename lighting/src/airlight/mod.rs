@@ -14,6 +14,7 @@ mod analytic;
 mod cookie;
 mod directional;
 mod equi_angular;
+mod lamp;
 mod midpoint;
 mod quadrature;
 

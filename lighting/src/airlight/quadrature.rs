@@ -1,12 +1,10 @@
 //! The quadrature of the crate `airlight`, for any light.
 
-use airlight::quadrature::Node;
-use airlight::{Error, PhaseFunction, Segment64};
-use glam::{DVec3, Vec3};
+use airlight::{Error, PhaseFunction};
+use glam::Vec3;
 
+use super::lamp::Lamp;
 use super::{AirlightEvaluator, cookie, directional};
-use crate::path::axis_of;
-use crate::scene::{Emission, PointEmitter, SpotEmission, Texture};
 use crate::{Emitter, Interval, LightPath};
 
 /// Gauss–Legendre quadrature by the pieces of [`airlight::Quadrature`], for
@@ -118,102 +116,6 @@ fn by_channel(path: &LightPath<'_>, sum: impl Fn(f32) -> Vec3) -> Vec3 {
     }
 }
 
-/// A light with a pattern as a ray sees it, in double precision: from afar a
-/// narrow cone is a small difference of large lengths.
-#[derive(Debug)]
-pub(super) struct Lamp<'a> {
-    pub(super) point: &'a PointEmitter,
-    pub(super) emission: airlight::Emission,
-    /// Distance of the foot point from the eye, and between light and ray.
-    pub(super) foot: f64,
-    pub(super) h: f64,
-    /// Unit vectors along the ray and from the light to the foot point.
-    pub(super) direction: DVec3,
-    pub(super) to_foot: DVec3,
-}
-
-impl<'a> Lamp<'a> {
-    /// `None` for a light that shines alike in all directions and does not fade.
-    fn new(path: &LightPath<'_>, point: &'a PointEmitter) -> Option<Self> {
-        if point.is_plain() {
-            return None;
-        }
-        let direction = path.ray().direction().as_dvec3().normalize();
-        let to_light = point.position().as_dvec3() - path.ray().origin().as_dvec3();
-        let foot = to_light.dot(direction);
-        let h = to_light.cross(direction).length();
-        let to_foot = (direction * foot - to_light)
-            .try_normalize()
-            .unwrap_or_else(|| path.from_light(0.0).0.as_dvec3());
-        let parts = |axis: DVec3| (axis.dot(direction), axis.dot(to_foot));
-        let emission = match point.emission() {
-            Emission::Isotropic => Ok(airlight::Emission::isotropic()),
-            Emission::Cosine { normal } => {
-                let (along, across) = parts(normal.as_dvec3().normalize());
-                airlight::Emission::cosine(along, across)
-            }
-            Emission::Spot(spot) => {
-                let (along, across) = parts(axis_of(spot));
-                let outer = 1.0 - f64::from(spot.outer_versine());
-                let full = (outer + f64::from(spot.rim())).min(1.0);
-                airlight::Emission::spot(along, across, full, outer)
-            }
-        };
-        let range = point.range().into();
-        let emission = emission.and_then(|emission| {
-            if point.fades() {
-                emission.fading_within(range)
-            } else {
-                Ok(emission)
-            }
-        });
-        Some(Self {
-            point,
-            emission: emission.expect("parts of a unit vector, and cosines in order"),
-            foot,
-            direction,
-            to_foot,
-            // Rays through the light are moved off it.
-            h: if path.h() > 1.001 * h as f32 {
-                path.h().into()
-            } else {
-                h
-            },
-        })
-    }
-
-    fn part(&self, path: &LightPath<'_>, interval: Interval) -> Segment64 {
-        let start = f64::from(interval.start);
-        Segment64 {
-            x: start - f64::from(path.entry()),
-            s: start - self.foot,
-            h: self.h,
-            length: f64::from(interval.end) - start,
-        }
-    }
-
-    /// [`LightPath::source`] at a node behind `start` but for the emission, which
-    /// is a factor of its weight.
-    fn source(&self, path: &LightPath<'_>, start: f32, node: Node) -> Vec3 {
-        let medium = path.medium();
-        let x = start + node.distance;
-        let (direction, d) = path.from_light(x - path.foot());
-        let light_leg = medium.length_inside(path.ray().at(x), -direction, d);
-        let optical_length = x - path.entry() + light_leg;
-        let transmittance = (-medium.sigma_t() * optical_length).exp();
-        let light = medium.phase().value(node.angle) * self.point.intensity();
-        medium.sigma_s() * light * transmittance
-    }
-
-    /// The spotlight and its cookie, if it has one.
-    pub(super) fn cookie(&self) -> Option<(&'a SpotEmission, &'a Texture)> {
-        match self.point.emission() {
-            Emission::Spot(spot) => spot.texture().map(|texture| (spot, texture)),
-            _ => None,
-        }
-    }
-}
-
 impl AirlightEvaluator for Quadrature {
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         let point = match path.emitter() {
@@ -240,7 +142,7 @@ impl AirlightEvaluator for Quadrature {
 
 #[cfg(test)]
 mod tests {
-    use glam::Quat;
+    use glam::{DVec3, Quat};
 
     use super::*;
     use crate::Ray;

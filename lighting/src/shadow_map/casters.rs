@@ -3,7 +3,8 @@
 use glam::Vec3;
 use gpu_backend::{Backend, Error, Memory};
 
-use crate::scene::{Caster, Coatings, Geometry};
+use super::masked::Masked;
+use crate::scene::Geometry;
 
 /// Triangles that cast shadows, where a backend can render them.
 ///
@@ -54,7 +55,7 @@ impl<M: Memory> Casters<M> {
 
     /// Number of masked triangles, the last ones.
     pub fn masked(&self) -> usize {
-        self.masked.triangles.len()
+        self.masked.len()
     }
 
     pub(super) fn masks_on_host(&self) -> &Masked {
@@ -64,56 +65,5 @@ impl<M: Memory> Casters<M> {
     #[cfg(feature = "wgpu")]
     pub(crate) fn masks(&self) -> &super::masks::Masks<M> {
         &self.masks
-    }
-}
-
-/// The masked triangles of a scene.
-#[derive(Debug, Clone)]
-pub(crate) struct Masked {
-    coatings: Coatings,
-    /// Their indices in the geometry.
-    triangles: Vec<u32>,
-}
-
-impl Masked {
-    pub(crate) fn new(geometry: &Geometry) -> Self {
-        let coatings = geometry.coatings().clone();
-        let is_masked = |index: &u32| matches!(coatings.caster(*index as usize), Caster::Masked(_));
-        let triangles = if coatings.all_solid() {
-            Vec::new()
-        } else {
-            let all = 0..geometry.triangles().len() as u32;
-            all.filter(is_masked).collect()
-        };
-        Self {
-            coatings,
-            triangles,
-        }
-    }
-
-    /// The solid triangles and after them the masked ones; `None` if all are solid.
-    pub(crate) fn order(&self, geometry: &Geometry) -> Option<Vec<[Vec3; 3]>> {
-        if self.coatings.all_solid() {
-            return None;
-        }
-        let all = geometry.triangles();
-        let solid = (0..all.len()).filter(|index| self.coatings.caster(*index) == Caster::Solid);
-        let masked = self.triangles.iter().map(|index| *index as usize);
-        Some(solid.chain(masked).map(|index| all[index]).collect())
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.triangles.len()
-    }
-
-    /// What the masked triangle `index` does to light.
-    pub(crate) fn caster(&self, index: usize) -> Caster<'_> {
-        self.coatings.caster(self.triangles[index] as usize)
-    }
-
-    /// Whether the masked triangle `index` is there at the barycentric coordinates
-    /// (`u`, `v`).
-    pub(crate) fn blocks(&self, index: usize, u: f64, v: f64) -> bool {
-        self.caster(index).transmittance_at(u, v) == Vec3::ZERO
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
 use super::Casters;
-use super::casters::Masked;
+use super::masked::Masked;
 use crate::scene::raster::{Face, Footprint, Rays};
 use crate::scene::{Emission, Emitter, Geometry};
 use crate::visibility::PointVisibility;

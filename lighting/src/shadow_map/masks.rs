@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use gpu_backend::{Backend, Error, Memory};
 
-use super::casters::Masked;
+use super::masked::Masked;
 use crate::scene::{AlphaMode, Caster, Coating, Filter, Wrap};
 
 /// Words of a record: `Mask` in `depth.wgsl`.

@@ -14,12 +14,11 @@
 
 mod casters;
 mod map;
+mod masked;
 #[cfg(feature = "wgpu")]
 mod masks;
 
 pub use casters::Casters;
-#[cfg(any(feature = "shadow-dag", feature = "translucent"))]
-pub(crate) use casters::Masked;
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;
 #[cfg(any(feature = "shadow-dag", feature = "translucent", feature = "wgpu"))]
@@ -27,3 +26,5 @@ pub(crate) use map::faces;
 pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 #[cfg(feature = "translucent")]
 pub(crate) use map::{locate, render_face};
+#[cfg(any(feature = "shadow-dag", feature = "translucent"))]
+pub(crate) use masked::Masked;

@@ -92,7 +92,7 @@ impl<T: Borrow<Tracer>> Exact<T> {
                     if whole.is_none_or(|(a, b)| shadow.clip(a, b).is_none()) {
                         return;
                     }
-                    coating.along(p.in_triangle, q.in_triangle, |part| {
+                    coating.along(p.in_triangle(), q.in_triangle(), |part| {
                         if part.transmittance != Vec3::ONE
                             && let Some((a, b)) = plane.project(at(part.from), at(part.to))
                         {
@@ -325,12 +325,20 @@ struct Plane {
 struct End {
     /// Along `u` and `v`.
     in_plane: (f64, f64),
-    /// Barycentric coordinates of the second and the third corner.
-    in_triangle: DVec2,
+    /// The corners of the edge that is cut, and where: 0 at the first, 1 at the
+    /// second.
+    edge: (usize, usize),
+    at: f64,
 }
 
-/// Those of the corners themselves.
-const BARYCENTRIC: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::Y];
+impl End {
+    /// Barycentric coordinates of the second and the third corner.
+    fn in_triangle(&self) -> DVec2 {
+        const CORNERS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::Y];
+        let (from, to) = (CORNERS[self.edge.0], CORNERS[self.edge.1]);
+        from + self.at * (to - from)
+    }
+}
 
 enum PlaneLight {
     /// At (foot, h).
@@ -434,10 +442,10 @@ impl Plane {
             if above[i] != above[j] {
                 let t = side[i] / (side[i] - side[j]);
                 let point = corners[i] + t * (corners[j] - corners[i]);
-                let [from, to] = [i, j].map(|corner| BARYCENTRIC[corner]);
                 ends[count] = End {
                     in_plane: (self.along.dot(point), self.up.dot(point)),
-                    in_triangle: from + t * (to - from),
+                    edge: (i, j),
+                    at: t,
                 };
                 count += 1;
             }
