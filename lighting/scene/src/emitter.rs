@@ -279,6 +279,7 @@ impl Emitter {
     }
 
     /// Radiant intensity on the axis, or irradiance.
+    #[inline]
     pub fn intensity(&self) -> Vec3 {
         match self {
             Self::Point(point) => point.intensity,
@@ -289,6 +290,7 @@ impl Emitter {
 
 impl PointEmitter {
     /// World position, m.
+    #[inline]
     pub fn position(&self) -> Vec3 {
         self.position
     }
@@ -299,6 +301,7 @@ impl PointEmitter {
     }
 
     /// Nothing farther away than this is lit; may be infinite.
+    #[inline]
     pub fn range(&self) -> f32 {
         self.range
     }
@@ -309,12 +312,14 @@ impl PointEmitter {
     }
 
     /// Whether the light fades towards its range, which is finite then.
+    #[inline]
     pub fn fades(&self) -> bool {
         self.falloff == Falloff::Smooth && self.range < f32::INFINITY
     }
 
     /// The factor on the intensity at the distance `d`, m, from 0 to 1; 0 for a
     /// NaN.
+    #[inline]
     pub fn window(&self, d: f32) -> f32 {
         if !(d <= self.range) {
             0.0
@@ -339,6 +344,7 @@ impl PointEmitter {
     }
 
     /// The intensity's distribution over directions.
+    #[inline]
     pub fn emission(&self) -> &Emission {
         &self.emission
     }

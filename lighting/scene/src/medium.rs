@@ -64,6 +64,7 @@ impl Medium {
     }
 
     /// Scattering coefficient, 1/m.
+    #[inline]
     pub fn sigma_s(&self) -> Vec3 {
         self.sigma_s
     }
@@ -74,16 +75,19 @@ impl Medium {
     }
 
     /// Extinction coefficient, 1/m.
+    #[inline]
     pub fn sigma_t(&self) -> Vec3 {
         self.sigma_s + self.sigma_a
     }
 
     /// How scattered light spreads over directions.
+    #[inline]
     pub fn phase(&self) -> PhaseFunction {
         self.phase
     }
 
     /// The box that holds the medium, `None` if it is everywhere.
+    #[inline]
     pub fn bounds(&self) -> Option<Bounds> {
         self.bounds
     }
@@ -96,6 +100,7 @@ impl Medium {
     /// The length of the segment from `start` along the unit vector
     /// `direction` over `length` that lies inside the medium. `length` may be
     /// infinite.
+    #[inline]
     pub fn length_inside(&self, start: Vec3, direction: Vec3, length: f32) -> f32 {
         match &self.bounds {
             None => length,

@@ -273,7 +273,10 @@ impl<'a> LightPath<'a> {
                     .medium
                     .phase()
                     .value(ScatteringAngle::from_foot(s, self.h));
-                let light = self.intensity(point, direction) * point.window_inside(d);
+                let mut light = self.intensity(point, direction);
+                if point.fades() {
+                    light *= point.window_inside(d);
+                }
                 self.scattered(phase, light, eye_leg + light_leg)
             }
             Emitter::Directional(sun) => {
