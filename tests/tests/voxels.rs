@@ -25,9 +25,10 @@ const COARSEST: u32 = 64;
 
 const REFINEMENTS: [u32; 4] = [1, 2, 4, 8];
 
-/// The error of an image by volumes whose coarsest have no shadow, because it is
-/// thinner than half a voxel: that of the first ones that have it, which has no order.
-const TOO_THIN: f64 = 1e-3;
+/// The largest error with a lamp within a few centimetres of the eye. Shadows between
+/// light rays and eye rays that are thinner than half a voxel have no voxels there: they
+/// appear at some size, and until they are many voxels thick the error has no order.
+const NEXT_TO_THE_EYE: f64 = 1e-3;
 
 /// What voxels are made from.
 enum Blockers<'a, M: gpu_backend::Memory> {
@@ -132,11 +133,12 @@ fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) 
         });
         let measured = order(&errors.map(|(side, error)| (side, error.rmse)));
         println!("{name}: order {measured:.2}, {errors:?}");
-        let is_too_thin = errors.iter().all(|(_, error)| error.rmse < TOO_THIN);
-        assert!(
-            is_too_thin || measured >= 1.0 - Allowed::Order.error(),
-            "{name}: order {measured:.2}, {errors:?}"
-        );
+        let holds = if name.ends_with("the eye") {
+            errors.iter().all(|(_, error)| error.rmse < NEXT_TO_THE_EYE)
+        } else {
+            measured >= 1.0 - Allowed::Order.error()
+        };
+        assert!(holds, "{name}: order {measured:.2}, {errors:?}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use reference::random::Random;
 
-/// Calls `read` with 2,000 copies of `file`, or as many as the environment
+/// Calls `read` with 4,000 copies of `file`, or as many as the environment
 /// variable `DAMAGED_COPIES` says, each with up to four bytes replaced at places
 /// and by values that are the same in every run.
 pub(super) fn survives(file: &[u8], mut read: impl FnMut(&[u8])) {
@@ -12,7 +12,7 @@ pub(super) fn survives(file: &[u8], mut read: impl FnMut(&[u8])) {
     const TELLING: &[u8] = b"\x00\x01\x7f\x80\xff09-.e{}[],\" \n";
     let copies = std::env::var("DAMAGED_COPIES");
     let copies = copies.ok().and_then(|copies| copies.parse().ok());
-    for _ in 0..copies.unwrap_or(2000) {
+    for _ in 0..copies.unwrap_or(4000) {
         let mut damaged = file.to_vec();
         // A file that ends too early, now and then.
         if next(8) == 0 {

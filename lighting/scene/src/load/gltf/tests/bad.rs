@@ -351,6 +351,5 @@ fn damage_never_panics() {
             }
         }
     });
-    // Enough of them reach what comes behind the parser; an eighth ends too early.
-    assert!(sound > 50, "only {sound} of 2000 got past the parser");
+    assert!(sound > 100, "only {sound} copies got past the parser");
 }
