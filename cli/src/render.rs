@@ -6,7 +6,7 @@ use gpu_backend::gpu::Gpu;
 use gpu_backend::{Cpu, Download};
 use indicatif::ProgressBar;
 use lighting::methods::{
-    Entry, FROM_FILE, Frame, FrameInputs, MethodBackend, OfLight, Registry, Store, Verdict,
+    Entry, FROM_FILE, Frame, FrameInputs, MethodBackend, Registry, Store, Verdict,
 };
 use lighting::plan::{Plan, Reason};
 use lighting::precomputed::FilterSize;
@@ -327,11 +327,7 @@ impl Job<'_> {
         lighting::methods::share_tracer(&host, &input.tracer);
         for (light, shadow) in given.iter().enumerate() {
             if let Some(shadow) = shadow {
-                let key = OfLight {
-                    light,
-                    resolution: FROM_FILE,
-                };
-                host.insert("precomputed shadows", key, shadow.clone(), shadow.bytes());
+                lighting::methods::share_precomputed(&host, light, shadow);
             }
         }
         let rays = self.view.rays().len() * emitters.len();

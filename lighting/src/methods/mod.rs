@@ -110,7 +110,7 @@ pub use frame::{Frame, FrameInputs, Pass};
 #[cfg(feature = "methods")]
 pub use per_light::{Compared, LightSources, PerLight, SourceAbout, SourceOn, SourceQuality};
 #[cfg(all(feature = "methods", feature = "shadow-dag"))]
-pub use precomputed::{FROM_FILE, PRECOMPUTED};
+pub use precomputed::{FROM_FILE, PRECOMPUTED, share_precomputed};
 #[cfg(feature = "methods")]
 pub use registry::{Entry, MethodBackend, Registry, RunEverywhere};
 #[cfg(feature = "methods")]

@@ -3,14 +3,14 @@
 
 use std::sync::Arc;
 
-use gpu_backend::Cpu;
+use gpu_backend::{Cpu, Host};
 
 use super::{BakedShadow, Builder, Resolution};
 use crate::Touching;
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
-    SourceOn, SourceQuality, Work,
+    SourceOn, SourceQuality, Store, Work,
 };
 
 const VOXELS: SourceQuality = SourceQuality {
@@ -59,6 +59,17 @@ impl LightSources for Baked {
     }
 }
 
+/// What a store and messages call them.
+pub(super) const WHAT: &str = "precomputed shadows";
+
+/// Gives a store the shadows of a light, which methods find with the quality
+/// [`FROM_FILE`].
+pub fn share_precomputed(host: &Store<Host>, light: usize, shadow: &Arc<BakedShadow>) {
+    let resolution = FROM_FILE;
+    let key = OfLight { light, resolution };
+    host.insert(WHAT, key, shadow.clone(), shadow.bytes());
+}
+
 /// Those of a light, in the memory of the host.
 pub(super) fn baked(
     inputs: &FrameInputs<'_>,
@@ -67,14 +78,13 @@ pub(super) fn baked(
 ) -> Result<Arc<BakedShadow>, MethodError> {
     let key = OfLight { light, resolution };
     let bytes = |shadow: &BakedShadow| shadow.bytes();
-    inputs.host.get("precomputed shadows", key, bytes, || {
-        let what = "precomputed shadows";
-        let side = Resolution::new(resolution).map_err(MethodError::resource(what))?;
+    inputs.host.get(WHAT, key, bytes, || {
+        let side = Resolution::new(resolution).map_err(MethodError::resource(WHAT))?;
         let emitter = &inputs.emitters[light];
         let cpu = Cpu::new();
         BakedShadow::bake(&cpu, inputs.geometry, emitter, side, Builder::new())
             .map(|(shadow, _)| shadow)
-            .map_err(MethodError::resource(what))
+            .map_err(MethodError::resource(WHAT))
     })
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
 
 use super::BakedShadow;
-use super::method::{Baked, baked};
+use super::method::{Baked, WHAT, baked};
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 
 impl<E: Encode> SourceOn<Gpu<E>> for Baked {
@@ -29,10 +29,10 @@ impl<E: Encode> SourceOn<Gpu<E>> for Baked {
         let resolution = side;
         let key = OfLight { light, resolution };
         let bytes = |shadow: &BakedShadow<GpuMemory>| shadow.bytes();
-        frame.store.get("precomputed shadows", key, bytes, || {
+        frame.store.get(WHAT, key, bytes, || {
             baked(&frame.inputs, light, side)?
                 .upload(frame.backend)
-                .map_err(MethodError::resource("precomputed shadows"))
+                .map_err(MethodError::resource(WHAT))
         })
     }
 }

@@ -82,7 +82,7 @@ mod tests;
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
 #[cfg(feature = "methods")]
-pub use method::{FROM_FILE, PRECOMPUTED};
+pub use method::{FROM_FILE, PRECOMPUTED, share_precomputed};
 pub use shadow::{BakedError, BakedShadow, FilteredShadow, bake, surfaces};
 pub use shadow_dag::{
     Builder, Error, FilterSize, Form, Resolution, SetError, ShadowSet, Surfaces, Watertightness,
