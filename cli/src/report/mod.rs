@@ -20,7 +20,6 @@ mod tables;
 pub(crate) use csv::csv;
 pub(crate) use plots::short_name;
 pub(crate) use summary::plain as sentences;
-pub(crate) use tables::records;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

@@ -135,80 +135,10 @@ pub(super) fn measurements(results: &Results) -> Markup {
     }
 }
 
-/// The measurements as they are written to `results.csv`: times are medians in
-/// seconds, errors are as in [`Results`].
-pub(crate) fn records(results: &Results) -> Table {
-    let mut table = Table::new(
-        [
-            "scene",
-            "light",
-            "visibility",
-            "airlight",
-            "backend",
-            "quality",
-            "error_rmse",
-            "error_max",
-            "error_rel_p99",
-            "seconds_build",
-            "seconds_frame",
-            "bytes",
-        ]
-        .map(Column::plain)
-        .into(),
-    );
-    for m in &results.measurements {
-        let method = &results.methods[m.method];
-        table.push(vec![
-            results.scene.as_str().into(),
-            results.light.as_str().into(),
-            method.visibility.as_str().into(),
-            method.airlight.as_str().into(),
-            m.backend.as_str().into(),
-            m.quality.into(),
-            m.error.rmse.into(),
-            m.error.max.into(),
-            m.error.rel_p99.into(),
-            m.seconds_build.into(),
-            m.frame.median.into(),
-            m.bytes.into(),
-        ]);
-    }
-    table
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::results::tests::{example, example_with_software};
-    use crate::report::csv;
-
-    fn lines_of(results: &Results) -> Vec<Vec<String>> {
-        let text = csv(&records(results)).unwrap();
-        let mut reader = ::csv::Reader::from_reader(&text[..]);
-        let rows = reader.records().map(|row| row.unwrap());
-        rows.map(|row| row.iter().map(str::to_owned).collect())
-            .collect()
-    }
-
-    #[test]
-    fn every_measurement_is_a_line_of_csv() {
-        let results = example();
-        let lines = lines_of(&results);
-        assert_eq!(lines.len(), results.measurements.len());
-        for (line, m) in lines.iter().zip(&results.measurements) {
-            assert_eq!(line.len(), 12);
-            assert_eq!(line[0], results.scene);
-            assert_eq!(line[2], results.methods[m.method].visibility);
-            assert_eq!(line[6].parse::<f64>().unwrap(), m.error.rmse);
-            assert_eq!(line[11].parse::<u64>().unwrap(), m.bytes);
-        }
-    }
-
-    #[test]
-    fn a_backend_whose_name_has_commas_is_one_column() {
-        let lines = lines_of(&example_with_software());
-        assert_eq!(lines.last().unwrap()[4], "gpu (a, \"b\", software)");
-    }
+    use crate::compare::results::tests::example;
 
     #[test]
     fn each_method_is_named_once_in_the_table_of_measurements() {
