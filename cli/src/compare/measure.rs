@@ -488,3 +488,81 @@ fn pictured(runs: &[Run]) -> Vec<usize> {
     }
     nearest
 }
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::OsString;
+
+    use lighting::methods::Registry;
+
+    use super::super::prepare::Prepared;
+    use super::super::{shown, truth};
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    #[test]
+    fn refined_maps_let_errors_fall_where_the_map_would_stop_them() {
+        let methods = Registry::standard();
+        const MARCH: &str = "march x midpoint";
+        const BY_ANGLE: &str = "equi-angular-merged x gauss-8";
+        let line = "crepuscular compare fence --size 32x18 --map 64 --backend cpu --methods";
+        let names = format!("{MARCH},{BY_ANGLE}");
+        let arguments = line.split(' ').chain([&*names]).map(OsString::from);
+        let Ok(Command::Compare(args)) = Arguments::read(&methods, arguments).map(|a| a.command)
+        else {
+            panic!("a comparison is asked for");
+        };
+        let prepared = Prepared::new(&methods, &args, f64::INFINITY).unwrap();
+        let job = prepared.job(false).unwrap();
+        let (reference, _) = truth::converge(&job, prepared.view.rays(), 1e-6);
+        let truth = Truth::new(prepared.size, &reference);
+        let measured = |budget: Budget| {
+            let candidates = &prepared.selection.candidates;
+            measure(
+                &prepared.backends.present[0],
+                job,
+                candidates,
+                &truth,
+                budget,
+            )
+            .unwrap()
+        };
+        let outcome = measured(Budget::unlimited());
+        assert!(outcome.left_out.is_empty(), "{:?}", outcome.left_out);
+        let lines = shown::all(&methods);
+        let find = |name: &str, refines: bool, quality: u32| {
+            let is_it = |m: &&Measurement| {
+                let line = &lines[m.method];
+                let is_named = line.entry.about().name == name;
+                is_named && line.refines_map == refines && m.quality == quality
+            };
+            outcome.measurements.iter().find(is_it).unwrap()
+        };
+        let row = |refines: bool, quality: u32| find(MARCH, refines, quality);
+        // The same at the usual quality, and as coarse or as fine as that beside it.
+        assert_eq!(row(true, 64).map, Some(64));
+        assert_eq!(row(true, 64).error, row(false, 64).error);
+        assert_eq!([16, 256].map(|q| row(true, q).map), [Some(16), Some(256)]);
+        assert!(row(true, 256).error.rmse < row(false, 256).error.rmse);
+        assert!(row(true, 256).error.rmse < 0.5 * row(true, 64).error.rmse);
+        for m in &outcome.measurements {
+            assert_eq!(m.frame.repetitions, MAX_REPETITIONS);
+            assert!(m.error.flip.is_some_and(|flip| flip > 0.0 && flip < 1.0));
+            assert!(m.error.rel_mse > 0.0);
+        }
+        // Finer maps are better by themselves, and methods level out at what theirs is.
+        let floor = |map: u32| outcome.floors.iter().find(|f| f.map == map).unwrap().rmse;
+        assert!(floor(256) < floor(64) && floor(64) < floor(16));
+        let ratio = find(BY_ANGLE, false, 256).error.rmse / floor(64);
+        assert!((0.95..1.1).contains(&ratio), "{ratio}");
+        // No refined picture beside that of the map of all.
+        assert!(outcome.pictures.len() < lines.len());
+        for shown in &outcome.pictures {
+            assert!(!lines[outcome.measurements[shown.measurement].method].refines_map);
+        }
+        // Without any time nothing is measured, and all of it is left out.
+        let nothing = measured(Budget::new(0.0));
+        assert!(nothing.measurements.is_empty());
+        assert_eq!(nothing.left_out.len(), prepared.selection.candidates.len());
+    }
+}
