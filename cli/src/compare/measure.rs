@@ -215,12 +215,12 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         let on = |index: usize| format!("{} on {}", own[index].name(), self.device.label);
         for (index, expected) in dropped {
             let frame = match expected {
-                0.0 => "no time left".to_owned(),
-                _ => format!("no time left for a frame of about {}", seconds(expected)),
+                0.0 => String::new(),
+                _ => format!(" (a frame of about {})", seconds(expected)),
             };
             outcome.left_out.push(LeftOut {
-                what: on(index),
-                why: format!("{frame} (--time-budget)"),
+                what: on(index) + &frame,
+                why: "no time left (--time-budget)".into(),
             });
         }
         let mut failed: Vec<(usize, String)> = failed.into_iter().collect();

@@ -51,6 +51,11 @@ impl Results {
         self.measurements.iter().filter(|m| m.representative)
     }
 
+    /// A measurement's method and quality in words.
+    pub(crate) fn setting(&self, m: &Measurement) -> String {
+        self.methods[m.method].setting(m.quality)
+    }
+
     /// The backend whose times mean nothing, if there is one.
     pub(crate) fn software(&self) -> Option<&str> {
         let mut all = self.measurements.iter();

@@ -278,7 +278,7 @@ impl Plot {
 }
 
 /// A shape per series, so that colour is not the only difference.
-fn marker(slot: usize, (x, y): (f64, f64), title: &str) -> Markup {
+pub(super) fn marker(slot: usize, (x, y): (f64, f64), title: &str) -> Markup {
     let at = |dx: f64, dy: f64| format!("{:.1} {:.1}", x + dx, y + dy);
     let polygon = |corners: &[(f64, f64)]| {
         let points: Vec<String> = corners.iter().map(|&(dx, dy)| at(dx, dy)).collect();

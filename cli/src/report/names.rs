@@ -1,0 +1,58 @@
+//! Short names, for where there is little room.
+
+/// What the report calls what methods' titles spell out. Longer phrases come before
+/// those that they contain.
+const SHORT: [(&str, &str); 10] = [
+    ("precomputed voxelized shadows", "precomputed shadows"),
+    ("voxelized shadow volumes", "voxelized shadows"),
+    ("adaptive volumetric shadow map", "adaptive shadow map"),
+    ("equi-angular sampling, ", "equi-angular, "),
+    ("quadrature to a tolerance", "to a tolerance"),
+    ("closed form in double precision", "double precision"),
+    ("published airlight table", "published table"),
+    ("airlight table", "table"),
+    ("lit runs merged", "merged"),
+    ("merged, table", "table"),
+];
+
+/// The title of a method in fewer letters; those of one's own methods as they are.
+pub(super) fn short_title(title: &str) -> String {
+    let shorter = |title: String, (long, short): &(&str, &str)| title.replace(long, short);
+    SHORT.iter().fold(title.to_owned(), shorter)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use lighting::methods::Registry;
+
+    use super::*;
+
+    #[test]
+    fn short_names_fit_a_column_and_tell_methods_apart() {
+        let registry = Registry::standard();
+        let titles: Vec<&str> = registry.compared().map(|e| e.about().title).collect();
+        let mut seen = HashSet::new();
+        for title in titles {
+            let short = short_title(title);
+            assert!(short.chars().count() <= 32, "{short}");
+            assert!(seen.insert(short.clone()), "{short} names two methods");
+        }
+        assert_eq!(short_title("a method of one's own"), "a method of one's own");
+    }
+
+    #[test]
+    fn every_phrase_is_one_that_methods_have() {
+        let registry = Registry::standard();
+        let titles: Vec<&str> = registry.compared().map(|e| e.about().title).collect();
+        for (index, (long, _)) in SHORT.iter().enumerate() {
+            let is_used = titles.iter().any(|title| {
+                let shorter = |title: String, (long, short): &(&str, &str)| title.replace(long, short);
+                let before = SHORT[..index].iter().fold((*title).to_owned(), shorter);
+                before.contains(long)
+            });
+            assert!(is_used, "{long}");
+        }
+    }
+}
