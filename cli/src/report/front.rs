@@ -49,7 +49,17 @@ pub(super) struct Plot {
     pub(super) time: &'static str,
     pub(super) error: &'static str,
     pub(super) unit: Unit,
+    pub(super) floor: Option<Floor>,
     pub(super) curves: Vec<Curve>,
+}
+
+/// An error that some of the methods cannot pass.
+#[derive(Debug, Clone)]
+pub(super) struct Floor {
+    pub(super) error: f64,
+    pub(super) name: String,
+    /// The same where there is less room.
+    pub(super) short: String,
 }
 
 /// Size and margins of a picture; letters are of a size that is read where a
@@ -127,7 +137,8 @@ impl<'a> Drawing<'a> {
         let shown = || all().filter(|p| p.is_shown());
         let across = shown().flat_map(|p| [p.seconds, p.spread[0], p.spread[1]]);
         let x = Ruler::new(Scale::Log, across, (area.left, area.right), 6)?;
-        let up = shown().map(|p| p.error);
+        let floor = plot.floor.as_ref().map(|floor| floor.error);
+        let up = shown().map(|p| p.error).chain(floor);
         let y = Ruler::new(Scale::Log, up, (area.bottom, area.top), 4)?;
         let points: Vec<Option<(f64, f64)>> = all()
             .map(|p| p.is_shown().then_some((p.seconds, p.error)))
@@ -173,6 +184,9 @@ impl<'a> Drawing<'a> {
             svg class=(class) viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(self.description(&front)) {
                 (self.grid())
                 path.front d=(self.staircase(&front)) {}
+                @if let Some(floor) = self.floor() {
+                    path.floor d={ "M" (self.area.left) " " (pixels(self.y.position(floor.error))) "H" (self.area.right) } {}
+                }
                 @for (index, curve) in curves().filter(|(index, _)| !self.stands_out(*index)) {
                     (self.curve(index, curve))
                 }
@@ -182,6 +196,37 @@ impl<'a> Drawing<'a> {
                 (self.labels(&front))
             }
         }
+    }
+
+    /// The floor, if it has a place on a logarithmic axis.
+    fn floor(&self) -> Option<&Floor> {
+        let floor = self.plot.floor.as_ref();
+        floor.filter(|floor| floor.error > 0.0 && floor.error.is_finite())
+    }
+
+    /// The name of the floor, above or below its line, at its right or left end.
+    fn name_of_floor(&self, labels: &mut Labels) -> Option<(Rect, &str)> {
+        let floor = self.floor()?;
+        let letters = self.format.letters;
+        let y = self.y.position(floor.error);
+        let height = 1.25 * letters;
+        for text in [&floor.name, &floor.short] {
+            let width = super::labels::width(text, letters);
+            for top in [y - height - 2.0, y + 2.0] {
+                for left in [self.area.right - width, self.area.left + 6.0] {
+                    let rect = Rect {
+                        left,
+                        top,
+                        right: left + width,
+                        bottom: top + height,
+                    };
+                    if labels.take(rect) {
+                        return Some((rect, text));
+                    }
+                }
+            }
+        }
+        None
     }
 
     /// Curve and point of everything on the front, from the fastest on.
@@ -325,6 +370,7 @@ impl<'a> Drawing<'a> {
                 labels.avoid([self.at(pair[0].0), self.at(pair[1].0)]);
             }
         }
+        let floor = self.name_of_floor(&mut labels);
         let mut texts = Vec::new();
         let mut previous = None;
         let (mut names, mut numbers) = (Vec::new(), Vec::new());
@@ -363,6 +409,9 @@ impl<'a> Drawing<'a> {
             }
         }
         html! {
+            @if let Some((rect, text)) = floor {
+                text.name.other x=(pixels(0.5 * (rect.left + rect.right))) y=(pixels(rect.bottom - 0.33 * letters)) text-anchor="middle" { (text) }
+            }
             @for (at, Placed { rect, leader }, class, text) in texts {
                 @if let Some([from, to]) = leader {
                     path.leader d={ "M" (pixels(from.0)) " " (pixels(from.1)) "L" (pixels(to.0)) " " (pixels(to.1)) } {}
@@ -426,6 +475,11 @@ mod tests {
             time: "time of a frame",
             error: "error & mean",
             unit: Unit::Share,
+            floor: Some(Floor {
+                error: 0.02,
+                name: "least error of <maps>".into(),
+                short: "<maps>".into(),
+            }),
             curves,
         };
         front(&plot).map(Markup::into_string)
@@ -456,6 +510,8 @@ mod tests {
             }
             assert!(svg.contains("class=\"line other\""), "beaten everywhere");
             assert!(svg.contains("error &amp; mean"));
+            assert_eq!(svg.matches("class=\"floor\"").count(), 1);
+            assert!(svg.contains("&lt;maps&gt;</text>"), "{svg}");
         }
         assert!(svg.contains("from fast to exact: &lt;0&gt;; &lt;1&gt;"), "{svg}");
     }

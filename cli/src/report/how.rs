@@ -27,7 +27,7 @@ pub(super) fn section(results: &Results) -> Markup {
             li {
                 b { "Errors" }
                 ": linear radiance over all pixels and colour channels. " (unit)
-                " RMSE is the root of the mean square, max the largest difference; p99 is the 99th percentile of the error relative to the pixel itself."
+                " RMSE is the root of the mean square, max the largest difference; p99 is the 99th percentile of the error relative to the pixel itself, relMSE the mean square of it, and FLIP (HDR-FLIP) what a viewer sees of it, from 0 to 1."
             }
             li {
                 b { "Times" }

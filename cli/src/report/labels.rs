@@ -126,6 +126,16 @@ impl Labels {
         self.curves.push(curve);
     }
 
+    /// Takes a place if it is free.
+    pub(super) fn take(&mut self, rect: Rect) -> bool {
+        let is_free =
+            self.area.holds(&rect) && !self.taken.iter().any(|taken| taken.overlaps(&rect));
+        if is_free {
+            self.taken.push(rect);
+        }
+        is_free
+    }
+
     /// Finds room for a text beside a point, no farther away than `reach`, and
     /// takes it: the nearest place that covers no marker, no label and no line to
     /// one, and as few curves as can be. `None` if there is no room.

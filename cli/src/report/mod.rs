@@ -72,11 +72,13 @@ fn facts(results: &Results) -> Markup {
         [_] => "backend",
         _ => "backends",
     };
+    let run = &results.run;
     html! {
         p.facts {
             (results.scene) ": " (results.lights) ", " (results.triangles) " triangles, " (results.size)
             " pixels, " (results.medium) ". Measured on " (results.machine) "; " (noun) ": "
-            (results.backends.join(", ")) "."
+            (results.backends.join(", ")) ". crepuscular " (run.version) ", " (run.date) ": "
+            code { (run.command) }
         }
     }
 }
@@ -102,7 +104,12 @@ fn more(results: &Results) -> Markup {
 
 fn passes(results: &Results) -> Markup {
     html! {
-        h2 { "What ran, and what did not" }
+        h2 { "The scene, and what did not run" }
+        dl.numbers {
+            @for (what, number) in &results.statistics {
+                dt { (what) } dd { (number) }
+            }
+        }
         @if !results.notes.is_empty() {
             h3 { "Placed, assumed or reduced" }
             ul {
@@ -174,6 +181,9 @@ mod tests {
         assert!(html[..1000].contains(MARK), "found again when replaced");
         assert!(html.contains("a &lt;test&gt;"), "names are escaped");
         assert!(html.contains("It never meets the view"));
+        for fact in ["1.2.3", "2026-03-14 15:09 UTC", "compare '&lt;scene&gt;'"] {
+            assert!(html.contains(fact), "{fact}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use maud::{Markup, html};
 
-use super::front::{Curve, Plot, Setting, front};
+use super::front::{Curve, Floor, Plot, Setting, front};
 use super::names::short_title;
 use super::section::charts;
 use crate::compare::results::{Measurement, Results};
@@ -89,12 +89,16 @@ impl<'a> Line<'a> {
         results.measurements.iter().filter(move |m| self.holds(m))
     }
 
-    /// Its colour and marker: second and further backends are dashed.
+    /// Its colour and marker: second and further backends are dashed, and so is a
+    /// method whose maps are refined, which has the colour of the same with one map.
     pub(super) fn key(&self, results: &Results) -> Key {
+        let own = &results.methods[self.method];
         let first = results.backends.first();
+        let mut all = results.methods.iter();
+        let plain = all.position(|method| method.name == own.name);
         Key {
-            slot: self.method % COLOURS,
-            dashed: first.is_some_and(|first| first != self.backend),
+            slot: plain.unwrap_or(self.method) % COLOURS,
+            dashed: own.refines_map || first.is_some_and(|first| first != self.backend),
         }
     }
 
@@ -211,6 +215,11 @@ fn plot(results: &Results, clock: Clock) -> Plot {
         time: clock.label,
         error,
         unit,
+        floor: results.floors.first().map(|floor| Floor {
+            error: floor.rmse,
+            name: format!("least error of any method on {0} × {0} shadow maps", floor.map),
+            short: format!("{0} × {0} shadow maps", floor.map),
+        }),
         curves: representative(results).into_iter().map(curve).collect(),
     }
 }

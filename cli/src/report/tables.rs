@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::plots::{Line, of_software, representative, software};
 use super::section::table;
 use super::summary::TARGETS;
-use crate::compare::results::{Results, fastest_within, pareto};
+use crate::compare::results::{Results, fastest_within, pareto, slopes};
 use crate::compare::study::{Cell, Column, Table, Unit};
 use crate::format::{error, seconds};
 
@@ -21,7 +21,7 @@ pub(super) fn section(results: &Results) -> Markup {
             details {
                 summary { "Table: all " (rows.rows().len()) " measurements" }
                 p.soft.above {
-                    "The same as in " code { "results.csv" } ". Shaded rows are on the front of error against the time of a frame."
+                    "The same as in " code { "results.csv" } ". Shaded rows are on the front of error against the time of a frame. Map: texels a side of the shadow maps."
                 }
                 (table(&rows))
             }
@@ -60,10 +60,12 @@ fn targets(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
     let headed = |target: &f64| Column::new(format!("≤ {}", error(*target, false)), Unit::Seconds);
     columns.extend(targets.iter().map(headed));
     columns.push(Column::new("best error", Unit::Share));
+    columns.push(Column::plain("slope"));
     let mut rows = Table::new(columns).titled(
         "",
-        "The fastest frame of each method whose error (RMSE ÷ mean radiance) is at most that of the column; below it, its number of steps, voxels a side, Gauss nodes, digits or KiB. Shaded: the fastest of a column, and those whose times overlap with its.",
+        "The fastest frame of each method whose error (RMSE ÷ mean radiance) is at most that of the column; below it, its number of steps, voxels a side, Gauss nodes, digits or KiB. Shaded: the fastest of a column, and those whose times overlap with its. Slope: of log error over log time; −1 halves the error in twice the time.",
     );
+    let slopes = slopes(&results.measurements);
     for line in lines {
         let own = line.of(results);
         let mut cells = vec![name(results, *line)];
@@ -80,6 +82,12 @@ fn targets(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
         }
         let best = own.map(|m| m.error.rmse).fold(f64::INFINITY, f64::min);
         cells.push(best.into());
+        let mut slopes = slopes.iter();
+        let slope = slopes.find(|s| (s.method, &*s.backend) == (line.method, line.backend));
+        cells.push(match slope.and_then(|slope| slope.over_time) {
+            Some(slope) => format!("{slope:.1}").replace('-', "−").into(),
+            None => Cell::from("–"),
+        });
         rows.push(cells);
     }
     Some(rows)
@@ -103,14 +111,21 @@ fn measurements(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
     let mut rows = Table::new(vec![
         Column::plain("method"),
         Column::plain("quality"),
+        Column::plain("map"),
         Column::new("RMSE", unit),
+        Column::plain("relMSE"),
+        Column::plain("FLIP"),
         Column::new("max", unit),
-        Column::new("p99", unit),
+        Column::new("p99", Unit::Share),
         Column::new("build", Unit::Seconds),
         Column::new("frame", Unit::Seconds),
         Column {
             soft: true,
-            ..Column::plain("fastest – slowest")
+            ..Column::plain("min – max")
+        },
+        Column {
+            soft: true,
+            ..Column::plain("runs")
         },
         Column::new("memory", Unit::Bytes),
     ]);
@@ -126,17 +141,30 @@ fn measurements(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
                 ..name(results, line)
             },
             m.quality.into(),
+            m.map.map_or_else(|| Cell::from("–"), Cell::from),
             m.error.rmse.into(),
+            m.error.rel_mse.into(),
+            m.error.flip.map_or_else(|| Cell::from("–"), Cell::from),
             m.error.max.into(),
             m.error.rel_p99.into(),
             m.seconds_build.into(),
             m.frame.median.into(),
-            format!("{} – {}", seconds(m.frame.low), seconds(m.frame.high)).into(),
+            range(m.frame.low, m.frame.high).into(),
+            m.frame.repetitions.into(),
             m.bytes.into(),
         ];
         rows.push_row(cells, best);
     }
     Some(rows)
+}
+
+/// Two durations, with one unit if they share it: `1.2 – 1.5 ms`.
+fn range(low: f64, high: f64) -> String {
+    let (low, high) = (seconds(low), seconds(high));
+    match (low.split_once(' '), high.split_once(' ')) {
+        (Some((number, a)), Some((_, b))) if a == b => format!("{number} – {high}"),
+        _ => format!("{low} – {high}"),
+    }
 }
 
 #[cfg(test)]
@@ -175,7 +203,9 @@ mod tests {
         }
         let rows = targets(&results, &representative(&results)).unwrap();
         let names: Vec<&str> = rows.columns.iter().map(|c| c.name.as_str()).collect();
-        assert_eq!(names, ["method", "≤ 50 %", "≤ 20 %", "≤ 10 %", "≤ 5 %", "best error"]);
+        let reached = ["≤ 50 %", "≤ 20 %", "≤ 10 %", "≤ 5 %"];
+        assert_eq!(names[1..5], reached);
+        assert_eq!(names[5..], ["best error", "slope"]);
     }
 
     #[test]
@@ -188,5 +218,8 @@ mod tests {
         let shaded = |column: usize| rows.rows().iter().filter(|r| r.cells[column].shaded).count();
         assert_eq!(shaded(1), results.methods.len(), "all reach half the mean");
         assert_eq!(shaded(rows.columns.len() - 1), 0);
+        assert_eq!(range(1.2e-3, 1.5e-3), "1.2 – 1.5 ms");
+        assert_eq!(range(0.9e-3, 1.5e-3), "900 µs – 1.5 ms");
+        assert_eq!(range(0.0, 1.0), "0 – 1 s");
     }
 }

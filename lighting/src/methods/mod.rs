@@ -104,7 +104,7 @@ mod store;
 #[cfg(feature = "methods")]
 pub use contract::{About, Method, MethodError, Role, RunOn, Verdict, Work};
 #[cfg(feature = "methods")]
-pub use evaluators::{EvaluatorAbout, Evaluators};
+pub use evaluators::{EvaluatorAbout, Evaluators, GAUSS_NODES};
 #[cfg(feature = "methods")]
 pub use frame::{Frame, FrameInputs, Pass};
 #[cfg(feature = "methods")]

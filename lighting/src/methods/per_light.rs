@@ -208,7 +208,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
                 match sees_all {
                 true => Verdict::Applies,
                 false => Verdict::Pointless(
-                    "it does not see hair and smoke, which exact intervals and no shadows stand for"
+                    "it does not see hair and smoke, which exact visibility and no shadows stand for"
                         .into(),
                 ),
             }
@@ -220,7 +220,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
                 match sees_all {
                     true => Verdict::Applies,
                     false => Verdict::Pointless(
-                        "it does not see what is see-through, which exact intervals do".into(),
+                        "it does not see what is see-through, which exact visibility does".into(),
                     ),
                 }
             })

@@ -17,6 +17,7 @@ mod map;
 mod masked;
 #[cfg(feature = "wgpu")]
 mod masks;
+mod runs;
 
 pub use casters::Casters;
 #[cfg(feature = "wgpu")]
@@ -28,3 +29,4 @@ pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 pub(crate) use map::{locate, render_face};
 #[cfg(any(feature = "shadow-dag", feature = "translucent"))]
 pub(crate) use masked::Masked;
+pub use runs::TexelRuns;
