@@ -73,6 +73,13 @@ impl Results {
         self.methods[m.method].setting(m.quality)
     }
 
+    /// True if the times of more than one backend mean something.
+    pub(crate) fn several_compete(&self) -> bool {
+        let mut backends = self.representative().map(|m| &m.backend);
+        let first = backends.next();
+        backends.any(|backend| Some(backend) != first)
+    }
+
     /// The backend whose times mean nothing, if there is one.
     pub(crate) fn software(&self) -> Option<&str> {
         let mut all = self.measurements.iter();

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 
 use super::axis::{Ruler, Tick};
 use super::chart::marker;
-use super::labels::{Labels, Placed, Rect};
+use super::labels::{Labels, Placed, Rect, width};
 use super::numbers::written;
 use crate::compare::results::pareto;
 use crate::compare::study::{Key, Scale, Unit};
@@ -69,7 +69,6 @@ struct Format {
     class: &'static str,
     width: f64,
     height: f64,
-    left: f64,
     letters: f64,
     /// How far a name may be from its point.
     reach: f64,
@@ -79,7 +78,6 @@ const WIDE: Format = Format {
     class: "chart front-plot on-wide",
     width: 1080.0,
     height: 540.0,
-    left: 68.0,
     letters: 15.0,
     reach: 220.0,
 };
@@ -88,7 +86,6 @@ const NARROW: Format = Format {
     class: "chart front-plot on-narrow",
     width: 400.0,
     height: 470.0,
-    left: 54.0,
     letters: 13.0,
     reach: 180.0,
 };
@@ -98,6 +95,9 @@ const NARROW: Format = Format {
 const TOP: f64 = 32.0;
 const RIGHT: f64 = 22.0;
 const BOTTOM: f64 = 52.0;
+
+/// Room between the numbers of the axis of errors and the plot.
+const GAP: f64 = 8.0;
 
 /// Half the side of a marker with a little room.
 const MARKER: f64 = 6.5;
@@ -127,19 +127,23 @@ struct Drawing<'a> {
 
 impl<'a> Drawing<'a> {
     fn new(plot: &'a Plot, format: Format) -> Option<Self> {
-        let area = Rect {
-            left: format.left,
-            top: TOP,
-            right: format.width - RIGHT,
-            bottom: format.height - BOTTOM,
-        };
         let all = || plot.curves.iter().flat_map(|curve| &curve.points);
         let shown = || all().filter(|p| p.is_shown());
         let across = shown().flat_map(|p| [p.seconds, p.spread[0], p.spread[1]]);
-        let x = Ruler::new(Scale::Log, across, (area.left, area.right), 6)?;
+        let (right, bottom) = (format.width - RIGHT, format.height - BOTTOM);
         let floor = plot.floor.as_ref().map(|floor| floor.error);
         let up = shown().map(|p| p.error).chain(floor);
-        let y = Ruler::new(Scale::Log, up, (area.bottom, area.top), 4)?;
+        let y = Ruler::new(Scale::Log, up, (bottom, TOP), 4)?;
+        // The numbers of the ticks stand in front of the plot.
+        let width = |tick: Tick| width(&written(tick.value, plot.unit), format.letters);
+        let labelled = y.ticks().into_iter().filter(|tick| tick.labelled);
+        let area = Rect {
+            left: labelled.map(width).fold(0.0, f64::max) + GAP,
+            top: TOP,
+            right,
+            bottom,
+        };
+        let x = Ruler::new(Scale::Log, across, (area.left, area.right), 6)?;
         let points: Vec<Option<(f64, f64)>> = all()
             .map(|p| p.is_shown().then_some((p.seconds, p.error)))
             .collect();
@@ -160,10 +164,7 @@ impl<'a> Drawing<'a> {
     }
 
     fn at(&self, point: &Setting) -> (f64, f64) {
-        (
-            self.x.position(point.seconds),
-            self.y.position(point.error),
-        )
+        (self.x.position(point.seconds), self.y.position(point.error))
     }
 
     /// True if the curve is drawn in its own colour.
@@ -211,7 +212,7 @@ impl<'a> Drawing<'a> {
         let y = self.y.position(floor.error);
         let height = 1.25 * letters;
         for text in [&floor.name, &floor.short] {
-            let width = super::labels::width(text, letters);
+            let width = width(text, letters);
             for top in [y - height - 2.0, y + 2.0] {
                 for left in [self.area.right - width, self.area.left + 6.0] {
                     let rect = Rect {
@@ -279,7 +280,7 @@ impl<'a> Drawing<'a> {
             @for tick in &up {
                 path class=(class(tick)) d={ "M" (left) " " (pixels(tick.position)) "H" (right) } {}
                 @if tick.labelled {
-                    text.tick x=(left - 8.0) y=(pixels(tick.position + 5.0)) text-anchor="end" { (written(tick.value, self.plot.unit)) }
+                    text.tick x=(pixels(left - GAP)) y=(pixels(tick.position + 5.0)) text-anchor="end" { (written(tick.value, self.plot.unit)) }
                 }
             }
             text.axis x="0" y="16" { (self.plot.error) }
@@ -292,7 +293,7 @@ impl<'a> Drawing<'a> {
         let mut free = f64::NEG_INFINITY;
         for tick in ticks.iter_mut().filter(|tick| tick.labelled) {
             let text = written(tick.value, Unit::Seconds);
-            let half = 0.5 * super::labels::width(&text, self.format.letters);
+            let half = 0.5 * width(&text, self.format.letters);
             tick.labelled = tick.position - half > free;
             if tick.labelled {
                 free = tick.position + half + 4.0;
@@ -425,7 +426,11 @@ impl<'a> Drawing<'a> {
     /// The label of a whole curve at its best point.
     fn end(&self, curve: usize, reach: f64) -> ((usize, usize), String, f64) {
         let method = &self.plot.curves[curve];
-        let shown = method.points.iter().enumerate().filter(|(_, p)| p.is_shown());
+        let shown = method
+            .points
+            .iter()
+            .enumerate()
+            .filter(|(_, p)| p.is_shown());
         let error = |(_, p): &(usize, &Setting)| p.error;
         let best = shown.min_by(|a, b| error(a).total_cmp(&error(b)));
         let point = best.map_or(0, |(point, _)| point);
@@ -513,7 +518,10 @@ mod tests {
             assert_eq!(svg.matches("class=\"floor\"").count(), 1);
             assert!(svg.contains("&lt;maps&gt;</text>"), "{svg}");
         }
-        assert!(svg.contains("from fast to exact: &lt;0&gt;; &lt;1&gt;"), "{svg}");
+        assert!(
+            svg.contains("from fast to exact: &lt;0&gt;; &lt;1&gt;"),
+            "{svg}"
+        );
     }
 
     #[test]
@@ -526,7 +534,12 @@ mod tests {
 
     #[test]
     fn what_has_no_place_on_the_axes_is_left_out() {
-        let odd = [(1e-3, 0.0), (2e-3, f64::NAN), (3e-3, f64::INFINITY), (f64::NAN, 0.1)];
+        let odd = [
+            (1e-3, 0.0),
+            (2e-3, f64::NAN),
+            (3e-3, f64::INFINITY),
+            (f64::NAN, 0.1),
+        ];
         assert!(svg(vec![curve(0, true, &odd)]).is_none());
         assert!(svg(vec![]).is_none());
         let mut curves = some();

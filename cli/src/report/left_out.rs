@@ -50,7 +50,9 @@ fn by_reason(all: &[LeftOut]) -> Vec<(&str, Vec<&str>)> {
 /// The text with a capital letter in front.
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
-    let first = letters.next().map(|letter| letter.to_uppercase().to_string());
+    let first = letters
+        .next()
+        .map(|letter| letter.to_uppercase().to_string());
     first.unwrap_or_default() + letters.as_str()
 }
 
@@ -67,9 +69,16 @@ mod tests {
 
     #[test]
     fn what_has_one_reason_stands_together() {
-        let all = [item("a", "no <time>"), item("b", "no shader"), item("c", "no <time>")];
+        let all = [
+            item("a", "no <time>"),
+            item("b", "no shader"),
+            item("c", "no <time>"),
+        ];
         let groups = by_reason(&all);
-        assert_eq!(groups, [("no <time>", vec!["a", "c"]), ("no shader", vec!["b"])]);
+        assert_eq!(
+            groups,
+            [("no <time>", vec!["a", "c"]), ("no shader", vec!["b"])]
+        );
         let html = list(&all).into_string();
         assert_eq!(html.matches("No &lt;time&gt;").count(), 1, "{html}");
         assert_eq!(html.matches("<dd>").count(), 3);
@@ -77,7 +86,9 @@ mod tests {
 
     #[test]
     fn many_items_of_one_reason_are_folded_and_none_is_lost() {
-        let all: Vec<LeftOut> = (0..40).map(|i| item(&format!("<{i}>"), "no time")).collect();
+        let all: Vec<LeftOut> = (0..40)
+            .map(|i| item(&format!("<{i}>"), "no time"))
+            .collect();
         let html = list(&all).into_string();
         assert!(html.contains("<summary>40 items</summary>"));
         assert_eq!(html.matches("<li>&lt;").count(), 40);

@@ -92,11 +92,13 @@ fn more(results: &Results) -> Markup {
     let is_empty = |part: &Markup| part.0.is_empty();
     html! {
         @if ![&others, &software].into_iter().chain(&studies).all(is_empty) {
-            h2 { "More plots and studies" }
-            (others)
-            (software)
-            @for study in &studies {
-                (study)
+            section.more {
+                h2 { "More plots and studies" }
+                (others)
+                (software)
+                @for study in &studies {
+                    (study)
+                }
             }
         }
     }

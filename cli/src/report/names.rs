@@ -37,9 +37,13 @@ mod tests {
     /// The titles of all lines that a comparison may show.
     fn titles() -> Vec<String> {
         let registry = Registry::standard();
-        let plain = registry.compared().map(|entry| entry.about().title.to_owned());
+        let plain = registry
+            .compared()
+            .map(|entry| entry.about().title.to_owned());
         let plain: Vec<String> = plain.collect();
-        let refined = plain.iter().map(|title| format!("{title}, map refined along"));
+        let refined = plain
+            .iter()
+            .map(|title| format!("{title}, map refined along"));
         plain.iter().cloned().chain(refined).collect()
     }
 
@@ -51,7 +55,10 @@ mod tests {
             assert!(short.chars().count() <= 39, "{short}");
             assert!(seen.insert(short.clone()), "{short} names two methods");
         }
-        assert_eq!(short_title("a method of one's own"), "a method of one's own");
+        assert_eq!(
+            short_title("a method of one's own"),
+            "a method of one's own"
+        );
     }
 
     #[test]

@@ -47,14 +47,19 @@ fn methods(results: &Results, exposure: f32) -> Result<Markup, Failure> {
         let share = f64::from(scale) / results.reference.mean;
         format!(", {} of the mean radiance", error(share, false))
     };
-    let mut pairs = Vec::new();
+    let (mut pairs, mut on_software) = (Vec::new(), Vec::new());
     for shown in &pictures.methods {
         let m = &results.measurements[shown.measurement];
         let airlight = shown.airlight.png(exposure)?;
         let difference = shown.airlight.difference_png(&pictures.airlight, scale)?;
         let name = name(results, m);
         let is_first = results.methods[m.method].is_baseline && m.representative;
-        pairs.push(html! {
+        let group = if m.representative {
+            &mut pairs
+        } else {
+            &mut on_software
+        };
+        group.push(html! {
             figure.pair data-name=(name) data-first[is_first] {
                 figcaption {
                     b { (name) }
@@ -76,6 +81,16 @@ fn methods(results: &Results, exposure: f32) -> Result<Markup, Failure> {
         .pairs {
             @for pair in pairs {
                 (pair)
+            }
+        }
+        @if !on_software.is_empty() {
+            details {
+                summary { "Pictures of the software GPU" }
+                .pairs {
+                    @for pair in on_software {
+                        (pair)
+                    }
+                }
             }
         }
     })

@@ -102,12 +102,12 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The method's short name, with the backend where there are several.
+    /// The method's short name, with the backend where several compete.
     pub(super) fn name(&self, results: &Results) -> String {
         let title = short_title(&results.methods[self.method].title);
-        if results.backends.len() > 1 {
-            let representative = results.software() != Some(self.backend);
-            format!("{title}, {}", short_name(self.backend, representative))
+        let software = results.software() == Some(self.backend);
+        if results.several_compete() && !software {
+            format!("{title}, {}", short_name(self.backend, true))
         } else {
             title
         }
@@ -217,7 +217,10 @@ fn plot(results: &Results, clock: Clock) -> Plot {
         unit,
         floor: results.floors.first().map(|floor| Floor {
             error: floor.rmse,
-            name: format!("least error of any method on {0} × {0} shadow maps", floor.map),
+            name: format!(
+                "least error of any method on {0} × {0} shadow maps",
+                floor.map
+            ),
             short: format!("{0} × {0} shadow maps", floor.map),
         }),
         curves: representative(results).into_iter().map(curve).collect(),

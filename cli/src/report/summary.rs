@@ -137,9 +137,9 @@ fn sentences(results: &Results) -> Vec<Sentence> {
     sentences
 }
 
-/// Where something was measured, if there are several backends.
+/// Where something was measured, if several backends compete.
 fn place(results: &Results, m: &Measurement) -> String {
-    if results.backends.len() > 1 {
+    if results.several_compete() {
         format!(" on {}", m.backend)
     } else {
         String::new()
@@ -156,8 +156,9 @@ fn choices<'a>(results: &'a Results, backend: &str) -> Vec<Choice<'a>> {
         };
         let fastest = |method: usize| fastest_within(own(), Some(method), target);
         let of_methods = (0..results.methods.len()).filter_map(fastest);
-        let mut winners: Vec<&Measurement> =
-            of_methods.filter(|m| m.frame.overlaps(&best.frame)).collect();
+        let mut winners: Vec<&Measurement> = of_methods
+            .filter(|m| m.frame.overlaps(&best.frame))
+            .collect();
         winners.sort_by(|a, b| a.frame.median.total_cmp(&b.frame.median));
         let baseline = results.methods.iter().position(|m| m.is_baseline);
         let march = baseline.and_then(fastest);
@@ -237,7 +238,9 @@ impl Choice<'_> {
         if self.winners.iter().any(|m| is_baseline(m)) {
             return String::new();
         }
-        let mut own = results.representative().filter(|m| m.backend == best.backend);
+        let mut own = results
+            .representative()
+            .filter(|m| m.backend == best.backend);
         match self.march {
             Some(march) => format!(
                 "; {}, takes {}, {} times as long",
@@ -320,7 +323,18 @@ mod tests {
         assert!(last.contains("Times of gpu (a, \"b\", software) are not representative"));
         assert!(!rest.join("\n").contains("gpu"), "{text:?}");
         let text = rest.join("\n");
-        assert!(text.contains(" on cpu, "), "{text}");
+        assert!(!text.contains(" on cpu"), "nothing else competes: {text}");
+    }
+
+    #[test]
+    fn backends_that_compete_are_named() {
+        let mut results = example_with_software();
+        for m in &mut results.measurements {
+            m.representative = true;
+        }
+        let text = plain(&results).join("\n");
+        assert!(text.contains(" % on cpu, "), "{text}");
+        assert!(text.contains(" on gpu (a, \"b\", software), "), "{text}");
     }
 
     #[test]
@@ -330,7 +344,10 @@ mod tests {
             m.error.rmse = 1e-4;
         }
         let text = plain(&results).join("\n");
-        assert!(text.contains("For an error of at most 10 % or 0.1 %"), "{text}");
+        assert!(
+            text.contains("For an error of at most 10 % or 0.1 %"),
+            "{text}"
+        );
         assert_eq!(text.matches("is the fastest").count(), 1, "{text}");
     }
 
@@ -341,7 +358,10 @@ mod tests {
             m.frame = Times::of(&[0.9 * m.frame.median, 3.0 * m.frame.median]);
         }
         let text = plain(&results).join("\n");
-        assert!(text.contains(" are equally fast: their times overlap"), "{text}");
+        assert!(
+            text.contains(" are equally fast: their times overlap"),
+            "{text}"
+        );
         assert!(!text.contains("is the fastest"), "{text}");
         for m in &mut results.measurements {
             m.frame = Times::of(&[1.0, 2.0]);

@@ -130,7 +130,11 @@ fn measurements(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
         Column::new("memory", Unit::Bytes),
     ]);
     rows.grouped = true;
-    let all = || lines.iter().flat_map(|line| line.of(results).map(move |m| (*line, m)));
+    let all = || {
+        lines
+            .iter()
+            .flat_map(|line| line.of(results).map(move |m| (*line, m)))
+    };
     let points: Vec<Option<(f64, f64)>> = all()
         .map(|(_, m)| Some((m.frame.median, m.error.rmse)))
         .collect();
@@ -215,7 +219,12 @@ mod tests {
             m.frame = crate::compare::results::Times::of(&[1.0, 2.0]);
         }
         let rows = targets(&results, &representative(&results)).unwrap();
-        let shaded = |column: usize| rows.rows().iter().filter(|r| r.cells[column].shaded).count();
+        let shaded = |column: usize| {
+            rows.rows()
+                .iter()
+                .filter(|r| r.cells[column].shaded)
+                .count()
+        };
         assert_eq!(shaded(1), results.methods.len(), "all reach half the mean");
         assert_eq!(shaded(rows.columns.len() - 1), 0);
         assert_eq!(range(1.2e-3, 1.5e-3), "1.2 – 1.5 ms");
