@@ -96,6 +96,8 @@ mod tests {
     fn all_files_are_written() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("out");
+        // The second replaces the first; the study is one of tests.
+        let is_ours = |name: &str| is_ours(name) || name == "example.csv";
         for _ in 0..2 {
             let folder = PendingFolder::create(&path, is_ours, PAGE, report::MARK).unwrap();
             write(&folder, &example()).unwrap();

@@ -246,7 +246,12 @@ struct Crossings {
 impl Crossings {
     /// Those between the ends of a part that the picture shows.
     fn new(position: Linear, reach: Linear, side: u32, [start, end]: [f64; 2]) -> Self {
-        let place = |t: f64| 0.5 * f64::from(side) * (1.0 + position.over(reach, t));
+        let side_length = f64::from(side);
+        // On the border of the picture it may lie outside by rounding.
+        let place = |t: f64| {
+            let place = 0.5 * side_length * (1.0 + position.over(reach, t));
+            place.clamp(0.0, side_length)
+        };
         let (first, last) = match (place(start), place(end)) {
             // At the light, through which the ray passes: all of it is in one texel.
             (first, last) if first.is_nan() => (last, last),
