@@ -29,6 +29,8 @@ pub enum Allowed {
     ExactImage,
     /// The same behind a film whose opacity varies.
     ExactFilm,
+    /// The ends of the lit runs of a shadow map and the oracle's.
+    MapRunEnds,
     /// Order of convergence expected of a march minus the measured one.
     Order,
     /// The radiance of a ray on the GPU and on the CPU, given the same map.
@@ -197,6 +199,14 @@ pub const TABLE: &[Tolerance] = &[
             1/64 over a part, which has its mean: off by 1/128 at the ends, with either sign, and \
             by half of that in the mean of one part. A ray crosses some 16 parts: 1/256 / 4 \
             = 1e-3. The oracle's parts are a thousandth of a ray: less.",
+    },
+    Tolerance {
+        what: Allowed::MapRunEnds,
+        error: 2.0 * ULP32,
+        derivation: "Times the distance of the farthest end and of the light. An end is rounded to f32 \
+            once. Both sides compute in f64, where a ray that touches the sphere of a texel \
+            has the square root of a difference of squares of distances, each rounded by \
+            2^-53: 1e-8 of the distance.",
     },
     Tolerance {
         what: Allowed::Order,
