@@ -39,6 +39,8 @@ pub enum Allowed {
     GpuRadianceNearTheAxis,
     /// Share of rays whose radiance differs by more than that.
     GpuRays,
+    /// Share of the nodes of a min-max tree that differ because a texel lies at the border of a slice.
+    GpuTreeNodes,
     /// A texel of a shadow map on the GPU and on the CPU.
     GpuTexel,
     /// Share of the texels on an edge that differ by more than that.
@@ -241,6 +243,14 @@ pub const TABLE: &[Tolerance] = &[
             sample is that close to one of four borders with a chance of 2.4e-4. A ray has 32 \
             samples, and up to all of them lie next to a texel of another answer (hair, \
             fences): 0.8 %.",
+    },
+    Tolerance {
+        what: Allowed::GpuTreeNodes,
+        error: 5e-3,
+        derivation: "A border of a slice is off by about 8 x 2^-24 x 96 = 5e-5 of a texel, so that a \
+            texel more or less belongs to a cell with a chance of 1e-4 for its two borders, \
+            and to one of the 8 cells of a leaf with 1e-3; a parent has the chances of all of its \
+            leaves, but few of their texels are the least or the greatest.",
     },
     Tolerance {
         what: Allowed::GpuTexel,

@@ -9,7 +9,7 @@ use crate::scene::{Emitter, Medium};
 use crate::{LightPath, Ray};
 
 /// The logarithm of the number of cells per leaf of a tree.
-pub(super) const LEAF: u32 = 2;
+pub(super) const LEAF: u32 = 3;
 
 /// Fans of a light, at most: two kinds of cells and two sides of six pictures.
 pub(super) const MOST_FANS: usize = 24;

@@ -19,7 +19,7 @@ struct light_Fan {
 }
 
 // The logarithm of the number of cells per leaf.
-const light_LEAF: u32 = 2u;
+const light_LEAF: u32 = 3u;
 
 // The number of a cell from the side of a fan, or the cell of that number. Sides of
 // odd fans are at the last cell.

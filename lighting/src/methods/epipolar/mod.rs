@@ -24,7 +24,7 @@
 //! the resampled map. Here lines are slices between two epipolar lines, at most
 //! a texel wide; cells along them are columns of texels, or rows, whichever the line crosses
 //! more of; and a tree keeps the bounds of *all* texels that any ray of the slice may
-//! meet in these. Where the bounds do not tell, a leaf of four cells is walked
+//! meet in these. Where the bounds do not tell, a leaf of eight cells is walked
 //! texel by texel. So a ray gets the same bits as if all of its texels were walked.
 //!
 //! Distances are compared, not a rectified depth, which makes eyes behind
