@@ -29,6 +29,8 @@ pub enum Allowed {
     ExactImage,
     /// The same behind a film whose opacity varies.
     ExactFilm,
+    /// The ends of the lit runs of a shadow map and the oracle's.
+    MapRunEnds,
     /// Order of convergence expected of a march minus the measured one.
     Order,
     /// The radiance of a ray on the GPU and on the CPU, given the same map.
@@ -37,6 +39,8 @@ pub enum Allowed {
     GpuRadianceNearTheAxis,
     /// Share of rays whose radiance differs by more than that.
     GpuRays,
+    /// Share of the nodes of a min-max tree that differ because a texel lies at the border of a slice.
+    GpuTreeNodes,
     /// A texel of a shadow map on the GPU and on the CPU.
     GpuTexel,
     /// Share of the texels on an edge that differ by more than that.
@@ -199,6 +203,14 @@ pub const TABLE: &[Tolerance] = &[
             = 1e-3. The oracle's parts are a thousandth of a ray: less.",
     },
     Tolerance {
+        what: Allowed::MapRunEnds,
+        error: 2.0 * ULP32,
+        derivation: "Times the distance of the farthest end and of the light. An end is rounded to f32 \
+            once. Both sides compute in f64, where a ray that touches the sphere of a texel \
+            has the square root of a difference of squares of distances, each rounded by \
+            2^-53: 1e-8 of the distance.",
+    },
+    Tolerance {
         what: Allowed::Order,
         error: 0.25,
         derivation: "Slope of log error over log samples, fitted over a factor of 8, four points. \
@@ -231,6 +243,14 @@ pub const TABLE: &[Tolerance] = &[
             sample is that close to one of four borders with a chance of 2.4e-4. A ray has 32 \
             samples, and up to all of them lie next to a texel of another answer (hair, \
             fences): 0.8 %.",
+    },
+    Tolerance {
+        what: Allowed::GpuTreeNodes,
+        error: 5e-3,
+        derivation: "A border of a slice is off by about 8 x 2^-24 x 96 = 5e-5 of a texel, so that a \
+            texel more or less belongs to a cell with a chance of 1e-4 for its two borders, \
+            and to one of the 8 cells of a leaf with 1e-3; a parent has the chances of all of its \
+            leaves, but few of their texels are the least or the greatest.",
     },
     Tolerance {
         what: Allowed::GpuTexel,
