@@ -72,7 +72,9 @@ pub use caster::{Caster, Coating};
 pub use coating_line::Passing;
 pub use coatings::Coatings;
 pub use complete::Placement;
-pub use emitter::{DirectionalEmitter, Emission, Emitter, Falloff, PointEmitter, SpotEmission};
+pub use emitter::{
+    DirectionalEmitter, Emission, Emitter, Falloff, MOST_COOKIE_LINES, PointEmitter, SpotEmission,
+};
 pub use geometry::{Appearance, Geometry, MAX_TRIANGLES, Source};
 pub use light::{AreaLight, AreaShape, Cone, DirectionalLight, Light, PointLight, SpotLight};
 pub use medium::{Bounds, Medium, PhaseFunction, ScatteringAngle};
