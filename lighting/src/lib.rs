@@ -60,12 +60,14 @@
 //!
 //! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
 //! Light is linear RGB radiance. The medium is homogeneous and scatters once.
-//! Blockers are opaque, but for those of the module `translucent`. A ray that passes closer to a point light than 1e-4 of
+//! Blockers are opaque, masked or see-through, see
+//! [`Caster`](scene::Caster), and those of the module `translucent`. A ray that passes closer to a point light than 1e-4 of
 //! the light's distance counts as one at that distance, where the airlight is
 //! finite.
 
 pub mod airlight;
 pub mod environment;
+mod eye_panes;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
@@ -86,6 +88,7 @@ pub mod visibility;
 pub use scene;
 
 pub use airlight::AirlightEvaluator;
+pub use eye_panes::EyePanes;
 pub use gather::{Gather, LitRays, Touching, Watch};
 #[cfg(feature = "shadow-dag")]
 pub use methods::precomputed;

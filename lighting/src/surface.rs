@@ -6,7 +6,7 @@ use glam::Vec3;
 use gpu_backend::Cpu;
 
 use crate::SurfacePoint;
-use crate::scene::trace::{Hit, Tracer};
+use crate::scene::trace::{Hit, Pane, Tracer};
 use crate::scene::view::View;
 use crate::scene::{Emitter, Geometry, Medium, Ray, Scene};
 use crate::visibility::SurfaceShadow;
@@ -90,8 +90,8 @@ pub fn radiance_behind(
 /// The surfaces of a view as [`surface_scattering`](crate::surface_scattering) and
 /// [`environment`](crate::environment) light them, one per ray, nothing covering them;
 /// what reflects nothing where the sky is. Behind [panes](View::panes) they are as
-/// bright as these let through; the panes themselves are not among them. `scene` and `geometry` must be those the
-/// view was made from.
+/// bright as these let through; the panes themselves are [others](points_of_panes).
+/// `scene` and `geometry` must be those the view was made from.
 pub fn points(
     cpu: &Cpu,
     view: &View,
@@ -103,12 +103,33 @@ pub fn points(
         let (ray, Some(hit)) = (&view.rays()[pixel], view.hits()[pixel]) else {
             return SurfacePoint::default();
         };
-        let surface = Surface::new(ray, &hit, scene, geometry);
-        let through = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
-        let through = through * view.through_panes(pixel);
-        SurfacePoint::new(surface.point, surface.normal, surface.albedo / PI * through)
-            .unwrap_or_default()
+        Surface::new(ray, &hit, scene, geometry).seen(ray, &hit, medium, view.through_panes(pixel))
     })
+}
+
+/// The same of the [panes](View::panes) before those surfaces, each with the number of
+/// the ray that it is seen along: ray after ray, the nearest first, each as bright as
+/// those before it let through.
+pub fn points_of_panes(
+    cpu: &Cpu,
+    view: &View,
+    scene: &Scene,
+    geometry: &Geometry,
+    medium: Option<&Medium>,
+) -> Vec<(usize, SurfacePoint)> {
+    let of_ray = |pixel: usize| {
+        let ray = &view.rays()[pixel];
+        let mut through = Vec3::ONE;
+        let point = |pane: &Pane| {
+            let surface = Surface::new(ray, &pane.hit, scene, geometry);
+            let point = surface.seen(ray, &pane.hit, medium, through);
+            through *= pane.transmittance;
+            (pixel, point)
+        };
+        view.panes(pixel).iter().map(point).collect::<Vec<_>>()
+    };
+    let points = cpu.map(view.rays().len(), of_ray);
+    points.into_iter().flatten().collect()
 }
 
 /// The same points with the share of the sky over each that no triangle covers, by
@@ -222,6 +243,14 @@ impl Surface {
             // Far above the rounding of the point, far below any detail.
             offset: 1e-5 * (hit.distance + point.abs().max_element()),
         }
+    }
+
+    /// How much of what it reflects reaches the eye, past what lets `through` this
+    /// share.
+    fn seen(&self, ray: &Ray, hit: &Hit, medium: Option<&Medium>, through: Vec3) -> SurfacePoint {
+        let fog = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
+        SurfacePoint::new(self.point, self.normal, self.albedo / PI * fog * through)
+            .unwrap_or_default()
     }
 
     /// Share of the light that gets here from where it is.

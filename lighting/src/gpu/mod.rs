@@ -64,6 +64,8 @@ pub const ARC: &str = include_str!("arc.wgsl");
 pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
 /// Lit parts of a path.
 pub const LIT: &str = include_str!("lit.wgsl");
+/// Which points of masked triangles are holes.
+pub const MASK: &str = include_str!("mask.wgsl");
 /// A point of a surface.
 pub const SURFACE_POINT: &str = include_str!("../surface_point.wgsl");
 /// A picture plane of a light.

@@ -237,8 +237,8 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
 fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {
     use super::shadow_map::{COPY, RENDER, Tile};
 
-    for parts in [RENDER, COPY] {
-        let shader = Shader::new(&parts).unwrap();
+    for parts in [&RENDER[..], &COPY] {
+        let shader = Shader::new(parts).unwrap();
         assert_same_layout!(
             shader,
             "Tile",
@@ -306,7 +306,7 @@ fn structures_and_constants_are_those_of_rust() {
             rays,
             first,
             joined,
-            padding,
+            panes,
         }
     );
     let constant = |name: &str, value: u32| {
