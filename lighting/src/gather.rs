@@ -7,9 +7,7 @@ use gpu_backend::{Backend, Cpu, Error, Memory};
 
 use crate::scene::Medium;
 use crate::visibility::join_touching;
-use crate::{
-    AirlightEvaluator, Emitter, EyePanes, Interval, LightPath, Ray, VisibilitySource,
-};
+use crate::{AirlightEvaluator, Emitter, EyePanes, Interval, LightPath, Ray, VisibilitySource};
 
 /// What a visibility source and an evaluator are asked about.
 #[derive(Debug)]

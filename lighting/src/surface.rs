@@ -312,9 +312,8 @@ mod tests {
     use super::*;
     use crate::scene::{AlphaMode, Camera, Instance, Material, Mesh};
 
-    /// A wall at z = −3 and, before it, a card at z = −1 of this material, lit by a
-    /// sun from behind the eye.
-    fn picture(card: Option<Material>) -> Vec<[f32; 4]> {
+    /// A wall at z = −3 and, before it, a card at z = −1 of this material.
+    fn card_before_a_wall(card: Option<Material>) -> (Scene, Geometry, View) {
         let square = |half: f32, z: f32, material| Mesh {
             positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(x, y)| Vec3::new(half * x, half * y, z))
@@ -343,6 +342,13 @@ mod tests {
         let camera = Camera::new(Vec3::ZERO, Quat::IDENTITY, 1.0).unwrap();
         let cpu = Cpu::new();
         let view = View::new(&cpu, &camera, &tracer, 9, 9).unwrap();
+        (scene, geometry, view)
+    }
+
+    /// The same, lit by a sun from behind the eye.
+    fn picture(card: Option<Material>) -> Vec<[f32; 4]> {
+        let (scene, geometry, view) = card_before_a_wall(card);
+        let (cpu, tracer) = (Cpu::new(), Tracer::new(&geometry));
         let sun = Emitter::directional(Vec3::new(0.01, 0.02, -1.0), Vec3::splat(PI)).unwrap();
         radiance(&cpu, &view, &scene, &geometry, &tracer, &[sun], None)
     }
@@ -378,5 +384,26 @@ mod tests {
         };
         let found = picture(Some(glass))[40][0];
         assert!((found - 0.25 * without).abs() < 1e-6, "{found}");
+    }
+
+    #[test]
+    fn panes_are_points_before_the_surface_behind_them() {
+        let pane = Material {
+            base_color: Vec3::splat(0.5),
+            opacity: 0.25,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        };
+        let (scene, geometry, view) = card_before_a_wall(Some(pane));
+        let cpu = Cpu::new();
+        let behind = points(&cpu, &view, &scene, &geometry, None)[40];
+        let panes = points_of_panes(&cpu, &view, &scene, &geometry, None);
+        assert!(panes.iter().is_sorted_by_key(|(pixel, _)| *pixel));
+        let (_, before) = panes.iter().find(|(pixel, _)| *pixel == 40).unwrap();
+        assert!((before.response() - 0.25 * 0.5 / PI).abs().max_element() < 1e-7);
+        assert!((before.position().z + 1.0).abs() < 1e-6);
+        assert!((behind.response() - 0.75 * 0.8 / PI).abs().max_element() < 1e-7);
+        // The card covers the picture.
+        assert_eq!(panes.len(), view.rays().len());
     }
 }

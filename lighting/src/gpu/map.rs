@@ -5,10 +5,10 @@ use gpu_backend::shader::Part;
 #[cfg(feature = "voxel-shadow")]
 use voxel_shadow::gpu::{FirstBlockerSlot, HolesSlot};
 
-use super::scene::PicturesRecord;
-use super::{FACE, MAP, PLACE, PointSlot};
 #[cfg(feature = "voxel-shadow")]
 use super::MASK;
+use super::scene::PicturesRecord;
+use super::{FACE, MAP, PLACE, PointSlot};
 #[cfg(feature = "voxel-shadow")]
 use crate::shadow_map::Casters;
 use crate::shadow_map::ShadowMap;

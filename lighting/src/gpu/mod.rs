@@ -7,7 +7,8 @@
 //! ```text
 //! airlight::gpu::PHASE                     phase functions
 //! NUMERIC  PATH  ARC  DIRECTIONAL  LIT     what every part may use
-//! gather.wgsl                              entry point, rays, light, medium
+//! gather.wgsl                              entry point, rays and panes before them,
+//!                                          light, medium
 //! the part in the VisibilitySlot           light_cursor, light_next_lit
 //! the part in the AirlightSlot             light_airlight
 //! ```

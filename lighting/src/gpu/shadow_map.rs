@@ -5,8 +5,8 @@ use glam::{UVec2, Vec2, Vec3};
 use gpu_backend::gpu::{Argument, Context, Encode, Gpu, GpuMemory, Kernel, Workgroups};
 use gpu_backend::{Backend, Buffer, Error};
 
-use super::{FACE, MASK};
 use super::scene::FaceRecord;
+use super::{FACE, MASK};
 use crate::Emitter;
 use crate::scene::raster::Face;
 use crate::shadow_map::{

@@ -29,6 +29,8 @@ pub enum Allowed {
     ExactImage,
     /// The same behind a film whose opacity varies.
     ExactFilm,
+    /// An image of a room with a caster that is not solid, by a march through maps.
+    CasterImage,
     /// Order of convergence expected of a march minus the measured one.
     Order,
     /// The radiance of a ray on the GPU and on the CPU, given the same map.
@@ -197,6 +199,15 @@ pub const TABLE: &[Tolerance] = &[
             1/64 over a part, which has its mean: off by 1/128 at the ends, with either sign, and \
             by half of that in the mean of one part. A ray crosses some 16 parts: 1/256 / 4 \
             = 1e-3. The oracle's parts are a thousandth of a ray: less.",
+    },
+    Tolerance {
+        what: Allowed::CasterImage,
+        error: 0.03,
+        derivation: "RMSE over the mean. The ends of shadows are off by half a step of 6 m / 128, or by a texel of \
+            6 m / 256 of a map of curves, seen up to three times as long on rays at 20 degrees to the light: \
+            0.02 to 0.07 m of 6 m each, with a sign that changes from ray to ray; a mask of 8 x 8 texels has up to \
+            ten ends along a ray, which add up to 0.035 m / 6 m x sqrt(10) = 0.018 at most. Twenty panes in eight \
+            nodes: half of a step of 0.1 between nodes, on the third of a ray that is behind the panes, 0.017.",
     },
     Tolerance {
         what: Allowed::Order,

@@ -14,8 +14,8 @@ use super::query::{self, INTERVALS, QUERY};
 use super::rectify::{self, TriangleParameters, triangles_shader};
 use super::*;
 use crate::{
-    BuildGrid, Grid, Holes, IndexMap, LitInterval, Query, Rectify, RectifyMasked,
-    RectifyTriangles, Sampling, ShadowVolume, Weights,
+    BuildGrid, Grid, Holes, IndexMap, LitInterval, Query, Rectify, RectifyMasked, RectifyTriangles,
+    Sampling, ShadowVolume, Weights,
 };
 
 /// A horizontal disc of radius 1.5 m, 2 m above the ground.

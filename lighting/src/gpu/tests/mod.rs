@@ -210,6 +210,7 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     type Baked = BakedShadow<GpuMemory>;
     type Map = March<ShadowMap<GpuMemory>>;
     type Curves = March<TransmittanceMap<GpuMemory>>;
+    type Together = March<Both<ShadowMap<GpuMemory>, TransmittanceMap<GpuMemory>>>;
 
     fn with_every_evaluator<V: InShader<VisibilitySlot>>() {
         complete::<V, Midpoint>();
@@ -228,6 +229,8 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     with_every_evaluator::<Both<Baked, Map>>();
     with_every_evaluator::<Both<Voxels, Curves>>();
     with_every_evaluator::<Both<Baked, Curves>>();
+    with_every_evaluator::<Together>();
+    with_every_evaluator::<Both<Baked, Together>>();
     let twice = shader::<Both<Map, Curves>, Midpoint>().unwrap_err();
     assert!(twice.to_string().contains("light_march"), "{twice}");
 }

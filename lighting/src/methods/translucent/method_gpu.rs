@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
 
-use super::{Casters, TransmittanceMap};
 use super::method::{Curves, curve_resolution, map};
+use super::{Casters, TransmittanceMap};
 use crate::methods::march::{March, Spacing};
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 

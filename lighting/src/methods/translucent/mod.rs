@@ -1,4 +1,4 @@
-//! Hair and smoke as a light sees them: how much of it gets how far.
+//! Hair, smoke and glass as a light sees them: how much of it gets how far.
 //!
 //! Each ray of a light meets strands, cells of a density grid, particles and
 //! triangles in any order. [`FaceBlockers`] yields them as segments, texel by
@@ -41,6 +41,8 @@ mod map;
 mod method;
 #[cfg(all(feature = "methods", feature = "wgpu"))]
 mod method_gpu;
+#[cfg(all(test, feature = "trace"))]
+mod pane_tests;
 mod panes;
 mod particles;
 mod strands;
@@ -134,17 +136,21 @@ impl<'a> Casters<'a> {
                         }
                     }
                 }
+                if !min.cmple(max).all() {
+                    return self.translucent_bounds();
+                }
                 // A flat pane still gets a box with a volume, within that of all.
                 let all = geometry.bounds();
                 let margin = 1e-6 * (1.0 + min.abs().max(max.abs()).max_element());
-                Bounds::new(
-                    (min - margin).max(all.min()),
-                    (max + margin).min(all.max()),
-                )
-                .ok()
+                Bounds::new((min - margin).max(all.min()), (max + margin).min(all.max())).ok()
             }
         };
-        let translucent = self.translucent.iter().filter_map(Translucent::bounds);
-        translucent.chain(triangles).reduce(Bounds::around)
+        let both = self.translucent_bounds().into_iter().chain(triangles);
+        both.reduce(Bounds::around)
+    }
+
+    fn translucent_bounds(&self) -> Option<Bounds> {
+        let boxes = self.translucent.iter().filter_map(Translucent::bounds);
+        boxes.reduce(Bounds::around)
     }
 }

@@ -53,7 +53,11 @@ pub fn caster_cases() -> Vec<CasterCase> {
         masked(texture.with_alpha(vec![alpha]).expect("an opacity"))
     };
     let there = room(vec![card(texel(0.7))]);
-    add("a mask of one texel that is there", there, Some(solid.clone()));
+    add(
+        "a mask of one texel that is there",
+        there,
+        Some(solid.clone()),
+    );
     let missing = room(vec![card(texel(0.3))]);
     add(
         "a mask of one texel that is not there",
@@ -161,7 +165,9 @@ fn card(material: Material) -> Piece {
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
     Piece {
         mesh: Mesh {
-            positions: corners.map(|(x, y)| Vec3::new(0.8 * x, 0.8 * y, 0.0)).into(),
+            positions: corners
+                .map(|(x, y)| Vec3::new(0.8 * x, 0.8 * y, 0.0))
+                .into(),
             texture_coordinates: corners
                 .map(|(x, y)| Vec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y))
                 .into(),
@@ -208,12 +214,9 @@ const LAMP: Vec3 = Vec3::new(0.9, 1.1, -0.6);
 /// A back wall, a floor and a beam, which hold whatever else there is, a sun, a lamp
 /// and fog.
 fn room(pieces: Vec<Piece>) -> Scene {
-    let quad = |corner: Vec3, u: Vec3, v: Vec3| vec![corner, corner + u, corner + u + v, corner + v];
-    let mut positions = quad(
-        Vec3::new(-3.0, -1.5, -4.0),
-        6.0 * Vec3::X,
-        4.0 * Vec3::Y,
-    );
+    let quad =
+        |corner: Vec3, u: Vec3, v: Vec3| vec![corner, corner + u, corner + u + v, corner + v];
+    let mut positions = quad(Vec3::new(-3.0, -1.5, -4.0), 6.0 * Vec3::X, 4.0 * Vec3::Y);
     positions.extend(quad(
         Vec3::new(-3.0, -1.5, -4.0),
         5.0 * Vec3::Z,

@@ -151,7 +151,10 @@ fn a_transmission_texture_multiplies_the_factor_with_its_own_coordinates() {
         let found = geometry.caster(0).transmittance(0.5 * at, 0.5 * at);
         assert!((found - passes).length() < 1e-6, "{at}: {found}");
         let appearance = geometry.appearance(&loaded.scene, 0, 0.5 * at, 0.5 * at);
-        assert!((appearance.albedo - albedo).length() < 1e-6, "{appearance:?}");
+        assert!(
+            (appearance.albedo - albedo).length() < 1e-6,
+            "{appearance:?}"
+        );
     }
     for (bad, cause) in [
         (r#"{"texCoord":0}"#, "nameless"),
