@@ -10,9 +10,7 @@ use gpu_backend::{Backend, Cpu, Download};
 use lighting::methods::{Entry, Frame, FrameInputs, Registry, Store, Verdict};
 use lighting::scene::trace::Tracer;
 use lighting::scene::view::View;
-use lighting::scene::{
-    AlphaMode, Filter, Geometry, Material, Sampler, Scene, Texture, Wrap,
-};
+use lighting::scene::{AlphaMode, Filter, Geometry, Material, Sampler, Scene, Texture, Wrap};
 use lighting::surface;
 use reference::hard_cases::{CasterCase, caster_cases};
 use reference::metrics::image_error;
@@ -47,7 +45,9 @@ fn what_is_as_good_as_solid_or_absent_is_so_to_every_method<B: Subject>(backend:
         let [own, twin] = [0, 1].map(|i| inputs(&scenes[i], 128, &hosts[i]));
         for entry in registry.compared() {
             let about = entry.about();
-            if entry.on::<B>().is_none() || matches!(entry.method().applies(&own), Verdict::Impossible(_)) {
+            if entry.on::<B>().is_none()
+                || matches!(entry.method().applies(&own), Verdict::Impossible(_))
+            {
                 continue;
             }
             let [Some(found), Some(expected)] =
@@ -149,7 +149,11 @@ fn both_backends_agree_behind_masks_and_panes_but_for_rays_at_an_edge() {
         let host = Store::new();
         let inputs = inputs(&scene, 128, &host);
         let scale = image(&cpu, inputs, &unshadowed, 8).unwrap().unwrap();
-        for name in ["none x gauss", "translucent x gauss-1", "translucent x table"] {
+        for name in [
+            "none x gauss",
+            "translucent x gauss-1",
+            "translucent x table",
+        ] {
             let Some(entry) = registry.find(name) else {
                 continue;
             };
@@ -167,11 +171,16 @@ fn both_backends_agree_behind_masks_and_panes_but_for_rays_at_an_edge() {
                 (0..3).any(|c| {
                     let (e, g) = (expected[*i][c], actual[*i][c]);
                     let scale = scale[*i][c].max(e).max(f32::MIN_POSITIVE);
-                    f64::from((e - g).abs()) > 20.0 * Allowed::GpuRadiance.error() * f64::from(scale)
+                    f64::from((e - g).abs())
+                        > 20.0 * Allowed::GpuRadiance.error() * f64::from(scale)
                 })
             };
             let different = (0..expected.len()).filter(differs).count();
-            println!("{}, {name}: {different} of {} differ", case.name, expected.len());
+            println!(
+                "{}, {name}: {different} of {} differ",
+                case.name,
+                expected.len()
+            );
             assert!(
                 different as f64 <= 2.0 * Allowed::GpuSmokeRays.error() * expected.len() as f64,
                 "{}, {name}: {different}",
@@ -240,7 +249,9 @@ fn panes_multiply() {
 fn a_mask_and_its_negative_are_the_card() {
     let masked = |is_negative: bool| {
         let texels = (0..64_u32).map(|i| (i * 37 % 64 < 30) != is_negative);
-        let alpha = texels.map(|is_there| f32::from(u8::from(is_there))).collect();
+        let alpha = texels
+            .map(|is_there| f32::from(u8::from(is_there)))
+            .collect();
         let texture = Texture::new(8, 8, vec![Vec3::ONE; 64]).unwrap();
         room_with(Material {
             base_color_texture: Some(texture.with_alpha(alpha).unwrap().with_sampler(Sampler {
@@ -306,8 +317,15 @@ fn a_masked_card_is_the_card_that_is_cut() {
         let tracer = Tracer::new(&geometry);
         let view = View::new(&Cpu::new(), &test_scene.camera, &tracer, 65, 65).unwrap();
         let (emitters, medium) = (&test_scene.emitters, Some(&test_scene.medium));
-        let surfaces =
-            surface::radiance(&Cpu::new(), &view, scene, &geometry, &tracer, emitters, medium);
+        let surfaces = surface::radiance(
+            &Cpu::new(),
+            &view,
+            scene,
+            &geometry,
+            &tracer,
+            emitters,
+            medium,
+        );
         let air = exact(&test_scene);
         let sum = |(a, b): (&[f32; 4], &[f32; 4])| f64::from(a[0]) + f64::from(b[0]);
         surfaces.iter().zip(&air).map(sum).collect::<Vec<f64>>()

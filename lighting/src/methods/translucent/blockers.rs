@@ -20,7 +20,7 @@ use crate::shadow_map::{EMPTY, Masked, render_face};
 /// see-through triangles come after those, each as a surface, and opaque triangles
 /// last, as one opaque segment at the nearest of them.
 /// Memory is at most four numbers per strand piece and particle, about 11 bytes
-/// per caster and 16 × 16 texels, 260 bytes per see-through triangle, and one number
+/// per caster and 16 × 16 texels, 200 bytes per see-through triangle, and one number
 /// per texel where there are opaque ones; segments are made anew for each tile.
 ///
 /// These are the segments of red light, unless

@@ -77,7 +77,7 @@ impl LightSources for Curves {
             is_sampled: true,
             sees_translucent: true,
             sees_panes: true,
-            uses_shadow_map: false,
+            uses_shadow_map: true,
         }
     }
 

@@ -56,10 +56,9 @@ impl Panes {
         channel: usize,
         put: &mut dyn FnMut([usize; 2], BlockerSegment),
     ) {
-        let [columns, rows] = [&tile.x, &tile.y].map(|range| {
-            // No map is larger than 16384 texels.
-            range.start as u32..range.end as u32
-        });
+        let clamped = |texel: usize| u32::try_from(texel).unwrap_or(u32::MAX);
+        let [columns, rows] =
+            [&tile.x, &tile.y].map(|range| clamped(range.start)..clamped(range.end));
         for number in self.bins.of_tile(tile) {
             let (footprint, triangle) = &self.all[number as usize];
             let caster = self.coatings.caster(*triangle as usize);
