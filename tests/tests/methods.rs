@@ -15,7 +15,7 @@ use lighting::scene::{
     Texture,
 };
 use lighting::visibility::{Exact, Unshadowed};
-use lighting::{Emitter, Gather, LightPath, LitRays, Ray, VisibilitySource};
+use lighting::{Emitter, EyePanes, Gather, LightPath, LitRays, Ray, VisibilitySource};
 use proptest::prelude::*;
 use reference::generators::{bulb, ray, solids, soup, sun};
 use reference::hard_cases::{HardCase, hard_cases};
@@ -342,8 +342,12 @@ fn exact_pictures_behind_casters_that_are_not_solid_are_the_oracles() {
         let mut radiance = cpu.zeros(view.rays().len()).unwrap();
         let rays = view.rays().to_vec();
         let quadrature = Quadrature::with_tolerance(medium.phase(), 1e-6).unwrap();
+        let panes = EyePanes::new(&cpu, &tracer, &rays);
         for light in &lights {
-            let lit = LitRays::new(&rays, light, &medium);
+            let lit = LitRays {
+                panes: panes.as_ref(),
+                ..LitRays::new(&rays, light, &medium)
+            };
             cpu.gather(&lit, &Exact::new(&tracer), &quadrature, &mut radiance)
                 .unwrap();
         }

@@ -13,7 +13,7 @@ use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::view::View;
 use lighting::scene::{
-    Bounds, Camera, Cone, Emission, Falloff, Geometry, Instance, Material, Medium, Mesh,
+    AlphaMode, Bounds, Camera, Cone, Emission, Falloff, Geometry, Instance, Material, Medium, Mesh,
     PhaseFunction, Scene,
 };
 use lighting::surface::with_openness;
@@ -431,7 +431,95 @@ fn a_view_is_lit_by_the_sum_of_what_is_asked_for<B: LightSurfaces>(backend: &B) 
     });
 }
 
+/// A pane before the sky, or before a wall if there is one, looked at from the front.
+fn behind_a_pane<R>(pane: Material, wall: bool, use_view: impl FnOnce(LitView<'_>) -> R) -> R {
+    let square = |half: f32, z: f32, material| Mesh {
+        positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| Vec3::new(half * x, half * y, z))
+            .to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        material: Some(material),
+        ..Mesh::default()
+    };
+    let mut scene = Scene::from(square(1.0, -2.0, 0));
+    scene.materials = vec![pane, Material::default()];
+    if wall {
+        scene.meshes.push(square(9.0, -5.0, 1));
+        scene.instances.push(Instance {
+            mesh: 1,
+            ..Instance::default()
+        });
+    }
+    let geometry = Geometry::new(&scene).unwrap();
+    let tracer = Tracer::new(&geometry);
+    let camera = Camera::new(Vec3::ZERO, Quat::IDENTITY, 0.5).unwrap();
+    let view = View::new(&Cpu::new(), &camera, &tracer, 8, 8).unwrap();
+    use_view(LitView {
+        view: &view,
+        scene: &scene,
+        geometry: &geometry,
+        tracer: &tracer,
+        emitters: &[lamp(Emission::Isotropic, f32::INFINITY)],
+        medium: wall.then(|| fog(0.05, PhaseFunction::Isotropic)).as_ref(),
+    })
+}
+
+fn panes_are_lit_and_what_is_behind_is_seen_through_them<B: LightSurfaces>(backend: &B) {
+    let film = |opacity| Material {
+        base_color: Vec3::splat(0.5),
+        opacity,
+        alpha: AlphaMode::Blend,
+        ..Material::default()
+    };
+    let cpu = Cpu::new();
+    let none = IndirectLight {
+        scattering: None,
+        nodes: 4,
+        environment: None,
+        openness_rays: 16,
+    };
+    // Half of the light is reflected where the pane is, all of it comes from behind
+    // where it is not.
+    let sky = Environment::even([1.0, 2.0, 3.0]).unwrap();
+    let environment = IndirectLight {
+        environment: Some(&sky),
+        ..none
+    };
+    let light = behind_a_pane(film(0.25), false, |lit| {
+        indirect::radiance(backend, &cpu, lit, environment)
+            .unwrap()
+            .radiance
+    });
+    for pixel in &light {
+        let share = 0.25 * 0.5 + 0.75;
+        for (channel, sky) in [1.0, 2.0, 3.0].into_iter().enumerate() {
+            // An environment is a sum over patches.
+            let off = (pixel[channel] / (share * sky) - 1.0).abs();
+            assert!(off < 5e-3, "{pixel:?}");
+        }
+    }
+    // By way of the fog: as much as a solid card for its share.
+    let scattering = IndirectLight {
+        scattering: Some(FogShadows::None),
+        ..none
+    };
+    let of = |opacity| {
+        behind_a_pane(film(opacity), true, |lit| {
+            indirect::radiance(backend, &cpu, lit, scattering)
+                .unwrap()
+                .radiance
+        })
+    };
+    let (thin, solid, clear) = (of(0.25), of(1.0), of(0.0));
+    for (pixel, thin) in thin.iter().enumerate() {
+        let expected = 0.25 * solid[pixel][0] + 0.75 * clear[pixel][0];
+        assert!(solid[pixel][0] > 0.0 && clear[pixel][0] > 0.0);
+        assert!((thin[0] / expected - 1.0).abs() < 1e-5, "{pixel}: {thin:?}");
+    }
+}
+
 crepuscular_tests::on_every_backend!(
+    panes_are_lit_and_what_is_behind_is_seen_through_them,
     the_closed_form_is_the_integral_over_the_hemisphere,
     an_environment_is_seen_through_fog_with_its_halo,
     surfaces_receive_the_light_of_an_environment,
@@ -544,8 +632,15 @@ fn surfaces_are_lit_as_far_and_as_much_as_the_windows_of_lights_say() {
             for falloff in [Falloff::Hard, Falloff::Smooth] {
                 let emitter = lamp(emission.clone(), range).with_falloff(falloff);
                 let lights = std::slice::from_ref(&emitter);
-                let found =
-                    surface::radiance(&cpu, &view, &floor, &geometry, &tracer, lights, Some(&medium));
+                let found = surface::radiance(
+                    &cpu,
+                    &view,
+                    &floor,
+                    &geometry,
+                    &tracer,
+                    lights,
+                    Some(&medium),
+                );
                 let Lamp::Point(light) = Lamp::new(&emitter) else {
                     panic!("a point was made");
                 };

@@ -208,8 +208,7 @@ impl<'a> Walk<'a> {
         }
         // The way by this position never becomes shorter.
         let way = (here.s - first.s) + (here.d - first.d);
-        (sigma * way).cmpge(DVec3::splat(OPAQUE))
-            | (sigma * (x + here.d)).cmpge(DVec3::splat(DARK))
+        (sigma * way).cmpge(DVec3::splat(OPAQUE)) | (sigma * (x + here.d)).cmpge(DVec3::splat(DARK))
     }
 
     fn end(&self, s: f64) -> End {

@@ -51,7 +51,7 @@ pub(super) struct Scene {
     pub(super) rays: u32,
     pub(super) first: u32,
     pub(super) joined: u32,
-    pub(super) padding: u32,
+    pub(super) panes: u32,
 }
 
 pub(super) const POINT: u32 = 0;

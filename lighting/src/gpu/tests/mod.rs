@@ -212,6 +212,7 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     type Map = March<ShadowMap<GpuMemory>>;
     type Curves = March<TransmittanceMap<GpuMemory>>;
     type Runs = MapRuns<ShadowMap<GpuMemory>, GpuMemory>;
+    type Together = March<Both<ShadowMap<GpuMemory>, TransmittanceMap<GpuMemory>>>;
 
     fn with_every_evaluator<V: InShader<VisibilitySlot>>() {
         complete::<V, Midpoint>();
@@ -233,6 +234,8 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     with_every_evaluator::<Both<Baked, Map>>();
     with_every_evaluator::<Both<Voxels, Curves>>();
     with_every_evaluator::<Both<Baked, Curves>>();
+    with_every_evaluator::<Together>();
+    with_every_evaluator::<Both<Baked, Together>>();
     let twice = shader::<Both<Map, Curves>, Midpoint>().unwrap_err();
     assert!(twice.to_string().contains("light_march"), "{twice}");
 }
@@ -263,8 +266,8 @@ fn shaders_see_the_runs_of_a_map_as_they_are() {
 fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {
     use super::shadow_map::{COPY, RENDER, Tile};
 
-    for parts in [RENDER, COPY] {
-        let shader = Shader::new(&parts).unwrap();
+    for parts in [&RENDER[..], &COPY] {
+        let shader = Shader::new(parts).unwrap();
         assert_same_layout!(
             shader,
             "Tile",
@@ -332,7 +335,7 @@ fn structures_and_constants_are_those_of_rust() {
             rays,
             first,
             joined,
-            padding,
+            panes,
         }
     );
     let constant = |name: &str, value: u32| {
