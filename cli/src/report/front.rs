@@ -1,13 +1,14 @@
 //! The large plot of error against time, with the Pareto front labelled on the
 //! curve itself. It is drawn twice, for wide and for narrow screens.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use maud::{Markup, html};
 
 use super::axis::{Ruler, Tick};
 use super::chart::marker;
-use super::labels::{Labels, Placed, Rect, width};
+use super::labels::{Labels, Placed, Rect, Wanted, anchored, width};
 use super::numbers::written;
 use crate::compare::results::pareto;
 use crate::compare::study::{Key, Scale, Unit};
@@ -79,15 +80,15 @@ const WIDE: Format = Format {
     width: 1080.0,
     height: 540.0,
     letters: 15.0,
-    reach: 220.0,
+    reach: 280.0,
 };
 
 const NARROW: Format = Format {
     class: "chart front-plot on-narrow",
     width: 400.0,
-    height: 470.0,
+    height: 560.0,
     letters: 13.0,
-    reach: 180.0,
+    reach: 280.0,
 };
 
 /// Room above the plot for the name of the axis of errors, beside it for half of
@@ -390,12 +391,27 @@ impl<'a> Drawing<'a> {
                 names.push(self.end(curve, self.format.reach));
             }
         }
-        // Names first: a number more or less does not matter.
-        for ((curve, point), text, reach) in names.into_iter().chain(numbers) {
-            let at = self.at(self.setting((curve, point)));
-            if let Some(placed) = labels.place(at, &text, reach) {
-                let slot = self.plot.curves[curve].key.slot;
-                texts.push((at, placed, format!("name m{slot}"), text));
+        let wanted = |(at, text, reach): &((usize, usize), String, f64)| Wanted {
+            point: self.at(self.setting(*at)),
+            text: text.clone(),
+            reach: *reach,
+        };
+        let mut named = BTreeSet::new();
+        // Names first: a number more or less does not matter, but it needs the name.
+        for (is_name, group) in [(true, names), (false, numbers)] {
+            let group = group.into_iter();
+            let group = group.filter(|((curve, _), ..)| is_name || named.contains(curve));
+            let group: Vec<_> = group.collect();
+            let all: Vec<Wanted> = group.iter().map(wanted).collect();
+            for (((curve, _), text, _), (want, placed)) in group
+                .into_iter()
+                .zip(all.iter().zip(labels.place_all(&all)))
+            {
+                if let Some(placed) = placed {
+                    named.insert(curve);
+                    let slot = self.plot.curves[curve].key.slot;
+                    texts.push((want.point, placed, format!("name m{slot}"), text));
+                }
             }
         }
         for curve in 0..self.plot.curves.len() {
@@ -435,18 +451,6 @@ impl<'a> Drawing<'a> {
         let best = shown.min_by(|a, b| error(a).total_cmp(&error(b)));
         let point = best.map_or(0, |(point, _)| point);
         ((curve, point), method.name.clone(), reach)
-    }
-}
-
-/// Where a text is held, so that it is near its point though shorter than its
-/// rectangle.
-fn anchored(rect: Rect, (x, _): (f64, f64)) -> (f64, &'static str) {
-    if rect.left >= x {
-        (rect.left, "start")
-    } else if rect.right <= x {
-        (rect.right, "end")
-    } else {
-        (0.5 * (rect.left + rect.right), "middle")
     }
 }
 

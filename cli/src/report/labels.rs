@@ -76,8 +76,17 @@ pub(super) struct Placed {
     pub(super) leader: Option<Segment>,
 }
 
+/// A label that wants room.
+#[derive(Debug, Clone)]
+pub(super) struct Wanted {
+    pub(super) point: (f64, f64),
+    pub(super) text: String,
+    /// How far from the point it may be.
+    pub(super) reach: f64,
+}
+
 /// The plot as labels see it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Labels {
     /// Labels stay inside of this.
     area: Rect,
@@ -92,8 +101,8 @@ pub(super) struct Labels {
 }
 
 /// Distances from the point at which a label is tried.
-const DISTANCES: [f64; 12] = [
-    8.0, 13.0, 20.0, 29.0, 40.0, 54.0, 70.0, 90.0, 115.0, 145.0, 180.0, 220.0,
+const DISTANCES: [f64; 14] = [
+    8.0, 13.0, 20.0, 29.0, 40.0, 54.0, 70.0, 90.0, 115.0, 145.0, 180.0, 220.0, 250.0, 280.0,
 ];
 
 /// Directions that are tried at each of them, the first is to the right.
@@ -165,6 +174,48 @@ impl Labels {
         Some(placed)
     }
 
+    /// Finds room for as many of the texts as it can: whoever comes first takes what
+    /// another needs, so a few orders are tried.
+    pub(super) fn place_all(&mut self, wanted: &[Wanted]) -> Vec<Option<Placed>> {
+        let forward: Vec<usize> = (0..wanted.len()).collect();
+        let backward = forward.iter().rev().copied().collect();
+        let every_other = |first: usize| {
+            let even = forward.iter().filter(move |i| *i % 2 == first);
+            let odd = forward.iter().filter(move |i| *i % 2 != first);
+            even.chain(odd).copied().collect()
+        };
+        let inwards = {
+            let mut order = forward.clone();
+            order.sort_by_key(|i| (*i).min(wanted.len() - 1 - *i));
+            order
+        };
+        let orders = [
+            forward.clone(),
+            backward,
+            every_other(0),
+            every_other(1),
+            inwards,
+        ];
+        let mut best: Option<(usize, Self, Vec<Option<Placed>>)> = None;
+        for order in orders {
+            let mut tried = self.clone();
+            let mut found = vec![None; wanted.len()];
+            for index in order {
+                let Wanted { point, text, reach } = &wanted[index];
+                found[index] = tried.place(*point, text, *reach);
+            }
+            let count = found.iter().flatten().count();
+            if best.as_ref().is_none_or(|(most, ..)| count > *most) {
+                best = Some((count, tried, found));
+            }
+        }
+        let Some((_, tried, found)) = best else {
+            return Vec::new();
+        };
+        *self = tried;
+        found
+    }
+
     /// The label at that place, unless it covers what it must not.
     fn fits(&self, point: (f64, f64), rect: Rect, distance: f64) -> Option<Placed> {
         if !self.area.holds(&rect)
@@ -205,6 +256,18 @@ fn beside(
     }
 }
 
+/// Where a text is held, so that it is near its point though shorter than its
+/// rectangle.
+pub(super) fn anchored(rect: Rect, (x, _): (f64, f64)) -> (f64, &'static str) {
+    if rect.left >= x {
+        (rect.left, "start")
+    } else if rect.right <= x {
+        (rect.right, "end")
+    } else {
+        (0.5 * (rect.left + rect.right), "middle")
+    }
+}
+
 /// What a text takes at most in the fonts that browsers have for interfaces, of
 /// which Verdana and DejaVu Sans are the widest.
 pub(super) fn width(text: &str, size: f64) -> f64 {
@@ -241,9 +304,14 @@ mod tests {
             for marker in &markers {
                 labels.keep_off(*marker);
             }
-            let placed: Vec<Placed> = (0..14)
-                .filter_map(|i| labels.place(point(i), "exact visibility, 2 nodes", 220.0))
+            let wanted: Vec<Wanted> = (0..14)
+                .map(|i| Wanted {
+                    point: point(i),
+                    text: "exact visibility, 2".into(),
+                    reach: 280.0,
+                })
                 .collect();
+            let placed: Vec<Placed> = labels.place_all(&wanted).into_iter().flatten().collect();
             // Labels of one and the same point soon shut each other in.
             let least = if spread < 6.0 { 4 } else { 10 };
             assert!(placed.len() >= least, "{spread}: {}", placed.len());
@@ -279,6 +347,7 @@ mod tests {
         labels.keep_off(AREA);
         assert_eq!(labels.place((50.0, 50.0), "8", 220.0), None);
         assert_eq!(labels.place((f64::NAN, 50.0), "8", 220.0), None);
+        assert_eq!(labels.place_all(&[]), []);
     }
 
     #[test]

@@ -257,7 +257,8 @@ impl Choice<'_> {
 }
 
 /// At most two errors at which there is a choice on a backend: the coarsest that at least
-/// two methods with shadows reach, and the finest such.
+/// two methods with shadows reach, and the finest such; without a choice, the finest
+/// that one reaches.
 fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
     if results.reference.absolute {
         return Vec::new();
@@ -271,21 +272,23 @@ fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
                 fastest_within(own, Some(*index), target).is_some()
             })
             .count()
-            >= 2
     };
     let all: Vec<f64> = TARGETS[2..]
         .iter()
         .copied()
-        .filter(|t| reached(*t))
+        .filter(|t| reached(*t) >= 2)
         .collect();
     match all[..] {
-        [] => TARGETS[..2]
-            .iter()
-            .rev()
-            .copied()
-            .find(|t| reached(*t))
-            .into_iter()
-            .collect(),
+        [] => {
+            let coarse = TARGETS[..2]
+                .iter()
+                .rev()
+                .copied()
+                .find(|t| reached(*t) >= 2);
+            // Where one method alone comes near, as near as it does.
+            let alone = || TARGETS.iter().rev().copied().find(|t| reached(*t) >= 1);
+            coarse.or_else(alone).into_iter().collect()
+        }
         [only] => vec![only],
         [first, .., last] => vec![first, last],
     }
@@ -324,6 +327,18 @@ mod tests {
         assert!(!rest.join("\n").contains("gpu"), "{text:?}");
         let text = rest.join("\n");
         assert!(!text.contains(" on cpu"), "nothing else competes: {text}");
+    }
+
+    #[test]
+    fn a_method_that_is_alone_is_named_too() {
+        let mut results = example();
+        let alone = results.methods.iter().position(|m| m.visibility == "exact");
+        results.measurements.retain(|m| Some(m.method) == alone);
+        let text = plain(&results).join("\n");
+        assert!(
+            text.contains("For an error of at most 1 %, exact visibility, 8 "),
+            "{text}"
+        );
     }
 
     #[test]
