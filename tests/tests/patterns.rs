@@ -217,7 +217,14 @@ fn cookies_of_many_texels_keep_what_their_levels_promise<B: Subject>(backend: &B
             let mut squares = 0.0;
             let mut largest = 0.0_f64;
             for (ray, found) in rays.iter().zip(found) {
-                if columns == 20000 && wave.is_none() { println!("DBG {:?} {:?} {:?}", found.x, truth(ray,&light,&thin).x, truth(ray,&plain,&thin).x); }
+                if columns == 20000 && wave.is_none() {
+                    println!(
+                        "DBG {:?} {:?} {:?}",
+                        found.x,
+                        truth(ray, &light, &thin).x,
+                        truth(ray, &plain, &thin).x
+                    );
+                }
                 let scale = truth(ray, &plain, &thin).max(DVec3::splat(1e-30));
                 let error = ((found - truth(ray, &light, &thin)).abs() / scale).max_element();
                 squares += error * error;
