@@ -265,12 +265,12 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         let on = |index: usize| format!("{} on {}", own[index].name(), self.device.label);
         for (index, expected) in dropped {
             let frame = match expected {
-                0.0 => "no time left".to_owned(),
-                _ => format!("no time left for a frame of about {}", seconds(expected)),
+                0.0 => String::new(),
+                _ => format!(" (a frame of about {})", seconds(expected)),
             };
             left_out.push(LeftOut {
-                what: on(index),
-                why: format!("{frame} (--time-budget)"),
+                what: on(index) + &frame,
+                why: "no time left (--time-budget)".into(),
             });
         }
         for (index, why) in failed.into_inner() {

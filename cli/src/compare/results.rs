@@ -68,6 +68,18 @@ impl Results {
         self.measurements.iter().filter(|m| m.representative)
     }
 
+    /// A measurement's method and quality in words.
+    pub(crate) fn setting(&self, m: &Measurement) -> String {
+        self.methods[m.method].setting(m.quality)
+    }
+
+    /// True if the times of more than one backend mean something.
+    pub(crate) fn several_compete(&self) -> bool {
+        let mut backends = self.representative().map(|m| &m.backend);
+        let first = backends.next();
+        backends.any(|backend| Some(backend) != first)
+    }
+
     /// The backend whose times mean nothing, if there is one.
     pub(crate) fn software(&self) -> Option<&str> {
         let mut all = self.measurements.iter();

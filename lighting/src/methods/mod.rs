@@ -74,12 +74,16 @@
 //! feature `methods`). The folders alone are of use without the list: their sources
 //! and maps go into [`Gather`](crate::Gather) directly.
 
+#[cfg(feature = "shadow-map")]
+pub mod epipolar;
 #[cfg(feature = "trace")]
 pub mod exact;
 #[cfg(feature = "shadow-map")]
 pub mod march;
 #[cfg(feature = "shadow-dag")]
 pub mod precomputed;
+#[cfg(feature = "shadow-map")]
+pub mod prefiltered;
 #[cfg(feature = "translucent")]
 pub mod translucent;
 pub mod unshadowed;

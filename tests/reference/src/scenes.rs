@@ -42,7 +42,14 @@ impl TestScene {
     /// # Panics
     /// If the scene is not sound, which its own tests exclude.
     pub fn new(embedded: Embedded, width: u32, height: u32) -> Self {
-        let mut scene: Scene = embedded.build(1);
+        Self::of(embedded.name(), embedded.build(1), width, height)
+    }
+
+    /// The same of any scene; what it lacks of camera, lights and medium is placed.
+    ///
+    /// # Panics
+    /// If the scene is not sound.
+    pub fn of(name: &'static str, mut scene: Scene, width: u32, height: u32) -> Self {
         let geometry = Geometry::new(&scene).expect("a sound scene");
         scene
             .complete(geometry.bounds())
@@ -57,7 +64,7 @@ impl TestScene {
             .flat_map(|light| light.emitters(4).expect("a sound light"))
             .collect();
         Self {
-            name: embedded.name(),
+            name,
             tracer,
             emitters,
             medium: scene.medium.expect("a medium was placed"),

@@ -6,7 +6,8 @@
 //! a [`Sampling`].
 //!
 //! A shadow map that lives on the GPU takes part in [`Rectify`](crate::Rectify) as
-//! what fits the [`FirstBlockerSlot`].
+//! what fits the [`FirstBlockerSlot`], and holes of triangles in
+//! [`RectifyMasked`](crate::RectifyMasked) as what fits the [`HolesSlot`].
 //!
 //! # Agreement with the CPU
 //!
@@ -22,7 +23,7 @@
 //!
 //! # Limits
 //!
-//! At most five storage buffers, and what a part in the [`FirstBlockerSlot`] adds.
+//! At most five storage buffers, and what a part in one of the two slots adds.
 
 #[cfg(feature = "wgpu")]
 mod build;
@@ -36,7 +37,7 @@ mod sampling;
 mod tests;
 
 #[cfg(feature = "wgpu")]
-pub use rectify::FirstBlockerSlot;
+pub use rectify::{FirstBlockerSlot, HolesSlot};
 pub use sampling::SamplingRecord;
 
 #[cfg(doc)]

@@ -295,6 +295,7 @@ mod tests {
             .map(|kind| (kind.pointless)(&subject))
             .collect();
         assert!(reasons[0].unwrap().contains("closed form"), "{reasons:?}");
+        assert!(reasons[2].unwrap().contains("translucent"), "{reasons:?}");
         subject.emitters = &[];
         assert!((precomputed_shadows::KIND.pointless)(&subject).is_some());
         assert!((voxel_grids::KIND.pointless)(&subject).is_some());

@@ -14,6 +14,7 @@
 //! | `coats` | `scene` | how much gets through masks and what is see-through? | the exact share at a point |
 //! | `airlight` | `scene` | how much light comes from them? | adaptive quadrature with an error bound |
 //! | `image` | `scene` | the reference image | the product of the last two, summed over lights |
+//! | `map_runs` | `scene` | which parts of a ray does a shadow map show lit? | its texels, one by one |
 //! | `surface` | `scene` | how much light does a surface receive by way of the fog? what is seen of an environment? | nested adaptive quadrature |
 //! | `translucent` | `scene` | how much gets through hair and smoke? | the exact transmittance to a point, and the image behind them |
 
@@ -32,6 +33,8 @@ pub mod image;
 mod lamp;
 #[cfg(feature = "scene")]
 mod line;
+#[cfg(feature = "scene")]
+pub mod map_runs;
 mod phase;
 pub mod quadrature;
 pub mod segment;
