@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use gpu_backend::Cpu;
+use lighting::methods::epipolar::MapRuns;
 use lighting::methods::{Frame, FrameInputs, MethodError};
-use lighting::shadow_map::TexelRuns;
 use lighting::{Gather, LitRays, airlight::Quadrature};
 use reference::metrics::{Reference, image_error};
 
@@ -13,9 +13,9 @@ use super::measure::Job;
 use super::results::MapFloor;
 use crate::progress;
 
-/// Texels that are walked through for one resolution, about: the error of a larger
-/// picture is that of some of its rays.
-const MOST_TEXELS: f64 = 1e8;
+/// Rays of all lights that are looked at for one resolution, about: the error of a
+/// larger picture is that of some of its rays.
+const MOST_RAYS: usize = 300_000;
 
 /// Tolerance of the light of a lit run, far below what maps of any size reach.
 const TOLERANCE: f32 = 1e-5;
@@ -23,14 +23,19 @@ const TOLERANCE: f32 = 1e-5;
 /// The errors of the exact lit runs of the shadow maps of each resolution, as long as
 /// there is time.
 ///
-/// What a map shows is walked through texel by texel, so nothing but its resolution
-/// is in the error: no steps and no nodes.
+/// The runs are all that a map shows, so nothing but its resolution is in the error:
+/// no steps and no nodes. Where something lets a part of the light through, maps of
+/// another kind know more, and there is no such error.
 pub(crate) fn floors(
     job: &Job<'_>,
     truth: &Reference,
     maps: &[u32],
     budget: Budget,
 ) -> Result<Vec<MapFloor>, MethodError> {
+    let lets_through = job.input.geometry.coatings().any_see_through();
+    if lets_through || !job.input.scene.translucent.is_empty() {
+        return Ok(Vec::new());
+    }
     let bar = progress::bar("shadow maps by themselves", maps.len() as u64);
     let mut all: Vec<MapFloor> = Vec::new();
     for &map in maps {
@@ -53,11 +58,10 @@ pub(crate) fn floors(
 
 fn floor(job: &Job<'_>, truth: &Reference, map: u32) -> Result<f64, MethodError> {
     let rays = job.view.rays();
-    let texels = 2.0 * f64::from(map) * (rays.len() * job.emitters.len()) as f64;
-    let step = match texels <= MOST_TEXELS {
-        true => 1,
+    let step = match (rays.len() * job.emitters.len()).div_ceil(MOST_RAYS) {
+        0 | 1 => 1,
         // An odd step does not run along the columns of usual widths.
-        false => (texels / MOST_TEXELS).ceil() as usize | 1,
+        step => step | 1,
     };
     let some: Vec<_> = rays.iter().step_by(step).copied().collect();
     let hits: Vec<_> = job.view.hits().iter().step_by(step).copied().collect();
@@ -74,8 +78,9 @@ fn floor(job: &Job<'_>, truth: &Reference, map: u32) -> Result<f64, MethodError>
     let mut radiance = vec![[0.0_f32; 4]; some.len()];
     for (light, emitter) in job.emitters.iter().enumerate() {
         let map = frame.shadow_map(light)?;
+        let runs = MapRuns::new(&cpu, map, &some, emitter, job.medium)?;
         let lit = LitRays::new(&frame.rays, emitter, job.medium);
-        cpu.gather(&lit, &TexelRuns::new(&map), &evaluator, &mut radiance)?;
+        cpu.gather(&lit, &runs, &evaluator, &mut radiance)?;
     }
     let part = Reference {
         radiance: truth.radiance.iter().step_by(step).copied().collect(),

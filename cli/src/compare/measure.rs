@@ -99,18 +99,32 @@ const MAX_REPETITIONS: usize = 9;
 const PREPARATION: f64 = 0.3;
 
 /// Measures the candidates that the device runs, as long as `budget` allows.
+///
+/// `on_cpu` is what the CPU has measured, if it has. A software GPU is not faster than
+/// the processor that plays it, and what it has begun cannot be stopped: so it begins
+/// nothing for which the CPU had no time, or needed too much of it.
 pub(crate) fn measure(
     device: &Device,
     job: Job<'_>,
     candidates: &[Candidate],
     truth: &Truth<'_>,
     budget: Budget,
+    on_cpu: Option<&[Measurement]>,
 ) -> Result<Outcome, Failure> {
+    let known_from = on_cpu.filter(|_| !device.representative && budget.total().is_finite());
     match &device.context {
         // What is on the host is in the memory of this backend.
         None => {
             let cpu = Cpu::new();
-            let on = On::new(&cpu, &job.input.host, device, job, truth, budget);
+            let on = On::new(
+                &cpu,
+                &job.input.host,
+                device,
+                job,
+                truth,
+                budget,
+                known_from,
+            );
             let floors = |maps: &[u32]| Ok(floors(&job, truth.reference, maps, budget)?);
             on.measure(candidates, floors)
         }
@@ -118,7 +132,7 @@ pub(crate) fn measure(
             let waited_for = Gpu::new(context.clone());
             let backend = Gpu::new(context.clone());
             let store = Store::waiting(move || waited_for.wait());
-            let on = On::new(&backend, &store, device, job, truth, budget);
+            let on = On::new(&backend, &store, device, job, truth, budget, known_from);
             // Those of the CPU are as good.
             on.measure(candidates, |_| Ok(Vec::new()))
         }
@@ -149,6 +163,8 @@ struct On<'a, B: MethodBackend + Download> {
     job: Job<'a>,
     truth: &'a Truth<'a>,
     budget: Budget,
+    /// What the CPU has measured, where it tells what not to begin.
+    on_cpu: Option<&'a [Measurement]>,
 }
 
 /// What is known of the time of a method.
@@ -174,6 +190,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         job: Job<'a>,
         truth: &'a Truth<'a>,
         budget: Budget,
+        on_cpu: Option<&'a [Measurement]>,
     ) -> Self {
         Self {
             backend,
@@ -182,6 +199,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
             job,
             truth,
             budget,
+            on_cpu,
         }
     }
 
@@ -340,6 +358,18 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         candidate.entry.method().work(&inputs, candidate.quality)
     }
 
+    /// Seconds that it takes at least to measure the candidate, going by the CPU:
+    /// what has to be built, two frames of a few rays and one of all.
+    fn least(&self, candidate: &Candidate) -> f64 {
+        let Some(on_cpu) = self.on_cpu else {
+            return 0.0;
+        };
+        let is_it =
+            |m: &&Measurement| (m.method, m.quality) == (candidate.method, candidate.quality);
+        let found = on_cpu.iter().find(is_it);
+        found.map_or(f64::INFINITY, |m| m.seconds_build + 3.0 * m.frame.low)
+    }
+
     /// Seconds that a frame of the candidate is expected to take: from the last
     /// frame of its method, or from a few rays if there is none.
     fn expected(
@@ -347,6 +377,10 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         candidate: &Candidate,
         known: &mut HashMap<usize, Known>,
     ) -> Result<f64, MethodError> {
+        let least = self.least(candidate);
+        if least > self.budget.left() {
+            return Ok(least);
+        }
         let work = self.work_of(candidate, self.job.view.rays().len());
         if let Some(known) = known.get(&candidate.method) {
             return Ok(known.seconds * (work / known.work).max(1.0));
@@ -524,6 +558,7 @@ mod tests {
                 candidates,
                 &truth,
                 budget,
+                None,
             )
             .unwrap()
         };

@@ -239,7 +239,9 @@ fn measure_all(
             (_, 0, _) => 1.0 - SOFTWARE,
             (_, real, _) => 1.0 / (1 + real) as f64,
         };
-        match measure(device, job, candidates, &truth, budget.share(share)) {
+        let on_cpu = devices[0].context.is_none() && index > 0;
+        let on_cpu = on_cpu.then_some(&found.outcome.measurements[..]);
+        match measure(device, job, candidates, &truth, budget.share(share), on_cpu) {
             Ok(outcome) => {
                 found.backends.push(device.label.clone());
                 found.outcome.add(outcome);
