@@ -17,7 +17,6 @@ mod map;
 mod masked;
 #[cfg(feature = "wgpu")]
 mod masks;
-mod runs;
 
 pub use casters::Casters;
 #[cfg(feature = "wgpu")]
@@ -30,4 +29,3 @@ pub(crate) use map::render_face;
 pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 #[cfg(any(feature = "shadow-dag", feature = "translucent"))]
 pub(crate) use masked::Masked;
-pub use runs::TexelRuns;
