@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use gpu_backend::Cpu;
+use lighting::methods::epipolar::MapRuns;
 use lighting::methods::{Frame, FrameInputs, MethodError};
-use lighting::shadow_map::TexelRuns;
 use lighting::{Gather, LitRays, airlight::Quadrature};
 use reference::metrics::{Reference, image_error};
 
@@ -13,18 +13,15 @@ use super::measure::Job;
 use super::results::MapFloor;
 use crate::progress;
 
-/// Texels that are walked through for one resolution, about: the error of a larger
-/// picture is that of some of its rays.
-const MOST_TEXELS: f64 = 1e8;
-
 /// Tolerance of the light of a lit run, far below what maps of any size reach.
 const TOLERANCE: f32 = 1e-5;
 
 /// The errors of the exact lit runs of the shadow maps of each resolution, as long as
 /// there is time.
 ///
-/// What a map shows is walked through texel by texel, so nothing but its resolution
-/// is in the error: no steps and no nodes.
+/// The runs are those that the map's texels show and their light is known to a
+/// tolerance, so nothing but the map's resolution is in the error: no steps and no
+/// nodes.
 pub(crate) fn floors(
     job: &Job<'_>,
     truth: &Reference,
@@ -52,18 +49,7 @@ pub(crate) fn floors(
 }
 
 fn floor(job: &Job<'_>, truth: &Reference, map: u32) -> Result<f64, MethodError> {
-    let rays = job.view.rays();
-    let texels = 2.0 * f64::from(map) * (rays.len() * job.emitters.len()) as f64;
-    let step = match texels <= MOST_TEXELS {
-        true => 1,
-        // An odd step does not run along the columns of usual widths.
-        false => (texels / MOST_TEXELS).ceil() as usize | 1,
-    };
-    let some: Vec<_> = rays.iter().step_by(step).copied().collect();
-    let hits: Vec<_> = job.view.hits().iter().step_by(step).copied().collect();
     let inputs = FrameInputs {
-        rays: &some,
-        hits: &hits,
         map,
         ..job.inputs(&())
     };
@@ -71,21 +57,13 @@ fn floor(job: &Job<'_>, truth: &Reference, map: u32) -> Result<f64, MethodError>
     let frame = Frame::new(&cpu, inputs, &job.input.host)?;
     let evaluator = Quadrature::with_tolerance(job.medium.phase(), TOLERANCE)
         .map_err(MethodError::resource("a quadrature"))?;
-    let mut radiance = vec![[0.0_f32; 4]; some.len()];
+    let rays = job.view.rays();
+    let mut radiance = vec![[0.0_f32; 4]; rays.len()];
     for (light, emitter) in job.emitters.iter().enumerate() {
         let map = frame.shadow_map(light)?;
+        let runs = MapRuns::new(&cpu, map, rays, emitter, job.medium)?;
         let lit = LitRays::new(&frame.rays, emitter, job.medium);
-        cpu.gather(&lit, &TexelRuns::new(&map), &evaluator, &mut radiance)?;
+        cpu.gather(&lit, &runs, &evaluator, &mut radiance)?;
     }
-    let part = Reference {
-        radiance: truth.radiance.iter().step_by(step).copied().collect(),
-        bound: truth.bound.iter().step_by(step).copied().collect(),
-    };
-    let error = image_error(&radiance, &part);
-    // All errors are divided by the mean of the whole picture.
-    let whole = truth.mean();
-    Ok(match whole > 0.0 && !error.absolute {
-        true => error.rmse * error.mean / whole,
-        false => error.rmse,
-    })
+    Ok(image_error(&radiance, truth).rmse)
 }

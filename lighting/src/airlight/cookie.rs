@@ -266,11 +266,11 @@ impl<'a> Walk<'a> {
             ((high - low + curved) / most, curved / most)
         };
         let [fading, fading_curved] = self.fading(from, to);
-        let (ramp, curved) = (ramp + fading, curved + fading_curved);
+        let ramp = ramp + fading;
         // Derivatives over what a rule makes of them: (2n)! (2n+1)! / (n!)⁴.
         let [depth2, power2, ramp2, curved2] = [depth, power, ramp, curved].map(|x| x * x);
         // The cookie is of second degree, and whatever bends adds to it.
-        let bent = angle * angle + 3.0 * power2 + 0.5 * depth2;
+        let bent = angle * angle + 3.0 * power2 + 0.5 * depth2 + fading_curved;
         let two = depth2.powi(2) / 4320.0 + power2.powi(2) / 36.0 + (3.0 * ramp2 + bent) / 180.0;
         let three = bent * bent / 2800.0
             + depth2.powi(3) / 2.0e6

@@ -141,9 +141,12 @@ fn light_cookie_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if f32(level.width + level.height) > light_MOST_COOKIE_LINES {
         lines = light_cookie_lines(path, light_in_cookie(path, emitter, level), level);
     }
-    while lines > 2.0 * light_MOST_COOKIE_LINES {
-        lines *= 0.5;
-        level = light_next_cookie_level(level);
+    // No cookie has 2^32 lines.
+    for (var i = 0u; i < 20u; i++) {
+        if lines > 2.0 * light_MOST_COOKIE_LINES {
+            lines *= 0.5;
+            level = light_next_cookie_level(level);
+        }
     }
     let share = lines / light_MOST_COOKIE_LINES - 1.0;
     let fine = light_cookie_level_airlight(path, emitter, level, start, end);
@@ -258,10 +261,9 @@ fn light_cookie_nodes(
     }
     let fading = light_cookie_fading(emitter, a, b);
     ramp += fading.x;
-    curved += fading.y;
     let squares = vec4(depth * depth, power * power, ramp * ramp, curved * curved);
     let fourth = squares.xy * squares.xy;
-    let bent = angle * angle + 3.0 * squares.y + 0.5 * squares.x;
+    let bent = angle * angle + 3.0 * squares.y + 0.5 * squares.x + fading.y;
     let two = fourth.x / 4320.0 + fourth.y / 36.0 + (3.0 * squares.z + bent) / 180.0;
     let three = bent * bent / 2800.0 + fourth.x * squares.x / 2.0e6 + fourth.y * squares.y / 400.0
         + (squares.w + 0.5 * squares.z * squares.y) / 100.0;
@@ -301,16 +303,33 @@ fn light_cookie_piece(
     let first = rules + rule * (rule + 1u) / 2u;
     let count = u32(air_quadrature_entry(rule).w);
     let far = vec2(1.0 / a.d, 1.0 / b.d);
-    var sum = vec3(0.0);
-    for (var i = 0u; i < count; i++) {
-        let node = air_quadrature_entry(first + i);
-        let share = vec2(1.0 - node.x, node.x) * far;
-        let s = dot(share, vec2(a.s, b.s)) / (share.x + share.y);
-        let q = length(vec2(s, path.h)) * (share.x + share.y);
-        let from_light = light_from_light(path, s);
-        let ramp = light_ramp(emitter, from_light.xyz);
-        let emitted = ramp * ramp * light_cookie_in(level, light_cookie_uv(emitter, from_light.xyz));
-        sum += (node.y / (q * q)) * emitted * light_scattered(path, path.foot + s, s, from_light);
+    // Most pieces have two nodes: without a loop they have no rounds that count.
+    var sum = light_cookie_node(path, emitter, level, vec2(a.s, b.s), far, first);
+    if count > 1u {
+        sum += light_cookie_node(path, emitter, level, vec2(a.s, b.s), far, first + 1u);
+    }
+    for (var i = 2u; i < count; i++) {
+        sum += light_cookie_node(path, emitter, level, vec2(a.s, b.s), far, first + i);
     }
     return sum * ((b.s - a.s) * far.x) * far.y;
+}
+
+// The term of a node between two ends, of which `far` are the inverse distances from
+// the light.
+fn light_cookie_node(
+    path: light_Path,
+    emitter: light_Emitter,
+    level: light_CookieLevel,
+    ends: vec2<f32>,
+    far: vec2<f32>,
+    index: u32,
+) -> vec3<f32> {
+    let node = air_quadrature_entry(index);
+    let share = vec2(1.0 - node.x, node.x) * far;
+    let s = dot(share, ends) / (share.x + share.y);
+    let q = length(vec2(s, path.h)) * (share.x + share.y);
+    let from_light = light_from_light(path, s);
+    let ramp = light_ramp(emitter, from_light.xyz);
+    let emitted = ramp * ramp * light_cookie_in(level, light_cookie_uv(emitter, from_light.xyz));
+    return (node.y / (q * q)) * emitted * light_scattered(path, path.foot + s, s, from_light);
 }

@@ -82,6 +82,8 @@ pub mod exact;
 pub mod march;
 #[cfg(feature = "shadow-dag")]
 pub mod precomputed;
+#[cfg(feature = "shadow-map")]
+pub mod prefiltered;
 #[cfg(feature = "translucent")]
 pub mod translucent;
 pub mod unshadowed;

@@ -36,6 +36,8 @@ pub enum Allowed {
     MapRunEnds,
     /// An image of a room with a caster that is not solid, by a march through maps.
     CasterImage,
+    /// A bound on a share of depths from their moments, and the share.
+    MomentShare,
     /// Order of convergence expected of a march minus the measured one.
     Order,
     /// The radiance of a ray on the GPU and on the CPU, given the same map.
@@ -46,6 +48,8 @@ pub enum Allowed {
     GpuRays,
     /// Share of the nodes of a min-max tree that differ because a texel lies at the border of a slice.
     GpuTreeNodes,
+    /// A filtered moment of depths on the GPU and on the CPU.
+    GpuMoments,
     /// A texel of a shadow map on the GPU and on the CPU.
     GpuTexel,
     /// Share of the texels on an edge that differ by more than that.
@@ -234,6 +238,13 @@ pub const TABLE: &[Tolerance] = &[
             nodes: half of a step of 0.1 between nodes, on the third of a ray that is behind the panes, 0.017.",
     },
     Tolerance {
+        what: Allowed::MomentShare,
+        error: 1e-6,
+        derivation: "Moments are rounded by 2^-53. The pivots of the matrix of 6 moments of 4 depths \
+            that lie at least 1/30 apart are products of squares of 3 differences, 1e-8 at \
+            the least with a share of 0.01: an error of 1e-16 over 1e-10.",
+    },
+    Tolerance {
         what: Allowed::Order,
         error: 0.25,
         derivation: "Slope of log error over log samples, fitted over a factor of 8, four points. \
@@ -274,6 +285,13 @@ pub const TABLE: &[Tolerance] = &[
             texel more or less belongs to a cell with a chance of 1e-4 for its two borders, \
             and to one of the 8 cells of a leaf with 1e-3; a parent has the chances of all of its \
             leaves, but few of their texels are the least or the greatest.",
+    },
+    Tolerance {
+        what: Allowed::GpuMoments,
+        error: 256.0 * ULP32,
+        derivation: "Times 1, or the moment where it is one of an exponential. The depth is off by \
+            4 units of 1; an exponential of up to 20 times that by 80 units and by the 3 + 2 x \
+            20 ULP that WGSL grants it, its square by twice as much.",
     },
     Tolerance {
         what: Allowed::GpuTexel,

@@ -201,6 +201,7 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     use gpu_backend::gpu::GpuMemory;
 
     use crate::methods::epipolar::MapRuns;
+    use crate::methods::prefiltered::PrefilteredMap;
     use crate::precomputed::BakedShadow;
     use crate::shadow_map::ShadowMap;
     use crate::translucent::TransmittanceMap;
@@ -213,6 +214,7 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     type Curves = March<TransmittanceMap<GpuMemory>>;
     type Runs = MapRuns<ShadowMap<GpuMemory>, GpuMemory>;
     type Together = March<Both<ShadowMap<GpuMemory>, TransmittanceMap<GpuMemory>>>;
+    type Filtered = March<PrefilteredMap<GpuMemory>>;
 
     fn with_every_evaluator<V: InShader<VisibilitySlot>>() {
         complete::<V, Midpoint>();
@@ -227,6 +229,8 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     with_every_evaluator::<Voxels>();
     with_every_evaluator::<Baked>();
     with_every_evaluator::<Runs>();
+    with_every_evaluator::<Filtered>();
+    with_every_evaluator::<Both<Baked, Filtered>>();
     with_every_evaluator::<Both<Voxels, Baked>>();
     with_every_evaluator::<Both<Baked, Runs>>();
     with_every_evaluator::<Both<Runs, Curves>>();

@@ -20,21 +20,23 @@
 //!
 //! # How it departs from the papers
 //!
-//! The papers resample the map along the lines, and what they find is exact for
-//! the resampled map. Here lines are slices between two epipolar lines, at most
-//! a texel wide; cells along them are columns of texels, or rows, whichever the line crosses
-//! more of; and a tree keeps the bounds of *all* texels that any ray of the slice may
-//! meet in these. Where the bounds do not tell, a leaf of eight cells is walked
-//! texel by texel. So a ray gets the same bits as if all of its texels were walked.
+//! The papers resample the map along the lines, and what they find is exact for the
+//! resampled map. Here a line is a slice between two epipolar lines, a texel wide at
+//! most unless that makes too many; its cells are columns of texels, or rows,
+//! whichever it crosses more of; and its tree keeps the bounds of *all* texels that
+//! any ray of the slice may meet in them. Where the bounds do not tell, a leaf of
+//! eight cells is walked texel by texel. So a ray gets the same bits as if all of its
+//! texels were walked.
 //!
-//! Distances are compared, not a rectified depth, which makes eyes behind
-//! the light and all kinds of pictures one case. A cube has lines in each of its faces.
+//! Distances are compared, not a rectified depth, which makes eyes behind the light
+//! and all kinds of pictures one case. A cube has lines in each of its faces.
 //!
 //! # Cost
 //!
-//! The trees are made anew for each view: two or three texels per cell of each line,
-//! of lines that the view meets. Rays that do not start at the eye, those almost through the light,
-//! and those beside the lines that were made are walked.
+//! Trees are made anew for each view: two or three texels for each cell of the
+//! lines that it meets. A ray looks at ten nodes for each of its runs, about. Rays
+//! that do not start at the eye, those almost through the light, and those beside the
+//! lines that were made are walked.
 
 mod fan;
 #[cfg(feature = "wgpu")]
@@ -59,7 +61,7 @@ use line::{Line, Projection};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
 use tree::{Tally, search};
-use walk::{Part, Walk, push};
+use walk::{Part, Runs, Walk};
 
 use crate::scene::{Emitter, Medium};
 use crate::shadow_map::ShadowMap;
@@ -69,6 +71,7 @@ use crate::{Interval, LightPath, LitInterval, Ray, VisibilitySource};
 #[derive(Debug)]
 pub struct MapRuns<P, M: Memory> {
     map: P,
+    projections: Vec<Projection>,
     /// None: all rays are walked.
     trees: Option<Trees<M>>,
 }
@@ -111,13 +114,19 @@ impl<P: Borrow<ShadowMap<M>>, M: Memory> MapRuns<P, M> {
         let faces = shadow_map.faces();
         let fans = Fans::of_view(faces, shadow_map.resolution(), rays, emitter, medium);
         let nodes = backend.line_trees(shadow_map, &fans)?;
-        let trees = Some(Trees { fans, nodes });
-        Ok(Self { map, trees })
+        Ok(Self {
+            trees: Some(Trees { fans, nodes }),
+            ..Self::walked(map)
+        })
     }
 
     /// The same runs without trees: every texel that a ray crosses is looked at.
     pub fn walked(map: P) -> Self {
-        Self { map, trees: None }
+        Self {
+            projections: map.borrow().faces().iter().map(Projection::new).collect(),
+            map,
+            trees: None,
+        }
     }
 
     /// The map.
@@ -133,35 +142,35 @@ impl<P: Borrow<ShadowMap<M>>, M: Memory> MapRuns<P, M> {
 }
 
 impl<P: Borrow<ShadowMap<Host>>> MapRuns<P, Host> {
-    /// Appends the runs of a path, and tells `tally`.
-    fn runs(&self, path: &LightPath<'_>, runs: &mut Vec<Part>, tally: &mut impl Tally) -> Line {
+    /// Calls `emit` for the runs of a path, and tells `tally`.
+    #[inline]
+    fn runs(
+        &self,
+        path: &LightPath<'_>,
+        line: &Line,
+        emit: impl FnMut(Part),
+        tally: &mut impl Tally,
+    ) {
         let map = self.map.borrow();
-        let faces = map.faces();
         let side = map.resolution() as usize;
-        let mut storage = [Projection::new(&faces[0]); 6];
-        for (projection, face) in storage.iter_mut().zip(faces) {
-            *projection = Projection::new(face);
-        }
-        let projections = &storage[..faces.len()];
-        let ray = path.ray();
-        let line = Line::new(ray, &faces[0]);
         let trees = self
             .trees
             .as_ref()
-            .filter(|trees| trees.fans.eye == ray.origin());
+            .filter(|trees| trees.fans.eye == path.ray().origin());
         let span = path.span();
         let span = [line.position(span.start), line.position(span.end)];
-        line.for_each_picture(projections, span, |face, a, b| {
+        let mut runs = Runs::new(emit);
+        line.for_each_picture(&self.projections, span, |face, a, b| {
             let Some(face) = face else {
-                push(runs, [a, b]);
+                runs.push([a, b]);
                 return;
             };
-            let projection = &projections[face];
+            let projection = &self.projections[face];
             let pictures = line.pictures(projection);
-            let walk = Walk::new(&line, pictures, [a, b], map.resolution());
+            let walk = Walk::new(line, pictures, [a, b], map.resolution());
             let texels = &map.depth()[face * side * side..(face + 1) * side * side];
             let found = trees.and_then(|trees| {
-                let eye = eye_picture(projection, trees.fans.eye, &faces[0]);
+                let eye = eye_picture(projection, trees.fans.eye, &map.faces()[0]);
                 let (fan, slice) = trees.fans.find(&walk, face, eye, pictures[1])?;
                 let per_slice = fan.nodes_per_slice() as usize;
                 let first = fan.nodes as usize + slice as usize * per_slice;
@@ -170,21 +179,25 @@ impl<P: Borrow<ShadowMap<Host>>> MapRuns<P, Host> {
             match found {
                 Some((fan, tree)) => {
                     let tree = (fan, tree, map.resolution());
-                    search(&line, &walk, tree, texels, runs, tally);
+                    search(line, &walk, tree, texels, &mut runs, tally);
                 }
-                None => tally.texels(walk.add_all(texels, runs)),
+                None => tally.texels(walk.add_all(texels, &mut runs)),
             }
         });
-        line
+        runs.finish();
+    }
+
+    /// The ray of a path as the light sees it.
+    fn line(&self, path: &LightPath<'_>) -> Line {
+        Line::new(path.ray(), &self.map.borrow().faces()[0])
     }
 
     /// What the search for the runs of a path looks at.
     pub fn visits(&self, path: &LightPath<'_>) -> Visits {
-        let mut runs = Vec::new();
         let mut visits = Visits::default();
-        self.runs(path, &mut runs, &mut visits);
-        visits.runs = runs.len() as u64;
-        visits
+        let mut runs = 0;
+        self.runs(path, &self.line(path), |_| runs += 1, &mut visits);
+        Visits { runs, ..visits }
     }
 }
 
@@ -202,10 +215,9 @@ impl<P: Borrow<ShadowMap<Host>> + Sync> VisibilitySource for MapRuns<P, Host> {
     type Share = f32;
 
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
-        let mut runs = Vec::new();
-        let line = self.runs(path, &mut runs, &mut ());
+        let line = self.line(path);
         let span = path.span();
-        for run in runs {
+        let emit = |run: Part| {
             let [start, end] = run.map(|s| line.distance(s));
             let (start, end) = (start.max(span.start), end.min(span.end));
             if start < end {
@@ -214,6 +226,7 @@ impl<P: Borrow<ShadowMap<Host>> + Sync> VisibilitySource for MapRuns<P, Host> {
                     visibility: 1.0,
                 });
             }
-        }
+        };
+        self.runs(path, &line, emit, &mut ());
     }
 }

@@ -4,7 +4,7 @@ use gpu_backend::{Backend, BufferOf, Cpu, Error, Host};
 
 use super::fan::{Fan, Fans, LEAF};
 use super::line::{Line, Verdict};
-use super::walk::{Part, Walk, push};
+use super::walk::{Part, Runs, Walk};
 use crate::shadow_map::{EMPTY, ShadowMap};
 
 /// The least and the greatest depth of the texels that lines of a slice meet in
@@ -105,51 +105,45 @@ pub(super) trait Tally {
 /// Nobody counts.
 impl Tally for () {}
 
-/// Appends the lit parts of a walk by the tree of its slice.
+/// Adds the lit parts of a walk by the tree of its slice.
 #[inline]
-pub(super) fn search(
+pub(super) fn search<F: FnMut(Part)>(
     line: &Line,
     walk: &Walk,
     (fan, tree, resolution): (&Fan, &[Node], u32),
     texels: &[f32],
-    runs: &mut Vec<Part>,
+    runs: &mut Runs<F>,
     tally: &mut impl Tally,
 ) {
     let number = |cell: i64| fan.from_side(cell, resolution) - i64::from(fan.first_cell);
+    let cell_of = |number: i64| fan.from_side(number + i64::from(fan.first_cell), resolution);
     let [first, last] = walk.cells().map(number);
     let is_rising = first <= last;
     let step = if is_rising { 1 } else { -1 };
     let leaves = 1_i64 << fan.height;
-    let cell_of = |number: i64| fan.from_side(number + i64::from(fan.first_cell), resolution);
     let mut at = first;
     // The smallest node with all of the walk.
     let mut level = i64::BITS - ((first ^ last) >> LEAF).leading_zeros();
-    let mut start = walk.entry(cell_of(first));
+    let mut start = walk.start();
     loop {
         let index = at >> LEAF >> level;
         let end_number = match is_rising {
             true => (((index + 1) << level << LEAF) - 1).min(last),
             false => (index << level << LEAF).max(last),
         };
-        let end = walk.exit(cell_of(end_number));
+        let end = walk.exit(cell_of(end_number)).max(start);
         tally.node();
         let node = tree[((leaves >> level) + index) as usize];
         match line.verdict(node, start, end) {
-            Verdict::Lit => push(runs, [start, end]),
+            Verdict::Lit => runs.push([start, end]),
             Verdict::Dark => {}
             Verdict::Unknown if level > 0 => {
                 level -= 1;
                 continue;
             }
             Verdict::Unknown => {
-                let mut number = at;
-                loop {
-                    tally.texels(walk.add_cell(texels, cell_of(number), runs));
-                    if number == end_number {
-                        break;
-                    }
-                    number += step;
-                }
+                let cells = [at, end_number].map(cell_of);
+                tally.texels(walk.add_cells(texels, cells, start, runs));
             }
         }
         if end_number == last {

@@ -7,9 +7,9 @@ use super::line::Line;
 /// The part of a ray in one picture, by the coordinate in which it is longer.
 ///
 /// Cells are numbered along that coordinate, a column of texels or a row; a ray
-/// crosses few texels of each. All positions are computed from the numbers of
-/// cells and texels alone, not from the step before, so that whoever asks about a
-/// part of the walk gets the bits of the whole.
+/// crosses few texels of each. Borders are computed from the numbers of cells and
+/// texels alone, not from the step before, so that whoever asks about a part of the
+/// walk gets the bits of the whole.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Walk {
     line: Line,
@@ -28,17 +28,41 @@ pub(super) struct Walk {
     is_row_major: bool,
 }
 
-/// A lit part of a ray.
+/// A part of a ray.
 pub(super) type Part = [f64; 2];
 
-/// Appends a lit part, or extends the last one.
-pub(super) fn push(runs: &mut Vec<Part>, [start, end]: Part) {
-    if !(start < end) {
-        return;
+/// Lit parts of a ray in order; what touches is one run.
+pub(super) struct Runs<F: FnMut(Part)> {
+    open: Part,
+    emit: F,
+}
+
+impl<F: FnMut(Part)> Runs<F> {
+    /// Calls `emit` for each run.
+    pub(super) fn new(emit: F) -> Self {
+        let open = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { open, emit }
     }
-    match runs.last_mut() {
-        Some(last) if start <= last[1] => last[1] = last[1].max(end),
-        _ => runs.push([start, end]),
+
+    /// Adds a lit part, which may be empty.
+    #[inline]
+    pub(super) fn push(&mut self, [start, end]: Part) {
+        if !(start < end) {
+            return;
+        }
+        if start <= self.open[1] {
+            self.open[1] = self.open[1].max(end);
+        } else {
+            self.finish();
+            self.open = [start, end];
+        }
+    }
+
+    /// Emits the last run.
+    pub(super) fn finish(&mut self) {
+        if self.open[0] < self.open[1] {
+            (self.emit)(self.open);
+        }
     }
 }
 
@@ -89,6 +113,11 @@ impl Walk {
         )
     }
 
+    /// Where the part starts.
+    pub(super) fn start(&self) -> f64 {
+        self.a
+    }
+
     /// Cells at the start and at the end.
     pub(super) fn cells(&self) -> [i64; 2] {
         [self.first, self.last]
@@ -124,17 +153,7 @@ impl Walk {
         if s < self.b { s.max(self.a) } else { self.b }
     }
 
-    /// Where the ray enters a cell.
-    #[inline]
-    pub(super) fn entry(&self, cell: i64) -> f64 {
-        if cell == self.first {
-            self.a
-        } else {
-            self.border(0, cell + i64::from(self.last < self.first))
-        }
-    }
-
-    /// Where the ray leaves a cell.
+    /// Where the ray leaves a cell, which is where it enters the next.
     #[inline]
     pub(super) fn exit(&self, cell: i64) -> f64 {
         if cell == self.last {
@@ -144,50 +163,53 @@ impl Walk {
         }
     }
 
-    /// Appends the lit parts of one cell, and tells the number of its texels that
-    /// the ray crosses. `texels` are those of the picture, row by row.
+    /// Adds the lit parts of the cells `from` to `to` from the position `start`, where
+    /// the ray enters the first, and tells the number of texels that it crosses
+    /// there. `texels` are those of the picture, row by row.
     #[inline]
-    pub(super) fn add_cell(&self, texels: &[f32], cell: i64, runs: &mut Vec<Part>) -> u32 {
-        let (start, end) = (self.entry(cell), self.exit(cell));
-        let from = self.cell(self.coordinate(1, start));
-        let to = self.cell(self.coordinate(1, end));
+    pub(super) fn add_cells<F: FnMut(Part)>(
+        &self,
+        texels: &[f32],
+        [from, to]: [i64; 2],
+        start: f64,
+        runs: &mut Runs<F>,
+    ) -> u32 {
         let step = if to < from { -1 } else { 1 };
-        let mut s = start;
-        let mut across = from;
-        loop {
-            let next = if across == to {
-                end
-            } else {
-                let border = self.border(1, across + i64::from(step > 0));
-                border.clamp(start, end.max(start))
-            };
-            let (row, column) = match self.is_row_major {
-                true => (cell, across),
-                false => (across, cell),
-            };
-            // Cells and texels are within the picture.
-            let depth = texels[(row * self.side + column) as usize];
-            push(runs, self.line.up_to(depth, s, next));
-            if across == to {
-                return from.abs_diff(to) as u32 + 1;
-            }
-            s = next;
-            across += step;
-        }
-    }
-
-    /// Appends the lit parts of all cells, texel by texel, and tells the number of
-    /// texels that the ray crosses.
-    pub(super) fn add_all(&self, texels: &[f32], runs: &mut Vec<Part>) -> u32 {
-        let step = if self.last < self.first { -1 } else { 1 };
         let mut crossed = 0;
-        let mut cell = self.first;
+        let mut cell = from;
+        let mut s = start;
+        let mut across = self.cell(self.coordinate(1, s));
         loop {
-            crossed += self.add_cell(texels, cell, runs);
-            if cell == self.last {
+            let exit = self.exit(cell).max(s);
+            let last = self.cell(self.coordinate(1, exit));
+            let (base, stride) = match self.is_row_major {
+                true => (cell * self.side, 1),
+                false => (cell, self.side),
+            };
+            crossed += across.abs_diff(last) as u32 + 1;
+            loop {
+                let next = match last - across {
+                    0 => exit,
+                    more => self.border(1, across + i64::from(more > 0)).clamp(s, exit),
+                };
+                // Cells and texels are within the picture.
+                let depth = texels[(base + across * stride) as usize];
+                runs.push(self.line.up_to(depth, s, next));
+                s = next;
+                if across == last {
+                    break;
+                }
+                across += (last - across).signum();
+            }
+            if cell == to {
                 return crossed;
             }
             cell += step;
         }
+    }
+
+    /// The same of all cells.
+    pub(super) fn add_all<F: FnMut(Part)>(&self, texels: &[f32], runs: &mut Runs<F>) -> u32 {
+        self.add_cells(texels, [self.first, self.last], self.a, runs)
     }
 }
