@@ -18,7 +18,7 @@ pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
     let lights = set.lights().len();
     let grids: Vec<Grid> = set
         .grids()
-        .map(|grid| Grid::of(&grid))
+        .map(Grid::of)
         .collect::<Result<_, _>>()?;
     let text = if args.json {
         let grids: Vec<Value> = grids.iter().map(Grid::json).collect();
