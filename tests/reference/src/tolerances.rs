@@ -207,10 +207,10 @@ pub const TABLE: &[Tolerance] = &[
     Tolerance {
         what: Allowed::DefaultImage,
         error: 1e-4,
-        derivation: "Root mean square relative to the mean radiance. Each lit part has a relative \
-            tolerance of 1e-4, which few come near to: its nodes are as many as the worst part \
-            needs. A pixel beside a lamp that is ten times as bright as the mean may be off by \
-            a tenth of that.",
+        derivation: "Root mean square relative to the mean radiance. Each lit part is within \
+            1e-4 of itself, so that a picture is within 1e-4 of its own root mean square. That is \
+            up to ten times the mean beside a lamp, where parts would have to miss their \
+            tolerance by as much less on average: the nodes are as many as the worst needs.",
     },
     Tolerance {
         what: Allowed::ExactFilm,
