@@ -126,8 +126,10 @@ impl Walk {
     /// A coordinate at the position `s`: 0 along the cells, 1 across.
     #[inline]
     fn coordinate(&self, axis: usize, s: f64) -> f64 {
-        if s < f64::INFINITY {
-            (self.at[axis] + s * self.slope[axis]) / (self.at.z + s * self.slope.z)
+        let [at, w] = [axis, 2].map(|i| self.at[i] + s * self.slope[i]);
+        // Nowhere at the light itself: there the ray is where it goes.
+        if s < f64::INFINITY && (at != 0.0 || w != 0.0) {
+            at / w
         } else if self.slope.z != 0.0 {
             self.slope[axis] / self.slope.z
         } else if self.slope[axis] != 0.0 {
