@@ -17,6 +17,10 @@ use crate::progress;
 /// larger picture is that of some of its rays.
 const MOST_RAYS: usize = 300_000;
 
+/// What the trees of a map take for each texel of a side squared, about: on one of two
+/// cores.
+const SECONDS_PER_TEXEL: f64 = 2e-8;
+
 /// Tolerance of the light of a lit run, far below what maps of any size reach.
 const TOLERANCE: f32 = 1e-5;
 
@@ -39,8 +43,9 @@ pub(crate) fn floors(
     let bar = progress::bar("shadow maps by themselves", maps.len() as u64);
     let mut all: Vec<MapFloor> = Vec::new();
     for &map in maps {
+        let texels = job.emitters.len() as f64 * f64::from(map).powi(2);
         let last = all.last().map_or(0.0, |floor| floor.seconds);
-        if budget.left() <= 2.0 * last {
+        if budget.left() <= (2.0 * last).max(SECONDS_PER_TEXEL * texels) {
             break;
         }
         let clock = Instant::now();
