@@ -78,7 +78,7 @@ fn fill(
             if from_side >= resolution as usize {
                 break;
             }
-            let cell = fan.from_side(from_side as i64, resolution);
+            let cell = fan.counted_from_side(from_side as i64, resolution);
             let [low, high] = fan.across(slice, cell, resolution);
             let low = (low - MARGIN).floor().clamp(0.0, last) as usize;
             let high = (high + MARGIN).floor().clamp(0.0, last) as usize;
@@ -115,8 +115,9 @@ pub(super) fn search<F: FnMut(Part)>(
     runs: &mut Runs<F>,
     tally: &mut impl Tally,
 ) {
-    let number = |cell: i64| fan.from_side(cell, resolution) - i64::from(fan.first_cell);
-    let cell_of = |number: i64| fan.from_side(number + i64::from(fan.first_cell), resolution);
+    let number = |cell: i64| fan.counted_from_side(cell, resolution) - i64::from(fan.first_cell);
+    let cell_of =
+        |number: i64| fan.counted_from_side(number + i64::from(fan.first_cell), resolution);
     let [first, last] = walk.cells().map(number);
     let is_rising = first <= last;
     let step = if is_rising { 1 } else { -1 };
