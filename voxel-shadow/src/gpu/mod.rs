@@ -6,7 +6,8 @@
 //! a [`Sampling`].
 //!
 //! A shadow map that lives on the GPU takes part in [`Rectify`](crate::Rectify) as
-//! what fits the [`FirstBlockerSlot`].
+//! what fits the [`FirstBlockerSlot`], and maps of many lights in
+//! [`RectifyAtlas`](crate::RectifyAtlas) as what fits the [`AtlasBlockerSlot`].
 //!
 //! # Agreement with the CPU
 //!
@@ -25,6 +26,11 @@
 //! At most five storage buffers, and what a part in the [`FirstBlockerSlot`] adds.
 
 #[cfg(feature = "wgpu")]
+mod atlas;
+#[cfg(feature = "wgpu")]
+#[cfg(test)]
+mod atlas_tests;
+#[cfg(feature = "wgpu")]
 mod build;
 #[cfg(feature = "wgpu")]
 mod query;
@@ -35,6 +41,8 @@ mod sampling;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "wgpu")]
+pub use atlas::AtlasBlockerSlot;
 #[cfg(feature = "wgpu")]
 pub use rectify::FirstBlockerSlot;
 pub use sampling::SamplingRecord;
