@@ -9,7 +9,7 @@ use lighting::methods::{Store, tracer};
 use lighting::scene::load::{LoadOptions, Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
-use lighting::scene::{Bounds, Camera, Geometry, Medium, PhaseFunction, Scene};
+use lighting::scene::{AreaEmitters, Bounds, Camera, Geometry, Medium, PhaseFunction, Scene};
 
 use crate::args::{MediumOptions, Phase, SceneOptions};
 use crate::failure::Failure;
@@ -25,6 +25,8 @@ pub(crate) struct Input {
     pub(crate) host: Store<Host>,
     /// Every light as emitters, area lights as several.
     pub(crate) emitters: Vec<Emitter>,
+    /// Of which light of the scene each of them is.
+    owners: Vec<usize>,
     /// What was placed, assumed or ignored.
     pub(crate) notes: Vec<String>,
 }
@@ -67,10 +69,11 @@ impl Input {
             .map_err(|error| about(error.into()))?;
         notes.extend(placed.iter().map(ToString::to_string));
         set_medium(&mut scene, bounds, &options.medium, &mut notes)?;
-        let mut emitters = Vec::new();
-        for light in &scene.lights {
+        let (mut emitters, mut owners) = (Vec::new(), Vec::new());
+        for (index, light) in scene.lights.iter().enumerate() {
             let found = light.emitters(options.lights);
             emitters.extend(found.map_err(|error| about(error.into()))?);
+            owners.resize(emitters.len(), index);
         }
         let host = Store::new();
         let tracer = tracer(&host, &geometry)?;
@@ -81,8 +84,23 @@ impl Input {
             tracer,
             host,
             emitters,
+            owners,
             notes,
         })
+    }
+
+    /// How many lights the reference takes the time of: emitters, and for area
+    /// lights the points at which it looks at each, about 400.
+    pub(crate) fn counted_lights(&self) -> usize {
+        let all: Vec<usize> = (0..self.emitters.len()).collect();
+        let areas = self.areas(&all).len();
+        self.emitters.len() + 400 * areas
+    }
+
+    /// The area lights of some of the emitters, which are numbered anew.
+    pub(crate) fn areas(&self, emitters: &[usize]) -> Vec<AreaEmitters> {
+        let owners: Vec<usize> = emitters.iter().map(|index| self.owners[*index]).collect();
+        AreaEmitters::find(&self.scene.lights, &owners)
     }
 
     /// The scene's camera.

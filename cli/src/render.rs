@@ -5,6 +5,7 @@ use std::path::Path;
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{Cpu, Download};
 use indicatif::ProgressBar;
+use lighting::Watch;
 use lighting::methods::{
     Entry, FROM_FILE, Frame, FrameInputs, MethodBackend, Registry, Store, Verdict,
 };
@@ -13,7 +14,6 @@ use lighting::precomputed::FilterSize;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
 use lighting::surface::{self, Lit};
-use lighting::{Emitter, Watch};
 
 use crate::args::{Render, SurfaceScattering};
 use crate::devices::{self, Device};
@@ -97,16 +97,13 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
             device: &devices[0],
         };
         if !others.is_empty() {
-            let emitters = pick(&input, &others);
-            let airlight =
-                job.airlight(&mut input, &emitters, &chosen.entry, chosen.quality, &[])?;
+            let airlight = job.airlight(&mut input, &others, &chosen.entry, chosen.quality, &[])?;
             picture = picture.plus(&airlight);
         }
         if !from_files.is_empty() {
-            let emitters = pick(&input, &from_files);
             let entry = chosen.of_files(methods)?;
             let own: Shadows = from_files.iter().map(|i| shadows[*i].clone()).collect();
-            let airlight = job.airlight(&mut input, &emitters, &entry, FROM_FILE, &own)?;
+            let airlight = job.airlight(&mut input, &from_files, &entry, FROM_FILE, &own)?;
             picture = picture.plus(&airlight);
         }
     }
@@ -152,11 +149,6 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         describe_medium(input.scene.medium.as_ref()),
     );
     print(&text)
-}
-
-fn pick(input: &Input, indices: &[usize]) -> Vec<Emitter> {
-    let emitters = indices.iter().map(|index| input.emitters[*index].clone());
-    emitters.collect()
 }
 
 /// The light of surfaces, with the shadows of files where there are some.
@@ -307,15 +299,18 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// The airlight of some lights by a method; `given` are shadows from files.
+    /// The airlight of some emitters by a method; `given` are shadows from files.
     fn airlight(
         &self,
         input: &mut Input,
-        emitters: &[Emitter],
+        indices: &[usize],
         entry: &Entry,
         quality: u32,
         given: &[Option<shadow_files::Shadow>],
     ) -> Result<Picture, Failure> {
+        let emitters = indices.iter().map(|index| input.emitters[*index].clone());
+        let emitters = &emitters.collect::<Vec<_>>();
+        let areas = &input.areas(indices);
         let asked = self.args.options.map.unwrap_or(1024);
         let map = if entry.about().uses_shadow_map {
             maps::affordable(asked, &input.geometry, emitters, &mut input.notes)
@@ -334,6 +329,7 @@ impl Job<'_> {
         let bar = Bar(progress::bar("airlight", rays as u64));
         let inputs = FrameInputs {
             emitters,
+            areas,
             medium: self.medium,
             geometry: &input.geometry,
             translucent: &input.scene.translucent,

@@ -8,7 +8,7 @@ use gpu_backend::shader::Assembly;
 use gpu_backend::{Buffer, Error};
 
 use super::scene::{EmitterRecord, MediumRecord, Scene};
-use super::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PATH, VisibilitySlot};
+use super::{ARC, AirlightSlot, DIRECTIONAL, LIT, LIT_AIRLIGHT, NUMERIC, PATH, VisibilitySlot};
 use crate::gather::check_lengths;
 use crate::{Gather, LitRays, Touching};
 
@@ -32,6 +32,7 @@ where
         ARC,
         DIRECTIONAL,
         LIT,
+        LIT_AIRLIGHT,
         include_str!("gather.wgsl"),
     ]);
     shader.fill::<VisibilitySlot>(&V::part())?;

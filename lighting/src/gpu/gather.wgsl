@@ -42,26 +42,6 @@ fn gather(
     if !(unmoved.start < unmoved.end) {
         return;
     }
-    let path = light_off_the_light(unmoved);
-    var cursor = light_cursor(path);
-    // The last interval that was found and has not been evaluated yet.
-    var part = light_dark();
-    var sum = vec3(0.0);
-    loop {
-        let next = light_next_lit(&cursor, path);
-        let is_last = light_is_dark(next);
-        let is_same = all(next.visibility == part.visibility);
-        if scene.joined != 0u && !is_last && is_same && next.start == part.end {
-            part.end = next.end;
-            continue;
-        }
-        if !light_is_dark(part) {
-            sum += part.visibility * light_airlight(path, part.start, part.end);
-        }
-        if is_last {
-            break;
-        }
-        part = next;
-    }
+    let sum = light_lit_airlight(light_off_the_light(unmoved), scene.joined != 0u);
     radiance[i] = vec4(radiance[i].xyz + sum, radiance[i].w);
 }

@@ -7,6 +7,7 @@
 //! ```text
 //! airlight::gpu::PHASE                     phase functions
 //! NUMERIC  PATH  ARC  DIRECTIONAL  LIT     what every part may use
+//! lit_airlight.wgsl                        the sum over the lit parts
 //! gather.wgsl                              entry point, rays, light, medium
 //! the part in the VisibilitySlot           light_cursor, light_next_lit
 //! the part in the AirlightSlot             light_airlight
@@ -43,8 +44,12 @@
 mod airlight;
 mod both;
 mod gather;
+#[cfg(feature = "voxel-shadow")]
+mod imperfect;
 #[cfg(feature = "shadow-map")]
 mod map;
+#[cfg(feature = "voxel-shadow")]
+mod map_atlas;
 pub(crate) mod scene;
 #[cfg(feature = "shadow-map")]
 mod shadow_map;
@@ -64,11 +69,16 @@ pub const ARC: &str = include_str!("arc.wgsl");
 pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
 /// Lit parts of a path.
 pub const LIT: &str = include_str!("lit.wgsl");
+/// The airlight of all lit parts of a path.
+pub(crate) const LIT_AIRLIGHT: &str = include_str!("lit_airlight.wgsl");
 /// A point of a surface.
 pub const SURFACE_POINT: &str = include_str!("../surface_point.wgsl");
 /// A picture plane of a light.
 pub const FACE: &str = include_str!("face.wgsl");
 /// Where a point is in the pictures of a light.
 pub const PLACE: &str = include_str!("place.wgsl");
+/// Directions as points of a square.
+#[cfg(feature = "voxel-shadow")]
+pub(crate) const OCTAHEDRON: &str = include_str!("octahedron.wgsl");
 /// Lookup in a shadow map.
 pub const MAP: &str = include_str!("map.wgsl");

@@ -74,6 +74,8 @@
 //! feature `methods`). The folders alone are of use without the list: their sources
 //! and maps go into [`Gather`](crate::Gather) directly.
 
+#[cfg(feature = "area")]
+pub mod area;
 #[cfg(feature = "trace")]
 pub mod exact;
 #[cfg(feature = "shadow-map")]
