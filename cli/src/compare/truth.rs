@@ -37,7 +37,7 @@ pub(crate) fn converge(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> (Referenc
             parts,
             &progress,
         ),
-        None if !job.areas.is_empty() => {
+        None if with_areas => {
             let options = Options {
                 tolerance,
                 progress: &progress,
@@ -78,6 +78,7 @@ pub(crate) fn converge(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> (Referenc
         mean,
         absolute,
         parts: job.parts,
+        has_areas: with_areas,
     };
     (truth, facts)
 }
@@ -91,5 +92,6 @@ pub(crate) fn nothing() -> ReferenceFacts {
         mean: 0.0,
         absolute: true,
         parts: None,
+        has_areas: false,
     }
 }
