@@ -82,9 +82,10 @@ fn splat(
         if texel.x < 0.0 {
             continue;
         }
-        let half = min(picture.scale * size, vec2(splats.most_texels));
-        let low = vec2<u32>(clamp(texel - half, vec2(0.0), vec2(last)));
-        let high = vec2<u32>(clamp(texel + half, vec2(0.0), vec2(last)));
+        // The texels whose middle is in the splat; at least that of the point.
+        let beyond = clamp(picture.scale * size, vec2(0.5), vec2(splats.most_texels)) - 0.5;
+        let low = vec2<u32>(clamp(texel - beyond, vec2(0.0), vec2(last)));
+        let high = vec2<u32>(clamp(texel + beyond, vec2(0.0), vec2(last)));
         for (var row = low.y; row <= high.y; row += 1u) {
             for (var column = low.x; column <= high.x; column += 1u) {
                 atomicMin(&depths[(light * n + row) * n + column], bitcast<u32>(depth));

@@ -128,6 +128,21 @@ impl ShadowMapAtlas<Host> {
         })
     }
 
+    /// True if nothing lies between a light and `point`, as far as its map tells; true
+    /// where the light does not shine.
+    ///
+    /// # Panics
+    /// If there is no such light.
+    pub fn is_lit(&self, light: usize, point: Vec3) -> bool {
+        let [first, _] = self.layout.lights[light];
+        let front = &self.layout.faces[first as usize];
+        let v = point - front.0.origin;
+        match front.0.rays {
+            Rays::Parallel { .. } => v.dot(front.0.forward) <= self.depth_along(front, v),
+            Rays::Central { .. } => v.length() <= self.first_blocker(light, point, v),
+        }
+    }
+
     /// The depth at which the light of that number meets something along
     /// `direction` from `origin`; [`EMPTY`] if it does not. Parallel light starts at
     /// `origin`, other light where it is.

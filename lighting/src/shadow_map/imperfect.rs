@@ -9,6 +9,10 @@
 //! lookup needs no square root. A splat is a square whose area is twice the share of
 //! the surface that the point stands for, as if it faced the light, so that splats
 //! overlap. Holes are not filled afterwards.
+//!
+//! The error is mostly shadow that is too wide: of the points in the air of the scene
+//! `pergola` 0.1 % were called lit and 16 % dark by mistake with 4096 points per map,
+//! 0.2 % and 9 % with 16384, and 0.4 % each by exact maps of as many texels.
 
 use gpu_backend::{Backend, Cpu, Host};
 
@@ -137,9 +141,11 @@ fn splat(
                 }
             };
             let Some([column, row]) = texel else { continue };
+            // The texels whose middle is in the splat; at least that of the point.
             let range = |at: f32, scale: f32| {
-                let half = (scale * size).min(MOST_TEXELS);
-                let [low, high] = [at - half, at + half].map(|end| end.clamp(0.0, last) as usize);
+                let beyond = (scale * size).clamp(0.5, MOST_TEXELS) - 0.5;
+                let ends = [at - beyond, at + beyond];
+                let [low, high] = ends.map(|end| end.clamp(0.0, last) as usize);
                 low..high + 1
             };
             let columns = range(column, scale[0]);

@@ -93,8 +93,21 @@ fn the_oracle_is_the_limit_of_many_points_within_its_bound() {
                 assert!(off < 1e-3, "{light:?}: {f:?} {e:?}");
             }
         }
+        // A texture has a kink at each of its texels, which takes more parts than
+        // there may be.
+        let allowed = if light.texture.is_some() {
+            1e-3
+        } else {
+            1.2e-4
+        };
+        let dark = area::DARKEST * found.mean();
         for (bound, value) in found.bound.iter().zip(&found.radiance) {
-            assert!(*bound <= 1.2e-4 * value[0]);
+            let most = value[0].max(dark);
+            assert!(
+                *bound <= allowed * most,
+                "{:?}: {bound} of {most}",
+                light.shape
+            );
         }
     }
 }
