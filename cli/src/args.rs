@@ -89,14 +89,18 @@ pub(crate) enum Command {
 /// Runs every method that applies to the scene at every quality setting, on
 /// every backend that is present, and measures its time and its error against
 /// a converged reference. Writes a folder with index.html, which needs nothing
-/// but a browser, and results.csv. Studies measure one algorithm each, beside
+/// but a browser, results.csv, and the reference, the surfaces and the airlight of
+/// each method as EXR files. A run that measured nothing returns 1. Studies measure one algorithm each, beside
 /// the methods: airlight.csv has evaluators of airlight, voxels.csv voxelized
 /// shadow volumes, curves.csv curves of transmittance, and
 /// precomputed-voxelized-shadows.csv what its name says. An interruption
 /// (Ctrl-C) during the studies ends them early, and what there is is reported.
 ///
 /// Errors are those of the airlight (surfaces are the same for all methods), in
-/// linear radiance, divided by the reference's mean radiance.
+/// linear radiance, divided by the reference's mean radiance. They depend on the
+/// scene, the size and the settings alone; when time is short, rows are missing:
+/// first repetitions are dropped, then qualities between the ends, then methods that
+/// are neither a paper's nor the baseline.
 ///
 /// A glTF file can bring its medium in the `extras` of its scene: {"medium":
 /// {"sigma_s": 0.02, "sigma_a": [0, 0, 0.01], "phase": "henyey-greenstein",
@@ -120,7 +124,8 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "WxH", value_parser = parse::size, allow_hyphen_values = true)]
     pub(crate) size: Option<Size>,
 
-    /// Seconds for everything, from start to report
+    /// Seconds for everything, from start to report; the picture is halved once or
+    /// twice where the lights and triangles of the scene are too many for them
     /// [default: 150, 14 with --quick]
     #[arg(long, value_name = "SECONDS", value_parser = parse::duration, allow_negative_numbers = true)]
     pub(crate) time_budget: Option<f64>,
@@ -128,6 +133,10 @@ pub(crate) struct Compare {
     /// A small picture and few qualities
     #[arg(long)]
     pub(crate) quick: bool,
+
+    /// Measure everything at the size asked for, however long it takes
+    #[arg(long, conflicts_with = "time_budget")]
+    pub(crate) fixed: bool,
 
     /// Only methods whose name contains one of these (see `crepuscular methods`)
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -150,6 +159,11 @@ pub(crate) struct Compare {
     /// Print what would run and what would not, with reasons, and stop
     #[arg(long)]
     pub(crate) plan: bool,
+
+    /// Print the summary as JSON: the run, the scene, all measurements, the slopes of
+    /// the curves, what was left out
+    #[arg(long, conflicts_with = "plan")]
+    pub(crate) json: bool,
 
     #[command(flatten)]
     pub(crate) options: SceneOptions,

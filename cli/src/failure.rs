@@ -9,13 +9,35 @@ use std::fmt;
 /// them already.
 pub(crate) struct Failure {
     message: String,
+    code: u8,
 }
+
+/// What the program returns for anything that the user can set right; clap
+/// returns the same for a wrong command line.
+pub(crate) const USER_ERROR: u8 = 2;
+
+/// What it returns if there is a result, and nothing in it.
+const NOTHING: u8 = 1;
 
 impl Failure {
     pub(crate) fn new(message: impl Into<String>) -> Self {
         Self {
             message: message.into(),
+            code: USER_ERROR,
         }
+    }
+
+    /// Everything went well and led to nothing.
+    pub(crate) fn nothing(message: impl Into<String>) -> Self {
+        Self {
+            code: NOTHING,
+            ..Self::new(message)
+        }
+    }
+
+    /// What the program returns.
+    pub(crate) fn code(&self) -> u8 {
+        self.code
     }
 
     /// The same, saying that it concerns the scene `name`.
@@ -24,7 +46,10 @@ impl Failure {
         if self.message.contains(name) {
             self
         } else {
-            Self::new(format!("{name}: {self}"))
+            Self {
+                message: format!("{name}: {self}"),
+                ..self
+            }
         }
     }
 }
@@ -40,7 +65,7 @@ impl<E: Error> From<E> for Failure {
             }
             cause = error.source();
         }
-        Self { message }
+        Self::new(message)
     }
 }
 

@@ -41,10 +41,7 @@ use std::process::ExitCode;
 use lighting::methods::Registry;
 
 use args::{Arguments, Command};
-
-/// What the program returns for anything that the user can set right; clap
-/// returns the same for a wrong command line.
-const USER_ERROR: u8 = 2;
+use failure::USER_ERROR;
 
 /// Runs the program with the arguments of the process.
 pub fn main(methods: &Registry) -> ExitCode {
@@ -53,7 +50,8 @@ pub fn main(methods: &Registry) -> ExitCode {
 
 /// Runs the program with these arguments, the first of which is its name.
 pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let command = match Arguments::read(methods, arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let command = match Arguments::read(methods, arguments.iter().cloned()) {
         Ok(arguments) => arguments.command,
         Err(error) => {
             // A closed pipe takes no message.
@@ -62,7 +60,7 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
         }
     };
     let done = match command {
-        Command::Compare(args) => compare::run(methods, &args),
+        Command::Compare(args) => compare::run(methods, &args, &arguments),
         Command::Render(args) => render::run(methods, &args),
         Command::Bake(args) => bake::run(&args),
         Command::Inspect(args) => inspect::run(&args),
@@ -73,7 +71,7 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             print::complain(&format!("error: {failure}"));
-            ExitCode::from(USER_ERROR)
+            ExitCode::from(failure.code())
         }
     }
 }

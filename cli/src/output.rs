@@ -66,22 +66,37 @@ pub(crate) struct PendingFolder {
     /// Where it leads to.
     path: PathBuf,
     folder: TempDir,
-    ours: Vec<&'static str>,
+    earlier: Earlier,
+}
+
+/// What tells an earlier folder, which may be replaced, from others.
+#[derive(Clone, Copy)]
+struct Earlier {
+    /// Whether a file of it may have that name.
+    is_ours: fn(&str) -> bool,
+    /// The file whose beginning must contain `mark`.
+    marked: &'static str,
     mark: &'static str,
 }
 
 impl PendingFolder {
-    /// Only a folder that holds nothing but files called `ours` may be
-    /// replaced, and the first of them must contain `mark`.
+    /// Only a folder that holds nothing but files whose names `is_ours` accepts may
+    /// be replaced, and the one called `marked` must contain `mark`.
     pub(crate) fn create(
         path: &Path,
-        ours: Vec<&'static str>,
+        is_ours: fn(&str) -> bool,
+        marked: &'static str,
         mark: &'static str,
     ) -> Result<Self, Failure> {
         let given = path.to_owned();
+        let earlier = Earlier {
+            is_ours,
+            marked,
+            mark,
+        };
         // A link or a path such as `..` stands for the folder it leads to.
         let path = if path.exists() {
-            check_replaceable(path, &ours, mark)?;
+            check_replaceable(path, earlier)?;
             path.canonicalize()
                 .map_err(|error| cannot_write(path, reason(&error)))?
         } else if path.symlink_metadata().is_ok() {
@@ -108,8 +123,7 @@ impl PendingFolder {
             given,
             path,
             folder,
-            ours,
-            mark,
+            earlier,
         })
     }
 
@@ -126,7 +140,7 @@ impl PendingFolder {
         // The previous report moves into a folder that removes itself.
         let mut retired = None;
         if self.path.exists() {
-            if let Err(failure) = check_replaceable(&self.path, &self.ours, self.mark) {
+            if let Err(failure) = check_replaceable(&self.path, self.earlier) {
                 let kept = self.folder.keep();
                 return Err(Failure::new(format!(
                     "{failure}; the new report is in {}",
@@ -152,7 +166,7 @@ impl PendingFolder {
     }
 }
 
-fn check_replaceable(path: &Path, ours: &[&str], mark: &str) -> Result<(), Failure> {
+fn check_replaceable(path: &Path, earlier: Earlier) -> Result<(), Failure> {
     if !path.is_dir() {
         return Err(cannot_write(path, "it exists and is not a folder"));
     }
@@ -166,10 +180,10 @@ fn check_replaceable(path: &Path, ours: &[&str], mark: &str) -> Result<(), Failu
     }
     let only_ours = names
         .iter()
-        .all(|name| ours.iter().any(|our| name.as_os_str() == *our));
-    let marked = fs::read(path.join(ours[0])).is_ok_and(|content| {
+        .all(|name| name.to_str().is_some_and(earlier.is_ours));
+    let marked = fs::read(path.join(earlier.marked)).is_ok_and(|content| {
         let head = String::from_utf8_lossy(&content[..content.len().min(1000)]).into_owned();
-        head.contains(mark)
+        head.contains(earlier.mark)
     });
     if only_ours && marked {
         return Ok(());
@@ -209,10 +223,13 @@ fn reason(error: &std::io::Error) -> String {
 mod tests {
     use super::*;
 
-    const OURS: [&str; 2] = ["index.html", "results.csv"];
+    fn create(path: &Path) -> Result<PendingFolder, Failure> {
+        let is_ours = |name: &str| ["index.html", "results.csv"].contains(&name);
+        PendingFolder::create(path, is_ours, "index.html", "marked")
+    }
 
     fn report(path: &Path, text: &str) -> Result<PathBuf, Failure> {
-        let folder = PendingFolder::create(path, OURS.into(), "marked")?;
+        let folder = create(path)?;
         folder.write("index.html", format!("marked {text}").as_bytes())?;
         folder.finish()
     }
@@ -257,7 +274,7 @@ mod tests {
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "no remains");
 
         fs::remove_file(path.join("thesis.tex")).unwrap();
-        let pending = PendingFolder::create(&path, OURS.into(), "marked").unwrap();
+        let pending = create(&path).unwrap();
         pending.write("index.html", b"marked fourth").unwrap();
         fs::write(path.join("notes.txt"), "written during the run").unwrap();
         let error = pending.finish().unwrap_err().to_string();

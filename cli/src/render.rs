@@ -7,7 +7,7 @@ use gpu_backend::{Cpu, Download};
 use indicatif::ProgressBar;
 use lighting::Watch;
 use lighting::methods::{
-    Entry, FROM_FILE, Frame, FrameInputs, MethodBackend, Registry, Store, Verdict,
+    Entry, FROM_FILE, Frame, FrameInputs, GAUSS_NODES, MethodBackend, Registry, Store, Verdict,
 };
 use lighting::plan::{Plan, Reason};
 use lighting::precomputed::FilterSize;
@@ -223,7 +223,7 @@ impl Chosen {
                 "--samples is a number of steps or voxels, and {visibility} visibility has none"
             )));
         }
-        if args.nodes.is_some() && detail != Some("nodes") {
+        if args.nodes.is_some() && detail != Some(GAUSS_NODES) {
             return Err(Failure::new(format!(
                 "--nodes is that of a quadrature with a number of nodes, which airlight by {airlight} is not"
             )));

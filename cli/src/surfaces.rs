@@ -30,7 +30,7 @@ pub(crate) fn radiance(view: &View, input: &Input, map: u32) -> Result<Vec<[f32;
     }
     // Opaque casters are traced.
     let casters = Casters::new(&scene.translucent, None);
-    let side = curve_resolution(map, emitters);
+    let side = curve_resolution(map, emitters, casters.channels());
     let clear = Stream::<8>::new();
     let maps: Vec<TransmittanceMap> = emitters
         .iter()

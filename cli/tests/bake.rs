@@ -145,7 +145,7 @@ fn pictures_take_their_shadows_from_files_of_their_own_lights() {
         "c.png",
     ];
     let baked = text(render("fence", &baked));
-    assert!(baked.contains("with 256 voxels a side"), "{baked}");
+    assert!(baked.contains("with 256 voxels per axis"), "{baked}");
 
     let picture = ["render", "fence", "--size", "24x14", "-o", "d.png"];
     for (more, cause) in [

@@ -6,7 +6,7 @@ mod common;
 
 use std::process::Command;
 
-use common::{names, succeeds};
+use common::{names, run, succeeds};
 
 const SMALL: [&str; 9] = [
     "--quick",
@@ -51,36 +51,65 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
     assert!(text.contains("crepuscular-report"), "{text}");
     assert_eq!(names(place.path()), ["crepuscular-report"]);
     let report = place.path().join("crepuscular-report");
+    let is_airlight = |name: &String| name.starts_with("airlight-");
+    let (pictures, others): (Vec<_>, Vec<_>) = names(&report).into_iter().partition(is_airlight);
     assert_eq!(
-        names(&report),
+        others,
         [
             "airlight.csv",
             "curves.csv",
             "index.html",
             "precomputed-voxelized-shadows.csv",
             "results.csv",
+            "surfaces.exr",
             "voxels.csv"
         ]
     );
+    assert!(pictures.contains(&"airlight-reference.exr".to_owned()));
+    assert!(pictures.contains(&"airlight-march-x-midpoint-32-cpu.exr".to_owned()));
+    // One of each method, and what they are compared with.
+    assert_eq!(pictures.len(), 17, "{pictures:?}");
 
     let csv = std::fs::read_to_string(report.join("results.csv")).unwrap();
     let mut lines = csv.lines();
     assert_eq!(
         lines.next(),
         Some(
-            "scene,light,visibility,airlight,backend,quality,error_rmse,error_max,error_rel_p99,seconds_build,seconds_frame,bytes"
+            "scene,light,visibility,airlight,backend,quality,error_rmse,error_max,error_rel_p99,\
+             seconds_build,seconds_frame,bytes,quality_unit,width,height,map,map_refined,error_map,\
+             error_relmse,error_flip,repetitions,seconds_frame_min,seconds_frame_max"
         )
     );
     let mut pairs = Vec::new();
     for line in lines {
         let columns: Vec<&str> = line.split(',').collect();
-        assert_eq!(columns.len(), 12, "{line}");
+        assert_eq!(columns.len(), 23, "{line}");
         pairs.push(format!("{} x {}", columns[2], columns[3]));
-        for number in &columns[5..] {
-            let value: f64 = number.parse().unwrap();
+        let number = |column: usize| -> f64 { columns[column].parse().unwrap() };
+        let has_map = !columns[15].is_empty();
+        for (column, text) in columns.iter().enumerate().skip(5) {
+            // Its unit; and what only shadow maps have.
+            if column == 12 || [15, 17].contains(&column) && !has_map {
+                continue;
+            }
+            let value: f64 = text.parse().unwrap();
             assert!(value.is_finite() && value >= 0.0, "{line}");
         }
-        assert!(columns[10].parse::<f64>().unwrap() > 0.0, "{line}");
+        assert!(number(10) > 0.0, "{line}");
+        assert_eq!((number(13), number(14)), (40.0, 24.0), "{line}");
+        assert!(
+            number(21) <= number(10) && number(10) <= number(22),
+            "{line}"
+        );
+        assert!(number(20) >= 1.0, "{line}");
+        assert_eq!(
+            has_map,
+            !["none", "exact", "precomputed"].contains(&columns[2])
+        );
+        assert!(
+            !has_map || number(15) == 128.0 && number(17) > 0.0,
+            "{line}"
+        );
     }
     pairs.dedup();
     assert_eq!(
@@ -96,6 +125,12 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "equi-angular x gauss-1",
             "equi-angular-merged x gauss-8",
             "equi-angular-merged x table-64",
+            "variance x midpoint",
+            "exponential-variance x midpoint",
+            "moments-4 x midpoint",
+            "moments-6 x midpoint",
+            "map-runs x gauss",
+            "map-runs x table",
             "voxel-average x gauss-8",
             "per-voxel x gauss-1",
             "voxel-runs x gauss-8",
@@ -106,14 +141,14 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
     );
 
     let html = std::fs::read_to_string(report.join("index.html")).unwrap();
-    for absent in ["http://", "https://", "<script", "NaN", ">inf"] {
+    for absent in ["http://", "https://", "<script ", "NaN", ">inf"] {
         assert!(!html.contains(absent), "{absent}");
     }
     for present in [
         "<svg",
         "data:image/png;base64,",
         "Left out",
-        "Error against run time",
+        "Error against the time of a frame",
     ] {
         assert!(html.contains(present), "{present}");
     }
@@ -146,7 +181,11 @@ fn a_vacuum_is_reported_as_one() {
     let place = tempfile::tempdir().unwrap();
     let vacuum = ["--sigma-s", "0", "--sigma-a", "0"];
     let arguments = [&["compare", "fence"][..], &SMALL, &vacuum].concat();
-    succeeds(place.path(), &arguments);
+    let output = run(place.path(), &arguments);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("nothing was measured"), "{message}");
+    assert!(message.contains("--sigma-s"), "{message}");
     let report = place.path().join("crepuscular-report");
     let html = std::fs::read_to_string(report.join("index.html")).unwrap();
     assert!(html.contains("no medium"));
@@ -155,6 +194,32 @@ fn a_vacuum_is_reported_as_one() {
 
     let plan = succeeds(place.path(), &[&arguments[..], &["--plan"]].concat());
     assert!(plan.contains("left out: airlight (no medium)"), "{plan}");
+}
+
+#[test]
+fn what_measures_nothing_for_want_of_time_says_so_and_returns_1() {
+    let place = tempfile::tempdir().unwrap();
+    let short = [
+        "--quick",
+        "--size",
+        "16x9",
+        "--backend",
+        "cpu",
+        "--time-budget",
+        "1e-3",
+    ];
+    let output = run(place.path(), &[&["compare", "fence"][..], &short].concat());
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    for what in [
+        "nothing was measured",
+        "--time-budget",
+        "--fixed",
+        "index.html",
+    ] {
+        assert!(message.contains(what), "{message}");
+    }
+    assert!(place.path().join("crepuscular-report/index.html").exists());
 }
 
 #[test]

@@ -2,11 +2,12 @@
 
 use std::fmt::{self, Debug};
 
+use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Error, Memory};
 
 use crate::scene::Medium;
 use crate::visibility::join_touching;
-use crate::{AirlightEvaluator, Emitter, LightPath, Ray, VisibilitySource};
+use crate::{AirlightEvaluator, Emitter, EyePanes, Interval, LightPath, Ray, VisibilitySource};
 
 /// What a visibility source and an evaluator are asked about.
 #[derive(Debug)]
@@ -22,6 +23,9 @@ pub struct LitRays<'a, M: Memory> {
     pub medium: &'a Medium,
     /// What becomes of lit parts that touch.
     pub touching: Touching,
+    /// What covers parts of the rays before their origins, by the number of each ray;
+    /// `None` if nothing does.
+    pub panes: Option<&'a EyePanes>,
     /// Told of progress, on backends that make any.
     pub watch: &'a dyn Watch,
 }
@@ -67,6 +71,7 @@ impl<'a, M: Memory> LitRays<'a, M> {
             emitter,
             medium,
             touching: Touching::Apart,
+            panes: None,
             watch: &(),
         }
     }
@@ -88,7 +93,8 @@ impl<'a, M: Memory> LitRays<'a, M> {
 /// it for the sources and evaluators that bring a shader part.
 pub trait Gather<V, A>: Backend {
     /// Adds to `radiance[i]` the airlight of `lit.rays[i]` due to one light: the
-    /// sum over the lit intervals of the ray of visibility × radiance. The
+    /// sum over the lit intervals of the ray of visibility × radiance, as far as
+    /// [panes](LitRays::panes) before them let it through. The
     /// fourth component is left alone.
     ///
     /// # Errors
@@ -140,15 +146,33 @@ where
                 };
                 // More rays than a u32 counts do not fit into memory.
                 let path = path.with_index(lit.first + i as u32).off_the_light();
+                let mut panes = lit.panes.map_or(&[][..], |panes| panes.of(path.index()));
+                let mut seen = Vec3::ONE;
                 parts.clear();
                 visibility.lit_intervals(&path, &mut parts);
                 if lit.touching == Touching::Joined {
                     join_touching(&mut parts, 0);
                 }
                 for part in &parts {
-                    let light = part.visibility * airlight.radiance(&path, part.interval);
-                    for channel in 0..3 {
-                        sum[channel] += light[channel];
+                    let Interval { mut start, end } = part.interval;
+                    loop {
+                        let mut to = end;
+                        while let [next, others @ ..] = panes {
+                            if next.from > start {
+                                to = to.min(next.from);
+                                break;
+                            }
+                            (seen, panes) = (next.share, others);
+                        }
+                        let light = airlight.radiance(&path, Interval::new(start, to));
+                        let light = seen * (part.visibility * light);
+                        for channel in 0..3 {
+                            sum[channel] += light[channel];
+                        }
+                        start = to;
+                        if !(start < end) {
+                            break;
+                        }
                     }
                 }
             }

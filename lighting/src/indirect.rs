@@ -4,6 +4,7 @@
 //! [`radiance`] puts [`surface_scattering`](crate::surface_scattering) and
 //! [`environment`](crate::environment) together, on any backend.
 
+use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Download, Error};
 
 use crate::environment::{AddEnvironment, Environment, EnvironmentError, EnvironmentMap};
@@ -108,8 +109,9 @@ pub struct Indirect {
     pub by_quadrature: usize,
 }
 
-/// What `light` adds to a view. Surfaces are found on the CPU; their light is computed
-/// on `backend`.
+/// What `light` adds to a view: to surfaces, to the see-through ones before them, and
+/// to the sky, which is as bright as what is before it lets through. Surfaces are found
+/// on the CPU; their light is computed on `backend`.
 ///
 /// # Errors
 /// [`IndirectError`]: what does not go together, or does not fit.
@@ -119,12 +121,16 @@ pub fn radiance<B: LightSurfaces>(
     lit: LitView<'_>,
     light: IndirectLight<'_>,
 ) -> Result<Indirect, IndirectError> {
-    let mut points = surface::points(cpu, lit.view, lit.scene, lit.geometry, lit.medium);
+    let LitView { view, .. } = lit;
+    let mut points = surface::points(cpu, view, lit.scene, lit.geometry, lit.medium);
+    let panes = surface::points_of_panes(cpu, view, lit.scene, lit.geometry, lit.medium);
+    points.extend(panes.iter().map(|(_, point)| *point));
     if light.environment.is_some() && light.openness_rays > 0 {
         points = surface::with_openness(cpu, &points, lit.tracer, light.openness_rays);
     }
     let points = backend.upload(&points)?;
-    let mut sum = backend.zeros::<[f32; 4]>(lit.view.rays().len())?;
+    let mut sum = backend.zeros::<[f32; 4]>(view.rays().len() + panes.len())?;
+    let mut sky = None;
     let (mut in_closed_form, mut by_quadrature) = (0, 0);
     if let (Some(shadows), Some(medium)) = (light.scattering, lit.medium)
         && !medium.scatters_nothing()
@@ -159,12 +165,27 @@ pub fn radiance<B: LightSurfaces>(
     }
     if let Some(environment) = light.environment {
         let map = EnvironmentMap::new(backend, environment, lit.medium)?;
-        let rays = backend.upload(lit.view.rays())?;
-        backend.add_sky(&rays, &map, &mut sum)?;
+        let rays = backend.upload(view.rays())?;
+        let mut behind = backend.zeros::<[f32; 4]>(view.rays().len())?;
+        backend.add_sky(&rays, &map, &mut behind)?;
         backend.add_environment_light(&points, &map, &mut sum)?;
+        sky = Some(backend.download(&behind)?);
+    }
+    let mut radiance = backend.download(&sum)?;
+    let of_panes = radiance.split_off(view.rays().len());
+    let mut add = |pixel: usize, light: [f32; 4], share: Vec3| {
+        for channel in 0..3 {
+            radiance[pixel][channel] += share[channel] * light[channel];
+        }
+    };
+    for ((pixel, _), light) in panes.iter().zip(of_panes) {
+        add(*pixel, light, Vec3::ONE);
+    }
+    for (pixel, light) in sky.into_iter().flatten().enumerate() {
+        add(pixel, light, view.through_panes(pixel));
     }
     Ok(Indirect {
-        radiance: backend.download(&sum)?,
+        radiance,
         in_closed_form,
         by_quadrature,
     })

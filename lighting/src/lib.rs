@@ -4,7 +4,8 @@
 //!
 //! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields
 //!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]),
-//!    sampled from a shadow map (`visibility::March`), read from a
+//!    sampled from a shadow map (`visibility::March`), as it is or filtered
+//!    (`methods::prefiltered`), found in it run by run (`methods::epipolar`), read from a
 //!    voxelized shadow volume (`voxelized::VoxelShadow`) or walked through baked
 //!    shadows (`precomputed::BakedShadow`); [`visibility::Both`] joins two.
 //! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
@@ -50,7 +51,7 @@
 //! | `voxelized` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
 //! | `area` | `area` | area lights as many voxelized shadow volumes |
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
-//! | `translucent` | `translucent` | maps of transmittance: hair and smoke as lights see them |
+//! | `translucent` | `translucent` | maps of transmittance: hair, smoke and glass as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
 //! | [`surface_scattering`] | `shadow-map` for shadows | light that reaches these surfaces by way of the fog |
 //! | `indirect` | `shadow-map`, `trace` | the two for a whole view, on any backend |
@@ -61,12 +62,14 @@
 //!
 //! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
 //! Light is linear RGB radiance. The medium is homogeneous and scatters once.
-//! Blockers are opaque, but for those of the module `translucent`. A ray that passes closer to a point light than 1e-4 of
+//! Blockers are opaque, masked or see-through, see [`Caster`](scene::Caster), and those
+//! of the module `translucent`. A ray that passes closer to a point light than 1e-4 of
 //! the light's distance counts as one at that distance, where the airlight is
 //! finite.
 
 pub mod airlight;
 pub mod environment;
+mod eye_panes;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
@@ -87,6 +90,7 @@ pub mod visibility;
 pub use scene;
 
 pub use airlight::AirlightEvaluator;
+pub use eye_panes::EyePanes;
 pub use gather::{Gather, LitRays, Touching, Watch};
 #[cfg(feature = "area")]
 pub use methods::area;

@@ -6,7 +6,7 @@ use glam::Vec3;
 use gpu_backend::Cpu;
 
 use crate::SurfacePoint;
-use crate::scene::trace::{Hit, Tracer};
+use crate::scene::trace::{Hit, Pane, Tracer};
 use crate::scene::view::View;
 use crate::scene::{Emitter, Geometry, Medium, Ray, Scene};
 use crate::visibility::SurfaceShadow;
@@ -90,8 +90,8 @@ pub fn radiance_behind(
 /// The surfaces of a view as [`surface_scattering`](crate::surface_scattering) and
 /// [`environment`](crate::environment) light them, one per ray, nothing covering them;
 /// what reflects nothing where the sky is. Behind [panes](View::panes) they are as
-/// bright as these let through; the panes themselves are not among them. `scene` and `geometry` must be those the
-/// view was made from.
+/// bright as these let through; the panes themselves are [others](points_of_panes).
+/// `scene` and `geometry` must be those the view was made from.
 pub fn points(
     cpu: &Cpu,
     view: &View,
@@ -103,12 +103,33 @@ pub fn points(
         let (ray, Some(hit)) = (&view.rays()[pixel], view.hits()[pixel]) else {
             return SurfacePoint::default();
         };
-        let surface = Surface::new(ray, &hit, scene, geometry);
-        let through = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
-        let through = through * view.through_panes(pixel);
-        SurfacePoint::new(surface.point, surface.normal, surface.albedo / PI * through)
-            .unwrap_or_default()
+        Surface::new(ray, &hit, scene, geometry).seen(ray, &hit, medium, view.through_panes(pixel))
     })
+}
+
+/// The same of the [panes](View::panes) before those surfaces, each with the number of
+/// the ray that it is seen along: ray after ray, the nearest first, each as bright as
+/// those before it let through.
+pub fn points_of_panes(
+    cpu: &Cpu,
+    view: &View,
+    scene: &Scene,
+    geometry: &Geometry,
+    medium: Option<&Medium>,
+) -> Vec<(usize, SurfacePoint)> {
+    let of_ray = |pixel: usize| {
+        let ray = &view.rays()[pixel];
+        let mut through = Vec3::ONE;
+        let point = |pane: &Pane| {
+            let surface = Surface::new(ray, &pane.hit, scene, geometry);
+            let point = surface.seen(ray, &pane.hit, medium, through);
+            through *= pane.transmittance;
+            (pixel, point)
+        };
+        view.panes(pixel).iter().map(point).collect::<Vec<_>>()
+    };
+    let points = cpu.map(view.rays().len(), of_ray);
+    points.into_iter().flatten().collect()
 }
 
 /// The same points with the share of the sky over each that no triangle covers, by
@@ -224,6 +245,14 @@ impl Surface {
         }
     }
 
+    /// How much of what it reflects reaches the eye, past what lets `through` this
+    /// share.
+    fn seen(&self, ray: &Ray, hit: &Hit, medium: Option<&Medium>, through: Vec3) -> SurfacePoint {
+        let fog = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
+        SurfacePoint::new(self.point, self.normal, self.albedo / PI * fog * through)
+            .unwrap_or_default()
+    }
+
     /// Share of the light that gets here from where it is.
     fn traced(&self, tracer: &Tracer, to_light: Vec3, distance: f32) -> Vec3 {
         let start = self.point + self.offset * self.normal;
@@ -283,9 +312,8 @@ mod tests {
     use super::*;
     use crate::scene::{AlphaMode, Camera, Instance, Material, Mesh};
 
-    /// A wall at z = −3 and, before it, a card at z = −1 of this material, lit by a
-    /// sun from behind the eye.
-    fn picture(card: Option<Material>) -> Vec<[f32; 4]> {
+    /// A wall at z = −3 and, before it, a card at z = −1 of this material.
+    fn card_before_a_wall(card: Option<Material>) -> (Scene, Geometry, View) {
         let square = |half: f32, z: f32, material| Mesh {
             positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(x, y)| Vec3::new(half * x, half * y, z))
@@ -314,6 +342,13 @@ mod tests {
         let camera = Camera::new(Vec3::ZERO, Quat::IDENTITY, 1.0).unwrap();
         let cpu = Cpu::new();
         let view = View::new(&cpu, &camera, &tracer, 9, 9).unwrap();
+        (scene, geometry, view)
+    }
+
+    /// The same, lit by a sun from behind the eye.
+    fn picture(card: Option<Material>) -> Vec<[f32; 4]> {
+        let (scene, geometry, view) = card_before_a_wall(card);
+        let (cpu, tracer) = (Cpu::new(), Tracer::new(&geometry));
         let sun = Emitter::directional(Vec3::new(0.01, 0.02, -1.0), Vec3::splat(PI)).unwrap();
         radiance(&cpu, &view, &scene, &geometry, &tracer, &[sun], None)
     }
@@ -349,5 +384,26 @@ mod tests {
         };
         let found = picture(Some(glass))[40][0];
         assert!((found - 0.25 * without).abs() < 1e-6, "{found}");
+    }
+
+    #[test]
+    fn panes_are_points_before_the_surface_behind_them() {
+        let pane = Material {
+            base_color: Vec3::splat(0.5),
+            opacity: 0.25,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        };
+        let (scene, geometry, view) = card_before_a_wall(Some(pane));
+        let cpu = Cpu::new();
+        let behind = points(&cpu, &view, &scene, &geometry, None)[40];
+        let panes = points_of_panes(&cpu, &view, &scene, &geometry, None);
+        assert!(panes.iter().is_sorted_by_key(|(pixel, _)| *pixel));
+        let (_, before) = panes.iter().find(|(pixel, _)| *pixel == 40).unwrap();
+        assert!((before.response() - 0.25 * 0.5 / PI).abs().max_element() < 1e-7);
+        assert!((before.position().z + 1.0).abs() < 1e-6);
+        assert!((behind.response() - 0.75 * 0.8 / PI).abs().max_element() < 1e-7);
+        // The card covers the picture.
+        assert_eq!(panes.len(), view.rays().len());
     }
 }

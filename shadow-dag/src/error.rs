@@ -55,9 +55,6 @@ pub enum Error {
         /// How many there are.
         vertices: usize,
     },
-    /// A mesh with holes, which the GPU does not see.
-    #[error("some triangles have holes, which only the CPU peels")]
-    Holes,
     /// The result has more nodes on one level than a reference can name.
     #[error("more than {limit} nodes on one level; a lower resolution is needed")]
     TooManyNodes {

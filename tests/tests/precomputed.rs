@@ -228,7 +228,7 @@ fn shadows_on_surfaces_are_those_of_traced_rays_away_from_edges() {
                     continue;
                 }
                 all += 1;
-                wrong += u32::from((shadow.visibility(point, normal) > 0.5) != lit);
+                wrong += u32::from((shadow.visibility(point, normal).x > 0.5) != lit);
             }
             println!("{}: {wrong} of {all}", test_scene.name);
             assert!(

@@ -7,7 +7,8 @@
 //! any number of queries:
 //!
 //! 1. [`Rectify`] a shadow map: for every light ray the first voxel in shadow
-//!    ([`IndexMap`]). [`RectifyTriangles`] does the same without a shadow map.
+//!    ([`IndexMap`]). [`RectifyTriangles`] does the same without a shadow map, [`RectifyMasked`] of
+//!    triangles with holes.
 //! 2. [`BuildGrid::voxelise`]: set the bits of those voxels in a [`Grid`].
 //! 3. [`BuildGrid::extrude`] them away from the light: an OR-scan.
 //!
@@ -101,5 +102,5 @@ pub use query::Query;
 pub use rectify::{FirstBlocker, Rectify};
 pub use runs::{LitInterval, Run, Runs};
 pub use shadow::{RayShadow, Sampling, ShadowVolume};
-pub use triangles::RectifyTriangles;
+pub use triangles::{Holes, RectifyMasked, RectifyTriangles};
 pub use weights::Weights;

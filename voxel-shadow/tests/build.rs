@@ -10,7 +10,9 @@ use epipolar::Resolution;
 use glam::Vec3;
 use gpu_backend::{Cpu, Host};
 use proptest::prelude::*;
-use voxel_shadow::{BuildGrid, Error, Grid, IndexMap, Rectify, RectifyTriangles};
+use voxel_shadow::{
+    BuildGrid, Error, Grid, Holes, IndexMap, Rectify, RectifyMasked, RectifyTriangles,
+};
 
 use common::{balls, build, camera, lattice, lights};
 
@@ -279,6 +281,46 @@ fn triangles_are_where_a_ray_tracer_finds_them() {
             .rectify_triangles(&lattice, &triangles, &mut single)
             .unwrap();
         assert_eq!(found.indices(), single.indices());
+    }
+    assert!(
+        f64::from(different) <= OTHER_INDEX * f64::from(all),
+        "{different} of {all}"
+    );
+}
+
+/// The corner where the coordinate of the third is less than a half, of every third
+/// triangle.
+struct Corners;
+
+impl Holes for Corners {
+    fn is_hole(&self, triangle: usize, _: f32, v: f32) -> bool {
+        triangle.is_multiple_of(3) && v < 0.5
+    }
+}
+
+#[test]
+fn a_triangle_with_a_hole_is_what_is_left_of_it() {
+    let cpu = Cpu::new();
+    let whole = triangles();
+    // Cut off along the line where the coordinate is a half.
+    let left = |(number, [a, b, c]): (usize, &[Vec3; 3])| match number % 3 {
+        0 => [0.5 * (*a + *c), 0.5 * (*b + *c), *c],
+        _ => [*a, *b, *c],
+    };
+    let cut: Vec<_> = whole.iter().enumerate().map(left).collect();
+    let (mut all, mut different) = (0_u32, 0_u32);
+    for light in lights() {
+        let lattice = lattice(light, &camera(0.1, 20.0), [64, 64, 64]);
+        let mut expected = IndexMap::new(&cpu, lattice.resolution()).unwrap();
+        cpu.rectify_triangles(&lattice, &cut, &mut expected)
+            .unwrap();
+        let mut found = IndexMap::new(&cpu, lattice.resolution()).unwrap();
+        cpu.rectify_masked(&lattice, &whole, &Corners, &mut found)
+            .unwrap();
+        for (e, f) in expected.indices().iter().zip(found.indices()) {
+            all += 1;
+            different += u32::from(e != f);
+        }
     }
     assert!(
         f64::from(different) <= OTHER_INDEX * f64::from(all),

@@ -1,11 +1,11 @@
 //! Time and error of every candidate on one backend.
 
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
 use std::time::Instant;
 
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{BufferOf, Cpu, Download, Error};
-use indicatif::ProgressBar;
 use lighting::methods::{Frame, FrameInputs, MethodBackend, MethodError, Store, Used, Work};
 use lighting::scene::view::View;
 use lighting::scene::{AreaEmitters, Camera, Medium};
@@ -14,7 +14,10 @@ use reference::metrics::image_error;
 use reference::oracle::image::Reference;
 
 use super::budget::Budget;
-use super::results::{Errors, LeftOut, Measurement, MethodPicture, Times};
+use super::flip::Flip;
+use super::floors::floors;
+use super::patience::Patience;
+use super::results::{Errors, LeftOut, MapFloor, Measurement, MethodPicture, Times};
 use super::schedule::{Place, order, run_while_there_is_time};
 use super::selection::Candidate;
 use crate::devices::Device;
@@ -71,6 +74,8 @@ pub(crate) struct Outcome {
     /// Their indices count from the first of `measurements`.
     pub(crate) pictures: Vec<MethodPicture>,
     pub(crate) left_out: Vec<LeftOut>,
+    /// What shadow maps by themselves are off.
+    pub(crate) floors: Vec<MapFloor>,
 }
 
 impl Outcome {
@@ -83,6 +88,7 @@ impl Outcome {
         }
         self.measurements.extend(other.measurements);
         self.left_out.extend(other.left_out);
+        self.floors.extend(other.floors);
     }
 }
 
@@ -100,19 +106,40 @@ pub(crate) fn measure(
     device: &Device,
     job: Job<'_>,
     candidates: &[Candidate],
-    truth: &Reference,
+    truth: &Truth<'_>,
     budget: Budget,
 ) -> Result<Outcome, Failure> {
     match &device.context {
         // What is on the host is in the memory of this backend.
         None => {
-            On::new(&Cpu::new(), &job.input.host, device, job, truth, budget).measure(candidates)
+            let cpu = Cpu::new();
+            let on = On::new(&cpu, &job.input.host, device, job, truth, budget);
+            let floors = |maps: &[u32]| Ok(floors(&job, truth.reference, maps, budget)?);
+            on.measure(candidates, floors)
         }
         Some(context) => {
             let waited_for = Gpu::new(context.clone());
             let backend = Gpu::new(context.clone());
             let store = Store::waiting(move || waited_for.wait());
-            On::new(&backend, &store, device, job, truth, budget).measure(candidates)
+            let on = On::new(&backend, &store, device, job, truth, budget);
+            // Those of the CPU are as good.
+            on.measure(candidates, |_| Ok(Vec::new()))
+        }
+    }
+}
+
+/// What errors are against.
+pub(crate) struct Truth<'a> {
+    pub(crate) reference: &'a Reference,
+    pub(crate) flip: Flip,
+}
+
+impl<'a> Truth<'a> {
+    /// That of a picture.
+    pub(crate) fn new(size: Size, reference: &'a Reference) -> Self {
+        Self {
+            reference,
+            flip: Flip::new(size, reference),
         }
     }
 }
@@ -123,7 +150,7 @@ struct On<'a, B: MethodBackend + Download> {
     store: &'a Store<B::Memory>,
     device: &'a Device,
     job: Job<'a>,
-    truth: &'a Reference,
+    truth: &'a Truth<'a>,
     budget: Budget,
 }
 
@@ -148,7 +175,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         store: &'a Store<B::Memory>,
         device: &'a Device,
         job: Job<'a>,
-        truth: &'a Reference,
+        truth: &'a Truth<'a>,
         budget: Budget,
     ) -> Self {
         Self {
@@ -161,77 +188,22 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         }
     }
 
-    fn measure(&self, candidates: &[Candidate]) -> Result<Outcome, Failure> {
+    /// Runs every candidate once, as long as there is time; then tells what is seen of
+    /// its error, and what of it is the map's own; then repeats.
+    fn measure(
+        &self,
+        candidates: &[Candidate],
+        floors: impl FnOnce(&[u32]) -> Result<Vec<MapFloor>, Failure>,
+    ) -> Result<Outcome, Failure> {
         let own: Vec<&Candidate> = candidates
             .iter()
             .filter(|candidate| candidate.entry.on::<B>().is_some())
+            .filter(|candidate| self.device.representative || !candidate.refines_map)
             .collect();
-        let places: Vec<Place> = own.iter().map(|candidate| candidate.place()).collect();
-        let bar = progress::bar("measuring", own.len() as u64);
         let mut outcome = Outcome::default();
-        let mut runs: Vec<Run> = Vec::new();
-        let mut known: HashMap<usize, Known> = HashMap::new();
-        let mut failed: HashMap<usize, String> = HashMap::new();
-        let turns = order(&places);
-        let dropped = {
-            let (known, failed) = (std::cell::RefCell::new(&mut known), &mut failed);
-            let failed = std::cell::RefCell::new(failed);
-            run_while_there_is_time::<Failure>(
-                &turns,
-                || self.budget.left(),
-                |index| {
-                    let candidate = own[index];
-                    match self.expected(candidate, &mut known.borrow_mut()) {
-                        Ok(seconds) => Ok(seconds),
-                        Err(error) => {
-                            let why = self.reason(error)?;
-                            failed.borrow_mut().insert(index, why);
-                            Ok(0.0)
-                        }
-                    }
-                },
-                |index| {
-                    bar.inc(1);
-                    if failed.borrow().contains_key(&index) {
-                        return Ok(());
-                    }
-                    let candidate = own[index];
-                    match self.first_run(candidate) {
-                        Ok(run) => {
-                            let work = self.work_of(candidate, self.job.view.rays().len());
-                            let seconds = run.times[0];
-                            known
-                                .borrow_mut()
-                                .insert(candidate.method, Known { seconds, work });
-                            runs.push(run);
-                        }
-                        Err(error) => {
-                            let why = self.reason(error)?;
-                            failed.borrow_mut().insert(index, why);
-                        }
-                    }
-                    Ok(())
-                },
-            )?
-        };
-        bar.finish_and_clear();
-        let on = |index: usize| format!("{} on {}", own[index].name(), self.device.label);
-        for (index, expected) in dropped {
-            let frame = match expected {
-                0.0 => "no time left".to_owned(),
-                _ => format!("no time left for a frame of about {}", seconds(expected)),
-            };
-            outcome.left_out.push(LeftOut {
-                what: on(index),
-                why: format!("{frame} (--time-budget)"),
-            });
-        }
-        let mut failed: Vec<(usize, String)> = failed.into_iter().collect();
-        failed.sort();
-        for (index, why) in failed {
-            let what = on(index);
-            outcome.left_out.push(LeftOut { what, why });
-        }
+        let mut runs = self.first_runs(&own, &mut outcome.left_out)?;
+        self.judge(&mut runs, &mut outcome.left_out);
+        outcome.floors = floors(&maps(&runs))?;
         self.repeat(&mut runs)?;
         runs.sort_by_key(|run| (run.candidate.method, run.candidate.quality));
         for index in pictured(&runs) {
@@ -250,6 +222,96 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         Ok(outcome)
     }
 
+    /// One frame of each candidate that there is time for.
+    fn first_runs(
+        &self,
+        own: &[&Candidate],
+        left_out: &mut Vec<LeftOut>,
+    ) -> Result<Vec<Run>, Failure> {
+        let places: Vec<Place> = own.iter().map(|candidate| candidate.place()).collect();
+        let bar = progress::bar("measuring", own.len() as u64);
+        let mut runs: Vec<Run> = Vec::new();
+        let known: RefCell<HashMap<usize, Known>> = RefCell::default();
+        let failed: RefCell<BTreeMap<usize, String>> = RefCell::default();
+        let fails = |index: usize, error: MethodError| -> Result<(), Failure> {
+            let why = self.reason(error)?;
+            failed.borrow_mut().insert(index, why);
+            Ok(())
+        };
+        let dropped = run_while_there_is_time::<Failure>(
+            &order(&places),
+            || self.budget.left(),
+            |index| match self.expected(own[index], &mut known.borrow_mut()) {
+                Ok(seconds) => Ok(seconds),
+                Err(error) => fails(index, error).map(|()| 0.0),
+            },
+            |index| {
+                bar.inc(1);
+                if failed.borrow().contains_key(&index) {
+                    return Ok(());
+                }
+                let candidate = own[index];
+                match self.first_run(candidate) {
+                    Ok(run) => {
+                        let work = self.work_of(candidate, self.job.view.rays().len());
+                        let seconds = run.times[0];
+                        let now = Known { seconds, work };
+                        known.borrow_mut().insert(candidate.method, now);
+                        runs.push(run);
+                        Ok(())
+                    }
+                    Err(error) => fails(index, error),
+                }
+            },
+        )?;
+        bar.finish_and_clear();
+        let on = |index: usize| format!("{} on {}", own[index].name(), self.device.label);
+        for (index, expected) in dropped {
+            let frame = match expected {
+                0.0 => String::new(),
+                _ => format!(" (a frame of about {})", seconds(expected)),
+            };
+            left_out.push(LeftOut {
+                what: on(index) + &frame,
+                why: "no time left (--time-budget)".into(),
+            });
+        }
+        for (index, why) in failed.into_inner() {
+            let what = on(index);
+            left_out.push(LeftOut { what, why });
+        }
+        Ok(runs)
+    }
+
+    /// What a viewer sees of the errors, as long as there is time.
+    fn judge(&self, runs: &mut [Run], left_out: &mut Vec<LeftOut>) {
+        let bar = progress::bar("comparing pictures", runs.len() as u64);
+        let mut last = 0.0;
+        let mut missing = 0;
+        for run in runs.iter_mut() {
+            if self.budget.left() <= last {
+                missing += 1;
+                continue;
+            }
+            let clock = Instant::now();
+            let error = self.truth.flip.error(run.picture.pixels.iter().copied());
+            run.measurement.error.flip = Some(error);
+            last = clock.elapsed().as_secs_f64();
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        if missing > 0 {
+            left_out.push(LeftOut {
+                what: format!(
+                    "HDR-FLIP of {} on {}",
+                    count(missing, "row"),
+                    self.device.label
+                ),
+                why: "no time left (--time-budget)".into(),
+            });
+        }
+    }
+
     /// Why a candidate is left out; a lost device is the end of all.
     fn reason(&self, error: MethodError) -> Result<String, Failure> {
         match error {
@@ -262,6 +324,14 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         }
     }
 
+    /// What a candidate is told of the picture.
+    fn inputs(&self, candidate: &Candidate, watch: &'a dyn Watch) -> FrameInputs<'a> {
+        FrameInputs {
+            map: candidate.map,
+            ..self.job.inputs(watch)
+        }
+    }
+
     /// Counted work of a frame.
     fn work_of(&self, candidate: &Candidate, rays: usize) -> f64 {
         let work = self.work(candidate);
@@ -269,7 +339,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
     }
 
     fn work(&self, candidate: &Candidate) -> Work {
-        let inputs = self.job.inputs(&());
+        let inputs = self.inputs(candidate, &());
         candidate.entry.method().work(&inputs, candidate.quality)
     }
 
@@ -293,6 +363,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         let inputs = FrameInputs {
             rays: &few,
             hits: &hits,
+            map: candidate.map,
             ..self.job.inputs(&watch)
         };
         let frame = Frame::new(self.backend, inputs, self.store)?;
@@ -332,7 +403,11 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         self.store.watch_use();
         self.job.input.host.watch_use();
         let watch = Patience::new(PREPARATION * self.budget.left());
-        let frame = Frame::new(self.backend, self.job.inputs(&watch), self.store)?;
+        let inputs = FrameInputs {
+            map: candidate.map,
+            ..self.job.inputs(&watch)
+        };
+        let frame = Frame::new(self.backend, inputs, self.store)?;
         self.prepare(candidate, &frame)?;
         let (time, radiance) = self.timed(candidate, &frame)?;
         let mut used = self.store.used();
@@ -340,7 +415,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
             used.extend(self.job.input.host.used());
         }
         let radiance = self.backend.download(&radiance)?;
-        let error = image_error(&radiance, self.truth);
+        let error = image_error(&radiance, self.truth.reference);
         Ok(Run {
             candidate: candidate.clone(),
             times: vec![time],
@@ -349,10 +424,13 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
                 backend: self.device.label.clone(),
                 representative: self.device.representative,
                 quality: candidate.quality,
+                map: candidate.map_in_use(),
                 error: Errors {
                     rmse: error.rmse,
                     max: error.max,
                     rel_p99: error.rel_p99,
+                    rel_mse: error.rel_mse,
+                    flip: None,
                 },
                 seconds_build: used.iter().map(|used: &Used| used.seconds).sum(),
                 frame: Times::of(&[time]),
@@ -365,10 +443,11 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
     /// Measures everything again and again until the time is up.
     fn repeat(&self, runs: &mut [Run]) -> Result<(), Failure> {
         let bar = progress::bar("repeating", MAX_REPETITIONS as u64 - 1);
-        let frame = Frame::new(self.backend, self.job.inputs(&()), self.store)?;
+        let mut frame = Frame::new(self.backend, self.job.inputs(&()), self.store)?;
         for _ in 1..MAX_REPETITIONS {
             for run in runs.iter_mut() {
                 if run.times[0] < self.budget.left() {
+                    frame.inputs.map = run.candidate.map;
                     run.times.push(self.timed(&run.candidate, &frame)?.0);
                 }
             }
@@ -377,6 +456,17 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         bar.finish_and_clear();
         Ok(())
     }
+}
+
+/// The shadow maps that runs look into, that of most of them first.
+fn maps(runs: &[Run]) -> Vec<u32> {
+    let mut used: BTreeMap<u32, usize> = BTreeMap::new();
+    for map in runs.iter().filter_map(|run| run.measurement.map) {
+        *used.entry(map).or_default() += 1;
+    }
+    let mut maps: Vec<(usize, u32)> = used.into_iter().map(|(map, n)| (n, map)).collect();
+    maps.sort_by_key(|&(number, map)| (std::cmp::Reverse(number), map));
+    maps.into_iter().map(|(_, map)| map).collect()
 }
 
 /// For each method the index of the run whose quality is nearest to the one that is
@@ -388,6 +478,9 @@ fn pictured(runs: &[Run]) -> Vec<usize> {
         quality.abs_diff(entry.about().pictured)
     };
     for index in 0..runs.len() {
+        if runs[index].candidate.refines_map {
+            continue;
+        }
         let same =
             |other: &&mut usize| runs[**other].candidate.method == runs[index].candidate.method;
         match nearest.iter_mut().find(same) {
@@ -397,36 +490,4 @@ fn pictured(runs: &[Run]) -> Vec<usize> {
         }
     }
     nearest
-}
-
-/// Waits no longer than so many seconds, going by what the first lights took.
-struct Patience {
-    start: Instant,
-    seconds: f64,
-    bar: ProgressBar,
-}
-
-impl Patience {
-    fn new(seconds: f64) -> Self {
-        Self {
-            start: Instant::now(),
-            seconds,
-            bar: progress::bar("preparing", 0),
-        }
-    }
-}
-
-impl Watch for Patience {
-    fn goes_on(&self, done: usize, total: usize) -> bool {
-        self.bar.set_length(total as u64);
-        self.bar.set_position(done as u64);
-        let so_far = self.start.elapsed().as_secs_f64();
-        done == 0 || so_far / done as f64 * total as f64 <= self.seconds
-    }
-}
-
-impl Drop for Patience {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
 }

@@ -3,18 +3,30 @@
 
 mod backends;
 mod budget;
+mod files;
+mod flip;
+mod floors;
+mod json;
 mod measure;
+mod patience;
 mod prepare;
+mod records;
 pub(crate) mod results;
+mod run_facts;
 mod schedule;
 mod selection;
+mod shown;
 mod size;
+mod slopes;
+mod statistics;
 pub(crate) mod studies;
 pub(crate) mod study;
 mod times;
 mod truth;
 
-use lighting::methods::{Entry, Registry, Role};
+use std::ffi::OsString;
+
+use lighting::methods::Registry;
 
 use crate::args::Compare;
 use crate::failure::Failure;
@@ -25,16 +37,13 @@ use crate::picture::Picture;
 use crate::print::{complain, print};
 use crate::{interrupt, progress, report, surfaces};
 use budget::Budget;
-use measure::{Job, Outcome, measure};
+use measure::{Job, Outcome, Truth, measure};
 use prepare::Prepared;
-use results::{MethodFacts, Pictures, ReferenceFacts, Results};
+use results::{Pictures, ReferenceFacts, Results};
+use run_facts::RunFacts;
 use selection::{check_names, dropped};
-use studies::{Device, STUDIES, Subject};
+use studies::{Device, Subject};
 use study::Study;
-
-/// The page, which carries the mark of a report, and the main results.
-const PAGE: &str = "index.html";
-const RESULTS: &str = "results.csv";
 
 /// Share of the time that pictures get; the rest is for studies.
 const PICTURES: f64 = 0.75;
@@ -42,17 +51,19 @@ const PICTURES: f64 = 0.75;
 /// Share of the time left that a software GPU may take, whose times mean nothing.
 const SOFTWARE: f64 = 0.25;
 
-/// Runs `crepuscular compare`.
-pub(crate) fn run(methods: &Registry, args: &Compare) -> Result<(), Failure> {
+/// Runs `crepuscular compare` with these arguments, which are `command` as a whole.
+pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> Result<(), Failure> {
     let default = if args.quick { 14.0 } else { 150.0 };
-    let budget = Budget::new(args.time_budget.unwrap_or(default));
+    let budget = match args.fixed {
+        true => Budget::unlimited(),
+        false => Budget::new(args.time_budget.unwrap_or(default)),
+    };
+    let facts = RunFacts::now(command);
     check_names(methods, &args.methods)?;
     if args.plan {
         return print(&Prepared::new(methods, args, budget.total())?.describe());
     }
-    let files = [PAGE, RESULTS].into_iter();
-    let files = files.chain(STUDIES.iter().map(|study| study.csv)).collect();
-    let folder = PendingFolder::create(&args.out, files, report::MARK)?;
+    let folder = PendingFolder::create(&args.out, files::is_ours, files::PAGE, report::MARK)?;
     let prepared = Prepared::new(methods, args, budget.total())?;
     let dropped = dropped(methods, &args.methods, &prepared.selection);
     if !dropped.is_empty() && prepared.selection.candidates.is_empty() {
@@ -64,30 +75,71 @@ pub(crate) fn run(methods: &Registry, args: &Compare) -> Result<(), Failure> {
     for line in dropped {
         complain(&format!("warning: {line}"));
     }
-    let results = compare(methods, args, &prepared, budget)?;
-    let spinner = progress::spinner("writing the report");
-    folder.write(PAGE, report::page(&results)?.as_bytes())?;
-    folder.write(RESULTS, &report::csv(&report::records(&results))?)?;
-    for study in &results.studies {
-        folder.write(study.csv, &report::csv(&study.records)?)?;
+    if let Some(note) = prepared.size_note().filter(|_| !args.json) {
+        print(&format!("note: {note}\n"))?;
     }
+    let results = compare(methods, args, &prepared, budget, facts)?;
+    let spinner = progress::spinner("writing the report");
+    files::write(&folder, &results)?;
     let place = folder.finish()?;
     spinner.finish_and_clear();
-    let mut text = String::new();
-    for note in &results.notes {
-        text += &format!("note: {note}\n");
+    let page = place.join(files::PAGE);
+    if args.json {
+        print(&json::summary(&results, &place))?;
+    } else {
+        let mut text = String::new();
+        for note in prepared.input.notes.iter() {
+            text += &format!("note: {note}\n");
+        }
+        for sentence in report::sentences(&results) {
+            text += &format!("{sentence}\n");
+        }
+        text += &format!(
+            "{} and {} left out; {} after {}\n",
+            count(results.measurements.len(), "measurement"),
+            count(results.left_out.len(), "item"),
+            page.display(),
+            seconds(budget.elapsed())
+        );
+        print(&text)?;
     }
-    for sentence in report::sentences(&results) {
-        text += &format!("{sentence}\n");
+    if results.measurements.is_empty() {
+        return Err(Failure::nothing(format!(
+            "nothing was measured: {}; {} lists all that was left out",
+            remedy(&results, &prepared),
+            page.display()
+        )));
     }
-    text += &format!(
-        "{} and {} left out; {} after {}\n",
-        count(results.measurements.len(), "measurement"),
-        count(results.left_out.len(), "item"),
-        place.join(PAGE).display(),
-        seconds(budget.elapsed())
-    );
-    print(&text)
+    Ok(())
+}
+
+/// Why nothing was measured, and what to do about it.
+fn remedy(results: &Results, prepared: &Prepared) -> String {
+    let scene = &prepared.input.scene;
+    let is_dark = prepared.emitters.is_empty();
+    if scene.medium.is_none() {
+        return "the scene has no medium that scatters; give it one with --sigma-s".into();
+    }
+    if is_dark {
+        return "no light reaches what the camera sees; give the scene another light, camera \
+                or medium"
+            .into();
+    }
+    let is_time = |part: &results::LeftOut| part.why.contains("--time-budget");
+    if results.left_out.iter().any(is_time) {
+        return "the time was over before the first picture; give it more with --time-budget, \
+                as much as it takes with --fixed, or ask for a smaller picture with --size"
+            .into();
+    }
+    let mut reasons = results.left_out.iter();
+    let first = reasons.find(|part| !part.what.starts_with("study"));
+    match first {
+        Some(part) => format!(
+            "{}: {}; see --plan, --methods and --backend",
+            part.what, part.why
+        ),
+        None => "no method runs on the backends there are (--backend)".into(),
+    }
 }
 
 /// The reference and all measurements.
@@ -103,6 +155,7 @@ fn compare(
     args: &Compare,
     prepared: &Prepared,
     budget: Budget,
+    run: RunFacts,
 ) -> Result<Results, Failure> {
     let mut shadow_maps = "none".to_owned();
     let mut found = Found {
@@ -126,13 +179,16 @@ fn compare(
     left_out.extend(prepared.selection.left_out.iter().cloned());
     left_out.extend(found.outcome.left_out);
     Ok(Results {
+        run,
         scene: input.scene.name.clone(),
         light: input.light_kinds(),
         lights: input.lights(),
         medium: describe_medium(input.scene.medium.as_ref()),
         triangles: input.geometry.triangles().len(),
+        statistics: statistics::of(input, prepared.emitters.len()),
         size: *size,
         shadow_maps,
+        floors: found.outcome.floors,
         notes: prepared.notes(),
         ran: prepared.passes(),
         left_out,
@@ -144,7 +200,10 @@ fn compare(
             airlight: found.airlight,
             methods: found.outcome.pictures,
         },
-        methods: methods.compared().map(facts).collect(),
+        methods: shown::all(methods)
+            .iter()
+            .map(shown::Shown::facts)
+            .collect(),
         measurements: found.outcome.measurements,
         studies,
         seconds_total: budget.elapsed(),
@@ -166,6 +225,7 @@ fn measure_all(
         outcome: Outcome::default(),
         backends: Vec::new(),
     };
+    let truth = Truth::new(prepared.size, &truth);
     let candidates = &prepared.selection.candidates;
     let devices = &prepared.backends.present;
     for (index, device) in devices.iter().enumerate() {
@@ -220,23 +280,6 @@ fn study(
         quick: args.quick,
     };
     studies::run_all(&subject, budget, &*interrupt::flag()?)
-}
-
-/// A method as reports know it.
-pub(crate) fn facts(entry: &Entry) -> MethodFacts {
-    let about = entry.about();
-    // The halves of a pair, the second with its quality where that is fixed.
-    let (visibility, airlight) = about.name.split_once(" x ").unwrap_or((&about.name, ""));
-    MethodFacts {
-        visibility: visibility.into(),
-        airlight: airlight.into(),
-        title: about.title.into(),
-        quality: about.quality.into(),
-        has_shadows: about.role != Role::Unshadowed,
-        is_baseline: about.role == Role::Baseline,
-        samples_shadow_map: about.uses_shadow_map,
-        name: about.name.into_owned(),
-    }
 }
 
 /// The processor, as the system names it, and the threads in use.

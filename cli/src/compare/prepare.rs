@@ -127,13 +127,18 @@ impl Prepared {
     /// What was placed, assumed or reduced.
     pub(crate) fn notes(&self) -> Vec<String> {
         let mut notes = self.input.notes.clone();
-        if self.size != self.asked {
-            notes.push(format!(
-                "the picture is {} instead of {}, by the number of lights and triangles and the time there is (--time-budget)",
-                self.size, self.asked
-            ));
-        }
+        notes.extend(self.size_note());
         notes
+    }
+
+    /// That the picture is smaller than asked for, if it is.
+    pub(crate) fn size_note(&self) -> Option<String> {
+        (self.size != self.asked).then(|| {
+            format!(
+                "the picture is {} instead of {}, by the number of lights and triangles and the time there is (--time-budget, --fixed)",
+                self.size, self.asked
+            )
+        })
     }
 
     /// One line per pass that runs.
@@ -143,9 +148,9 @@ impl Prepared {
             return passes;
         }
         passes.push(if self.input.scene.translucent.is_empty() {
-            "reference: exact intervals × quadrature with a bound on its error".into()
+            "reference: exact visibility × quadrature with a bound on its error".into()
         } else {
-            "reference: exact intervals, in short parts × their exact transmittance × quadrature"
+            "reference: exact visibility, in short parts × their exact transmittance × quadrature"
                 .into()
         });
         passes.extend(self.plan.passes().iter().map(ToString::to_string));
@@ -158,15 +163,13 @@ impl Prepared {
                 _ => methods.push((candidate, vec![candidate.quality.to_string()])),
             }
         }
-        for (Candidate { entry, .. }, qualities) in methods {
+        for (Candidate { entry, title, .. }, qualities) in methods {
             let backends = self.backends.running(entry);
-            let about = entry.about();
             if !backends.is_empty() {
                 passes.push(format!(
-                    "{} with {} {} on {}",
-                    about.title,
+                    "{title} with {} {} on {}",
                     qualities.join(", "),
-                    about.quality,
+                    entry.about().quality,
                     backends.join(", ")
                 ));
             }

@@ -1,5 +1,7 @@
 //! What a comparison found: plain data between measuring and reporting.
 
+pub(crate) use super::run_facts::RunFacts;
+pub(crate) use super::slopes::{Slope, slopes};
 pub(crate) use super::study::LeftOut;
 use super::study::Study;
 pub(crate) use super::times::Times;
@@ -9,6 +11,8 @@ use crate::picture::Picture;
 /// Everything a report says.
 #[derive(Debug)]
 pub(crate) struct Results {
+    /// The program, its arguments and the date.
+    pub(crate) run: RunFacts,
     /// The scene's name.
     pub(crate) scene: String,
     /// Kinds and numbers of lights, short.
@@ -19,10 +23,15 @@ pub(crate) struct Results {
     pub(crate) medium: String,
     /// Number of triangles.
     pub(crate) triangles: usize,
+    /// The scene in numbers: what is counted, and the count.
+    pub(crate) statistics: Vec<(&'static str, String)>,
     /// Size of the picture that was measured.
     pub(crate) size: Size,
     /// Shadow maps in words.
     pub(crate) shadow_maps: String,
+    /// What no method can pass on shadow maps of some resolution, the one of most
+    /// rows first.
+    pub(crate) floors: Vec<MapFloor>,
     /// What was placed, assumed or reduced.
     pub(crate) notes: Vec<String>,
     /// What ran.
@@ -46,9 +55,29 @@ pub(crate) struct Results {
 }
 
 impl Results {
+    /// The error that no method on the shadow maps of a measurement can pass, as far
+    /// as it was measured.
+    pub(crate) fn floor(&self, m: &Measurement) -> Option<f64> {
+        let map = m.map?;
+        let floor = self.floors.iter().find(|floor| floor.map == map);
+        floor.map(|floor| floor.rmse)
+    }
+
     /// What may win: measurements whose times mean something.
     pub(crate) fn representative(&self) -> impl Iterator<Item = &Measurement> + Clone {
         self.measurements.iter().filter(|m| m.representative)
+    }
+
+    /// A measurement's method and quality in words.
+    pub(crate) fn setting(&self, m: &Measurement) -> String {
+        self.methods[m.method].setting(m.quality)
+    }
+
+    /// True if the times of more than one backend mean something.
+    pub(crate) fn several_compete(&self) -> bool {
+        let mut backends = self.representative().map(|m| &m.backend);
+        let first = backends.next();
+        backends.any(|backend| Some(backend) != first)
     }
 
     /// The backend whose times mean nothing, if there is one.
@@ -76,6 +105,26 @@ pub(crate) struct MethodFacts {
     pub(crate) is_baseline: bool,
     /// It samples a shadow map, whose resolution limits it.
     pub(crate) samples_shadow_map: bool,
+    /// Its shadow maps are finer where its quality is higher.
+    pub(crate) refines_map: bool,
+}
+
+impl MethodFacts {
+    /// The method at a quality, in words.
+    pub(crate) fn setting(&self, quality: u32) -> String {
+        format!("{}, {quality} {}", self.title, self.quality)
+    }
+}
+
+/// The error of the exact lit runs that shadow maps of a resolution show: what no
+/// method on these maps can pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct MapFloor {
+    /// Texels per side.
+    pub(crate) map: u32,
+    /// As [`Errors::rmse`].
+    pub(crate) rmse: f64,
+    pub(crate) seconds: f64,
 }
 
 /// The truth that errors are against.
@@ -107,6 +156,8 @@ pub(crate) struct Measurement {
     /// False on a software adapter: the time says nothing about a GPU.
     pub(crate) representative: bool,
     pub(crate) quality: u32,
+    /// Texels per side of its shadow maps; `None` if it has none.
+    pub(crate) map: Option<u32>,
     pub(crate) error: Errors,
     /// Building what the frame needs: a BVH, shadow maps.
     pub(crate) seconds_build: f64,
@@ -123,6 +174,10 @@ pub(crate) struct Errors {
     pub(crate) max: f64,
     /// 99th percentile of the relative error of a pixel.
     pub(crate) rel_p99: f64,
+    /// Mean squared error relative to the pixel itself (relMSE).
+    pub(crate) rel_mse: f64,
+    /// What a viewer sees of it, from 0 to 1 (HDR-FLIP); `None` if there was no time.
+    pub(crate) flip: Option<f64>,
 }
 
 /// The pictures of a report.
@@ -193,12 +248,20 @@ pub(crate) mod tests {
                 has_shadows: visibility != "none",
                 is_baseline: visibility == "march",
                 samples_shadow_map: !["none", "exact"].contains(&visibility),
+                refines_map: false,
             }
         };
         vec![
-            (method("none x gauss", "no shadows", "nodes"), &[8]),
             (
-                method("exact x gauss", "exact intervals", "nodes"),
+                method("none x gauss", "no shadows", "Gauss nodes per lit run"),
+                &[8],
+            ),
+            (
+                method(
+                    "exact x gauss",
+                    "exact visibility",
+                    "Gauss nodes per lit run",
+                ),
                 &[2, 4, 8, 16],
             ),
             (method("march x midpoint", "ray marching", "steps"), STEPS),
@@ -207,7 +270,7 @@ pub(crate) mod tests {
                 STEPS,
             ),
             (
-                method("runs x gauss-8", "runs of <voxels>", "voxels a side"),
+                method("runs x gauss-8", "runs of <voxels>", "voxels per axis"),
                 &[64, 128, 256],
             ),
         ]
@@ -220,6 +283,7 @@ pub(crate) mod tests {
             height: 2,
         };
         let flat = |value: f32| Picture::new(size, &[[value; 4]; 8]);
+        let methods: Vec<_> = example_methods().into_iter().map(|m| m.0).collect();
         let mut measurements = Vec::new();
         for (slot, (_, qualities)) in example_methods().iter().enumerate() {
             for &quality in *qualities {
@@ -229,10 +293,13 @@ pub(crate) mod tests {
                     backend: "cpu".into(),
                     representative: true,
                     quality,
+                    map: methods[slot].samples_shadow_map.then_some(1024),
                     error: Errors {
                         rmse: error,
                         max: 10.0 * error,
                         rel_p99: 2.0 * error,
+                        rel_mse: 3.0 * error * error,
+                        flip: Some(0.5 * error),
                     },
                     seconds_build: 0.004,
                     frame: Times::of(&[1e-3 * f64::from(quality), 1.2e-3 * f64::from(quality)]),
@@ -241,13 +308,24 @@ pub(crate) mod tests {
             }
         }
         Results {
+            run: RunFacts {
+                version: "1.2.3",
+                command: "crepuscular compare '<scene>'".into(),
+                date: "2026-03-14 15:09 UTC".into(),
+            },
             scene: "a <test>, \"quoted\"".into(),
             light: "point".into(),
             lights: "point light".into(),
             medium: "sigma_s 0.1".into(),
             triangles: 12,
+            statistics: vec![("triangles", "12".into())],
             size,
             shadow_maps: "one cube map".into(),
+            floors: vec![MapFloor {
+                map: 1024,
+                rmse: 1e-3,
+                seconds: 0.5,
+            }],
             notes: vec!["the scene has no camera: placed one".into()],
             ran: vec!["airlight of light 0 (point)".into()],
             left_out: vec![LeftOut {
@@ -273,7 +351,7 @@ pub(crate) mod tests {
                     airlight: flat(0.31),
                 }],
             },
-            methods: example_methods().into_iter().map(|m| m.0).collect(),
+            methods,
             measurements,
             studies: vec![study::tests::example()],
             seconds_total: 20.0,

@@ -1,10 +1,11 @@
 //! Which methods and qualities are compared, and why the others are not.
 
-use lighting::methods::{Entry, FrameInputs, Registry, Verdict};
+use lighting::methods::{Entry, FrameInputs, Registry, Role, Verdict};
 use lighting::plan::{Plan, Subject};
 
 use super::results::LeftOut;
 use super::schedule::Place;
+use super::shown::{self, Shown};
 use crate::args::Compare;
 use crate::failure::Failure;
 
@@ -14,21 +15,35 @@ pub(crate) struct Candidate {
     /// Place of the method among those that comparisons show.
     pub(crate) method: usize,
     pub(crate) entry: Entry,
+    /// What the report calls it.
+    pub(crate) title: String,
     pub(crate) quality: u32,
+    /// Texels per side of the shadow maps that it may look into.
+    pub(crate) map: u32,
+    /// Its maps are finer where its quality is higher.
+    pub(crate) refines_map: bool,
     is_end: bool,
 }
 
 impl Candidate {
     /// The method's title with its quality.
     pub(crate) fn name(&self) -> String {
-        let about = self.entry.about();
-        format!("{} with {} {}", about.title, self.quality, about.quality)
+        let unit = self.entry.about().quality;
+        format!("{}, {} {unit}", self.title, self.quality)
+    }
+
+    /// Texels per side of the shadow maps that it does look into.
+    pub(crate) fn map_in_use(&self) -> Option<u32> {
+        self.entry.about().uses_shadow_map.then_some(self.map)
     }
 
     /// What its turn depends on.
     pub(crate) fn place(&self) -> Place {
         Place {
-            role: self.entry.about().role,
+            role: match self.refines_map {
+                true => Role::Variant,
+                false => self.entry.about().role,
+            },
             is_end: self.is_end,
         }
     }
@@ -56,9 +71,8 @@ pub(crate) fn check_names(methods: &Registry, filters: &[String]) -> Result<(), 
     Ok(())
 }
 
-fn title_and_name(entry: &Entry) -> String {
-    let about = entry.about();
-    format!("{} ({})", about.title, about.name)
+fn title_and_name(shown: &Shown) -> String {
+    format!("{} ({})", shown.title, shown.entry.about().name)
 }
 
 /// One line with the reason for every name of `--methods` of which nothing is
@@ -73,9 +87,10 @@ pub(crate) fn dropped(
         if selection.candidates.iter().any(|c| c.entry.matches(filter)) {
             continue;
         }
-        let mut named = methods.compared().filter(|entry| entry.matches(filter));
-        let part = named.find_map(|entry| {
-            let what = title_and_name(entry);
+        let all = shown::all(methods);
+        let mut named = all.iter().filter(|shown| shown.entry.matches(filter));
+        let part = named.find_map(|shown| {
+            let what = title_and_name(shown);
             selection.left_out.iter().find(|part| part.what == what)
         });
         if let Some(part) = part {
@@ -107,10 +122,13 @@ pub(crate) fn select(
             part.reason.to_string()
         })
     };
-    for (index, entry) in methods.compared().enumerate() {
+    for (index, shown) in shown::all(methods).into_iter().enumerate() {
+        let entry = &shown.entry;
         let asked = args.methods.is_empty() || args.methods.iter().any(|f| entry.matches(f));
         let why = if !asked {
             Some("not asked for (--methods)".into())
+        } else if shown.refines_map && args.quick {
+            Some("a quick comparison (--quick)".into())
         } else if let Some(inputs) = inputs {
             match entry.method().applies(inputs) {
                 Verdict::Applies => None,
@@ -121,7 +139,7 @@ pub(crate) fn select(
         };
         let (None, Some(inputs)) = (&why, inputs) else {
             selection.left_out.push(LeftOut {
-                what: title_and_name(entry),
+                what: title_and_name(&shown),
                 why: why.unwrap_or_else(no_airlight),
             });
             continue;
@@ -135,7 +153,7 @@ pub(crate) fn select(
         let (qualities, same) = entry.method().distinct(inputs, all);
         if let Some(why) = same {
             selection.left_out.push(LeftOut {
-                what: format!("{} with other {}", about.title, about.quality),
+                what: format!("{} with other {}", shown.title, about.quality),
                 why: why.into(),
             });
         }
@@ -146,7 +164,10 @@ pub(crate) fn select(
             .map(|(place, quality)| Candidate {
                 method: index,
                 entry: entry.clone(),
+                title: shown.title.clone(),
                 quality: *quality,
+                map: shown.map(*quality, inputs),
+                refines_map: shown.refines_map,
                 is_end: place == 0 || place == last,
             });
         selection.candidates.extend(candidates);

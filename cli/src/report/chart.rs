@@ -5,6 +5,7 @@ use std::fmt::Write;
 use maud::{Markup, html};
 
 use super::axis::{Ruler, Tick};
+use super::labels::{Labels, Placed, Rect, anchored};
 use super::numbers::written;
 use crate::compare::results::pareto;
 use crate::compare::study::{Axis, Chart, Key, Point, Scale, Series, Shape};
@@ -50,6 +51,10 @@ const PARTS: [u32; 2] = [6, 4];
 const BETWEEN_MARKERS: usize = 84;
 const APART: usize = 12;
 
+/// Height of the letters of a label, on a phone, and how far it may be from its point.
+const LETTERS: f64 = 15.0;
+const NEAR: f64 = 14.0;
+
 /// The chart as a picture; `None` if its points leave nothing to show: on a
 /// logarithmic axis, if none of them is positive. Points that are not finite
 /// are left out; errors of exactly 0 sit on the lower edge of such an axis.
@@ -70,7 +75,7 @@ pub(super) fn chart(chart: &Chart) -> Option<Markup> {
     } else {
         Front::default()
     };
-    let mut placed = Vec::new();
+    let mut labels = plot.room(&series);
     Some(html! {
         svg.chart viewBox={ "0 0 " (frame.width) " " (frame.height) } role="img" aria-label=(chart.description) {
             (plot.grid(&chart.x, &chart.y))
@@ -84,7 +89,7 @@ pub(super) fn chart(chart: &Chart) -> Option<Markup> {
                 (plot.markers(series, front.members.get(index)))
             }
             @for series in &series {
-                (plot.labels(series, &mut placed))
+                (plot.ends(series, &mut labels))
             }
         }
     })
@@ -246,8 +251,8 @@ impl Plot {
         }
     }
 
-    /// The labels at the ends of a series, where they do not cover another.
-    fn labels(&self, series: &Series, placed: &mut Vec<(f64, f64)>) -> Markup {
+    /// The labels at the ends of a series, where there is room beside them.
+    fn ends(&self, series: &Series, labels: &mut Labels) -> Markup {
         let ends = match &series.points[..] {
             [] => vec![],
             [only] => vec![only],
@@ -255,30 +260,49 @@ impl Plot {
         };
         let mut texts = Vec::new();
         for point in ends.into_iter().filter(|point| !point.label.is_empty()) {
-            let (px, py) = self.at(point);
-            let (tx, anchor) = if px > self.frame.right - 46.0 {
-                (px - 10.0, "end")
-            } else {
-                (px + 10.0, "start")
-            };
-            let ty = (py - 6.0).max(self.frame.top + 10.0);
-            let covers = |&(ox, oy): &(f64, f64)| (ox - tx).abs() < 30.0 && (oy - ty).abs() < 13.0;
-            if placed.iter().any(covers) {
-                continue;
+            let at = self.at(point);
+            if let Some(Placed { rect, .. }) = labels.place(at, &point.label, NEAR) {
+                texts.push((rect, anchored(rect, at), &point.label));
             }
-            placed.push((tx, ty));
-            texts.push((tx, ty, anchor, &point.label));
         }
         html! {
-            @for (tx, ty, anchor, label) in texts {
-                text class={ "count m" (series.key.slot) } x=(pixels(tx)) y=(pixels(ty)) text-anchor=(anchor) { (label) }
+            @for (rect, (x, anchor), label) in texts {
+                text class={ "count m" (series.key.slot) } x=(pixels(x)) y=(pixels(rect.bottom - 0.33 * LETTERS)) text-anchor=(anchor) { (label) }
             }
         }
+    }
+
+    /// Room for labels that cover no marker.
+    fn room(&self, all: &[Series]) -> Labels {
+        let Frame {
+            left,
+            right,
+            top,
+            bottom,
+            ..
+        } = self.frame;
+        let area = Rect {
+            left,
+            top,
+            right,
+            bottom,
+        };
+        let mut labels = Labels::new(area, LETTERS);
+        let with_points = all.iter().filter(|series| series.shape == Shape::Points);
+        for series in with_points {
+            for point in &series.points {
+                labels.keep_off(Rect::around(self.at(point), 5.0));
+            }
+            for pair in series.points.windows(2) {
+                labels.avoid([self.at(&pair[0]), self.at(&pair[1])]);
+            }
+        }
+        labels
     }
 }
 
 /// A shape per series, so that colour is not the only difference.
-fn marker(slot: usize, (x, y): (f64, f64), title: &str) -> Markup {
+pub(super) fn marker(slot: usize, (x, y): (f64, f64), title: &str) -> Markup {
     let at = |dx: f64, dy: f64| format!("{:.1} {:.1}", x + dx, y + dy);
     let polygon = |corners: &[(f64, f64)]| {
         let points: Vec<String> = corners.iter().map(|&(dx, dy)| at(dx, dy)).collect();

@@ -18,7 +18,7 @@ pub(super) fn section(results: &Results) -> Markup {
         ul {
             li {
                 b { "What is compared" }
-                ": the airlight, that is the light scattered towards the eye along each ray of the picture, summed over the lights. Surfaces are the same for all methods and are left out of every error and every time."
+                ": the airlight, which is the light that fog scatters towards the eye along each ray of the picture, summed over the lights. Surfaces are the same for all methods and take no part in any error or time."
             }
             li {
                 b { "Reference" }
@@ -27,21 +27,21 @@ pub(super) fn section(results: &Results) -> Markup {
             li {
                 b { "Errors" }
                 ": linear radiance over all pixels and colour channels. " (unit)
-                " RMSE is the root of the mean square, max the largest difference; p99 is the 99th percentile of the error relative to the pixel itself."
+                " RMSE is the root of the mean square, max the largest difference; p99 is the 99th percentile of the error relative to the pixel itself, relMSE the mean square of it, and FLIP (HDR-FLIP) what a viewer sees of it, from 0 to 1."
             }
             li {
                 b { "Times" }
-                ": the frame is the airlight of one picture from given rays, the median of " (repetitions(results))
-                " taken in turns, with the fastest and the slowest as bars; build is what has to exist first: the tracing structure, or the shadow maps ("
+                ": a frame is the airlight of one picture from given rays. Its time is the median of " (repetitions(results))
+                ", taken in turns; bars span the fastest and the slowest. Two methods are called equally fast where these spans overlap. Build is what has to exist first: the tracing structure, or the shadow maps ("
                 (results.shadow_maps) "). "
                 @if gpu {
                     "On a GPU a frame is recorded, submitted and waited for; pipelines were built, and rays and shadow maps uploaded, before the first one, and the picture is read back after the clock has stopped. "
                 }
                 @if let Some(backend) = results.software() {
                     b { "Times of " (backend) " are not representative" }
-                    ": the processor plays the GPU. They are shown with an asterisk, and neither the summary nor the front nor the shaded cells count them. "
+                    ": the processor plays the GPU. They are folded away, and nothing else on this page counts them. "
                 }
-                "Both grow with the picture or the map, so compare ratios, and only within one report."
+                "Times grow with the picture and the map: compare ratios, and only within one report."
             }
             li {
                 b { "Shadow maps" }
@@ -66,8 +66,8 @@ Methods that take an area light for a few points (--lights) are no nearer to it 
             error(reference.tolerance, false)
         ),
         None => format!(
-            "exact lit intervals of every ray × quadrature in double precision with a bound on its error, \
-by code that shares only its input with the methods: rays with their ends, lights, triangles. Asked for {} per pixel; the largest bound of a pixel is {bound}",
+            "the exact lit intervals of every ray, each integrated in double precision with a bound on the error, \
+by code that shares only its input with the methods: rays, lights, triangles. Asked for {} per pixel; the largest bound of a pixel is {bound}",
             error(reference.tolerance, false)
         ),
         Some(parts) => format!(

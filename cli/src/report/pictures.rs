@@ -3,32 +3,33 @@
 use maud::{Markup, html};
 
 use super::plots::short_name;
-use super::summary::setting;
 use crate::compare::results::{Measurement, Results};
 use crate::failure::Failure;
 use crate::format::{error, significant};
+use crate::parse::Size;
 use crate::picture::{Picture, data_uri};
 
 pub(super) fn section(results: &Results) -> Result<Markup, Failure> {
     let pictures = &results.pictures;
     let composite = pictures.surfaces.plus(&pictures.airlight);
     let exposure = composite.automatic_exposure();
-    let mut references = Vec::new();
-    for (title, picture) in [
-        ("Reference: surfaces and airlight", &composite),
-        ("Reference: airlight alone", &pictures.airlight),
-    ] {
-        references.push((title, image(&picture.png(exposure)?, picture, title)));
-    }
+    let composite = image(&composite.png(exposure)?, &composite, "surfaces and fog");
+    let airlight = pictures.airlight.png(exposure)?;
+    let airlight = image(&airlight, &pictures.airlight, "light in the fog");
     let methods = methods(results, exposure)?;
     Ok(html! {
         h2 { "Pictures" }
-        p.soft { "Radiance times 2" sup { (format!("{exposure:.1}")) } ", then 1 − exp(−x) per channel, then sRGB: the same for every picture." }
         .pictures {
-            @for (title, image) in references {
-                figure { figcaption { (title) } (image) }
+            figure {
+                figcaption { b { "The scene" } ": surfaces, and the light in the fog." }
+                (composite)
+            }
+            figure #reference {
+                figcaption { b { "Reference" } ": the light in the fog alone, which is what methods compute." }
+                (airlight)
             }
         }
+        p.soft { "All pictures have one exposure: radiance times 2" sup { (format!("{exposure:.1}")) } ", then 1 − exp(−x) per channel, then sRGB. As linear radiance they are beside this page: " code { "surfaces.exr" } " and " code { "airlight-*.exr" } "." }
         (methods)
     })
 }
@@ -46,23 +47,34 @@ fn methods(results: &Results, exposure: f32) -> Result<Markup, Failure> {
         let share = f64::from(scale) / results.reference.mean;
         format!(", {} of the mean radiance", error(share, false))
     };
-    let mut pairs = Vec::new();
+    let (mut pairs, mut on_software) = (Vec::new(), Vec::new());
     for shown in &pictures.methods {
         let m = &results.measurements[shown.measurement];
         let airlight = shown.airlight.png(exposure)?;
         let difference = shown.airlight.difference_png(&pictures.airlight, scale)?;
-        pairs.push(html! {
-            figure.pair {
-                figcaption { (caption(results, m)) }
-                (image(&airlight, &shown.airlight, &results.methods[m.method].title))
-                (image(&difference, &shown.airlight, "difference"))
+        let name = name(results, m);
+        let is_first = results.methods[m.method].is_baseline && m.representative;
+        let group = if m.representative {
+            &mut pairs
+        } else {
+            &mut on_software
+        };
+        group.push(html! {
+            figure.pair data-name=(name) data-first[is_first] {
+                figcaption {
+                    b { (name) }
+                    ": RMSE " (error(m.error.rmse, results.reference.absolute))
+                }
+                (image(&airlight, &shown.airlight, &name))
+                (image(&difference, &shown.airlight, &format!("difference of {name}")))
             }
         });
     }
     Ok(html! {
-        h3 { "Airlight by method, and its difference to the reference" }
-        p.soft {
-            "Differences of luminance: too dark " span.scale aria-hidden="true" {} " too bright. Full colour is ±"
+        h3 { "Each method, and its signed difference to the reference" }
+        (viewer(pictures.airlight.size))
+        p.soft.above {
+            "Differences of luminance: too dark " span.scale role="img" aria-label="from blue over grey to orange" {} " too bright. Full colour is ±"
             (significant(f64::from(scale))) (of_the_mean)
             ", or more; the ramp is a square root, so that small differences show. The scale is the same for all."
         }
@@ -71,16 +83,53 @@ fn methods(results: &Results, exposure: f32) -> Result<Markup, Failure> {
                 (pair)
             }
         }
+        @if !on_software.is_empty() {
+            details {
+                summary { "Pictures of the software GPU" }
+                .pairs {
+                    @for pair in on_software {
+                        (pair)
+                    }
+                }
+            }
+        }
     })
 }
 
-fn caption(results: &Results, m: &Measurement) -> Markup {
+/// The slider between the reference and a method, which a script fills; without one
+/// it stays hidden, and the pictures below are all there is.
+fn viewer(size: Size) -> Markup {
     html! {
-        b { (setting(results, m)) }
-        @if results.backends.len() > 1 {
-            " on " (short_name(&m.backend, m.representative))
+        #viewer hidden {
+            .controls {
+                label { "Compare the reference with " select data-part="method" {} }
+                label { input type="checkbox" data-part="difference"; " its difference" }
+                span role="group" aria-label="zoom" {
+                    @for zoom in [1, 2, 4, 8] {
+                        button type="button" data-zoom=(zoom) aria-pressed=(zoom == 1) { (zoom) "×" }
+                    }
+                }
+            }
+            .stage data-part="stage" tabindex="0" style={ "aspect-ratio:" (size.width) "/" (size.height) } {
+                .canvas data-part="canvas" {
+                    img data-part="before" alt="reference";
+                    img data-part="after" alt="";
+                    .divider data-part="divider" {}
+                }
+            }
+            input type="range" min="0" max="1000" value="500" data-part="slider" aria-label="where the reference ends";
+            .sides { span { "← reference" } span data-part="name" {} }
         }
-        ": RMSE " (error(m.error.rmse, results.reference.absolute))
+    }
+}
+
+/// A setting, with its backend if there are several.
+fn name(results: &Results, m: &Measurement) -> String {
+    let setting = results.setting(m);
+    if results.backends.len() > 1 {
+        format!("{setting}, {}", short_name(&m.backend, m.representative))
+    } else {
+        setting
     }
 }
 
@@ -130,6 +179,19 @@ mod tests {
     use crate::compare::results::tests::example;
 
     #[test]
+    fn without_a_script_every_picture_is_there_and_the_slider_is_hidden() {
+        let html = section(&example()).unwrap().into_string();
+        assert!(html.contains("id=\"viewer\" hidden>"), "{html}");
+        assert_eq!(html.matches("<figure").count(), 3);
+        assert_eq!(html.matches("<figcaption").count(), 3);
+        let script = include_str!("viewer.js");
+        for part in html.split("data-part=\"").skip(1) {
+            let name = part.split('"').next().unwrap();
+            assert!(script.contains(&format!("\"{name}\"")), "{name}");
+        }
+    }
+
+    #[test]
     fn the_scale_of_differences_is_a_round_number() {
         let mut results = example();
         // The picture is 0.01 brighter than the reference.
@@ -137,7 +199,7 @@ mod tests {
         results.pictures.methods[0].airlight = results.pictures.airlight.clone();
         assert!(difference_scale(&results) > 0.0);
         let html = section(&results).unwrap().into_string();
-        assert_eq!(html.matches("<img").count(), 4);
+        assert_eq!(html.matches("src=\"data:image/png").count(), 4);
         assert!(!html.contains("NaN"));
     }
 }

@@ -1,41 +1,68 @@
-//! The two plots of the main results: without and with the time to build.
+//! The plots of the main results: one large plot of error against frame time, and
+//! others on demand.
 
 use maud::{Markup, html};
 
+use super::front::{Curve, Floor, Plot, Setting, front};
+use super::names::short_title;
 use super::section::charts;
 use crate::compare::results::{Measurement, Results};
 use crate::compare::study::{Axis, Chart, Charts, Key, Point, Scale, Series, Shape, Unit};
 use crate::format::{error, seconds};
 
-pub(super) fn section(results: &Results) -> Markup {
-    let plots = Charts {
-        share_legend: true,
-        all: vec![
-            Chart {
-                title: "Light and scene at rest".into(),
-                caption: "time of a frame".into(),
-                ..plot(results, "frame time", |_| 0.0)
-            },
-            Chart {
-                title: "Everything moves".into(),
-                caption: "build and frame together".into(),
-                ..plot(results, "build + frame time", |m| m.seconds_build)
-            },
-        ],
+/// The plot of the first screen.
+pub(super) fn first(results: &Results) -> Markup {
+    if results.measurements.is_empty() {
+        return Markup::default();
+    }
+    let Some(plot) = front(&plot(results, AT_REST)) else {
+        return html! {
+            p { "All errors are 0 or not finite: there is nothing to plot." }
+        };
     };
-    let is_shown = |m: &Measurement| m.error.rmse > 0.0 && m.error.rmse.is_finite();
-    let any = results.measurements.iter().any(is_shown);
     html! {
-        @if !results.measurements.is_empty() {
-            h2 { "Error against time" }
-            (charts(&plots))
-            @if any {
-                p.soft { "Down and to the left is better. Numbers beside the ends of a curve are its quality: steps, voxels a side, nodes, digits or KiB. A ring marks a setting that no other beats in both time and error; the wide grey line is the front they form." }
-            } @else {
-                p { "All errors are 0 or not finite: there is nothing to plot." }
+        figure #plot {
+            figcaption {
+                b { "Error against the time of a frame." }
+                " Down and to the left is better. In colour: methods that nothing beats in both at some setting, and plain ray marching; the wide line is the front they form. In grey: the rest. Numbers are steps, voxels a side, Gauss nodes, digits or KiB."
             }
+            (plot)
         }
     }
+}
+
+/// The other plots, folded.
+pub(super) fn others(results: &Results) -> Markup {
+    let representative: Vec<Line<'_>> = representative(results);
+    if representative.is_empty() {
+        return Markup::default();
+    }
+    html! {
+        @if let Some(plot) = front(&plot(results, MOVING)) {
+            details {
+                summary { "Plot: everything moves (build and frame together)" }
+                figure {
+                    figcaption { "What has to be built first, a tracing structure or shadow maps, counts in every frame." }
+                    (plot)
+                }
+            }
+        }
+        details {
+            summary { "Plot: every method in its colour" }
+            (charts(&Charts {
+                share_legend: true,
+                all: vec![chart(results, &representative)],
+            }))
+        }
+    }
+}
+
+/// The chart of the methods on a software GPU.
+pub(super) fn of_software(results: &Results, lines: &[Line<'_>]) -> Markup {
+    charts(&Charts {
+        share_legend: true,
+        all: vec![chart(results, lines)],
+    })
 }
 
 /// Colours of the style sheet. Methods beyond share one, with another marker.
@@ -49,28 +76,40 @@ pub(super) struct Line<'a> {
     pub(super) backend: &'a str,
 }
 
-impl Line<'_> {
+impl<'a> Line<'a> {
     pub(super) fn holds(&self, m: &Measurement) -> bool {
         m.method == self.method && m.backend == self.backend
     }
 
-    /// Its colour and marker: second and further backends are dashed.
+    /// What was measured of it, in rising quality.
+    pub(super) fn of<'r>(
+        self,
+        results: &'r Results,
+    ) -> impl Iterator<Item = &'r Measurement> + Clone + use<'r, 'a> {
+        results.measurements.iter().filter(move |m| self.holds(m))
+    }
+
+    /// Its colour and marker: second and further backends are dashed, and so is a
+    /// method whose maps are refined, which has the colour of the same with one map.
     pub(super) fn key(&self, results: &Results) -> Key {
+        let own = &results.methods[self.method];
         let first = results.backends.first();
+        let mut all = results.methods.iter();
+        let plain = all.position(|method| method.name == own.name);
         Key {
-            slot: self.method % COLOURS,
-            dashed: first.is_some_and(|first| first != self.backend),
+            slot: plain.unwrap_or(self.method) % COLOURS,
+            dashed: own.refines_map || first.is_some_and(|first| first != self.backend),
         }
     }
 
-    /// The method's title, with the backend where there are several.
+    /// The method's short name, with the backend where several compete.
     pub(super) fn name(&self, results: &Results) -> String {
-        let title = &results.methods[self.method].title;
-        if results.backends.len() > 1 {
-            let representative = results.software() != Some(self.backend);
-            format!("{title}, {}", short_name(self.backend, representative))
+        let title = short_title(&results.methods[self.method].title);
+        let software = results.software() == Some(self.backend);
+        if results.several_compete() && !software {
+            format!("{title}, {}", short_name(self.backend, true))
         } else {
-            title.clone()
+            title
         }
     }
 }
@@ -101,58 +140,126 @@ pub(crate) fn short_name(backend: &str, representative: bool) -> String {
     }
 }
 
-fn plot(results: &Results, time: &str, build: fn(&Measurement) -> f64) -> Chart {
-    let absolute = results.reference.absolute;
-    let point = |m: &Measurement| {
-        let extra = build(m);
-        let method = &results.methods[m.method];
-        Point {
-            x: m.frame.median + extra,
-            y: m.error.rmse,
+/// The lines whose times mean something.
+pub(super) fn representative(results: &Results) -> Vec<Line<'_>> {
+    let software = results.software();
+    let mut all = lines(results);
+    all.retain(|line| software != Some(line.backend));
+    all
+}
+
+/// The lines of a software GPU.
+pub(super) fn software(results: &Results) -> Vec<Line<'_>> {
+    let software = results.software();
+    let mut all = lines(results);
+    all.retain(|line| software == Some(line.backend));
+    all
+}
+
+/// What counts as the time of a setting.
+#[derive(Clone, Copy)]
+struct Clock {
+    label: &'static str,
+    /// What is added to the frame.
+    extra: fn(&Measurement) -> f64,
+}
+
+const AT_REST: Clock = Clock {
+    label: "time of a frame",
+    extra: |_| 0.0,
+};
+
+const MOVING: Clock = Clock {
+    label: "time of build and frame",
+    extra: |m| m.seconds_build,
+};
+
+/// What errors are called along an axis.
+fn error_axis(results: &Results) -> (&'static str, Unit) {
+    if results.reference.absolute {
+        ("error: RMSE, in units of radiance", Unit::Number)
+    } else {
+        ("error: RMSE ÷ mean radiance", Unit::Share)
+    }
+}
+
+/// A setting in words, with its error and its time.
+fn told(results: &Results, m: &Measurement, time: f64) -> String {
+    format!(
+        "{}: {} in {}",
+        results.methods[m.method].setting(m.quality),
+        error(m.error.rmse, results.reference.absolute),
+        seconds(time)
+    )
+}
+
+fn plot(results: &Results, clock: Clock) -> Plot {
+    let setting = |m: &Measurement| {
+        let extra = (clock.extra)(m);
+        Setting {
+            seconds: m.frame.median + extra,
+            error: m.error.rmse,
             spread: [m.frame.low + extra, m.frame.high + extra],
-            label: m.quality.to_string(),
-            title: format!(
-                "{}, {} {}: {} in {}",
-                method.title,
-                m.quality,
-                method.quality,
-                error(m.error.rmse, absolute),
-                seconds(m.frame.median + extra)
-            ),
+            quality: m.quality.to_string(),
+            title: told(results, m, m.frame.median + extra),
         }
     };
-    let series = |line: Line<'_>| Series {
+    let curve = |line: Line<'_>| Curve {
+        name: line.name(results),
+        key: line.key(results),
+        is_baseline: results.methods[line.method].is_baseline,
+        points: line.of(results).map(setting).collect(),
+    };
+    let (error, unit) = error_axis(results);
+    Plot {
+        time: clock.label,
+        error,
+        unit,
+        floor: results.floors.first().map(|floor| Floor {
+            error: floor.rmse,
+            name: format!(
+                "least error of any method on {0} × {0} shadow maps",
+                floor.map
+            ),
+            short: format!("{0} × {0} shadow maps", floor.map),
+        }),
+        curves: representative(results).into_iter().map(curve).collect(),
+    }
+}
+
+/// The lines as a chart with a legend.
+fn chart(results: &Results, lines: &[Line<'_>]) -> Chart {
+    let point = |m: &Measurement| Point {
+        x: m.frame.median,
+        y: m.error.rmse,
+        spread: [m.frame.low, m.frame.high],
+        label: m.quality.to_string(),
+        title: told(results, m, m.frame.median),
+    };
+    let series = |line: &Line<'_>| Series {
         name: line.name(results),
         aside: results.methods[line.method].name.replace(" x ", " × "),
         key: line.key(results),
-        competes: results.software() != Some(line.backend),
+        competes: true,
         shape: Shape::Points,
-        points: results
-            .measurements
-            .iter()
-            .filter(|m| line.holds(m))
-            .map(point)
-            .collect(),
+        points: line.of(results).map(point).collect(),
     };
+    let (error, unit) = error_axis(results);
     Chart {
         title: String::new(),
         caption: String::new(),
-        description: format!("RMSE of the airlight against {time}, both logarithmic"),
+        description: "RMSE of the airlight against the time of a frame, both logarithmic".into(),
         x: Axis {
-            label: time.into(),
+            label: AT_REST.label.into(),
             scale: Scale::Log,
             unit: Unit::Seconds,
         },
         y: Axis {
-            label: if absolute {
-                "RMSE (radiance)".into()
-            } else {
-                "RMSE / mean radiance".into()
-            },
+            label: error.into(),
             scale: Scale::Log,
-            unit: if absolute { Unit::Number } else { Unit::Share },
+            unit,
         },
         front: true,
-        series: lines(results).into_iter().map(series).collect(),
+        series: lines.iter().map(series).collect(),
     }
 }

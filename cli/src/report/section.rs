@@ -5,57 +5,62 @@ use maud::{Markup, html};
 
 use super::chart::{chart, swatch};
 use super::numbers::value;
-use crate::compare::study::{Cell, Charts, Column, Part, Series, Study, Table};
+use crate::compare::study::{Cell, Charts, Column, Part, Row, Series, Study, Table};
 
-/// A study's section; nothing if it has no parts.
+/// A study's section, folded; nothing if it has no parts.
 pub(super) fn study(study: &Study) -> Markup {
     html! {
         @if !study.parts.is_empty() {
-            h2 { "Study: " (study.title) }
-            @if !study.introduction.is_empty() {
-                p { (study.introduction) }
-            }
-            @for part in &study.parts {
-                @match part {
-                    Part::Table(part) => (table(part)),
-                    Part::Charts(part) => (charts(part)),
-                    Part::Note(text) => p { (text) },
+            details.study {
+                summary { "Study: " (study.title) }
+                @if !study.introduction.is_empty() {
+                    p { (study.introduction) }
                 }
+                @for part in &study.parts {
+                    @match part {
+                        Part::Table(part) => (table(part)),
+                        Part::Charts(part) => (charts(part)),
+                        Part::Note(text) => p { (text) },
+                    }
+                }
+                p.soft { "All numbers are in " code { (study.csv) } "." }
             }
-            p.soft { "All numbers are in " code { (study.csv) } "." }
         }
     }
 }
 
 /// A table below its heading and its paragraph.
 pub(super) fn table(table: &Table) -> Markup {
-    let mut previous = None;
-    let mut is_first = |cells: &[Cell]| {
-        let name = cells.first().map(|cell| cell.value.clone());
-        table.grouped && std::mem::replace(&mut previous, name.clone()) != name
-    };
     html! {
         @if !table.title.is_empty() {
             h3 { (table.title) }
         }
         @if !table.caption.is_empty() {
-            p.soft { (table.caption) }
+            p.soft.above { (table.caption) }
         }
-        .wide {
+        .wide role="region" aria-label=(label(table)) tabindex="0" {
             table {
-                tr {
-                    @for column in &table.columns {
-                        th { (column.name) }
+                thead {
+                    tr {
+                        @for column in &table.columns {
+                            th scope="col" { (column.name) }
+                        }
                     }
                 }
-                @for row in table.rows() {
-                    @let first = is_first(&row.cells);
-                    tr class=[classes([(first, "first"), (row.shaded, "best")])] {
-                        @for (index, (column, content)) in table.columns.iter().zip(&row.cells).enumerate() {
-                            @if index == 0 && table.grouped && !first {
-                                td {}
-                            } @else {
-                                (cell(column, content))
+                @for group in groups(table) {
+                    tbody class=[table.grouped.then_some("group")] {
+                        @for (index, row) in group.iter().enumerate() {
+                            tr class=[row.shaded.then_some("best")] {
+                                @for (column, content) in table.columns.iter().zip(&row.cells).take(1) {
+                                    @if !table.grouped {
+                                        (head(column, content, 1))
+                                    } @else if index == 0 {
+                                        (head(column, content, group.len()))
+                                    }
+                                }
+                                @for (column, content) in table.columns.iter().zip(&row.cells).skip(1) {
+                                    (cell(column, content))
+                                }
                             }
                         }
                     }
@@ -65,19 +70,62 @@ pub(super) fn table(table: &Table) -> Markup {
     }
 }
 
+/// What a table is called by those who hear it.
+fn label(table: &Table) -> String {
+    if table.title.is_empty() {
+        let first = table.columns.first();
+        format!("table by {}", first.map_or("row", |column| &column.name))
+    } else {
+        table.title.clone()
+    }
+}
+
+/// The rows that belong together: those with one first cell, or else all.
+fn groups(table: &Table) -> Vec<&[Row]> {
+    let first = |row: &Row| row.cells.first().map(|cell| cell.value.clone());
+    if table.grouped {
+        let groups = table.rows().chunk_by(|a, b| first(a) == first(b));
+        groups.collect()
+    } else {
+        vec![table.rows()]
+    }
+}
+
+/// The first cell of so many rows, which names them.
+fn head(column: &Column, cell: &Cell, rows: usize) -> Markup {
+    let text = value(&cell.value, column.unit);
+    let rows = (rows > 1).then_some(rows);
+    html! {
+        th scope="row" rowspan=[rows] class=[classes([(column.soft, "soft"), (cell.shaded, "won")])] {
+            (content(cell, &text))
+        }
+    }
+}
+
 fn cell(column: &Column, cell: &Cell) -> Markup {
     let text = value(&cell.value, column.unit);
     html! {
         td class=[classes([(column.soft, "soft"), (cell.shaded, "won")])] {
-            @if let Some(key) = cell.key {
-                span.name { (swatch(key)) (text) }
-            } @else {
-                (text)
-            }
-            (cell.mark)
-            @if !cell.aside.is_empty() {
-                " " span.soft { (cell.aside) }
-            }
+            (content(cell, &text))
+        }
+    }
+}
+
+fn content(cell: &Cell, text: &str) -> Markup {
+    html! {
+        @if let Some(key) = cell.key {
+            span.name { (swatch(key)) span { (text) (cell.mark) (aside(cell)) } }
+        } @else {
+            (text) (cell.mark) (aside(cell))
+        }
+    }
+}
+
+/// What is of less weight, behind a value.
+fn aside(cell: &Cell) -> Markup {
+    html! {
+        @if !cell.aside.is_empty() {
+            " " span.aside { (cell.aside) }
         }
     }
 }
@@ -104,12 +152,14 @@ pub(super) fn charts(charts: &Charts) -> Markup {
             .plots {
                 @for (chart, picture) in &drawn {
                     figure {
-                        figcaption {
-                            b { (chart.title) }
-                            @if !chart.caption.is_empty() {
-                                ": " (chart.caption)
+                        @if !chart.title.is_empty() {
+                            figcaption {
+                                b { (chart.title) }
+                                @if !chart.caption.is_empty() {
+                                    ": " (chart.caption)
+                                }
+                                "."
                             }
-                            "."
                         }
                         .wide { (picture) }
                         @if !charts.share_legend {
@@ -161,10 +211,10 @@ mod tests {
         let html = study(&example()).into_string();
         assert_eq!(unbalanced(&html), Vec::<String>::new());
         for present in [
-            "<h2>Study: an &lt;example&gt;</h2>",
+            "<summary>Study: an &lt;example&gt;</summary>",
             "<p>Smoke &amp; &quot;hair&quot;.</p>",
             "<h3>A &lt;table&gt;</h3>",
-            "<p class=\"soft\">Its &lt;caption&gt;.</p>",
+            "<p class=\"soft above\">Its &lt;caption&gt;.</p>",
             "<p>A &lt;note&gt;.</p>",
             "<b>a ray &lt;of&gt; light</b>: one &amp; all.",
             "aria-label=\"error against &quot;time&quot;\"",
@@ -191,12 +241,13 @@ mod tests {
         let mut example = example().records;
         example.grouped = true;
         let html = table(&example).into_string();
-        assert_eq!(html.matches("<tr class=\"first\">").count(), 1);
-        assert_eq!(html.matches("<td></td>").count(), 2);
+        assert_eq!(html.matches("<tbody class=\"group\">").count(), 1);
+        assert_eq!(html.matches("<th scope=\"row\" rowspan=\"3\">").count(), 1);
+        assert_eq!(html.matches("<td").count(), 9);
         example.grouped = false;
         let html = table(&example).into_string();
-        assert_eq!(html.matches("smoke &amp; ").count(), 3);
-        assert!(!html.contains("class=\"first"));
+        assert_eq!(html.matches("<th scope=\"row\">").count(), 3);
+        assert!(!html.contains("class=\"group") && !html.contains("rowspan"));
     }
 
     #[test]
@@ -213,10 +264,10 @@ mod tests {
         example.push_row(vec![Cell::keyed("x", Key::new(3)), winner], true);
         let html = table(&example).into_string();
         assert!(
-            html.contains("<tr class=\"best\"><td class=\"soft\">"),
+            html.contains("<tr class=\"best\"><th scope=\"row\" class=\"soft\">"),
             "{html}"
         );
-        let cell = "<td class=\"won\">500 ms* <span class=\"soft\">&lt;64&gt;</span></td>";
+        let cell = "<td class=\"won\">500 ms* <span class=\"aside\">&lt;64&gt;</span></td>";
         assert!(html.contains(cell), "{html}");
         assert!(html.contains("class=\"dot m3\""), "{html}");
     }
@@ -230,7 +281,7 @@ mod tests {
         }
         let html = table(&long).into_string();
         assert_eq!(html.matches("<tr").count(), 5001);
-        assert_eq!(html.matches("class=\"first\"").count(), 500);
+        assert_eq!(html.matches("class=\"group\"").count(), 500);
         assert_eq!(unbalanced(&html), Vec::<String>::new());
     }
 

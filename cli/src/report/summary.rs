@@ -1,13 +1,30 @@
 //! The answer in a few sentences.
 
+use std::collections::BTreeSet;
+
 use maud::{Markup, html};
 
 use crate::compare::results::{Measurement, Results, fastest_within};
-use crate::format::{error, seconds, significant};
+use crate::format::{count, error, seconds, significant};
 
 /// Errors at which methods are compared.
 pub(super) const TARGETS: [f64; 7] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001];
 
+/// What was compared, in plain words.
+pub(super) fn standfirst(results: &Results) -> String {
+    let methods: BTreeSet<usize> = results.measurements.iter().map(|m| m.method).collect();
+    let settings = match results.representative().count() {
+        0 => results.measurements.len(),
+        representative => representative,
+    };
+    format!(
+        "The light that fog scatters towards the camera, with its shadows, computed by {} at {}. Each picture is compared with a converged reference: how far off is it, and how long does a frame take?",
+        count(methods.len(), "method"),
+        count(settings, "setting")
+    )
+}
+
+/// The recommendation.
 pub(super) fn section(results: &Results) -> Markup {
     html! {
         .summary {
@@ -25,7 +42,7 @@ pub(super) fn section(results: &Results) -> Markup {
     }
 }
 
-/// The summary as plain text for the terminal.
+/// The recommendation as plain text for the terminal.
 pub(crate) fn plain(results: &Results) -> Vec<String> {
     let plain = |Sentence(spans): Sentence| {
         let texts = spans.into_iter().map(|span| match span {
@@ -33,7 +50,13 @@ pub(crate) fn plain(results: &Results) -> Vec<String> {
         });
         texts.collect()
     };
-    sentences(results).into_iter().map(plain).collect()
+    let mut all: Vec<String> = sentences(results).into_iter().map(plain).collect();
+    all.extend(results.software().map(|backend| {
+        format!(
+            "Times of {backend} are not representative: the processor plays the GPU. They decide nothing above."
+        )
+    }));
+    all
 }
 
 /// A sentence in pieces.
@@ -97,7 +120,7 @@ fn sentences(results: &Results) -> Vec<Sentence> {
         );
         sentences.push(
             Sentence::new(least)
-                .strong(setting(results, best))
+                .strong(results.setting(best))
                 .then(rest),
         );
     }
@@ -107,21 +130,16 @@ fn sentences(results: &Results) -> Vec<Sentence> {
         .find(|m| !results.methods[m.method].has_shadows);
     if let Some(m) = shadowless {
         sentences.push(Sentence::new(format!(
-            "Leaving the shadows out altogether would be an error of {}.",
+            "Leaving the shadows out would be an error of {}.",
             error(m.error.rmse, absolute)
-        )));
-    }
-    if let Some(backend) = results.software() {
-        sentences.push(Sentence::new(format!(
-            "Times of {backend} are not representative: the processor plays the GPU. They decide nothing above."
         )));
     }
     sentences
 }
 
-/// Where something was measured, if there are several backends.
+/// Where something was measured, if several backends compete.
 fn place(results: &Results, m: &Measurement) -> String {
-    if results.backends.len() > 1 {
+    if results.several_compete() {
         format!(" on {}", m.backend)
     } else {
         String::new()
@@ -131,19 +149,25 @@ fn place(results: &Results, m: &Measurement) -> String {
 /// What a backend's fastest methods are at the errors that tell them apart.
 fn choices<'a>(results: &'a Results, backend: &str) -> Vec<Choice<'a>> {
     let own = || results.representative().filter(|m| m.backend == backend);
-    let baseline = results.methods.iter().position(|m| m.is_baseline);
     let mut choices: Vec<Choice<'a>> = Vec::new();
     for target in decisive_targets(results, backend) {
         let Some(best) = fastest_within(own(), None, target) else {
             continue;
         };
-        let march = baseline.and_then(|march| fastest_within(own(), Some(march), target));
+        let fastest = |method: usize| fastest_within(own(), Some(method), target);
+        let of_methods = (0..results.methods.len()).filter_map(fastest);
+        let mut winners: Vec<&Measurement> = of_methods
+            .filter(|m| m.frame.overlaps(&best.frame))
+            .collect();
+        winners.sort_by(|a, b| a.frame.median.total_cmp(&b.frame.median));
+        let baseline = results.methods.iter().position(|m| m.is_baseline);
+        let march = baseline.and_then(fastest);
         let written = error(target, results.reference.absolute);
         match choices.last_mut() {
-            Some(last) if last.is(best, march) => last.targets.push(written),
+            Some(last) if last.is(&winners, march) => last.targets.push(written),
             _ => choices.push(Choice {
                 targets: vec![written],
-                best,
+                winners,
                 march,
             }),
         }
@@ -155,59 +179,86 @@ fn choices<'a>(results: &'a Results, backend: &str) -> Vec<Choice<'a>> {
 /// does there.
 struct Choice<'a> {
     targets: Vec<String>,
-    best: &'a Measurement,
+    /// The fastest setting, and those of other methods that the spreads of their
+    /// times do not tell from it; at least one.
+    winners: Vec<&'a Measurement>,
     march: Option<&'a Measurement>,
 }
 
+/// So many of those that are equally fast are named.
+const NAMED: usize = 3;
+
 impl Choice<'_> {
-    fn is(&self, best: &Measurement, march: Option<&Measurement>) -> bool {
+    fn is(&self, winners: &[&Measurement], march: Option<&Measurement>) -> bool {
         let address = |m: &Measurement| std::ptr::from_ref(m);
-        std::ptr::eq(self.best, best) && self.march.map(address) == march.map(address)
+        let same = |(a, b): (&&Measurement, &&Measurement)| std::ptr::eq(*a, *b);
+        self.winners.len() == winners.len()
+            && self.winners.iter().zip(winners).all(same)
+            && self.march.map(address) == march.map(address)
     }
 
     fn say(&self, results: &Results) -> Sentence {
-        let best = self.best;
-        let mut rest = format!(
-            " is the fastest{}: {} a frame",
-            place(results, best),
-            seconds(best.frame.median)
-        );
-        if !results.methods[best.method].is_baseline {
-            let marches = |m: &Measurement| {
-                m.backend == best.backend && results.methods[m.method].is_baseline
-            };
-            match self.march {
-                Some(march) => {
-                    let ratio = march.frame.median / best.frame.median;
-                    rest += &format!(
-                        ", against {} by plain {} with {} steps ({} times as long)",
-                        seconds(march.frame.median),
-                        results.methods[march.method].title,
-                        march.quality,
-                        significant(ratio)
-                    );
-                }
-                None if results.representative().any(marches) => {
-                    rest += "; plain ray marching does not get there";
-                }
-                None => {}
+        let best = self.winners[0];
+        let at = place(results, best);
+        let mut sentence = Sentence::new(format!(
+            "For an error of at most {}{at}, ",
+            self.targets.join(" or ")
+        ));
+        let time = |m: &Measurement| seconds(m.frame.median);
+        if let [only] = self.winners[..] {
+            let rest = format!(" is the fastest: {} a frame", time(only));
+            sentence = sentence.strong(results.setting(only)).then(rest);
+        } else {
+            let named = &self.winners[..self.winners.len().min(NAMED)];
+            let others = self.winners.len() - named.len();
+            for (index, winner) in named.iter().enumerate() {
+                let joint = match (index, index + 1 == named.len() && others == 0) {
+                    (0, _) => "",
+                    (_, true) => " and ",
+                    (_, false) => ", ",
+                };
+                sentence = sentence
+                    .then(joint)
+                    .strong(results.setting(winner))
+                    .then(format!(" ({})", time(winner)));
             }
+            if others > 0 {
+                sentence = sentence.then(format!(" and {others} more"));
+            }
+            sentence = sentence.then(" are equally fast: their times overlap");
         }
-        rest.push('.');
-        Sentence::new(format!("For an error of {}, ", self.targets.join(" or ")))
-            .strong(setting(results, best))
-            .then(rest)
+        sentence.then(self.against_marching(results)).then(".")
+    }
+
+    /// What plain ray marching takes for the same error, unless it is among the
+    /// fastest.
+    fn against_marching(&self, results: &Results) -> String {
+        let best = self.winners[0];
+        let is_baseline = |m: &&Measurement| results.methods[m.method].is_baseline;
+        if self.winners.iter().any(|m| is_baseline(m)) {
+            return String::new();
+        }
+        let mut own = results
+            .representative()
+            .filter(|m| m.backend == best.backend);
+        match self.march {
+            Some(march) => format!(
+                "; {}, takes {}, {} times as long",
+                results.setting(march),
+                seconds(march.frame.median),
+                significant(march.frame.median / best.frame.median)
+            ),
+            None if own.any(|m| is_baseline(&m)) => {
+                "; plain ray marching does not get there".into()
+            }
+            None => String::new(),
+        }
     }
 }
 
-/// A measurement's method and quality in words.
-pub(super) fn setting(results: &Results, m: &Measurement) -> String {
-    let method = &results.methods[m.method];
-    format!("{} with {} {}", method.title, m.quality, method.quality)
-}
-
 /// At most two errors at which there is a choice on a backend: the coarsest that at least
-/// two methods with shadows reach, and the finest such.
+/// two methods with shadows reach, and the finest such; without a choice, the finest
+/// that one reaches.
 fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
     if results.reference.absolute {
         return Vec::new();
@@ -221,21 +272,23 @@ fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
                 fastest_within(own, Some(*index), target).is_some()
             })
             .count()
-            >= 2
     };
     let all: Vec<f64> = TARGETS[2..]
         .iter()
         .copied()
-        .filter(|t| reached(*t))
+        .filter(|t| reached(*t) >= 2)
         .collect();
     match all[..] {
-        [] => TARGETS[..2]
-            .iter()
-            .rev()
-            .copied()
-            .find(|t| reached(*t))
-            .into_iter()
-            .collect(),
+        [] => {
+            let coarse = TARGETS[..2]
+                .iter()
+                .rev()
+                .copied()
+                .find(|t| reached(*t) >= 2);
+            // Where one method alone comes near, as near as it does.
+            let alone = || TARGETS.iter().rev().copied().find(|t| reached(*t) >= 1);
+            coarse.or_else(alone).into_iter().collect()
+        }
         [only] => vec![only],
         [first, .., last] => vec![first, last],
     }
@@ -244,13 +297,22 @@ fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::results::Times;
     use crate::compare::results::tests::{example, example_with_software};
 
     #[test]
     fn the_fastest_within_an_error_is_named_with_its_price() {
-        let text = plain(&example()).join("\n");
-        assert!(text.contains("For an error of 10 %"), "{text}");
-        assert!(text.contains("against"), "{text}");
+        let mut results = example();
+        for m in &mut results.measurements {
+            // Nothing is as fast as exact visibility.
+            if results.methods[m.method].visibility == "exact" {
+                m.frame = Times::of(&[0.1 * m.frame.low, 0.1 * m.frame.high]);
+            }
+        }
+        let text = plain(&results).join("\n");
+        assert!(text.contains("For an error of at most 10 %, "), "{text}");
+        assert!(text.contains(" is the fastest: "), "{text}");
+        assert!(text.contains("; ray marching, 8 steps, takes "), "{text}");
         assert!(text.contains("The least error is"), "{text}");
         assert!(text.contains("Leaving the shadows out"), "{text}");
         assert!(!text.contains("representative"), "{text}");
@@ -264,7 +326,30 @@ mod tests {
         assert!(last.contains("Times of gpu (a, \"b\", software) are not representative"));
         assert!(!rest.join("\n").contains("gpu"), "{text:?}");
         let text = rest.join("\n");
-        assert!(text.contains("is the fastest on cpu"), "{text}");
+        assert!(!text.contains(" on cpu"), "nothing else competes: {text}");
+    }
+
+    #[test]
+    fn a_method_that_is_alone_is_named_too() {
+        let mut results = example();
+        let alone = results.methods.iter().position(|m| m.visibility == "exact");
+        results.measurements.retain(|m| Some(m.method) == alone);
+        let text = plain(&results).join("\n");
+        assert!(
+            text.contains("For an error of at most 1 %, exact visibility, 8 "),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn backends_that_compete_are_named() {
+        let mut results = example_with_software();
+        for m in &mut results.measurements {
+            m.representative = true;
+        }
+        let text = plain(&results).join("\n");
+        assert!(text.contains(" % on cpu, "), "{text}");
+        assert!(text.contains(" on gpu (a, \"b\", software), "), "{text}");
     }
 
     #[test]
@@ -274,8 +359,38 @@ mod tests {
             m.error.rmse = 1e-4;
         }
         let text = plain(&results).join("\n");
-        assert!(text.contains("For an error of 10 % or 0.1 %"), "{text}");
+        assert!(
+            text.contains("For an error of at most 10 % or 0.1 %"),
+            "{text}"
+        );
         assert_eq!(text.matches("is the fastest").count(), 1, "{text}");
+    }
+
+    #[test]
+    fn no_winner_is_named_where_spreads_overlap() {
+        let mut results = example();
+        for m in &mut results.measurements {
+            m.frame = Times::of(&[0.9 * m.frame.median, 3.0 * m.frame.median]);
+        }
+        let text = plain(&results).join("\n");
+        assert!(
+            text.contains(" are equally fast: their times overlap"),
+            "{text}"
+        );
+        assert!(!text.contains("is the fastest"), "{text}");
+        for m in &mut results.measurements {
+            m.frame = Times::of(&[1.0, 2.0]);
+            m.error.rmse = 0.05;
+        }
+        let text = plain(&results).join("\n");
+        assert!(text.contains(" and 2 more are equally fast"), "{text}");
+        assert!(!text.contains("times as long"), "{text}");
+    }
+
+    #[test]
+    fn the_first_sentence_counts_what_competes() {
+        let text = standfirst(&example_with_software());
+        assert!(text.contains("5 methods at 22 settings"), "{text}");
     }
 
     #[test]

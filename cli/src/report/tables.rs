@@ -2,54 +2,95 @@
 
 use maud::{Markup, html};
 
-use super::plots::{Line, lines};
+use super::plots::{Line, of_software, representative, software};
 use super::section::table;
 use super::summary::TARGETS;
-use crate::compare::results::{Measurement, Results, fastest_within, pareto};
+use crate::compare::results::{Results, fastest_within, pareto, slopes};
 use crate::compare::study::{Cell, Column, Table, Unit};
 use crate::format::{error, seconds};
 
-/// One row per method: the fastest setting within each error.
-pub(super) fn targets(results: &Results) -> Markup {
-    if results.measurements.is_empty() || results.reference.absolute {
-        return Markup::default();
+/// The tables of what competes.
+pub(super) fn section(results: &Results) -> Markup {
+    let lines = representative(results);
+    html! {
+        @if let Some(rows) = targets(results, &lines) {
+            h2 { "Time to reach an error" }
+            (table(&rows))
+        }
+        @if let Some(rows) = measurements(results, &lines) {
+            details {
+                summary { "Table: all " (rows.rows().len()) " measurements" }
+                p.soft.above {
+                    "The same as in " code { "results.csv" } ". Shaded rows are on the front of error against the time of a frame. Map: texels a side of the shadow maps."
+                }
+                (table(&rows))
+            }
+        }
     }
+}
+
+/// What was measured on a software GPU, folded: its times mean nothing.
+pub(super) fn on_software(results: &Results) -> Markup {
+    let (Some(backend), lines) = (results.software(), software(results)) else {
+        return Markup::default();
+    };
+    html! {
+        details {
+            summary { "Software GPU: times that are not representative" }
+            p {
+                "On " (backend) " the processor plays the GPU. Its errors are those of a GPU; its times decide nothing on this page."
+            }
+            (of_software(results, &lines))
+            @for rows in [targets(results, &lines), measurements(results, &lines)].iter().flatten() {
+                (table(rows))
+            }
+        }
+    }
+}
+
+/// One row per method: the fastest setting within each error that is reached.
+fn targets(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
+    if lines.is_empty() || results.reference.absolute {
+        return None;
+    }
+    let all = || lines.iter().flat_map(|line| line.of(results));
+    let reached = |target: &f64| fastest_within(all(), None, *target).is_some();
+    let targets: Vec<f64> = TARGETS.into_iter().filter(reached).collect();
     let mut columns = vec![Column::plain("method")];
-    columns.extend(TARGETS.map(|target| Column::new(error(target, false), Unit::Seconds)));
+    let headed = |target: &f64| Column::new(format!("≤ {}", error(*target, false)), Unit::Seconds);
+    columns.extend(targets.iter().map(headed));
     columns.push(Column::new("best error", Unit::Share));
+    columns.push(Column::plain("slope"));
     let mut rows = Table::new(columns).titled(
         "",
-        format!(
-            "Fastest measured frame whose RMSE is at most the given share of the mean radiance, and its quality (steps, voxels a side, nodes, digits, KiB); the fastest method of a column is shaded.{}",
-            explained(results)
-        ),
+        "The fastest frame of each method whose error (RMSE ÷ mean radiance) is at most that of the column; below it, its number of steps, voxels a side, Gauss nodes, digits or KiB. Shaded: the fastest of a column, and those whose times overlap with its. Slope: of log error over log time; −1 halves the error in twice the time.",
     );
-    for line in lines(results) {
-        let own = results.measurements.iter().filter(|m| line.holds(m));
-        let mut cells = vec![name(results, line)];
-        for target in TARGETS {
-            let winner = fastest_within(results.representative(), None, target);
-            cells.push(match fastest_within(own.clone(), None, target) {
+    let slopes = slopes(&results.measurements);
+    for line in lines {
+        let own = line.of(results);
+        let mut cells = vec![name(results, *line)];
+        for target in &targets {
+            let best = fastest_within(all(), None, *target);
+            cells.push(match fastest_within(own.clone(), None, *target) {
                 Some(m) => Cell {
-                    shaded: winner.is_some_and(|winner| std::ptr::eq(winner, m)),
-                    mark: mark(m),
+                    shaded: best.is_some_and(|best| best.frame.overlaps(&m.frame)),
                     aside: m.quality.to_string(),
                     ..m.frame.median.into()
                 },
-                None => Cell {
-                    aside: "–".into(),
-                    ..Cell::from("")
-                },
+                None => Cell::from("–"),
             });
         }
         let best = own.map(|m| m.error.rmse).fold(f64::INFINITY, f64::min);
         cells.push(best.into());
+        let mut slopes = slopes.iter();
+        let slope = slopes.find(|s| (s.method, &*s.backend) == (line.method, line.backend));
+        cells.push(match slope.and_then(|slope| slope.over_time) {
+            Some(slope) => format!("{slope:.1}").replace('-', "−").into(),
+            None => Cell::from("–"),
+        });
         rows.push(cells);
     }
-    html! {
-        h2 { "Time to reach an error" }
-        (table(&rows))
-    }
+    Some(rows)
 }
 
 /// A line's name with its colour and marker.
@@ -57,24 +98,10 @@ fn name(results: &Results, line: Line<'_>) -> Cell {
     Cell::keyed(line.name(results), line.key(results))
 }
 
-/// What stands behind a time that is not representative.
-fn mark(m: &Measurement) -> &'static str {
-    if m.representative { "" } else { "*" }
-}
-
-/// What the mark means, if it is used.
-fn explained(results: &Results) -> &'static str {
-    if results.software().is_some() {
-        " Times with an asterisk are those of a software adapter and not representative."
-    } else {
-        ""
-    }
-}
-
 /// One row per measurement.
-pub(super) fn measurements(results: &Results) -> Markup {
-    if results.measurements.is_empty() {
-        return Markup::default();
+fn measurements(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
+    if lines.is_empty() {
+        return None;
     }
     let unit = if results.reference.absolute {
         Unit::Number
@@ -84,138 +111,124 @@ pub(super) fn measurements(results: &Results) -> Markup {
     let mut rows = Table::new(vec![
         Column::plain("method"),
         Column::plain("quality"),
+        Column::plain("map"),
         Column::new("RMSE", unit),
+        Column::plain("relMSE"),
+        Column::plain("FLIP"),
         Column::new("max", unit),
-        Column::new("p99", unit),
+        Column::new("p99", Unit::Share),
         Column::new("build", Unit::Seconds),
         Column::new("frame", Unit::Seconds),
         Column {
             soft: true,
-            ..Column::plain("fastest – slowest")
+            ..Column::plain("min – max")
+        },
+        Column {
+            soft: true,
+            ..Column::plain("runs")
         },
         Column::new("memory", Unit::Bytes),
     ]);
     rows.grouped = true;
-    let points: Vec<Option<(f64, f64)>> = results
-        .measurements
-        .iter()
-        .map(|m| m.representative.then_some((m.frame.median, m.error.rmse)))
+    let all = || {
+        lines
+            .iter()
+            .flat_map(|line| line.of(results).map(move |m| (*line, m)))
+    };
+    let points: Vec<Option<(f64, f64)>> = all()
+        .map(|(_, m)| Some((m.frame.median, m.error.rmse)))
         .collect();
-    let front = pareto(&points);
-    for line in lines(results) {
-        for (m, best) in results.measurements.iter().zip(&front) {
-            if !line.holds(m) {
-                continue;
-            }
-            let marked = |time: f64| Cell {
-                mark: if time > 0.0 { mark(m) } else { "" },
-                ..time.into()
-            };
-            let cells = vec![
-                name(results, line),
-                format!("{} {}", m.quality, results.methods[m.method].quality).into(),
-                m.error.rmse.into(),
-                m.error.max.into(),
-                m.error.rel_p99.into(),
-                marked(m.seconds_build),
-                marked(m.frame.median),
-                format!("{} – {}", seconds(m.frame.low), seconds(m.frame.high)).into(),
-                m.bytes.into(),
-            ];
-            rows.push_row(cells, *best);
-        }
-    }
-    html! {
-        h2 { "All measurements" }
-        p.soft {
-            "The same as in " code { "results.csv" } ". Shaded rows are on the front of error against frame time."
-            (explained(results))
-        }
-        (table(&rows))
-    }
-}
-
-/// The measurements as they are written to `results.csv`: times are medians in
-/// seconds, errors are as in [`Results`].
-pub(crate) fn records(results: &Results) -> Table {
-    let mut table = Table::new(
-        [
-            "scene",
-            "light",
-            "visibility",
-            "airlight",
-            "backend",
-            "quality",
-            "error_rmse",
-            "error_max",
-            "error_rel_p99",
-            "seconds_build",
-            "seconds_frame",
-            "bytes",
-        ]
-        .map(Column::plain)
-        .into(),
-    );
-    for m in &results.measurements {
-        let method = &results.methods[m.method];
-        table.push(vec![
-            results.scene.as_str().into(),
-            results.light.as_str().into(),
-            method.visibility.as_str().into(),
-            method.airlight.as_str().into(),
-            m.backend.as_str().into(),
+    for ((line, m), best) in all().zip(pareto(&points)) {
+        let cells = vec![
+            Cell {
+                aside: results.methods[m.method].quality.clone(),
+                ..name(results, line)
+            },
             m.quality.into(),
+            m.map.map_or_else(|| Cell::from("–"), Cell::from),
             m.error.rmse.into(),
+            m.error.rel_mse.into(),
+            m.error.flip.map_or_else(|| Cell::from("–"), Cell::from),
             m.error.max.into(),
             m.error.rel_p99.into(),
             m.seconds_build.into(),
             m.frame.median.into(),
+            range(m.frame.low, m.frame.high).into(),
+            m.frame.repetitions.into(),
             m.bytes.into(),
-        ]);
+        ];
+        rows.push_row(cells, best);
     }
-    table
+    Some(rows)
+}
+
+/// Two durations, with one unit if they share it: `1.2 – 1.5 ms`.
+fn range(low: f64, high: f64) -> String {
+    let (low, high) = (seconds(low), seconds(high));
+    match (low.split_once(' '), high.split_once(' ')) {
+        (Some((number, a)), Some((_, b))) if a == b => format!("{number} – {high}"),
+        _ => format!("{low} – {high}"),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::compare::results::tests::{example, example_with_software};
-    use crate::report::csv;
-
-    fn lines_of(results: &Results) -> Vec<Vec<String>> {
-        let text = csv(&records(results)).unwrap();
-        let mut reader = ::csv::Reader::from_reader(&text[..]);
-        let rows = reader.records().map(|row| row.unwrap());
-        rows.map(|row| row.iter().map(str::to_owned).collect())
-            .collect()
-    }
-
-    #[test]
-    fn every_measurement_is_a_line_of_csv() {
-        let results = example();
-        let lines = lines_of(&results);
-        assert_eq!(lines.len(), results.measurements.len());
-        for (line, m) in lines.iter().zip(&results.measurements) {
-            assert_eq!(line.len(), 12);
-            assert_eq!(line[0], results.scene);
-            assert_eq!(line[2], results.methods[m.method].visibility);
-            assert_eq!(line[6].parse::<f64>().unwrap(), m.error.rmse);
-            assert_eq!(line[11].parse::<u64>().unwrap(), m.bytes);
-        }
-    }
-
-    #[test]
-    fn a_backend_whose_name_has_commas_is_one_column() {
-        let lines = lines_of(&example_with_software());
-        assert_eq!(lines.last().unwrap()[4], "gpu (a, \"b\", software)");
-    }
 
     #[test]
     fn each_method_is_named_once_in_the_table_of_measurements() {
         let results = example();
-        let html = measurements(&results).into_string();
+        let rows = measurements(&results, &representative(&results)).unwrap();
+        let html = table(&rows).into_string();
         let methods = results.methods.len();
-        assert_eq!(html.matches("class=\"first").count(), methods);
+        assert_eq!(html.matches("<tbody class=\"group").count(), methods);
+        assert_eq!(html.matches("<th scope=\"row").count(), methods);
         assert_eq!(html.matches("<tr").count(), 1 + results.measurements.len());
+    }
+
+    #[test]
+    fn what_a_software_adapter_took_is_folded_away() {
+        let results = example_with_software();
+        let html = section(&results).into_string();
+        assert!(!html.contains("software"), "{html}");
+        let folded = on_software(&results).into_string();
+        assert!(folded.starts_with("<details><summary>Software GPU"));
+        assert!(folded.contains("gpu (a, &quot;b&quot;, software)"));
+        assert_eq!(folded.matches("<table").count(), 2);
+        assert_eq!(on_software(&example()).into_string(), "");
+    }
+
+    #[test]
+    fn errors_that_nobody_reaches_have_no_column() {
+        let mut results = example();
+        for m in &mut results.measurements {
+            m.error.rmse = m.error.rmse.max(0.03);
+        }
+        let rows = targets(&results, &representative(&results)).unwrap();
+        let names: Vec<&str> = rows.columns.iter().map(|c| c.name.as_str()).collect();
+        let reached = ["≤ 50 %", "≤ 20 %", "≤ 10 %", "≤ 5 %"];
+        assert_eq!(names[1..5], reached);
+        assert_eq!(names[5..], ["best error", "slope"]);
+    }
+
+    #[test]
+    fn times_that_overlap_with_the_fastest_are_shaded_too() {
+        let mut results = example();
+        for m in &mut results.measurements {
+            m.frame = crate::compare::results::Times::of(&[1.0, 2.0]);
+        }
+        let rows = targets(&results, &representative(&results)).unwrap();
+        let shaded = |column: usize| {
+            rows.rows()
+                .iter()
+                .filter(|r| r.cells[column].shaded)
+                .count()
+        };
+        assert_eq!(shaded(1), results.methods.len(), "all reach half the mean");
+        assert_eq!(shaded(rows.columns.len() - 1), 0);
+        assert_eq!(range(1.2e-3, 1.5e-3), "1.2 – 1.5 ms");
+        assert_eq!(range(0.9e-3, 1.5e-3), "900 µs – 1.5 ms");
+        assert_eq!(range(0.0, 1.0), "0 – 1 s");
     }
 }

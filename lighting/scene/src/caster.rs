@@ -42,7 +42,8 @@ pub enum Caster<'a> {
 ///
 /// T = 1 − a + a · transmission · C
 ///
-/// passes, where C is the base colour with texture and vertex colour, at most 1.
+/// passes, where C is the base colour with texture and vertex colour, at most 1, and
+/// the transmission is that of the material times the red of its transmission texture.
 /// Light goes straight on: nothing is refracted. The angle of incidence has no
 /// effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,11 +120,15 @@ impl<'a> Coating<'a> {
     fn behind(&self, coverage: f32, u: f32, v: f32) -> Vec3 {
         let mut passing = Vec3::splat(1.0 - coverage);
         if self.coat.transmission > 0.0 && coverage > 0.0 {
+            let share = self.coat.transmission_texture.as_ref();
+            let share = share.map_or(1.0, |t| {
+                t.sample(interpolate(self.corners.transmission, u, v)).x
+            });
             let texture = self.coat.texture.as_ref();
             let texture = texture.map_or(Vec3::ONE, |t| t.sample(self.texture_coordinate(u, v)));
             let color = self.coat.base_color * self.color(u, v).truncate() * texture;
             let color = color.clamp(Vec3::ZERO, Vec3::ONE);
-            passing += coverage * self.coat.transmission * color;
+            passing += coverage * self.coat.transmission * share.min(1.0) * color;
         }
         passing
     }
@@ -132,8 +137,17 @@ impl<'a> Coating<'a> {
     /// without a lookup at any: no texture, and one colour at the corners.
     pub fn constant(&self) -> Option<Vec3> {
         let [a, b, c] = self.corners.colors;
-        let is_constant = self.coat.texture.is_none() && a == b && b == c;
+        let is_constant = self.coat.texture.is_none()
+            && self.coat.transmission_texture.is_none()
+            && a == b
+            && b == c;
         is_constant.then(|| self.transmittance(0.0, 0.0))
+    }
+
+    /// True if the same share passes in all colour channels, wherever it is asked.
+    pub fn is_grey(&self) -> bool {
+        let is_grey = |color: Vec4| color.x == color.y && color.y == color.z;
+        self.coat.is_grey && self.corners.colors.into_iter().all(is_grey)
     }
 
     /// The mean of the transmittance over the triangle, from its values at the
@@ -176,9 +190,20 @@ impl<'a> Coating<'a> {
         self.coat.opacity
     }
 
-    /// Share of the covered light that goes through, before the base colour.
+    /// Share of the covered light that goes through, before texture and base colour.
     pub fn transmission(&self) -> f32 {
         self.coat.transmission
+    }
+
+    /// The image whose red multiplies the transmission.
+    pub fn transmission_texture(&self) -> Option<&'a Texture> {
+        self.coat.transmission_texture.as_ref()
+    }
+
+    /// Coordinates of the transmission texture at the three corners; 0 if there is
+    /// none.
+    pub fn transmission_coordinates(&self) -> [Vec2; 3] {
+        self.corners.transmission
     }
 
     /// The image that colours the surface and holds its opacity;
@@ -222,42 +247,69 @@ pub(crate) struct Coat {
     base_color: Vec3,
     transmission: f32,
     texture: Option<Texture>,
+    /// Its red multiplies the transmission.
+    transmission_texture: Option<Texture>,
     /// The smallest opacity of the texture.
     least: f32,
+    /// Whether all colour channels pass alike, but for vertex colours.
+    is_grey: bool,
 }
 
 /// What a triangle has at its corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Corners {
     pub(crate) coordinates: [Vec2; 3],
+    pub(crate) transmission: [Vec2; 3],
     pub(crate) colors: [Vec4; 3],
 }
 
+fn is_grey(color: &Vec3) -> bool {
+    color.x == color.y && color.y == color.z
+}
+
 impl Coat {
-    /// `None` if the material is opaque wherever it is used.
+    /// Without textures; `None` if the material is opaque wherever it is used.
     pub(crate) fn new(material: &Material) -> Option<Self> {
         let is_opaque = material.alpha == AlphaMode::Opaque && material.transmission == 0.0;
         if is_opaque {
             return None;
         }
-        let texture = material.base_color_texture.clone();
-        let alpha = texture.as_ref().and_then(Texture::alpha);
         Some(Self {
             mode: material.alpha,
             opacity: material.opacity,
             base_color: material.base_color,
             transmission: material.transmission,
-            least: alpha.map_or(1.0, |alpha| alpha.iter().copied().fold(1.0, f32::min)),
-            texture,
+            texture: None,
+            transmission_texture: None,
+            least: 1.0,
+            is_grey: material.transmission == 0.0 || is_grey(&material.base_color),
         })
     }
 
-    /// The same without its texture, for meshes that have no coordinates.
-    pub(crate) fn untextured(&self) -> Self {
+    /// The same with the material's texture, for meshes that have coordinates.
+    pub(crate) fn with_texture(self, material: &Material) -> Self {
+        let texture = material.base_color_texture.clone();
+        let alpha = texture.as_ref().and_then(Texture::alpha);
+        let least = alpha.map_or(1.0, |alpha| alpha.iter().copied().fold(1.0, f32::min));
+        let is_colourless = texture
+            .as_ref()
+            .is_none_or(|texture| texture.texels().iter().all(is_grey));
         Self {
-            texture: None,
-            least: 1.0,
-            ..self.clone()
+            is_grey: self.is_grey && (self.transmission == 0.0 || is_colourless),
+            texture,
+            least,
+            ..self
+        }
+    }
+
+    /// The same with the material's transmission texture.
+    pub(crate) fn with_transmission_texture(self, material: &Material) -> Self {
+        Self {
+            transmission_texture: material
+                .transmission_texture
+                .clone()
+                .filter(|_| self.transmission > 0.0),
+            ..self
         }
     }
 

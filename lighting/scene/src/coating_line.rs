@@ -1,8 +1,8 @@
 //! What passes along a line over a triangle.
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 
-use super::{AlphaMode, Coating, Filter};
+use super::{AlphaMode, Coating, Filter, Texture};
 
 /// A part of a line over a triangle, from 0 to 1 along it, and the share of the
 /// light that passes there, per colour channel.
@@ -31,7 +31,7 @@ impl Coating<'_> {
     /// barycentric coordinates of the second and third corner: in order, from 0
     /// to 1 without gaps.
     ///
-    /// Between the texel centres that the line passes, the opacity is a cubic in
+    /// Between the texel centres of both textures that the line passes, the opacity is a cubic in
     /// the place on the line. Where it meets the cutoff of a mask is found in
     /// f64, so the ends of the holes are exact. A transmittance that varies is
     /// given as means of parts over which it varies by about 1/64, or of the 64th part
@@ -90,42 +90,67 @@ impl Coating<'_> {
     pub(crate) fn opacity_at(&self, u: f64, v: f64) -> f64 {
         let place = DVec2::new(u, v);
         let line = Line::new(self, place, place);
-        if !line.texel.is_finite() {
-            return f64::from(self.opacity(u as f32, v as f32));
-        }
         line.cubic(0.0, 0.0)[0]
     }
 }
 
-/// The line in coordinates of the texture.
-struct Line<'a> {
-    coating: &'a Coating<'a>,
-    start: DVec2,
-    along: DVec2,
+/// The line as it crosses the texels of a texture.
+#[derive(Clone, Copy, Default)]
+struct Track {
     /// Texels right and down at 0, and from 0 to 1; integers are where the
     /// texels change that matter. 0 without a texture.
     texel: DVec2,
     texels: DVec2,
+}
+
+impl Track {
+    fn new(texture: Option<&Texture>, coordinates: [Vec2; 3], [start, end]: [DVec2; 2]) -> Self {
+        let Some(texture) = texture else {
+            return Self::default();
+        };
+        let size = DVec2::new(texture.width().into(), texture.height().into());
+        let shift = match texture.sampler().filter {
+            Filter::Linear => 0.5,
+            Filter::Nearest => 0.0,
+        };
+        let [a, b, c] = coordinates.map(|uv| uv.as_dvec2());
+        let texel = |at: DVec2| {
+            let [p, q, r] = weights(at);
+            (p * a + q * b + r * c) * size - shift
+        };
+        let track = Self {
+            texel: texel(start),
+            texels: texel(end) - texel(start),
+        };
+        // What is nowhere is the first texel.
+        if track.texel.is_finite() && track.texels.is_finite() {
+            track
+        } else {
+            Self::default()
+        }
+    }
+}
+
+/// By how much of each corner a point is a mixture.
+fn weights(at: DVec2) -> [f64; 3] {
+    [1.0 - at.x - at.y, at.x, at.y]
+}
+
+/// The line in coordinates of the textures.
+struct Line<'a> {
+    coating: &'a Coating<'a>,
+    start: DVec2,
+    along: DVec2,
+    /// Over the texture of colour and opacity, and over that of the transmission.
+    color: Track,
+    transmission: Track,
     /// Opacity of material and vertices at 0 and at 1.
     vertex: [f64; 2],
 }
 
 impl<'a> Line<'a> {
     fn new(coating: &'a Coating<'a>, start: DVec2, end: DVec2) -> Self {
-        let weights = |at: DVec2| [1.0 - at.x - at.y, at.x, at.y];
-        let texel = |at: DVec2| {
-            let Some(texture) = coating.texture() else {
-                return DVec2::ZERO;
-            };
-            let size = DVec2::new(texture.width().into(), texture.height().into());
-            let [a, b, c] = coating.texture_coordinates().map(|uv| uv.as_dvec2());
-            let [p, q, r] = weights(at);
-            let shift = match texture.sampler().filter {
-                Filter::Linear => 0.5,
-                Filter::Nearest => 0.0,
-            };
-            (p * a + q * b + r * c) * size - shift
-        };
+        let ends = [start, end];
         let vertex = |at: DVec2| {
             let [a, b, c] = coating.colors().map(|color| f64::from(color.w));
             let [p, q, r] = weights(at);
@@ -135,15 +160,28 @@ impl<'a> Line<'a> {
             coating,
             start,
             along: end - start,
-            texel: texel(start),
-            texels: texel(end) - texel(start),
-            vertex: [vertex(start), vertex(end)],
+            color: Track::new(coating.texture(), coating.texture_coordinates(), ends),
+            transmission: Track::new(
+                coating.transmission_texture(),
+                coating.transmission_coordinates(),
+                ends,
+            ),
+            vertex: ends.map(vertex),
         }
     }
 
     /// Calls `cell(from, to, is_one_cell)` for the parts between changes of texel.
     fn for_each_cell(&self, mut cell: impl FnMut(f64, f64, bool)) {
-        let count = self.texels.x.abs() + self.texels.y.abs();
+        let of_track = |track: Track| {
+            let (at, way) = (track.texel, track.texels);
+            [(at.x, way.x), (at.y, way.y)]
+        };
+        let axes = [of_track(self.color), of_track(self.transmission)];
+        let axes = match self.coating.transmission_texture() {
+            None => axes[0].as_slice(),
+            Some(_) => axes.as_flattened(),
+        };
+        let count: f64 = axes.iter().map(|(_, way)| way.abs()).sum();
         // Not a number either.
         if !(count < MOST_CELLS) {
             for i in 0..MOST_CELLS as u32 {
@@ -152,27 +190,25 @@ impl<'a> Line<'a> {
             }
             return;
         }
-        let mut next = [0, 1].map(|axis| {
-            let (at, way) = (self.texel[axis], self.texels[axis]);
-            if way > 0.0 {
+        let mut next = [0.0; 4];
+        for (next, &(at, way)) in next.iter_mut().zip(axes) {
+            *next = if way > 0.0 {
                 at.floor() + 1.0
             } else {
                 at.ceil() - 1.0
-            }
-        });
-        let crossing = |axis: usize, line: f64| {
-            let way = self.texels[axis];
-            if way == 0.0 {
-                return f64::INFINITY;
-            }
-            (line - self.texel[axis]) / way
-        };
+            };
+        }
         let mut from = 0.0;
         while from < 1.0 {
-            let [x, y] = [0, 1].map(|axis| crossing(axis, next[axis]));
-            let axis = usize::from(y < x);
-            let to = x.min(y).min(1.0);
-            next[axis] += self.texels[axis].signum();
+            let (mut axis, mut to) = (0, f64::INFINITY);
+            for (index, (&(at, way), line)) in axes.iter().zip(next).enumerate() {
+                let crossing = (line - at) / way;
+                if way != 0.0 && crossing < to {
+                    (axis, to) = (index, crossing);
+                }
+            }
+            let to = to.min(1.0);
+            next[axis] += axes[axis].1.signum();
             if to > from {
                 cell(from, to, true);
                 from = to;
@@ -190,14 +226,14 @@ impl<'a> Line<'a> {
         let [q0, q1, q2] = match self.coating.texture() {
             None => [1.0, 0.0, 0.0],
             Some(texture) => {
-                let middle = (self.texel + 0.5 * (from + to) * self.texels).floor();
+                let middle = (self.color.texel + 0.5 * (from + to) * self.color.texels).floor();
                 let (column, row) = (middle.x as i64, middle.y as i64);
                 let at = |x: i64, y: i64| f64::from(texture.texel_alpha(column + x, row + y));
                 match texture.sampler().filter {
                     Filter::Nearest => [at(0, 0), 0.0, 0.0],
                     Filter::Linear => {
-                        let first = self.texel + from * self.texels - middle;
-                        let step = width * self.texels;
+                        let first = self.color.texel + from * self.color.texels - middle;
+                        let step = width * self.color.texels;
                         // a + b x + c y + d x y at x, y linear.
                         let a = at(0, 0);
                         let (b, c) = (at(1, 0) - a, at(0, 1) - a);
@@ -303,8 +339,8 @@ mod tests {
     use reference::random::Random;
 
     use super::*;
-    use crate::{Caster, Geometry, Material, Mesh, Sampler, Scene, Texture, Wrap};
-    use glam::{Vec2, Vec4};
+    use crate::{Caster, Geometry, Material, Mesh, Sampler, Scene, Wrap};
+    use glam::Vec4;
 
     fn triangle(material: Material, scale: f32, random: &mut Random) -> Geometry {
         let mut unit = || random.unit();

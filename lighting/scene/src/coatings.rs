@@ -25,6 +25,8 @@ struct List {
     absent: Vec<bool>,
     /// Whether any triangle is see-through.
     is_see_through: bool,
+    /// Whether some see-through triangle colours the light of lamps.
+    is_coloured: bool,
 }
 
 const SOLID: u32 = u32::MAX;
@@ -58,6 +60,12 @@ impl Coatings {
         self.0.kinds.is_empty() && self.0.absent.is_empty()
     }
 
+    /// True if some triangle is [`Caster::SeeThrough`] to a lamp and lets a share of
+    /// its light through that is not the same in all colour channels.
+    pub fn any_coloured(&self) -> bool {
+        self.0.is_coloured
+    }
+
     /// True if some triangle is [`Caster::SeeThrough`] to the eye, whether it
     /// casts a shadow or not.
     pub fn any_see_through(&self) -> bool {
@@ -69,9 +77,9 @@ impl Coatings {
 pub(crate) struct CoatingsOf<'a> {
     scene: &'a Scene,
     list: List,
-    /// The coat of each material, with and without its texture; `None` if it is
-    /// opaque.
-    known: BTreeMap<(usize, bool), Option<u32>>,
+    /// The coat of each material, with and without each of its textures; `None` if
+    /// it is opaque.
+    known: BTreeMap<(usize, [bool; 2]), Option<u32>>,
     /// Triangles so far.
     count: usize,
 }
@@ -88,16 +96,23 @@ impl<'a> CoatingsOf<'a> {
 
     pub(crate) fn coat(&mut self, mesh: &Mesh) -> Option<u32> {
         let material = mesh.material?;
-        let is_textured = !mesh.texture_coordinates.is_empty();
-        if let Some(known) = self.known.get(&(material, is_textured)) {
+        let has_coordinates = [&mesh.texture_coordinates, &mesh.transmission_coordinates]
+            .map(|coordinates| !coordinates.is_empty());
+        if let Some(known) = self.known.get(&(material, has_coordinates)) {
             return *known;
         }
-        let coat = Coat::new(&self.scene.materials[material]).map(|coat| {
-            let coat = if is_textured { coat } else { coat.untextured() };
+        let of = &self.scene.materials[material];
+        let coat = Coat::new(of).map(|mut coat| {
+            if has_coordinates[0] {
+                coat = coat.with_texture(of);
+            }
+            if has_coordinates[1] {
+                coat = coat.with_transmission_texture(of);
+            }
             self.list.coats.push(coat);
             self.list.coats.len() as u32 - 1
         });
-        self.known.insert((material, is_textured), coat);
+        self.known.insert((material, has_coordinates), coat);
         coat
     }
 
@@ -110,23 +125,30 @@ impl<'a> CoatingsOf<'a> {
     ) {
         let list = &mut self.list;
         let kind = coat.map_or(SOLID, |coat| {
-            let coordinates = match mesh.texture_coordinates.as_slice() {
-                [] => [Vec2::ZERO; 3],
-                coordinates => corners.map(|corner| coordinates[corner as usize]),
-            };
+            let [coordinates, transmission] =
+                [&mesh.texture_coordinates, &mesh.transmission_coordinates].map(|all| {
+                    match all.as_slice() {
+                        [] => [Vec2::ZERO; 3],
+                        all => corners.map(|corner| all[corner as usize]),
+                    }
+                });
             let colors = match mesh.colors.as_slice() {
                 [] => [Vec4::ONE; 3],
                 colors => corners.map(|corner| colors[corner as usize]),
             };
             let corners = Corners {
                 coordinates,
+                transmission,
                 colors,
             };
             if list.coats[coat as usize].is_solid(&corners) {
                 return SOLID;
             }
             let caster = list.coats[coat as usize].on(&corners);
-            list.is_see_through |= matches!(caster, Caster::SeeThrough(_));
+            if let Caster::SeeThrough(coating) = caster {
+                list.is_see_through = true;
+                list.is_coloured |= !no_shadow && !coating.is_grey();
+            }
             list.coated.push((coat, corners));
             list.coated.len() as u32 - 1
         });

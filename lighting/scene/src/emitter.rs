@@ -2,6 +2,7 @@
 //! directions.
 
 use std::f32::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use glam::{Quat, Vec2, Vec3};
 
@@ -9,6 +10,10 @@ use crate::{Cone, SceneError, Texture, is_near};
 
 /// The least difference of the cosines of a spot, of KHR_lights_punctual.
 const LEAST_RIM: f64 = 0.001;
+
+/// The most lines between the centres of a cookie's texels that a ray crosses before
+/// coarser levels of the cookie take part, see [`SpotEmission::mip`].
+pub const MOST_COOKIE_LINES: u32 = 4096;
 
 /// A light that reaches any point of space from exactly one direction.
 ///
@@ -79,6 +84,8 @@ pub struct SpotEmission {
     rim: f32,
     tan_outer: f32,
     texture: Option<Texture>,
+    /// Coarser and coarser levels of the texture, see [`SpotEmission::mip_levels`].
+    mip_levels: Arc<[Texture]>,
 }
 
 impl Emission {
@@ -118,6 +125,7 @@ impl Emission {
             outer_versine: dark as f32,
             rim: (dark - full).max(LEAST_RIM) as f32,
             tan_outer: outer.tan(),
+            mip_levels: texture.as_ref().map(mip_levels).unwrap_or_default(),
             texture,
         }))
     }
@@ -183,6 +191,35 @@ impl SpotEmission {
     /// The cookie in front of the light.
     pub fn texture(&self) -> Option<&Texture> {
         self.texture.as_ref()
+    }
+
+    /// What of the cookie lies along a ray that crosses `lines` lines between the
+    /// centres of its texels: a mip level, 0 for the cookie itself, and the share of
+    /// the next coarser one, from 0 to 1.
+    ///
+    /// Rays that cross no more than [`MOST_COOKIE_LINES`] see the cookie as it is.
+    /// The share grows with the number of lines up to twice that, where the next
+    /// level takes over, so that an image has no seam. Never more than
+    /// [`SpotEmission::mip_levels`] has.
+    pub fn mip(&self, lines: f64) -> (usize, f64) {
+        let most = f64::from(MOST_COOKIE_LINES);
+        let (mut level, mut lines) = (0, lines);
+        while lines > 2.0 * most && level < self.mip_levels.len() {
+            level += 1;
+            lines *= 0.5;
+        }
+        if level == self.mip_levels.len() {
+            return (level, 0.0);
+        }
+        (level, (lines / most - 1.0).clamp(0.0, 1.0))
+    }
+
+    /// Coarser levels of the cookie, each with half as many texels along each side
+    /// as the one before, of which the first is half the cookie: as many as
+    /// [`SpotEmission::mip`] asks for, none for cookies whose width and height
+    /// together are at most [`MOST_COOKIE_LINES`].
+    pub fn mip_levels(&self) -> &[Texture] {
+        &self.mip_levels
     }
 
     fn factor(&self, direction: Vec3) -> Vec3 {
@@ -360,6 +397,18 @@ impl DirectionalEmitter {
     pub fn irradiance(&self) -> Vec3 {
         self.irradiance
     }
+}
+
+/// The coarser levels of a cookie.
+fn mip_levels(cookie: &Texture) -> Arc<[Texture]> {
+    // As many lines as a ray can cross of the level at hand, at least.
+    let mut lines = f64::from(cookie.width()) + f64::from(cookie.height());
+    let mut levels: Vec<Texture> = Vec::new();
+    while lines > f64::from(MOST_COOKIE_LINES) {
+        levels.push(levels.last().unwrap_or(cookie).halved());
+        lines *= 0.5;
+    }
+    levels.into()
 }
 
 fn check_power(what: &'static str, value: Vec3) -> Result<(), SceneError> {

@@ -217,9 +217,17 @@ impl Geometry {
             AlphaMode::Blend => opacity,
         };
         let emitted = covered * material.emitted;
+        let mut transmission = material.transmission;
+        if let Some(texture) = &material.transmission_texture
+            && !mesh.transmission_coordinates.is_empty()
+        {
+            let at = |corner: u32| mesh.transmission_coordinates[corner as usize];
+            let uv = interpolate(mesh.triangles[source.triangle as usize].map(at), u, v);
+            transmission *= texture.sample(uv).x.min(1.0);
+        }
         Appearance {
             albedo: covered
-                * (1.0 - material.transmission)
+                * (1.0 - transmission)
                 * (material.base_color * vertex.truncate() * color),
             emitted,
             emitted_behind: if material.double_sided {
@@ -279,13 +287,21 @@ fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), SceneError> {
         return Err(out_of_range("material", index as u64, materials));
     }
     let vertices = mesh.positions.len();
-    if !mesh.texture_coordinates.is_empty() && mesh.texture_coordinates.len() != vertices {
-        return Err(SceneError::LengthMismatch {
-            owner: describe(mesh),
-            what: "texture coordinates",
-            actual: mesh.texture_coordinates.len(),
-            expected: vertices,
-        });
+    for (what, coordinates) in [
+        ("texture coordinates", &mesh.texture_coordinates),
+        (
+            "coordinates of the transmission texture",
+            &mesh.transmission_coordinates,
+        ),
+    ] {
+        if !coordinates.is_empty() && coordinates.len() != vertices {
+            return Err(SceneError::LengthMismatch {
+                owner: describe(mesh),
+                what,
+                actual: coordinates.len(),
+                expected: vertices,
+            });
+        }
     }
     if !mesh.colors.is_empty() && mesh.colors.len() != vertices {
         return Err(SceneError::LengthMismatch {

@@ -73,7 +73,9 @@ pub use caster::{Caster, Coating};
 pub use coating_line::Passing;
 pub use coatings::Coatings;
 pub use complete::Placement;
-pub use emitter::{DirectionalEmitter, Emission, Emitter, Falloff, PointEmitter, SpotEmission};
+pub use emitter::{
+    DirectionalEmitter, Emission, Emitter, Falloff, MOST_COOKIE_LINES, PointEmitter, SpotEmission,
+};
 pub use geometry::{Appearance, Geometry, MAX_TRIANGLES, Source};
 pub use light::{AreaLight, AreaShape, Cone, DirectionalLight, Light, PointLight, SpotLight};
 pub use medium::{Bounds, Medium, PhaseFunction, ScatteringAngle};
@@ -167,6 +169,9 @@ pub struct Mesh {
     /// Texture coordinates, one per position, or empty. (0, 0) is the upper
     /// left corner of the image.
     pub texture_coordinates: Vec<Vec2>,
+    /// Coordinates of the material's transmission texture, one per position, or
+    /// empty.
+    pub transmission_coordinates: Vec<Vec2>,
     /// Linear red, green, blue and opacity, one per position, or empty. They
     /// are interpolated over each triangle and multiply the colour and the
     /// opacity of the material.
@@ -212,6 +217,8 @@ pub struct Material {
     /// Share from 0 to 1 of the light that is neither reflected nor absorbed
     /// but goes straight through, coloured by the base colour: thin glass.
     pub transmission: f32,
+    /// Its red, at most 1, multiplies the transmission.
+    pub transmission_texture: Option<Texture>,
     /// Whether the back emits as the front does.
     pub double_sided: bool,
 }
@@ -242,6 +249,7 @@ impl Default for Material {
             opacity: 1.0,
             alpha: AlphaMode::Opaque,
             transmission: 0.0,
+            transmission_texture: None,
             double_sided: false,
         }
     }

@@ -7,6 +7,8 @@
 //! the triangle, so triangles that reach behind the light need no clipping and
 //! common edges leave no gaps.
 
+use std::ops::Range;
+
 use glam::{DVec3, Quat, Vec3};
 
 /// A picture plane of `resolution` × `resolution` texels; row 0 is on top.
@@ -221,6 +223,40 @@ impl Footprint {
         }
     }
 
+    /// First column that may be covered, and the one after the last.
+    pub fn columns(&self) -> (u32, u32) {
+        self.columns
+    }
+
+    /// Calls `texel(x, y, depth)` for the covered texel centres in these ranges.
+    /// A centre exactly on the common edge of two triangles that lie on its two
+    /// sides is covered by one of them only.
+    pub fn for_each_once(
+        &self,
+        columns: Range<u32>,
+        rows: Range<u32>,
+        mut texel: impl FnMut(u32, u32, f32),
+    ) {
+        // The line of an edge is that of the neighbour with the other sign, to the
+        // last digit; one of the two owns it.
+        let covers = |edge: &Linear, x: f64, y: f64| {
+            let value = edge.at(x, y);
+            value > 0.0 || (value == 0.0 && (edge.a > 0.0 || (edge.a == 0.0 && edge.b > 0.0)))
+        };
+        for row in self.rows.0.max(rows.start)..self.rows.1.min(rows.end) {
+            let y = f64::from(row) + 0.5;
+            let Some((from, to)) = self.covered_columns(y) else {
+                continue;
+            };
+            for column in from.max(columns.start)..to.min(columns.end) {
+                let x = f64::from(column) + 0.5;
+                if self.edges.iter().all(|edge| covers(edge, x, y)) {
+                    texel(column, row, self.depth_at(x, y));
+                }
+            }
+        }
+    }
+
     /// Barycentric coordinates of the triangle's second and third corner where the
     /// ray through the centre of a texel meets its plane.
     pub fn barycentric(&self, x: u32, y: u32) -> [f64; 2] {
@@ -425,6 +461,42 @@ mod tests {
             let front = |t| Footprint::new(&face, t, 64).map(|f| f.is_front());
             assert_eq!(front(&facing), Some(true));
             assert_eq!(front(&averted), Some(false));
+        }
+    }
+
+    /// Edges run through the centres of texels.
+    #[test]
+    fn squares_of_two_triangles_cover_every_texel_once() {
+        let square = |z: f32| {
+            let corner = |x: f32, y: f32| Vec3::new(x, y, z);
+            let [a, b, c, d] = [
+                corner(-1.5, -0.75),
+                corner(0.5, -0.75),
+                corner(0.5, 0.25),
+                corner(-1.5, 0.25),
+            ];
+            [[a, b, c], [a, c, d], [c, b, a], [d, a, c]]
+        };
+        for (face, z) in [(PARALLEL, -3.0), (central(1.0), -1.5)] {
+            let mut on_an_edge = 0;
+            for [first, second] in [[0, 1], [0, 3], [2, 1], [2, 3]] {
+                let mut count = [0; 16 * 16];
+                let mut twice = [0; 16 * 16];
+                for triangle in [square(z)[first], square(z)[second]] {
+                    let footprint = Footprint::new(&face, &triangle, 16).unwrap();
+                    for (columns, rows) in [(0..7, 0..16), (7..16, 0..3), (7..16, 3..16)] {
+                        let put = |x, y, _| count[(y * 16 + x) as usize] += 1;
+                        footprint.for_each_once(columns, rows, put);
+                    }
+                    footprint.for_each(0, 16, |x, y, _| twice[(y * 16 + x) as usize] += 1);
+                }
+                for (once, twice) in count.into_iter().zip(twice) {
+                    assert!(once <= 1 && (once == 1 || twice == 0 || twice == 1));
+                    on_an_edge += u32::from(twice == 2);
+                    assert!(twice < 2 || once == 1);
+                }
+            }
+            assert!(on_an_edge > 4, "{on_an_edge}");
         }
     }
 

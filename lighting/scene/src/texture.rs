@@ -163,6 +163,32 @@ impl Texture {
         (sum / self.texels.len() as f64).as_vec3()
     }
 
+    /// The next coarser mip level: half as many texels along each side, rounded up,
+    /// each the mean of what it covers. It is opaque.
+    pub fn halved(&self) -> Self {
+        let [width, height] = [self.width, self.height].map(|side| side.div_ceil(2));
+        let (columns, rows) = (halves(self.width), halves(self.height));
+        let texels = rows.iter().flat_map(|row| {
+            columns.iter().map(move |column| {
+                let mut sum = glam::DVec3::ZERO;
+                for &(y, along) in row.iter().flatten() {
+                    for &(x, across) in column.iter().flatten() {
+                        let texel = self.texels[y * self.width as usize + x];
+                        sum += along * across * texel.as_dvec3();
+                    }
+                }
+                sum.as_vec3()
+            })
+        });
+        Self {
+            width,
+            height,
+            texels: texels.collect(),
+            alpha: None,
+            sampler: self.sampler,
+        }
+    }
+
     /// The colour at `uv`, as the sampler has it; texel centres lie at
     /// `(i + ½) / size`, (0, 0) is the upper left corner. Coordinates that are
     /// not finite give the first texel.
@@ -232,6 +258,24 @@ impl Texture {
         let bottom = at(x, y + 1.0) * (1.0 - f.x) + at(x + 1.0, y + 1.0) * f.x;
         top * (1.0 - f.y) + bottom * f.y
     }
+}
+
+/// Which of `size` texels in a row lie under each of half as many, rounded up, and
+/// with which share.
+fn halves(size: u32) -> Vec<[Option<(usize, f64)>; 3]> {
+    let half = size.div_ceil(2);
+    let width = f64::from(size) / f64::from(half);
+    (0..half)
+        .map(|i| {
+            let (start, end) = (f64::from(i) * width, f64::from(i + 1) * width);
+            [0.0, 1.0, 2.0].map(|k| {
+                let texel = start.floor() + k;
+                let share = (end.min(texel + 1.0) - start.max(texel)) / width;
+                let is_there = share > 0.0 && texel < f64::from(size);
+                is_there.then_some((texel as usize, share))
+            })
+        })
+        .collect()
 }
 
 impl Wrap {
@@ -320,6 +364,24 @@ mod tests {
         assert!(opaque.clone().with_alpha(vec![0.0]).is_err());
         assert!(opaque.clone().with_alpha(vec![0.0, 1.5]).is_err());
         assert!(opaque.with_alpha(vec![f32::NAN, 1.0]).is_err());
+    }
+
+    #[test]
+    fn half_an_image_has_the_means_of_what_it_covers() {
+        let texels = (0..15).map(|i| Vec3::splat((i * i % 7) as f32)).collect();
+        let texture = Texture::new(5, 3, texels).unwrap();
+        let half = texture.halved();
+        assert_eq!((half.width(), half.height()), (3, 2));
+        assert!((half.mean() - texture.mean()).length() < 1e-5);
+        // All of the first texel and two thirds of the next one, and half a row more.
+        let row = |y: f32| (y * y % 7.0 + 2.0 / 3.0 * ((y + 1.0) * (y + 1.0) % 7.0)) * 0.6;
+        let expected = (row(0.0) + 0.5 * row(5.0)) / 1.5;
+        assert!((half.texels()[0].x - expected).abs() < 1e-5);
+        let mut smallest = texture;
+        for _ in 0..4 {
+            smallest = smallest.halved();
+        }
+        assert_eq!((smallest.width(), smallest.height()), (1, 1));
     }
 
     #[test]

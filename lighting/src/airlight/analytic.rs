@@ -1,14 +1,16 @@
 //! The evaluators of the crate `airlight` in scenes.
 
+use airlight::Segment;
 use glam::Vec3;
 
 use super::{AirlightEvaluator, Quadrature};
 use crate::{Interval, LightPath};
 
 /// Any evaluator of the crate `airlight` for lights that shine alike in all
-/// directions from within the medium, and a quadrature for all others:
-/// spotlights, surfaces, lights that fade towards their range, lights outside of a
-/// bounded medium.
+/// directions from within the medium, and for what of a ray lies in the full cone of
+/// a spotlight without a cookie, which is such a light there; a quadrature for all
+/// others: the rims of spotlights, surfaces, cookies, lights that fade towards their
+/// range, lights outside of a bounded medium.
 ///
 /// The evaluator must have been made for the phase function of the medium that
 /// it is used in. A coloured medium takes one evaluation per channel, a grey
@@ -41,13 +43,29 @@ impl<E: airlight::Evaluator> Analytic<E> {
 
 impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
-        let Some(segment) = path.segment(interval) else {
+        if let Some(segment) = path.segment(interval) {
+            return self.plain(path, &segment);
+        }
+        let Some(spot) = path.plain_spot() else {
             return self.fallback.radiance(path, interval);
         };
+        path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
+            sum + if path.is_full(spot, piece) {
+                self.plain(path, &path.part(piece))
+            } else {
+                self.fallback.radiance(path, piece)
+            }
+        })
+    }
+}
+
+impl<E: airlight::Evaluator> Analytic<E> {
+    /// The radiance of a part in which the light shines alike in all directions.
+    fn plain(&self, path: &LightPath<'_>, segment: &Segment) -> Vec3 {
         let medium = path.medium();
         let light = medium.sigma_s() * path.emitter().intensity();
         let sigma_t = medium.sigma_t();
-        let channel = |sigma: f32| self.evaluator.airlight(sigma, &segment);
+        let channel = |sigma: f32| self.evaluator.airlight(sigma, segment);
         let airlight = if sigma_t == Vec3::splat(sigma_t.x) {
             Vec3::splat(channel(sigma_t.x))
         } else {

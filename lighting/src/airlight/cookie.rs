@@ -20,16 +20,23 @@
 //! without trigonometry. A piece ends earlier where something else changes too
 //! much for a few nodes: the distance from the light, the optical depth, the angle
 //! next to a peak of the phase function, or the tilt against the cookie.
+//!
+//! Rays that cross more than [`MOST_COOKIE_LINES`](crate::scene::MOST_COOKIE_LINES) of
+//! those lines, all intervals together, are walked through coarser levels of the
+//! cookie: no ray has more than three times as many pieces. What a ray crosses decides
+//! with no rounding that matters, as the share of the coarser level grows evenly.
 
 use airlight::{Phase, PhaseFunction, ScatteringAngle};
-use glam::Vec3;
+use glam::{BVec3, DVec3, Vec3};
 
 use super::lamp::Lamp;
-use crate::scene::Texture;
+use crate::scene::{SpotEmission, Texture};
 use crate::{Interval, LightPath};
 
-/// Optical depth behind which nothing that counts is left.
+/// Optical depth behind which nothing that counts is left of what there was.
 const OPAQUE: f64 = 30.0;
+/// Optical depth of which an `f32` is 0.
+const DARK: f64 = 104.0;
 /// Growth of the distance from the light after which nothing is left.
 const FAR: f64 = 1e8;
 /// The most that a piece changes: the distance from the light by this part of it.
@@ -57,10 +64,26 @@ pub(super) fn radiance(
     if path.meets_light(interval) {
         return Vec3::INFINITY;
     }
-    let Some(walk) = Walk::new(rule, path, lamp) else {
+    let Some((spot, cookie)) = lamp.cookie() else {
         return Vec3::ZERO;
     };
-    walk.sum(interval)
+    let all = Walk::new(rule, path, lamp, (spot, cookie));
+    let (level, share) = match spot.mip_levels() {
+        [] => (0, 0.0),
+        _ => spot.mip(all.lines(path.span())),
+    };
+    let sum = |level: usize| match level.checked_sub(1) {
+        None => all.sum(interval),
+        Some(level) => {
+            let level = &spot.mip_levels()[level];
+            Walk::new(rule, path, lamp, (spot, level)).sum(interval)
+        }
+    };
+    if share > 0.0 {
+        sum(level).lerp(sum(level + 1), share as f32)
+    } else {
+        sum(level)
+    }
 }
 
 struct Walk<'a> {
@@ -97,8 +120,8 @@ impl<'a> Walk<'a> {
         rule: &'a airlight::Quadrature<PhaseFunction>,
         path: &'a LightPath<'a>,
         lamp: &'a Lamp<'a>,
-    ) -> Option<Self> {
-        let (spot, texture) = lamp.cookie()?;
+        (spot, texture): (&SpotEmission, &'a Texture),
+    ) -> Self {
         let rotation = spot.rotation().as_dquat().normalize();
         let back = rotation.inverse();
         let (foot, along) = (back * lamp.to_foot * lamp.h, back * lamp.direction);
@@ -109,7 +132,7 @@ impl<'a> Walk<'a> {
             [0, 1].map(|i| 0.5 * ((size - 1.0) * front[i] + size / tan * side[i]))
         };
         let sigma_t = path.medium().sigma_t();
-        Some(Self {
+        Self {
             rule,
             path,
             lamp,
@@ -123,29 +146,41 @@ impl<'a> Walk<'a> {
             is_immersed: path.is_immersed(),
             peaks: rule.phase().peaks().map(|tangent| 2.0 * tangent),
             slope: 1.0 / f64::from(spot.rim()),
-        })
+        }
+    }
+
+    /// Both ends behind the foot point, no farther than where nothing is left.
+    fn ends(&self, interval: Interval) -> [f64; 2] {
+        let [start, end] = [interval.start, interval.end].map(|x| f64::from(x) - self.lamp.foot);
+        [start, end.min(start + FAR * start.hypot(self.h))]
+    }
+
+    /// How many lines between the centres of texels an interval crosses, in parts of
+    /// the distance between two.
+    fn lines(&self, interval: Interval) -> f64 {
+        let [from, to] = self.ends(interval);
+        let crossed = |at: [f64; 2], size: u32| {
+            let last = f64::from(size - 1);
+            let place = |s| place(at, self.front, s, last).clamp(0.0, last);
+            (place(to) - place(from)).abs()
+        };
+        crossed(self.column, self.texture.width()) + crossed(self.row, self.texture.height())
     }
 
     fn sum(&self, interval: Interval) -> Vec3 {
-        let [start, end] = [interval.start, interval.end].map(|x| f64::from(x) - self.lamp.foot);
+        let [start, end] = self.ends(interval);
         let mut from = self.end(start);
-        let (first, end) = (from, end.min(start + FAR * from.d));
+        let first = from;
         let mut columns = Lines::new(self.column, self.front, [start, end], self.texture.width());
         let mut rows = Lines::new(self.row, self.front, [start, end], self.texture.height());
         let mut total = Vec3::ZERO;
         while from.s < end {
             // Optical depth per metre, of the light that is not used up yet.
-            let way = (from.s - first.s) + (from.d - first.d);
-            let left = self.sigma_t.as_dvec3() * way;
-            let sigma = self.sigma_t.as_dvec3();
-            let sigma = glam::DVec3::select(
-                left.cmplt(glam::DVec3::splat(OPAQUE)),
-                sigma,
-                glam::DVec3::ZERO,
-            );
-            if self.sigma_t.min_element() > 0.0 && sigma == glam::DVec3::ZERO {
+            let used = self.used_up(&first, &from);
+            if used.all() {
                 break;
             }
+            let sigma = DVec3::select(used, DVec3::ZERO, self.sigma_t.as_dvec3());
             let sigma = sigma.max_element();
             let next = from.s + self.step(&from, sigma);
             let crossing = columns.position.min(rows.position);
@@ -162,6 +197,18 @@ impl<'a> Walk<'a> {
             }
         }
         total
+    }
+
+    /// The channels that are too dark to count from here on.
+    fn used_up(&self, first: &End, here: &End) -> BVec3 {
+        let sigma = self.sigma_t.as_dvec3();
+        let x = here.s + self.lamp.foot - f64::from(self.path.entry());
+        if !self.is_immersed {
+            return (sigma * x).cmpge(DVec3::splat(DARK));
+        }
+        // The way by this position never becomes shorter.
+        let way = (here.s - first.s) + (here.d - first.d);
+        (sigma * way).cmpge(DVec3::splat(OPAQUE)) | (sigma * (x + here.d)).cmpge(DVec3::splat(DARK))
     }
 
     fn end(&self, s: f64) -> End {
@@ -218,10 +265,12 @@ impl<'a> Walk<'a> {
             let most = high.max(0.5 * (low + high + curved));
             ((high - low + curved) / most, curved / most)
         };
+        let [fading, fading_curved] = self.fading(from, to);
+        let ramp = ramp + fading;
         // Derivatives over what a rule makes of them: (2n)! (2n+1)! / (n!)⁴.
         let [depth2, power2, ramp2, curved2] = [depth, power, ramp, curved].map(|x| x * x);
         // The cookie is of second degree, and whatever bends adds to it.
-        let bent = angle * angle + 3.0 * power2 + 0.5 * depth2;
+        let bent = angle * angle + 3.0 * power2 + 0.5 * depth2 + fading_curved;
         let two = depth2.powi(2) / 4320.0 + power2.powi(2) / 36.0 + (3.0 * ramp2 + bent) / 180.0;
         let three = bent * bent / 2800.0
             + depth2.powi(3) / 2.0e6
@@ -232,7 +281,7 @@ impl<'a> Walk<'a> {
             + depth2.powi(4) / 1.8e9
             + power2.powi(4) / 4900.0
             + (curved2 * (angle * angle).powi(2) + 0.5 * ramp2 * power2.powi(2)) / 1000.0;
-        if self.lamp.point.fades() || four > tolerance {
+        if four > tolerance {
             6
         } else if three > tolerance {
             4
@@ -241,6 +290,21 @@ impl<'a> Walk<'a> {
         } else {
             2
         }
+    }
+
+    /// How much of the window of a light that fades changes over a piece, and how much
+    /// of that is due to its curvature.
+    fn fading(&self, from: &End, to: &End) -> [f64; 2] {
+        if !self.lamp.point.fades() {
+            return [0.0; 2];
+        }
+        let range = f64::from(self.lamp.point.range());
+        // (1 − (d/range)⁴) is a polynomial of s² + h².
+        let [a, b] = [from.d, to.d].map(|d| (1.0 - (d / range).powi(4)).max(0.0));
+        let most = a.max(b).max(f64::MIN_POSITIVE);
+        let (length, d) = ((to.s - from.s) / range, from.d.max(to.d) / range);
+        let curved = 6.0 * length * length * d * d / most;
+        [(a - b).abs() / most + curved, curved]
     }
 
     fn piece(&self, from: &End, to: &End, sigma: f64) -> Vec3 {
@@ -282,6 +346,13 @@ impl<'a> Walk<'a> {
         }
         medium.sigma_s() * self.lamp.point.intensity() * sum * chord as f32
     }
+}
+
+/// Column or row of a position of the ray.
+fn place(at: [f64; 2], front: [f64; 2], s: f64, last: f64) -> f64 {
+    let place = (at[0] + at[1] * s) / (front[0] + front[1] * s);
+    // At the apex of the cone there is no direction.
+    if place.is_nan() { 0.5 * last } else { place }
 }
 
 /// The cookie between four centres of texels.
@@ -341,11 +412,7 @@ struct Lines {
 impl Lines {
     fn new(at: [f64; 2], front: [f64; 2], ends: [f64; 2], texels: u32) -> Self {
         let last = f64::from(texels - 1);
-        let [from, to] = ends.map(|s| {
-            let place = (at[0] + at[1] * s) / (front[0] + front[1] * s);
-            // At the apex of the cone there is no direction.
-            if place.is_nan() { 0.5 * last } else { place }
-        });
+        let [from, to] = ends.map(|s| place(at, front, s, last));
         let (number, until, step) = if from <= to {
             (
                 (from.floor() + 1.0).max(0.0),

@@ -3,8 +3,8 @@
 use gpu_backend::gpu::{Argument, InShader};
 use gpu_backend::shader::Part;
 
-use super::VisibilitySlot;
-use super::slots::{First, Second};
+use super::slots::{First, FirstPoint, Second, SecondPoint};
+use super::{PointSlot, VisibilitySlot};
 use crate::visibility::Both;
 
 /// The two must be of different kinds: two marches do not meet in one shader.
@@ -21,6 +21,33 @@ where
             .with(first)
             .with(second)
             .source(include_str!("both.wgsl"))
+    }
+
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        [self.0.constants(), self.1.constants()].concat()
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        let mut arguments = self.0.arguments();
+        arguments.extend(self.1.arguments());
+        arguments
+    }
+}
+
+/// The two must be of different kinds.
+impl<A, B> InShader<PointSlot> for Both<A, B>
+where
+    A: InShader<PointSlot>,
+    B: InShader<PointSlot>,
+{
+    fn part() -> Part {
+        let (first, second) = (A::part(), B::part());
+        Part::new("light_both_points")
+            .glue::<FirstPoint>(&first)
+            .glue::<SecondPoint>(&second)
+            .with(first)
+            .with(second)
+            .source(include_str!("both_points.wgsl"))
     }
 
     fn constants(&self) -> Vec<(&'static str, f64)> {

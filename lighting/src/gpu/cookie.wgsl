@@ -6,12 +6,21 @@
 
 // The most that a piece changes, and what is left out.
 const light_COOKIE_OPAQUE: f32 = 30.0;
+const light_COOKIE_DARK: f32 = 104.0;
 const light_COOKIE_FAR: f32 = 1e8;
 const light_COOKIE_DISTANCE: f32 = 0.5;
 const light_COOKIE_DEPTH: f32 = 1.5;
 const light_COOKIE_PEAK: f32 = 0.5;
 const light_COOKIE_TILT: f32 = 0.3;
 const light_COOKIE_SHARE: f32 = 0.1;
+// More lines than that bring in the next mip level, which takes over at twice as many.
+const light_MOST_COOKIE_LINES: f32 = 4096.0;
+// More pieces than a walk has. It crosses at most twice as many lines as that, and
+// what else ends a piece, changes by factors and optical depths in range, is some
+// hundreds of times in all. With three rounds for each of them, of a walk through a
+// level and half as many through the next one, a ray stays below the 65,535 rounds
+// after which some software drivers end all loops.
+const light_COOKIE_PIECES: u32 = 10240u;
 
 // A ray in the cookie of its light: numerators of column and row, and their
 // denominator, at the foot point and per metre behind it.
@@ -38,9 +47,9 @@ struct light_PieceEnd {
     ramp: f32,
 }
 
-fn light_in_cookie(path: light_Path, emitter: light_Emitter) -> light_InCookie {
+fn light_in_cookie(path: light_Path, emitter: light_Emitter, level: light_CookieLevel) -> light_InCookie {
     let to_foot = path.h * path.to_foot;
-    let size = vec2(f32(emitter.cookie_width), f32(emitter.cookie_height));
+    let size = vec2(f32(level.width), f32(level.height));
     let front = vec2(dot(emitter.axis, to_foot), dot(emitter.axis, path.direction));
     let right = vec2(dot(emitter.right, to_foot), dot(emitter.right, path.direction));
     let down = -vec2(dot(emitter.up, to_foot), dot(emitter.up, path.direction));
@@ -97,19 +106,82 @@ fn light_piece_end(path: light_Path, emitter: light_Emitter, s: f32) -> light_Pi
     return light_PieceEnd(s, from_light.w, light_ramp(emitter, from_light.xyz));
 }
 
+// The last position that counts behind a position s.
+fn light_cookie_end(path: light_Path, s: f32, end: f32) -> f32 {
+    return min(end - path.foot, s + light_COOKIE_FAR * length(vec2(s, path.h)));
+}
+
+// How many lines between the centres of texels the path crosses, in parts of the
+// distance between two.
+fn light_cookie_lines(path: light_Path, seen: light_InCookie, level: light_CookieLevel) -> f32 {
+    let start = path.start - path.foot;
+    let end = light_cookie_end(path, start, path.end);
+    let last = vec2(f32(level.width - 1u), f32(level.height - 1u));
+    let from_here = vec2(
+        light_place_in_cookie(seen.column, seen.front, start, last.x),
+        light_place_in_cookie(seen.row, seen.front, start, last.y),
+    );
+    let to = vec2(
+        light_place_in_cookie(seen.column, seen.front, end, last.x),
+        light_place_in_cookie(seen.row, seen.front, end, last.y),
+    );
+    let crossed = abs(clamp(to, vec2(0.0), last) - clamp(from_here, vec2(0.0), last));
+    return crossed.x + crossed.y;
+}
+
+fn light_next_cookie_level(level: light_CookieLevel) -> light_CookieLevel {
+    let first = level.first + level.width * level.height;
+    return light_CookieLevel((level.width + 1u) / 2u, (level.height + 1u) / 2u, first);
+}
+
 fn light_cookie_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     let emitter = light_emitter();
+    var level = light_CookieLevel(emitter.cookie_width, emitter.cookie_height, 0u);
+    var lines = 0.0;
+    if f32(level.width + level.height) > light_MOST_COOKIE_LINES {
+        lines = light_cookie_lines(path, light_in_cookie(path, emitter, level), level);
+    }
+    // No cookie has 2^32 lines.
+    for (var i = 0u; i < 20u; i++) {
+        if lines > 2.0 * light_MOST_COOKIE_LINES {
+            lines *= 0.5;
+            level = light_next_cookie_level(level);
+        }
+    }
+    let share = lines / light_MOST_COOKIE_LINES - 1.0;
+    let fine = light_cookie_level_airlight(path, emitter, level, start, end);
+    if share <= 0.0 {
+        return fine;
+    }
+    level = light_next_cookie_level(level);
+    return mix(fine, light_cookie_level_airlight(path, emitter, level, start, end), share);
+}
+
+fn light_cookie_level_airlight(
+    path: light_Path,
+    emitter: light_Emitter,
+    level: light_CookieLevel,
+    start: f32,
+    end: f32,
+) -> vec3<f32> {
     let sigma_t = light_medium().sigma_t;
-    let seen = light_in_cookie(path, emitter);
+    let is_immersed = light_is_immersed();
+    let seen = light_in_cookie(path, emitter, level);
     var from_here = light_piece_end(path, emitter, start - path.foot);
     let first = from_here.s + from_here.d;
-    let last = min(end - path.foot, from_here.s + light_COOKIE_FAR * from_here.d);
-    var columns = light_lines(seen.column, seen.front, from_here.s, last, emitter.cookie_width);
-    var rows = light_lines(seen.row, seen.front, from_here.s, last, emitter.cookie_height);
+    let last = light_cookie_end(path, from_here.s, end);
+    var columns = light_lines(seen.column, seen.front, from_here.s, last, level.width);
+    var rows = light_lines(seen.row, seen.front, from_here.s, last, level.height);
     var total = vec3(0.0);
-    while from_here.s < last {
+    for (var i = 0u; i < light_COOKIE_PIECES && from_here.s < last; i++) {
         // Optical depth per metre, of the light that is not used up yet.
-        let used = sigma_t * (from_here.s + from_here.d - first) >= vec3(light_COOKIE_OPAQUE);
+        let x = from_here.s + path.foot - path.entry;
+        var used = sigma_t * x >= vec3(light_COOKIE_DARK);
+        if is_immersed {
+            // The way by this position never becomes shorter.
+            used = sigma_t * (from_here.s + from_here.d - first) >= vec3(light_COOKIE_OPAQUE)
+                | sigma_t * (x + from_here.d) >= vec3(light_COOKIE_DARK);
+        }
         if all(used) {
             break;
         }
@@ -129,7 +201,7 @@ fn light_cookie_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
             rows.position = light_line_position(seen.row, seen.front, rows);
         }
         if from_here.s < to.s {
-            total += light_cookie_piece(path, emitter, seen, from_here, to, sigma);
+            total += light_cookie_piece(path, emitter, level, seen, from_here, to, sigma);
             from_here = to;
         }
     }
@@ -187,23 +259,39 @@ fn light_cookie_nodes(
         ramp = 0.0;
         curved = 0.0;
     }
+    let fading = light_cookie_fading(emitter, a, b);
+    ramp += fading.x;
     let squares = vec4(depth * depth, power * power, ramp * ramp, curved * curved);
     let fourth = squares.xy * squares.xy;
-    let bent = angle * angle + 3.0 * squares.y + 0.5 * squares.x;
+    let bent = angle * angle + 3.0 * squares.y + 0.5 * squares.x + fading.y;
     let two = fourth.x / 4320.0 + fourth.y / 36.0 + (3.0 * squares.z + bent) / 180.0;
     let three = bent * bent / 2800.0 + fourth.x * squares.x / 2.0e6 + fourth.y * squares.y / 400.0
         + (squares.w + 0.5 * squares.z * squares.y) / 100.0;
     let four = bent * bent * bent / 44100.0 + fourth.x * fourth.x / 1.8e9 + fourth.y * fourth.y / 4900.0
         + (squares.w * angle * angle * angle * angle + 0.5 * squares.z * fourth.y) / 1000.0;
-    if emitter.fades != 0u || four > tolerance {
+    if four > tolerance {
         return 6u;
     }
     return select(select(2u, 3u, two > tolerance), 4u, three > tolerance);
 }
 
+// How much of the window of a light that fades changes over a piece, and how much of
+// that is due to its curvature.
+fn light_cookie_fading(emitter: light_Emitter, a: light_PieceEnd, b: light_PieceEnd) -> vec2<f32> {
+    if emitter.fades == 0u {
+        return vec2(0.0);
+    }
+    let windows = vec2(light_window_at(emitter, a.d), light_window_at(emitter, b.d));
+    let most = max(max(windows.x, windows.y), 1e-20);
+    let size = ((b.s - a.s) / emitter.range) * (max(a.d, b.d) / emitter.range);
+    let curved = 6.0 * size * size / most;
+    return vec2(abs(windows.x - windows.y) / most + curved, curved);
+}
+
 fn light_cookie_piece(
     path: light_Path,
     emitter: light_Emitter,
+    level: light_CookieLevel,
     seen: light_InCookie,
     a: light_PieceEnd,
     b: light_PieceEnd,
@@ -215,13 +303,33 @@ fn light_cookie_piece(
     let first = rules + rule * (rule + 1u) / 2u;
     let count = u32(air_quadrature_entry(rule).w);
     let far = vec2(1.0 / a.d, 1.0 / b.d);
-    var sum = vec3(0.0);
-    for (var i = 0u; i < count; i++) {
-        let node = air_quadrature_entry(first + i);
-        let share = vec2(1.0 - node.x, node.x) * far;
-        let s = dot(share, vec2(a.s, b.s)) / (share.x + share.y);
-        let q = length(vec2(s, path.h)) * (share.x + share.y);
-        sum += (node.y / (q * q)) * light_source_behind(path, path.foot + s, s);
+    // Most pieces have two nodes: without a loop they have no rounds that count.
+    var sum = light_cookie_node(path, emitter, level, vec2(a.s, b.s), far, first);
+    if count > 1u {
+        sum += light_cookie_node(path, emitter, level, vec2(a.s, b.s), far, first + 1u);
+    }
+    for (var i = 2u; i < count; i++) {
+        sum += light_cookie_node(path, emitter, level, vec2(a.s, b.s), far, first + i);
     }
     return sum * ((b.s - a.s) * far.x) * far.y;
+}
+
+// The term of a node between two ends, of which `far` are the inverse distances from
+// the light.
+fn light_cookie_node(
+    path: light_Path,
+    emitter: light_Emitter,
+    level: light_CookieLevel,
+    ends: vec2<f32>,
+    far: vec2<f32>,
+    index: u32,
+) -> vec3<f32> {
+    let node = air_quadrature_entry(index);
+    let share = vec2(1.0 - node.x, node.x) * far;
+    let s = dot(share, ends) / (share.x + share.y);
+    let q = length(vec2(s, path.h)) * (share.x + share.y);
+    let from_light = light_from_light(path, s);
+    let ramp = light_ramp(emitter, from_light.xyz);
+    let emitted = ramp * ramp * light_cookie_in(level, light_cookie_uv(emitter, from_light.xyz));
+    return (node.y / (q * q)) * emitted * light_scattered(path, path.foot + s, s, from_light);
 }

@@ -7,30 +7,8 @@
 
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var<storage> corners: array<f32>;
-@group(0) @binding(2) var<storage> masks: array<Mask>;
-@group(0) @binding(3) var<storage> opacities: array<f32>;
-
-const CLAMP = 2u;
-const MIRROR = 1u;
-
-struct Mask {
-    // Texture coordinates of the three corners.
-    a: vec2<f32>,
-    b: vec2<f32>,
-    c: vec2<f32>,
-    // Opacity of material and vertices there.
-    opacity_a: f32,
-    opacity_b: f32,
-    opacity_c: f32,
-    cutoff: f32,
-    // The first texel of the texture, and its size; no width without one.
-    first: u32,
-    width: u32,
-    height: u32,
-    wrap_u: u32,
-    wrap_v: u32,
-    nearest: u32,
-}
+@group(0) @binding(2) var<storage> light_masks: array<light_Mask>;
+@group(0) @binding(3) var<storage> light_mask_opacities: array<f32>;
 
 struct Seen {
     @builtin(position) position: vec4<f32>,
@@ -75,58 +53,8 @@ fn project(@builtin(vertex_index) vertex: u32) -> Seen {
     return seen;
 }
 
-// The same place of a texture close to its first copy, where texels can be told
-// apart.
-fn near(coordinate: f32, wrap: u32) -> f32 {
-    if wrap == CLAMP {
-        return clamp(coordinate, 0.0, 1.0);
-    }
-    if wrap == MIRROR {
-        return coordinate - 2.0 * floor(0.5 * coordinate);
-    }
-    return coordinate - floor(coordinate);
-}
-
-// The texel that stands at `index`, one of `count`.
-fn texel(index: i32, count: i32, wrap: u32) -> i32 {
-    if wrap == CLAMP {
-        return clamp(index, 0, count - 1);
-    }
-    let turn = select(count, 2 * count, wrap == MIRROR);
-    let folded = (index % turn + turn) % turn;
-    return min(folded, 2 * count - 1 - folded);
-}
-
-fn opacity(mask: Mask, column: f32, row: f32) -> f32 {
-    let x = texel(i32(column), i32(mask.width), mask.wrap_u);
-    let y = texel(i32(row), i32(mask.height), mask.wrap_v);
-    return opacities[mask.first + u32(y) * mask.width + u32(x)];
-}
-
-fn filtered(mask: Mask, uv: vec2<f32>) -> f32 {
-    if mask.width == 0u {
-        return 1.0;
-    }
-    let size = vec2(f32(mask.width), f32(mask.height));
-    let scaled = vec2(near(uv.x, mask.wrap_u), near(uv.y, mask.wrap_v)) * size;
-    if mask.nearest != 0u {
-        let place = floor(scaled);
-        return opacity(mask, place.x, place.y);
-    }
-    let place = floor(scaled - 0.5);
-    let f = scaled - 0.5 - place;
-    let top = mix(opacity(mask, place.x, place.y), opacity(mask, place.x + 1.0, place.y), f.x);
-    let bottom = mix(
-        opacity(mask, place.x, place.y + 1.0),
-        opacity(mask, place.x + 1.0, place.y + 1.0),
-        f.x,
-    );
-    return mix(top, bottom, f.y);
-}
-
 // Whether a masked triangle has a hole at a point of it in the frame of the face.
 fn is_hole(triangle: u32, point: vec3<f32>) -> bool {
-    let mask = masks[triangle - tile.solid];
     let a = corner(3u * triangle);
     let b = corner(3u * triangle + 1u) - a;
     let c = corner(3u * triangle + 2u) - a;
@@ -134,10 +62,7 @@ fn is_hole(triangle: u32, point: vec3<f32>) -> bool {
     let scale = 1.0 / dot(normal, normal);
     let u = dot(cross(point - a, c), normal) * scale;
     let v = dot(cross(b, point - a), normal) * scale;
-    let w = 1.0 - u - v;
-    let vertices = w * mask.opacity_a + u * mask.opacity_b + v * mask.opacity_c;
-    let alpha = vertices * filtered(mask, w * mask.a + u * mask.b + v * mask.c);
-    return !(clamp(alpha, 0.0, 1.0) >= mask.cutoff);
+    return light_mask_is_hole(triangle - tile.solid, vec2(u, v));
 }
 
 struct Fragment {

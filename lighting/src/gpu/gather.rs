@@ -8,12 +8,15 @@ use gpu_backend::shader::Assembly;
 use gpu_backend::{Buffer, Error};
 
 use super::scene::{EmitterRecord, MediumRecord, Scene};
-use super::{ARC, AirlightSlot, DIRECTIONAL, LIT, LIT_AIRLIGHT, NUMERIC, PATH, VisibilitySlot};
+use super::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PATH, VisibilitySlot};
 use crate::gather::check_lengths;
 use crate::{Gather, LitRays, Touching};
 
 /// Invocations per workgroup in `gather.wgsl`.
 const GROUP: u32 = 64;
+
+/// Stands for the place of panes where there are none.
+const NO_PANES: u32 = u32::MAX;
 
 /// The bind group of all parts.
 const PARTS: u32 = 1;
@@ -32,7 +35,6 @@ where
         ARC,
         DIRECTIONAL,
         LIT,
-        LIT_AIRLIGHT,
         include_str!("gather.wgsl"),
     ]);
     shader.fill::<VisibilitySlot>(&V::part())?;
@@ -58,6 +60,13 @@ where
             return Ok(());
         }
         let (light, cookie) = EmitterRecord::new(lit.emitter);
+        let mut table: Vec<_> = cookie.iter().map(|texel| texel.map(f32::to_bits)).collect();
+        let mut panes = NO_PANES;
+        if let Some(all) = lit.panes {
+            // A table with more is refused.
+            panes = table.len() as u32;
+            all.write(lit.first, lit.rays.len(), &mut table);
+        }
         let scene = Scene {
             emitter: light,
             medium: MediumRecord::new(lit.medium),
@@ -65,7 +74,7 @@ where
             rays: lit.rays.len() as u32,
             first: lit.first,
             joined: u32::from(lit.touching == Touching::Joined),
-            padding: 0,
+            panes,
         };
         let mut arguments = visibility.arguments();
         arguments.extend(airlight.arguments());
@@ -80,7 +89,7 @@ where
                 &[
                     Argument::uniform(scene),
                     Argument::read(lit.rays),
-                    Argument::table(&cookie),
+                    Argument::table(&table),
                     Argument::write(radiance),
                 ],
                 &arguments,

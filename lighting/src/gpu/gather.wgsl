@@ -8,12 +8,18 @@ struct Scene {
     first: u32,
     // Whether lit parts that touch are joined before they are evaluated.
     joined: u32,
-    padding: u32,
+    // Where in the table the panes before the eye are; NO_PANES without any.
+    panes: u32,
 }
+
+const NO_PANES = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<storage> rays: array<light_Ray>;
-@group(0) @binding(2) var<storage> cookie: array<vec4<f32>>;
+// The texels of the cookie; then, for each ray, how many panes there are up to it,
+// four to an entry; then the panes, the nearest to each eye first: the share of what
+// is behind that it and all before it let through, and its distance.
+@group(0) @binding(2) var<storage> table: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> radiance: array<vec4<f32>>;
 
 fn light_emitter() -> light_Emitter {
@@ -25,7 +31,15 @@ fn light_medium() -> light_Medium {
 }
 
 fn light_cookie(index: u32) -> vec3<f32> {
-    return cookie[index].xyz;
+    return bitcast<vec3<f32>>(table[index].xyz);
+}
+
+// The panes of all rays before the ray `i`.
+fn panes_before(i: u32) -> u32 {
+    if i == 0u {
+        return 0u;
+    }
+    return table[scene.panes + (i - 1u) / 4u][(i - 1u) % 4u];
 }
 
 @compute @workgroup_size(64)
@@ -42,6 +56,52 @@ fn gather(
     if !(unmoved.start < unmoved.end) {
         return;
     }
-    let sum = light_lit_airlight(light_off_the_light(unmoved), scene.joined != 0u);
+    let path = light_off_the_light(unmoved);
+    var cursor = light_cursor(path);
+    // The next pane, the one after the last, and what those before let through.
+    var pane = 0u;
+    var panes_end = 0u;
+    var seen = vec3(1.0);
+    if scene.panes != NO_PANES {
+        pane = panes_before(i);
+        panes_end = panes_before(i + 1u);
+    }
+    // The last interval that was found and has not been evaluated yet.
+    var part = light_dark();
+    var sum = vec3(0.0);
+    loop {
+        let next = light_next_lit(&cursor, path);
+        let is_last = light_is_dark(next);
+        let is_same = all(next.visibility == part.visibility);
+        if scene.joined != 0u && !is_last && is_same && next.start == part.end {
+            part.end = next.end;
+            continue;
+        }
+        if !light_is_dark(part) {
+            var start = part.start;
+            loop {
+                var end = part.end;
+                while pane < panes_end {
+                    let at = scene.panes + (scene.rays + 3u) / 4u + pane;
+                    let behind = bitcast<vec4<f32>>(table[at]);
+                    if behind.w > start {
+                        end = min(end, behind.w);
+                        break;
+                    }
+                    seen = behind.xyz;
+                    pane += 1u;
+                }
+                sum += seen * (part.visibility * light_airlight(path, start, end));
+                start = end;
+                if !(start < part.end) {
+                    break;
+                }
+            }
+        }
+        if is_last {
+            break;
+        }
+        part = next;
+    }
     radiance[i] = vec4(radiance[i].xyz + sum, radiance[i].w);
 }

@@ -10,7 +10,7 @@ struct Splats {
 }
 
 // The frame of a light, the kind of its picture, and the texels from the middle to
-// the side of a splat of 1 m² at 1 m.
+// the side of a splat of 1 m² at 1 m, on an axis of the frame.
 struct Picture {
     face: light_Face,
     scale: vec2<f32>,
@@ -73,7 +73,7 @@ fn splat(
         var size = side;
         if picture.face.tan > 0.0 {
             depth = length(v);
-            size = side / depth;
+            size = side / (depth * light_width(picture.face, v));
             texel = light_octahedral(picture.face, picture.kind, n, v);
         } else {
             depth = max(dot(v, picture.face.forward), 0.0);

@@ -7,8 +7,8 @@
 //! ```text
 //! airlight::gpu::PHASE                     phase functions
 //! NUMERIC  PATH  ARC  DIRECTIONAL  LIT     what every part may use
-//! lit_airlight.wgsl                        the sum over the lit parts
-//! gather.wgsl                              entry point, rays, light, medium
+//! gather.wgsl                              entry point, rays and panes before them,
+//!                                          light, medium
 //! the part in the VisibilitySlot           light_cursor, light_next_lit
 //! the part in the AirlightSlot             light_airlight
 //! ```
@@ -69,8 +69,8 @@ pub const ARC: &str = include_str!("arc.wgsl");
 pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
 /// Lit parts of a path.
 pub const LIT: &str = include_str!("lit.wgsl");
-/// The airlight of all lit parts of a path.
-pub(crate) const LIT_AIRLIGHT: &str = include_str!("lit_airlight.wgsl");
+/// Which points of masked triangles are holes.
+pub const MASK: &str = include_str!("mask.wgsl");
 /// A point of a surface.
 pub const SURFACE_POINT: &str = include_str!("../surface_point.wgsl");
 /// A picture plane of a light.

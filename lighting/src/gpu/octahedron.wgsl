@@ -29,3 +29,10 @@ fn light_octahedral(face: light_Face, kind: u32, resolution: u32, v: vec3<f32>) 
     let n = f32(resolution);
     return clamp(0.5 * n * (1.0 + at), vec2(0.0), vec2(n));
 }
+
+// How much wider texels are along `v` than on the axes of the frame.
+fn light_width(face: light_Face, v: vec3<f32>) -> f32 {
+    let sum = abs(dot(v, face.right)) + abs(dot(v, face.up)) + abs(dot(v, face.forward));
+    let ratio = sum / length(v);
+    return ratio * sqrt(ratio);
+}

@@ -40,6 +40,13 @@ struct light_Emitter {
     fades: u32,
 }
 
+// A mip level of a cookie and where its texels begin.
+struct light_CookieLevel {
+    width: u32,
+    height: u32,
+    first: u32,
+}
+
 struct light_Medium {
     sigma_s: vec3<f32>,
     // A kind of phase function of `airlight`, and its parameter.
@@ -352,9 +359,7 @@ fn light_factor(emitter: light_Emitter, direction: vec3<f32>) -> vec3<f32> {
             if emitter.cookie_width == 0u || ramp <= 0.0 {
                 return vec3(ramp * ramp);
             }
-            let plane = vec2(dot(emitter.right, direction), -dot(emitter.up, direction))
-                / (cos * emitter.tan_outer);
-            return ramp * ramp * light_cookie_at(emitter, 0.5 + 0.5 * plane);
+            return ramp * ramp * light_cookie_at(emitter, light_cookie_uv(emitter, direction));
         }
         default: {
             return vec3(1.0);
@@ -371,18 +376,29 @@ fn light_window_at(emitter: light_Emitter, d: f32) -> f32 {
     return (1.0 - part * part) * (1.0 + part * part);
 }
 
-// Bilinear, holding the border.
+// Where a unit direction of the cone is in the cookie.
+fn light_cookie_uv(emitter: light_Emitter, direction: vec3<f32>) -> vec2<f32> {
+    let plane = vec2(dot(emitter.right, direction), -dot(emitter.up, direction))
+        / (dot(emitter.axis, direction) * emitter.tan_outer);
+    return 0.5 + 0.5 * plane;
+}
+
 fn light_cookie_at(emitter: light_Emitter, uv: vec2<f32>) -> vec3<f32> {
-    let size = vec2(f32(emitter.cookie_width), f32(emitter.cookie_height));
+    return light_cookie_in(light_CookieLevel(emitter.cookie_width, emitter.cookie_height, 0u), uv);
+}
+
+// Bilinear, holding the border.
+fn light_cookie_in(level: light_CookieLevel, uv: vec2<f32>) -> vec3<f32> {
+    let size = vec2(f32(level.width), f32(level.height));
     let position = clamp(uv, vec2(0.0), vec2(1.0)) * size - 0.5;
     let base = floor(position);
     let f = position - base;
     let last = vec2<i32>(size) - 1;
     let low = clamp(vec2<i32>(base), vec2(0), last);
     let high = clamp(vec2<i32>(base) + 1, vec2(0), last);
-    let width = i32(emitter.cookie_width);
-    let top = mix(light_cookie(u32(low.y * width + low.x)), light_cookie(u32(low.y * width + high.x)), f.x);
-    let bottom = mix(light_cookie(u32(high.y * width + low.x)), light_cookie(u32(high.y * width + high.x)), f.x);
+    let rows = i32(level.first) + vec2(low.y, high.y) * i32(level.width);
+    let top = mix(light_cookie(u32(rows.x + low.x)), light_cookie(u32(rows.x + high.x)), f.x);
+    let bottom = mix(light_cookie(u32(rows.y + low.x)), light_cookie(u32(rows.y + high.x)), f.x);
     return mix(top, bottom, f.y);
 }
 
@@ -419,15 +435,20 @@ fn light_source(path: light_Path, x: f32) -> vec3<f32> {
 // The same for a light at a point, at the position x = foot + s: on a short piece
 // far from the eye s has digits that x lacks.
 fn light_source_behind(path: light_Path, x: f32, s: f32) -> vec3<f32> {
+    let from_light = light_from_light(path, s);
+    return light_factor(light_emitter(), from_light.xyz) * light_scattered(path, x, s, from_light);
+}
+
+// The same as if the light shone alike in all directions.
+fn light_scattered(path: light_Path, x: f32, s: f32, from_light: vec4<f32>) -> vec3<f32> {
     let emitter = light_emitter();
     let medium = light_medium();
     let eye_leg = x - path.entry;
-    let from_light = light_from_light(path, s);
     // Measured from the ray: seen from a light far away, f32 could not tell the
     // faces of the box apart.
     let point = path.origin + x * path.direction;
     let optical_length = eye_leg + light_length_inside(point, -from_light.xyz, from_light.w);
-    return medium.sigma_s * emitter.intensity * light_factor(emitter, from_light.xyz)
+    return medium.sigma_s * emitter.intensity
         * light_window_at(emitter, from_light.w)
         * air_phase_from_foot(medium.phase, medium.phase_parameter, s, path.h)
         * exp(-medium.sigma_t * optical_length);

@@ -51,7 +51,7 @@ pub(super) struct Scene {
     pub(super) rays: u32,
     pub(super) first: u32,
     pub(super) joined: u32,
-    pub(super) padding: u32,
+    pub(super) panes: u32,
 }
 
 pub(super) const POINT: u32 = 0;
@@ -61,7 +61,7 @@ pub(super) const COSINE: u32 = 1;
 pub(super) const SPOT: u32 = 2;
 
 impl EmitterRecord {
-    /// The light, and the texels of its cookie.
+    /// The light, and the texels of its cookie and of the cookie's mip levels.
     pub(crate) fn new(emitter: &Emitter) -> (Self, Vec<[f32; 4]>) {
         let mut record = Self {
             intensity: emitter.intensity(),
@@ -97,10 +97,10 @@ impl EmitterRecord {
                 if let Some(cookie) = spot.texture() {
                     record.cookie_width = cookie.width();
                     record.cookie_height = cookie.height();
-                    texels = cookie
-                        .texels()
-                        .iter()
-                        .map(|t| t.extend(0.0).into())
+                    texels = std::iter::once(cookie)
+                        .chain(spot.mip_levels())
+                        .flat_map(|level| level.texels())
+                        .map(|texel| texel.extend(0.0).into())
                         .collect();
                 }
             }

@@ -5,8 +5,8 @@ use glam::{UVec2, Vec2, Vec3};
 use gpu_backend::gpu::{Argument, Context, Encode, Gpu, GpuBuffer, GpuMemory, Kernel, Workgroups};
 use gpu_backend::{Backend, Buffer, Error};
 
-use super::FACE;
 use super::scene::FaceRecord;
+use super::{FACE, MASK};
 use crate::Emitter;
 use crate::scene::raster::Face;
 use crate::shadow_map::{
@@ -22,7 +22,12 @@ const DISTANCE: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// Shaders of the two passes.
-pub(super) const RENDER: [&str; 3] = [FACE, include_str!("tile.wgsl"), include_str!("depth.wgsl")];
+pub(super) const RENDER: [&str; 4] = [
+    FACE,
+    MASK,
+    include_str!("tile.wgsl"),
+    include_str!("depth.wgsl"),
+];
 pub(super) const COPY: [&str; 3] = [
     FACE,
     include_str!("tile.wgsl"),
@@ -118,7 +123,7 @@ pub(super) fn render_pictures<E: Encode>(
     let mut depth = gpu.zeros(faces.len() * (resolution as usize).pow(2))?;
     let side = resolution.min(TILE);
     let target = Target::new(gpu.context(), side)?;
-    let solid = (casters.triangles().len() - casters.masked()) as u32;
+    let solid = casters.solid() as u32;
     for tile in Tile::all(faces, resolution, casters.corners()) {
         let tile = Tile { solid, ..tile };
         target.render(gpu, &tile, casters)?;

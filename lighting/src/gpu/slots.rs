@@ -88,12 +88,34 @@ pub struct PointSlot;
 
 impl Slot for PointSlot {
     fn glue(part: &str) -> String {
-        format!(
-            "
-fn light_point_visibility(point: vec3<f32>) -> vec3<f32> {{
+        visibility_at(part, "light_point_visibility")
+    }
+}
+
+/// The first source of [`Both`](crate::visibility::Both) that is asked at a point.
+pub(super) struct FirstPoint;
+
+impl Slot for FirstPoint {
+    fn glue(part: &str) -> String {
+        visibility_at(part, "light_both_first_visibility")
+    }
+}
+
+/// Its second source.
+pub(super) struct SecondPoint;
+
+impl Slot for SecondPoint {
+    fn glue(part: &str) -> String {
+        visibility_at(part, "light_both_second_visibility")
+    }
+}
+
+fn visibility_at(part: &str, name: &str) -> String {
+    format!(
+        "
+fn {name}(point: vec3<f32>) -> vec3<f32> {{
     return {part}_visibility(point);
 }}
 "
-        )
-    }
+    )
 }

@@ -31,7 +31,8 @@ pub struct About {
     pub usual: u32,
     /// What it is to a comparison.
     pub role: Role,
-    /// Whether it looks into shadow maps, whose resolution limits it.
+    /// Whether it looks into shadow maps or maps of transmittance, whose resolution
+    /// limits it.
     pub uses_shadow_map: bool,
 }
 

@@ -138,6 +138,9 @@ impl Evaluators for Midpoints {
     }
 }
 
+/// What the quality of [`Gauss`] is a number of.
+pub const GAUSS_NODES: &str = "Gauss nodes per lit run";
+
 /// Gauss–Legendre quadrature with a number of nodes, equi-angular at a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gauss;
@@ -148,7 +151,7 @@ impl Evaluators for Gauss {
     const ABOUT: EvaluatorAbout = EvaluatorAbout {
         name: "gauss",
         title: "Gauss-Legendre quadrature, equi-angular at a point light",
-        unit: Some("nodes"),
+        unit: Some(GAUSS_NODES),
         usual: [1, 8],
     };
 
@@ -291,7 +294,7 @@ impl Evaluators for Published {
     const ABOUT: EvaluatorAbout = EvaluatorAbout {
         name: "published",
         title: "the published table",
-        unit: Some("entries a side"),
+        unit: Some("texels a side"),
         usual: [512, 512],
     };
 

@@ -76,12 +76,16 @@
 
 #[cfg(feature = "area")]
 pub mod area;
+#[cfg(feature = "shadow-map")]
+pub mod epipolar;
 #[cfg(feature = "trace")]
 pub mod exact;
 #[cfg(feature = "shadow-map")]
 pub mod march;
 #[cfg(feature = "shadow-dag")]
 pub mod precomputed;
+#[cfg(feature = "shadow-map")]
+pub mod prefiltered;
 #[cfg(feature = "translucent")]
 pub mod translucent;
 pub mod unshadowed;
@@ -106,7 +110,7 @@ mod store;
 #[cfg(feature = "methods")]
 pub use contract::{About, Method, MethodError, Role, RunOn, Verdict, Work};
 #[cfg(feature = "methods")]
-pub use evaluators::{EvaluatorAbout, Evaluators};
+pub use evaluators::{EvaluatorAbout, Evaluators, GAUSS_NODES};
 #[cfg(feature = "methods")]
 pub use frame::{Frame, FrameInputs, Pass};
 #[cfg(feature = "methods")]

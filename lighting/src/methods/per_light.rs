@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 use std::fmt::Debug;
 
-use gpu_backend::{Backend, BufferOf};
+use gpu_backend::{Backend, BufferOf, Cpu};
 
 use super::{
     About, Evaluators, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
-use crate::{Gather, LitRays, Touching};
+use crate::{EyePanes, Gather, LitRays, Touching};
 
 /// A kind of visibility source: how there is one for each light.
 ///
@@ -69,8 +69,8 @@ pub struct SourceAbout {
     pub is_sampled: bool,
     /// Whether it sees hair and smoke.
     pub sees_translucent: bool,
-    /// Whether see-through triangles hold back their share of the light in the air,
-    /// and of the air behind them as the eye sees it; else they are not there for it.
+    /// Whether see-through triangles hold back their share of the light in the air;
+    /// else they cast no shadow there.
     pub sees_panes: bool,
     /// See [`About::uses_shadow_map`].
     pub uses_shadow_map: bool,
@@ -208,7 +208,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
                 match sees_all {
                 true => Verdict::Applies,
                 false => Verdict::Pointless(
-                    "it does not see hair and smoke, which exact intervals and no shadows stand for"
+                    "it does not see hair and smoke, which exact visibility and no shadows stand for"
                         .into(),
                 ),
             }
@@ -220,7 +220,9 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
                 match sees_all {
                     true => Verdict::Applies,
                     false => Verdict::Pointless(
-                        "it does not see what is see-through, which exact intervals do".into(),
+                        "it does not see what is see-through, which exact visibility and \
+                         transmittance maps do"
+                            .into(),
                     ),
                 }
             })
@@ -251,8 +253,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
         let has_panes = inputs.geometry.coatings().any_see_through();
         if has_panes && !self.sources.about().sees_panes {
             notes.push(format!(
-                "see-through surfaces neither shade the air nor dim what is behind them of it \
-                 with {} visibility",
+                "see-through surfaces cast no shadow into the air with {} visibility",
                 self.sources.about().name
             ));
         }
@@ -295,10 +296,16 @@ where
         let [quality, detail] = self.qualities(quality);
         let evaluator = self.evaluators.kept(frame, detail)?;
         let touching = self.sources.about().touching;
+        let inputs = &frame.inputs;
+        let panes = match inputs.geometry.coatings().any_see_through() {
+            true => EyePanes::new(&Cpu::new(), &*inputs.tracer()?, inputs.rays),
+            false => None,
+        };
         for (light, emitter) in frame.inputs.emitters.iter().enumerate() {
             let source = self.sources.source(frame, light, quality)?;
             let lit = LitRays {
                 touching,
+                panes: panes.as_ref(),
                 watch: frame.inputs.watch,
                 ..LitRays::new(&frame.rays, emitter, frame.inputs.medium)
             };

@@ -205,7 +205,9 @@ impl Registry {
         let registry = Self::empty()
             .with_all(super::unshadowed::methods())
             .with_all(super::exact::methods())
-            .with_all(super::march::methods());
+            .with_all(super::march::methods())
+            .with_all(super::prefiltered::methods())
+            .with_all(super::epipolar::methods());
         #[cfg(feature = "voxel-shadow")]
         let registry = registry.with_all(super::voxelized::methods());
         #[cfg(feature = "area")]

@@ -1,6 +1,8 @@
 //! What casts shadows in the maps of a light.
 
 use glam::Vec3;
+#[cfg(any(feature = "voxel-shadow", feature = "wgpu"))]
+use gpu_backend::Buffer;
 use gpu_backend::{Backend, Error, Memory};
 
 use super::masked::Masked;
@@ -58,6 +60,12 @@ impl<M: Memory> Casters<M> {
         self.masked.len()
     }
 
+    /// Number of solid triangles, the first ones.
+    #[cfg(any(feature = "voxel-shadow", feature = "wgpu"))]
+    pub(crate) fn solid(&self) -> usize {
+        self.triangles.len() - self.masked.len()
+    }
+
     pub(super) fn masks_on_host(&self) -> &Masked {
         &self.masked
     }
@@ -65,5 +73,13 @@ impl<M: Memory> Casters<M> {
     #[cfg(feature = "wgpu")]
     pub(crate) fn masks(&self) -> &super::masks::Masks<M> {
         &self.masks
+    }
+}
+
+#[cfg(feature = "voxel-shadow")]
+impl voxel_shadow::Holes for Casters<gpu_backend::Host> {
+    fn is_hole(&self, triangle: usize, u: f32, v: f32) -> bool {
+        let masked = triangle.checked_sub(self.solid());
+        masked.is_some_and(|index| !self.masked.blocks(index, u.into(), v.into()))
     }
 }

@@ -108,7 +108,10 @@ fn splats_are_where_the_surface_is_and_leave_few_holes() {
         let lights = light(emission);
         let maps = imperfect(&room, &lights, 16_384, LevelOfDetail::Near);
         let empty = maps.depth().iter().filter(|depth| **depth == EMPTY).count();
-        assert!(empty * 50 < maps.depth().len(), "{empty} holes");
+        // Splats of twice the area of a surface leave e⁻² of it uncovered if they are
+        // independent, and even ones leave less.
+        let most = (-2.0_f64).exp() * maps.depth().len() as f64;
+        assert!((empty as f64) < most, "{empty} holes");
         for direction in [Vec3::new(0.1, 1.0, 0.3), Vec3::new(1.0, 0.9, -0.7)] {
             let exact = 2.0 / direction.normalize().abs().max_element();
             let found = depth(&maps, direction);

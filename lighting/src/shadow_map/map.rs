@@ -198,7 +198,6 @@ pub(super) fn texel_along(face: &Face, resolution: u32, v: Vec3) -> Option<[f32;
 }
 
 /// Where a point is in the pictures of a light.
-#[cfg(feature = "translucent")]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     /// Which picture.
@@ -209,7 +208,6 @@ pub(crate) struct Place {
 }
 
 /// Finds a point in the pictures of a light; `None` outside of them.
-#[cfg(feature = "translucent")]
 #[inline]
 pub(crate) fn locate(faces: &[Face], resolution: u32, point: Vec3) -> Option<Place> {
     let (face, v) = face_towards(faces, point);

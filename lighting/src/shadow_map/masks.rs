@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use glam::Vec2;
 use gpu_backend::{Backend, Error, Memory};
 
 use super::masked::Masked;
 use crate::scene::{AlphaMode, Caster, Coating, Filter, Wrap};
 
-/// Words of a record: `Mask` in `depth.wgsl`.
+/// Words of a record: `light_Mask` of `mask.wgsl`.
 pub(crate) const WORDS: usize = 16;
 
 /// What the masked triangles of a scene are covered with.
@@ -51,7 +52,14 @@ fn record(
     first: impl FnOnce(&[f32]) -> usize,
 ) -> Result<[u32; WORDS], Error> {
     let mut words = [0; WORDS];
-    let coordinates = coating.texture_coordinates();
+    let mut coordinates = coating.texture_coordinates();
+    if let Some(texture) = coating.texture()
+        && !coordinates.iter().all(|uv| uv.is_finite())
+    {
+        // What is nowhere is the first texel; this is its middle.
+        let size = Vec2::new(texture.width() as f32, texture.height() as f32);
+        coordinates = [0.5 / size; 3];
+    }
     for (word, value) in words
         .iter_mut()
         .zip(coordinates.map(|uv| uv.to_array()).as_flattened())

@@ -45,9 +45,10 @@ pub(crate) use imperfect::{MOST_TEXELS, place, splat_scale};
 pub(crate) use map::check_size;
 #[cfg(any(feature = "shadow-dag", feature = "translucent", feature = "wgpu"))]
 pub(crate) use map::faces;
-pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
+pub(crate) use map::locate;
 #[cfg(feature = "translucent")]
-pub(crate) use map::{locate, render_face};
+pub(crate) use map::render_face;
+pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 #[cfg(any(feature = "shadow-dag", feature = "translucent"))]
 pub(crate) use masked::Masked;
 #[cfg(feature = "voxel-shadow")]

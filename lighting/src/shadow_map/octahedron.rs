@@ -7,8 +7,6 @@
 //! corners are turned to the sides; a sphere has the other half in its corners.
 //! The solid angle of a texel varies by a factor of 5.2 over either.
 
-use std::f32::consts::PI;
-
 use glam::Vec3;
 
 use crate::scene::raster::Face;
@@ -42,14 +40,19 @@ pub(super) fn octahedral(face: &Face, kind: u32, resolution: u32, v: Vec3) -> Op
     Some([inside(a), inside(b)])
 }
 
-/// The side of a texel, radians, if all of them had the same solid angle.
-pub(crate) fn texel_angle(kind: u32, resolution: u32) -> f32 {
-    let all = if kind == HEMISPHERE {
-        2.0 * PI
-    } else {
-        4.0 * PI
-    };
-    all.sqrt() / resolution as f32
+/// Texels per radian around the axes of the frame, where they are the smallest. In
+/// the unit direction v a texel has |v|₁³ times the solid angle that it has there.
+pub(crate) fn texels_per_radian(kind: u32, resolution: u32) -> f32 {
+    let area: f32 = if kind == HEMISPHERE { 2.0 } else { 4.0 };
+    resolution as f32 / area.sqrt()
+}
+
+/// The square root of that factor, for any v: how much wider texels are.
+#[inline]
+pub(super) fn width(face: &Face, v: Vec3) -> f32 {
+    let sum = [face.right, face.up, face.forward].map(|axis| v.dot(axis).abs());
+    let ratio = sum.iter().sum::<f32>() / v.length();
+    ratio * ratio.sqrt()
 }
 
 #[cfg(test)]
@@ -96,6 +99,21 @@ mod tests {
         }
         assert!(octahedral(&face, SPHERE, 16, Vec3::ZERO).is_none());
         assert!(octahedral(&face, SPHERE, 16, Vec3::NAN).is_none());
-        assert!((texel_angle(SPHERE, 100).powi(2) * 10_000.0 / (4.0 * PI) - 1.0).abs() < 1e-5);
+        // All texels together are the sphere, or half of it.
+        for kind in [HEMISPHERE, SPHERE] {
+            let texel = texels_per_radian(kind, 1).powi(-2);
+            let mut sum = 0.0;
+            for i in 0..200_000 {
+                let z = 1.0 - (2 * i + 1) as f32 / 200_000.0;
+                let turn = (i as f32 * 0.618_034).fract() * std::f32::consts::TAU;
+                let v = (1.0 - z * z).sqrt() * Vec3::new(turn.cos(), turn.sin(), 0.0) + z * Vec3::Z;
+                if kind == SPHERE || z > 0.0 {
+                    // The share of the square that this direction stands for.
+                    sum +=
+                        4.0 * std::f32::consts::PI / 200_000.0 / (texel * width(&face, v).powi(2));
+                }
+            }
+            assert!((sum - 1.0).abs() < 0.01, "{kind}: {sum}");
+        }
     }
 }

@@ -1,13 +1,17 @@
 //! Two sources of which each knows some of what is in the way.
 
-use super::{Behind, LitInterval, Share, VisibilitySource};
+use glam::Vec3;
+
+use super::{Behind, LitInterval, PointVisibility, Share, VisibilitySource};
 use crate::{Interval, LightPath};
 
 /// What reaches a ray through the blockers of both sources: where both are
-/// lit, with the product of their visibilities.
+/// lit, with the product of their visibilities. Of two that are asked at points, the
+/// same at a point.
 ///
 /// Static and dynamic casters, say: shadows baked for the scenery, and a small
-/// shadow map, rendered anew for each frame, of what moves in it.
+/// shadow map, rendered anew for each frame, of what moves in it. Or a shadow map of
+/// what is opaque, and a map of transmittance, which has fewer texels, of what is not.
 ///
 /// Cost: that of both, and a step for each of their intervals.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +33,19 @@ where
         }
         self.1.lit_intervals(path, &mut b);
         product(&a, &b, lit);
+    }
+}
+
+impl<A, B> PointVisibility for Both<A, B>
+where
+    A: PointVisibility,
+    B: PointVisibility,
+    A::Share: Behind<B::Share>,
+{
+    type Share = <A::Share as Behind<B::Share>>::Share;
+
+    fn visibility(&self, point: Vec3) -> Self::Share {
+        self.0.visibility(point).behind(self.1.visibility(point))
     }
 }
 

@@ -37,7 +37,7 @@ impl<P: PointVisibility + Send + ?Sized> PointVisibility for Arc<P> {
 
 /// Tells how much of a light reaches a point of a surface.
 pub trait SurfaceShadow: Sync {
-    /// The share of the light, 0 to 1, that is not blocked on its way to
+    /// The share of the light, 0 to 1 per colour, that is not blocked on its way to
     /// `point` on a surface with the unit `normal`, on the side of the light.
-    fn visibility(&self, point: Vec3, normal: Vec3) -> f32;
+    fn visibility(&self, point: Vec3, normal: Vec3) -> Vec3;
 }

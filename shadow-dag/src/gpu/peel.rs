@@ -85,6 +85,10 @@ pub(super) fn number_of(kind: Kind) -> u32 {
 /// The CPU finds the triangles over blocks of 32×32 texels, the GPU does the
 /// rest. Nothing but triangles, lists and one tile at a time is on the device.
 ///
+/// Where the [holes](crate::Holes) of a mesh are, only the host can tell: a mesh that
+/// has any is peeled there, with the results of [`Mesh`] to the last slice and in its
+/// time.
+///
 /// # Agreement with the CPU
 ///
 /// The same triangles are over the same texels. Depths are f32 and off by at
@@ -122,13 +126,9 @@ impl<'a> PeeledMesh<'a> {
     /// Copies the triangles of a mesh, 64 bytes each, to a GPU.
     ///
     /// # Errors
-    /// [`Error::Holes`] for a mesh that [has any](Mesh::has_holes);
     /// [`gpu_backend::Error::TooLarge`] if it cannot bind so many: two million
     /// with the default limits of WebGPU.
     pub fn new(gpu: &'a Gpu<Queued>, mesh: &'a Mesh) -> Result<Self, Error> {
-        if mesh.has_holes() {
-            return Err(Error::Holes);
-        }
         let records: Vec<_> = mesh.triangles.iter().map(TriangleRecord::new).collect();
         Ok(Self {
             gpu,
@@ -149,6 +149,12 @@ impl<'a> PeeledMesh<'a> {
         // First, so that a tile beyond the device is refused before lists of
         // its blocks are made.
         let mut texels = self.gpu.zeros(tile.len())?;
+        if self.mesh.has_holes() {
+            let [mut enter, mut exit] = [vec![0; tile.len()], vec![0; tile.len()]];
+            self.mesh.read(tile, &mut enter, &mut exit)?;
+            let pairs: Vec<_> = enter.into_iter().zip(exit).map(<[u32; 2]>::from).collect();
+            return Ok(self.gpu.upload(&pairs)?);
+        }
         let block = BLOCK.min(tile.side);
         let across = tile.side / block;
         let mut blocks = vec![Vec::new(); (across * across) as usize];
@@ -226,6 +232,9 @@ impl DepthSource for PeeledMesh<'_> {
     }
 
     fn read(&self, tile: TileRect, enter: &mut [u32], exit: &mut [u32]) -> Result<Exits, Error> {
+        if self.mesh.has_holes() {
+            return self.mesh.read(tile, enter, exit);
+        }
         tile.check_places(self.mesh.resolution(), [enter, exit])?;
         let texels = self.gpu.download(&self.peel(tile)?)?;
         for (texel, (enter, exit)) in texels.iter().zip(enter.iter_mut().zip(exit)) {

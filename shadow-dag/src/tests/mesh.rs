@@ -454,7 +454,7 @@ fn triangles_in_any_part_of_a_texel_count_where_texels_are_large() {
 
 /// Holes where the weight of the first corner is less than this.
 #[derive(Debug)]
-struct Beyond(f64);
+pub(crate) struct Beyond(pub(crate) f64);
 
 impl Holes for Beyond {
     fn is_hole(&self, _: u32, u: f64, v: f64) -> bool {

@@ -1,6 +1,10 @@
 //! One list of lights, media and rays at which methods for single scattering
 //! are known to break.
 
+mod casters;
+
+pub use casters::{CasterCase, caster_cases};
+
 use std::f32::consts::FRAC_PI_4;
 
 use glam::{Quat, Vec3};

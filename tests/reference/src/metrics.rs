@@ -3,6 +3,10 @@
 /// The darkest pixel whose relative error matters, as a share of the mean.
 pub const DARKEST: f64 = 1e-3;
 
+/// What keeps the relative squared error of dark pixels finite, as a share of the
+/// squared mean: the usual 1e-2 for images whose mean is about 1.
+pub const REL_MSE_FLOOR: f64 = 1e-2;
+
 /// The airlight of every ray, and how wrong it can be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
@@ -42,6 +46,12 @@ pub struct ImageError {
     /// the reference, or by 1e-3 of the mean radiance if that is more. (If the
     /// mean is 0, of the largest difference itself.)
     pub rel_p99: f64,
+    /// relMSE: the mean over all channels of all pixels of
+    /// `(x - r)² / (r² + ε)` with `ε` = [`REL_MSE_FLOOR`] × mean² (Rousselle,
+    /// Knaus, Zwicker, Adaptive Sampling and Reconstruction using Greedy Error
+    /// Minimization, SIGGRAPH Asia 2011). If the mean is 0, of the squared
+    /// difference itself.
+    pub rel_mse: f64,
     /// Mean radiance of the reference over all channels of all pixels, by
     /// which `rmse` and `max` were divided.
     pub mean: f64,
@@ -65,6 +75,7 @@ pub fn image_error(test: &[[f32; 4]], reference: &Reference) -> ImageError {
     let absolute = !(mean > 0.0);
     let unit = if absolute { 1.0 } else { mean };
     let mut squares = 0.0;
+    let mut relative_squares = 0.0;
     let mut max = 0.0_f64;
     let mut relative = Vec::with_capacity(test.len());
     for (pixel, truth) in test.iter().zip(&reference.radiance) {
@@ -78,7 +89,14 @@ pub fn image_error(test: &[[f32; 4]], reference: &Reference) -> ImageError {
             } else {
                 difference
             };
-            squares += difference * difference;
+            let square = difference * difference;
+            let scaled = truth / unit;
+            squares += square;
+            relative_squares += if absolute || square.is_infinite() {
+                square
+            } else {
+                square / (scaled * scaled + REL_MSE_FLOOR)
+            };
             worst = worst.max(difference);
         }
         max = max.max(worst);
@@ -95,6 +113,7 @@ pub fn image_error(test: &[[f32; 4]], reference: &Reference) -> ImageError {
         rmse: (squares / channels).sqrt(),
         max,
         rel_p99: percentile_99(&mut relative),
+        rel_mse: relative_squares / channels,
         mean,
         absolute,
     }
@@ -112,8 +131,15 @@ fn percentile_99(values: &mut [f64]) -> f64 {
 /// The order of convergence that pairs of samples and errors show: the slope of
 /// log error over log 1 / samples, by least squares.
 pub fn order(errors: &[(u32, f64)]) -> f64 {
-    let points = errors.iter().map(|(n, e)| (-f64::from(*n).ln(), e.ln()));
-    let count = errors.len() as f64;
+    let points: Vec<_> = errors.iter().map(|(n, e)| (f64::from(*n), *e)).collect();
+    -log_slope(&points)
+}
+
+/// The slope of log y over log x, by least squares. Not finite for fewer than two
+/// different x, and for values that are not positive.
+pub fn log_slope(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let points = points.iter().map(|(x, y)| (x.ln(), y.ln()));
     let (x, y) = points
         .clone()
         .fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
@@ -156,6 +182,25 @@ mod tests {
         );
         assert!((error.rel_p99 - 0.2 / 3.0).abs() < 1e-6, "{error:?}");
         assert_eq!((error.mean, error.absolute), (2.0, false));
+        // (0.1 / 1.5)² of one pixel of two, and what keeps dark ones finite.
+        let expected = 0.5 * 0.01 / (2.25 + REL_MSE_FLOOR);
+        assert!((error.rel_mse / expected - 1.0).abs() < 1e-5, "{error:?}");
+    }
+
+    #[test]
+    fn a_relative_error_weighs_dark_pixels_more_and_has_no_scale() {
+        let rel_mse = |scale: f64, wrong: usize| {
+            let truth = [0.2 * scale, 1.8 * scale];
+            let mut image = truth.map(|value| [value as f32; 4]);
+            image[wrong] = image[wrong].map(|value| value + 0.1 * scale as f32);
+            image_error(&image, &grey(&truth)).rel_mse
+        };
+        assert!(rel_mse(1.0, 0) > 50.0 * rel_mse(1.0, 1));
+        for scale in [1e-12, 1e12] {
+            assert!((rel_mse(scale, 0) / rel_mse(1.0, 0) - 1.0).abs() < 1e-4);
+        }
+        let black = image_error(&[[0.5; 4]], &grey(&[0.0]));
+        assert_eq!(black.rel_mse, 0.25);
     }
 
     #[test]
@@ -170,7 +215,9 @@ mod tests {
         let error = image_error(&[[f32::NAN; 4]], &grey(&[1.0]));
         assert_eq!(error.rmse, f64::INFINITY);
         assert_eq!(error.max, f64::INFINITY);
+        assert_eq!(error.rel_mse, f64::INFINITY);
         assert_eq!(image_error(&[], &grey(&[])).max, 0.0);
+        assert_eq!(image_error(&[], &grey(&[])).rel_mse, 0.0);
     }
 
     #[test]
@@ -181,5 +228,15 @@ mod tests {
         assert_eq!(image_error(&image, &reference).rel_p99, 0.0);
         image[8] = [3.0; 4];
         assert_eq!(image_error(&image, &reference).rel_p99, 2.0);
+    }
+
+    #[test]
+    fn a_power_law_has_its_exponent_as_slope() {
+        let points = [1.0, 3.0, 10.0, 50.0].map(|x: f64| (x, 7.0 * x.powf(-1.5)));
+        assert!((log_slope(&points) + 1.5).abs() < 1e-12);
+        assert!((order(&[(1, 1.0), (2, 0.25), (4, 0.0625)]) - 2.0).abs() < 1e-12);
+        for none in [&points[..1], &[], &[(1.0, 1.0), (2.0, 0.0)]] {
+            assert!(!log_slope(none).is_finite());
+        }
     }
 }

@@ -44,7 +44,14 @@ impl TestScene {
     /// # Panics
     /// If the scene is not sound, which its own tests exclude.
     pub fn new(embedded: Embedded, width: u32, height: u32) -> Self {
-        let mut scene: Scene = embedded.build(1);
+        Self::of(embedded.name(), embedded.build(1), width, height)
+    }
+
+    /// The same of any scene; what it lacks of camera, lights and medium is placed.
+    ///
+    /// # Panics
+    /// If the scene is not sound.
+    pub fn of(name: &'static str, mut scene: Scene, width: u32, height: u32) -> Self {
         let geometry = Geometry::new(&scene).expect("a sound scene");
         scene
             .complete(geometry.bounds())
@@ -59,7 +66,7 @@ impl TestScene {
             owners.resize(emitters.len(), index);
         }
         Self {
-            name: embedded.name(),
+            name,
             tracer,
             emitters,
             areas: AreaEmitters::find(&scene.lights, &owners),

@@ -27,8 +27,17 @@ pub enum Allowed {
     Evaluator,
     /// An image by exact intervals and quadrature, and the reference.
     ExactImage,
+    /// An image by exact intervals and the quadrature that is used unless another is
+    /// asked for, and the reference.
+    DefaultImage,
     /// The same behind a film whose opacity varies.
     ExactFilm,
+    /// The ends of the lit runs of a shadow map and the oracle's.
+    MapRunEnds,
+    /// An image of a room with a caster that is not solid, by a march through maps.
+    CasterImage,
+    /// A bound on a share of depths from their moments, and the share.
+    MomentShare,
     /// Order of convergence expected of a march minus the measured one.
     Order,
     /// The radiance of a ray on the GPU and on the CPU, given the same map.
@@ -37,6 +46,10 @@ pub enum Allowed {
     GpuRadianceNearTheAxis,
     /// Share of rays whose radiance differs by more than that.
     GpuRays,
+    /// Share of the nodes of a min-max tree that differ because a texel lies at the border of a slice.
+    GpuTreeNodes,
+    /// A filtered moment of depths on the GPU and on the CPU.
+    GpuMoments,
     /// A texel of a shadow map on the GPU and on the CPU.
     GpuTexel,
     /// Share of the texels on an edge that differ by more than that.
@@ -187,8 +200,17 @@ pub const TABLE: &[Tolerance] = &[
     Tolerance {
         what: Allowed::ExactImage,
         error: 1e-5,
-        derivation: "Root mean square relative to the mean radiance. 512 nodes: 512^-2 = 4e-6 at \
-            the kinks of cones; f32 ends of intervals and f32 sums: 1e-6 of a pixel.",
+        derivation: "Root mean square relative to the mean radiance. A quadrature to 1e-6, f32 ends \
+            of intervals and f32 sums: 2e-6 of a pixel, some of which are several times as \
+            bright as the mean.",
+    },
+    Tolerance {
+        what: Allowed::DefaultImage,
+        error: 1e-4,
+        derivation: "Root mean square relative to the mean radiance. Each lit part has a relative \
+            tolerance of 1e-4, which few come near to: its nodes are as many as the worst part \
+            needs. A pixel beside a lamp that is ten times as bright as the mean may be off by \
+            a tenth of that.",
     },
     Tolerance {
         what: Allowed::ExactFilm,
@@ -197,6 +219,30 @@ pub const TABLE: &[Tolerance] = &[
             1/64 over a part, which has its mean: off by 1/128 at the ends, with either sign, and \
             by half of that in the mean of one part. A ray crosses some 16 parts: 1/256 / 4 \
             = 1e-3. The oracle's parts are a thousandth of a ray: less.",
+    },
+    Tolerance {
+        what: Allowed::MapRunEnds,
+        error: 2.0 * ULP32,
+        derivation: "Times the distance of the farthest end and of the light. An end is rounded to f32 \
+            once. Both sides compute in f64, where a ray that touches the sphere of a texel \
+            has the square root of a difference of squares of distances, each rounded by \
+            2^-53: 1e-8 of the distance.",
+    },
+    Tolerance {
+        what: Allowed::CasterImage,
+        error: 0.03,
+        derivation: "RMSE over the mean. The ends of shadows are off by half a step of 6 m / 128, or by a texel of \
+            6 m / 256 of a map of curves, seen up to three times as long on rays at 20 degrees to the light: \
+            0.02 to 0.07 m of 6 m each, with a sign that changes from ray to ray; a mask of 8 x 8 texels has up to \
+            ten ends along a ray, which add up to 0.035 m / 6 m x sqrt(10) = 0.018 at most. Twenty panes in eight \
+            nodes: half of a step of 0.1 between nodes, on the third of a ray that is behind the panes, 0.017.",
+    },
+    Tolerance {
+        what: Allowed::MomentShare,
+        error: 1e-6,
+        derivation: "Moments are rounded by 2^-53. The pivots of the matrix of 6 moments of 4 depths \
+            that lie at least 1/30 apart are products of squares of 3 differences, 1e-8 at \
+            the least with a share of 0.01: an error of 1e-16 over 1e-10.",
     },
     Tolerance {
         what: Allowed::Order,
@@ -231,6 +277,21 @@ pub const TABLE: &[Tolerance] = &[
             sample is that close to one of four borders with a chance of 2.4e-4. A ray has 32 \
             samples, and up to all of them lie next to a texel of another answer (hair, \
             fences): 0.8 %.",
+    },
+    Tolerance {
+        what: Allowed::GpuTreeNodes,
+        error: 5e-3,
+        derivation: "A border of a slice is off by about 8 x 2^-24 x 96 = 5e-5 of a texel, so that a \
+            texel more or less belongs to a cell with a chance of 1e-4 for its two borders, \
+            and to one of the 8 cells of a leaf with 1e-3; a parent has the chances of all of its \
+            leaves, but few of their texels are the least or the greatest.",
+    },
+    Tolerance {
+        what: Allowed::GpuMoments,
+        error: 256.0 * ULP32,
+        derivation: "Times 1, or the moment where it is one of an exponential. The depth is off by \
+            4 units of 1; an exponential of up to 20 times that by 80 units and by the 3 + 2 x \
+            20 ULP that WGSL grants it, its square by twice as much.",
     },
     Tolerance {
         what: Allowed::GpuTexel,

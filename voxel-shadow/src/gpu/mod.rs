@@ -6,8 +6,10 @@
 //! a [`Sampling`].
 //!
 //! A shadow map that lives on the GPU takes part in [`Rectify`](crate::Rectify) as
-//! what fits the [`FirstBlockerSlot`], and maps of many lights in
-//! [`RectifyAtlas`](crate::RectifyAtlas) as what fits the [`AtlasBlockerSlot`].
+//! what fits the [`FirstBlockerSlot`], maps of many lights in
+//! [`RectifyAtlas`](crate::RectifyAtlas) as what fits the [`AtlasBlockerSlot`], and holes
+//! of triangles in [`RectifyMasked`](crate::RectifyMasked) as what fits the
+//! [`HolesSlot`].
 //!
 //! # Agreement with the CPU
 //!
@@ -23,7 +25,7 @@
 //!
 //! # Limits
 //!
-//! At most five storage buffers, and what a part in the [`FirstBlockerSlot`] adds.
+//! At most five storage buffers, and what a part in one of the two slots adds.
 
 #[cfg(feature = "wgpu")]
 mod atlas;
@@ -44,7 +46,7 @@ mod tests;
 #[cfg(feature = "wgpu")]
 pub use atlas::AtlasBlockerSlot;
 #[cfg(feature = "wgpu")]
-pub use rectify::FirstBlockerSlot;
+pub use rectify::{FirstBlockerSlot, HolesSlot};
 pub use sampling::SamplingRecord;
 
 #[cfg(doc)]

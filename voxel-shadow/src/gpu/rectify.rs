@@ -7,11 +7,11 @@ use gpu_backend::Buffer;
 use gpu_backend::gpu::{
     Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, InShader, Kernel, Workgroups,
 };
-use gpu_backend::shader::{Assembly, Slot};
+use gpu_backend::shader::{Assembly, Part, Slot};
 
 use super::GROUP;
 use crate::rectify::check;
-use crate::{Error, IndexMap, Rectify, RectifyTriangles};
+use crate::{Error, IndexMap, Rectify, RectifyMasked, RectifyTriangles};
 
 /// *How far does this light ray get?* The question that a [`FirstBlocker`] answers,
 /// in shaders. A part `x` defines
@@ -39,6 +39,48 @@ fn vsv_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {{
     }
 }
 
+/// *Is there a hole in this triangle?* The question that [`Holes`] answer, in shaders.
+/// A part `x` defines
+///
+/// ```wgsl
+/// fn x_is_hole(triangle: u32, at: vec2<f32>) -> bool
+/// ```
+///
+/// where `at` are the barycentric coordinates of the second and third corner.
+///
+/// [`Holes`]: crate::Holes
+#[derive(Debug, Clone, Copy)]
+pub struct HolesSlot;
+
+impl Slot for HolesSlot {
+    fn glue(part: &str) -> String {
+        format!(
+            "
+fn vsv_is_hole(triangle: u32, at: vec2<f32>) -> bool {{
+    return {part}_is_hole(triangle, at);
+}}
+"
+        )
+    }
+}
+
+/// There are none.
+impl InShader<HolesSlot> for () {
+    fn part() -> Part {
+        Part::new("vsv_whole").source(
+            "
+fn vsv_whole_is_hole(triangle: u32, at: vec2<f32>) -> bool {
+    return false;
+}
+",
+        )
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        Vec::new()
+    }
+}
+
 /// Uniforms of `triangles.wgsl`.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -55,7 +97,12 @@ pub(super) fn shader<S: InShader<FirstBlockerSlot>>() -> Result<Assembly, gpu_ba
     Ok(shader)
 }
 
-pub(super) const TRIANGLES: &[&str] = &[INDEX_WGSL, EPIPOLAR, include_str!("triangles.wgsl")];
+/// The shader for triangles with these holes.
+pub(super) fn triangles_shader<H: InShader<HolesSlot>>() -> Result<Assembly, gpu_backend::Error> {
+    let mut shader = Assembly::new(&[INDEX_WGSL, EPIPOLAR, include_str!("triangles.wgsl")]);
+    shader.fill::<HolesSlot>(&H::part())?;
+    Ok(shader)
+}
 
 impl<S: InShader<FirstBlockerSlot>, E: Encode> Rectify<S> for Gpu<E> {
     fn rectify(
@@ -95,6 +142,18 @@ impl<E: Encode> RectifyTriangles for Gpu<E> {
         triangles: &GpuBuffer<[Vec3; 3]>,
         map: &mut IndexMap<GpuMemory>,
     ) -> Result<(), Error> {
+        self.rectify_masked(lattice, triangles, &(), map)
+    }
+}
+
+impl<H: InShader<HolesSlot>, E: Encode> RectifyMasked<H> for Gpu<E> {
+    fn rectify_masked(
+        &self,
+        lattice: &Lattice,
+        triangles: &GpuBuffer<[Vec3; 3]>,
+        holes: &H,
+        map: &mut IndexMap<GpuMemory>,
+    ) -> Result<(), Error> {
         check(lattice, map)?;
         let parameters = TriangleParameters {
             lattice: LatticeRecord::new(lattice),
@@ -105,17 +164,20 @@ impl<E: Encode> RectifyTriangles for Gpu<E> {
         self.dispatch(
             &Kernel {
                 label: "rectify triangles",
-                parts: TRIANGLES,
+                parts: &triangles_shader::<H>()?.finish(1),
                 entry: "rectify_triangles",
-                constants: &[],
+                constants: &holes.constants(),
             },
-            &[&[
-                Argument::uniform(parameters),
-                Argument::table(lattice.planes()),
-                Argument::table(lattice.light_angles()),
-                Argument::read(triangles),
-                Argument::write(map.indices_mut()),
-            ]],
+            &[
+                &[
+                    Argument::uniform(parameters),
+                    Argument::table(lattice.planes()),
+                    Argument::table(lattice.light_angles()),
+                    Argument::read(triangles),
+                    Argument::write(map.indices_mut()),
+                ],
+                &holes.arguments(),
+            ],
             Workgroups::covering(lattice.resolution().light_rays(), GROUP),
         )?;
         Ok(())

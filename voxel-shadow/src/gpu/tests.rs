@@ -11,11 +11,11 @@ use reference::tolerances::Allowed;
 
 use super::build::{self, BLOCK, EXTRUDE, Scan, VOXELISE, extrude_by};
 use super::query::{self, INTERVALS, QUERY};
-use super::rectify::{self, TRIANGLES, TriangleParameters};
+use super::rectify::{self, TriangleParameters, triangles_shader};
 use super::*;
 use crate::{
-    BuildGrid, Grid, IndexMap, LitInterval, Query, Rectify, RectifyTriangles, Sampling,
-    ShadowVolume, Weights,
+    BuildGrid, Grid, Holes, IndexMap, LitInterval, Query, Rectify, RectifyMasked, RectifyTriangles,
+    Sampling, ShadowVolume, Weights,
 };
 
 /// A horizontal disc of radius 1.5 m, 2 m above the ground.
@@ -120,7 +120,8 @@ fn the_part_is_fit_for_other_shaders_and_all_structures_are_those_of_rust() {
     let value = |name: &str| Shader::new(EXTRUDE).unwrap().values(name).unwrap()[0];
     assert_eq!(value("SEGMENTS") * value("ROWS"), f64::from(BLOCK));
     assert_eq!(value("SEGMENTS") * value("COLUMNS"), 256.0);
-    let shader = Shader::new(TRIANGLES).unwrap();
+    Shader::new(&triangles_shader::<Half>().unwrap().finish(1)).unwrap();
+    let shader = Shader::new(&triangles_shader::<()>().unwrap().finish(1)).unwrap();
     assert_same_layout!(
         shader,
         "Parameters",
@@ -261,6 +262,56 @@ fn triangles_block_the_same_rays_as_on_the_cpu() {
         gpu.rectify_triangles(&lattice, &none, &mut map).unwrap();
         let found = gpu.download(map.indices()).unwrap();
         assert!(found.iter().all(|index| *index == 128));
+    }
+}
+
+/// Every other triangle has a hole beyond the middle of its second side.
+struct Half;
+
+impl Holes for Half {
+    fn is_hole(&self, triangle: usize, u: f32, _: f32) -> bool {
+        triangle % 2 == 1 && u > 0.5
+    }
+}
+
+impl InShader<HolesSlot> for Half {
+    fn part() -> Part {
+        Part::new("test_half").source(
+            "
+fn test_half_is_hole(triangle: u32, at: vec2<f32>) -> bool {
+    return triangle % 2u == 1u && at.x > 0.5;
+}",
+        )
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        Vec::new()
+    }
+}
+
+#[test]
+fn holes_let_the_same_rays_through_as_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let triangles = fan();
+    let there = gpu.upload(&triangles).unwrap();
+    for lattice in lattices(128, 96, 96) {
+        let mut whole = IndexMap::new(&cpu, lattice.resolution()).unwrap();
+        cpu.rectify_triangles(&lattice, &triangles, &mut whole)
+            .unwrap();
+        let mut expected = IndexMap::new(&cpu, lattice.resolution()).unwrap();
+        cpu.rectify_masked(&lattice, &triangles, &Half, &mut expected)
+            .unwrap();
+        let mut map = IndexMap::new(&gpu, lattice.resolution()).unwrap();
+        gpu.rectify_masked(&lattice, &there, &Half, &mut map)
+            .unwrap();
+        let found = gpu.download(map.indices()).unwrap();
+        let share = differing(&expected, &found);
+        // The rims of holes are silhouettes as well.
+        assert!(share <= 2.0 * allowed(&lattice), "{share}");
+        let blocked = |map: &IndexMap<Host>| map.indices().iter().filter(|i| **i < 128).count();
+        assert!(blocked(&expected) <= blocked(&whole));
+        assert!(blocked(&whole) < 100 || blocked(&expected) < blocked(&whole));
     }
 }
 

@@ -1,6 +1,9 @@
 // Voxelisation from triangles: entry point, one invocation per light ray. A
 // workgroup reads the triangles together, as many at a time as it has
 // invocations.
+//
+// Needs the slot of holes,
+//   fn vsv_is_hole(triangle: u32, at: vec2<f32>) -> bool
 
 struct Parameters {
     lattice: epi_Lattice,
@@ -20,10 +23,11 @@ fn corner(index: u32) -> vec3<f32> {
     return vec3(corners[3u * index], corners[3u * index + 1u], corners[3u * index + 2u]);
 }
 
-// The distance at which a ray meets a triangle, or epi_INFINITE: the three
+// The distance at which a ray meets a triangle, or epi_INFINITE, and the barycentric
+// coordinates of its second and third corner there: the three
 // volumes of the ray with the edges have equal signs inside, and the volume of an
 // edge is the same number but for its sign in both triangles.
-fn hit(ray: epi_LightRay, triangle: array<vec3<f32>, 3>, directional: bool) -> f32 {
+fn hit(ray: epi_LightRay, triangle: array<vec3<f32>, 3>, directional: bool) -> vec3<f32> {
     let a = triangle[0] - ray.origin;
     let b = triangle[1] - ray.origin;
     let c = triangle[2] - ray.origin;
@@ -35,11 +39,11 @@ fn hit(ray: epi_LightRay, triangle: array<vec3<f32>, 3>, directional: bool) -> f
     let inside = all(v >= vec3(0.0)) || all(v <= vec3(0.0));
     let sum = v.x + v.y + v.z;
     if !inside || sum == 0.0 {
-        return epi_INFINITE;
+        return vec3(epi_INFINITE, 0.0, 0.0);
     }
     let along = vec3(dot(a, ray.direction), dot(b, ray.direction), dot(c, ray.direction));
     let distance = dot(v, along) / sum;
-    return select(epi_INFINITE, distance, directional || distance >= 0.0);
+    return vec3(select(epi_INFINITE, distance, directional || distance >= 0.0), v.yz / sum);
 }
 
 @compute @workgroup_size(64)
@@ -64,8 +68,12 @@ fn rectify_triangles(
         }
         workgroupBarrier();
         for (var k = 0u; k < count; k += 1u) {
-            let distance = hit(ray, batch[k], l.directional != 0u);
-            nearest = min(nearest, epi_blocked_from(l, phi, distance));
+            let met = hit(ray, batch[k], l.directional != 0u);
+            let index = epi_blocked_from(l, phi, met.x);
+            // Holes are looked for where they would change something.
+            if index < nearest && !vsv_is_hole(first + k, met.yz) {
+                nearest = index;
+            }
         }
         workgroupBarrier();
     }

@@ -42,7 +42,8 @@ pub(crate) struct Kind {
     pub(crate) csv: &'static str,
     /// The columns of that file.
     pub(crate) columns: fn() -> Vec<Column>,
-    /// Seconds that it may take, in a quick comparison and in a full one. A study
+    /// Seconds that it may take, in a quick comparison and in a full one, unless
+    /// everything is to be measured. A study
     /// that is short by nature has none: it runs however little time is left, so
     /// that what it finds does not depend on the machine.
     pub(crate) seconds: Option<[f64; 2]>,
@@ -58,7 +59,8 @@ impl Kind {
     }
 
     fn limit<'a>(&self, quick: bool, budget: Budget, stop: &'a AtomicBool) -> Limit<'a> {
-        let seconds = match self.seconds {
+        let is_limited = budget.total().is_finite();
+        let seconds = match self.seconds.filter(|_| is_limited) {
             Some(seconds) => seconds[usize::from(!quick)].min(budget.left()),
             None => f64::INFINITY,
         };
@@ -130,7 +132,7 @@ impl Limit<'_> {
 
     /// Why something that takes about so many `seconds` is not to be begun.
     pub(crate) fn reached_after(&self, seconds: f64) -> Option<&'static str> {
-        let over = self.elapsed() + seconds >= self.seconds;
+        let over = self.seconds.is_finite() && self.elapsed() + seconds >= self.seconds;
         self.interrupted().or(over.then_some(NO_TIME))
     }
 
@@ -245,6 +247,16 @@ mod tests {
     }
 
     #[test]
+    fn where_everything_is_measured_no_limit_is_reached() {
+        let unlimited = STUDIES[0].limit(true, Budget::unlimited(), &NEVER);
+        assert_eq!(unlimited.seconds(), f64::INFINITY);
+        assert_eq!(unlimited.reached_after(0.85 * unlimited.seconds()), None);
+        assert_eq!(unlimited.budget_reached(), None);
+        let over = STUDIES[0].limit(true, Budget::new(0.0), &NEVER);
+        assert!(over.budget_reached().is_some());
+    }
+
+    #[test]
     fn titles_and_csv_files_of_studies_are_unique() {
         for (index, kind) in STUDIES.iter().enumerate() {
             for other in &STUDIES[..index] {
@@ -283,6 +295,7 @@ mod tests {
             .map(|kind| (kind.pointless)(&subject))
             .collect();
         assert!(reasons[0].unwrap().contains("closed form"), "{reasons:?}");
+        assert!(reasons[2].unwrap().contains("translucent"), "{reasons:?}");
         subject.emitters = &[];
         assert!((precomputed_shadows::KIND.pointless)(&subject).is_some());
         assert!((voxel_grids::KIND.pointless)(&subject).is_some());

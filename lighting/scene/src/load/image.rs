@@ -12,9 +12,34 @@ use crate::Texture;
 /// Images are at most this many pixels wide and high.
 const MAX_SIDE: u32 = 8192;
 
-/// Decodes a PNG or JPEG image in sRGB; its alpha channel is kept if it is not
+/// What the numbers of an image stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Encoding {
+    /// Colours in sRGB.
+    Srgb,
+    /// Shares, as they are.
+    #[cfg(feature = "gltf")]
+    Linear,
+}
+
+impl Encoding {
+    fn linear(self, encoded: f32) -> f32 {
+        match self {
+            Self::Srgb => linear(encoded),
+            #[cfg(feature = "gltf")]
+            Self::Linear => encoded,
+        }
+    }
+}
+
+/// Decodes a PNG or JPEG image; its alpha channel is kept if it is not
 /// opaque everywhere.
-pub(super) fn decode(bytes: &[u8], what: &str, budget: &mut Budget) -> Result<Texture, LoadError> {
+pub(super) fn decode(
+    bytes: &[u8],
+    encoding: Encoding,
+    what: &str,
+    budget: &mut Budget,
+) -> Result<Texture, LoadError> {
     let unreadable =
         |error: &dyn std::fmt::Display| LoadError::Unsupported(format!("{what} ({error})"));
     if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
@@ -53,7 +78,7 @@ pub(super) fn decode(bytes: &[u8], what: &str, budget: &mut Budget) -> Result<Te
     let (texels, alpha): (Vec<Vec3>, Vec<f32>);
     if image.color().bytes_per_pixel() == image.color().channel_count() {
         let table: Vec<f32> = (0..=255)
-            .map(|value| linear(value as f32 / 255.0))
+            .map(|value| encoding.linear(value as f32 / 255.0))
             .collect();
         let lookup = |channel: u8| table[usize::from(channel)];
         let image = image.into_rgba8();
@@ -66,7 +91,7 @@ pub(super) fn decode(bytes: &[u8], what: &str, budget: &mut Budget) -> Result<Te
             Vec::new()
         };
     } else {
-        let lookup = |channel: u16| linear(f32::from(channel) / 65535.0);
+        let lookup = |channel: u16| encoding.linear(f32::from(channel) / 65535.0);
         let image = image.into_rgba16();
         let colour = |p: &image::Rgba<u16>| Vec3::new(lookup(p[0]), lookup(p[1]), lookup(p[2]));
         texels = image.pixels().map(colour).collect();

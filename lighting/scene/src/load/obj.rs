@@ -13,7 +13,7 @@ use std::path::Path;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::error::printable;
-use super::image::decode;
+use super::image::{Encoding, decode};
 use super::limits::{Budget, Notes};
 use super::place::place;
 use super::polygon::Splitter;
@@ -346,7 +346,7 @@ fn convert(
             return known.clone();
         }
         let bytes = open(&name.replace('\\', "/"));
-        let texture = bytes.and_then(|bytes| decode(&bytes, "an image", budget));
+        let texture = bytes.and_then(|bytes| decode(&bytes, Encoding::Srgb, "an image", budget));
         let texture = texture.map_err(|error| {
             notes.add(format!("the texture of {what} left out: {error}"));
         });
@@ -452,6 +452,7 @@ fn mesh(
         colors,
         triangles,
         material: source.material_id,
+        ..Mesh::default()
     })
 }
 

@@ -26,6 +26,26 @@ where
     gathered_of(backend, rays.len(), &lit, (visibility, airlight))
 }
 
+/// [`gathered`] behind what covers parts of the rays.
+#[cfg(feature = "translucent")]
+pub(super) fn gathered_behind<B, V, A>(
+    backend: &B,
+    (rays, panes): (&[Ray], Option<&crate::EyePanes>),
+    light: &Emitter,
+    medium: &Medium,
+    pair: (&V, &A),
+) -> Vec<[f32; 4]>
+where
+    B: Gather<V, A> + Download,
+{
+    let there = backend.upload(rays).unwrap();
+    let lit = LitRays {
+        panes,
+        ..LitRays::new(&there, light, medium)
+    };
+    gathered_of(backend, rays.len(), &lit, pair)
+}
+
 /// [`gathered`] with parts that touch joined.
 fn joined<B, V, A>(
     backend: &B,

@@ -202,6 +202,8 @@ fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
 fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     use gpu_backend::gpu::GpuMemory;
 
+    use crate::methods::epipolar::MapRuns;
+    use crate::methods::prefiltered::PrefilteredMap;
     use crate::precomputed::BakedShadow;
     use crate::shadow_map::ShadowMap;
     use crate::translucent::TransmittanceMap;
@@ -212,6 +214,9 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     type Baked = BakedShadow<GpuMemory>;
     type Map = March<ShadowMap<GpuMemory>>;
     type Curves = March<TransmittanceMap<GpuMemory>>;
+    type Runs = MapRuns<ShadowMap<GpuMemory>, GpuMemory>;
+    type Together = March<Both<ShadowMap<GpuMemory>, TransmittanceMap<GpuMemory>>>;
+    type Filtered = March<PrefilteredMap<GpuMemory>>;
 
     fn with_every_evaluator<V: InShader<VisibilitySlot>>() {
         complete::<V, Midpoint>();
@@ -225,13 +230,41 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     with_every_evaluator::<Curves>();
     with_every_evaluator::<Voxels>();
     with_every_evaluator::<Baked>();
+    with_every_evaluator::<Runs>();
+    with_every_evaluator::<Filtered>();
+    with_every_evaluator::<Both<Baked, Filtered>>();
     with_every_evaluator::<Both<Voxels, Baked>>();
+    with_every_evaluator::<Both<Baked, Runs>>();
+    with_every_evaluator::<Both<Runs, Curves>>();
     with_every_evaluator::<Both<Voxels, Map>>();
     with_every_evaluator::<Both<Baked, Map>>();
     with_every_evaluator::<Both<Voxels, Curves>>();
     with_every_evaluator::<Both<Baked, Curves>>();
+    with_every_evaluator::<Together>();
+    with_every_evaluator::<Both<Baked, Together>>();
     let twice = shader::<Both<Map, Curves>, Midpoint>().unwrap_err();
     assert!(twice.to_string().contains("light_march"), "{twice}");
+}
+
+#[cfg(feature = "shadow-map")]
+#[test]
+fn shaders_see_the_runs_of_a_map_as_they_are() {
+    use gpu_backend::gpu::GpuMemory;
+
+    use crate::methods::epipolar::{MapRuns, gpu::RunsRecord};
+    use crate::shadow_map::ShadowMap;
+
+    let shader = complete::<MapRuns<ShadowMap<GpuMemory>, GpuMemory>, Midpoint>();
+    assert_same_layout!(
+        shader,
+        "light_Runs",
+        RunsRecord {
+            pictures,
+            fans,
+            eye,
+            padding
+        }
+    );
 }
 
 #[cfg(feature = "shadow-map")]
@@ -239,8 +272,8 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
 fn the_shaders_of_shadow_maps_compile_and_see_their_tile_as_it_is() {
     use super::shadow_map::{COPY, RENDER, Tile};
 
-    for parts in [RENDER, COPY] {
-        let shader = Shader::new(&parts).unwrap();
+    for parts in [&RENDER[..], &COPY] {
+        let shader = Shader::new(parts).unwrap();
         assert_same_layout!(
             shader,
             "Tile",
@@ -308,7 +341,7 @@ fn structures_and_constants_are_those_of_rust() {
             rays,
             first,
             joined,
-            padding,
+            panes,
         }
     );
     let constant = |name: &str, value: u32| {

@@ -149,6 +149,39 @@ pub(super) fn casters() -> Geometry {
     Geometry::new(&scene).unwrap()
 }
 
+/// The same triangles, of which two of three are see-through, in colours and in grey.
+#[cfg(feature = "translucent")]
+pub(super) fn glass_casters() -> Geometry {
+    let mut scene = Scene::default();
+    for (color, transmission, opacity) in [
+        (Vec3::new(0.9, 0.5, 0.2), 0.9, 1.0),
+        (Vec3::new(0.3, 0.6, 1.0), 0.8, 1.0),
+        (Vec3::ONE, 0.0, 0.35),
+        (Vec3::ONE, 0.0, 1.0),
+    ] {
+        scene.materials.push(Material {
+            base_color: color,
+            transmission,
+            opacity,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        });
+    }
+    for (index, corners) in casters().triangles().iter().enumerate() {
+        scene.meshes.push(Mesh {
+            positions: corners.to_vec(),
+            triangles: vec![[0, 1, 2]],
+            material: Some(if index % 3 == 0 { 3 } else { index % 4 }),
+            ..Mesh::default()
+        });
+        scene.instances.push(Instance {
+            mesh: index,
+            ..Instance::default()
+        });
+    }
+    Geometry::new(&scene).unwrap()
+}
+
 /// The same triangles, of which every other is masked and every fifth see-through.
 pub(super) fn masked_casters() -> Geometry {
     let solid = casters();

@@ -5,12 +5,15 @@ use gpu_backend::{Cpu, testing};
 use reference::tolerances::Allowed;
 use transmittance::Stream;
 
-use super::agreement::{allowed, error, gathered, without_borders};
-use super::scenes::{casters, lights, media, rays};
+use super::agreement::{allowed, error, gathered, gathered_behind, without_borders};
+use super::scenes::{casters, glass_casters, lights, media, rays};
+use crate::EyePanes;
 use crate::airlight::{EquiAngular, Midpoint};
+use crate::scene::trace::Tracer;
 use crate::scene::{Geometry, Particle, Particles, Profile, StrandPoint, Strands, Translucent};
+use crate::shadow_map::{self, RenderShadowMap};
 use crate::translucent::{Casters, TransmittanceMap};
-use crate::visibility::{March, Spacing, Unshadowed};
+use crate::visibility::{Both, March, Spacing, Unshadowed};
 
 fn puffs() -> Translucent {
     let puff = |i: u32| {
@@ -51,6 +54,9 @@ fn compare(translucent: &[Translucent], geometry: Option<&Geometry>) {
     let casters = Casters::new(translucent, geometry);
     let reference = EquiAngular::new(2).unwrap();
     let rays = rays(2000, 1e-3);
+    let tracer = geometry.map(Tracer::new);
+    let panes = tracer.and_then(|tracer| EyePanes::new(&cpu, &tracer, &rays));
+    let seen = (&rays[..], panes.as_ref());
     let (mut all, mut different) = (0, 0);
     for (_, light) in lights() {
         let clear = Stream::<8>::new();
@@ -63,8 +69,8 @@ fn compare(translucent: &[Translucent], geometry: Option<&Geometry>) {
                 let everywhere = without_borders(&light);
                 let pair = (&Unshadowed, &reference);
                 let scale = gathered(&cpu, &rays, &everywhere, &medium, pair);
-                let expected = gathered(&cpu, &rays, &light, &medium, (&here, &Midpoint));
-                let actual = gathered(&gpu, &rays, &light, &medium, (&there, &Midpoint));
+                let expected = gathered_behind(&cpu, seen, &light, &medium, (&here, &Midpoint));
+                let actual = gathered_behind(&gpu, seen, &light, &medium, (&there, &Midpoint));
                 let clear = gathered(&cpu, &rays, &everywhere, &medium, (&Unshadowed, &Midpoint));
                 for (i, ray) in rays.iter().enumerate() {
                     let agrees = (0..3).all(|c| {
@@ -94,6 +100,48 @@ fn marches_through_the_same_smoke_agree() {
 #[test]
 fn marches_through_hair_and_triangles_agree_but_for_samples_on_a_step() {
     compare(&[puffs(), hair()], Some(&casters()));
+    compare(&[puffs()], Some(&glass_casters()));
     // Where nothing is in the way, what differs is midpoints next to a light.
     compare(&[], None);
+}
+
+/// Shadow maps of what is opaque, maps of transmittance of what is not.
+#[test]
+fn marches_through_a_shadow_map_and_a_map_of_transmittance_at_once_agree() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let (geometry, rays) = (glass_casters(), rays(1000, 1e-2));
+    let solid = shadow_map::Casters::upload(&cpu, &geometry).unwrap();
+    let casters = Casters::see_through(&[], &geometry);
+    let panes = EyePanes::new(&cpu, &Tracer::new(&geometry), &rays);
+    let seen = (&rays[..], panes.as_ref());
+    let nodes = EquiAngular::new(1).unwrap();
+    let (_, medium) = media().swap_remove(0);
+    let (mut all, mut different) = (0, 0);
+    for (_, light) in lights() {
+        let shadows = cpu.shadow_map(&solid, &light, 128).unwrap();
+        let clear = Stream::<8>::new();
+        let map = TransmittanceMap::build(&cpu, &casters, &light, 64, &clear).unwrap();
+        let shadows_there = shadows.upload(&gpu).unwrap();
+        let map_there = map.upload(&gpu).unwrap();
+        let here = March::new(Both(&shadows, &map), 16, Spacing::EquiAngular);
+        let there = March::new(Both(&shadows_there, &map_there), 16, Spacing::EquiAngular);
+        let everywhere = without_borders(&light);
+        let scale = gathered(&cpu, &rays, &everywhere, &medium, (&Unshadowed, &nodes));
+        let expected = gathered_behind(&cpu, seen, &light, &medium, (&here, &nodes));
+        let actual = gathered_behind(&gpu, seen, &light, &medium, (&there, &nodes));
+        for (i, ray) in rays.iter().enumerate() {
+            let agrees = (0..3).all(|c| {
+                let (e, g) = (expected[i][c], actual[i][c]);
+                let scale = scale[i][c].max(e).max(f32::MIN_POSITIVE);
+                (e - g).abs() <= scale * (error(Allowed::GpuSmoke) + allowed(ray, &light))
+            });
+            all += 1;
+            different += u32::from(!agrees);
+        }
+        // Colours differ somewhere.
+        assert!(expected.iter().any(|light| light[0] > 1.05 * light[2]));
+    }
+    println!("{different} of {all} rays differ");
+    assert!(different as f32 <= error(Allowed::GpuSmokeRays) * all as f32);
 }

@@ -11,9 +11,7 @@ use gpu_backend::{Buffer, Error};
 use super::gather::check;
 use super::{GatherMany, LightVolumes, ManyLights};
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
-use crate::gpu::{
-    ARC, AirlightSlot, DIRECTIONAL, LIT, LIT_AIRLIGHT, NUMERIC, PATH, VisibilitySlot,
-};
+use crate::gpu::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PATH, VisibilitySlot};
 use crate::voxelized::gpu::{VOXELS, VoxelRecord};
 use crate::voxelized::{Detail, State};
 
@@ -73,7 +71,6 @@ pub(super) fn shader<A: InShader<AirlightSlot>>() -> Result<Assembly, Error> {
         ARC,
         DIRECTIONAL,
         LIT,
-        LIT_AIRLIGHT,
         include_str!("many.wgsl"),
     ]);
     let voxels = Part::new("light_voxels")

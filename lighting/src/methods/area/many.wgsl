@@ -69,8 +69,17 @@ fn gather_many(
     for (var light = 0u; light < many.lights; light += 1u) {
         current = light;
         let unmoved = light_path(rays[i], i);
-        if unmoved.start < unmoved.end {
-            sum += light_lit_airlight(light_off_the_light(unmoved), false);
+        if !(unmoved.start < unmoved.end) {
+            continue;
+        }
+        let path = light_off_the_light(unmoved);
+        var cursor = light_cursor(path);
+        loop {
+            let part = light_next_lit(&cursor, path);
+            if light_is_dark(part) {
+                break;
+            }
+            sum += part.visibility * light_airlight(path, part.start, part.end);
         }
     }
     radiance[i] = vec4(radiance[i].xyz + sum, radiance[i].w);

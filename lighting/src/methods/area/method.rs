@@ -65,12 +65,11 @@ struct Groups<M: Memory> {
     lights: usize,
 }
 
-/// What the groups of a scene are known by: points per area light, texels a side, and
-/// how the maps are made.
+/// What the groups of a scene are known by: points per area light, and how their maps
+/// are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct OfAreas {
     points: u32,
-    map: u32,
     maps: Maps,
 }
 
@@ -123,11 +122,11 @@ impl<M: Memory> Groups<M> {
                 return Err(MethodError::Stopped { done, total });
             }
             let maps = match key.maps {
-                Maps::Exact => backend.shadow_map_atlas(&*frame.casters()?, lights, key.map),
+                Maps::Exact => backend.shadow_map_atlas(&*frame.casters()?, lights, SIDE),
                 Maps::Imperfect => {
                     let casters = caster_points(frame)?;
                     let level = LevelOfDetail::Near;
-                    backend.imperfect_maps(&casters, lights, key.map, POINTS_PER_MAP, level)
+                    backend.imperfect_maps(&casters, lights, SIDE, POINTS_PER_MAP, level)
                 }
             };
             let maps = maps.map_err(MethodError::resource("the shadow maps of many lights"))?;
@@ -144,13 +143,12 @@ impl<M: Memory> Groups<M> {
     where
         B: RenderShadowMapAtlas + RenderImperfectMaps + BuildAtlas + Backend<Memory = M>,
     {
-        let map = frame.inputs.map.min(SIDE);
-        let key = OfAreas { points, map, maps };
+        let key = OfAreas { points, maps };
         let bytes = |all: &Self| all.groups.iter().map(|(_, maps)| maps.bytes()).sum();
         let what = "shadow maps of virtual lights";
         frame.store.get(what, key, bytes, || {
             let voxels = frame.backend.atlas_capacity(resolution()?);
-            Self::make(frame, key, voxels.min(frame.backend.map_capacity(map)))
+            Self::make(frame, key, voxels.min(frame.backend.map_capacity(SIDE)))
         })
     }
 }
@@ -179,13 +177,14 @@ impl Method for AreaLights {
             pictured: 256,
             usual: 256,
             role: self.role,
-            uses_shadow_map: true,
+            // Its maps have a size of their own.
+            uses_shadow_map: false,
         }
     }
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         if inputs.areas.is_empty() {
-            return Verdict::Pointless("no light has an area".into());
+            return Verdict::Impossible("no light has an area".into());
         }
         if !inputs.translucent.is_empty() {
             return Verdict::Pointless("it does not see hair and smoke".into());
@@ -220,7 +219,7 @@ impl Method for AreaLights {
             Maps::Exact => (5.0, 5.0 * inputs.geometry.triangles().len() as f64),
             Maps::Imperfect => (1.0, f64::from(POINTS_PER_MAP)),
         };
-        let texels = pictures * lights * f64::from(inputs.map.min(SIDE)).powi(2);
+        let texels = pictures * lights * side.powi(2);
         Work {
             once: texels + lights * casters,
             // A lookup for each light ray, and a bit for each voxel, 32 at once.
@@ -343,13 +342,13 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
     use gpu_backend::{Cpu, Host};
 
     use super::*;
     use crate::methods::Store;
     use crate::methods::area::tests::{SIZE, camera, fog, geometry, panel, rays};
     use crate::scene::{AreaEmitters, Emission, Medium};
-    use glam::Vec3;
 
     /// A frame with a lamp, the panel and another lamp.
     fn with_frame(test: impl FnOnce(&Frame<'_, Cpu>)) {
@@ -409,11 +408,7 @@ mod tests {
     #[test]
     fn groups_of_any_size_are_the_same_lights_and_the_same_image() {
         with_frame(|frame| {
-            let key = |maps| OfAreas {
-                points: 9,
-                map: 32,
-                maps,
-            };
+            let key = |maps| OfAreas { points: 9, maps };
             for maps in [Maps::Exact, Maps::Imperfect] {
                 let image = |most: usize| {
                     let groups = Groups::make(frame, key(maps), most).unwrap();

@@ -1,6 +1,7 @@
 //! The voxels of many lights for one view.
 
 use epipolar::Lattice;
+use glam::Vec3;
 use gpu_backend::{Backend, Host, Memory};
 use voxel_shadow::{AtlasGrid, AtlasMap, BuildAtlas, RectifyAtlas, ShadowVolume};
 
@@ -8,7 +9,6 @@ use crate::Emitter;
 use crate::shadow_map::{ShadowMapAtlas, TileMaps};
 use crate::visibility::SurfaceShadow;
 use crate::voxelized::{Eye, Resolution, Sampling, State, VoxelError};
-use glam::Vec3;
 
 /// A backend that makes the voxels of many lights from their shadow maps: every
 /// backend of this workspace.
@@ -205,9 +205,9 @@ pub struct SurfaceVoxels<'a> {
 }
 
 impl SurfaceShadow for SurfaceVoxels<'_> {
-    fn visibility(&self, point: Vec3, _normal: Vec3) -> f32 {
+    fn visibility(&self, point: Vec3, _normal: Vec3) -> Vec3 {
         let volume = self.volume.as_ref();
-        volume.map_or(1.0, |volume| volume.visibility(point))
+        Vec3::splat(volume.map_or(1.0, |volume| volume.visibility(point)))
     }
 }
 

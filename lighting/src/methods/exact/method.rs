@@ -21,7 +21,7 @@ impl LightSources for Traced {
     fn about(&self) -> SourceAbout {
         SourceAbout {
             name: "exact",
-            title: "exact intervals",
+            title: "exact visibility",
             quality: None,
             touching: Touching::Apart,
             is_sampled: false,
@@ -78,7 +78,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                     ..compared(
     Role::Paper,
                         "gauss",
-                        "exact intervals",
+                        "exact visibility",
                         "truth at the price of tracing; sharp shafts from thin blockers",
                         "the shadow-volume half of Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008",
                         (&[2, 4, 8, 16], &[2, 8], 8),
@@ -87,7 +87,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 compared(
     Role::Paper,
                     "quadrature",
-                    "exact, to a tolerance",
+                    "exact visibility, quadrature to a tolerance",
                     "any light and any phase function to as many digits as asked for",
                     "the integral of Sun et al., SIGGRAPH 2005, in a half-angle variable",
                     (&[2, 3, 4, 5], &[4], 4),
@@ -95,7 +95,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 compared(
     Role::Variant,
                     "table",
-                    "exact, by table",
+                    "exact visibility, airlight table",
                     "point lights: two lookups for a lit run, wherever the light is",
                     "Sun et al., SIGGRAPH 2005, with a table of the scaled tail instead of theirs",
                     (&[16, 64], &[64], 64),
@@ -103,7 +103,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 compared(
     Role::Variant,
                     "published",
-                    "exact, by the published table",
+                    "exact visibility, published airlight table",
                     "what the table of 2005 costs in error: dense fog, looks away from the light",
                     "Sun et al., A Practical Analytic Single Scattering Model, SIGGRAPH 2005",
                     (&[512], &[512], 512),
@@ -111,7 +111,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 compared(
     Role::Variant,
                     "double",
-                    "exact, in double precision",
+                    "exact visibility, closed form in double precision",
                     "point lights to all digits; the rest of the error is that of positions in f32",
                     "Sun et al., SIGGRAPH 2005, by the scaled exponential integral",
                     (&[64], &[64], 64),

@@ -31,8 +31,8 @@ use crate::{Emitter, Interval, LightPath};
 /// what its covered parts do, with ends as exact. A see-through triangle
 /// multiplies the share of the light behind each part of its segment by what
 /// passes there, as [`Coating::along`] cuts it. What is see-through between the
-/// eye and a part of the ray multiplies the share of that part as well: the eye is
-/// the origin of the ray. Triangles that cast no shadow are left out, except before the eye.
+/// eye and a part of the ray is the gather's business, see
+/// [`EyePanes`](crate::EyePanes). Triangles that cast no shadow are left out.
 ///
 /// Cost: one walk of the hierarchy per ray, along the whole planar triangle;
 /// it grows with the number of blockers, not with a number of samples. Parts of
@@ -57,10 +57,6 @@ impl<T: Borrow<Tracer>> Exact<T> {
         let mut shadow = Shadow::new(path.span());
         let tracer = self.tracer.borrow();
         let coatings = tracer.coatings();
-        for pane in tracer.panes(path.ray()) {
-            let from = f64::from(pane.hit.distance);
-            shadow.filter(from, f64::INFINITY, pane.transmittance);
-        }
         let Some(plane) = Plane::new(path) else {
             self.collinear(path, &mut shadow);
             return shadow;

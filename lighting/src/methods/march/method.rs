@@ -108,7 +108,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
     all.extend(pairs!(
         sources(
             "march-merged",
-            "marched visibility",
+            "ray marching, lit runs merged",
             Spacing::Distance,
             Touching::Joined
         ),
@@ -116,7 +116,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
 Role::Paper,
             "gauss",
             8,
-            "marched visibility",
+            "ray marching, lit runs merged",
             "as ray marching, but the light of a lit run does not depend on the steps",
             "Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008 (march between shadow bounds)",
         )]
@@ -140,7 +140,7 @@ Role::Variant,
     all.extend(pairs!(
         sources(
             "equi-angular-merged",
-            "equi-angular visibility",
+            "equi-angular sampling, lit runs merged",
             Spacing::EquiAngular,
             Touching::Joined
         ),
@@ -149,7 +149,7 @@ Role::Variant,
 Role::Variant,
                 "gauss",
                 8,
-                "equi-angular visibility",
+                "equi-angular sampling, lit runs merged",
                 "point lights in view, with runs of lit steps integrated as one",
                 "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
             ),
@@ -157,7 +157,7 @@ Role::Variant,
 Role::Variant,
                 "table",
                 64,
-                "equi-angular visibility by table",
+                "equi-angular sampling, lit runs merged, airlight table",
                 "point lights in view, with two lookups for a run of lit steps",
                 "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
             ),

@@ -14,7 +14,7 @@ use crate::methods::{
 };
 
 const VOXELS: SourceQuality = SourceQuality {
-    unit: "voxels a side",
+    unit: "voxels per axis",
     qualities: &[256, 512, 1024, 2048, 4096, 8192],
     quick: &[512, 2048],
     pictured: 2048,
@@ -131,7 +131,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 Role::Variant,
                 "table",
                 64,
-                "precomputed voxelized shadows by table",
+                "precomputed voxelized shadows, airlight table",
                 "point lights in static scenes: two lookups for a lit run",
                 "Sintorn et al., SIGGRAPH 2014; Kämpe et al., I3D 2015; Sun et al., SIGGRAPH 2005, for the integral",
             ),

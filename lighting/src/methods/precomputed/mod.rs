@@ -53,8 +53,8 @@
 //! assert!(radiance[0][0] > 0.0);
 //!
 //! let floor = baked.filtered(FilterSize::new(9)?);
-//! assert_eq!(floor.visibility(Vec3::new(-2.0, 0.0, -5.0), Vec3::Y), 0.0);
-//! assert_eq!(floor.visibility(Vec3::new(2.0, 0.0, -5.0), Vec3::Y), 1.0);
+//! assert_eq!(floor.visibility(Vec3::new(-2.0, 0.0, -5.0), Vec3::Y).x, 0.0);
+//! assert_eq!(floor.visibility(Vec3::new(2.0, 0.0, -5.0), Vec3::Y).x, 1.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -357,7 +357,7 @@ impl SurfaceShadow for FilteredShadow<'_> {
     ///
     /// Where six grids meet, a window reaches over the rim of its grid into
     /// the next one's, which has the rest of it: shadowed shares add up.
-    fn visibility(&self, point: Vec3, normal: Vec3) -> f32 {
+    fn visibility(&self, point: Vec3, normal: Vec3) -> Vec3 {
         let mut shadowed = 0.0;
         for grid in &self.shadow.grids {
             let resolution = grid.resolution();
@@ -369,6 +369,6 @@ impl SurfaceShadow for FilteredShadow<'_> {
             let voxel = self.clearance.bias(position, normal);
             shadowed += 1.0 - grid.filter(voxel, self.size);
         }
-        (1.0 - shadowed).max(0.0)
+        Vec3::splat((1.0 - shadowed).max(0.0))
     }
 }

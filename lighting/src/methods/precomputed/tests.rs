@@ -183,7 +183,7 @@ fn filtered_shadows_on_surfaces_add_up_over_the_rims_of_grids() {
         let baked = bake(&scene, &light, 1024);
         for size in [1, 9] {
             let shadow = baked.filtered(FilterSize::new(size).unwrap());
-            let at = |x: f32| shadow.visibility(Vec3::new(x, 0.0, 0.3), Vec3::Y);
+            let at = |x: f32| shadow.visibility(Vec3::new(x, 0.0, 0.3), Vec3::Y).x;
             assert_eq!(at(0.0), 0.0, "{light:?}");
             assert_eq!(at(half + 0.5), 1.0, "{light:?}");
             // The floor does not shadow itself, however flat the light.
@@ -199,7 +199,7 @@ fn filtered_shadows_on_surfaces_add_up_over_the_rims_of_grids() {
                 );
             }
             // The top of the roof is lit.
-            assert_eq!(shadow.visibility(Vec3::new(0.2, 1.5, 0.3), Vec3::Y), 1.0);
+            assert_eq!(shadow.visibility(Vec3::new(0.2, 1.5, 0.3), Vec3::Y).x, 1.0);
         }
     }
     // A wall around the lamp whose middle is where grids meet.
@@ -218,7 +218,7 @@ fn filtered_shadows_on_surfaces_add_up_over_the_rims_of_grids() {
         // Deep inside of the shadow of the wall, across the rim of +X and +Z.
         let x = 7.5 + 0.01 * i as f32;
         let point = Vec3::new(x, 0.0, 7.9);
-        assert!(shadow.visibility(point, Vec3::NEG_Z) < 0.06, "{x}");
+        assert!(shadow.visibility(point, Vec3::NEG_Z).x < 0.06, "{x}");
     }
 }
 
@@ -312,7 +312,7 @@ fn lights_in_awkward_places_are_answered() {
             .sum();
         assert!((0.0..=10.001).contains(&length), "{position}: {length}");
         let surface = baked.filtered(FilterSize::new(3).unwrap());
-        let share = surface.visibility(Vec3::new(0.0, 0.0, 2.0), Vec3::Y);
+        let share = surface.visibility(Vec3::new(0.0, 0.0, 2.0), Vec3::Y).x;
         assert!((0.0..=1.0).contains(&share), "{position}");
     }
     // So far that its rays are parallel to f32.
@@ -490,7 +490,7 @@ fn a_mask_is_baked_with_its_holes_and_without_what_casts_no_shadow() {
                 (b, a - b)
             };
             let lets_through = geometry.caster(triangle).transmittance_at(u, v) == Vec3::ONE;
-            let is_lit = baked.visibility(below, Vec3::Y) > 0.5;
+            let is_lit = baked.visibility(below, Vec3::Y).x > 0.5;
             wrong += usize::from(lets_through != is_lit);
             seen[usize::from(is_lit)] += 1;
         }

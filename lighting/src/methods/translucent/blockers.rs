@@ -4,6 +4,7 @@ use gpu_backend::Cpu;
 use transmittance::{BlockerSegment, Source, Tile};
 
 use super::bins::Bins;
+use super::panes::Panes;
 use super::particles::Ball;
 use super::strands::Outline;
 use super::view::{Texels, View, corners};
@@ -16,14 +17,22 @@ use crate::shadow_map::{EMPTY, Masked, render_face};
 /// a [`Source`] of segments for a map of curves.
 ///
 /// The segments of a texel come in the order of the casters and of their parts;
-/// opaque triangles come last, as one opaque segment at the nearest of them.
+/// see-through triangles come after those, each as a surface, and opaque triangles
+/// last, as one opaque segment at the nearest of them.
 /// Memory is at most four numbers per strand piece and particle, about 11 bytes
-/// per caster and 16 × 16 texels, and one number per texel where there are
-/// triangles; segments are made anew for each tile.
+/// per caster and 16 × 16 texels, 200 bytes per see-through triangle, and one number
+/// per texel where there are opaque ones; segments are made anew for each tile.
+///
+/// These are the segments of red light, unless
+/// [another channel](FaceBlockers::of_channel) is asked for; colours differ where
+/// [`Casters::channels`] says so.
 #[derive(Debug)]
 pub struct FaceBlockers<'a> {
     view: View,
     layers: Vec<Layer<'a>>,
+    panes: Option<Panes>,
+    /// Whose shares the segments tell.
+    channel: usize,
     /// Depth of the nearest triangle per texel; empty if there is none.
     opaque: Vec<f32>,
     depths: [f32; 2],
@@ -67,8 +76,10 @@ impl<'a> FaceBlockers<'a> {
             }
         };
         let layers = casters.translucent.iter().filter_map(layer).collect();
+        let panes = casters.triangles.panes();
+        let panes = panes.and_then(|geometry| Panes::new(geometry, face, resolution));
         let mut opaque = Vec::new();
-        if let Some(geometry) = casters.geometry {
+        if let Some(geometry) = casters.triangles.opaque() {
             opaque = vec![EMPTY; (resolution as usize).pow(2)];
             let masked = Masked::new(geometry);
             let order = masked.order(geometry);
@@ -79,7 +90,18 @@ impl<'a> FaceBlockers<'a> {
             depths: depths(&view, casters),
             view,
             layers,
+            panes,
+            channel: 0,
             opaque,
+        }
+    }
+
+    /// The same in the colour channel of this number, 0 to 2; larger numbers are 2.
+    #[must_use]
+    pub fn of_channel(self, channel: usize) -> Self {
+        Self {
+            channel: channel.min(2),
+            ..self
         }
     }
 
@@ -128,6 +150,9 @@ impl Source for FaceBlockers<'_> {
                     }
                 }
             }
+        }
+        if let Some(panes) = &self.panes {
+            panes.segments(tile, self.channel, put);
         }
         if self.opaque.is_empty() {
             return;

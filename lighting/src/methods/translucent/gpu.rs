@@ -10,7 +10,7 @@ use super::{TransmittanceMap, TransmittanceMapError};
 use crate::gpu::scene::PicturesRecord;
 use crate::gpu::{FACE, PLACE, PointSlot};
 
-/// All faces in one map, one after the other.
+/// All faces in one map, one after the other, one colour after the other.
 impl CurveMemory<Packed<8>> for GpuMemory {
     type Curves = transmittance::TransmittanceMap<GpuMemory>;
 }
@@ -27,6 +27,7 @@ impl TransmittanceMap {
         Ok(TransmittanceMap {
             faces: self.faces.clone(),
             resolution: self.resolution,
+            channels: self.channels,
             curves: transmittance::TransmittanceMap::from_faces(gpu, &self.curves)?,
             filter: self.filter,
         })
@@ -59,6 +60,7 @@ impl InShader<PointSlot> for TransmittanceMap<GpuMemory> {
         vec![
             ("BILINEAR", f64::from(u8::from(is_bilinear))),
             ("FACE_WORDS", f64::from(self.face_words())),
+            ("COLOURS", f64::from(u8::from(self.channels() == 3))),
         ]
     }
 

@@ -31,7 +31,8 @@ pub enum TransmittanceMapError {
 }
 
 /// How much of a light gets how far, in every direction from it: a curve per
-/// texel, on the faces that [`shadow_map`](crate::shadow_map) describes.
+/// texel, on the faces that [`shadow_map`](crate::shadow_map) describes; one for each
+/// colour if the casters colour the light.
 ///
 /// Depth is the distance along a directional light, and the Euclidean distance
 /// from any other.
@@ -50,15 +51,17 @@ pub enum TransmittanceMapError {
 /// let casters = Casters::new(&puffs, None);
 /// let (clear, cpu) = (Stream::<8>::new(), Cpu::new());
 /// let map: TransmittanceMap = TransmittanceMap::build(&cpu, &casters, &sun, 256, &clear)?;
-/// assert!((map.transmittance(Vec3::ZERO) - (-2.0_f32).exp()).abs() < 1e-3); // behind the puff
-/// assert!((map.transmittance(Vec3::Y) - (-1.0_f32).exp()).abs() < 1e-3); // in it
-/// assert_eq!(map.transmittance(3.0 * Vec3::Y), 1.0); // in front of it
+/// assert!((map.transmittance(Vec3::ZERO).x - (-2.0_f32).exp()).abs() < 1e-3); // behind the puff
+/// assert!((map.transmittance(Vec3::Y).x - (-1.0_f32).exp()).abs() < 1e-3); // in it
+/// assert_eq!(map.transmittance(3.0 * Vec3::Y), Vec3::ONE); // in front of it
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransmittanceMap<M: CurveMemory<T> = Host, T = Packed<8>> {
     pub(super) faces: Vec<Face>,
     pub(super) resolution: u32,
+    /// 1, or 3 for red, green and blue.
+    pub(super) channels: usize,
     pub(super) curves: M::Curves,
     pub(super) filter: Filter,
 }
@@ -69,7 +72,8 @@ pub trait CurveMemory<T>: Memory {
     type Curves: Debug;
 }
 
-/// Any curves, as the CPU asks them: a map for each face.
+/// Any curves, as the CPU asks them: a map for each face, one colour after the
+/// other.
 impl<T: Debug> CurveMemory<T> for Host {
     type Curves = Vec<CurveMap<T>>;
 }
@@ -100,15 +104,22 @@ impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
         let mut map = Self {
             faces: Vec::new(),
             resolution,
+            channels: casters.channels(),
             curves: Vec::new(),
             filter: Filter::Bilinear,
         };
-        for (face, blockers) in casters.faces(cpu, emitter, resolution)? {
+        let mut colours: Vec<Vec<_>> = (1..map.channels).map(|_| Vec::new()).collect();
+        for (face, mut blockers) in casters.faces(cpu, emitter, resolution)? {
             let extent = [resolution as usize; 2];
             map.curves
                 .push(CurveMap::build(cpu, extent, clear, &blockers)?);
+            for (channel, curves) in (1..).zip(&mut colours) {
+                blockers = blockers.of_channel(channel);
+                curves.push(CurveMap::build(cpu, extent, clear, &blockers)?);
+            }
             map.faces.push(face);
         }
+        map.curves.extend(colours.into_iter().flatten());
         Ok(map)
     }
 }
@@ -130,7 +141,13 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
         self.resolution
     }
 
-    /// The curves of all faces.
+    /// Colours that have curves of their own: 1 if all are alike, else 3.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The curves of all faces: those of red, then of green and of blue if they have
+    /// curves of their own.
     pub fn curves(&self) -> &M::Curves {
         &self.curves
     }
@@ -143,43 +160,50 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
     /// Memory used by curves of fixed size, bytes.
     pub fn bytes(&self) -> u64 {
         let texels = self.faces.len() as u64 * u64::from(self.resolution).pow(2);
-        texels * size_of::<T>() as u64
+        self.channels as u64 * texels * size_of::<T>() as u64
     }
 }
 
 impl<T: Evaluate + Debug> TransmittanceMap<Host, T> {
-    /// Share of the light that gets as far as `point`, from 0 to 1. What is
+    /// Share of the light that gets as far as `point`, from 0 to 1, per colour. What is
     /// outside of the picture is lit: it holds all casters, and a spotlight does
     /// not light the rest anyway.
     ///
     /// A filtered map blurs shadows by a texel, across the borders of surfaces
     /// too: a surface that is also an opaque caster here would shadow itself.
-    pub fn transmittance(&self, point: Vec3) -> f32 {
+    pub fn transmittance(&self, point: Vec3) -> Vec3 {
         if self.faces.is_empty() {
-            return 1.0;
+            return Vec3::ONE;
         }
         let Some(place) = locate(&self.faces, self.resolution, point) else {
-            return 1.0;
+            return Vec3::ONE;
         };
         let receiver = Receiver {
             position: place.texel,
             depth: place.depth,
         };
-        self.curves[place.face].transmittance(receiver, self.filter)[0]
+        let of_channel = |channel: usize| {
+            let curves = &self.curves[channel * self.faces.len() + place.face];
+            curves.transmittance(receiver, self.filter)[0]
+        };
+        match self.channels {
+            1 => Vec3::splat(of_channel(0)),
+            _ => Vec3::new(of_channel(0), of_channel(1), of_channel(2)),
+        }
     }
 }
 
 impl<T: Evaluate + Debug + Sync> PointVisibility for TransmittanceMap<Host, T> {
-    type Share = f32;
+    type Share = Vec3;
 
-    fn visibility(&self, point: Vec3) -> f32 {
+    fn visibility(&self, point: Vec3) -> Vec3 {
         self.transmittance(point)
     }
 }
 
 /// For maps without opaque casters: a surface that is one would shadow itself.
 impl<T: Evaluate + Debug + Sync> SurfaceShadow for TransmittanceMap<Host, T> {
-    fn visibility(&self, point: Vec3, _: Vec3) -> f32 {
+    fn visibility(&self, point: Vec3, _: Vec3) -> Vec3 {
         self.transmittance(point)
     }
 }

@@ -1,5 +1,5 @@
-//! Adaptive volumetric shadow maps: what hair and smoke let through, as a curve for
-//! each texel of a light's map, asked in equi-angular steps.
+//! Adaptive volumetric shadow maps: what hair, smoke and see-through surfaces let
+//! through, as a curve for each texel of a light's map, asked in equi-angular steps.
 
 use std::sync::Arc;
 
@@ -33,13 +33,14 @@ pub(super) struct Curves;
 
 /// Texels per side of each face of a map of transmittance beside shadow maps of
 /// `map` texels: a half of those, because a texel
-/// holds a curve, or less if the maps of all lights would take more than 512 MiB.
-pub fn curve_resolution(map: u32, emitters: &[Emitter]) -> u32 {
+/// holds a curve, or less if the maps of all lights, each with curves for so many
+/// [colours](Casters::channels), would take more than 512 MiB.
+pub fn curve_resolution(map: u32, emitters: &[Emitter], channels: usize) -> u32 {
     let faces = |emitter: &Emitter| match emitter {
         Emitter::Directional(_) => 1,
         _ => 6,
     };
-    let faces: u64 = emitters.iter().map(faces).sum();
+    let faces = channels as u64 * emitters.iter().map(faces).sum::<u64>();
     let texel = size_of::<Packed<8>>() as u64;
     let bytes = |side: u32| texel * faces * u64::from(side) * u64::from(side);
     let mut side = (map / 2).max(1);
@@ -54,12 +55,12 @@ pub(super) fn map(
     inputs: &FrameInputs<'_>,
     light: usize,
 ) -> Result<Arc<TransmittanceMap<Host>>, MethodError> {
-    let resolution = curve_resolution(inputs.map, inputs.emitters);
+    let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
+    let resolution = curve_resolution(inputs.map, inputs.emitters, casters.channels());
     let key = OfLight { light, resolution };
     inputs
         .host
         .get("map of transmittance", key, TransmittanceMap::bytes, || {
-            let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
             let (cpu, clear) = (Cpu::new(), Stream::<8>::new());
             TransmittanceMap::build(&cpu, &casters, &inputs.emitters[light], resolution, &clear)
                 .map_err(MethodError::resource("a map of transmittance"))
@@ -75,13 +76,13 @@ impl LightSources for Curves {
             touching: Touching::Apart,
             is_sampled: true,
             sees_translucent: true,
-            sees_panes: false,
-            uses_shadow_map: false,
+            sees_panes: true,
+            uses_shadow_map: true,
         }
     }
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        if inputs.translucent.is_empty() {
+        if inputs.translucent.is_empty() && !inputs.geometry.coatings().any_see_through() {
             return Verdict::Pointless("nothing in the scene is translucent".into());
         }
         Verdict::Applies
@@ -89,9 +90,11 @@ impl LightSources for Curves {
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
         let maps = inputs.map_work();
+        let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
+        let curves = 8 * casters.channels();
         Work {
-            once: 8.0 * maps.once,
-            bytes: 8 * maps.bytes,
+            once: curves as f64 * maps.once,
+            bytes: curves as u64 * maps.bytes,
             per_ray: inputs.emitters.len() as f64 * 4.0 * f64::from(steps),
             ..maps
         }
@@ -123,7 +126,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             airlight: "gauss",
             detail: Some(1),
             title: "adaptive volumetric shadow map",
-            purpose: "hair and smoke: a curve of 8 nodes per texel tells how much gets how far",
+            purpose: "hair, smoke and glass: a curve of 8 nodes per texel tells how much gets how far",
             paper: "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010; nodes by least area instead of theirs",
             qualities: (&[], &[], 0),
             role: Role::Paper,

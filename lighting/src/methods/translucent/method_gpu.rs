@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
 
-use super::TransmittanceMap;
 use super::method::{Curves, curve_resolution, map};
+use super::{Casters, TransmittanceMap};
 use crate::methods::march::{March, Spacing};
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 
@@ -14,7 +14,9 @@ fn uploaded<E: Encode>(
     frame: &Frame<'_, Gpu<E>>,
     light: usize,
 ) -> Result<Arc<TransmittanceMap<GpuMemory>>, MethodError> {
-    let resolution = curve_resolution(frame.inputs.map, frame.inputs.emitters);
+    let inputs = &frame.inputs;
+    let channels = Casters::new(inputs.translucent, Some(inputs.geometry)).channels();
+    let resolution = curve_resolution(inputs.map, inputs.emitters, channels);
     let key = OfLight { light, resolution };
     frame
         .store

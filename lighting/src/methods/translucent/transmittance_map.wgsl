@@ -3,11 +3,14 @@
 // Needs the parts place.wgsl and those of `transmittance::gpu::lookup_parts`, and
 // the variables
 //   light_curves: light_Pictures
-//   light_curve_words: array<u32>, the curves of face after face
+//   light_curve_words: array<u32>, the curves of face after face, and of colour after
+//   colour where there are several
 
 override BILINEAR: bool = true;
 // Words of the curves of a face.
 override FACE_WORDS: u32 = 0u;
+// Whether red, green and blue have curves of their own.
+override COLOURS: bool = false;
 
 // The first word of the face that is looked at.
 var<private> light_curve_face: u32;
@@ -30,5 +33,14 @@ fn light_curves_visibility(point: vec3<f32>) -> vec3<f32> {
     }
     light_curve_face = index * FACE_WORDS;
     let extent = vec2(light_curves.resolution);
-    return vec3(avsm_filtered(extent, texel, light_depth_of(face, v), BILINEAR)[0]);
+    let depth = light_depth_of(face, v);
+    let red = avsm_filtered(extent, texel, depth, BILINEAR)[0];
+    if !COLOURS {
+        return vec3(red);
+    }
+    let words = light_curves.face_count * FACE_WORDS;
+    light_curve_face += words;
+    let green = avsm_filtered(extent, texel, depth, BILINEAR)[0];
+    light_curve_face += words;
+    return vec3(red, green, avsm_filtered(extent, texel, depth, BILINEAR)[0]);
 }

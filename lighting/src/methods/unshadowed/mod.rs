@@ -35,7 +35,7 @@ impl PointVisibility for Unshadowed {
 }
 
 impl SurfaceShadow for Unshadowed {
-    fn visibility(&self, _: Vec3, _: Vec3) -> f32 {
-        1.0
+    fn visibility(&self, _: Vec3, _: Vec3) -> Vec3 {
+        Vec3::ONE
     }
 }

@@ -14,7 +14,7 @@ use crate::methods::{
 use crate::shadow_map::RenderShadowMap;
 
 const VOXELS: SourceQuality = SourceQuality {
-    unit: "voxels a side",
+    unit: "voxels per axis",
     qualities: &[64, 128, 256, 512, 1024],
     quick: &[64, 256],
     pictured: 256,
@@ -160,14 +160,14 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
     let mut all = pairs!(
         Volumes {
             name: "voxel-average",
-            title: "voxelized shadow volumes, average",
+            title: "voxelized shadow volumes, averaged",
             detail: Detail::Average,
         },
         &[compared(
             Role::Paper,
             "gauss",
             8,
-            "voxelized shadow volumes, average",
+            "voxelized shadow volumes, averaged",
             "least work per ray, at any number of blockers; its error has a floor",
             "Wyman, Voxelized Shadow Volumes, HPG 2011; the gather of Wyman and Dai, HPG 2013",
         )]
@@ -190,7 +190,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
     all.extend(pairs!(
         Volumes {
             name: "voxel-runs",
-            title: "voxelized shadow volumes, run by run",
+            title: "voxelized shadow volumes, lit runs",
             detail: Detail::Runs,
         },
         &[
@@ -198,7 +198,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 Role::Variant,
                 "gauss",
                 8,
-                "voxelized shadow volumes, run by run",
+                "voxelized shadow volumes, lit runs",
                 "the same bits by runs: any light, as few evaluations as can be",
                 "Wyman, Voxelized Shadow Volumes, HPG 2011, for the bits",
             ),
@@ -206,7 +206,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 Role::Variant,
                 "table",
                 64,
-                "voxelized shadow volumes by table",
+                "voxelized shadow volumes, airlight table",
                 "point lights: one texel for the visibility of a ray, two lookups for a run",
                 "Wyman, HPG 2011, for the bits; Sun et al., SIGGRAPH 2005, for the integral",
             ),

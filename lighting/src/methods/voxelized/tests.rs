@@ -1,10 +1,13 @@
 //! Voxels of one blocker whose shadow is known.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use gpu_backend::Cpu;
 
 use super::*;
-use crate::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
+use crate::scene::{
+    AlphaMode, Bounds, Cone, Emission, Filter, Geometry, Material, Medium, Mesh, PhaseFunction,
+    Sampler, Scene, Texture, Wrap,
+};
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 use crate::{Emitter, Interval, LightPath, LitInterval, Ray, VisibilitySource};
 
@@ -245,4 +248,81 @@ fn depths_are_those_of_what_scatters_before_surfaces() {
     assert_eq!(depth_range(&rays, &bank), Interval::new(2.0, 3.0));
     assert_eq!(depth_range(&rays[1..], &bank), Interval::new(0.0, 0.0));
     assert_eq!(depth_range(&[], &bank), Interval::new(0.0, 0.0));
+}
+
+/// The plate, of which the texture leaves the half at negative x.
+fn half_a_plate() -> Geometry {
+    let texture = Texture::new(2, 1, vec![Vec3::ONE; 2]).unwrap();
+    let texture = texture.with_alpha(vec![1.0, 0.0]).unwrap();
+    let mut scene = Scene::from(Mesh {
+        positions: vec![
+            Vec3::new(-1.0, 1.0, -900.0),
+            Vec3::new(1.0, 1.0, -900.0),
+            Vec3::new(1.0, 1.0, 900.0),
+            Vec3::new(-1.0, 1.0, 900.0),
+        ],
+        texture_coordinates: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        material: Some(0),
+        ..Mesh::default()
+    });
+    scene.materials.push(Material {
+        base_color_texture: Some(texture.with_sampler(Sampler {
+            wrap: [Wrap::Clamp; 2],
+            filter: Filter::Linear,
+        })),
+        alpha: AlphaMode::Mask { cutoff: 0.5 },
+        ..Material::default()
+    });
+    Geometry::new(&scene).unwrap()
+}
+
+#[test]
+fn voxels_from_triangles_know_their_masks() {
+    let cpu = Cpu::new();
+    let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
+    let origin = Vec3::new(-5.0, 0.0, 0.5);
+    let ray = Ray::new(origin, Vec3::X, 10.0).unwrap();
+    let resolution = Resolution::new(512, 512, 512).unwrap();
+    let medium = fog();
+    let eye = around(origin, &[ray], &medium);
+    let casters = Casters::upload(&cpu, &half_a_plate()).unwrap();
+    assert_eq!((casters.masked(), casters.solid()), (2, 0));
+    for (light, start, end) in [(sun, 4.0, 5.0), (lamp(Vec3::new(0.0, 2.0, 0.5)), 3.0, 5.0)] {
+        let mut volume = VoxelVolume::new(&cpu, resolution).unwrap();
+        volume
+            .update_from_triangles(&cpu, &light, &eye, &casters)
+            .unwrap();
+        let lit = lit(&volume, Detail::Runs, (&ray, &light, &medium));
+        let shadow = (length(&lit) - 10.0).abs();
+        assert!((shadow - (end - start)).abs() < 0.06, "{shadow}");
+        let inside = |part: &LitInterval| {
+            let middle = 0.5 * (start + end);
+            part.interval.start < middle && middle < part.interval.end
+        };
+        assert!(!lit.iter().any(inside), "{lit:?}");
+        #[cfg(feature = "wgpu")]
+        on_a_gpu(&light, &eye, &volume);
+    }
+}
+
+/// The same voxels, but for light rays within rounding of a rim.
+#[cfg(feature = "wgpu")]
+fn on_a_gpu(light: &Emitter, eye: &Eye, expected: &VoxelVolume<gpu_backend::Host>) {
+    use gpu_backend::{Download, testing};
+
+    let Some(gpu) = testing::gpu() else { return };
+    let casters = Casters::upload(&gpu, &half_a_plate()).unwrap();
+    let mut volume = VoxelVolume::new(&gpu, expected.resolution()).unwrap();
+    volume
+        .update_from_triangles(&gpu, light, eye, &casters)
+        .unwrap();
+    let found = gpu.download(volume.grid().words()).unwrap();
+    let words = expected.grid().words().iter().zip(&found);
+    let others: u32 = words.map(|(a, b)| (a ^ b).count_ones()).sum();
+    let set: u32 = found.iter().map(|word| word.count_ones()).sum();
+    assert!(
+        set > 1000 && f64::from(others) < 2e-3 * f64::from(set),
+        "{others} of {set}"
+    );
 }

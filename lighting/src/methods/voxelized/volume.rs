@@ -5,7 +5,9 @@ use std::f32::consts::FRAC_PI_2;
 use epipolar::{Lattice, Light, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
 use gpu_backend::{Backend, Memory};
-use voxel_shadow::{BuildGrid, Grid, IndexMap, Rectify, RectifyTriangles, Sampling, ShadowVolume};
+use voxel_shadow::{
+    BuildGrid, Grid, IndexMap, Rectify, RectifyMasked, RectifyTriangles, Sampling, ShadowVolume,
+};
 
 use super::{Detail, VoxelShadow};
 use crate::airlight::far_end;
@@ -20,9 +22,6 @@ pub enum VoxelError {
     /// The view, the light or the spacing cannot be used.
     #[error(transparent)]
     Epipolar(#[from] epipolar::Error),
-    /// Triangles with holes, which only shadow maps see.
-    #[error("{0} triangles have a mask, which voxels see by way of a shadow map only")]
-    Masked(usize),
     /// A step failed.
     #[error(transparent)]
     Voxels(#[from] voxel_shadow::Error),
@@ -146,12 +145,18 @@ pub fn depth_range(rays: &[Ray], medium: &Medium) -> Interval {
 /// A backend that makes voxels from its shadow maps and from triangles: every
 /// backend of this workspace.
 pub trait BuildVoxels:
-    BuildGrid + RectifyTriangles + Rectify<ShadowMap<<Self as Backend>::Memory>>
+    BuildGrid
+    + RectifyTriangles
+    + RectifyMasked<Casters<<Self as Backend>::Memory>>
+    + Rectify<ShadowMap<<Self as Backend>::Memory>>
 {
 }
 
 impl<B> BuildVoxels for B where
-    B: BuildGrid + RectifyTriangles + Rectify<ShadowMap<<B as Backend>::Memory>>
+    B: BuildGrid
+        + RectifyTriangles
+        + RectifyMasked<Casters<<B as Backend>::Memory>>
+        + Rectify<ShadowMap<<B as Backend>::Memory>>
 {
 }
 
@@ -235,10 +240,10 @@ impl<M: Memory> VoxelVolume<M> {
 
     /// The same from the triangles themselves, without a shadow map and without
     /// its error: every light ray is intersected with all that it may meet, which
-    /// takes much longer.
+    /// takes much longer. Masked triangles block where they are there.
     ///
     /// # Errors
-    /// [`VoxelError::Masked`] if some of them have a mask; those of [`VoxelVolume::update`].
+    /// Those of [`VoxelVolume::update`].
     pub fn update_from_triangles<B>(
         &mut self,
         backend: &B,
@@ -249,12 +254,12 @@ impl<M: Memory> VoxelVolume<M> {
     where
         B: BuildVoxels + Backend<Memory = M>,
     {
-        if casters.masked() > 0 {
-            self.state = State::Lit;
-            return Err(VoxelError::Masked(casters.masked()));
-        }
+        let triangles = casters.triangles();
         self.make(backend, emitter, eye, |lattice, indices| {
-            backend.rectify_triangles(lattice, casters.triangles(), indices)
+            if casters.masked() == 0 {
+                return backend.rectify_triangles(lattice, triangles, indices);
+            }
+            backend.rectify_masked(lattice, triangles, casters, indices)
         })
     }
 

@@ -1,12 +1,14 @@
 //! Enter and exit slices of triangles against those of the CPU.
 
 use glam::DVec3;
-use gpu_backend::{Cpu, testing};
+use gpu_backend::{Cpu, Download, testing};
 use proptest::prelude::*;
 
 use super::super::PeeledMesh;
-use crate::tests::mesh::{Solid, Soup, lights, solid};
-use crate::{Builder, DepthSource, Error, LightSpace, Mesh, Resolution, Slices, TileRect};
+use crate::tests::mesh::{Beyond, Solid, Soup, lights, solid};
+use crate::{
+    Builder, DepthSource, Error, LightSpace, Mesh, Resolution, Slices, Surfaces, TileRect,
+};
 
 /// How many texels of a map have other slices than on the CPU, and how many
 /// of those are off by more than one.
@@ -181,4 +183,21 @@ fn shadows_are_built_from_what_was_peeled_off() {
     let empty = Mesh::new(Resolution::new(64).unwrap(), lights()[0], &[], &[]).unwrap();
     let peeled = PeeledMesh::new(&gpu, &empty).unwrap();
     assert_eq!(differing(&empty, &peeled, whole(&empty)), [0; 2]);
+}
+
+#[test]
+fn a_mesh_with_holes_is_peeled_as_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let corners = [[0.05, 0.4, 0.1], [-0.4, -0.5, 0.0], [0.5, -0.3, 0.3]];
+    let surfaces = Surfaces::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap();
+    let holes = surfaces.with_holes(&[0], std::sync::Arc::new(Beyond(0.5)));
+    let mesh = holes.seen_from(lights()[0], Resolution::new(128).unwrap());
+    let peeled = PeeledMesh::new(&gpu, &mesh).unwrap();
+    assert_eq!(differing(&mesh, &peeled, whole(&mesh)), [0; 2]);
+    let texels = gpu.download(&peeled.peel(whole(&mesh)).unwrap()).unwrap();
+    let (mut enter, mut exit) = (vec![0; 128 * 128], vec![0; 128 * 128]);
+    mesh.read(whole(&mesh), &mut enter, &mut exit).unwrap();
+    let pairs: Vec<_> = enter.into_iter().zip(exit).map(<[u32; 2]>::from).collect();
+    assert_eq!(texels, pairs);
+    assert!(texels.iter().any(|[enter, _]| *enter < 128));
 }

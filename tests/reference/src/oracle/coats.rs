@@ -199,13 +199,24 @@ fn passing(cover: &Caster<'_>, u: f64, v: f64) -> DVec3 {
         AlphaMode::Mask { cutoff } => f64::from(u8::from(alpha >= f64::from(cutoff))),
         AlphaMode::Blend => alpha,
     };
+    let mut transmission = f64::from(coating.transmission());
+    if let Some(texture) = coating.transmission_texture() {
+        let [a, b, c] = coating.transmission_coordinates().map(|uv| uv.as_dvec2());
+        let uv = w * a + u * b + v * c;
+        let red = lookup(texture, uv, |texel| texture.texels()[texel].as_dvec3()).x;
+        transmission *= red.min(1.0);
+    }
     let color = coating.base_color().as_dvec3() * vertex.truncate() * color;
     let color = color.clamp(DVec3::ZERO, DVec3::ONE);
-    (1.0 - covered) + covered * f64::from(coating.transmission()) * color
+    (1.0 - covered) + covered * transmission * color
 }
 
 /// A sum of hat functions around the centres of texels, or the texel itself.
 fn lookup(texture: &Texture, uv: DVec2, texel: impl Fn(usize) -> DVec3) -> DVec3 {
+    // What is nowhere is the first texel.
+    if !uv.is_finite() {
+        return texel(0);
+    }
     let counts = [texture.width(), texture.height()].map(i64::from);
     let sampler = texture.sampler();
     let index = |axis: usize, at: i64| {

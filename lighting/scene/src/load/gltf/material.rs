@@ -18,6 +18,8 @@ pub(super) struct Converted {
     pub(super) name: String,
     /// The texture coordinates that the albedo needs, if it is textured.
     pub(super) mapping: Option<Mapping>,
+    /// The same of the transmission.
+    pub(super) transmission_mapping: Option<Mapping>,
     pub(super) emission: Option<Emission>,
     pub(super) double_sided: bool,
     pub(super) no_shadow: bool,
@@ -102,7 +104,7 @@ impl Builder<'_> {
             }
             None => None,
         };
-        let transmission = self.transmission(index.value(), &what)?;
+        let (transmission, transmission_texture) = self.transmission(index.value(), &what)?;
         let emission = self.emission(material, index.value(), &what)?;
         let emitted = match &emission {
             None => Vec3::ZERO,
@@ -125,6 +127,7 @@ impl Builder<'_> {
             index: self.scene.materials.len(),
             name: name.clone(),
             mapping: base_color_texture.as_ref().map(|placed| placed.mapping),
+            transmission_mapping: transmission_texture.as_ref().map(|placed| placed.mapping),
             emission,
             double_sided: material.double_sided,
             no_shadow: extras::no_shadow(self.extras("materials", index.value()), &what)?
@@ -140,6 +143,7 @@ impl Builder<'_> {
             opacity,
             alpha,
             transmission,
+            transmission_texture: transmission_texture.map(|placed| placed.texture),
             double_sided: material.double_sided,
         });
         self.materials.insert(index.value(), converted.clone());
@@ -161,14 +165,18 @@ impl Builder<'_> {
         Ok(index)
     }
 
-    /// `KHR_materials_transmission`.
-    fn transmission(&mut self, index: usize, what: &str) -> Result<f32, LoadError> {
+    /// `KHR_materials_transmission`: the factor, and the texture that multiplies it.
+    fn transmission(
+        &mut self,
+        index: usize,
+        what: &str,
+    ) -> Result<(f32, Option<Placed>), LoadError> {
         let extension = self.extension("materials", index, "KHR_materials_transmission");
         let Some(extension) = extension else {
-            return Ok(0.0);
+            return Ok((0.0, None));
         };
         let Some(value) = extension.get("transmissionFactor") else {
-            return Ok(0.0);
+            return Ok((0.0, None));
         };
         let factor = extras::number(value).filter(|factor| (0.0..=1.0).contains(factor));
         let Some(factor) = factor else {
@@ -179,12 +187,20 @@ impl Builder<'_> {
                 "0 to 1",
             ));
         };
-        if factor > 0.0 && extension.get("transmissionTexture").is_some() {
+        let texture = extension
+            .get("transmissionTexture")
+            .filter(|_| factor > 0.0)
+            .cloned();
+        let Some(info) = texture else {
+            return Ok((factor, None));
+        };
+        let placed = self.placed_shares(&info, what)?;
+        if placed.is_none() {
             self.notes.add(format!(
-                "the transmission texture of {what} is ignored: the factor holds everywhere"
+                "{what} has the transmission of its factor alone: its texture is missing"
             ));
         }
-        Ok(factor)
+        Ok((factor, placed))
     }
 
     fn emission(

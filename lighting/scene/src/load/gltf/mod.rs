@@ -33,6 +33,7 @@ use self::material::Converted;
 use self::pose::Places;
 use self::primitive::{Key, Shape};
 use super::error::printable;
+use super::image::Encoding;
 use super::limits::{Budget, Notes};
 use super::{LoadError, LoadOptions, Loaded, MAX_DECODED_BYTES, OpenFile};
 use crate::{Scene, SceneError, Texture};
@@ -107,7 +108,7 @@ struct Builder<'a> {
     notes: Notes,
     scene: Scene,
     /// Images by their index, `None` if they cannot be read.
-    images: BTreeMap<usize, Option<Texture>>,
+    images: BTreeMap<(usize, Encoding), Option<Texture>>,
     /// Materials by their index.
     materials: BTreeMap<usize, Converted>,
     /// Index into the scene's materials of the one for primitives without.

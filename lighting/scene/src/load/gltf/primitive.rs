@@ -195,6 +195,11 @@ impl Builder<'_> {
             Some(mapping) => coordinates(self, mapping)?,
             None => None,
         };
+        let transmission_coordinates =
+            match material.as_ref().and_then(|(_, m)| m.transmission_mapping) {
+                Some(mapping) => coordinates(self, mapping)?,
+                None => None,
+            };
         let colors = match attribute(Semantic::Colors(0)) {
             Some(accessor) => self.buffers.colors(accessor, &name, &mut self.budget)?,
             None => Vec::new(),
@@ -246,6 +251,7 @@ impl Builder<'_> {
             name: called,
             positions,
             texture_coordinates: texture_coordinates.unwrap_or_default(),
+            transmission_coordinates: transmission_coordinates.unwrap_or_default(),
             colors,
             triangles,
             material: Some(material),

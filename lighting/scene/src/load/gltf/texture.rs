@@ -7,7 +7,7 @@ use gltf_json::{Index, Value, image as document};
 
 use super::{Builder, entry, label};
 use crate::load::LoadError;
-use crate::load::image::decode;
+use crate::load::image::{Encoding, decode};
 use crate::{Filter, Sampler, Texture, Wrap};
 
 /// A texture as a material refers to it.
@@ -47,13 +47,40 @@ impl Builder<'_> {
         owner: &str,
     ) -> Result<Option<Placed>, LoadError> {
         let mapping = mapping(info.tex_coord, value, owner)?;
-        let texture = self.texture(info.index, owner)?;
+        let texture = self.texture(info.index, Encoding::Srgb, owner)?;
+        Ok(texture.map(|texture| Placed { texture, mapping }))
+    }
+
+    /// The same of a texture info in an extension, whose image holds shares.
+    pub(super) fn placed_shares(
+        &mut self,
+        info: &Value,
+        owner: &str,
+    ) -> Result<Option<Placed>, LoadError> {
+        let number = |name: &str| match info.get(name) {
+            None => Ok(None),
+            Some(value) => {
+                let number = value.as_u64().and_then(|n| u32::try_from(n).ok());
+                let bad = || {
+                    let expected = "whole numbers as index and texCoord";
+                    LoadError::bad_value(format!("a texture of {owner}"), "damaged", expected)
+                };
+                number.map(Some).ok_or_else(bad)
+            }
+        };
+        let Some(index) = number("index")? else {
+            let what = format!("a texture of {owner}");
+            return Err(LoadError::bad_value(what, "nameless", "an index"));
+        };
+        let mapping = mapping(number("texCoord")?.unwrap_or(0), Some(info), owner)?;
+        let texture = self.texture(Index::new(index), Encoding::Linear, owner)?;
         Ok(texture.map(|texture| Placed { texture, mapping }))
     }
 
     fn texture(
         &mut self,
         index: Index<texture::Texture>,
+        encoding: Encoding,
         owner: &str,
     ) -> Result<Option<Texture>, LoadError> {
         let texture = entry(&self.root.textures, index, owner, "texture")?;
@@ -62,30 +89,41 @@ impl Builder<'_> {
             Some(index) => sampler(entry(&self.root.samplers, index, &what, "sampler")?),
             None => Sampler::default(),
         };
-        let image = self.image(texture.source, &what);
+        let image = self.encoded_image(texture.source, encoding, &what);
         Ok(image.map(|texture| texture.with_sampler(sampler)))
     }
 
-    /// An image of the document; `None`, and a note, if it cannot be read. Each
-    /// is decoded once.
+    /// An image of the document in colour; `None`, and a note, if it cannot be read.
+    /// Each is decoded once.
     pub(super) fn image(&mut self, index: Index<document::Image>, owner: &str) -> Option<Texture> {
-        if let Some(decoded) = self.images.get(&index.value()) {
+        self.encoded_image(index, Encoding::Srgb, owner)
+    }
+
+    fn encoded_image(
+        &mut self,
+        index: Index<document::Image>,
+        encoding: Encoding,
+        owner: &str,
+    ) -> Option<Texture> {
+        let key = (index.value(), encoding);
+        if let Some(decoded) = self.images.get(&key) {
             return decoded.clone();
         }
-        let decoded = match self.decoded_image(index, owner) {
+        let decoded = match self.decoded_image(index, encoding, owner) {
             Ok(texture) => Some(texture),
             Err(error) => {
                 self.notes.add(format!("{owner} left out: {error}"));
                 None
             }
         };
-        self.images.insert(index.value(), decoded.clone());
+        self.images.insert(key, decoded.clone());
         decoded
     }
 
     fn decoded_image(
         &mut self,
         index: Index<document::Image>,
+        encoding: Encoding,
         owner: &str,
     ) -> Result<Texture, LoadError> {
         let image = entry(&self.root.images, index, owner, "image")?;
@@ -93,11 +131,11 @@ impl Builder<'_> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), None) => {
                 let bytes = self.buffers.open(uri, &what, &mut self.budget)?;
-                decode(&bytes, &what, &mut self.budget)
+                decode(&bytes, encoding, &what, &mut self.budget)
             }
             (_, Some(view)) => {
                 let bytes = self.buffers.view(view, &what, &mut self.budget)?;
-                decode(bytes, &what, &mut self.budget)
+                decode(bytes, encoding, &what, &mut self.budget)
             }
             (None, None) => Err(LoadError::bad_value(
                 what,

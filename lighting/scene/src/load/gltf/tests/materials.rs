@@ -112,10 +112,9 @@ fn a_window_of_opacity_zero_lets_all_light_through() {
 
 #[test]
 fn transmission_is_coloured_by_the_base_colour() {
-    let json = r#"{"extensions":{"KHR_materials_transmission":{"transmissionFactor":0.5,"transmissionTexture":{"index":0}}},"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0,1]}}"#;
+    let json = r#"{"extensions":{"KHR_materials_transmission":{"transmissionFactor":0.5}},"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0,1]}}"#;
     let loaded = with_material(json, "").unwrap();
     assert_eq!(loaded.scene.materials[0].transmission, 0.5);
-    assert!(loaded.notes[0].contains("transmission texture"));
     let geometry = Geometry::new(&loaded.scene).unwrap();
     let passing = geometry.caster(0).transmittance(0.1, 0.1);
     assert!((passing - Vec3::new(0.5, 0.25, 0.0)).length() < 1e-6);
@@ -126,6 +125,66 @@ fn transmission_is_coloured_by_the_base_colour() {
         let error = with_material(&json, "").unwrap_err().to_string();
         assert!(error.contains(cause), "{error}");
     }
+}
+
+#[test]
+fn a_transmission_texture_multiplies_the_factor_with_its_own_coordinates() {
+    // Red is 1 on the left and 0 on the right of the image, which is turned around.
+    let json = r#"{"extensions":{"KHR_materials_transmission":{"transmissionFactor":0.5,"transmissionTexture":{"index":0,"extensions":{"KHR_texture_transform":{"offset":[1,0],"scale":[-1,1]}}}}},"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}"#;
+    let loaded = with_material(json, r#","sampler":0"#).unwrap();
+    assert!(loaded.notes.is_empty(), "{:?}", loaded.notes);
+    let material = &loaded.scene.materials[0];
+    let texture = material.transmission_texture.as_ref().unwrap();
+    let sampler = Sampler {
+        wrap: [Wrap::Clamp, Wrap::Mirror],
+        filter: Filter::Nearest,
+    };
+    assert_eq!(texture.sampler(), sampler);
+    let geometry = Geometry::new(&loaded.scene).unwrap();
+    // The first triangle is 0, 1, 2: u of the image is u + v.
+    for (at, passes, albedo) in [
+        // Nothing passes where the base colour is red, half of the light where it
+        // is green.
+        (0.2, Vec3::ZERO, Vec3::X),
+        (0.8, Vec3::new(0.0, 0.5, 0.0), Vec3::new(0.0, 0.5, 0.0)),
+    ] {
+        let found = geometry.caster(0).transmittance(0.5 * at, 0.5 * at);
+        assert!((found - passes).length() < 1e-6, "{at}: {found}");
+        let appearance = geometry.appearance(&loaded.scene, 0, 0.5 * at, 0.5 * at);
+        assert!(
+            (appearance.albedo - albedo).length() < 1e-6,
+            "{appearance:?}"
+        );
+    }
+    for (bad, cause) in [
+        (r#"{"texCoord":0}"#, "nameless"),
+        (r#"{"index":-1}"#, "damaged"),
+        (r#"{"index":7}"#, "7"),
+        (r#"{"index":0,"texCoord":"a"}"#, "damaged"),
+    ] {
+        let json = format!(
+            r#"{{"extensions":{{"KHR_materials_transmission":{{"transmissionFactor":1,"transmissionTexture":{bad}}}}}}}"#
+        );
+        let error = with_material(&json, "").unwrap_err().to_string();
+        assert!(error.contains(cause), "{error}");
+    }
+}
+
+/// Shares are stored as they are, not as sRGB has colours.
+#[test]
+fn transmission_textures_are_linear() {
+    let mut image = RgbaImage::new(1, 1);
+    image.put_pixel(0, 0, Rgba([51, 0, 0, 255]));
+    let mut png = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let (mut draft, mesh) = square();
+    let view = draft.view(&png.into_inner(), "");
+    let loaded = draft.load(&format!(
+        r#"{mesh},"materials":[{{"extensions":{{"KHR_materials_transmission":{{"transmissionFactor":1,"transmissionTexture":{{"index":0}}}}}}}}],"textures":[{{"source":0}}],"images":[{{"bufferView":{view}}}],"scenes":[{{"nodes":[0]}}]"#
+    ));
+    let geometry = Geometry::new(&loaded.unwrap().scene).unwrap();
+    let passing = geometry.caster(0).transmittance(0.3, 0.3);
+    assert!((passing - Vec3::splat(0.2)).length() < 1e-6, "{passing}");
 }
 
 #[test]

@@ -1,0 +1,40 @@
+//! How long lights may be prepared.
+
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+use lighting::Watch;
+
+use crate::progress;
+
+/// Waits no longer than so many seconds, going by what the first lights took.
+pub(super) struct Patience {
+    start: Instant,
+    seconds: f64,
+    bar: ProgressBar,
+}
+
+impl Patience {
+    pub(super) fn new(seconds: f64) -> Self {
+        Self {
+            start: Instant::now(),
+            seconds,
+            bar: progress::bar("preparing", 0),
+        }
+    }
+}
+
+impl Watch for Patience {
+    fn goes_on(&self, done: usize, total: usize) -> bool {
+        self.bar.set_length(total as u64);
+        self.bar.set_position(done as u64);
+        let so_far = self.start.elapsed().as_secs_f64();
+        done == 0 || so_far / done as f64 * total as f64 <= self.seconds
+    }
+}
+
+impl Drop for Patience {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,100 @@
+//! Errors of a comparison are those of the scene, the size and the settings.
+
+#![allow(clippy::unwrap_used, reason = "what does not unwrap is a failed test")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+const SMALL: [&str; 7] = [
+    "--size",
+    "32x18",
+    "--map",
+    "64",
+    "--backend",
+    "cpu",
+    "--json",
+];
+
+/// The rows of a comparison on so many threads: their errors by what was measured.
+fn errors(place: &Path, threads: usize, arguments: &[&str]) -> BTreeMap<String, Vec<String>> {
+    let output = Command::new(env!("CARGO_BIN_EXE_crepuscular"))
+        .current_dir(place)
+        .env("RAYON_NUM_THREADS", threads.to_string())
+        .arg("compare")
+        .args(arguments)
+        .args(SMALL)
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    // With little time on a busy machine there may be nothing.
+    let code = output.status.code();
+    assert!(matches!(code, Some(0 | 1)), "{arguments:?}: {message}");
+    let csv = std::fs::read_to_string(place.join("crepuscular-report/results.csv")).unwrap();
+    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let column = |name: &str| header.iter().position(|column| *column == name).unwrap();
+    let pick = |line: &[&str], columns: &[&str]| -> Vec<String> {
+        columns
+            .iter()
+            .map(|name| line[column(name)].to_owned())
+            .collect()
+    };
+    let row = |line: Vec<&str>| {
+        let what = pick(
+            &line,
+            &["visibility", "airlight", "quality", "map", "map_refined"],
+        );
+        let how_wrong = [
+            "error_rmse",
+            "error_max",
+            "error_rel_p99",
+            "error_relmse",
+            "error_flip",
+            "error_map",
+        ];
+        (what.join(" "), pick(&line, &how_wrong))
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn the_same_command_gives_the_same_errors_whatever_the_time_and_the_threads() {
+    let place = tempfile::tempdir().unwrap();
+    let only = ["fence", "--methods", "march,exact,voxel-average"];
+    let all = errors(place.path(), 2, &[&only[..], &["--fixed"]].concat());
+    let quick = ["--quick", "--time-budget", "900"];
+    let quick = errors(place.path(), 1, &[&only[..], &quick].concat());
+    assert!(quick.len() >= 8 && all.len() > 2 * quick.len());
+    for (row, errors) in &quick {
+        assert_eq!(errors, &all[row], "{row}");
+    }
+    // Whatever there is time for is the same; what is dropped may be much.
+    for seconds in ["2", "5"] {
+        let some = errors(
+            place.path(),
+            3,
+            &[&only[..], &["--time-budget", seconds]].concat(),
+        );
+        for (row, errors) in &some {
+            for (error, expected) in errors.iter().zip(&all[row]) {
+                assert!(
+                    error.is_empty() || error == expected,
+                    "{row}: {error} {expected}"
+                );
+            }
+        }
+    }
+    // Maps that are refined along are finer at higher qualities, and better for it.
+    let refined = |quality: u32, map: u32| {
+        let row = format!("march midpoint {quality} {map} 1");
+        all[&row][0].parse::<f64>().unwrap()
+    };
+    assert!(refined(256, 256) < 0.5 * refined(64, 64));
+    let plain = |quality: u32| {
+        let row = format!("march midpoint {quality} 64 0");
+        all[&row][0].parse::<f64>().unwrap()
+    };
+    assert_eq!(plain(64), refined(64, 64));
+    assert!(refined(256, 256) < plain(256));
+}

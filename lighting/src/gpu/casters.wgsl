@@ -1,0 +1,12 @@
+// Where the triangles of a light's casters have holes: solid ones, and after them
+// those with a mask.
+//
+// Needs the part mask.wgsl and the variable
+//   light_solid_casters: u32, the number of solid triangles
+
+fn light_casters_is_hole(triangle: u32, at: vec2<f32>) -> bool {
+    if triangle < light_solid_casters {
+        return false;
+    }
+    return light_mask_is_hole(triangle - light_solid_casters, at);
+}

@@ -1,0 +1,98 @@
+// Min–max trees of the slices of a fan: entry point. One workgroup per slice.
+//
+// Needs the part fan.wgsl.
+
+struct Build {
+    fan: light_Fan,
+    // Its number: 4 × picture + 2 × (cells are rows) + (the side is at the last cell).
+    index: u32,
+    resolution: u32,
+    padding_a: u32,
+    padding_b: u32,
+}
+
+@group(0) @binding(0) var<uniform> build: Build;
+@group(0) @binding(1) var<storage> depths: array<f32>;
+@group(0) @binding(2) var<storage, read_write> nodes: array<vec2<f32>>;
+
+// Texels by which a slice is wider than its lines.
+const MARGIN: f32 = 0.0625;
+
+// Depth of a texel in which the light sees nothing: f32::MAX.
+const EMPTY: f32 = 0x1.fffffep+127;
+
+// Columns or rows between which the lines of a slice cross a cell.
+fn across(slice: u32, cell: i32) -> vec2<f32> {
+    let fan = build.fan;
+    let n = f32(build.resolution);
+    let is_last = (build.index & 1u) != 0u;
+    let side = select(-1.0, 1.0, is_last);
+    let scale = 1.0 / (fan.eye.x - side * fan.eye.z);
+    var range = vec2(EMPTY, -EMPTY);
+    for (var i = 0; i < 2; i++) {
+        var x = 2.0 * f32(cell + i) / n - 1.0;
+        // Lines begin at the eye.
+        if fan.eye.z != 0.0 {
+            let begin = fan.eye.x / fan.eye.z;
+            x = select(min(x, begin), max(x, begin), is_last);
+        }
+        for (var j = 0u; j < 2u; j++) {
+            let meets = fan.first + f32(slice + j) / fan.density;
+            let y = (meets * (fan.eye.x - x * fan.eye.z) + fan.eye.y * (x - side)) * scale;
+            let texel = 0.5 * n * (1.0 + y);
+            range = vec2(min(range.x, texel), max(range.y, texel));
+        }
+    }
+    return range;
+}
+
+fn leaf_node(slice: u32, leaf: u32) -> vec2<f32> {
+    let n = build.resolution;
+    let last = f32(n - 1u);
+    let is_row_major = (build.index & 2u) != 0u;
+    let base = (build.index / 4u) * n * n;
+    var node = vec2(EMPTY, 0.0);
+    for (var i = leaf << light_LEAF; i < (leaf + 1u) << light_LEAF; i++) {
+        let number = build.fan.first_cell + i;
+        if number >= n {
+            break;
+        }
+        let cell = light_from_side(build.index, i32(number), n);
+        let range = across(slice, cell);
+        let low = u32(clamp(floor(range.x - MARGIN), 0.0, last));
+        let high = u32(clamp(floor(range.y + MARGIN), 0.0, last));
+        for (var k = low; k <= high; k++) {
+            let at = select(k * n + u32(cell), u32(cell) * n + k, is_row_major);
+            let depth = depths[base + at];
+            node = vec2(min(node.x, depth), max(node.y, depth));
+        }
+    }
+    return node;
+}
+
+@compute @workgroup_size(64)
+fn build_trees(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let slice = workgroup.y * workgroups.x + workgroup.x;
+    let is_one = slice < build.fan.slices;
+    let leaves = 1u << build.fan.height;
+    let root = build.fan.nodes + min(slice, build.fan.slices - 1u) * 2u * leaves;
+    if is_one {
+        for (var leaf = local; leaf < leaves; leaf += 64u) {
+            nodes[root + leaves + leaf] = leaf_node(slice, leaf);
+        }
+    }
+    for (var count = leaves / 2u; count > 0u; count /= 2u) {
+        storageBarrier();
+        if is_one {
+            for (var i = count + local; i < 2u * count; i += 64u) {
+                let a = nodes[root + 2u * i];
+                let b = nodes[root + 2u * i + 1u];
+                nodes[root + i] = vec2(min(a.x, b.x), max(a.y, b.y));
+            }
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Epipolar lines of the pictures of a light, and which of them a view needs.
+
+use glam::{DVec3, Vec3};
+
+use super::line::{Line, Projection};
+use super::walk::Walk;
+use crate::scene::raster::Face;
+use crate::scene::{Emitter, Medium};
+use crate::{LightPath, Ray};
+
+/// The logarithm of the number of cells per leaf of a tree.
+pub(super) const LEAF: u32 = 3;
+
+/// Fans of a light, at most: two kinds of cells and two sides of six pictures.
+pub(super) const MOST_FANS: usize = 24;
+
+/// Rays closer to the direction of the light than this, as the sine of an angle
+/// over the number of texels, are walked. Shaders compute lines in f32: a few
+/// roundings of 2⁻²⁴ over this are a margin of a slice.
+const LEAST_SINE: f64 = 4e-6;
+
+/// Rays of a frame that are looked at to find out which lines it needs.
+const SAMPLES: usize = 4096;
+
+/// A light has no more nodes than this in a view: 128 MiB, WebGPU's limit of a
+/// binding.
+const MOST_NODES: f64 = (1 << 24) as f64;
+
+/// The half lines from the picture of the eye to one side of a picture that run
+/// more along than across the way there.
+///
+/// They are divided into slices by where they meet that side: a texel apart there,
+/// unless that is too many, and closer before. Cells are counted from that side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fan {
+    /// Whether the side is that of the last cell of the picture.
+    pub(crate) is_last: bool,
+    /// Where the first slice meets the side, and slices per unit there.
+    pub(crate) first: f64,
+    pub(crate) density: f64,
+    pub(crate) slices: u32,
+    /// The first cell from the side that is in the tree, and the logarithm of the
+    /// number of leaves.
+    pub(crate) first_cell: u32,
+    pub(crate) height: u32,
+    /// The first node.
+    pub(crate) nodes: u32,
+    /// The picture of the eye: along the cells, across, w.
+    pub(crate) eye: DVec3,
+}
+
+impl Fan {
+    /// Nodes of a slice: a heap, whose root is node 1.
+    pub(crate) fn nodes_per_slice(&self) -> u32 {
+        2 << self.height
+    }
+
+    /// The number of a cell from the side, or the cell of that number.
+    pub(super) fn from_side(&self, cell: i64, resolution: u32) -> i64 {
+        match self.is_last {
+            true => i64::from(resolution) - 1 - cell,
+            false => cell,
+        }
+    }
+
+    /// Rows or columns between which the lines of a slice cross a cell, in units of
+    /// texels.
+    pub(super) fn across(&self, slice: u32, cell: i64, resolution: u32) -> [f64; 2] {
+        let side = if self.is_last { 1.0 } else { -1.0 };
+        let n = f64::from(resolution);
+        let eye = self.eye;
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for border in [cell, cell + 1] {
+            let mut x = 2.0 * border as f64 / n - 1.0;
+            // Lines begin at the eye.
+            if eye.z != 0.0 {
+                let begin = eye.x / eye.z;
+                x = if self.is_last {
+                    x.max(begin)
+                } else {
+                    x.min(begin)
+                };
+            }
+            let scale = 1.0 / (eye.x - side * eye.z);
+            for line in [slice, slice + 1] {
+                let meets = self.first + f64::from(line) / self.density;
+                let y = (meets * (eye.x - x * eye.z) + eye.y * (x - side)) * scale;
+                let texel = 0.5 * n * (1.0 + y);
+                range = [range[0].min(texel), range[1].max(texel)];
+            }
+        }
+        range
+    }
+}
+
+/// The epipolar lines of a light's pictures that a view needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fans {
+    /// The origin of all rays that are looked up.
+    pub(crate) eye: Vec3,
+    pub(crate) resolution: u32,
+    /// By picture, kind of cells and side.
+    pub(crate) fans: [Option<Fan>; MOST_FANS],
+    /// Nodes of all.
+    pub(crate) nodes: usize,
+}
+
+/// Where a part of a ray is on a fan.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    fan: usize,
+    /// Where it meets the side.
+    meets: f64,
+    /// The picture of the eye.
+    eye: DVec3,
+}
+
+/// What the rays of a view need of a fan.
+#[derive(Debug, Clone, Copy)]
+struct Need {
+    eye: DVec3,
+    meets: [f64; 2],
+    cells: [i64; 2],
+}
+
+fn turned(walk: &Walk, v: DVec3) -> DVec3 {
+    match walk.is_row_major() {
+        true => DVec3::new(v.y, v.x, v.z),
+        false => v,
+    }
+}
+
+/// `eye` and `slope` are the pictures of the eye and of the direction.
+fn place(walk: &Walk, face: usize, eye: DVec3, slope: DVec3, resolution: u32) -> Option<Place> {
+    let (eye, slope) = (turned(walk, eye), turned(walk, slope));
+    let normal = eye.cross(slope);
+    let scale = eye.abs().max_element() * slope.abs().max_element();
+    if !(normal.y.abs() > LEAST_SINE * f64::from(resolution) * scale) {
+        return None;
+    }
+    let is_last = match eye.z {
+        0.0 => true,
+        w => (walk.middle() * w - eye.x) * w.signum() > 0.0,
+    };
+    let side = if is_last { 1.0 } else { -1.0 };
+    let fan = 4 * face + 2 * usize::from(walk.is_row_major()) + usize::from(is_last);
+    let meets = -(normal.x * side + normal.z) / normal.y;
+    Some(Place { fan, meets, eye })
+}
+
+impl Fans {
+    /// Those that `rays` need that come from the origin of the first.
+    pub(super) fn of_view(
+        faces: &[Face],
+        resolution: u32,
+        rays: &[Ray],
+        emitter: &Emitter,
+        medium: &Medium,
+    ) -> Self {
+        let eye = rays.first().map_or(Vec3::ZERO, Ray::origin);
+        let projections: Vec<Projection> = faces.iter().map(Projection::new).collect();
+        let mut needs: [Option<Need>; MOST_FANS] = [None; MOST_FANS];
+        // An odd stride does not stay in the columns of a picture.
+        let stride = (rays.len() / SAMPLES) | 1;
+        for ray in rays.iter().step_by(stride) {
+            let Some(path) = LightPath::new(ray, emitter, medium) else {
+                continue;
+            };
+            let line = Line::new(ray, &faces[0]);
+            let span = path.span();
+            let span = [line.position(span.start), line.position(span.end)];
+            line.for_each_picture(&projections, span, |face, a, b| {
+                let Some(face) = face else { return };
+                let pictures = line.pictures(&projections[face]);
+                let walk = Walk::new(&line, pictures, [a, b], resolution);
+                let eye = eye_picture(&projections[face], eye, &faces[0]);
+                let Some(place) = place(&walk, face, eye, pictures[1], resolution) else {
+                    return;
+                };
+                let is_last = place.fan % 2 == 1;
+                let cells = walk.cells().map(|cell| match is_last {
+                    true => i64::from(resolution) - 1 - cell,
+                    false => cell,
+                });
+                let cells = [cells[0].min(cells[1]), cells[0].max(cells[1])];
+                let need = needs[place.fan].get_or_insert(Need {
+                    eye: place.eye,
+                    meets: [place.meets; 2],
+                    cells,
+                });
+                need.meets = [
+                    need.meets[0].min(place.meets),
+                    need.meets[1].max(place.meets),
+                ];
+                need.cells = [need.cells[0].min(cells[0]), need.cells[1].max(cells[1])];
+            });
+        }
+        Self::new(eye, resolution, &needs, stride > 1)
+    }
+
+    fn new(
+        eye: Vec3,
+        resolution: u32,
+        needs: &[Option<Need>; MOST_FANS],
+        is_sampled: bool,
+    ) -> Self {
+        let n = f64::from(resolution);
+        // Rays between those that were looked at.
+        let more = if is_sampled { 1.0 / 16.0 } else { 0.0 };
+        let fan = |index: usize, coarseness: f64| {
+            let need = needs[index]?;
+            let [low, high] = need.meets;
+            let texel = 2.0 / n;
+            let beside = more * (high - low) + texel;
+            let [low, high] = [
+                (low - beside).max(-3.0 - texel),
+                (high + beside).min(3.0 + texel),
+            ];
+            let density = 0.5 * n / coarseness;
+            let [near, far] = need.cells;
+            let beside = (more * (far - near) as f64) as i64;
+            let near = (near - beside).max(0) >> LEAF << LEAF;
+            let far = (far + beside).min(i64::from(resolution) - 1);
+            let leaves = ((far - near) >> LEAF) as u32 + 1;
+            Some(Fan {
+                is_last: index % 2 == 1,
+                first: low,
+                density,
+                slices: ((high - low) * density).ceil().max(1.0) as u32,
+                first_cell: near as u32,
+                height: leaves.next_power_of_two().ilog2(),
+                nodes: 0,
+                eye: need.eye,
+            })
+        };
+        let nodes_at = |coarseness: f64| -> f64 {
+            let fans = (0..MOST_FANS).filter_map(|index| fan(index, coarseness));
+            fans.map(|fan| f64::from(fan.slices) * f64::from(fan.nodes_per_slice()))
+                .sum()
+        };
+        let mut coarseness = 1.0;
+        while nodes_at(coarseness) > MOST_NODES {
+            coarseness *= 2.0;
+        }
+        let mut nodes = 0;
+        let fans = std::array::from_fn(|index| {
+            let mut fan = fan(index, coarseness)?;
+            fan.nodes = nodes;
+            nodes += fan.slices * fan.nodes_per_slice();
+            Some(fan)
+        });
+        Self {
+            eye,
+            resolution,
+            fans,
+            nodes: nodes as usize,
+        }
+    }
+
+    /// The fan and the slice of a part of a ray from the eye, if there is one.
+    pub(super) fn find(
+        &self,
+        walk: &Walk,
+        face: usize,
+        eye: DVec3,
+        slope: DVec3,
+    ) -> Option<(&Fan, u32)> {
+        let place = place(walk, face, eye, slope, self.resolution)?;
+        let fan = self.fans[place.fan].as_ref()?;
+        let slice = (place.meets - fan.first) * fan.density;
+        if !(slice >= 0.0 && slice < f64::from(fan.slices)) {
+            return None;
+        }
+        let reach = i64::from(1_u32 << (fan.height + LEAF));
+        let inside = walk.cells().into_iter().all(|cell| {
+            let cell = fan.from_side(cell, self.resolution) - i64::from(fan.first_cell);
+            (0..reach).contains(&cell)
+        });
+        inside.then_some((fan, slice as u32))
+    }
+}
+
+/// The picture of the eye.
+pub(super) fn eye_picture(projection: &Projection, eye: Vec3, face: &Face) -> DVec3 {
+    projection.of_point((eye - face.origin).as_dvec3())
+}

@@ -1,0 +1,275 @@
+//! A ray in the pictures of a light: where it is, how deep, and in which picture.
+
+use glam::DVec3;
+
+use crate::Ray;
+use crate::scene::raster::{Face, Rays};
+use crate::shadow_map::EMPTY;
+
+/// A picture of a light as a linear map to homogeneous coordinates (x, y, w):
+/// columns run from −1 to 1 of x/w, rows from the top from −1 to 1 of y/w.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Projection {
+    x: DVec3,
+    y: DVec3,
+    /// Into the picture for central rays; for parallel ones w is 1.
+    w: Option<DVec3>,
+}
+
+impl Projection {
+    pub(super) fn new(face: &Face) -> Self {
+        let (right, up) = (face.right.as_dvec3(), face.up.as_dvec3());
+        match face.rays {
+            Rays::Parallel {
+                half_width,
+                half_height,
+            } => Self {
+                x: right / f64::from(half_width),
+                y: -up / f64::from(half_height),
+                w: None,
+            },
+            Rays::Central { tan } => Self {
+                x: right / f64::from(tan),
+                y: -up / f64::from(tan),
+                w: Some(face.forward.as_dvec3()),
+            },
+        }
+    }
+
+    /// The picture of the light's origin plus `v`.
+    pub(super) fn of_point(&self, v: DVec3) -> DVec3 {
+        let w = self.w.map_or(1.0, |w| v.dot(w));
+        DVec3::new(v.dot(self.x), v.dot(self.y), w)
+    }
+
+    /// What the picture changes by along `direction`.
+    pub(super) fn of_direction(&self, direction: DVec3) -> DVec3 {
+        let w = self.w.map_or(0.0, |w| direction.dot(w));
+        DVec3::new(direction.dot(self.x), direction.dot(self.y), w)
+    }
+}
+
+/// How deep a ray is, as the light sees it.
+#[derive(Debug, Clone, Copy)]
+enum Depth {
+    /// √(h² + s²).
+    Central { h2: f64 },
+    /// `base + slope s`.
+    Parallel { base: f64, slope: f64 },
+}
+
+/// A ray as a light sees it. Positions `s` on it are measured from the foot point
+/// of a light at a point, and from the ray's origin in parallel light.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line {
+    /// From the light's origin to the position 0.
+    base: DVec3,
+    direction: DVec3,
+    /// Distance from the eye at the position 0.
+    offset: f64,
+    depth: Depth,
+}
+
+/// What is known of a part of a ray before each of its texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Verdict {
+    Lit,
+    Dark,
+    Unknown,
+}
+
+/// Rounding that a whole node must stay clear of, for its verdict to be that of
+/// each of its texels: thousands of roundings of an f64.
+const CLEAR: f64 = 1e-12;
+
+impl Line {
+    pub(super) fn new(ray: &Ray, face: &Face) -> Self {
+        let v = (ray.origin() - face.origin).as_dvec3();
+        // The stored direction is a unit vector to f32 precision only.
+        let direction = ray.direction().as_dvec3().normalize();
+        match face.rays {
+            Rays::Parallel { .. } => {
+                let forward = face.forward.as_dvec3();
+                Self {
+                    base: v,
+                    direction,
+                    offset: 0.0,
+                    depth: Depth::Parallel {
+                        base: v.dot(forward),
+                        slope: direction.dot(forward),
+                    },
+                }
+            }
+            Rays::Central { .. } => {
+                let foot = -v.dot(direction);
+                let base = v + foot * direction;
+                Self {
+                    base,
+                    direction,
+                    offset: foot,
+                    depth: Depth::Central {
+                        h2: v.cross(direction).length_squared(),
+                    },
+                }
+            }
+        }
+    }
+
+    /// The position at the distance `x` from the eye.
+    pub(super) fn position(&self, x: f32) -> f64 {
+        f64::from(x) - self.offset
+    }
+
+    /// The distance from the eye at the position `s`.
+    pub(super) fn distance(&self, s: f64) -> f32 {
+        (s + self.offset) as f32
+    }
+
+    /// Pictures of the position 0 and of the direction.
+    pub(super) fn pictures(&self, projection: &Projection) -> [DVec3; 2] {
+        [
+            projection.of_point(self.base),
+            projection.of_direction(self.direction),
+        ]
+    }
+
+    /// The part of `a` to `b` that is no deeper than a texel.
+    #[inline]
+    pub(super) fn up_to(&self, texel: f32, a: f64, b: f64) -> [f64; 2] {
+        if texel == EMPTY {
+            return [a, b];
+        }
+        let texel = f64::from(texel);
+        match self.depth {
+            Depth::Central { h2 } => {
+                let square = texel * texel - h2;
+                if square < 0.0 {
+                    return [a, a];
+                }
+                let half = square.sqrt();
+                [a.max(-half), b.min(half)]
+            }
+            Depth::Parallel { base, slope } => {
+                let rest = texel - base;
+                if slope > 0.0 {
+                    [a, b.min(rest / slope)]
+                } else if slope < 0.0 {
+                    [a.max(rest / slope), b]
+                } else if rest >= 0.0 {
+                    [a, b]
+                } else {
+                    [a, a]
+                }
+            }
+        }
+    }
+
+    /// What the least and the greatest of the texels say of `a` to `b`.
+    #[inline]
+    pub(super) fn verdict(&self, [min, max]: [f32; 2], a: f64, b: f64) -> Verdict {
+        let value = |texel: f32| match texel == EMPTY {
+            true => f64::INFINITY,
+            false => f64::from(texel),
+        };
+        let (min, max) = (value(min), value(max));
+        let (is_lit, is_dark) = match self.depth {
+            Depth::Central { h2 } => {
+                let far = a.abs().max(b.abs());
+                let near = if a <= 0.0 && 0.0 <= b {
+                    0.0
+                } else {
+                    a.abs().min(b.abs())
+                };
+                let far = h2 + far * far;
+                (
+                    far * (1.0 + CLEAR) <= min * min,
+                    h2 + near * near > max * max * (1.0 + CLEAR),
+                )
+            }
+            Depth::Parallel { base, slope } => {
+                let at = |s: f64| if slope == 0.0 { base } else { base + slope * s };
+                let (near, far) = (at(a).min(at(b)), at(a).max(at(b)));
+                let clear = |x: f64| CLEAR * (x.abs() + base.abs());
+                (
+                    far + clear(far) <= min,
+                    near - clear(near) > max + CLEAR * max.abs(),
+                )
+            }
+        };
+        if is_lit {
+            Verdict::Lit
+        } else if is_dark {
+            Verdict::Dark
+        } else {
+            Verdict::Unknown
+        }
+    }
+
+    /// Calls `part` for each part of `start` to `end` with the picture that shows
+    /// it, or `None` outside of all.
+    pub(super) fn for_each_picture(
+        &self,
+        projections: &[Projection],
+        [start, end]: [f64; 2],
+        mut part: impl FnMut(Option<usize>, f64, f64),
+    ) {
+        let mut borders = [f64::INFINITY; 6];
+        let mut count = 0;
+        let mut add = |at: f64, slope: f64| {
+            let s = -at / slope;
+            if start < s && s < end {
+                borders[count] = s;
+                count += 1;
+            }
+        };
+        let (v, d) = (self.base, self.direction);
+        let [p, q] = self.pictures(&projections[0]);
+        if projections.len() > 1 {
+            for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+                add(v[i] - v[j], d[i] - d[j]);
+                add(v[i] + v[j], d[i] + d[j]);
+            }
+        } else {
+            for axis in 0..2 {
+                add(p.z - p[axis], q.z - q[axis]);
+                add(p.z + p[axis], q.z + q[axis]);
+            }
+            add(p.z, q.z);
+        }
+        borders[..count].sort_unstable_by(f64::total_cmp);
+        let mut a = start;
+        for i in 0..=count {
+            let b = if i < count { borders[i] } else { end };
+            if !(a < b) {
+                continue;
+            }
+            let middle = if b < f64::INFINITY {
+                0.5 * (a + b)
+            } else {
+                a + a.abs().max(1.0)
+            };
+            let shown = if projections.len() > 1 {
+                Some(cube_face(v + middle * d))
+            } else {
+                let at = p + middle * q;
+                let inside = at.z > 0.0 && at.x.abs() <= at.z && at.y.abs() <= at.z;
+                inside.then_some(0)
+            };
+            part(shown, a, b);
+            a = b;
+        }
+    }
+}
+
+/// Which face of a cube, in the order +X −X +Y −Y +Z −Z, the direction points at.
+fn cube_face(v: DVec3) -> usize {
+    let a = v.abs();
+    let axis = if a.x >= a.y && a.x >= a.z {
+        0
+    } else if a.y >= a.z {
+        1
+    } else {
+        2
+    };
+    2 * axis + usize::from(v[axis] < 0.0)
+}

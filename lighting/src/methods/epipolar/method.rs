@@ -1,0 +1,107 @@
+//! The lit runs of every light's shadow map.
+
+use std::sync::Arc;
+
+use super::{BuildLineTrees, MapRuns};
+use crate::Touching;
+use crate::methods::registry::pairs;
+use crate::methods::{
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
+    Work,
+};
+use crate::shadow_map::{RenderShadowMap, ShadowMap};
+
+/// Runs by trees that are made anew for each view.
+#[derive(Debug, Clone, Copy)]
+struct Runs;
+
+impl LightSources for Runs {
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            name: "map-runs",
+            title: "runs of the shadow map",
+            quality: None,
+            touching: Touching::Joined,
+            is_sampled: false,
+            sees_translucent: false,
+            sees_panes: false,
+            uses_shadow_map: true,
+        }
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, _: u32) -> Work {
+        let lights = inputs.emitters.len() as f64;
+        let side = f64::from(inputs.map);
+        Work {
+            // Two or three texels of every cell of as many lines.
+            per_frame: 2.5 * lights * side * side,
+            // A few nodes and texels at each end of a run.
+            per_ray: lights * 4.0 * side.log2(),
+            ..inputs.map_work()
+        }
+    }
+}
+
+impl<B: RenderShadowMap + BuildLineTrees> SourceOn<B> for Runs {
+    type Source = MapRuns<Arc<ShadowMap<B::Memory>>, B::Memory>;
+
+    fn prepare(&self, frame: &Frame<'_, B>, light: usize, _: u32) -> Result<(), MethodError> {
+        frame.shadow_map(light).map(|_| ())
+    }
+
+    fn source(
+        &self,
+        frame: &Frame<'_, B>,
+        light: usize,
+        _: u32,
+    ) -> Result<Self::Source, MethodError> {
+        let map = frame.shadow_map(light)?;
+        let FrameInputs {
+            emitters,
+            medium,
+            rays,
+            ..
+        } = frame.inputs;
+        frame.pass("line trees", || {
+            Ok(MapRuns::new(
+                frame.backend,
+                map,
+                rays,
+                &emitters[light],
+                medium,
+            )?)
+        })
+    }
+}
+
+pub(in crate::methods) fn methods() -> Vec<Entry> {
+    let compared = |role, airlight, title, purpose, qualities| Compared {
+        airlight,
+        detail: None,
+        title,
+        purpose,
+        paper: "Chen et al., Real-Time Volumetric Shadows using 1D Min-Max Mipmaps, I3D 2011",
+        qualities,
+        role,
+        is_baseline: false,
+    };
+    pairs!(
+        Runs,
+        &[
+            compared(
+                Role::Paper,
+                "gauss",
+                "runs of the shadow map",
+                "all that a shadow map knows, at a tenth of the lookups of its texels",
+                (&[2, 4, 8, 16], &[2, 8], 8),
+            ),
+            compared(
+                Role::Variant,
+                "table",
+                "runs of the shadow map, by table",
+                "point lights: two lookups for a lit run of the map",
+                (&[16, 64], &[64], 64),
+            ),
+        ]
+    )
+}

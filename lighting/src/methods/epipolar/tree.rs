@@ -1,0 +1,162 @@
+//! Min–max trees of epipolar lines: how they are made and searched.
+
+use gpu_backend::{Backend, BufferOf, Cpu, Error, Host};
+
+use super::fan::{Fan, Fans, LEAF};
+use super::line::{Line, Verdict};
+use super::walk::{Part, Runs, Walk};
+use crate::shadow_map::{EMPTY, ShadowMap};
+
+/// The least and the greatest depth of the texels that lines of a slice meet in
+/// some cells.
+pub type Node = [f32; 2];
+
+/// No texels.
+const NONE: Node = [EMPTY, 0.0];
+
+/// Texels by which a slice is wider than its lines: for the rounding of those who
+/// look it up.
+const MARGIN: f64 = 0.0625;
+
+fn joined(a: Node, b: Node) -> Node {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}
+
+/// Makes min–max trees of epipolar lines.
+pub trait BuildLineTrees: Backend {
+    /// The trees of all lines of `fans`, one after the other: the least and the
+    /// greatest depth of each part.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if they do not fit into memory.
+    fn line_trees(
+        &self,
+        map: &ShadowMap<Self::Memory>,
+        fans: &Fans,
+    ) -> Result<BufferOf<Self, Node>, Error>;
+}
+
+impl BuildLineTrees for Cpu {
+    fn line_trees(&self, map: &ShadowMap<Host>, fans: &Fans) -> Result<Vec<Node>, Error> {
+        let mut nodes = self.zeros::<Node>(fans.nodes)?;
+        let mut rest = nodes.as_mut_slice();
+        for (index, fan) in fans.fans.iter().enumerate() {
+            let Some(fan) = fan else { continue };
+            let per_slice = fan.nodes_per_slice() as usize;
+            let own = rest.split_off_mut(..per_slice * fan.slices as usize);
+            let is_row_major = index & 2 != 0;
+            self.for_each_chunk(own.unwrap_or_default(), per_slice, |first, tree| {
+                let slice = (first / per_slice) as u32;
+                fill(tree, fan, slice, fans.resolution, |across, cell| {
+                    let side = fans.resolution as usize;
+                    let (row, column) = match is_row_major {
+                        true => (cell, across),
+                        false => (across, cell),
+                    };
+                    map.depth()[(index / 4 * side + row) * side + column]
+                });
+            });
+        }
+        Ok(nodes)
+    }
+}
+
+/// Fills the tree of a slice.
+fn fill(
+    tree: &mut [Node],
+    fan: &Fan,
+    slice: u32,
+    resolution: u32,
+    texel: impl Fn(usize, usize) -> f32,
+) {
+    let leaves = 1_usize << fan.height;
+    let last = f64::from(resolution - 1);
+    for leaf in 0..leaves {
+        let mut node = NONE;
+        for i in leaf << LEAF..(leaf + 1) << LEAF {
+            let from_side = fan.first_cell as usize + i;
+            if from_side >= resolution as usize {
+                break;
+            }
+            let cell = fan.from_side(from_side as i64, resolution);
+            let [low, high] = fan.across(slice, cell, resolution);
+            let low = (low - MARGIN).floor().clamp(0.0, last) as usize;
+            let high = (high + MARGIN).floor().clamp(0.0, last) as usize;
+            for across in low..=high {
+                let depth = texel(across, cell as usize);
+                node = joined(node, [depth, depth]);
+            }
+        }
+        tree[leaves + leaf] = node;
+    }
+    for index in (1..leaves).rev() {
+        tree[index] = joined(tree[2 * index], tree[2 * index + 1]);
+    }
+}
+
+/// Counts what a search does.
+pub(super) trait Tally {
+    /// A node was looked at.
+    fn node(&mut self) {}
+    /// So many texels were looked at.
+    fn texels(&mut self, _count: u32) {}
+}
+
+/// Nobody counts.
+impl Tally for () {}
+
+/// Adds the lit parts of a walk by the tree of its slice.
+#[inline]
+pub(super) fn search<F: FnMut(Part)>(
+    line: &Line,
+    walk: &Walk,
+    (fan, tree, resolution): (&Fan, &[Node], u32),
+    texels: &[f32],
+    runs: &mut Runs<F>,
+    tally: &mut impl Tally,
+) {
+    let number = |cell: i64| fan.from_side(cell, resolution) - i64::from(fan.first_cell);
+    let cell_of = |number: i64| fan.from_side(number + i64::from(fan.first_cell), resolution);
+    let [first, last] = walk.cells().map(number);
+    let is_rising = first <= last;
+    let step = if is_rising { 1 } else { -1 };
+    let leaves = 1_i64 << fan.height;
+    let mut at = first;
+    // The smallest node with all of the walk.
+    let mut level = i64::BITS - ((first ^ last) >> LEAF).leading_zeros();
+    let mut start = walk.start();
+    loop {
+        let index = at >> LEAF >> level;
+        let end_number = match is_rising {
+            true => (((index + 1) << level << LEAF) - 1).min(last),
+            false => (index << level << LEAF).max(last),
+        };
+        let end = walk.exit(cell_of(end_number)).max(start);
+        tally.node();
+        let node = tree[((leaves >> level) + index) as usize];
+        match line.verdict(node, start, end) {
+            Verdict::Lit => runs.push([start, end]),
+            Verdict::Dark => {}
+            Verdict::Unknown if level > 0 => {
+                level -= 1;
+                continue;
+            }
+            Verdict::Unknown => {
+                let cells = [at, end_number].map(cell_of);
+                tally.texels(walk.add_cells(texels, cells, start, runs));
+            }
+        }
+        if end_number == last {
+            return;
+        }
+        at = end_number + step;
+        start = end;
+        // The largest node that begins here is part of one that is known to be mixed.
+        let leaf = at >> LEAF;
+        level = match is_rising {
+            true => leaf.trailing_zeros(),
+            false => (leaf + 1).trailing_zeros(),
+        }
+        .min(fan.height);
+    }
+}

@@ -1,0 +1,215 @@
+//! The texels that a ray crosses in one picture, and its lit parts there.
+
+use glam::DVec3;
+
+use super::line::Line;
+
+/// The part of a ray in one picture, by the coordinate in which it is longer.
+///
+/// Cells are numbered along that coordinate, a column of texels or a row; a ray
+/// crosses few texels of each. Borders are computed from the numbers of cells and
+/// texels alone, not from the step before, so that whoever asks about a part of the
+/// walk gets the bits of the whole.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Walk {
+    line: Line,
+    /// Homogeneous coordinates at the position 0 and their slope: along the cells,
+    /// across, and w.
+    at: DVec3,
+    slope: DVec3,
+    /// Where the part starts and ends.
+    a: f64,
+    b: f64,
+    /// Texels per side.
+    side: i64,
+    /// Cells at the start and at the end.
+    first: i64,
+    last: i64,
+    is_row_major: bool,
+}
+
+/// A part of a ray.
+pub(super) type Part = [f64; 2];
+
+/// Lit parts of a ray in order; what touches is one run.
+pub(super) struct Runs<F: FnMut(Part)> {
+    open: Part,
+    emit: F,
+}
+
+impl<F: FnMut(Part)> Runs<F> {
+    /// Calls `emit` for each run.
+    pub(super) fn new(emit: F) -> Self {
+        let open = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { open, emit }
+    }
+
+    /// Adds a lit part, which may be empty.
+    #[inline]
+    pub(super) fn push(&mut self, [start, end]: Part) {
+        if !(start < end) {
+            return;
+        }
+        if start <= self.open[1] {
+            self.open[1] = self.open[1].max(end);
+        } else {
+            self.finish();
+            self.open = [start, end];
+        }
+    }
+
+    /// Emits the last run.
+    pub(super) fn finish(&mut self) {
+        if self.open[0] < self.open[1] {
+            (self.emit)(self.open);
+        }
+    }
+}
+
+impl Walk {
+    /// The part `a` to `b` of a line whose pictures of position 0 and direction are
+    /// `at` and `slope`.
+    pub(super) fn new(line: &Line, [at, slope]: [DVec3; 2], [a, b]: Part, resolution: u32) -> Self {
+        // The line's normal in the picture; the ray runs across it.
+        let normal = at.cross(slope);
+        let is_row_major = normal.x.abs() > normal.y.abs();
+        let turn = |v: DVec3| {
+            if is_row_major {
+                DVec3::new(v.y, v.x, v.z)
+            } else {
+                v
+            }
+        };
+        let mut walk = Self {
+            line: *line,
+            at: turn(at),
+            slope: turn(slope),
+            a,
+            b,
+            side: i64::from(resolution),
+            first: 0,
+            last: 0,
+            is_row_major,
+        };
+        walk.first = walk.cell(walk.coordinate(0, a));
+        walk.last = walk.cell(walk.coordinate(0, b));
+        walk
+    }
+
+    pub(super) fn is_row_major(&self) -> bool {
+        self.is_row_major
+    }
+
+    /// The coordinate along the cells somewhere inside of the part.
+    pub(super) fn middle(&self) -> f64 {
+        let [a, b] = [self.a, self.b];
+        self.coordinate(
+            0,
+            if b < f64::INFINITY {
+                0.5 * (a + b)
+            } else {
+                a + a.abs().max(1.0)
+            },
+        )
+    }
+
+    /// Where the part starts.
+    pub(super) fn start(&self) -> f64 {
+        self.a
+    }
+
+    /// Cells at the start and at the end.
+    pub(super) fn cells(&self) -> [i64; 2] {
+        [self.first, self.last]
+    }
+
+    /// A coordinate at the position `s`: 0 along the cells, 1 across.
+    #[inline]
+    fn coordinate(&self, axis: usize, s: f64) -> f64 {
+        if s < f64::INFINITY {
+            (self.at[axis] + s * self.slope[axis]) / (self.at.z + s * self.slope.z)
+        } else if self.slope.z != 0.0 {
+            self.slope[axis] / self.slope.z
+        } else if self.slope[axis] != 0.0 {
+            f64::INFINITY.copysign(self.slope[axis])
+        } else {
+            self.at[axis] / self.at.z
+        }
+    }
+
+    /// The cell, or texel across, at a coordinate.
+    #[inline]
+    fn cell(&self, coordinate: f64) -> i64 {
+        let cell = (0.5 * (1.0 + coordinate) * self.side as f64).floor() as i64;
+        cell.clamp(0, self.side - 1)
+    }
+
+    /// Where the ray crosses the border before the cell, or texel across.
+    #[inline]
+    fn border(&self, axis: usize, cell: i64) -> f64 {
+        let border = (2 * cell - self.side) as f64 / self.side as f64;
+        let s = (border * self.at.z - self.at[axis]) / (self.slope[axis] - border * self.slope.z);
+        // Not a number where the ray runs along the border.
+        if s < self.b { s.max(self.a) } else { self.b }
+    }
+
+    /// Where the ray leaves a cell, which is where it enters the next.
+    #[inline]
+    pub(super) fn exit(&self, cell: i64) -> f64 {
+        if cell == self.last {
+            self.b
+        } else {
+            self.border(0, cell + i64::from(self.first < self.last))
+        }
+    }
+
+    /// Adds the lit parts of the cells `from` to `to` from the position `start`, where
+    /// the ray enters the first, and tells the number of texels that it crosses
+    /// there. `texels` are those of the picture, row by row.
+    #[inline]
+    pub(super) fn add_cells<F: FnMut(Part)>(
+        &self,
+        texels: &[f32],
+        [from, to]: [i64; 2],
+        start: f64,
+        runs: &mut Runs<F>,
+    ) -> u32 {
+        let step = if to < from { -1 } else { 1 };
+        let mut crossed = 0;
+        let mut cell = from;
+        let mut s = start;
+        let mut across = self.cell(self.coordinate(1, s));
+        loop {
+            let exit = self.exit(cell).max(s);
+            let last = self.cell(self.coordinate(1, exit));
+            let (base, stride) = match self.is_row_major {
+                true => (cell * self.side, 1),
+                false => (cell, self.side),
+            };
+            crossed += across.abs_diff(last) as u32 + 1;
+            loop {
+                let next = match last - across {
+                    0 => exit,
+                    more => self.border(1, across + i64::from(more > 0)).clamp(s, exit),
+                };
+                // Cells and texels are within the picture.
+                let depth = texels[(base + across * stride) as usize];
+                runs.push(self.line.up_to(depth, s, next));
+                s = next;
+                if across == last {
+                    break;
+                }
+                across += (last - across).signum();
+            }
+            if cell == to {
+                return crossed;
+            }
+            cell += step;
+        }
+    }
+
+    /// The same of all cells.
+    pub(super) fn add_all<F: FnMut(Part)>(&self, texels: &[f32], runs: &mut Runs<F>) -> u32 {
+        self.add_cells(texels, [self.first, self.last], self.a, runs)
+    }
+}

@@ -1,0 +1,58 @@
+// Moments of depths: the shader's side of `Moments` and `Levels`.
+//
+// Needs the parts face.wgsl and place.wgsl.
+
+struct light_Levels {
+    pictures: light_Pictures,
+    // The kind of moments, and numbers per texel.
+    kind: u32,
+    channels: u32,
+    // The finer of the two levels, and the sides of both.
+    first: u32,
+    fine: u32,
+    coarse: u32,
+    // How far the level is from the first to the next.
+    part: f32,
+    // Depths of the casters.
+    near: f32,
+    far: f32,
+}
+
+const light_VARIANCE: u32 = 0u;
+const light_EXPONENTIAL: u32 = 1u;
+const light_FOUR: u32 = 2u;
+const light_SIX: u32 = 3u;
+
+// Where the deepest caster is, and points behind all.
+const light_DEEPEST: f32 = 0.9;
+const light_BEHIND: f32 = 0.95;
+
+// c of the exponential warps, and the uncertainty of a depth.
+const light_WARP: f32 = 20.0;
+const light_DEVIATION: f32 = 1e-3;
+
+// A depth between -1 and 1; 0x1.fffffep+127 is that of a texel in which the light
+// sees nothing.
+fn light_levels_depth(levels: light_Levels, depth: f32) -> f32 {
+    if depth == 0x1.fffffep+127 {
+        return 1.0;
+    }
+    let scale = (1.0 + light_DEEPEST) / (levels.far - levels.near);
+    return clamp((depth - levels.near) * scale - 1.0, -1.0, light_BEHIND);
+}
+
+// Two increasing functions of a depth.
+fn light_warped(z: f32) -> vec2<f32> {
+    let up = exp(light_WARP * z);
+    return vec2(up, -1.0 / up);
+}
+
+fn light_moments_of(kind: u32, z: f32) -> array<f32, 6> {
+    let square = z * z;
+    let fourth = square * square;
+    if kind == light_EXPONENTIAL {
+        let warped = light_warped(z);
+        return array<f32, 6>(warped.x, warped.x * warped.x, warped.y, warped.y * warped.y, 0.0, 0.0);
+    }
+    return array<f32, 6>(z, square, square * z, fourth, fourth * z, fourth * square);
+}

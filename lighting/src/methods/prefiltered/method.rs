@@ -1,0 +1,161 @@
+//! Steps along rays through filtered shadow maps.
+
+use std::sync::Arc;
+
+use super::{Moments, Prefilter, PrefilteredMap};
+use crate::Touching;
+use crate::methods::march::{March, Spacing};
+use crate::methods::registry::pairs;
+use crate::methods::{
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
+    SourceOn, SourceQuality, Work,
+};
+use crate::shadow_map::{RenderShadowMap, face_count};
+
+const STEPS: SourceQuality = SourceQuality {
+    unit: "steps",
+    qualities: &[4, 8, 16, 32, 64, 128, 256],
+    quick: &[8, 32, 128],
+    pictured: 32,
+    usual: 64,
+};
+
+/// Memory of the moments of a light, at most, bytes: WebGPU's limit of a binding.
+const MOST_BYTES: f64 = (1_u64 << 27) as f64;
+
+/// Texels per side of a map that a ray crosses, as a part of all: what a level for
+/// so many steps goes by.
+const CROSSED: f32 = 0.25;
+
+/// A march through the moments of every light.
+#[derive(Debug, Clone, Copy)]
+struct Filtered {
+    name: &'static str,
+    title: &'static str,
+    moments: Moments,
+}
+
+impl Filtered {
+    /// The level at which a texel is about as long as a step, or that fits into
+    /// memory.
+    fn level(self, inputs: &FrameInputs<'_>, light: usize, steps: u32) -> f32 {
+        let side = inputs.map as f32;
+        let level = (CROSSED * side / steps.max(1) as f32).log2().max(0.0);
+        let faces = face_count(inputs.geometry, &inputs.emitters[light]);
+        let texels = faces as f64 * f64::from(inputs.map).powi(2);
+        let bytes = 1.25 * 4.0 * self.moments.channels() as f64 * texels;
+        level.max((0.5 * (bytes / MOST_BYTES).log2()).ceil() as f32)
+    }
+}
+
+impl LightSources for Filtered {
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            name: self.name,
+            title: self.title,
+            quality: Some(STEPS),
+            touching: Touching::Apart,
+            is_sampled: true,
+            sees_translucent: false,
+            sees_panes: false,
+            uses_shadow_map: true,
+        }
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
+        // Eight texels and a bound for each step.
+        let lookup = 8.0 + 4.0 * self.moments.channels() as f64;
+        let map = inputs.map_work();
+        Work {
+            per_ray: inputs.emitters.len() as f64 * f64::from(steps) * lookup,
+            once: 2.0 * map.once,
+            ..map
+        }
+    }
+}
+
+impl<B: RenderShadowMap + Prefilter> SourceOn<B> for Filtered {
+    type Source = March<Arc<PrefilteredMap<B::Memory>>>;
+
+    fn prepare(&self, frame: &Frame<'_, B>, light: usize, steps: u32) -> Result<(), MethodError> {
+        self.source(frame, light, steps).map(|_| ())
+    }
+
+    fn source(
+        &self,
+        frame: &Frame<'_, B>,
+        light: usize,
+        steps: u32,
+    ) -> Result<Self::Source, MethodError> {
+        let inputs = &frame.inputs;
+        let level = self.level(inputs, light, steps);
+        let of_light = OfLight {
+            light,
+            resolution: inputs.map,
+        };
+        let key = (of_light, self.moments, level.to_bits());
+        let map = frame
+            .store
+            .get("filtered moments", key, PrefilteredMap::bytes, || {
+                let map = frame.shadow_map(light)?;
+                let bounds = inputs.geometry.bounds();
+                PrefilteredMap::new(frame.backend, &map, self.moments, &bounds, level)
+                    .map_err(MethodError::from)
+            })?;
+        Ok(March::new(map, steps, Spacing::Distance))
+    }
+}
+
+pub(in crate::methods) fn methods() -> Vec<Entry> {
+    let kinds = [
+        (
+            "variance",
+            "variance shadow maps",
+            Moments::Variance,
+            "soft and cheap; light bleeds where casters lie behind each other",
+            "Donnelly and Lauritzen, Variance Shadow Maps, I3D 2006",
+        ),
+        (
+            "exponential-variance",
+            "exponential variance shadow maps",
+            Moments::ExponentialVariance,
+            "as variance, and less light bleeds",
+            "Lauritzen and McCool, Layered Variance Shadow Maps, GI 2008",
+        ),
+        (
+            "moments-4",
+            "moment shadow maps, four",
+            Moments::Four,
+            "few steps that see what lies between them; two casters in line without bleeding",
+            "Peters and Klein, Moment Shadow Mapping, I3D 2015; Peters et al., I3D 2016",
+        ),
+        (
+            "moments-6",
+            "moment shadow maps, six",
+            Moments::Six,
+            "as four, and three casters in line",
+            "Peters et al., Beyond Hard Shadows, I3D 2016",
+        ),
+    ];
+    let mut all = Vec::new();
+    for (name, title, moments, purpose, paper) in kinds {
+        all.extend(pairs!(
+            Filtered {
+                name,
+                title,
+                moments
+            },
+            &[Compared {
+                airlight: "midpoint",
+                detail: Some(1),
+                title,
+                purpose,
+                paper,
+                qualities: (&[], &[], 0),
+                role: Role::Variant,
+                is_baseline: false,
+            }]
+        ));
+    }
+    all
+}

@@ -1,0 +1,247 @@
+//! What the moments of depths say about the share of them before a depth.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Rows of the Hankel matrix of 6 moments.
+const ROWS: usize = 4;
+
+/// A real number of some precision.
+pub(super) trait Real:
+    Copy
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    fn of(value: f64) -> Self;
+    fn sqrt(self) -> Self;
+
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+}
+
+impl Real for f32 {
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+}
+
+impl Real for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+}
+
+/// Chebyshev's inequality for one side (Cantelli): the most of a distribution with
+/// these two moments that is not before `z`.
+pub(super) fn not_before<R: Real>(mean: R, square: R, least_variance: R, z: R) -> R {
+    let behind = z - mean;
+    if !(behind > R::of(0.0)) {
+        return R::of(1.0);
+    }
+    let variance = (square - mean * mean).max(least_variance);
+    variance / (variance + behind * behind)
+}
+
+/// The least share of a distribution on −1 to 1 that lies before `z`, from 4 or 6 of
+/// its moments.
+///
+/// Of all distributions with these moments the one that has an atom at `z` has the
+/// least before it. With `B` the Hankel matrix of the moments and
+/// `ẑ = (1, z, z², …)` its other atoms are at the roots of `ẑᵀB⁻¹x̂`, and an atom
+/// at `x` has the weight `1 / x̂ᵀB⁻¹x̂`. `bias` is the share of the
+/// uniform distribution that is mixed in, so that rounding leaves `B` positive.
+pub(super) fn least_before<R: Real>(moments: &[R], bias: R, z: R) -> R {
+    let zero = R::of(0.0);
+    let one = R::of(1.0);
+    let rows = moments.len() / 2 + 1;
+    let mut all = [zero; 2 * ROWS - 1];
+    all[0] = one;
+    for (k, moment) in moments.iter().enumerate() {
+        let uniform = match k % 2 {
+            0 => zero,
+            _ => R::of(1.0 / (k + 2) as f64),
+        };
+        all[k + 1] = *moment + bias * (uniform - *moment);
+    }
+    let factor = Factor::new(&all, rows);
+    let (roots, count) = roots(factor.solve(powers(z)), rows - 1);
+    let mut sum = zero;
+    for root in &roots[..count] {
+        if *root < z {
+            sum = sum + factor.weight(*root);
+        }
+    }
+    sum.min(one)
+}
+
+/// `1, x, x², …`
+fn powers<R: Real>(x: R) -> [R; ROWS] {
+    let mut powers = [R::of(1.0); ROWS];
+    for k in 1..ROWS {
+        powers[k] = powers[k - 1] * x;
+    }
+    powers
+}
+
+/// `B = L D Lᵀ` of a Hankel matrix.
+struct Factor<R> {
+    rows: usize,
+    lower: [[R; ROWS]; ROWS],
+    /// The reciprocals of D.
+    inverse: [R; ROWS],
+}
+
+impl<R: Real> Factor<R> {
+    fn new(moments: &[R; 2 * ROWS - 1], rows: usize) -> Self {
+        let mut lower = [[R::of(0.0); ROWS]; ROWS];
+        let mut diagonal = [R::of(1.0); ROWS];
+        let mut inverse = [R::of(1.0); ROWS];
+        for i in 0..rows {
+            for j in 0..=i {
+                let mut rest = moments[i + j];
+                for k in 0..j {
+                    rest = rest - lower[i][k] * lower[j][k] * diagonal[k];
+                }
+                if i == j {
+                    // Too few depths for so many moments, but for rounding.
+                    diagonal[i] = rest.max(R::of(1e-12));
+                    inverse[i] = R::of(1.0) / diagonal[i];
+                } else {
+                    lower[i][j] = rest * inverse[j];
+                }
+            }
+        }
+        Self {
+            rows,
+            lower,
+            inverse,
+        }
+    }
+
+    /// `L⁻¹ x`.
+    fn forward(&self, x: [R; ROWS]) -> [R; ROWS] {
+        let mut y = x;
+        for i in 0..self.rows {
+            for k in 0..i {
+                y[i] = y[i] - self.lower[i][k] * y[k];
+            }
+        }
+        y
+    }
+
+    /// `B⁻¹ x`.
+    fn solve(&self, x: [R; ROWS]) -> [R; ROWS] {
+        let mut y = self.forward(x);
+        for i in (0..self.rows).rev() {
+            y[i] = y[i] * self.inverse[i];
+            for k in i + 1..self.rows {
+                y[i] = y[i] - self.lower[k][i] * y[k];
+            }
+        }
+        y
+    }
+
+    fn weight(&self, x: R) -> R {
+        let y = self.forward(powers(x));
+        let mut sum = R::of(0.0);
+        for i in 0..self.rows {
+            sum = sum + y[i] * y[i] * self.inverse[i];
+        }
+        R::of(1.0) / sum
+    }
+}
+
+/// Atoms beyond this weigh next to nothing.
+const FAR: f64 = 1e3;
+
+/// The real roots of a polynomial of degree 1 to 3 whose roots are all real, within
+/// ±[`FAR`].
+fn roots<R: Real>(polynomial: [R; ROWS], degree: usize) -> ([R; ROWS], usize) {
+    let (zero, far) = (R::of(0.0), R::of(FAR));
+    let mut roots = [zero; ROWS];
+    let [c, b, a, lead] = polynomial;
+    if degree < 3 {
+        return quadratic(a, b, c);
+    }
+    let (turns, count) = quadratic(R::of(3.0) * lead, R::of(2.0) * a, b);
+    let value = |x: R| ((lead * x + a) * x + b) * x + c;
+    let slope = |x: R| (R::of(3.0) * lead * x + R::of(2.0) * a) * x + b;
+    let mut found = 0;
+    let mut left = -far;
+    for i in 0..=count {
+        let right = if i < count { turns[i] } else { far };
+        let (low, high) = (value(left), value(right));
+        if (low <= zero) != (high <= zero) {
+            roots[found] = between(&value, &slope, left, right, low <= zero);
+            found += 1;
+        }
+        left = right;
+    }
+    (roots, found)
+}
+
+/// Newton's steps within a bracket, halves of it where they leave it.
+fn between<R: Real>(
+    value: &impl Fn(R) -> R,
+    slope: &impl Fn(R) -> R,
+    left: R,
+    right: R,
+    is_rising: bool,
+) -> R {
+    let (mut low, mut high) = (left, right);
+    let mut x = R::of(0.5) * (low + high);
+    for _ in 0..STEPS {
+        let y = value(x);
+        if (y <= R::of(0.0)) == is_rising {
+            low = x;
+        } else {
+            high = x;
+        }
+        let newton = x - y / slope(x);
+        let middle = R::of(0.5) * (low + high);
+        // At a root it stays, whichever end of the bracket that has become.
+        let is_inside = newton >= low && newton <= high;
+        x = if is_inside { newton } else { middle };
+    }
+    x
+}
+
+/// Steps of [`between`]: halves from 2e3 to 1e-6, with a few of Newton's.
+const STEPS: usize = 32;
+
+/// The real roots of `a x² + b x + c` in order, within ±[`FAR`].
+fn quadratic<R: Real>(a: R, b: R, c: R) -> ([R; ROWS], usize) {
+    let (zero, far) = (R::of(0.0), R::of(FAR));
+    let mut roots = [zero; ROWS];
+    let root = (b * b - R::of(4.0) * a * c).max(zero).sqrt();
+    let q = R::of(-0.5) * if b < zero { b - root } else { b + root };
+    // Products instead of quotients: either may be at infinity.
+    let mut found = 0;
+    for (over, under) in [(q, a), (c, q)] {
+        let size = under.max(-under);
+        if over.max(-over) < far * size {
+            roots[found] = over / under;
+            found += 1;
+        }
+    }
+    if found == 2 && roots[1] < roots[0] {
+        roots.swap(0, 1);
+    }
+    (roots, found)
+}

@@ -1,0 +1,281 @@
+//! The lit runs of a shadow map, by trees and by walking, against an oracle.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
+use glam::{Quat, Vec3};
+use gpu_backend::Cpu;
+use lighting::methods::epipolar::{MapRuns, Visits};
+use lighting::scene::procedural::Embedded;
+use lighting::scene::{Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
+use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
+use lighting::{Emitter, Interval, LightPath, LitInterval, Ray, VisibilitySource};
+use reference::oracle::map_runs::Map;
+use reference::property::cases;
+use reference::random::Random;
+use reference::scenes::TestScene;
+use reference::tolerances::Allowed;
+
+/// Rays of a view.
+const RAYS: usize = 2000;
+
+fn vector(random: &mut Random, size: f32) -> Vec3 {
+    random.vector(size).into()
+}
+
+/// Two hundred triangles within about ±6 m.
+fn casters(random: &mut Random) -> Geometry {
+    let positions = (0..200).flat_map(|_| {
+        let corner = vector(random, 6.0);
+        let size = random.between(0.1, 2.0);
+        [
+            corner,
+            corner + vector(random, size),
+            corner + vector(random, size),
+        ]
+    });
+    let mesh = Mesh {
+        positions: positions.collect(),
+        triangles: (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        ..Mesh::default()
+    };
+    Geometry::new(&Scene::from(mesh)).unwrap()
+}
+
+/// A light and an eye: eyes in front of and behind a light, in the plane through
+/// it, on its axis and at it.
+fn light_and_eye(random: &mut Random, number: u32) -> (Emitter, Vec3) {
+    let at = |random: &mut Random| vector(random, 5.0);
+    let point = |position, range, emission| Emitter::point(position, Vec3::ONE, range, emission);
+    let position = at(random);
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, vector(random, 1.0).normalize_or(Vec3::X));
+    let spot = |outer| Emission::spot(rotation, Cone { inner: 0.0, outer }, None).unwrap();
+    let axis = rotation * Vec3::NEG_Z;
+    let aside = axis.any_orthonormal_vector();
+    let far = f32::INFINITY;
+    let light = match number % 8 {
+        0 | 1 => point(position, far, Emission::Isotropic),
+        2 => point(position, far, spot(random.between(0.1, 1.3))),
+        3 => point(position, random.between(2.0, 9.0), spot(1.0)),
+        4 => point(position + 20.0 * aside, far, Emission::Isotropic),
+        5 => point(position, far, Emission::Cosine { normal: axis }),
+        6 => Emitter::directional(axis, Vec3::ONE),
+        _ => Emitter::directional(Vec3::NEG_Y, Vec3::ONE),
+    };
+    let eye = match number / 8 % 6 {
+        0 | 1 => at(random),
+        // Before the light and behind it.
+        2 => position + random.between(0.1, 9.0) * axis,
+        3 => position - random.between(0.1, 9.0) * axis,
+        4 => position + random.between(0.1, 9.0) * aside,
+        _ => position,
+    };
+    (light.unwrap(), eye)
+}
+
+/// Rays from an eye all around and in a narrow view, some of them to the light,
+/// and a few from elsewhere.
+fn rays(random: &mut Random, eye: Vec3, light: &Emitter) -> Vec<Ray> {
+    let towards = match light {
+        Emitter::Point(point) => point.position() - eye,
+        Emitter::Directional(sun) => -sun.direction(),
+    };
+    let ahead = vector(random, 1.0);
+    let new = |_| {
+        let direction = match random.below(8) {
+            0..3 => vector(random, 1.0),
+            3..6 => ahead + vector(random, 0.3),
+            6 => {
+                let beside = random.log_uniform(1e-9, 1.0) as f32;
+                towards + towards.length() * vector(random, beside)
+            }
+            _ => towards,
+        };
+        let length = match random.below(4) {
+            0 => f32::INFINITY,
+            _ => random.between(0.0, 30.0),
+        };
+        let origin = match random.below(50) {
+            0 => eye + vector(random, 1.0),
+            _ => eye,
+        };
+        let direction = if random.below(6) == 0 {
+            -direction
+        } else {
+            direction
+        };
+        Ray::new(origin, direction.normalize_or(Vec3::X), length).unwrap()
+    };
+    (0..RAYS).map(new).collect()
+}
+
+fn fog() -> Medium {
+    Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap()
+}
+
+/// The length that is in one of two lists of runs and not in the other.
+fn difference(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
+    let mut ends: Vec<(f64, usize, bool)> = Vec::new();
+    for (list, runs) in [a, b].into_iter().enumerate() {
+        for run in runs {
+            ends.extend([(run[0], list, true), (run[1], list, false)]);
+        }
+    }
+    ends.sort_unstable_by(|x, y| x.0.total_cmp(&y.0));
+    let mut inside = [false; 2];
+    let mut sum = 0.0;
+    for pair in ends.windows(2) {
+        inside[pair[0].1] = pair[0].2;
+        if inside[0] != inside[1] && pair[0].0 < pair[1].0 {
+            sum += pair[1].0 - pair[0].0;
+        }
+    }
+    sum
+}
+
+fn lit(
+    source: &MapRuns<&ShadowMap<gpu_backend::Host>, gpu_backend::Host>,
+    path: &LightPath<'_>,
+) -> Vec<LitInterval> {
+    let mut lit = Vec::new();
+    source.lit_intervals(path, &mut lit);
+    lit
+}
+
+/// 1e5 rays; `PROPTEST_CASES=500` makes them a million.
+#[test]
+fn runs_by_trees_are_those_of_every_texel_to_the_last_bit() {
+    let cpu = Cpu::new();
+    let mut random = Random::new(1811);
+    let medium = fog();
+    let (mut rays_seen, mut by_tree, mut visits) = (0_u64, 0_u64, [0_u64; 2]);
+    for number in 0..cases(50).cases {
+        let geometry = casters(&mut random);
+        let (light, eye) = light_and_eye(&mut random, number);
+        let casters = Casters::upload(&cpu, &geometry).unwrap();
+        let resolution = [1, 5, 33, 64, 100, 128][random.below(6) as usize];
+        let map = cpu.shadow_map(&casters, &light, resolution).unwrap();
+        let rays = rays(&mut random, eye, &light);
+        let trees = MapRuns::new(&cpu, &map, &rays, &light, &medium).unwrap();
+        let walked = MapRuns::walked(&map);
+        let oracle = Map {
+            faces: map.faces(),
+            resolution,
+            depth: map.depth(),
+        };
+        for (index, ray) in rays.iter().enumerate() {
+            rays_seen += 1;
+            let Some(path) = LightPath::new(ray, &light, &medium) else {
+                continue;
+            };
+            let expected = lit(&walked, &path);
+            let actual = lit(&trees, &path);
+            let context = format!("{number} {index}: {resolution} {light:?} {ray:?}");
+            assert_eq!(actual, expected, "{context}");
+            let looks = [trees.visits(&path), walked.visits(&path)];
+            by_tree += u64::from(looks[0].nodes > 0);
+            if looks[0].nodes > 0 {
+                visits[0] += looks[0].nodes + looks[0].texels;
+                visits[1] += looks[1].texels;
+            }
+            let span = path.span();
+            let truth = oracle.runs(ray, span);
+            let finite = |x: f32| f64::from(x).min(1e30);
+            let found: Vec<[f64; 2]> = actual
+                .iter()
+                .map(|part| [finite(part.interval.start), finite(part.interval.end)])
+                .collect();
+            let truth: Vec<[f64; 2]> = truth.iter().map(|run| run.map(|t| t.min(1e30))).collect();
+            let largest = truth
+                .iter()
+                .chain(&found)
+                .flatten()
+                .fold(0.0, |most: f64, end| {
+                    if *end < 1e30 {
+                        most.max(end.abs())
+                    } else {
+                        most
+                    }
+                });
+            let ends = 2 * (truth.len() + found.len());
+            let allowed = ends as f64 * Allowed::MapRunEnds.error() * (largest + 20.0);
+            let differs = difference(&truth, &found);
+            assert!(
+                differs <= allowed,
+                "{context}: {differs:e}\n{truth:?}\n{found:?}"
+            );
+        }
+    }
+    println!("{rays_seen} rays, {by_tree} by trees, which looked at {visits:?}");
+    assert!(by_tree * 2 > rays_seen, "{by_tree} of {rays_seen}");
+}
+
+/// The point test of the map, at the middle of each run and of each gap.
+#[test]
+fn runs_are_what_the_map_says_of_points() {
+    let cpu = Cpu::new();
+    let (mut asked, mut others) = (0, 0);
+    for embedded in Embedded::ALL {
+        let scene = TestScene::new(embedded, 40, 30);
+        let casters = Casters::upload(&cpu, &scene.geometry).unwrap();
+        for light in &scene.emitters {
+            let map = cpu.shadow_map(&casters, light, 200).unwrap();
+            let runs = MapRuns::new(&cpu, &map, &scene.rays, light, &scene.medium).unwrap();
+            for ray in &scene.rays {
+                let Some(path) = LightPath::new(ray, light, &scene.medium) else {
+                    continue;
+                };
+                let mut last = path.span().start;
+                for part in lit(&runs, &path) {
+                    let Interval { start, end } = part.interval;
+                    let parts = [(last, start, false), (start, end, true)];
+                    for (a, b, is_lit) in parts {
+                        if b.is_finite() && b - a > 1e-3 * b {
+                            asked += 1;
+                            others += i32::from(map.is_lit(ray.at(0.5 * (a + b))) != is_lit);
+                        }
+                    }
+                    last = end;
+                }
+            }
+        }
+    }
+    println!("{others} of {asked} points differ");
+    assert!(
+        f64::from(others) <= Allowed::GpuMarchRays.error() * f64::from(asked),
+        "{others} of {asked}"
+    );
+}
+
+/// A tree says of most of a ray at once what it is.
+#[test]
+fn trees_look_at_an_eighth_of_the_texels_of_a_closed_city() {
+    let cpu = Cpu::new();
+    let scene = TestScene::new(Embedded::City, 96, 54);
+    let casters = Casters::upload(&cpu, &scene.geometry).unwrap();
+    let sun = &scene.emitters[0];
+    let map = cpu.shadow_map(&casters, sun, 2048).unwrap();
+    let trees = MapRuns::new(&cpu, &map, &scene.rays, sun, &scene.medium).unwrap();
+    let walked = MapRuns::walked(&map);
+    let (mut by_tree, mut by_walk) = (Visits::default(), Visits::default());
+    for ray in &scene.rays {
+        let Some(path) = LightPath::new(ray, sun, &scene.medium) else {
+            continue;
+        };
+        for (sum, source) in [(&mut by_tree, &trees), (&mut by_walk, &walked)] {
+            let visits = source.visits(&path);
+            sum.nodes += visits.nodes;
+            sum.texels += visits.texels;
+            sum.runs += visits.runs;
+        }
+    }
+    let rays = scene.rays.len() as f64;
+    let per_ray = |visits: Visits| {
+        [visits.nodes, visits.texels, visits.runs].map(|count| count as f64 / rays)
+    };
+    let ([nodes, texels, runs], [_, crossed, _]) = (per_ray(by_tree), per_ray(by_walk));
+    println!(
+        "per ray: {crossed:.1} texels, {runs:.2} runs; {nodes:.1} nodes and {texels:.1} texels by trees of {} MiB",
+        trees.bytes() >> 20
+    );
+    assert!(nodes <= 0.12 * crossed && nodes <= 10.0 * runs);
+}
