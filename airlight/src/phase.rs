@@ -26,7 +26,7 @@ pub trait Phase: Sync {
 
     /// How many times as large as for Henyey–Greenstein's function the error of
     /// a quadrature is whose nodes were placed by [`peaks`](Phase::peaks): more
-    /// than 1 if the function falls more steeply beside its forward peak. See
+    /// than 1 if the function falls more steeply beside a peak. See
     /// [`Quadrature::with_tolerance`](crate::Quadrature::with_tolerance).
     fn steepness(&self) -> f64 {
         1.0
@@ -181,9 +181,11 @@ impl Phase for PhaseFunction {
         // With `tan(θ/2) = b` and the inverse square they fall beside a sharp peak
         // like (1 + b²) / b⁴ and (1 + b⁴) / (b³ (1 + b²)^{3/2}), where
         // Henyey–Greenstein's does like (1 + b²)^{1/2} / b³. Measured: 2.5 and 1.3
-        // times the error.
+        // times the error. Towards its backward peak Schlick's grows more steeply, too:
+        // 1.7 times the error at k = −0.9999.
         match *self {
             Self::Schlick { k } if k > 0.0 => 4.0,
+            Self::Schlick { k } if k < 0.0 => 3.0,
             Self::CornetteShanks { g } if g > 0.0 => 2.0,
             _ => 1.0,
         }

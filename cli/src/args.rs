@@ -5,12 +5,14 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use glam::Vec3;
 use lighting::methods::Registry;
 use lighting::scene::Bounds;
 
 use crate::devices::BackendName;
-use crate::parse::{self, Size};
+use crate::parse::{self, Size, Square};
+use crate::scene_options::{FileOptions, StageOptions};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -30,9 +32,14 @@ Examples:
   crepuscular render city --shadows city.cpvs -o city.png
       Render with them, on surfaces and in the air.
 
-Scenes are glTF, GLB, PLY, HAIR or VOL files, or names of embedded ones (`crepuscular scenes`). \
-A scene without a camera, a light or a medium is given one, and the output says so. \
-Lengths are metres, coefficients 1/m, light is linear RGB.";
+Scenes are glTF, GLB, PLY, OBJ, HAIR or VOL files, or names of embedded ones (`crepuscular scenes`). \
+A scene without a camera, a light or a medium is given one, and a note says so. \
+Lengths are metres, coefficients 1/m, light is linear RGB.
+
+Results go to standard output; notes, progress and errors to standard error. The exit code is 0, or 1 \
+for a comparison that measured nothing, or 2 \
+if something is wrong with what was asked for, or 128 and the number of the signal that ended the \
+program: 130 after Ctrl-C.";
 
 /// Light and shadow in fog: which method, at which quality, is worth its time?
 ///
@@ -45,6 +52,10 @@ Lengths are metres, coefficients 1/m, light is linear RGB.";
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+
+    /// No notes, no progress, no summary: only errors, warnings and what was asked for
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
 }
 
 impl Arguments {
@@ -53,8 +64,13 @@ impl Arguments {
         methods: &Registry,
         arguments: impl IntoIterator<Item = OsString>,
     ) -> Result<Self, clap::Error> {
-        let command = with_names(Self::command(), methods);
+        let command = Self::command(methods);
         Self::from_arg_matches(&command.try_get_matches_from(arguments)?)
+    }
+
+    /// The whole command line.
+    pub(crate) fn command(methods: &Registry) -> clap::Command {
+        with_names(<Self as CommandFactory>::command(), methods)
     }
 }
 
@@ -79,9 +95,10 @@ pub(crate) enum Command {
     Render(Render),
     Bake(Bake),
     Inspect(Inspect),
-    /// List the methods: what each is for and who described it
-    Methods,
+    Methods(Methods),
     Scenes(Scenes),
+    Completions(Completions),
+    Man(Man),
 }
 
 /// Measure every method at every quality: error against run time
@@ -107,11 +124,11 @@ pub(crate) enum Command {
 /// "g": 0.6, "box": [[-5, 0, -5], [5, 3, 5]]}}; the options of the medium have the last word.
 ///
 /// Until it is complete the report is in a folder beside DIR that is called
-/// DIR.tmp- and a few letters. A run that is killed leaves it behind; it can be
-/// deleted.
+/// DIR.tmp- and a few letters. A run that is killed (SIGKILL) leaves it behind; it
+/// can be deleted.
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// A glTF, GLB, PLY, HAIR or VOL file, or the name of an embedded scene
+    /// A glTF, GLB, PLY, OBJ, HAIR or VOL file, or the name of an embedded scene
     #[arg(default_value = "city")]
     pub(crate) scene: String,
 
@@ -177,7 +194,7 @@ pub(crate) struct Compare {
 /// 1 - exp(-x) per channel, then sRGB.
 #[derive(Debug, Args)]
 pub(crate) struct Render {
-    /// A glTF, GLB, PLY, HAIR or VOL file, or the name of an embedded scene
+    /// A glTF, GLB, PLY, OBJ, HAIR or VOL file, or the name of an embedded scene
     pub(crate) scene: String,
 
     /// File to write: .png or .exr
@@ -236,6 +253,22 @@ pub(crate) struct Render {
     #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse::size, allow_hyphen_values = true)]
     pub(crate) size: Size,
 
+    /// Rays per pixel, the mean of which it shows: 1, 4, 9, 16 or any other square up
+    /// to 1024, in a grid that is the same in every pixel and every run
+    #[arg(long, value_name = "N", default_value = "1", value_parser = parse::square, allow_negative_numbers = true)]
+    pub(crate) spp: Square,
+
+    /// Write what the picture consists of into the EXR file too: surfaces, fog,
+    /// transmittance, and the surfaces and the fog of each light
+    ///
+    /// R, G and B are surfaces.R + fog.R and so on. surfaces.* is emitted.* +
+    /// indirect.* + the sum of light.N.surfaces.*; fog.* is the sum of
+    /// light.N.fog.*. transmittance.* is the share of a surface's light that the
+    /// fog before it lets through. N is the light's number, from 0, with its name
+    /// if it has one.
+    #[arg(long)]
+    pub(crate) layers: bool,
+
     /// Stops for the PNG [default: the 95th percentile at two thirds of white]
     #[arg(long, value_name = "STOPS", value_parser = parse::finite, allow_negative_numbers = true)]
     pub(crate) exposure: Option<f32>,
@@ -289,15 +322,16 @@ pub(crate) struct IndirectOptions {
 /// far enough outside of the scene), six otherwise. Closed solids compress best; parts with holes are baked as surfaces,
 /// and the output says so.
 ///
-/// Every ten seconds or so, and on Ctrl-C, what is finished goes to a file
-/// beside the output, FILE.part, from which --resume goes on. The output itself
-/// appears when it is complete. A second Ctrl-C ends the program at once.
+/// Every ten seconds or so, and when it is told to end (Ctrl-C, SIGTERM), what is
+/// finished goes to a file beside the output, FILE.part, from which --resume goes
+/// on. The output itself appears when it is complete. A second Ctrl-C ends the
+/// program at once. Beside a pipe or a device there is no FILE.part.
 #[derive(Debug, Args)]
 pub(crate) struct Bake {
-    /// A glTF, GLB or PLY file, or the name of an embedded scene
+    /// A glTF, GLB, PLY or OBJ file, or the name of an embedded scene
     pub(crate) scene: String,
 
-    /// The light: its number, from 0, or its kind if there is only one of it
+    /// The light: its number, from 0, its name, or its kind if there is only one of it
     /// (point, spot, directional) [default: the only light]
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub(crate) light: Option<String>,
@@ -332,6 +366,12 @@ pub(crate) struct Bake {
     /// Seed of an embedded scene [default: 1]
     #[arg(long)]
     pub(crate) seed: Option<u64>,
+
+    #[command(flatten)]
+    pub(crate) stage: StageOptions,
+
+    #[command(flatten)]
+    pub(crate) file: FileOptions,
 }
 
 /// How nodes of precomputed shadows are stored.
@@ -349,6 +389,33 @@ pub(crate) enum NodeForm {
 pub(crate) struct Inspect {
     /// A file that `bake` wrote
     pub(crate) file: PathBuf,
+
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// List the methods: what each is for and who described it
+#[derive(Debug, Args)]
+pub(crate) struct Methods {
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Write a script that lets a shell complete commands and options
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// The shell, which reads the script when it starts: for bash, from a file in
+    /// ~/.local/share/bash-completion/completions
+    pub(crate) shell: Shell,
+}
+
+/// Write the manual in the format of `man`
+#[derive(Debug, Args)]
+pub(crate) struct Man {
+    /// The command whose page is written [default: that of the program]
+    pub(crate) command: Option<String>,
 }
 
 /// List the embedded scenes and how hard they are
@@ -361,6 +428,10 @@ pub(crate) struct Scenes {
     /// Resolution of the light map that the figures are counted in
     #[arg(long, value_name = "TEXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) map: u32,
+
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// What is in the scene and how its lights are treated.
@@ -384,7 +455,13 @@ pub(crate) struct SceneOptions {
     pub(crate) map: Option<u32>,
 
     #[command(flatten)]
+    pub(crate) stage: StageOptions,
+
+    #[command(flatten)]
     pub(crate) medium: MediumOptions,
+
+    #[command(flatten)]
+    pub(crate) file: FileOptions,
 }
 
 /// Overrides of the scene's medium.
@@ -429,18 +506,16 @@ pub(crate) enum Phase {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]
     fn the_definition_is_consistent() {
-        with_names(Arguments::command(), &Registry::standard()).debug_assert();
+        Arguments::command(&Registry::standard()).debug_assert();
     }
 
     #[test]
     fn every_command_explains_itself() {
-        let mut command = Arguments::command();
+        let mut command = Arguments::command(&Registry::standard());
         let text = command.render_long_help().to_string();
         assert!(text.contains("Examples:") && text.contains("compare"));
         for sub in command.get_subcommands() {

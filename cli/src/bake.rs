@@ -16,8 +16,8 @@ use crate::failure::Failure;
 use crate::format::{bytes, count, seconds, significant};
 use crate::input::Input;
 use crate::output::PendingFile;
-use crate::print::print;
-use crate::{interrupt, progress};
+use crate::print::{note, summarise};
+use crate::{interrupt, progress, suggest};
 
 /// Time between two checkpoints, at least.
 const PAUSE: Duration = Duration::from_secs(10);
@@ -32,14 +32,18 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     let clock = Instant::now();
     let mut input = Input::load(&args.scene, &scene_options(args))?;
     let emitter = emitter(&input.scene.lights, args.light.as_deref())?;
-    let part = checkpoint::path(&args.output);
-    let saved = match args.resume {
-        true => checkpoint::read(&part)?,
-        false => None,
+    let part = file.is_regular().then(|| checkpoint::path(&args.output));
+    let saved = match &part {
+        Some(part) if args.resume => checkpoint::read(part)?,
+        _ => None,
     };
     if args.resume && saved.is_none() {
-        let note = format!("there is no {} to go on from", part.display());
-        input.notes.push(note);
+        let missing = part
+            .as_ref()
+            .map_or("nothing".into(), |part| format!("no {}", part.display()));
+        input
+            .notes
+            .push(format!("there is {missing} to go on from"));
     }
 
     if !input.scene.translucent.is_empty() {
@@ -50,14 +54,14 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     let spinner = progress::spinner("sorting triangles");
     let emitters = std::slice::from_ref(&emitter);
     let mut bake = precomputed::bake(&input.geometry, emitters, resolution, Builder::new())?;
-    if let Some(saved) = saved {
+    if let (Some(saved), Some(part)) = (saved, &part) {
         let resumed = bake.resume(&saved);
         resumed.map_err(|error| Failure::from(error).about(&part.display().to_string()))?;
     }
     let watertightness = bake.watertightness();
     let (_, grids) = bake.grid();
     spinner.finish_and_clear();
-    run_bake(&mut bake, &stop, &part)?;
+    run_bake(&mut bake, &stop, part.as_deref())?;
     let spinner = progress::spinner("putting tiles together");
     let form = match args.form {
         NodeForm::Plain => Form::Plain,
@@ -65,15 +69,14 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     };
     let content = bake.finish()?.to_form(form)?.to_bytes();
     file.finish(&content)?;
-    checkpoint::remove(&part)?;
-    spinner.finish_and_clear();
-    let mut text = String::new();
-    for note in &input.notes {
-        text += &format!("note: {note}\n");
+    if let Some(part) = &part {
+        checkpoint::remove(part)?;
     }
-    text += &describe_watertightness(watertightness);
+    spinner.finish_and_clear();
+    input.notes.extend(describe_watertightness(watertightness));
+    note(&input.notes);
     let maps = 2.0 * f64::from(args.resolution).powi(2) * grids as f64;
-    text += &format!(
+    let text = format!(
         "{}: {} of {}³ voxels in {}, 1/{} of 16-bit shadow maps; {}\n",
         args.output.display(),
         count(grids, "grid"),
@@ -82,7 +85,7 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
         significant(maps / content.len() as f64),
         seconds(clock.elapsed().as_secs_f64())
     );
-    print(&text)
+    summarise(&text)
 }
 
 /// The scene without anything that a bake does not ask for.
@@ -92,7 +95,9 @@ fn scene_options(args: &Bake) -> SceneOptions {
         lights: 1,
         no_shadow: args.no_shadow.clone(),
         map: None,
+        stage: args.stage,
         medium: MediumOptions::default(),
+        file: args.file.clone(),
     }
 }
 
@@ -102,7 +107,10 @@ fn emitter(lights: &[Light], name: Option<&str>) -> Result<Emitter, Failure> {
         let names = lights.iter().enumerate();
         let names: Vec<String> = names
             .take(12)
-            .map(|(index, light)| format!("{index} {}", light.kind()))
+            .map(|(index, light)| match light.name() {
+                "" => format!("{index} {}", light.kind()),
+                name => format!("{index} {} \"{}\"", light.kind(), printable(name)),
+            })
             .collect();
         let more = if lights.len() > names.len() {
             ", …"
@@ -121,18 +129,22 @@ fn emitter(lights: &[Light], name: Option<&str>) -> Result<Emitter, Failure> {
             )));
         }
         (Some(name), _) => {
-            let by_kind = |light: &Light| {
-                light.kind() == name || (name == "sun" && light.kind() == "directional")
+            let is_meant = |light: &Light| {
+                let is_sun = name == "sun" && light.kind() == "directional";
+                is_sun || light.kind() == name || (!name.is_empty() && light.name() == name)
             };
-            let matching = lights.iter().filter(|light| by_kind(light)).count();
+            let matching = lights.iter().filter(|light| is_meant(light)).count();
             let found = match name.parse() {
                 Ok(index) => Some(index).filter(|index| *index < lights.len()),
-                Err(_) if matching == 1 => lights.iter().position(by_kind),
+                Err(_) if matching == 1 => lights.iter().position(is_meant),
                 Err(_) => None,
             };
             found.ok_or_else(|| {
                 let why = match matching {
-                    0 => "there is no such light".into(),
+                    0 => {
+                        let names = lights.iter().flat_map(|light| [light.kind(), light.name()]);
+                        format!("there is no such light{}", suggest::question(name, names))
+                    }
                     _ => format!("there are {matching} of them"),
                 };
                 Failure::new(format!("--light {name}: {why}; {}", list()))
@@ -149,9 +161,15 @@ fn emitter(lights: &[Light], name: Option<&str>) -> Result<Emitter, Failure> {
     Ok(emitters.swap_remove(0))
 }
 
+/// The beginning of a name, without what controls a terminal.
+fn printable(name: &str) -> String {
+    let shown = |c: char| if c.is_control() { '?' } else { c };
+    name.chars().take(60).map(shown).collect()
+}
+
 /// What the bake says about the scene.
-fn describe_watertightness(watertightness: Watertightness) -> String {
-    let mut text = String::new();
+fn describe_watertightness(watertightness: Watertightness) -> Vec<String> {
+    let mut notes = Vec::new();
     let Watertightness {
         parts,
         open_parts,
@@ -159,19 +177,19 @@ fn describe_watertightness(watertightness: Watertightness) -> String {
         open_edges,
     } = watertightness;
     if open_parts > 0 {
-        text += &format!(
-            "note: {open_parts} of {} have holes ({}): baked as surfaces, which takes more time and space\n",
+        notes.push(format!(
+            "{open_parts} of {} have holes ({}): baked as surfaces, which takes more time and space",
             count(parts, "part"),
             count(open_edges, "open edge")
-        );
+        ));
     }
     if inverted_parts > 0 {
-        text += &format!(
-            "note: {inverted_parts} of {} are turned inside out, or cavities: baked as surfaces\n",
+        notes.push(format!(
+            "{inverted_parts} of {} are turned inside out, or cavities: baked as surfaces",
             count(parts, "part")
-        );
+        ));
     }
-    text
+    notes
 }
 
 /// Why a bake ended early.
@@ -186,8 +204,9 @@ impl From<shadow_dag::Error> for Ended {
     }
 }
 
-/// Makes all tiles of all grids, with checkpoints at `part`.
-fn run_bake(bake: &mut SetBake<'_>, stop: &AtomicBool, part: &Path) -> Result<(), Failure> {
+/// Makes all tiles of all grids, with checkpoints at `part`, if there is a place for
+/// them.
+fn run_bake(bake: &mut SetBake<'_>, stop: &AtomicBool, part: Option<&Path>) -> Result<(), Failure> {
     let what = match bake.grid() {
         (_, 1) => "shadows",
         _ => "shadows, of several grids",
@@ -198,14 +217,20 @@ fn run_bake(bake: &mut SetBake<'_>, stop: &AtomicBool, part: &Path) -> Result<()
         stop,
         PAUSE,
         |progress| bar.set_position(progress.finished as u64),
-        |bake| checkpoint::save(part, bake).map_err(Ended::Save),
+        |bake| match part {
+            Some(part) => checkpoint::save(part, bake).map_err(Ended::Save),
+            None => Ok(()),
+        },
     );
     bar.finish_and_clear();
     ended.map_err(|ended| match ended {
-        Ended::Bake(shadow_dag::Error::Cancelled { finished, tiles }) => Failure::new(format!(
-            "interrupted after {finished} of {tiles} tiles; --resume goes on from {}",
-            part.display()
-        )),
+        Ended::Bake(shadow_dag::Error::Cancelled { finished, tiles }) => {
+            let begin = format!("interrupted after {finished} of {tiles} tiles");
+            Failure::new(match part {
+                Some(part) => format!("{begin}; --resume goes on from {}", part.display()),
+                None => format!("{begin}, which are lost: the output is no regular file"),
+            })
+        }
         Ended::Bake(error) => error.into(),
         Ended::Save(failure) => failure,
     })
@@ -214,6 +239,7 @@ fn run_bake(bake: &mut SetBake<'_>, stop: &AtomicBool, part: &Path) -> Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene_options::{FileOptions, StageOptions};
 
     #[test]
     fn an_interruption_after_the_last_tile_leaves_a_checkpoint() {
@@ -224,7 +250,9 @@ mod tests {
             no_shadow: Vec::new(),
             lights: 1,
             map: None,
+            stage: StageOptions::default(),
             medium: MediumOptions::default(),
+            file: FileOptions::default(),
         };
         let input = Input::load("city", &options).unwrap();
         let resolution = Resolution::new(64).unwrap();
@@ -236,13 +264,15 @@ mod tests {
         bake.advance(&Cpu::new(), usize::MAX, &never, |_| {})
             .unwrap();
         assert!(bake.progress().is_complete());
-        let error = run_bake(&mut bake, &asked, &part).unwrap_err().to_string();
+        let error = run_bake(&mut bake, &asked, Some(&part))
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("interrupted after"), "{error}");
 
         let saved = checkpoint::read(&part).unwrap().unwrap();
         let mut resumed = begin();
         resumed.resume(&saved).unwrap();
-        run_bake(&mut resumed, &never, &part).unwrap();
+        run_bake(&mut resumed, &never, Some(&part)).unwrap();
         let expected = bake.finish().unwrap();
         assert!(resumed.finish().unwrap().to_bytes() == expected.to_bytes());
     }

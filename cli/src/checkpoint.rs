@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use shadow_dag::SetBake;
 
 use crate::failure::Failure;
+use crate::file;
 use crate::output::PendingFile;
 
 /// Where the checkpoint of `output` is.
@@ -24,7 +25,7 @@ pub(crate) fn save(path: &Path, bake: &SetBake<'_>) -> Result<(), Failure> {
 
 /// The bytes of a checkpoint, if there is one at `path`.
 pub(crate) fn read(path: &Path) -> Result<Option<Vec<u8>>, Failure> {
-    match fs::read(path) {
+    match file::read(path) {
         Ok(bytes) => Ok(Some(bytes)),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
         Err(error) => Err(about(path, error)),

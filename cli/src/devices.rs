@@ -64,7 +64,7 @@ pub(crate) fn find(asked: &[BackendName]) -> Result<(Vec<Device>, Option<String>
     }
     if any || asked.contains(&BackendName::Gpu) {
         let required = !any || std::env::var(REQUIRE_VARIABLE).is_ok_and(|value| value == "1");
-        match Context::request() {
+        match without_chatter(Context::request) {
             Ok(context) => present.push(Device::gpu(context, required)),
             Err(error) if required => return Err(error.into()),
             Err(error) => {
@@ -74,4 +74,29 @@ pub(crate) fn find(asked: &[BackendName]) -> Result<(Vec<Device>, Option<String>
         }
     }
     Ok((present, missing))
+}
+
+/// Does something while drivers cannot write to standard error, where they complain
+/// of environments that nobody asked them about.
+#[cfg(unix)]
+fn without_chatter<T>(work: impl FnOnce() -> T) -> T {
+    use rustix::stdio::{dup2_stderr, stderr};
+
+    let silent = std::fs::File::options().write(true).open("/dev/null");
+    let saved = rustix::io::fcntl_dupfd_cloexec(stderr(), 3);
+    let (Ok(silent), Ok(saved)) = (silent, saved) else {
+        return work();
+    };
+    let is_silent = dup2_stderr(silent).is_ok();
+    let result = work();
+    if is_silent {
+        // If this fails nothing more can be said anyway.
+        let _ = dup2_stderr(saved);
+    }
+    result
+}
+
+#[cfg(not(unix))]
+fn without_chatter<T>(work: impl FnOnce() -> T) -> T {
+    work()
 }

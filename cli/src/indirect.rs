@@ -14,6 +14,7 @@ use lighting::scene::view::View;
 use crate::args::{IndirectOptions, SurfaceScattering};
 use crate::devices::Device;
 use crate::failure::Failure;
+use crate::file;
 use crate::format::count;
 use crate::input::Input;
 use crate::parse;
@@ -135,11 +136,26 @@ fn read(text: &str) -> Result<Environment, Failure> {
     Environment::new(width, height, texels).map_err(|error| about(error.into()))
 }
 
+/// Environments have at most as many texels, which is 16384 × 8192.
+const MAX_TEXELS: usize = 1 << 27;
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, Failure> {
+    file::read(path).map_err(|error| Failure::from(error).about(&path.display().to_string()))
+}
+
 /// Width, height and linear RGB.
 type Texels = (usize, usize, Vec<[f32; 3]>);
 
 fn exr_texels(path: &Path) -> Result<Texels, Failure> {
     let named = |error: exr::error::Error| Failure::from(error).about(&path.display().to_string());
+    let file = bytes_of(path)?;
+    let head = exr::meta::MetaData::read_from_buffered(&file[..], false).map_err(named)?;
+    // Memory for all texels is taken before the first of them is read.
+    let texels = head.headers.iter().map(|head| head.layer_size.area()).max();
+    if texels.is_some_and(|texels| texels > MAX_TEXELS) {
+        let message = format!("it has more than {MAX_TEXELS} pixels");
+        return Err(Failure::new(message).about(&path.display().to_string()));
+    }
     let read = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -151,7 +167,7 @@ fn exr_texels(path: &Path) -> Result<Texels, Failure> {
         )
         .first_valid_layer()
         .all_attributes()
-        .from_file(path)
+        .from_buffered(std::io::Cursor::new(file))
         .map_err(named)?;
     let size = read.layer_data.size;
     let (_, texels) = read.layer_data.channel_data.pixels;
@@ -161,8 +177,12 @@ fn exr_texels(path: &Path) -> Result<Texels, Failure> {
 /// PNG and JPEG are taken as sRGB.
 fn image_texels(path: &Path) -> Result<Texels, Failure> {
     let named = |failure: Failure| failure.about(&path.display().to_string());
-    let reader = image::ImageReader::open(path)
-        .map_err(|error| named(error.into()))?
+    let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes_of(path)?));
+    // What the name says, unless the contents say otherwise.
+    if let Ok(format) = image::ImageFormat::from_path(path) {
+        reader.set_format(format);
+    }
+    let reader = reader
         .with_guessed_format()
         .map_err(|error| named(error.into()))?;
     let is_linear = reader.format() == Some(image::ImageFormat::Hdr);

@@ -1,20 +1,26 @@
 //! A scene from the command line, ready to be measured or rendered.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::Vec3;
 use gpu_backend::Host;
 use lighting::Emitter;
 use lighting::methods::{Store, tracer};
-use lighting::scene::load::{LoadOptions, Loaded, scene_from_path};
+use lighting::scene::load::{Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
-use lighting::scene::{AreaEmitters, Bounds, Camera, Geometry, Medium, PhaseFunction, Scene};
+use lighting::scene::{
+    AreaEmitters, Bounds, Camera, Geometry, Medium, PhaseFunction, Scene, SceneError,
+};
 
 use crate::args::{MediumOptions, Phase, SceneOptions};
 use crate::failure::Failure;
 use crate::format::count;
-use crate::progress;
+use crate::parse::Size;
+use crate::scene_options::FileOptions;
+use crate::{progress, suggest};
 
 /// A checked scene with everything that does not depend on the picture.
 pub(crate) struct Input {
@@ -25,32 +31,46 @@ pub(crate) struct Input {
     pub(crate) host: Store<Host>,
     /// Every light as emitters, area lights as several.
     pub(crate) emitters: Vec<Emitter>,
-    /// Of which light of the scene each of them is.
-    owners: Vec<usize>,
+    /// Which emitters each light consists of.
+    pub(crate) of_light: Vec<Range<usize>>,
     /// What was placed, assumed or ignored.
     pub(crate) notes: Vec<String>,
 }
 
 impl Input {
-    /// Reads or builds the scene that `name` stands for.
+    /// Reads or builds the scene that `name` stands for, to be seen in pictures that
+    /// are as wide as high, or wider.
     pub(crate) fn load(name: &str, options: &SceneOptions) -> Result<Self, Failure> {
+        Self::for_pictures(name, options, 1.0)
+    }
+
+    /// The same for pictures of one size.
+    pub(crate) fn for_picture(
+        name: &str,
+        options: &SceneOptions,
+        size: Size,
+    ) -> Result<Self, Failure> {
+        let aspect = f64::from(size.width) / f64::from(size.height);
+        // Nobody steps back any number of times to see all of it through a slit.
+        Self::for_pictures(name, options, aspect.clamp(0.5, 4.0) as f32)
+    }
+
+    fn for_pictures(name: &str, options: &SceneOptions, aspect: f32) -> Result<Self, Failure> {
         let spinner = progress::spinner("loading the scene");
         let Loaded {
             mut scene,
             mut notes,
-            ..
-        } = read(name, options.seed)?;
+            offset,
+        } = read(name, options.seed, &options.file)?;
         let about = |failure: Failure| failure.about(name);
+        let is_bare = scene.camera.is_none() && scene.lights.is_empty();
+        options.stage.place(&mut scene, offset)?;
         for meant in &options.no_shadow {
-            if scene.set_casts_shadow(meant, false) == 0 {
-                return Err(Failure::new(format!(
-                    "--no-shadow {meant}: no object, mesh or material has that name"
-                ))
-                .about(name));
-            }
+            take_shadow(&mut scene, meant).map_err(about)?;
         }
-        notes.extend(scene.lay_floor().map(|floor| floor.to_string()));
-        let geometry = Geometry::new(&scene).map_err(|error| about(error.into()))?;
+        let floor = scene.lay_floor();
+        notes.extend(floor.as_ref().map(ToString::to_string));
+        let mut geometry = Geometry::new(&scene).map_err(|error| about(error.into()))?;
         if geometry.dropped() > 0 {
             notes.push(format!(
                 "{} without area left out",
@@ -60,20 +80,40 @@ impl Input {
         for caster in &scene.translucent {
             notes.push(format!("translucent: {}", caster.describe()));
         }
-        let bounds = match scene.translucent_bounds() {
-            Some(bounds) => bounds.around(geometry.bounds()),
-            None => geometry.bounds(),
+        let mut bounds = self::bounds(&scene, &geometry);
+        // What was laid below hair and smoke need not be in view.
+        let solid = if floor.is_none() {
+            geometry.triangles()
+        } else {
+            &[]
         };
-        let placed = scene
-            .complete(bounds)
-            .map_err(|error| about(error.into()))?;
+        let points = solid.as_flattened().iter().copied();
+        let points = points.chain(translucent_corners(&scene));
+        let placed = scene.complete_around(bounds, points, aspect);
+        let placed = placed.map_err(|error| about(error.into()))?;
+        options
+            .stage
+            .brighten(&mut scene, 0.5 * (bounds.min() + bounds.max()));
         notes.extend(placed.iter().map(ToString::to_string));
+        if is_bare
+            && !options.stage.no_ground
+            && let Some(ground) = scene.lay_ground(&geometry)
+        {
+            notes.push(ground.to_string());
+            geometry = Geometry::new(&scene).map_err(|error| about(error.into()))?;
+        }
+        if is_bare {
+            // The light and the camera are outside of the model; what is clear enough for
+            // these paths lets it be seen.
+            bounds = surroundings(bounds).map_err(|error| about(error.into()))?;
+        }
         set_medium(&mut scene, bounds, &options.medium, &mut notes)?;
-        let (mut emitters, mut owners) = (Vec::new(), Vec::new());
-        for (index, light) in scene.lights.iter().enumerate() {
+        let (mut emitters, mut of_light) = (Vec::new(), Vec::new());
+        for light in &scene.lights {
+            let begin = emitters.len();
             let found = light.emitters(options.lights);
             emitters.extend(found.map_err(|error| about(error.into()))?);
-            owners.resize(emitters.len(), index);
+            of_light.push(begin..emitters.len());
         }
         let host = Store::new();
         let tracer = tracer(&host, &geometry)?;
@@ -84,7 +124,7 @@ impl Input {
             tracer,
             host,
             emitters,
-            owners,
+            of_light,
             notes,
         })
     }
@@ -99,7 +139,11 @@ impl Input {
 
     /// The area lights of some of the emitters, which are numbered anew.
     pub(crate) fn areas(&self, emitters: &[usize]) -> Vec<AreaEmitters> {
-        let owners: Vec<usize> = emitters.iter().map(|index| self.owners[*index]).collect();
+        let owner = |emitter: &usize| {
+            let has_it = |range: &Range<usize>| range.contains(emitter);
+            self.of_light.iter().position(has_it)
+        };
+        let owners: Vec<usize> = emitters.iter().filter_map(owner).collect();
         AreaEmitters::find(&self.scene.lights, &owners)
     }
 
@@ -108,6 +152,12 @@ impl Input {
         self.scene
             .camera
             .ok_or_else(|| Failure::new("the scene has no camera, and none could be placed"))
+    }
+
+    /// The emitters of these numbers.
+    pub(crate) fn picked(&self, indices: &[usize]) -> Vec<Emitter> {
+        let emitters = indices.iter().map(|index| self.emitters[*index].clone());
+        emitters.collect()
     }
 
     /// [`Input::light_kinds`] as a noun: `point light`, `165 spot lights`.
@@ -143,9 +193,56 @@ impl Input {
     }
 }
 
+/// A box around all that is in the scene.
+fn bounds(scene: &Scene, geometry: &Geometry) -> Bounds {
+    match scene.translucent_bounds() {
+        Some(bounds) => bounds.around(geometry.bounds()),
+        None => geometry.bounds(),
+    }
+}
+
+/// The cube that is twice as large as the ball around a box.
+fn surroundings(bounds: Bounds) -> Result<Bounds, SceneError> {
+    let [min, max] = [bounds.min(), bounds.max()];
+    let (centre, radius) = (0.5 * (min + max), 0.5 * (max - min).length());
+    Bounds::new(centre - 2.0 * radius, centre + 2.0 * radius)
+}
+
+/// The corners of the box around all that is translucent.
+fn translucent_corners(scene: &Scene) -> impl Iterator<Item = Vec3> + use<> {
+    let bounds = scene.translucent_bounds();
+    bounds.into_iter().flat_map(|bounds| {
+        let [min, max] = [bounds.min(), bounds.max()];
+        (0..8).map(move |corner| {
+            let pick = |axis: usize| [min, max][corner >> axis & 1][axis];
+            Vec3::new(pick(0), pick(1), pick(2))
+        })
+    })
+}
+
+/// Lets no shadow fall from what has that name.
+fn take_shadow(scene: &mut Scene, name: &str) -> Result<(), Failure> {
+    if scene.set_casts_shadow(name, false) > 0 {
+        return Ok(());
+    }
+    let objects = scene.instances.iter().map(|instance| &instance.name);
+    let meshes = scene.meshes.iter().map(|mesh| &mesh.name);
+    let materials = scene.materials.iter().map(|material| &material.name);
+    let names = objects.chain(meshes).chain(materials);
+    Err(Failure::new(format!(
+        "--no-shadow {name}: no object, mesh or material has that name{}",
+        suggest::question(name, names)
+    )))
+}
+
 /// The embedded scene of that name, or else the file.
-fn read(name: &str, seed: Option<u64>) -> Result<Loaded, Failure> {
+fn read(name: &str, seed: Option<u64>, options: &FileOptions) -> Result<Loaded, Failure> {
     if let Some(embedded) = Embedded::from_name(name) {
+        if let Some(option) = options.first_given() {
+            return Err(Failure::new(format!(
+                "{option} is that of a file, and {name} is an embedded scene"
+            )));
+        }
         return Ok(Loaded {
             scene: embedded.build(seed.unwrap_or(1)),
             ..Loaded::default()
@@ -153,23 +250,49 @@ fn read(name: &str, seed: Option<u64>) -> Result<Loaded, Failure> {
     }
     let path = Path::new(name);
     if !path.exists() {
-        let names: Vec<&str> = Embedded::ALL.iter().map(|scene| scene.name()).collect();
-        return Err(Failure::new(format!(
-            "there is no file {name}, and no embedded scene of that name; embedded scenes are {}",
-            names.join(", ")
-        )));
+        return Err(no_scene(name));
     }
     if seed.is_some() {
         return Err(Failure::new(format!(
             "--seed is that of an embedded scene, and {name} is a file"
         )));
     }
-    let mut loaded = scene_from_path(path, &LoadOptions::default())
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let is_gltf = matches!(extension.as_deref(), Some("gltf" | "glb"));
+    let mut loaded = scene_from_path(path, &options.for_file(is_gltf)?)
         .map_err(|error| Failure::from(error).about(name))?;
     if let Some(stem) = path.file_name() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
     }
     Ok(loaded)
+}
+
+/// What to say where there is no such scene.
+fn no_scene(name: &str) -> Failure {
+    /// Files of a folder that are compared with the name.
+    const FILES: usize = 10_000;
+    let path = Path::new(name);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let place = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    let files = std::fs::read_dir(place).into_iter().flatten().flatten();
+    let files = files.take(FILES).filter_map(|file| {
+        let file = folder.join(file.file_name());
+        let extension = file.extension()?.to_string_lossy().to_lowercase();
+        let known = ["gltf", "glb", "ply", "obj", "hair", "vol"];
+        known
+            .contains(&&*extension)
+            .then(|| file.display().to_string())
+    });
+    let embedded: Vec<&str> = Embedded::ALL.iter().map(|scene| scene.name()).collect();
+    let names = files.chain(embedded.iter().map(ToString::to_string));
+    Failure::new(format!(
+        "there is no file {name}, and no embedded scene of that name{}; embedded scenes are {}",
+        suggest::question(name, names),
+        embedded.join(", ")
+    ))
 }
 
 /// Applies the options; fills a scene that has no medium with fog unless they
@@ -183,7 +306,7 @@ fn set_medium(
     let coefficients_given = options.sigma_s.is_some() || options.sigma_a.is_some();
     if scene.medium.is_none() {
         if coefficients_given {
-            let zero = glam::Vec3::ZERO;
+            let zero = Vec3::ZERO;
             scene.medium = Some(Medium::new(zero, zero, PhaseFunction::Isotropic)?);
         } else if let Some(placement) = scene.fill_with_fog(bounds)? {
             notes.push(placement.to_string());
@@ -196,7 +319,7 @@ fn set_medium(
     let sigma_s = options.sigma_s.unwrap_or(old.sigma_s());
     let sigma_a = options.sigma_a.unwrap_or(old.sigma_a());
     let medium = Medium::new(sigma_s, sigma_a, phase)?;
-    let vacuum = sigma_s == glam::Vec3::ZERO && sigma_a == glam::Vec3::ZERO;
+    let vacuum = sigma_s == Vec3::ZERO && sigma_a == Vec3::ZERO;
     scene.medium = match options.medium_box.or(old.bounds()) {
         _ if vacuum => None,
         Some(bounds) => Some(medium.within(bounds)),
@@ -252,7 +375,7 @@ pub(crate) fn describe_medium(medium: Option<&Medium>) -> String {
     let Some(medium) = medium else {
         return "vacuum".into();
     };
-    let coefficient = |value: glam::Vec3| {
+    let coefficient = |value: Vec3| {
         let text = |v: f32| crate::format::significant(f64::from(v));
         if value.x == value.y && value.y == value.z {
             text(value.x)

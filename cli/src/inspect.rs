@@ -1,9 +1,11 @@
 //! What is in a file of precomputed voxelized shadows.
 
-use shadow_dag::{Form, LevelSize, ShadowDag, ShadowSet, Slices};
+use serde_json::{Value, json};
+use shadow_dag::{Form, LevelSize, ShadowDag, ShadowSet, Sizes, Slices};
 
 use crate::args::Inspect;
 use crate::failure::Failure;
+use crate::file;
 use crate::format::{bytes, count, significant};
 use crate::print::print;
 
@@ -11,11 +13,129 @@ use crate::print::print;
 pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
     let name = args.file.display().to_string();
     let about = |failure: Failure| failure.about(&name);
-    let file = std::fs::read(&args.file).map_err(|error| about(error.into()))?;
+    let file = file::read(&args.file).map_err(|error| about(error.into()))?;
     let set = ShadowSet::from_bytes(&file).map_err(|error| about(error.into()))?;
     let lights = set.lights().len();
-    let grids: Vec<_> = set.grids().collect();
-    let mut sides: Vec<u32> = grids.iter().map(|grid| grid.resolution().side()).collect();
+    let grids: Vec<Grid> = set.grids().map(Grid::of).collect::<Result<_, _>>()?;
+    let text = if args.json {
+        let grids: Vec<Value> = grids.iter().map(Grid::json).collect();
+        let file = json!({"file": name, "bytes": file.len(), "lights": lights, "grids": grids});
+        format!("{file:#}\n")
+    } else {
+        describe(&name, file.len(), lights, &grids)
+    };
+    print(&text)
+}
+
+/// What there is to say about a grid.
+struct Grid {
+    side: u32,
+    slices: Option<Slices>,
+    form: Form,
+    /// Bytes that it would take in the other form.
+    converted: usize,
+    sizes: Sizes,
+}
+
+impl Grid {
+    fn of(grid: &ShadowDag<&[u8]>) -> Result<Self, Failure> {
+        let other = match grid.form() {
+            Form::Plain => Form::Packed,
+            Form::Packed => Form::Plain,
+        };
+        Ok(Self {
+            side: grid.resolution().side(),
+            slices: grid.light().map(|light| *light.slices()),
+            form: grid.form(),
+            converted: grid.to_form(other)?.as_bytes().len(),
+            sizes: grid.sizes(),
+        })
+    }
+
+    /// The names of its form and of the other one.
+    fn forms(&self) -> [&'static str; 2] {
+        match self.form {
+            Form::Plain => ["plain", "packed"],
+            Form::Packed => ["packed", "plain"],
+        }
+    }
+
+    fn json(&self) -> Value {
+        let light = match &self.slices {
+            None => Value::Null,
+            Some(Slices::Linear) => json!({"kind": "parallel"}),
+            Some(Slices::Logarithmic(ends)) => {
+                json!({"kind": "point", "near": ends.near(), "far": ends.far()})
+            }
+        };
+        let [form, other] = self.forms();
+        let level = |level: &LevelSize| json!({"side": level.side, "nodes": level.nodes, "bytes": level.bytes});
+        let levels: Vec<Value> = self.sizes.levels.iter().map(level).collect();
+        json!({
+            "side": self.side,
+            "light": light,
+            "form": form,
+            "bytes": self.sizes.file,
+            "bytes_in_other_form": {other: self.converted},
+            "bytes_of_head": self.sizes.head,
+            "bytes_of_masks": self.sizes.masks,
+            "bytes_of_shapes": self.sizes.shapes,
+            "bytes_of_top_grid_in_memory": self.sizes.top_grid,
+            "levels": levels,
+        })
+    }
+
+    fn describe(&self) -> String {
+        let sizes = &self.sizes;
+        let mut text = String::new();
+        let mut line = |what: &str, value: &str| text += &format!("  {what:18} {value}\n");
+        let light = match self.slices {
+            None => "not known".into(),
+            Some(Slices::Linear) => "parallel, slices of equal height".into(),
+            Some(Slices::Logarithmic(ends)) => format!(
+                "at a point, slices from {} m to {} m in equal ratios",
+                significant(ends.near()),
+                significant(ends.far())
+            ),
+        };
+        line("light", &light);
+        let [form, other] = self.forms();
+        let converted = bytes(self.converted as u64);
+        line(
+            "form",
+            &format!("{form}; {other} it would take {converted}"),
+        );
+        let map = 2.0 * f64::from(self.side).powi(2);
+        let share = format!(
+            "{}, 1/{} of a 16-bit shadow map",
+            bytes(sizes.file as u64),
+            significant(map / sizes.file as f64)
+        );
+        line("size", &share);
+        line("head", &bytes(sizes.head as u64));
+        line("masks", &bytes(sizes.masks as u64));
+        if sizes.shapes > 0 {
+            line("shapes", &bytes(sizes.shapes as u64));
+        }
+        for LevelSize {
+            side,
+            nodes,
+            bytes: size,
+        } in &sizes.levels
+        {
+            let nodes = format!("{nodes:10} nodes, {}", bytes(*size as u64));
+            line(&format!("level of {side}³"), &nodes);
+        }
+        line(
+            "top grid",
+            &format!("{}, in memory only", bytes(sizes.top_grid as u64)),
+        );
+        text
+    }
+}
+
+fn describe(name: &str, size: usize, lights: usize, grids: &[Grid]) -> String {
+    let mut sides: Vec<u32> = grids.iter().map(|grid| grid.side).collect();
     sides.dedup();
     let sides: Vec<String> = sides.iter().map(|side| format!("{side}³")).collect();
     let of_lights = match lights {
@@ -26,67 +146,13 @@ pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
         "{name}: {}{of_lights} of {} voxels, {}, sound\n",
         count(grids.len(), "grid"),
         sides.join(", "),
-        bytes(file.len() as u64)
+        bytes(size as u64)
     );
     for (index, grid) in grids.iter().enumerate() {
         if grids.len() > 1 {
             text += &format!("\ngrid {index}\n");
         }
-        text += &describe(grid)?;
+        text += &grid.describe();
     }
-    print(&text)
-}
-
-fn describe(grid: &ShadowDag<&[u8]>) -> Result<String, Failure> {
-    let sizes = grid.sizes();
-    let mut text = String::new();
-    let mut line = |what: &str, value: &str| text += &format!("  {what:18} {value}\n");
-    let slices = grid.light().map(|light| *light.slices());
-    let light = match slices {
-        None => "not known".into(),
-        Some(Slices::Linear) => "parallel, slices of equal height".into(),
-        Some(Slices::Logarithmic(ends)) => format!(
-            "at a point, slices from {} m to {} m in equal ratios",
-            significant(ends.near()),
-            significant(ends.far())
-        ),
-    };
-    line("light", &light);
-    let (form, other) = match grid.form() {
-        Form::Plain => ("plain", Form::Packed),
-        Form::Packed => ("packed", Form::Plain),
-    };
-    let converted = grid.to_form(other)?.as_bytes().len();
-    let other = match other {
-        Form::Plain => "plain",
-        Form::Packed => "packed",
-    };
-    let form = format!("{form}; {other} it would take {}", bytes(converted as u64));
-    line("form", &form);
-    let map = 2.0 * f64::from(grid.resolution().side()).powi(2);
-    let share = format!(
-        "{}, 1/{} of a 16-bit shadow map",
-        bytes(sizes.file as u64),
-        significant(map / sizes.file as f64)
-    );
-    line("size", &share);
-    line("head", &bytes(sizes.head as u64));
-    line("masks", &bytes(sizes.masks as u64));
-    if sizes.shapes > 0 {
-        line("shapes", &bytes(sizes.shapes as u64));
-    }
-    for LevelSize {
-        side,
-        nodes,
-        bytes: size,
-    } in &sizes.levels
-    {
-        let nodes = format!("{nodes:10} nodes, {}", bytes(*size as u64));
-        line(&format!("level of {side}³"), &nodes);
-    }
-    line(
-        "top grid",
-        &format!("{}, in memory only", bytes(sizes.top_grid as u64)),
-    );
-    Ok(text)
+    text
 }

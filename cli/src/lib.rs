@@ -18,12 +18,14 @@ mod checkpoint;
 mod compare;
 mod devices;
 mod failure;
+mod file;
 mod format;
 mod indirect;
 mod input;
 mod inspect;
 mod interrupt;
 mod list;
+mod manual;
 mod maps;
 mod output;
 mod parse;
@@ -32,7 +34,9 @@ mod print;
 mod progress;
 mod render;
 mod report;
+mod scene_options;
 mod shadow_files;
+mod suggest;
 mod surfaces;
 
 use std::ffi::OsString;
@@ -50,28 +54,42 @@ pub fn main(methods: &Registry) -> ExitCode {
 
 /// Runs the program with these arguments, the first of which is its name.
 pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let command = match Arguments::read(methods, arguments.iter().cloned()) {
-        Ok(arguments) => arguments.command,
+    let words: Vec<OsString> = arguments.into_iter().collect();
+    let arguments = match Arguments::read(methods, words.iter().cloned()) {
+        Ok(arguments) => arguments,
         Err(error) => {
-            // A closed pipe takes no message.
-            let _ = error.print();
-            return ExitCode::from(error.exit_code().try_into().unwrap_or(USER_ERROR));
+            let code = error.exit_code().try_into().unwrap_or(USER_ERROR);
+            let printed = print::written(error.print());
+            return match (code, printed) {
+                (0, Err(failure)) => complain(&failure),
+                _ => ExitCode::from(code),
+            };
         }
     };
-    let done = match command {
-        Command::Compare(args) => compare::run(methods, &args, &arguments),
+    print::set_quiet(arguments.quiet);
+    let is_comparison = matches!(arguments.command, Command::Compare(_));
+    let done = interrupt::listen().and_then(|()| match arguments.command {
+        Command::Compare(args) => compare::run(methods, &args, &words),
         Command::Render(args) => render::run(methods, &args),
         Command::Bake(args) => bake::run(&args),
         Command::Inspect(args) => inspect::run(&args),
-        Command::Methods => list::methods(methods),
+        Command::Methods(args) => list::methods(methods, &args),
         Command::Scenes(args) => list::scenes(&args),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            print::complain(&format!("error: {failure}"));
-            ExitCode::from(failure.code())
+        Command::Completions(args) => manual::completions(Arguments::command(methods), &args),
+        Command::Man(args) => manual::man(Arguments::command(methods), &args),
+    });
+    match (done, interrupt::exit_code()) {
+        (Err(failure), code) => {
+            let complained = complain(&failure);
+            code.map_or(complained, ExitCode::from)
         }
+        // What there is of an interrupted comparison is reported.
+        (Ok(()), Some(code)) if is_comparison => ExitCode::from(code),
+        (Ok(()), _) => ExitCode::SUCCESS,
     }
+}
+
+fn complain(failure: &failure::Failure) -> ExitCode {
+    print::complain(&format!("error: {failure}"));
+    ExitCode::from(failure.code())
 }

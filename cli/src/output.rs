@@ -2,42 +2,57 @@
 //!
 //! Everything is written under a temporary name beside its place and renamed
 //! at the end. The temporary name is taken before the long work, so that a
-//! place that cannot be written is found out at once.
+//! place that cannot be written is found out at once. A link stands for what it
+//! leads to. Pipes and devices are written into as they are.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile, TempDir};
 
 use crate::failure::Failure;
+use crate::interrupt::{self, Temporary};
 
-/// A file that will replace `path` when it is complete.
+/// A file that will be at `path` when it is complete.
 pub(crate) struct PendingFile {
-    path: PathBuf,
-    file: NamedTempFile,
+    /// As the user wrote it.
+    given: PathBuf,
+    target: Target,
+}
+
+/// Where the contents of a file go.
+enum Target {
+    /// A temporary file that will replace the one at `path`.
+    Replace {
+        path: PathBuf,
+        file: NamedTempFile,
+        temporary: Temporary,
+    },
+    /// A pipe or a device.
+    Into(File),
 }
 
 impl PendingFile {
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
-        if path.is_dir() {
-            return Err(cannot_write(path, "it is a folder"));
-        }
-        let mut builder = Builder::new();
-        builder.prefix(".crepuscular-");
-        #[cfg(unix)]
-        let builder = {
-            use std::os::unix::fs::PermissionsExt;
-            // As any new file: the umask takes away what it must.
-            builder.permissions(fs::Permissions::from_mode(0o666))
+        let fail = |error: io::Error| cannot_write(path, reason(&error));
+        let target = match fs::metadata(path) {
+            Ok(found) if found.is_dir() => return Err(cannot_write(path, "it is a folder")),
+            Ok(found) if found.is_file() => {
+                Target::replace(path, path.canonicalize().map_err(fail)?)?
+            }
+            Ok(found) => Target::Into(open_special(path, found.file_type())?),
+            Err(_) => Target::replace(path, end_of_links(path)?)?,
         };
-        let file = builder
-            .tempfile_in(parent(path))
-            .map_err(|error| cannot_write(path, reason(&error)))?;
         Ok(Self {
-            path: path.into(),
-            file,
+            given: path.into(),
+            target,
         })
+    }
+
+    /// False for a pipe or a device, beside which nothing else belongs.
+    pub(crate) fn is_regular(&self) -> bool {
+        matches!(self.target, Target::Replace { .. })
     }
 
     pub(crate) fn finish(self, content: &[u8]) -> Result<(), Failure> {
@@ -46,17 +61,82 @@ impl PendingFile {
 
     /// The same, for content that need not be in memory as a whole.
     pub(crate) fn finish_with(
-        mut self,
+        self,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
-        write(&mut self.file)
-            .and_then(|()| self.file.flush())
-            .map_err(|error| cannot_write(&self.path, reason(&error)))?;
-        match self.file.persist(&self.path) {
-            Ok(_) => Ok(()),
-            Err(error) => Err(cannot_write(&self.path, reason(&error.error))),
+        let fail = |error: io::Error| cannot_write(&self.given, reason(&error));
+        match self.target {
+            Target::Into(mut file) => write(&mut file).and_then(|()| file.flush()).map_err(fail),
+            Target::Replace {
+                path,
+                mut file,
+                temporary,
+            } => {
+                // Some file systems find out that they are full only here.
+                write(file.as_file_mut())
+                    .and_then(|()| file.as_file().sync_all())
+                    .map_err(fail)?;
+                let undisturbed = interrupt::undisturbed();
+                let moved = file.persist(&path);
+                drop(undisturbed);
+                drop(temporary);
+                moved.map(drop).map_err(|error| fail(error.error))
+            }
         }
     }
+}
+
+impl Target {
+    /// `given` is how the user calls the file at `path`.
+    fn replace(given: &Path, path: PathBuf) -> Result<Self, Failure> {
+        let mut builder = Builder::new();
+        builder.prefix(".crepuscular-");
+        #[cfg(unix)]
+        let builder = {
+            use std::os::unix::fs::PermissionsExt;
+            // As any new file: the umask takes away what it must.
+            builder.permissions(fs::Permissions::from_mode(0o666))
+        };
+        let make = || builder.tempfile_in(parent(&path));
+        let (file, temporary) = Temporary::made(make, NamedTempFile::path)
+            .map_err(|error| cannot_write(given, reason(&error)))?;
+        Ok(Self::Replace {
+            path,
+            file,
+            temporary,
+        })
+    }
+}
+
+/// Opens what is neither a file nor a folder, if it takes bytes without harm.
+fn open_special(path: &Path, kind: fs::FileType) -> Result<File, Failure> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_block_device() {
+            return Err(cannot_write(path, "it is a disk"));
+        }
+        if kind.is_socket() {
+            return Err(cannot_write(path, "it is a socket"));
+        }
+    }
+    let _ = kind;
+    let opened = File::options().write(true).open(path);
+    opened.map_err(|error| cannot_write(path, reason(&error)))
+}
+
+/// Where the links at `path` lead to, although nothing is there yet.
+fn end_of_links(path: &Path) -> Result<PathBuf, Failure> {
+    /// As many as systems follow.
+    const LINKS: usize = 40;
+    let mut end = path.to_path_buf();
+    for _ in 0..LINKS {
+        match fs::read_link(&end) {
+            Ok(next) => end = parent(&end).join(next),
+            Err(_) => return Ok(end),
+        }
+    }
+    Err(cannot_write(path, "it is a link that leads to itself"))
 }
 
 /// A folder of files that will replace `path` when it is complete.
@@ -66,6 +146,7 @@ pub(crate) struct PendingFolder {
     /// Where it leads to.
     path: PathBuf,
     folder: TempDir,
+    temporary: Temporary,
     earlier: Earlier,
 }
 
@@ -116,32 +197,40 @@ impl PendingFolder {
             use std::os::unix::fs::PermissionsExt;
             builder.permissions(fs::Permissions::from_mode(0o777))
         };
-        let folder = builder
-            .tempdir_in(parent(&path))
+        let make = || builder.tempdir_in(parent(&path));
+        let (folder, temporary) = Temporary::made(make, TempDir::path)
             .map_err(|error| cannot_write(&path, reason(&error)))?;
         Ok(Self {
             given,
             path,
             folder,
+            temporary,
             earlier,
         })
     }
 
     pub(crate) fn write(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
-        fs::write(self.folder.path().join(name), content)
-            .map_err(|error| cannot_write(&self.path, reason(&error)))
+        let write = || {
+            let mut file = File::create(self.folder.path().join(name))?;
+            file.write_all(content)?;
+            // Some file systems find out that they are full only here.
+            file.sync_all()
+        };
+        write().map_err(|error| cannot_write(&self.path, reason(&error)))
     }
 
     /// Puts the folder in its place and returns that as the user wrote it. If
     /// something else has come to lie there in the meantime, that stays, and so
     /// does the new folder under its temporary name.
     pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
-        let fail = |error: std::io::Error| cannot_write(&self.path, reason(&error));
+        let fail = |error: io::Error| cannot_write(&self.path, reason(&error));
+        let undisturbed = interrupt::undisturbed();
         // The previous report moves into a folder that removes itself.
         let mut retired = None;
         if self.path.exists() {
             if let Err(failure) = check_replaceable(&self.path, self.earlier) {
                 let kept = self.folder.keep();
+                drop(undisturbed);
                 return Err(Failure::new(format!(
                     "{failure}; the new report is in {}",
                     kept.display()
@@ -160,8 +249,11 @@ impl PendingFolder {
             }
             return Err(fail(error));
         }
+        drop(retired);
         // Nothing is left under the temporary name.
         let _ = self.folder.keep();
+        drop(undisturbed);
+        drop(self.temporary);
         Ok(self.given)
     }
 }
@@ -207,14 +299,15 @@ fn cannot_write(path: &Path, why: impl std::fmt::Display) -> Failure {
 }
 
 /// The system's reason without the temporary name it may mention.
-fn reason(error: &std::io::Error) -> String {
+fn reason(error: &io::Error) -> String {
     match error.kind() {
-        std::io::ErrorKind::NotFound => "its folder does not exist".into(),
-        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
-        std::io::ErrorKind::NotADirectory => "a part of the path is not a folder".into(),
-        _ => match error.raw_os_error() {
-            Some(code) => std::io::Error::from_raw_os_error(code).to_string(),
-            None => error.to_string(),
+        io::ErrorKind::NotFound => "its folder does not exist".into(),
+        io::ErrorKind::PermissionDenied => "permission denied".into(),
+        io::ErrorKind::NotADirectory => "a part of the path is not a folder".into(),
+        kind => match error.raw_os_error() {
+            Some(code) => io::Error::from_raw_os_error(code).to_string(),
+            None if kind == io::ErrorKind::Other => error.to_string(),
+            None => kind.to_string(),
         },
     }
 }
@@ -288,6 +381,52 @@ mod tests {
         report(&unmarked, "into an empty folder").unwrap();
         fs::write(unmarked.join("index.html"), "somebody's page").unwrap();
         assert!(report(&unmarked, "no").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_written_through_even_if_nothing_is_there_yet() {
+        use std::os::unix::fs::symlink;
+
+        let place = tempfile::tempdir().unwrap();
+        let at = |name: &str| place.path().join(name);
+        fs::create_dir(at("deep")).unwrap();
+        symlink("deep/a", at("b")).unwrap();
+        symlink("b", at("c")).unwrap();
+        for content in ["first", "second"] {
+            let pending = PendingFile::create(&at("c")).unwrap();
+            assert!(pending.is_regular());
+            pending.finish(content.as_bytes()).unwrap();
+            assert_eq!(fs::read_to_string(at("deep/a")).unwrap(), content);
+            assert!(at("c").is_symlink() && at("b").is_symlink());
+        }
+        symlink("e", at("d")).unwrap();
+        symlink("d", at("e")).unwrap();
+        let error = PendingFile::create(&at("d")).err().unwrap().to_string();
+        assert!(error.contains("leads to itself"), "{error}");
+    }
+
+    #[test]
+    fn reasons_have_no_temporary_name() {
+        let wrapped = io::Error::new(io::ErrorKind::StorageFull, "no space at .crepuscular-x");
+        assert!(!reason(&wrapped).contains(".crepuscular"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn devices_are_written_into_and_sockets_refused() {
+        let pending = PendingFile::create(Path::new("/dev/null")).unwrap();
+        assert!(!pending.is_regular());
+        pending.finish(b"gone").unwrap();
+        let full = PendingFile::create(Path::new("/dev/full")).unwrap();
+        let error = full.finish(b"much").unwrap_err().to_string();
+        assert!(error.contains("/dev/full: No space"), "{error}");
+
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("socket");
+        let _socket = std::os::unix::net::UnixListener::bind(&path).unwrap();
+        let error = PendingFile::create(&path).err().unwrap().to_string();
+        assert!(error.contains("it is a socket"), "{error}");
     }
 
     #[cfg(unix)]

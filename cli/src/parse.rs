@@ -1,6 +1,6 @@
 //! Values on the command line that are more than one number.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lighting::scene::Bounds;
 
 /// The largest side of a picture.
@@ -45,6 +45,89 @@ pub(crate) fn size(text: &str) -> Result<Size, String> {
         ));
     }
     Ok(size)
+}
+
+/// A square number of rays per pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Square {
+    /// Its root.
+    pub(crate) side: u32,
+}
+
+pub(crate) fn square(text: &str) -> Result<Square, String> {
+    let expected = "expected a square number from 1 to 1024, such as 4 or 16";
+    let number: u32 = text.trim().parse().map_err(|_| expected)?;
+    let side = number.isqrt();
+    if side * side != number || !(1..=32).contains(&side) {
+        return Err(expected.into());
+    }
+    Ok(Square { side })
+}
+
+impl Size {
+    /// The picture of all rays: `rays` per pixel.
+    pub(crate) fn of_rays(self, rays: Square) -> Result<Self, String> {
+        let size = format!("{}x{}", self.width * rays.side, self.height * rays.side);
+        let rays = rays.side * rays.side;
+        self::size(&size).map_err(|why| format!("{rays} rays per pixel make {size}: {why}"))
+    }
+}
+
+/// A point in space.
+pub(crate) fn point(text: &str) -> Result<DVec3, String> {
+    match doubles(text)?[..] {
+        [x, y, z] => Ok(DVec3::new(x, y, z)),
+        _ => Err("expected a point as X,Y,Z".into()),
+    }
+}
+
+/// Where a camera stands, what is in the middle of its picture, and its vertical
+/// field of view in degrees, if that is given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Viewpoint {
+    pub(crate) eye: DVec3,
+    pub(crate) target: DVec3,
+    pub(crate) degrees: Option<f64>,
+}
+
+pub(crate) fn viewpoint(text: &str) -> Result<Viewpoint, String> {
+    let numbers = doubles(text)?;
+    let (points, degrees) = match numbers[..] {
+        [.., degrees] if numbers.len() == 7 => (&numbers[..6], Some(degrees)),
+        _ => (&numbers[..], None),
+    };
+    let [a, b, c, x, y, z] = points[..] else {
+        return Err("expected a camera as X,Y,Z,X,Y,Z or X,Y,Z,X,Y,Z,DEGREES".into());
+    };
+    if degrees.is_some_and(|degrees| !(1e-3..=170.0).contains(&degrees)) {
+        return Err("expected a field of view from 0.001 to 170 degrees".into());
+    }
+    Ok(Viewpoint {
+        eye: DVec3::new(a, b, c),
+        target: DVec3::new(x, y, z),
+        degrees,
+    })
+}
+
+/// Metres in the unit of a file.
+pub(crate) fn unit(text: &str) -> Result<f64, String> {
+    let named = [
+        ("mm", 0.001),
+        ("cm", 0.01),
+        ("m", 1.0),
+        ("km", 1000.0),
+        ("in", 0.0254),
+        ("ft", 0.3048),
+    ];
+    if let Some((_, metres)) = named.iter().find(|(name, _)| *name == text.trim()) {
+        return Ok(*metres);
+    }
+    let metres: f64 = (text.trim().parse())
+        .map_err(|_| "expected mm, cm, m, km, in, ft or a number of metres")?;
+    if !(1e-9..=1e9).contains(&metres) {
+        return Err("expected 1e-9 to 1e9 metres".into());
+    }
+    Ok(metres)
 }
 
 /// A coefficient per channel: one number, or three separated by commas.
@@ -104,6 +187,15 @@ pub(crate) fn mean_cosine(text: &str) -> Result<f32, String> {
     Ok(value)
 }
 
+/// Coordinates far from the origin need their digits.
+fn doubles(text: &str) -> Result<Vec<f64>, String> {
+    let number = |part: &str| match part.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("expected finite numbers, separated by commas".to_owned()),
+    };
+    text.split(',').map(number).collect()
+}
+
 fn numbers(text: &str) -> Result<Vec<f32>, String> {
     text.split(',').map(|part| finite(part.trim())).collect()
 }
@@ -154,5 +246,46 @@ mod tests {
         );
         assert!(["0", "nan", "1"].iter().all(|t| tolerance(t).is_err()));
         assert!(["1", "-1", "nan"].iter().all(|t| mean_cosine(t).is_err()));
+    }
+    #[test]
+    fn rays_per_pixel_are_squares() {
+        assert_eq!(square("1"), Ok(Square { side: 1 }));
+        assert_eq!(square("16"), Ok(Square { side: 4 }));
+        for bad in ["0", "2", "-4", "1089", "4.0", "", "99999999999"] {
+            assert!(square(bad).is_err(), "{bad}");
+        }
+        let picture = size("960x540").unwrap();
+        let rays = picture.of_rays(Square { side: 2 }).unwrap();
+        assert_eq!(rays.to_string(), "1920x1080");
+        let error = picture.of_rays(Square { side: 32 }).unwrap_err();
+        assert!(error.contains("1024 rays per pixel"), "{error}");
+    }
+
+    #[test]
+    fn points_units_and_cameras_are_checked() {
+        assert_eq!(point("1,2,-3"), Ok(DVec3::new(1.0, 2.0, -3.0)));
+        for bad in ["", "1,2", "1,2,nan", "1,2,3,4", "1,2,inf"] {
+            assert!(point(bad).is_err(), "{bad}");
+        }
+        let camera = viewpoint("0,1,5, 0,1,0").unwrap();
+        assert_eq!(
+            (camera.eye.z, camera.target.y, camera.degrees),
+            (5.0, 1.0, None)
+        );
+        assert_eq!(viewpoint("0,1,5,0,1,0,30").unwrap().degrees, Some(30.0));
+        for bad in [
+            "",
+            "1,2,3",
+            "0,0,0,0,0,1,0",
+            "0,0,0,0,0,1,180",
+            "1,2,3,4,5,6,7,8",
+        ] {
+            assert!(viewpoint(bad).is_err(), "{bad}");
+        }
+        assert_eq!(unit("cm"), Ok(0.01));
+        assert_eq!(unit("2.5"), Ok(2.5));
+        for bad in ["", "0", "-1", "nan", "inf", "1e10", "yard"] {
+            assert!(unit(bad).is_err(), "{bad}");
+        }
     }
 }

@@ -48,6 +48,38 @@ impl Picture {
         }
     }
 
+    /// The picture whose pixels are the means of `side` × `side` of these. Both sides
+    /// must be multiples of it.
+    #[must_use]
+    pub(crate) fn averaged(self, side: u32) -> Self {
+        if side == 1 {
+            return self;
+        }
+        let size = Size {
+            width: self.size.width / side,
+            height: self.size.height / side,
+        };
+        let (side, width) = (side as usize, size.width as usize);
+        let weight = 1.0 / (side * side) as f64;
+        let pixels = (0..size.pixels()).map(|pixel| {
+            let (row, column) = (pixel / width * side, pixel % width * side);
+            let mut sum = [0.0_f64; 3];
+            for y in row..row + side {
+                let begin = y * side * width + column;
+                for value in &self.pixels[begin..begin + side] {
+                    for (sum, value) in sum.iter_mut().zip(value) {
+                        *sum += f64::from(*value);
+                    }
+                }
+            }
+            sum.map(|sum| (weight * sum) as f32)
+        });
+        Self {
+            size,
+            pixels: pixels.collect(),
+        }
+    }
+
     /// The number of pixels with a channel that is not finite.
     pub(crate) fn non_finite(&self) -> usize {
         self.pixels.iter().filter(|p| !is_finite(p)).count()
@@ -206,6 +238,20 @@ mod tests {
             let seen: Vec<bool> = image.pixels().map(|p| p.0 == SIGNAL).collect();
             assert_eq!(seen, [true, true, false]);
         }
+    }
+
+    #[test]
+    fn pixels_are_the_mean_of_their_rays() {
+        let size = Size {
+            width: 6,
+            height: 4,
+        };
+        let radiance: Vec<[f32; 4]> = (0..24).map(|i| [i as f32, 1.0, 0.1, 0.0]).collect();
+        let mean = Picture::new(size, &radiance).averaged(2);
+        assert_eq!((mean.size.width, mean.size.height), (3, 2));
+        let red: Vec<f32> = mean.pixels.iter().map(|p| p[0]).collect();
+        assert_eq!(red, [3.5, 5.5, 7.5, 15.5, 17.5, 19.5]);
+        assert!(mean.pixels.iter().all(|p| p[1..] == [1.0, 0.1]));
     }
 
     #[test]

@@ -1,18 +1,52 @@
-//! Text on standard output.
+//! Text: results on standard output, whatever else there is to say on standard
+//! error.
 
 use std::io::{self, ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::failure::Failure;
+
+/// Whether nothing is said but errors, warnings and what was asked for.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Says from now on only what was asked for, or everything.
+pub(crate) fn set_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// True if nothing is to be said but errors, warnings and what was asked for.
+pub(crate) fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
 
 /// Writes `text` to standard output. A reader that has gone away, such as
 /// `head`, wants no more and is no failure; a full disk is one.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// The same for what sums up work whose result is elsewhere.
+pub(crate) fn summarise(text: &str) -> Result<(), Failure> {
+    if is_quiet() { Ok(()) } else { print(text) }
+}
+
+/// What became of writing to standard output.
+pub(crate) fn written(result: io::Result<()>) -> Result<(), Failure> {
+    match result {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::new(format!(
             "cannot write to standard output: {error}"
         ))),
         _ => Ok(()),
+    }
+}
+
+/// Writes notes to standard error, a line each.
+pub(crate) fn note(notes: &[String]) {
+    if !is_quiet() {
+        for note in notes {
+            complain(&format!("note: {note}"));
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use lighting::methods::{Entry, Registry};
 use lighting::precomputed::{BakedShadow, Form, ShadowSet, light_spaces};
 
 use crate::failure::Failure;
+use crate::file;
 use crate::input::Input;
 
 /// Those of one light.
@@ -21,7 +22,7 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure>
     for path in files {
         let name = path.display().to_string();
         let about = |failure: Failure| failure.about(&name);
-        let file = std::fs::read(path).map_err(|error| about(error.into()))?;
+        let file = file::read(path).map_err(|error| about(error.into()))?;
         let set = ShadowSet::from_bytes(&file).map_err(|error| about(error.into()))?;
         let lights = BakedShadow::of_set(&set).map_err(|error| about(error.into()))?;
         let mut found = false;

@@ -1,6 +1,7 @@
 //! The light of surfaces, behind whatever is translucent.
 
 use gpu_backend::Cpu;
+use lighting::Emitter;
 use lighting::methods::curve_resolution;
 use lighting::scene::view::View;
 use lighting::surface;
@@ -14,11 +15,20 @@ use crate::input::Input;
 /// The light of the surfaces of a view: opaque shadows are traced, translucent ones
 /// are looked up in maps of `map` / 2 texels per side.
 pub(crate) fn radiance(view: &View, input: &Input, map: u32) -> Result<Vec<[f32; 4]>, Failure> {
+    radiance_of(view, input, &input.emitters, map)
+}
+
+/// The same by some emitters alone.
+pub(crate) fn radiance_of(
+    view: &View,
+    input: &Input,
+    emitters: &[Emitter],
+    map: u32,
+) -> Result<Vec<[f32; 4]>, Failure> {
     let Input {
         scene,
         geometry,
         tracer,
-        emitters,
         ..
     } = input;
     let medium = scene.medium.as_ref();

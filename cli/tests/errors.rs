@@ -63,14 +63,12 @@ fn the_same_command_gives_the_same_errors_whatever_the_time_and_the_threads() {
     let place = tempfile::tempdir().unwrap();
     let only = ["fence", "--methods", "march,exact,voxel-average"];
     let all = errors(place.path(), 2, &[&only[..], &["--fixed"]].concat());
-    let quick = ["--quick", "--time-budget", "900"];
-    let quick = errors(place.path(), 1, &[&only[..], &quick].concat());
-    assert!(quick.len() >= 8 && all.len() > 2 * quick.len());
-    for (row, errors) in &quick {
-        assert_eq!(errors, &all[row], "{row}");
-    }
+    assert!(all.len() >= 8, "{all:?}");
+    let long = ["--time-budget", "900"];
+    let again = errors(place.path(), 1, &[&only[..], &long].concat());
+    assert_eq!(again, all);
     // Whatever there is time for is the same; what is dropped may be much.
-    for seconds in ["2", "5"] {
+    for seconds in ["1", "3"] {
         let some = errors(
             place.path(),
             3,
@@ -85,16 +83,4 @@ fn the_same_command_gives_the_same_errors_whatever_the_time_and_the_threads() {
             }
         }
     }
-    // Maps that are refined along are finer at higher qualities, and better for it.
-    let refined = |quality: u32, map: u32| {
-        let row = format!("march midpoint {quality} {map} 1");
-        all[&row][0].parse::<f64>().unwrap()
-    };
-    assert!(refined(256, 256) < 0.5 * refined(64, 64));
-    let plain = |quality: u32| {
-        let row = format!("march midpoint {quality} 64 0");
-        all[&row][0].parse::<f64>().unwrap()
-    };
-    assert_eq!(plain(64), refined(64, 64));
-    assert!(refined(256, 256) < plain(256));
 }

@@ -29,7 +29,7 @@ pub struct Lattice {
     alpha_scale: f32,
     theta_centre: Angle,
     theta_scale: f32,
-    /// Half the width of a voxel, the larger of α and the mean of φ; 0 for a
+    /// Twice the width of a voxel, the larger of α and the mean of φ; 0 for a
     /// directional light, whose rays do not approach eye rays.
     thinnest: f32,
     /// Bounds of the voxels along φ, one more than there are bits.
@@ -78,7 +78,7 @@ impl Lattice {
                 let phi = ranges.phi();
                 let alpha_step = (alpha_high - alpha_low) / f64::from(resolution.alpha());
                 let phi_step = (phi[1] - phi[0]) / f64::from(resolution.bits());
-                (0.5 * alpha_step.max(phi_step)) as f32
+                (2.0 * alpha_step.max(phi_step)) as f32
             },
             light_angles: bounds.windows(2).map(middle).collect(),
             planes: (0..resolution.theta())
@@ -247,9 +247,12 @@ impl Lattice {
     /// Light and eye rays that are nearly parallel have next to no shadow between
     /// them: seen from a blocker at distance x from the eye, the light is beside
     /// the eye by at most D/x, where D is the distance between the two. Where that
-    /// is less than half a voxel the answer is the number of texels, too: voxels
-    /// would make the shadow as wide as one of theirs. A light a few millimetres
-    /// from the eye so becomes what it is there, a light without visible shadows.
+    /// is less than two voxels the answer is the number of texels, too. The voxel
+    /// that holds a blocker is dark, and of an eye ray that ends on it one of n such
+    /// voxels is the last part, from n/(n+1) of its length on: with few of them all
+    /// rays would lose more light to that than some have in shadows so thin. A light a
+    /// few centimetres from the eye so becomes what it is there, a light without
+    /// visible shadows.
     #[inline]
     pub fn blocked_from(&self, bit: usize, distance: f32) -> u32 {
         if !(distance.abs() < f32::MAX) {

@@ -52,7 +52,7 @@
 //! axis as well. On the axis θ means nothing and three angles do not tell where a
 //! point is; users of a lattice treat that line on its own. Where the light is so
 //! close to the eye that shadows between light rays and eye rays are thinner than
-//! half a voxel, a lattice has none ([`Lattice::blocked_from`]).
+//! two voxels, a lattice has none ([`Lattice::blocked_from`]).
 //!
 //! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
 //! Voxelized Shadow Volumes, HPG 2013.

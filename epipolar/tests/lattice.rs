@@ -246,9 +246,9 @@ fn a_blocker_shadows_from_the_voxel_that_holds_it() {
                     let width = (lattice.ranges().alpha()[1] - lattice.ranges().alpha()[0]) / 96.0;
                     let slack = (5e-7 * (1.0 + size / away)) / width as f32;
                     let step = (lattice.ranges().phi()[1] - lattice.ranges().phi()[0]) / 64.0;
-                    let half = 0.5 * width.max(step) as f32;
-                    if lattice.space().distance() < half * away {
-                        // Half a voxel is more than any shadow between such rays.
+                    let thinnest = 2.0 * width.max(step) as f32;
+                    if lattice.space().distance() < thinnest * away {
+                        // Two voxels are more than any shadow between such rays.
                         assert_eq!(from, 96.0);
                         continue;
                     }

@@ -2,13 +2,15 @@
 """Is `compare` done in time on two cores that two other processes keep busy?
 
     cargo build --release
-    tests/scripts/busy.py [--full] [--only NAME] [--program PATH] [FOLDER ...]
+    tests/scripts/busy.py [--full] [--alone] [--only NAME] [--program PATH] [FOLDER ...]
 
 Compares every embedded scene, every scene file below the folders, and a procedural
 mesh of 900,000 triangles, one after the other: with --quick, which must be done
 within 20 seconds, or with --full within --budget seconds (150). Two processes that do
-nothing but count run beside each. Prints a table; returns 1 if a run took too long,
-failed or measured nothing.
+nothing but count run beside each. Prints a table with the seconds on the clock and those
+of the processor: with two threads beside two others, one comes to about the other. Where
+more is going on (the load is printed first), only the latter mean something. Returns 1 if
+a run took too long, failed or measured nothing.
 """
 
 import argparse
@@ -18,6 +20,7 @@ import math
 import multiprocessing
 import os
 import pathlib
+import resource
 import struct
 import subprocess
 import sys
@@ -72,16 +75,22 @@ def embedded(program):
 
 
 def compare(program, scene, mode, out):
-    """One comparison: seconds, the summary, what it said."""
-    start = time.monotonic()
+    """One comparison: seconds, those of the processor, the summary, what it said."""
+    start, used = time.monotonic(), processor()
     run = subprocess.run(
         [program, "compare", scene, *mode, "--json", "--out", str(out)],
         capture_output=True,
         text=True,
     )
-    seconds = time.monotonic() - start
+    seconds = time.monotonic() - start, processor() - used
     summary = json.loads(run.stdout) if run.stdout.startswith("{") else None
-    return seconds, summary, run
+    return *seconds, summary, run
+
+
+def processor():
+    """Seconds that finished children have used."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def main():
@@ -90,6 +99,7 @@ def main():
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--budget", type=float, default=150.0)
     parser.add_argument("--only", action="append", help="scenes whose name contains this")
+    parser.add_argument("--alone", action="store_true", help="without the busy processes")
     parser.add_argument("--program", default="target/release/crepuscular")
     args = parser.parse_args()
 
@@ -97,11 +107,12 @@ def main():
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:2])
     mode = ["--time-budget", str(args.budget)] if args.full else ["--quick"]
     limit = args.budget if args.full else QUICK_LIMIT
-    others = [multiprocessing.Process(target=count, daemon=True) for _ in range(2)]
+    others = [multiprocessing.Process(target=count, daemon=True) for _ in range(2 * (not args.alone))]
     late = 0
+    print(f"load before: {os.getloadavg()[0]:.1f}")
     table = csv.writer(sys.stdout, delimiter="\t", lineterminator="\n")
     table.writerow(
-        ["scene", "triangles", "size", "seconds", "limit", "reference", "rows", "runs", "verdict"]
+        ["scene", "triangles", "size", "seconds", "cpu", "limit", "reference", "rows", "runs", "verdict"]
     )
     with tempfile.TemporaryDirectory() as place:
         place = pathlib.Path(place)
@@ -117,7 +128,7 @@ def main():
         for other in others:
             other.start()
         for scene in scenes:
-            seconds, summary, run = compare(args.program, scene, mode, place / "out")
+            seconds, cpu, summary, run = compare(args.program, scene, mode, place / "out")
             rows = summary["measurements"] if summary else []
             runs = [row["repetitions"] for row in rows if row["representative"]]
             verdict = "in time" if seconds <= limit else "TOO LATE"
@@ -130,6 +141,7 @@ def main():
                     summary["scene"]["triangles"] if summary else "",
                     f"{summary['width']}x{summary['height']}" if summary else "",
                     f"{seconds:.1f}",
+                    f"{cpu:.1f}",
                     f"{limit:g}",
                     f"{summary['reference']['seconds']:.1f}" if summary else "",
                     len(rows),

@@ -36,6 +36,15 @@ fn test_scene(case: &CasterCase, size: [u32; 2]) -> TestScene {
 /// shows, not by their list: rounding in another order.
 fn what_is_as_good_as_solid_or_absent_is_so_to_every_method<B: Subject>(backend: &B) {
     let registry = Registry::standard();
+    // What integrates the lit parts knows nothing of casters: one pair for each source.
+    let mut sources = Vec::new();
+    let mut is_new = |entry: &&Entry| {
+        let source = entry.halves().map(|[(source, _), _]| source);
+        let is_new = source.is_none() || !sources.contains(&source);
+        sources.push(source);
+        is_new
+    };
+    let entries: Vec<&Entry> = registry.compared().filter(&mut is_new).collect();
     for case in caster_cases() {
         let Some(twin) = case.twin.clone() else {
             continue;
@@ -43,7 +52,7 @@ fn what_is_as_good_as_solid_or_absent_is_so_to_every_method<B: Subject>(backend:
         let scenes = [case.scene, twin].map(|scene| TestScene::of(case.name, scene, 16, 9));
         let hosts = [Store::new(), Store::new()];
         let [own, twin] = [0, 1].map(|i| inputs(&scenes[i], 128, &hosts[i]));
-        for entry in registry.compared() {
+        for entry in &entries {
             let about = entry.about();
             if entry.on::<B>().is_none()
                 || matches!(entry.method().applies(&own), Verdict::Impossible(_))
@@ -94,9 +103,20 @@ fn error<B: Subject>(
 /// transmittance everywhere.
 fn maps_and_marches_see_masks_and_panes<B: Subject>(backend: &B) {
     let registry = Registry::standard();
+    let size = [24, 14];
+    let is_empty = |case: &CasterCase| case.name == "alpha 0";
+    let empty = caster_cases().into_iter().find(is_empty).unwrap();
+    let empty = test_scene(&empty, size).truth();
+    let empty: Vec<[f32; 4]> = empty
+        .radiance
+        .iter()
+        .map(|light| [light[0] as f32, light[1] as f32, light[2] as f32, 0.0])
+        .collect();
     for case in caster_cases() {
-        let scene = test_scene(&case, [24, 14]);
+        let scene = test_scene(&case, size);
         let truth = scene.truth();
+        // How much it matters that there is a caster.
+        let effect = image_error(&empty, &truth).rmse;
         for (name, quality) in [
             ("march x midpoint", 256),
             ("per-voxel x gauss-1", 256),
@@ -106,7 +126,7 @@ fn maps_and_marches_see_masks_and_panes<B: Subject>(backend: &B) {
             let Some(error) = error(backend, &scene, entry, MAP, quality, &truth) else {
                 continue;
             };
-            println!("{}, {name}: {error:.4}", case.name);
+            println!("{}, {name}: {error:.4} of {effect:.4}", case.name);
             assert!(
                 error <= Allowed::CasterImage.error(),
                 "{}, {name}: {error}",
@@ -128,13 +148,14 @@ fn exact_pictures_are_the_reference<B: Subject>(backend: &B) {
             .unwrap();
         let error = image_error(&image, &scene.truth()).rmse;
         println!("{}: {error:.1e}", case.name);
-        // A film varies, and so does a pane in steps.
+        // The quadrature's own tolerance comes on top. A film varies, and so does a pane
+        // in steps.
         let allowed = if case.name.contains("film") || case.name.contains("varies") {
             Allowed::ExactFilm
         } else {
             Allowed::ExactImage
         };
-        assert!(error <= allowed.error(), "{}: {error}", case.name);
+        assert!(error <= allowed.error() + 1e-5, "{}: {error}", case.name);
     }
 }
 

@@ -10,7 +10,9 @@ use lighting::airlight::Quadrature;
 use lighting::methods::{Registry, Store};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
-use lighting::scene::{Bounds, Cone, Emission, Falloff, Medium, PhaseFunction, Texture};
+use lighting::scene::{
+    Bounds, Cone, Emission, Falloff, MOST_COOKIE_LINES, Medium, PhaseFunction, Texture,
+};
 use lighting::visibility::Unshadowed;
 use lighting::{Emitter, LitRays, Ray};
 use reference::metrics::image_error;
@@ -24,6 +26,8 @@ use reference::tolerances::Allowed;
 crepuscular_tests::on_every_backend!(
     cookies_keep_every_tolerance,
     cookies_of_many_texels_keep_what_their_levels_promise,
+    a_cookie_behind_deep_fog_is_dark_at_once,
+    lights_behind_the_eye_on_the_axis_are_lights_like_others,
     lights_that_fade_keep_the_tolerance,
     narrow_cones_keep_the_tolerance,
 );
@@ -177,6 +181,15 @@ fn long(columns: u32, wave: Option<f32>) -> Texture {
 }
 
 /// Noise is the hardest pattern there is: every texel is a kink.
+///
+/// What is wrong with a ray is the sum of what is wrong with its pieces, each relative
+/// to its own light without the cookie: none can be more than the worst piece is. The
+/// error of a piece depends on six numbers (how much the angle, the depth, the tilt, the
+/// ramp and its curvature change over it, and how the four texels differ), of which the
+/// rules take powers of four and more: within a factor of 1.3 in each it changes by no
+/// more than three. 80 lights and fogs, 60 rays and up to 200 pieces of each, three
+/// channels apart, are two million pieces, ten for each of the 8^6 cells in which the
+/// numbers differ by that. On the CPU nothing is allowed beyond the tolerance.
 fn cookies_keep_every_tolerance<B: Subject>(backend: &B) {
     let mut failures = Vec::new();
     for [width, height] in [[1, 1], [2, 3], [8, 5], [64, 64], [200, 30]] {
@@ -201,7 +214,14 @@ fn cookies_keep_every_tolerance<B: Subject>(backend: &B) {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Rays that cross more lines than are walked one by one.
+/// Rays that cross more lines than are walked one by one: exact up to
+/// [`MOST_COOKIE_LINES`], and beyond within what levels promise of the light that there
+/// is without a cookie.
+///
+/// A level changes a pattern along the ray by its own second differences over two
+/// texels of it, of which a ray crosses 2048 or more: of noise, whose sum stays but for
+/// how the light varies over such a texel, and of waves, of which a level that has not
+/// two texels for each is even. Three channels of 60 rays are 180 of either.
 fn cookies_of_many_texels_keep_what_their_levels_promise<B: Subject>(backend: &B) {
     let cone = Cone {
         inner: 0.5,
@@ -210,29 +230,75 @@ fn cookies_of_many_texels_keep_what_their_levels_promise<B: Subject>(backend: &B
     let [thin, _, _, _] = media();
     let plain = spot(cone, None);
     let rays = rays(60, 0.6);
-    for columns in [9000, 12_000, 70_000] {
-        for wave in [None, Some(32.0), Some(300.0)] {
+    for (columns, noisy, wavy) in [
+        (MOST_COOKIE_LINES - 2, 1e-5, 1e-5),
+        (9000, 8e-3, 2e-5),
+        (12_000, 8e-3, 2e-5),
+        (70_000, 8e-3, 8e-5),
+    ] {
+        for (wave, allowed) in [(None, noisy), (Some(32.0), wavy)] {
             let light = spot(cone, Some(long(columns, wave)));
-            let found = radiance(backend, &rays, &light, &thin, 1e-4);
-            let mut squares = 0.0;
-            let mut largest = 0.0_f64;
-            for (ray, found) in rays.iter().zip(found) {
-                if columns == 20000 && wave.is_none() {
-                    println!(
-                        "DBG {:?} {:?} {:?}",
-                        found.x,
-                        truth(ray, &light, &thin).x,
-                        truth(ray, &plain, &thin).x
-                    );
-                }
+            let found = radiance(backend, &rays, &light, &thin, 1e-5);
+            let errors = rays.iter().zip(found).map(|(ray, found)| {
                 let scale = truth(ray, &plain, &thin).max(DVec3::splat(1e-30));
-                let error = ((found - truth(ray, &light, &thin)).abs() / scale).max_element();
-                squares += error * error;
-                largest = largest.max(error);
-            }
-            let rms = (squares / rays.len() as f64).sqrt();
-            println!("{columns} {wave:?}: {rms:.2e}, at most {largest:.2e}");
+                ((found - truth(ray, &light, &thin)).abs() / scale).max_element()
+            });
+            let largest = errors.fold(0.0, f64::max);
+            println!("{columns} {wave:?}: {largest:.1e}");
+            assert!(
+                largest <= allowed + rounding(backend, &light),
+                "{columns} {wave:?}: {largest:e}"
+            );
         }
+    }
+}
+
+/// Rays on which the light lies exactly, behind the eye, and all but exactly.
+fn lights_behind_the_eye_on_the_axis_are_lights_like_others<B: Subject>(backend: &B) {
+    let cone = Cone {
+        inner: 0.2,
+        outer: 0.5,
+    };
+    let [thin, _, _, _] = media();
+    for light in [spot(cone, None), spot(cone, Some(noisy(8, 5)))] {
+        let rays = [0.0, 1e-30, 1e-12, 1e-6, 1e-3].map(|off| {
+            let eye = Vec3::new(off, -1.0, 0.0);
+            Ray::new(eye, Vec3::NEG_Y, 9.0).unwrap()
+        });
+        let found = radiance(backend, &rays, &light, &thin, 1e-5);
+        for (found, ray) in found.iter().zip(&rays) {
+            let expected = truth(ray, &light, &thin);
+            let error = (found - expected).abs().max_element() / expected.max_element();
+            assert!(
+                error <= 1e-5 + rounding(backend, &light),
+                "{ray:?}: {found} {expected}"
+            );
+        }
+    }
+}
+
+/// Fog through which nothing gets is as quick as any, however far it reaches.
+fn a_cookie_behind_deep_fog_is_dark_at_once<B: Subject>(backend: &B) {
+    let cone = Cone {
+        inner: 0.2,
+        outer: 0.5,
+    };
+    let light = spot(cone, Some(noisy(64, 64)));
+    let even = PhaseFunction::Isotropic;
+    // From below, far away: the ray comes nearer to the light all the way.
+    let eye = Vec3::new(0.0, -1e8, 10.0);
+    let towards = Vec3::new(0.0, 2.0, 0.0) - eye;
+    let ray = Ray::new(eye, towards, f32::INFINITY).unwrap();
+    for (sigma, is_dark) in [
+        (Vec3::splat(1e3), true),
+        (Vec3::new(1e3, 1e3, 1e-12), false),
+    ] {
+        let medium = Medium::new(sigma, Vec3::ZERO, even).unwrap();
+        let found = radiance(backend, &[ray], &light, &medium, 1e-5)[0];
+        assert!(
+            found.x == 0.0 && found.y == 0.0 && (found.z == 0.0) == is_dark,
+            "{found}"
+        );
     }
 }
 

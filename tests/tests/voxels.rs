@@ -26,9 +26,9 @@ const COARSEST: u32 = 64;
 const REFINEMENTS: [u32; 4] = [1, 2, 4, 8];
 
 /// The largest error with a lamp within a few centimetres of the eye. Shadows between
-/// light rays and eye rays that are thinner than half a voxel have no voxels there: they
-/// appear at some size, and until they are many voxels thick the error has no order.
-const NEXT_TO_THE_EYE: f64 = 1e-3;
+/// light rays and eye rays that are thinner than two voxels have no voxels there, up to
+/// more voxels than these: what is left is what those shadows take, and has no order.
+const NEXT_TO_THE_EYE: f64 = 1e-4;
 
 /// What voxels are made from.
 enum Blockers<'a, M: gpu_backend::Memory> {
@@ -108,6 +108,7 @@ fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) 
         ("beside the picture", 0.7 * forward + 2.9 * right),
         ("behind the camera", -3.3 * forward + 0.1 * right),
         ("behind, on the axis", -2.0 * forward),
+        ("5 cm before the eye", 0.04 * forward + 0.03 * right),
         ("before the eye", 0.02 * forward + 0.01 * right),
         ("behind the eye", -0.013 * forward - 0.01 * right),
     ] {

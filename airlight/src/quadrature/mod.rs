@@ -105,9 +105,8 @@ impl<P: Phase> Quadrature<P> {
 
     /// With as few nodes as keep the relative error below `tolerance`, for a
     /// phase function as smooth as its [`peaks`](Phase::peaks) and its
-    /// [`steepness`](Phase::steepness) say: those of this crate up to |g| = 0.99
-    /// and |k| = 0.99. Beyond, the rounding of single precision next to the peak
-    /// misses a tolerance of 1e-6.
+    /// [`steepness`](Phase::steepness) say: those of this crate up to |g| = 0.9999
+    /// and |k| = 0.9999.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless the tolerance is between 1e-6 and 0.1 and

@@ -4,7 +4,7 @@ use super::*;
 use crate::Exact;
 use crate::stiff;
 
-/// Functions without a peak, and with those up to which tolerances are promised.
+/// Functions without a peak, and with sharp ones.
 const PHASES: [PhaseFunction; 14] = [
     PhaseFunction::Isotropic,
     PhaseFunction::Rayleigh,
@@ -20,6 +20,17 @@ const PHASES: [PhaseFunction; 14] = [
     PhaseFunction::CornetteShanks { g: 0.99 },
     PhaseFunction::CornetteShanks { g: -0.8 },
     PhaseFunction::CornetteShanks { g: -0.99 },
+];
+
+/// The sharpest peaks for which tolerances are promised.
+const SHARPEST: [PhaseFunction; 7] = [
+    PhaseFunction::HenyeyGreenstein { g: 0.9999 },
+    PhaseFunction::HenyeyGreenstein { g: -0.9999 },
+    PhaseFunction::Schlick { k: 0.9999 },
+    PhaseFunction::Schlick { k: -0.9999 },
+    PhaseFunction::Schlick { k: -0.999 },
+    PhaseFunction::CornetteShanks { g: 0.9999 },
+    PhaseFunction::CornetteShanks { g: -0.9999 },
 ];
 
 /// The largest relative error over the stiff cases, and where.
@@ -56,7 +67,7 @@ fn truths(phase: PhaseFunction, number: usize) -> Vec<(f32, Segment, f64)> {
 /// as many cases gave no more than that.
 #[test]
 fn every_tolerance_is_kept_wherever_the_result_is_normal() {
-    for phase in PHASES {
+    for phase in PHASES.into_iter().chain(SHARPEST) {
         let truths = truths(phase, 4000);
         for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
             let quadrature = Quadrature::with_tolerance(phase, tolerance).unwrap();

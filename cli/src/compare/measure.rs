@@ -102,18 +102,32 @@ const MAX_REPETITIONS: usize = 9;
 const PREPARATION: f64 = 0.3;
 
 /// Measures the candidates that the device runs, as long as `budget` allows.
+///
+/// `on_cpu` is what the CPU has measured, if it has. A software GPU is not faster than
+/// the processor that plays it, and what it has begun cannot be stopped: so it begins
+/// nothing for which the CPU had no time, or needed too much of it.
 pub(crate) fn measure(
     device: &Device,
     job: Job<'_>,
     candidates: &[Candidate],
     truth: &Truth<'_>,
     budget: Budget,
+    on_cpu: Option<&[Measurement]>,
 ) -> Result<Outcome, Failure> {
+    let known_from = on_cpu.filter(|_| !device.representative && budget.total().is_finite());
     match &device.context {
         // What is on the host is in the memory of this backend.
         None => {
             let cpu = Cpu::new();
-            let on = On::new(&cpu, &job.input.host, device, job, truth, budget);
+            let on = On::new(
+                &cpu,
+                &job.input.host,
+                device,
+                job,
+                truth,
+                budget,
+                known_from,
+            );
             let floors = |maps: &[u32]| Ok(floors(&job, truth.reference, maps, budget)?);
             on.measure(candidates, floors)
         }
@@ -121,7 +135,7 @@ pub(crate) fn measure(
             let waited_for = Gpu::new(context.clone());
             let backend = Gpu::new(context.clone());
             let store = Store::waiting(move || waited_for.wait());
-            let on = On::new(&backend, &store, device, job, truth, budget);
+            let on = On::new(&backend, &store, device, job, truth, budget, known_from);
             // Those of the CPU are as good.
             on.measure(candidates, |_| Ok(Vec::new()))
         }
@@ -152,6 +166,8 @@ struct On<'a, B: MethodBackend + Download> {
     job: Job<'a>,
     truth: &'a Truth<'a>,
     budget: Budget,
+    /// What the CPU has measured, where it tells what not to begin.
+    on_cpu: Option<&'a [Measurement]>,
 }
 
 /// What is known of the time of a method.
@@ -177,6 +193,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         job: Job<'a>,
         truth: &'a Truth<'a>,
         budget: Budget,
+        on_cpu: Option<&'a [Measurement]>,
     ) -> Self {
         Self {
             backend,
@@ -185,6 +202,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
             job,
             truth,
             budget,
+            on_cpu,
         }
     }
 
@@ -343,6 +361,18 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         candidate.entry.method().work(&inputs, candidate.quality)
     }
 
+    /// Seconds that it takes at least to measure the candidate, going by the CPU:
+    /// what has to be built, two frames of a few rays and one of all.
+    fn least(&self, candidate: &Candidate) -> f64 {
+        let Some(on_cpu) = self.on_cpu else {
+            return 0.0;
+        };
+        let is_it =
+            |m: &&Measurement| (m.method, m.quality) == (candidate.method, candidate.quality);
+        let found = on_cpu.iter().find(is_it);
+        found.map_or(f64::INFINITY, |m| m.seconds_build + 3.0 * m.frame.low)
+    }
+
     /// Seconds that a frame of the candidate is expected to take: from the last
     /// frame of its method, or from a few rays if there is none.
     fn expected(
@@ -350,6 +380,10 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         candidate: &Candidate,
         known: &mut HashMap<usize, Known>,
     ) -> Result<f64, MethodError> {
+        let least = self.least(candidate);
+        if least > self.budget.left() {
+            return Ok(least);
+        }
         let work = self.work_of(candidate, self.job.view.rays().len());
         if let Some(known) = known.get(&candidate.method) {
             return Ok(known.seconds * (work / known.work).max(1.0));
@@ -490,4 +524,83 @@ fn pictured(runs: &[Run]) -> Vec<usize> {
         }
     }
     nearest
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::OsString;
+
+    use lighting::methods::Registry;
+
+    use super::super::prepare::Prepared;
+    use super::super::{shown, truth};
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    #[test]
+    fn refined_maps_let_errors_fall_where_the_map_would_stop_them() {
+        let methods = Registry::standard();
+        const MARCH: &str = "march x midpoint";
+        const BY_ANGLE: &str = "equi-angular-merged x gauss-8";
+        let line = "crepuscular compare fence --size 32x18 --map 64 --backend cpu --methods";
+        let names = format!("{MARCH},{BY_ANGLE}");
+        let arguments = line.split(' ').chain([&*names]).map(OsString::from);
+        let Ok(Command::Compare(args)) = Arguments::read(&methods, arguments).map(|a| a.command)
+        else {
+            panic!("a comparison is asked for");
+        };
+        let prepared = Prepared::new(&methods, &args, f64::INFINITY).unwrap();
+        let job = prepared.job(false).unwrap();
+        let (reference, _) = truth::converge(&job, prepared.view.rays(), 1e-6);
+        let truth = Truth::new(prepared.size, &reference);
+        let measured = |budget: Budget| {
+            let candidates = &prepared.selection.candidates;
+            measure(
+                &prepared.backends.present[0],
+                job,
+                candidates,
+                &truth,
+                budget,
+                None,
+            )
+            .unwrap()
+        };
+        let outcome = measured(Budget::unlimited());
+        assert!(outcome.left_out.is_empty(), "{:?}", outcome.left_out);
+        let lines = shown::all(&methods);
+        let find = |name: &str, refines: bool, quality: u32| {
+            let is_it = |m: &&Measurement| {
+                let line = &lines[m.method];
+                let is_named = line.entry.about().name == name;
+                is_named && line.refines_map == refines && m.quality == quality
+            };
+            outcome.measurements.iter().find(is_it).unwrap()
+        };
+        let row = |refines: bool, quality: u32| find(MARCH, refines, quality);
+        // The same at the usual quality, and as coarse or as fine as that beside it.
+        assert_eq!(row(true, 64).map, Some(64));
+        assert_eq!(row(true, 64).error, row(false, 64).error);
+        assert_eq!([16, 256].map(|q| row(true, q).map), [Some(16), Some(256)]);
+        assert!(row(true, 256).error.rmse < row(false, 256).error.rmse);
+        assert!(row(true, 256).error.rmse < 0.5 * row(true, 64).error.rmse);
+        for m in &outcome.measurements {
+            assert_eq!(m.frame.repetitions, MAX_REPETITIONS);
+            assert!(m.error.flip.is_some_and(|flip| flip > 0.0 && flip < 1.0));
+            assert!(m.error.rel_mse > 0.0);
+        }
+        // Finer maps are better by themselves, and methods level out at what theirs is.
+        let floor = |map: u32| outcome.floors.iter().find(|f| f.map == map).unwrap().rmse;
+        assert!(floor(256) < floor(64) && floor(64) < floor(16));
+        let ratio = find(BY_ANGLE, false, 256).error.rmse / floor(64);
+        assert!((0.95..1.1).contains(&ratio), "{ratio}");
+        // No refined picture beside that of the map of all.
+        assert!(outcome.pictures.len() < lines.len());
+        for shown in &outcome.pictures {
+            assert!(!lines[outcome.measurements[shown.measurement].method].refines_map);
+        }
+        // Without any time nothing is measured, and all of it is left out.
+        let nothing = measured(Budget::new(0.0));
+        assert!(nothing.measurements.is_empty());
+        assert_eq!(nothing.left_out.len(), prepared.selection.candidates.len());
+    }
 }

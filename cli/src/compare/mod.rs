@@ -34,7 +34,7 @@ use crate::format::{count, seconds};
 use crate::input::describe_medium;
 use crate::output::PendingFolder;
 use crate::picture::Picture;
-use crate::print::{complain, print};
+use crate::print::{complain, note, print, summarise};
 use crate::{interrupt, progress, report, surfaces};
 use budget::Budget;
 use measure::{Job, Outcome, Truth, measure};
@@ -75,8 +75,8 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     for line in dropped {
         complain(&format!("warning: {line}"));
     }
-    if let Some(note) = prepared.size_note().filter(|_| !args.json) {
-        print(&format!("note: {note}\n"))?;
+    if let Some(size) = prepared.size_note() {
+        note(&[size]);
     }
     let results = compare(methods, args, &prepared, budget, facts)?;
     let spinner = progress::spinner("writing the report");
@@ -84,13 +84,11 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     let place = folder.finish()?;
     spinner.finish_and_clear();
     let page = place.join(files::PAGE);
+    note(&prepared.input.notes);
     if args.json {
         print(&json::summary(&results, &place))?;
     } else {
         let mut text = String::new();
-        for note in prepared.input.notes.iter() {
-            text += &format!("note: {note}\n");
-        }
         for sentence in report::sentences(&results) {
             text += &format!("{sentence}\n");
         }
@@ -101,7 +99,7 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
             page.display(),
             seconds(budget.elapsed())
         );
-        print(&text)?;
+        summarise(&text)?;
     }
     if results.measurements.is_empty() {
         return Err(Failure::nothing(format!(
@@ -239,7 +237,9 @@ fn measure_all(
             (_, 0, _) => 1.0 - SOFTWARE,
             (_, real, _) => 1.0 / (1 + real) as f64,
         };
-        match measure(device, job, candidates, &truth, budget.share(share)) {
+        let on_cpu = devices[0].context.is_none() && index > 0;
+        let on_cpu = on_cpu.then_some(&found.outcome.measurements[..]);
+        match measure(device, job, candidates, &truth, budget.share(share), on_cpu) {
             Ok(outcome) => {
                 found.backends.push(device.label.clone());
                 found.outcome.add(outcome);

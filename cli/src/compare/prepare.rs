@@ -40,9 +40,9 @@ pub(crate) struct Prepared {
 
 impl Prepared {
     pub(crate) fn new(methods: &Registry, args: &Compare, seconds: f64) -> Result<Self, Failure> {
-        let mut input = Input::load(&args.scene, &args.options)?;
         let (width, height) = if args.quick { (160, 90) } else { (480, 270) };
         let asked = args.size.unwrap_or(Size { width, height });
+        let mut input = Input::for_picture(&args.scene, &args.options, asked)?;
         let camera = input.camera()?;
         let triangles = input.geometry.triangles().len();
         let size = fitted(asked, input.counted_lights(), triangles, seconds);

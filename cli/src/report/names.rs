@@ -2,8 +2,12 @@
 
 /// What the report calls what methods' titles spell out. Longer phrases come before
 /// those that they contain.
-const SHORT: [(&str, &str); 11] = [
+const SHORT: [(&str, &str); 12] = [
     ("map refined along", "finer maps"),
+    (
+        "exponential variance shadow maps",
+        "exponential variance maps",
+    ),
     ("precomputed voxelized shadows", "precomputed shadows"),
     ("voxelized shadow volumes", "voxelized shadows"),
     ("adaptive volumetric shadow map", "adaptive shadow map"),
@@ -30,21 +34,26 @@ fn shortened(title: &str, phrases: &[(&str, &str)]) -> String {
 mod tests {
     use std::collections::HashSet;
 
-    use lighting::methods::Registry;
+    use lighting::methods::{Entry, Registry, Role};
 
     use super::*;
 
     /// The titles of all lines that a comparison may show.
     fn titles() -> Vec<String> {
         let registry = Registry::standard();
-        let plain = registry
-            .compared()
-            .map(|entry| entry.about().title.to_owned());
-        let plain: Vec<String> = plain.collect();
-        let refined = plain
-            .iter()
-            .map(|title| format!("{title}, map refined along"));
-        plain.iter().cloned().chain(refined).collect()
+        let is_refined = |entry: &Entry| {
+            let about = entry.about();
+            about.uses_shadow_map && matches!(about.role, Role::Paper | Role::Baseline)
+        };
+        let mut all = Vec::new();
+        for entry in registry.compared() {
+            let title = entry.about().title;
+            all.push(title.to_owned());
+            if is_refined(entry) {
+                all.push(format!("{title}, map refined along"));
+            }
+        }
+        all
     }
 
     #[test]

@@ -123,10 +123,10 @@ fn viewer(size: Size) -> Markup {
     }
 }
 
-/// A setting, with its backend if there are several.
+/// A setting, with its backend if several compete or its times mean nothing.
 fn name(results: &Results, m: &Measurement) -> String {
     let setting = results.setting(m);
-    if results.backends.len() > 1 {
+    if results.several_compete() || !m.representative {
         format!("{setting}, {}", short_name(&m.backend, m.representative))
     } else {
         setting

@@ -24,7 +24,7 @@ pub(super) fn first(results: &Results) -> Markup {
         figure #plot {
             figcaption {
                 b { "Error against the time of a frame." }
-                " Down and to the left is better. In colour: methods that nothing beats in both at some setting, and plain ray marching; the wide line is the front they form. In grey: the rest. Numbers are steps, voxels a side, Gauss nodes, digits or KiB."
+                " Down and to the left is better. In colour: methods that nothing beats in both at some setting, and plain ray marching; the wide line is the front they form. In grey: the rest. Numbers are steps, voxels per axis, Gauss nodes, digits or KiB."
             }
             (plot)
         }

@@ -235,7 +235,7 @@ impl Choice<'_> {
     fn against_marching(&self, results: &Results) -> String {
         let best = self.winners[0];
         let is_baseline = |m: &&Measurement| results.methods[m.method].is_baseline;
-        if self.winners.iter().any(|m| is_baseline(m)) {
+        if self.winners.iter().any(&is_baseline) {
             return String::new();
         }
         let mut own = results

@@ -63,7 +63,7 @@ fn targets(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
     columns.push(Column::plain("slope"));
     let mut rows = Table::new(columns).titled(
         "",
-        "The fastest frame of each method whose error (RMSE ÷ mean radiance) is at most that of the column; below it, its number of steps, voxels a side, Gauss nodes, digits or KiB. Shaded: the fastest of a column, and those whose times overlap with its. Slope: of log error over log time; −1 halves the error in twice the time.",
+        "The fastest frame of each method whose error (RMSE ÷ mean radiance) is at most that of the column; below it, its number of steps, voxels per axis, Gauss nodes, digits or KiB. Shaded: the fastest of a column, and those whose times overlap with its. Slope: of log error over log time; −1 halves the error in twice the time.",
     );
     let slopes = slopes(&results.measurements);
     for line in lines {
@@ -85,7 +85,7 @@ fn targets(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
         let mut slopes = slopes.iter();
         let slope = slopes.find(|s| (s.method, &*s.backend) == (line.method, line.backend));
         cells.push(match slope.and_then(|slope| slope.over_time) {
-            Some(slope) => format!("{slope:.1}").replace('-', "−").into(),
+            Some(slope) => rounded(slope).into(),
             None => Cell::from("–"),
         });
         rows.push(cells);
@@ -162,6 +162,13 @@ fn measurements(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
     Some(rows)
 }
 
+/// A number with one decimal, a minus sign that is as wide as a digit, and no −0.
+fn rounded(number: f64) -> String {
+    let tenths = (10.0 * number).round() / 10.0;
+    // Adding 0 takes the sign off −0.
+    format!("{:.1}", tenths + 0.0).replace('-', "−")
+}
+
 /// Two durations, with one unit if they share it: `1.2 – 1.5 ms`.
 fn range(low: f64, high: f64) -> String {
     let (low, high) = (seconds(low), seconds(high));
@@ -227,6 +234,8 @@ mod tests {
         };
         assert_eq!(shaded(1), results.methods.len(), "all reach half the mean");
         assert_eq!(shaded(rows.columns.len() - 1), 0);
+        let rounded = [-0.04, 0.0, -1.26, 2.0].map(rounded);
+        assert_eq!(rounded, ["0.0", "0.0", "−1.3", "2.0"]);
         assert_eq!(range(1.2e-3, 1.5e-3), "1.2 – 1.5 ms");
         assert_eq!(range(0.9e-3, 1.5e-3), "900 µs – 1.5 ms");
         assert_eq!(range(0.0, 1.0), "0 – 1 s");

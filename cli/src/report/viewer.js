@@ -12,7 +12,8 @@
   const zooms = [...viewer.querySelectorAll("[data-zoom]")];
 
   for (const [index, pair] of pairs.entries()) {
-    part.method.add(new Option(pair.dataset.name, index, false, "first" in pair.dataset));
+    const isFirst = "first" in pair.dataset;
+    part.method.add(new Option(pair.dataset.name, index, isFirst, isFirst));
     for (const [place, image] of pair.querySelectorAll("img").entries()) {
       image.addEventListener("click", () => {
         part.method.value = index;

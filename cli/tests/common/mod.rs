@@ -1,5 +1,7 @@
 //! The program as a user starts it.
 
+#![allow(dead_code, reason = "each suite takes what it needs of it")]
+
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -18,6 +20,14 @@ pub(crate) fn succeeds(place: &Path, arguments: &[&str]) -> String {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{arguments:?}: {message}");
     String::from_utf8(output.stdout).unwrap()
+}
+
+/// What it notes beside that.
+pub(crate) fn notes(place: &Path, arguments: &[&str]) -> String {
+    let output = run(place, arguments);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {message}");
+    message
 }
 
 /// The names of all files in a folder.

@@ -467,8 +467,8 @@ mod tests {
     /// Edges run through the centres of texels.
     #[test]
     fn squares_of_two_triangles_cover_every_texel_once() {
-        let square = |z: f32| {
-            let corner = |x: f32, y: f32| Vec3::new(x, y, z);
+        let square = |z: f32, stretch: f32| {
+            let corner = |x: f32, y: f32| Vec3::new(x, stretch * y, z);
             let [a, b, c, d] = [
                 corner(-1.5, -0.75),
                 corner(0.5, -0.75),
@@ -477,12 +477,13 @@ mod tests {
             ];
             [[a, b, c], [a, c, d], [c, b, a], [d, a, c]]
         };
-        for (face, z) in [(PARALLEL, -3.0), (central(1.0), -1.5)] {
+        // The diagonal rises by a texel per texel.
+        for (face, z, stretch) in [(PARALLEL, -3.0, 1.0), (central(1.0), -2.0, 2.0)] {
             let mut on_an_edge = 0;
             for [first, second] in [[0, 1], [0, 3], [2, 1], [2, 3]] {
                 let mut count = [0; 16 * 16];
                 let mut twice = [0; 16 * 16];
-                for triangle in [square(z)[first], square(z)[second]] {
+                for triangle in [first, second].map(|index| square(z, stretch)[index]) {
                     let footprint = Footprint::new(&face, &triangle, 16).unwrap();
                     for (columns, rows) in [(0..7, 0..16), (7..16, 0..3), (7..16, 3..16)] {
                         let put = |x, y, _| count[(y * 16 + x) as usize] += 1;

@@ -46,7 +46,7 @@ impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
         if let Some(segment) = path.segment(interval) {
             return self.plain(path, &segment);
         }
-        let Some(spot) = path.plain_spot() else {
+        let Some(spot) = path.full_cone() else {
             return self.fallback.radiance(path, interval);
         };
         path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {

@@ -31,10 +31,12 @@ impl<'a> Lamp<'a> {
         let direction = path.ray().direction().as_dvec3().normalize();
         let to_light = point.position().as_dvec3() - path.ray().origin().as_dvec3();
         let foot = to_light.dot(direction);
-        let h = to_light.cross(direction).length();
-        let to_foot = (direction * foot - to_light)
-            .try_normalize()
-            .unwrap_or_else(|| path.from_light(0.0).0.as_dvec3());
+        let across = to_light.cross(direction);
+        let h = across.length();
+        // Normal to the ray however close it comes to the light, by a second product.
+        let to_foot = (across.try_normalize())
+            .and_then(|across| across.cross(direction).try_normalize())
+            .unwrap_or_else(|| direction.any_orthonormal_vector());
         let parts = |axis: DVec3| (axis.dot(direction), axis.dot(to_foot));
         let emission = match point.emission() {
             Emission::Isotropic => Ok(airlight::Emission::isotropic()),

@@ -37,9 +37,10 @@
 //!
 //! # Limits
 //!
-//! A spotlight's cookie is uploaded with every gather.
+//! A spotlight's cookie is uploaded with every gather, its mip levels behind it.
 //! Some software drivers end loops after 65,535 iterations per ray: steps ×
-//! nodes stay below that.
+//! nodes stay below that, and so do the texels of a cookie
+//! ([`MOST_COOKIE_LINES`](crate::scene::MOST_COOKIE_LINES)).
 
 mod airlight;
 mod both;

@@ -8,6 +8,7 @@ use gpu_backend::Backend;
 
 use super::{Frame, FrameInputs, MethodError, Verdict};
 use crate::airlight::{AirlightEvaluator, Analytic, EquiAngular, Midpoint, Quadrature};
+use crate::path::full_cone;
 use crate::scene::Emitter;
 
 /// A kind of airlight evaluator.
@@ -103,18 +104,26 @@ impl FrameInputs<'_> {
             .collect()
     }
 
-    /// Whether an evaluator of plain points has something to evaluate.
+    /// Whether an evaluator of plain points has something to evaluate: a plain point,
+    /// or the full cone of a spotlight.
     fn has_plain_points(&self) -> Verdict {
         let points = self
             .emitters
             .iter()
             .filter(|emitter| matches!(emitter, Emitter::Point(_)))
             .count();
-        if points > self.lights_with_a_pattern().len() {
+        let has_full_cone = |emitter: &Emitter| match emitter {
+            Emitter::Directional(_) => false,
+            Emitter::Point(point) => {
+                full_cone(point, self.medium).is_some_and(|spot| spot.outer_versine() > spot.rim())
+            }
+        };
+        let others = self.lights_with_a_pattern();
+        if points > others.len() || others.iter().any(|i| has_full_cone(&self.emitters[*i])) {
             return Verdict::Applies;
         }
         Verdict::Impossible(
-            "no light shines alike in all directions from a point in the medium".into(),
+            "no light shines alike in all directions of a cone from a point in the medium".into(),
         )
     }
 }
@@ -213,7 +222,7 @@ fn falls_back(inputs: &FrameInputs<'_>, name: &str) -> Vec<String> {
     match others.len() {
         0 => Vec::new(),
         _ => vec![format!(
-            "airlight by {name} is that of plain points; lights with a pattern, or outside of the medium, have a quadrature to 1e-5 (emitters {text})"
+            "airlight by {name} is that of plain points and of full cones; where a light has a pattern, or stands outside of the medium, it is a quadrature to 1e-5 (emitters {text})"
         )],
     }
 }

@@ -13,7 +13,8 @@ use clip::Clip;
 pub(crate) use clip::axis_of;
 
 use crate::scene::{
-    DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle, SpotEmission,
+    Bounds, DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle,
+    SpotEmission,
 };
 use crate::{Interval, Ray};
 
@@ -220,16 +221,11 @@ impl<'a> LightPath<'a> {
         applies.then(|| self.part(interval))
     }
 
-    /// The cone of a spotlight in the medium that has no cookie and does not fade.
-    pub(crate) fn plain_spot(&self) -> Option<&'a SpotEmission> {
-        let Emitter::Point(point) = self.emitter else {
-            return None;
-        };
-        match point.emission() {
-            Emission::Spot(spot) if spot.texture().is_none() => {
-                (self.is_immersed() && !point.fades()).then_some(spot)
-            }
-            _ => None,
+    /// [`full_cone`] of the emitter.
+    pub(crate) fn full_cone(&self) -> Option<&'a SpotEmission> {
+        match self.emitter {
+            Emitter::Directional(_) => None,
+            Emitter::Point(point) => full_cone(point, self.medium),
         }
     }
 
@@ -352,13 +348,25 @@ impl<'a> LightPath<'a> {
     }
 }
 
+/// A spotlight in the medium that shines like a plain point in its full cone: it has
+/// no cookie and does not fade.
+pub(crate) fn full_cone<'a>(point: &'a PointEmitter, medium: &Medium) -> Option<&'a SpotEmission> {
+    let is_outside = |bounds: Bounds| !bounds.contains(point.position());
+    match point.emission() {
+        Emission::Spot(spot) if spot.texture().is_none() && !point.fades() => {
+            (!medium.bounds().is_some_and(is_outside)).then_some(spot)
+        }
+        _ => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Quat;
     use reference::random::noise;
 
     use super::*;
-    use crate::scene::{Bounds, Cone, PhaseFunction};
+    use crate::scene::{Cone, PhaseFunction};
 
     fn fog() -> Medium {
         Medium::new(Vec3::splat(0.1), Vec3::ZERO, PhaseFunction::Isotropic).unwrap()

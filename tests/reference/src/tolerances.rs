@@ -207,10 +207,10 @@ pub const TABLE: &[Tolerance] = &[
     Tolerance {
         what: Allowed::DefaultImage,
         error: 1e-4,
-        derivation: "Root mean square relative to the mean radiance. Each lit part has a relative \
-            tolerance of 1e-4, which few come near to: its nodes are as many as the worst part \
-            needs. A pixel beside a lamp that is ten times as bright as the mean may be off by \
-            a tenth of that.",
+        derivation: "Root mean square relative to the mean radiance. Each lit part is within \
+            1e-4 of itself, so that a picture is within 1e-4 of its own root mean square. That is \
+            up to ten times the mean beside a lamp, where parts would have to miss their \
+            tolerance by as much less on average: the nodes are as many as the worst needs.",
     },
     Tolerance {
         what: Allowed::ExactFilm,
@@ -230,12 +230,12 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         what: Allowed::CasterImage,
-        error: 0.03,
-        derivation: "RMSE over the mean. The ends of shadows are off by half a step of 6 m / 128, or by a texel of \
-            6 m / 256 of a map of curves, seen up to three times as long on rays at 20 degrees to the light: \
-            0.02 to 0.07 m of 6 m each, with a sign that changes from ray to ray; a mask of 8 x 8 texels has up to \
-            ten ends along a ray, which add up to 0.035 m / 6 m x sqrt(10) = 0.018 at most. Twenty panes in eight \
-            nodes: half of a step of 0.1 between nodes, on the third of a ray that is behind the panes, 0.017.",
+        error: 0.004,
+        derivation: "RMSE over the mean. The ends of shadows are off by half a step of 6 m / 128, or by a texel \
+            of 6 m / 256 of a map of curves, seen up to three times as long on rays at 20 degrees to the light: \
+            0.02 to 0.07 m, with a sign that changes from ray to ray. The shadow of the card is 1.6 m long or more \
+            and takes 0.07 of the mean: two ends of 0.07 m / 1.6 m x 0.07, over the square root of two, are \
+            0.0043. Without the caster the picture would be off by 0.035 to 0.43.",
     },
     Tolerance {
         what: Allowed::MomentShare,

@@ -129,6 +129,12 @@ impl Budget {
         Self { limit, left: limit }
     }
 
+    /// How much is left, bytes.
+    #[cfg(feature = "gltf")]
+    pub(super) fn left(&self) -> u64 {
+        self.left
+    }
+
     /// Sets `count` items of `size` bytes aside, before they are allocated.
     pub(super) fn take(&mut self, what: &str, count: u64, size: usize) -> Result<(), LoadError> {
         let bytes = count.saturating_mul(size as u64);

@@ -27,7 +27,7 @@
 //! | `EXT_mesh_gpu_instancing` | an instance each |
 //! | `KHR_node_visibility` | nodes that are not visible, and all below them, are left out with their lights; cameras stay |
 //! | primitives | meshes; triangle lists, strips and fans, indexed or not |
-//! | sparse accessors, `KHR_mesh_quantization`, `EXT_meshopt_compression`, `KHR_meshopt_compression` | what they stand for |
+//! | sparse accessors, `KHR_mesh_quantization`, `EXT_meshopt_compression`, `KHR_meshopt_compression`, `KHR_draco_mesh_compression` | what they stand for |
 //! | morph targets | positions, at the default weights |
 //! | skins | the pose of the nodes as they are in the file |
 //! | `COLOR_0` | vertex colours |
@@ -36,7 +36,8 @@
 //! | `KHR_materials_transmission` | the transmission; its texture is ignored |
 //! | `emissiveFactor` × `KHR_materials_emissive_strength` × `emissiveTexture` | emitted radiance; on surfaces the texture's mean |
 //! | a primitive of two triangles that form a rectangle and emit | an area light too, on its front side (on both if it is double-sided), with the emissive texture if that is mapped once and upright or turned by right angles |
-//! | the first perspective camera | the camera; aspect ratio and clipping planes are the picture's affair. An orthographic one is ignored |
+//! | the first perspective camera | the camera; aspect ratio and clipping planes are the picture's affair |
+//! | an orthographic camera, if there is no other | a perspective one of 30° that looks the same way, and whose frame has the same height in the middle of the scene: rays of one picture start at one eye |
 //! | `KHR_lights_punctual` | lights; candela and lux times the linear colour are taken as they are; a `range` of 0 is no limit, towards any other the light fades smoothly |
 //! | `EXT_lights_area` | area lights, rectangles and disks |
 //!

@@ -352,6 +352,11 @@ fn structures_and_constants_are_those_of_rust() {
     constant("light_ISOTROPIC", scene::ISOTROPIC);
     constant("light_COSINE", scene::COSINE);
     constant("light_SPOT", scene::SPOT);
+    let cookies = complete::<Unshadowed, Quadrature>();
+    assert_eq!(
+        cookies.values("light_MOST_COOKIE_LINES").unwrap(),
+        [f64::from(crate::scene::MOST_COOKIE_LINES)]
+    );
     assert_eq!(shader.values("light_FAR").unwrap(), [f64::from(f32::MAX)]);
     let pi = f64::from(std::f32::consts::PI);
     assert_eq!(shader.values("light_PI").unwrap(), [pi]);

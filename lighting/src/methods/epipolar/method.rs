@@ -98,7 +98,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             compared(
                 Role::Variant,
                 "table",
-                "runs of the shadow map, by table",
+                "runs of the shadow map, airlight table",
                 "point lights: two lookups for a lit run of the map",
                 (&[16, 64], &[64], 64),
             ),

@@ -1,17 +1,8 @@
 // The moments of a level: entry point. One invocation per texel.
 //
-// Needs the part levels.wgsl.
+// Needs the part level.wgsl.
 
-struct Build {
-    levels: light_Levels,
-    // Which of the two levels, and the number of its first texel.
-    index: u32,
-    first_texel: u32,
-    padding_a: u32,
-    padding_b: u32,
-}
-
-@group(0) @binding(0) var<uniform> build: Build;
+@group(0) @binding(0) var<uniform> level: light_Level;
 @group(0) @binding(1) var<storage> depths: array<f32>;
 @group(0) @binding(2) var<storage, read_write> moments: array<f32>;
 
@@ -21,24 +12,22 @@ fn prefilter(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let levels = build.levels;
-    let width = select(levels.fine, levels.coarse, build.index != 0u);
+    let width = level.side;
     let texel = gpu_index(workgroup, workgroups, local, 64u);
-    if texel >= levels.pictures.face_count * width * width {
+    if texel >= level.pictures.face_count * width * width {
         return;
     }
-    let side = levels.pictures.resolution;
-    let level = levels.first + build.index;
+    let side = level.pictures.resolution;
     let face = texel / (width * width);
-    let start = vec2(texel % width, texel / width % width) << vec2(level);
-    let end = min(start + vec2(1u << level), vec2(side));
+    let start = vec2(texel % width, texel / width % width) << vec2(level.level);
+    let end = min(start + vec2(1u << level.level), vec2(side));
     var sums = array<f32, 6>();
     for (var row = start.y; row < end.y; row++) {
         // Sums of rows: few roundings of many texels.
         var sum = array<f32, 6>();
         for (var column = start.x; column < end.x; column++) {
             let depth = depths[(face * side + row) * side + column];
-            let of_depth = light_moments_of(levels.kind, light_levels_depth(levels, depth));
+            let of_depth = light_moments_of(level.kind, light_level_depth(level, depth));
             for (var i = 0u; i < 6u; i++) {
                 sum[i] += of_depth[i];
             }
@@ -48,8 +37,7 @@ fn prefilter(
         }
     }
     let count = f32((end.x - start.x) * (end.y - start.y));
-    let at = (build.first_texel + texel) * levels.channels;
-    for (var i = 0u; i < levels.channels; i++) {
-        moments[at + i] = sums[i] / count;
+    for (var i = 0u; i < level.channels; i++) {
+        moments[texel * level.channels + i] = sums[i] / count;
     }
 }

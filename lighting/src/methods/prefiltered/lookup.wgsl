@@ -1,9 +1,9 @@
 // How much light gets to a point, from filtered moments: the shader's side of
 // `PrefilteredMap`.
 //
-// Needs the part levels.wgsl and the variables
-//   light_moments: light_Levels
-//   light_moment_values: array<f32>, both levels, each face by face, row by row
+// Needs the part level.wgsl and the variables
+//   light_moments: light_Level
+//   light_moment_values: array<f32>, face by face, each row by row
 
 // Cantelli's inequality: the most that is not before z.
 fn light_moments_not_before(mean: f32, square: f32, least_variance: f32, z: f32) -> f32 {
@@ -208,34 +208,16 @@ fn light_moments_share(kind: u32, moments: array<f32, 6>, z: f32) -> f32 {
     }
 }
 
-// Adds the moments of a level at a place, times a weight.
-fn light_moments_add(
-    index: u32,
-    face: u32,
-    place: vec2<f32>,
-    weight: f32,
-    sums: ptr<function, array<f32, 6>>,
-) {
-    let faces = light_moments.pictures.face_count;
-    let fine = light_moments.fine;
-    let side = select(fine, light_moments.coarse, index != 0u);
-    let before = select(0u, faces * fine * fine, index != 0u);
-    let scale = 1.0 / f32(1u << (light_moments.first + index));
-    let position = clamp(place * scale - 0.5, vec2(0.0), vec2(f32(side - 1u)));
-    let low = vec2<u32>(position);
-    let part = position - vec2<f32>(low);
-    for (var dy = 0u; dy < 2u; dy++) {
-        let wy = select(1.0 - part.y, part.y, dy == 1u);
-        for (var dx = 0u; dx < 2u; dx++) {
-            let wx = select(1.0 - part.x, part.x, dx == 1u);
-            let at = min(low + vec2(dx, dy), vec2(side - 1u));
-            let texel = before + (face * side + at.y) * side + at.x;
-            for (var i = 0u; i < light_moments.channels; i++) {
-                let value = light_moment_values[texel * light_moments.channels + i];
-                (*sums)[i] += weight * (wx * wy) * value;
-            }
-        }
+// The share of light that gets to the depth z past a texel.
+fn light_moments_past(face: u32, column: u32, row: u32, z: f32) -> f32 {
+    let side = light_moments.side;
+    let channels = light_moments.channels;
+    let first = ((face * side + row) * side + column) * channels;
+    var moments = array<f32, 6>();
+    for (var i = 0u; i < channels; i++) {
+        moments[i] = light_moment_values[first + i];
     }
+    return light_moments_share(light_moments.kind, moments, z);
 }
 
 fn light_moments_visibility(point: vec3<f32>) -> vec3<f32> {
@@ -247,12 +229,19 @@ fn light_moments_visibility(point: vec3<f32>) -> vec3<f32> {
     if texel.x < 0.0 {
         return vec3(1.0);
     }
-    var moments = array<f32, 6>();
-    let part = light_moments.part;
-    light_moments_add(0u, index, texel, 1.0 - part, &moments);
-    if part > 0.0 {
-        light_moments_add(1u, index, texel, part, &moments);
+    let z = light_level_depth(light_moments, light_depth_of(face, v));
+    let scale = 1.0 / f32(1u << light_moments.level);
+    let last = light_moments.side - 1u;
+    let position = clamp(texel * scale - 0.5, vec2(0.0), vec2(f32(last)));
+    let low = vec2<u32>(position);
+    let high = min(low + 1u, vec2(last));
+    let part = position - vec2<f32>(low);
+    var lines = vec2(0.0);
+    for (var i = 0u; i < 2u; i++) {
+        let row = select(low.y, high.y, i == 1u);
+        let a = light_moments_past(index, low.x, row, z);
+        let b = light_moments_past(index, high.x, row, z);
+        lines[i] = a + part.x * (b - a);
     }
-    let z = light_levels_depth(light_moments, light_depth_of(face, v));
-    return vec3(light_moments_share(light_moments.kind, moments, z));
+    return vec3(lines.x + part.y * (lines.y - lines.x));
 }

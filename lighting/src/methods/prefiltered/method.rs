@@ -25,7 +25,7 @@ const MOST_BYTES: f64 = (1_u64 << 27) as f64;
 
 /// Texels per side of a map that a ray crosses, as a part of all: what a level for
 /// so many steps goes by.
-const CROSSED: f32 = 0.25;
+const CROSSED: f64 = 0.25;
 
 /// A march through the moments of every light.
 #[derive(Debug, Clone, Copy)]
@@ -36,15 +36,15 @@ struct Filtered {
 }
 
 impl Filtered {
-    /// The level at which a texel is about as long as a step, or that fits into
-    /// memory.
-    fn level(self, inputs: &FrameInputs<'_>, light: usize, steps: u32) -> f32 {
-        let side = inputs.map as f32;
-        let level = (CROSSED * side / steps.max(1) as f32).log2().max(0.0);
+    /// The level at which a texel is about as long as a step, or the first that fits
+    /// into memory.
+    fn level(self, inputs: &FrameInputs<'_>, light: usize, steps: u32) -> u32 {
         let faces = face_count(inputs.geometry, &inputs.emitters[light]);
         let texels = faces as f64 * f64::from(inputs.map).powi(2);
-        let bytes = 1.25 * 4.0 * self.moments.channels() as f64 * texels;
-        level.max((0.5 * (bytes / MOST_BYTES).log2()).ceil() as f32)
+        let bytes = 4.0 * self.moments.channels() as f64 * texels;
+        let fits = (0.5 * (bytes / MOST_BYTES).log2()).ceil();
+        let step = CROSSED * f64::from(inputs.map) / f64::from(steps.max(1));
+        step.log2().round().max(fits).max(0.0) as u32
     }
 }
 
@@ -63,8 +63,8 @@ impl LightSources for Filtered {
     }
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
-        // Eight texels and a bound for each step.
-        let lookup = 8.0 + 4.0 * self.moments.channels() as f64;
+        // Four bounds for each step.
+        let lookup = 4.0 * (1.0 + self.moments.channels() as f64);
         let map = inputs.map_work();
         Work {
             per_ray: inputs.emitters.len() as f64 * f64::from(steps) * lookup,
@@ -93,7 +93,7 @@ impl<B: RenderShadowMap + Prefilter> SourceOn<B> for Filtered {
             light,
             resolution: inputs.map,
         };
-        let key = (of_light, self.moments, level.to_bits());
+        let key = (of_light, self.moments, level);
         let map = frame
             .store
             .get("filtered moments", key, PrefilteredMap::bytes, || {

@@ -7,10 +7,10 @@
 //! Translucent Occluders, I3D 2016.
 //!
 //! The mean of depths says nothing about a shadow, but a few powers of depth have means that
-//! bound the share of texels before a point. So such a map can be averaged before
-//! it is asked: a [`PrefilteredMap`] holds means over squares of 2ˡ × 2ˡ texels
-//! and is read between texels and between levels. A march that asks it in few steps sees
-//! what lies between its steps, in place of a texel.
+//! bound the share of texels before a point. So such a map can be averaged before it
+//! is asked: a [`PrefilteredMap`] is a level of a mip pyramid, means over squares of
+//! 2ˡ × 2ˡ texels. A march that asks it in few steps sees what lies between its
+//! steps, in place of a texel.
 //!
 //! # What is asked
 //!
@@ -30,15 +30,19 @@
 //!
 //! # How it departs from the papers
 //!
-//! Moments are f32, so none is quantised and the basis is that of powers. Bounds for six moments come
-//! from a factorisation and a bracketing solver. Levels have any size, and each texel is the mean
-//! of the texels of the map that it covers; faces of a cube are filtered by themselves.
+//! * Moments are f32, so none is quantised and the basis is that of powers. Bounds for
+//!   six moments come from a factorisation and a bracketing solver.
+//! * What is interpolated between four texels is the bound, not the moments: a mean
+//!   of bounds is a bound of the mean, lets less light through, and does not magnify the
+//!   rounding of the interpolation.
+//! * A level has any size, and each texel is the mean of the texels of the map that
+//!   it covers. Faces of a cube are filtered by themselves.
 //!
 //! # Error
 //!
-//! Moments of a level `l` smear shadows over 2ˡ texels. The bias moves shares by up to
-//! 3e-5 (four), 1e-4 (six), or thinks all depths uncertain by a
-//! thousandth of their range (variance).
+//! A level `l` smears shadows over 2ˡ texels. The bias moves shares by up to 3e-5
+//! (four), 1e-4 (six), or thinks all depths uncertain by a thousandth of their range
+//! (variance).
 
 #[cfg(feature = "wgpu")]
 pub(crate) mod gpu;
@@ -136,47 +140,41 @@ fn warped(z: f32) -> [f32; 2] {
     [up, -up.recip()]
 }
 
-/// The layout of a [`PrefilteredMap`].
+/// What a [`PrefilteredMap`] is made of.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Levels {
+pub struct Level {
     moments: Moments,
     resolution: u32,
     faces: Vec<Face>,
-    /// The level that is looked up, and the two that are stored: that below it and the next.
-    level: f32,
-    first: u32,
-    sides: [u32; 2],
+    /// The level, and texels per side there.
+    level: u32,
+    side: u32,
     /// Depths of the casters.
     depths: [f32; 2],
 }
 
-impl Levels {
-    fn new<M: Memory>(map: &ShadowMap<M>, moments: Moments, casters: &Bounds, level: f32) -> Self {
+impl Level {
+    fn new<M: Memory>(map: &ShadowMap<M>, moments: Moments, casters: &Bounds, level: u32) -> Self {
         let resolution = map.resolution();
-        let most = (resolution.next_power_of_two().ilog2()) as f32;
-        // A level that is not a number counts as 0.
-        let level = level.max(0.0).min(most);
-        let first = level as u32;
-        let side = |level: u32| resolution.div_ceil(1 << level.min(31));
+        let level = level.min(resolution.next_power_of_two().ilog2());
         Self {
             moments,
             resolution,
             faces: map.faces().to_vec(),
             level,
-            first,
-            sides: [side(first), side(first + 1)],
+            side: resolution.div_ceil(1 << level),
             depths: depths(&map.faces()[0], casters),
         }
     }
 
-    /// Texels of a level, all faces.
-    fn texels(&self, index: usize) -> usize {
-        self.faces.len() * (self.sides[index] as usize).pow(2)
+    /// Texels of all faces.
+    fn texels(&self) -> usize {
+        self.faces.len() * (self.side as usize).pow(2)
     }
 
-    /// Numbers of both levels.
+    /// Numbers of all texels.
     fn len(&self) -> usize {
-        self.moments.channels() * (self.texels(0) + self.texels(1))
+        self.moments.channels() * self.texels()
     }
 
     /// A depth between −1 and 1.
@@ -189,10 +187,9 @@ impl Levels {
     }
 
     /// Which texels of the map a texel covers along an axis.
-    fn covered(&self, index: usize, texel: u32) -> std::ops::Range<usize> {
-        let level = self.first + index as u32;
-        let first = texel << level;
-        let end = (u64::from(first) + (1 << level)).min(u64::from(self.resolution));
+    fn covered(&self, texel: u32) -> std::ops::Range<usize> {
+        let first = texel << self.level;
+        let end = (first + (1 << self.level)).min(self.resolution);
         first as usize..end as usize
     }
 }
@@ -227,27 +224,26 @@ fn depths(face: &Face, casters: &Bounds) -> [f32; 2] {
 /// Moments of the depths of a shadow map, filtered.
 #[derive(Debug)]
 pub struct PrefilteredMap<M: Memory> {
-    levels: Levels,
+    level: Level,
     moments: M::Buffer<f32>,
 }
 
 /// Filters shadow maps.
 pub trait Prefilter: Backend {
-    /// The moments of both levels, face by face, each row by row.
+    /// The moments of a level, face by face, each row by row.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
     fn prefilter(
         &self,
         map: &ShadowMap<Self::Memory>,
-        levels: &Levels,
+        level: &Level,
     ) -> Result<BufferOf<Self, f32>, Error>;
 }
 
 impl<M: Memory> PrefilteredMap<M> {
-    /// The moments of `map`, averaged over squares of 2^`level` texels; `level` is
-    /// clamped to the levels that there are, and may lie between two. `casters`
-    /// is a box around all that the map shows.
+    /// The moments of `map`, averaged over squares of 2^`level` texels; `level` is at
+    /// most that of a single texel. `casters` is a box around all that the map shows.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
@@ -256,101 +252,86 @@ impl<M: Memory> PrefilteredMap<M> {
         map: &ShadowMap<M>,
         moments: Moments,
         casters: &Bounds,
-        level: f32,
+        level: u32,
     ) -> Result<Self, Error>
     where
         B: Prefilter + Backend<Memory = M>,
     {
-        let levels = Levels::new(map, moments, casters, level);
+        let level = Level::new(map, moments, casters, level);
         Ok(Self {
-            moments: backend.prefilter(map, &levels)?,
-            levels,
+            moments: backend.prefilter(map, &level)?,
+            level,
         })
     }
 
     /// Which moments it holds.
     pub fn kind(&self) -> Moments {
-        self.levels.moments
+        self.level.moments
     }
 
     /// The level at which it is looked up.
-    pub fn level(&self) -> f32 {
-        self.levels.level
+    pub fn level(&self) -> u32 {
+        self.level.level
     }
 
-    /// The moments, face by face, each row by row; the finer level first.
+    /// The moments, face by face, each row by row.
     pub fn moments(&self) -> &M::Buffer<f32> {
         &self.moments
     }
 
     /// Memory used, bytes.
     pub fn bytes(&self) -> u64 {
-        4 * self.levels.len() as u64
+        4 * self.level.len() as u64
     }
 }
 
 impl Prefilter for Cpu {
-    fn prefilter(&self, map: &ShadowMap<Host>, levels: &Levels) -> Result<Vec<f32>, Error> {
-        let channels = levels.moments.channels();
-        let mut all = self.zeros::<f32>(levels.len())?;
-        let (fine, coarse) = all.split_at_mut(channels * levels.texels(0));
-        let side = levels.resolution as usize;
-        for (index, out) in [fine, coarse].into_iter().enumerate() {
-            let width = levels.sides[index] as usize;
-            self.for_each_chunk(out, channels * width, |first, row| {
-                let line = first / (channels * width);
-                let (face, line) = (line / width, line % width);
-                let rows = levels.covered(index, line as u32);
-                for (column, texel) in row.chunks_exact_mut(channels).enumerate() {
-                    let columns = levels.covered(index, column as u32);
-                    let mut sums = [0.0_f32; MOST];
-                    for row in rows.clone() {
-                        // Sums of rows: few roundings of many texels.
-                        let mut sum = [0.0_f32; MOST];
-                        for column in columns.clone() {
-                            let depth = map.depth()[(face * side + row) * side + column];
-                            let moments = levels.moments.of(levels.depth(depth));
-                            for (sum, moment) in sum.iter_mut().zip(moments) {
-                                *sum += moment;
-                            }
-                        }
-                        for (total, sum) in sums.iter_mut().zip(sum) {
-                            *total += sum;
+    fn prefilter(&self, map: &ShadowMap<Host>, level: &Level) -> Result<Vec<f32>, Error> {
+        let channels = level.moments.channels();
+        let mut all = self.zeros::<f32>(level.len())?;
+        let side = level.resolution as usize;
+        let width = level.side as usize;
+        self.for_each_chunk(&mut all, channels * width, |first, line| {
+            let number = first / (channels * width);
+            let (face, number) = (number / width, number % width);
+            let rows = level.covered(number as u32);
+            for (column, texel) in line.chunks_exact_mut(channels).enumerate() {
+                let columns = level.covered(column as u32);
+                let mut sums = [0.0_f32; MOST];
+                for row in rows.clone() {
+                    // Sums of rows: few roundings of many texels.
+                    let mut sum = [0.0_f32; MOST];
+                    let depths = &map.depth()[(face * side + row) * side..][columns.clone()];
+                    for depth in depths {
+                        let moments = level.moments.of(level.depth(*depth));
+                        for (sum, moment) in sum.iter_mut().zip(moments) {
+                            *sum += moment;
                         }
                     }
-                    let count = (rows.len() * columns.len()) as f32;
-                    for (to, sum) in texel.iter_mut().zip(sums) {
-                        *to = sum / count;
+                    for (total, sum) in sums.iter_mut().zip(sum) {
+                        *total += sum;
                     }
                 }
-            });
-        }
+                let count = (rows.len() * columns.len()) as f32;
+                for (to, sum) in texel.iter_mut().zip(sums) {
+                    *to = sum / count;
+                }
+            }
+        });
         Ok(all)
     }
 }
 
 impl PrefilteredMap<Host> {
-    /// Adds the moments of a level at a place, times `weight`.
-    fn add(&self, index: usize, face: usize, place: [f32; 2], weight: f32, sums: &mut [f32; MOST]) {
-        let levels = &self.levels;
-        let channels = levels.moments.channels();
-        let before = if index == 0 { 0 } else { levels.texels(0) };
-        let side = levels.sides[index];
-        let scale = 1.0 / (1_u64 << (levels.first + index as u32)) as f32;
-        let position = place.map(|x| (x * scale - 0.5).clamp(0.0, (side - 1) as f32));
-        let low = position.map(|x| x as u32);
-        let part = [position[0] - low[0] as f32, position[1] - low[1] as f32];
-        for (dy, wy) in [(0, 1.0 - part[1]), (1, part[1])] {
-            for (dx, wx) in [(0, 1.0 - part[0]), (1, part[0])] {
-                let column = (low[0] + dx).min(side - 1) as usize;
-                let row = (low[1] + dy).min(side - 1) as usize;
-                let texel = before + (face * side as usize + row) * side as usize + column;
-                let moments = &self.moments[channels * texel..channels * (texel + 1)];
-                for (sum, moment) in sums.iter_mut().zip(moments) {
-                    *sum += weight * (wx * wy) * moment;
-                }
-            }
-        }
+    /// The share of light that gets to the depth `z` past a texel.
+    fn share(&self, face: usize, [column, row]: [u32; 2], z: f32) -> f32 {
+        let side = self.level.side as usize;
+        let channels = self.level.moments.channels();
+        let texel = (face * side + row as usize) * side + column as usize;
+        let mut moments = [0.0; MOST];
+        let stored = &self.moments[channels * texel..channels * (texel + 1)];
+        moments[..channels].copy_from_slice(stored);
+        self.level.moments.visibility(&moments, z)
     }
 }
 
@@ -358,18 +339,24 @@ impl PointVisibility for PrefilteredMap<Host> {
     type Share = f32;
 
     fn visibility(&self, point: Vec3) -> f32 {
-        let levels = &self.levels;
-        let Some(place) = locate(&levels.faces, levels.resolution, point) else {
+        let level = &self.level;
+        let Some(place) = locate(&level.faces, level.resolution, point) else {
             return 1.0;
         };
-        let mut moments = [0.0; MOST];
-        let part = levels.level - levels.first as f32;
-        self.add(0, place.face, place.texel, 1.0 - part, &mut moments);
-        if part > 0.0 {
-            self.add(1, place.face, place.texel, part, &mut moments);
-        }
-        levels
-            .moments
-            .visibility(&moments, levels.depth(place.depth))
+        let z = level.depth(place.depth);
+        let scale = 1.0 / (1_u32 << level.level) as f32;
+        let last = level.side - 1;
+        let position = place
+            .texel
+            .map(|x| (x * scale - 0.5).clamp(0.0, last as f32));
+        let low = position.map(|x| x as u32);
+        let high = low.map(|x| (x + 1).min(last));
+        let [x, y] = [0, 1].map(|axis| position[axis] - low[axis] as f32);
+        let line = |row: u32| {
+            let [a, b] = [low[0], high[0]].map(|column| self.share(place.face, [column, row], z));
+            a + x * (b - a)
+        };
+        let (a, b) = (line(low[1]), line(high[1]));
+        a + y * (b - a)
     }
 }

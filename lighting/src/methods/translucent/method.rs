@@ -27,6 +27,9 @@ const STEPS: SourceQuality = SourceQuality {
 /// Memory that the maps of all lights may take together.
 const MAX_BYTES: u64 = 1 << 29;
 
+/// Memory that the map of one light may take.
+const MAX_MAP_BYTES: u64 = 1 << 27;
+
 /// A march through the map of transmittance of every light.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Curves;
@@ -34,17 +37,19 @@ pub(super) struct Curves;
 /// Texels per side of each face of a map of transmittance beside shadow maps of
 /// `map` texels: a half of those, because a texel
 /// holds a curve, or less if the maps of all lights, each with curves for so many
-/// [colours](Casters::channels), would take more than 512 MiB.
+/// [colours](Casters::channels), would take more than 512 MiB, or that of one of them
+/// more than 128 MiB, which is what shaders see with WebGPU's default limits.
 pub fn curve_resolution(map: u32, emitters: &[Emitter], channels: usize) -> u32 {
     let faces = |emitter: &Emitter| match emitter {
         Emitter::Directional(_) => 1,
         _ => 6,
     };
-    let faces = channels as u64 * emitters.iter().map(faces).sum::<u64>();
-    let texel = size_of::<Packed<8>>() as u64;
-    let bytes = |side: u32| texel * faces * u64::from(side) * u64::from(side);
+    let most = emitters.iter().map(faces).max().unwrap_or(0);
+    let all: u64 = emitters.iter().map(faces).sum();
+    let texel = channels as u64 * size_of::<Packed<8>>() as u64;
+    let bytes = |faces: u64, side: u32| texel * faces * u64::from(side) * u64::from(side);
     let mut side = (map / 2).max(1);
-    while side > 16 && bytes(side) > MAX_BYTES {
+    while side > 16 && (bytes(all, side) > MAX_BYTES || bytes(most, side) > MAX_MAP_BYTES) {
         side /= 2;
     }
     side

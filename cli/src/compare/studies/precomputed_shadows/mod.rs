@@ -54,6 +54,10 @@ struct Extent {
     picture: Size,
 }
 
+/// The last side of bakes where everything is to be measured: the next would take
+/// longer than all else together.
+const UNLIMITED: u32 = 1 << 15;
+
 const QUICK: Extent = Extent {
     sizes: 512,
     bakes: [1 << 11, 1 << 13],
@@ -181,7 +185,11 @@ fn measure_all(
     bar.inc(1);
     let mut side = extent.bakes[0];
     let mut last = sorted;
-    while side <= extent.bakes[1] {
+    let last_side = match limit.seconds().is_finite() {
+        true => extent.bakes[1],
+        false => extent.bakes[1].min(UNLIMITED),
+    };
+    while side <= last_side {
         if let Some(why) = limit.reached_after(2.5 * last) {
             study.leave_out("bakes at higher resolutions", why);
             break;

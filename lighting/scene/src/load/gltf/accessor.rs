@@ -6,6 +6,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Index, buffer};
 
 use super::buffers::Buffers;
+use super::draco::Decompressed;
 use super::{entry, label};
 use crate::load::LoadError;
 use crate::load::limits::Budget;
@@ -66,6 +67,41 @@ struct Expected {
     normalized: Option<bool>,
     /// What to say of other components.
     message: &'static str,
+}
+
+impl Decompressed {
+    /// Where its elements are, if they are what is expected.
+    fn layout(
+        &self,
+        expected: &Expected,
+        multiplicity: usize,
+        normalized: bool,
+        what: &str,
+    ) -> Result<Layout, LoadError> {
+        if !expected.components.contains(&self.component) {
+            return Err(LoadError::bad_value(
+                format!("the component type of {what}"),
+                format!("{:?}", self.component),
+                expected.message,
+            ));
+        }
+        let stride = self.component.size() * multiplicity;
+        let count = self.bytes.len() / stride;
+        if count as u64 != self.count || count * stride != self.bytes.len() {
+            return Err(LoadError::bad_value(
+                format!("the compressed data of {what}"),
+                format!("{} bytes for {} elements", self.bytes.len(), self.count),
+                "as many components as the accessor has",
+            ));
+        }
+        Ok(Layout {
+            component: self.component,
+            normalized,
+            stride,
+            start: 0,
+            count,
+        })
+    }
 }
 
 impl Buffers<'_> {
@@ -147,6 +183,14 @@ impl Buffers<'_> {
                 },
             ));
         }
+        let multiplicity = shape.multiplicity();
+        let normalized = expected.normalized.unwrap_or(accessor.normalized);
+        if let Some(elements) = self.decompressed(number) {
+            let layout = elements.layout(expected, multiplicity, normalized, &what)?;
+            budget.take(owner, elements.count, size_of::<T>())?;
+            let bytes = layout.elements(&elements.bytes);
+            return Ok(bytes.map(|element| read(&layout, element)).collect());
+        }
         let Checked::Valid(component) = &accessor.component_type else {
             return Err(LoadError::bad_value(
                 format!("the component type of {what}"),
@@ -162,8 +206,6 @@ impl Buffers<'_> {
                 expected.message,
             ));
         }
-        let normalized = expected.normalized.unwrap_or(accessor.normalized);
-        let multiplicity = shape.multiplicity();
         let count = accessor.count.0;
         let mut elements = match accessor.buffer_view {
             Some(view) => {

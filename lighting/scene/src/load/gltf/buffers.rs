@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use gltf_json::accessor::Accessor;
 use gltf_json::{Index, Root, Value, buffer};
 
+use super::draco::Decompressed;
 use super::meshopt::{Filter, Layout, Mode};
 use super::uri::Target;
 use super::{entry, label};
@@ -22,6 +24,8 @@ pub(super) struct Buffers<'a> {
     read: BTreeMap<usize, Vec<u8>>,
     /// Views that were compressed.
     decoded: BTreeMap<usize, Vec<u8>>,
+    /// Accessors of a primitive that was compressed as a whole.
+    decompressed: BTreeMap<usize, Decompressed>,
 }
 
 impl<'a> Buffers<'a> {
@@ -40,7 +44,23 @@ impl<'a> Buffers<'a> {
             open,
             read: BTreeMap::new(),
             decoded: BTreeMap::new(),
+            decompressed: BTreeMap::new(),
         }
+    }
+
+    /// Gives an accessor elements that are in no view.
+    pub(super) fn put(&mut self, accessor: Index<Accessor>, elements: Decompressed) {
+        self.decompressed.insert(accessor.value(), elements);
+    }
+
+    /// Those of an accessor, if it was given some.
+    pub(super) fn decompressed(&self, accessor: usize) -> Option<&Decompressed> {
+        self.decompressed.get(&accessor)
+    }
+
+    /// Takes them away from all accessors.
+    pub(super) fn forget_decompressed(&mut self) {
+        self.decompressed.clear();
     }
 
     /// What a URI leads to.

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use gltf_json::{Root, Value};
+use gltf_json::Value;
 
-use super::Builder;
+use super::{Builder, draco};
 use crate::load::LoadError;
 use crate::load::error::printable;
 
@@ -13,6 +13,7 @@ const SUPPORTED: &[&str] = &[
     "EXT_lights_area",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
+    draco::NAME,
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_transmission",
@@ -65,9 +66,6 @@ const GEOMETRIC: &[&str] = &[
     "MPEG_mesh_linking",
 ];
 
-/// Meshes compressed by Draco.
-const DRACO: &str = "KHR_draco_mesh_compression";
-
 pub(super) fn is_supported(extension: &str) -> bool {
     SUPPORTED.contains(&extension)
 }
@@ -101,9 +99,7 @@ impl Builder<'_> {
             }
             let is_required = root.extensions_required.iter().any(|e| e == extension);
             let is_geometric = on_data.contains(extension) || begins_with_any(extension, GEOMETRIC);
-            // A mesh that is there uncompressed too needs no decoder.
-            let has_fallback = extension == DRACO && !is_required && has_fallback(root, self.value);
-            if (is_required || is_geometric) && !has_fallback && !self.lenient {
+            if (is_required || is_geometric) && !self.lenient {
                 let why = if is_required {
                     "which the file requires"
                 } else {
@@ -113,9 +109,7 @@ impl Builder<'_> {
                     "the extension {shown}, {why},"
                 )));
             }
-            let more = if has_fallback {
-                "; meshes are there uncompressed too"
-            } else if is_required || is_geometric {
+            let more = if is_required || is_geometric {
                 "; geometry may be missing"
             } else {
                 ""
@@ -124,21 +118,6 @@ impl Builder<'_> {
                 .add(format!("the extension {shown} is ignored{more}"));
         }
         Ok(())
-    }
-
-    /// True if a primitive is there only in a form that is not read.
-    pub(super) fn is_unreadable(&self, mesh: usize, number: usize) -> bool {
-        let primitive = &self.root.meshes[mesh].primitives[number];
-        let has_draco = |value: &Value| value.get(DRACO).is_some();
-        let extensions = || {
-            let mesh = self.value.get("meshes")?.get(mesh)?;
-            mesh.get("primitives")?.get(number)?.get("extensions")
-        };
-        extensions().is_some_and(has_draco)
-            && primitive.attributes.values().any(|index| {
-                let accessor = self.root.accessors.get(index.value());
-                accessor.is_some_and(|a| a.buffer_view.is_none() && a.sparse.is_none())
-            })
     }
 }
 
@@ -161,16 +140,4 @@ fn extensions_on_data(document: &Value) -> BTreeSet<&str> {
     names
         .flat_map(|map| map.keys().map(String::as_str))
         .collect()
-}
-
-/// True if every accessor that a mesh uses has data of its own.
-fn has_fallback(root: &Root, document: &Value) -> bool {
-    let meshes = document.get("meshes").and_then(Value::as_array);
-    let meshes = meshes.into_iter().flatten().zip(&root.meshes);
-    let primitives = meshes.flat_map(|(_, mesh)| &mesh.primitives);
-    let mut accessors = primitives.flat_map(|p| p.attributes.values().copied().chain(p.indices));
-    accessors.all(|index| {
-        let accessor = root.accessors.get(index.value());
-        accessor.is_none_or(|a| a.buffer_view.is_some() || a.sparse.is_some())
-    })
 }

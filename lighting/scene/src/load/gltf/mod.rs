@@ -6,7 +6,9 @@
 mod accessor;
 mod area;
 mod buffers;
+mod camera;
 mod container;
+mod draco;
 mod extension;
 mod extras;
 mod light;
@@ -28,6 +30,7 @@ use glam::DVec3;
 use gltf_json::{Index, Root, Value};
 
 use self::buffers::Buffers;
+use self::camera::Orthographic;
 use self::container::{Container, Document};
 use self::material::Converted;
 use self::pose::Places;
@@ -82,6 +85,7 @@ fn read(
         plain: None,
         upside_down: BTreeMap::new(),
         shapes: BTreeMap::new(),
+        orthographic: None,
     };
     builder.document()?;
     if has_animations {
@@ -117,6 +121,8 @@ struct Builder<'a> {
     upside_down: BTreeMap<usize, Texture>,
     /// Primitives; `None` if there is nothing to draw.
     shapes: BTreeMap<Key, Option<Shape>>,
+    /// The first orthographic camera.
+    orthographic: Option<Orthographic>,
 }
 
 impl<'a> Builder<'a> {
@@ -152,6 +158,7 @@ impl<'a> Builder<'a> {
             }
             None => self.walk_all()?,
         }
+        self.replace_orthographic()?;
         let extras = [
             scene.map(|scene| &scene.extras),
             Some(&root.extras),

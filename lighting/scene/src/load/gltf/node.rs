@@ -9,7 +9,7 @@ use super::quad::{Mapping, Rectangle};
 use super::texture::Placed;
 use super::{Builder, entry, extras, label};
 use crate::load::LoadError;
-use crate::{AreaLight, Camera, Instance, Light, Texture};
+use crate::{AreaLight, Instance, Light, Texture};
 
 /// What a node hands down to its children.
 #[derive(Debug, Clone, Copy)]
@@ -338,33 +338,6 @@ impl Builder<'_> {
         let turned = Texture::new(texture.width(), texture.height(), turned)?;
         self.upside_down.insert(material, turned.clone());
         Ok(turned)
-    }
-
-    fn camera(&mut self, node: &Node, name: &str, world: Affine3A) -> Result<(), LoadError> {
-        let Some(index) = node.camera else {
-            return Ok(());
-        };
-        let camera = entry(&self.root.cameras, index, name, "camera")?;
-        let what = label("camera", index.value(), camera.name.as_deref());
-        let Some(perspective) = &camera.perspective else {
-            self.notes.add(format!(
-                "{what} ignored: it has no perspective, and pictures are taken with one"
-            ));
-            return Ok(());
-        };
-        if self.scene.camera.is_some() {
-            self.notes.add(format!(
-                "{what} of {name} ignored: the first camera is used"
-            ));
-            return Ok(());
-        }
-        let Some(rotation) = rotation(world) else {
-            self.notes
-                .add(format!("{what} ignored: {name} is scaled to nothing"));
-            return Ok(());
-        };
-        self.scene.camera = Some(Camera::new(world.translation, rotation, perspective.yfov)?);
-        Ok(())
     }
 }
 

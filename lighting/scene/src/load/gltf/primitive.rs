@@ -78,10 +78,13 @@ impl Builder<'_> {
         if parent.primitives.len() > 1 {
             name = format!("primitive {number} of {name}");
         }
-        if self.is_unreadable(mesh, number) {
-            self.notes.add(format!(
-                "{name} left out: it is compressed in a way that is not read"
-            ));
+        if self.is_compressed(mesh, number)
+            && let Err(error) = self.decompress(mesh, number, &name)
+        {
+            if !self.lenient {
+                return Err(error);
+            }
+            self.notes.add(format!("{name} left out: {error}"));
             self.shapes.insert(key, None);
             return Ok(None);
         }
@@ -90,6 +93,7 @@ impl Builder<'_> {
             _ => name.clone(),
         };
         let shape = self.convert(key, name, called)?;
+        self.buffers.forget_decompressed();
         self.shapes.insert(key, shape.clone());
         Ok(shape)
     }

@@ -169,8 +169,8 @@ fn bad_documents_are_refused_with_their_cause() {
         ),
         (
             "\"nodes\"",
-            "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"nodes\"",
-            "KHR_draco_mesh_compression",
+            "\"extensionsRequired\":[\"KHR_accessor_float64\"],\"nodes\"",
+            "KHR_accessor_float64",
         ),
         (
             "\"nodes\"",

@@ -313,7 +313,7 @@ fn the_first_perspective_camera_is_the_camera() {
     assert!((camera.direction(0.5, 0.5, 1, 1) - Vec3::Z).length() < 1e-6);
     let notes = loaded.notes.join("\n");
     assert!(
-        notes.contains("no perspective") && notes.contains("first camera"),
+        notes.contains("first perspective camera") && notes.contains("the first camera"),
         "{notes}"
     );
 
@@ -330,6 +330,33 @@ fn the_first_perspective_camera_is_the_camera() {
             .camera
             .is_none()
     );
+}
+
+#[test]
+fn a_perspective_camera_stands_for_an_orthographic_one() {
+    let camera = |ymag: &str| {
+        let cameras = format!(
+            r#","cameras":[{{"type":"orthographic","orthographic":{{"xmag":9,"ymag":{ymag},"zfar":99,"znear":1}}}}]"#
+        );
+        // The tetrahedron is in the middle of z = 0 to 1, seen from above z = 5.
+        with_nodes(
+            r#"{"camera":0,"translation":[0.5,0,5],"scale":[1,1,7]}"#,
+            &cameras,
+        )
+    };
+    let loaded = camera("2").unwrap();
+    let camera_of = loaded.scene.camera.unwrap();
+    let (eye, fov) = (camera_of.eye(), camera_of.vertical_fov());
+    assert_eq!((eye.x, eye.y), (0.5, 0.0));
+    // Half the frame's height where the middle of the scene is.
+    let half = (eye.z - 0.5) * (0.5 * fov).tan();
+    assert!((half - 2.0).abs() < 1e-5, "{half}");
+    let notes = loaded.notes.join("\n");
+    assert!(notes.contains("camera 0 is orthographic"), "{notes}");
+    for bad in ["0", "-1"] {
+        let error = camera(bad).unwrap_err().to_string();
+        assert!(error.contains("ymag of camera 0"), "{error}");
+    }
 }
 
 fn with_extras(medium: &str) -> Result<Loaded, LoadError> {

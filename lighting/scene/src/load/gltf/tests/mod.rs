@@ -2,6 +2,7 @@
 
 mod bad;
 mod compressed;
+mod draco;
 mod extensions;
 mod geometry;
 mod lights;

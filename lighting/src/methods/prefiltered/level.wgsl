@@ -1,21 +1,20 @@
-// Moments of depths: the shader's side of `Moments` and `Levels`.
+// Moments of depths: the shader's side of `Moments` and `Level`.
 //
 // Needs the parts face.wgsl and place.wgsl.
 
-struct light_Levels {
+struct light_Level {
     pictures: light_Pictures,
     // The kind of moments, and numbers per texel.
     kind: u32,
     channels: u32,
-    // The finer of the two levels, and the sides of both.
-    first: u32,
-    fine: u32,
-    coarse: u32,
-    // How far the level is from the first to the next.
-    part: f32,
+    // The level, and texels per side there.
+    level: u32,
+    side: u32,
     // Depths of the casters.
     near: f32,
     far: f32,
+    padding_a: u32,
+    padding_b: u32,
 }
 
 const light_VARIANCE: u32 = 0u;
@@ -33,12 +32,12 @@ const light_DEVIATION: f32 = 1e-3;
 
 // A depth between -1 and 1; 0x1.fffffep+127 is that of a texel in which the light
 // sees nothing.
-fn light_levels_depth(levels: light_Levels, depth: f32) -> f32 {
+fn light_level_depth(level: light_Level, depth: f32) -> f32 {
     if depth == 0x1.fffffep+127 {
         return 1.0;
     }
-    let scale = (1.0 + light_DEEPEST) / (levels.far - levels.near);
-    return clamp((depth - levels.near) * scale - 1.0, -1.0, light_BEHIND);
+    let scale = (1.0 + light_DEEPEST) / (level.far - level.near);
+    return clamp((depth - level.near) * scale - 1.0, -1.0, light_BEHIND);
 }
 
 // Two increasing functions of a depth.

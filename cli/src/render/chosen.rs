@@ -1,0 +1,114 @@
+//! The method that the command line names.
+
+use lighting::methods::{Entry, GAUSS_NODES, Registry};
+
+use crate::args::{Render, SurfaceScattering};
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::{shadow_files, suggest};
+
+/// A method with a quality.
+pub(crate) struct Chosen {
+    pub(crate) entry: Entry,
+    pub(crate) quality: u32,
+}
+
+/// What pairs consist of unless something else is asked for.
+const VISIBILITY: &str = "exact";
+const AIRLIGHT: &str = "quadrature";
+
+impl Chosen {
+    pub(crate) fn new(methods: &Registry, args: &Render) -> Result<Self, Failure> {
+        let entry = match &args.method {
+            Some(name) => find(methods, name)?.clone(),
+            None => {
+                let visibility = args.visibility.as_deref().unwrap_or(VISIBILITY);
+                let airlight = args.airlight.as_deref().unwrap_or(AIRLIGHT);
+                let missing =
+                    || Failure::new(format!("there is no method {visibility} x {airlight}"));
+                methods
+                    .pair(visibility, airlight, None)
+                    .ok_or_else(missing)?
+            }
+        };
+        let Some([(visibility, steps), (airlight, detail)]) = entry.halves() else {
+            if args.samples.is_some() || args.nodes.is_some() {
+                return Err(Failure::new(format!(
+                    "--samples and --nodes are those of a pair; the quality of {} is --quality",
+                    entry.about().name
+                )));
+            }
+            let quality = args.quality.unwrap_or(entry.about().usual);
+            return Ok(Self { entry, quality });
+        };
+        if args.samples.is_some() && steps.is_none() {
+            return Err(Failure::new(format!(
+                "--samples is a number of steps or voxels, and {visibility} visibility has none"
+            )));
+        }
+        if args.nodes.is_some() && detail != Some(GAUSS_NODES) {
+            return Err(Failure::new(format!(
+                "--nodes is that of a quadrature with a number of nodes, which airlight by {airlight} is not"
+            )));
+        }
+        let given = args.quality.or(args.samples);
+        // Without a quality of the visibility, nodes are the quality of the pair.
+        let (entry, given) = match (steps, args.nodes) {
+            (Some(_), Some(nodes)) => {
+                let entry = methods.pair(visibility, airlight, Some(nodes));
+                (entry.expect("the pair was found before"), given)
+            }
+            (None, Some(nodes)) if given.is_none() => (entry, Some(nodes)),
+            (None, Some(_)) => {
+                return Err(Failure::new(
+                    "--nodes is the quality here: give one of the two",
+                ));
+            }
+            (_, None) => (entry, given),
+        };
+        let quality = given.unwrap_or(entry.about().usual);
+        Ok(Self { entry, quality })
+    }
+
+    /// The method of lights whose shadows are in files.
+    pub(crate) fn of_files(&self, methods: &Registry) -> Result<Entry, Failure> {
+        let [_, (airlight, _)] = self.entry.halves().ok_or_else(|| {
+            Failure::new(format!(
+                "--shadows goes with a pair of visibility and airlight, which {} is not",
+                self.entry.about().name
+            ))
+        })?;
+        shadow_files::method(methods, airlight)
+    }
+
+    /// Refuses a size of maps that nothing uses.
+    pub(crate) fn check_map(&self, args: &Render, input: &Input) -> Result<(), Failure> {
+        let used = self.entry.about().uses_shadow_map
+            || !input.scene.translucent.is_empty()
+            || args.indirect.surface_scattering == Some(SurfaceScattering::Shadowed);
+        if args.options.map.is_some() && !used {
+            return Err(Failure::new(format!(
+                "--map is the size of shadow maps, and {} has none",
+                self.entry.about().name
+            )));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn describe(&self) -> String {
+        let about = self.entry.about();
+        format!("{} with {} {}", about.name, self.quality, about.quality)
+    }
+}
+
+/// The method of a name.
+fn find<'a>(methods: &'a Registry, name: &str) -> Result<&'a Entry, Failure> {
+    methods.find(name).ok_or_else(|| {
+        let names: Vec<_> = methods.compared().map(|entry| entry.about().name).collect();
+        Failure::new(format!(
+            "no method is called \"{name}\", or several are{}; there are {}",
+            suggest::question(name, &names),
+            names.join(", ")
+        ))
+    })
+}

@@ -1,0 +1,152 @@
+//! The light of a picture: that of its surfaces, and that of the air before them.
+
+use gpu_backend::gpu::Gpu;
+use gpu_backend::{Cpu, Download};
+use indicatif::ProgressBar;
+use lighting::methods::{Entry, Frame, FrameInputs, MethodBackend, Store, Verdict};
+use lighting::precomputed::FilterSize;
+use lighting::scene::view::View;
+use lighting::scene::{Camera, Medium};
+use lighting::surface::{self, Lit};
+use lighting::{Emitter, Watch};
+
+use crate::args::Render;
+use crate::devices::Device;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::parse::Size;
+use crate::picture::Picture;
+use crate::shadow_files::Shadow;
+use crate::{maps, progress, surfaces};
+
+/// The light of surfaces that `emitters` send, with the shadows of files where there
+/// are some.
+pub(crate) fn of_surfaces(
+    args: &Render,
+    input: &Input,
+    view: &View,
+    emitters: &[Emitter],
+    shadows: &[Option<Shadow>],
+) -> Result<Vec<[f32; 4]>, Failure> {
+    if shadows.iter().all(Option::is_none) {
+        return surfaces::radiance_of(view, input, emitters, args.options.map.unwrap_or(1024));
+    }
+    let filter = FilterSize::new(args.filter.unwrap_or(9))
+        .map_err(|error| Failure::from(error).about("--filter"))?;
+    let filtered: Vec<_> = shadows
+        .iter()
+        .map(|shadow| shadow.as_ref().map(|shadow| shadow.filtered(filter)))
+        .collect();
+    let lights: Vec<Lit<'_>> = (emitters.iter().zip(&filtered))
+        .map(|(emitter, filtered)| (emitter, filtered.as_ref().map(|shadow| shadow as _)))
+        .collect();
+    Ok(surface::radiance_with(
+        &Cpu::new(),
+        view,
+        &input.scene,
+        &input.geometry,
+        &input.tracer,
+        &lights,
+        input.scene.medium.as_ref(),
+    ))
+}
+
+/// What is the same for all lights of a picture.
+pub(crate) struct Job<'a> {
+    pub(crate) args: &'a Render,
+    /// Of the picture of all rays.
+    pub(crate) size: Size,
+    pub(crate) camera: &'a Camera,
+    pub(crate) view: &'a View,
+    pub(crate) medium: &'a Medium,
+    pub(crate) device: &'a Device,
+}
+
+impl Job<'_> {
+    /// The airlight of some emitters by a method; `given` are shadows from files.
+    pub(crate) fn airlight(
+        &self,
+        input: &mut Input,
+        indices: &[usize],
+        entry: &Entry,
+        quality: u32,
+        given: &[Option<Shadow>],
+    ) -> Result<Picture, Failure> {
+        let emitters = &input.picked(indices);
+        let areas = &input.areas(indices);
+        let asked = self.args.options.map.unwrap_or(1024);
+        let map = if entry.about().uses_shadow_map {
+            maps::affordable(asked, &input.geometry, emitters, &mut input.notes)
+        } else {
+            asked
+        };
+        // Lights are numbered anew.
+        let host = Store::new();
+        lighting::methods::share_tracer(&host, &input.tracer);
+        for (light, shadow) in given.iter().enumerate() {
+            if let Some(shadow) = shadow {
+                lighting::methods::share_precomputed(&host, light, shadow);
+            }
+        }
+        let rays = self.view.rays().len() * emitters.len();
+        let bar = Bar(progress::bar("airlight", rays as u64));
+        let inputs = FrameInputs {
+            emitters,
+            areas,
+            medium: self.medium,
+            geometry: &input.geometry,
+            translucent: &input.scene.translucent,
+            camera: self.camera,
+            size: [self.size.width, self.size.height],
+            rays: self.view.rays(),
+            hits: self.view.hits(),
+            map,
+            host: &host,
+            watch: &bar,
+        };
+        match entry.method().applies(&inputs) {
+            Verdict::Impossible(why) => {
+                let name = entry.about().name;
+                return Err(Failure::new(format!("{name}: {why}")));
+            }
+            Verdict::Applies | Verdict::Pointless(_) => {}
+        }
+        let notes = entry.method().notes(&inputs);
+        let radiance = match &self.device.context {
+            None => run_on(&Cpu::new(), &host, inputs, entry, quality)?,
+            Some(context) => {
+                let store = Store::new();
+                run_on(&Gpu::new(context.clone()), &store, inputs, entry, quality)?
+            }
+        };
+        bar.0.finish_and_clear();
+        input.notes.extend(notes);
+        Ok(Picture::new(self.size, &radiance))
+    }
+}
+
+/// A progress bar that counts rays.
+struct Bar(ProgressBar);
+
+impl Watch for Bar {
+    fn gathered(&self, rays: usize) {
+        self.0.inc(rays as u64);
+    }
+}
+
+fn run_on<B: MethodBackend + Download>(
+    backend: &B,
+    store: &Store<B::Memory>,
+    inputs: FrameInputs<'_>,
+    entry: &Entry,
+    quality: u32,
+) -> Result<Vec<[f32; 4]>, Failure> {
+    let method = entry.on::<B>().ok_or_else(|| {
+        let name = entry.about().name;
+        Failure::new(format!("{name} has no shader: it runs with --backend cpu"))
+    })?;
+    let frame = Frame::new(backend, inputs, store)?;
+    let mut radiance = backend.zeros::<[f32; 4]>(inputs.rays.len())?;
+    method.add_radiance(&frame, quality, &mut radiance)?;
+    Ok(backend.download(&radiance)?)
+}

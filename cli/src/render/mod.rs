@@ -1,0 +1,236 @@
+//! One picture: surfaces and airlight.
+
+mod chosen;
+mod layers;
+mod light;
+
+use std::path::Path;
+
+use gpu_backend::Cpu;
+use lighting::methods::{FROM_FILE, Registry};
+use lighting::plan::{Plan, Reason};
+use lighting::scene::view::View;
+use lighting::scene::{Camera, Medium};
+
+use crate::args::Render;
+use crate::devices::{self, Device};
+use crate::failure::Failure;
+use crate::format::{count, significant};
+use crate::input::{Input, describe_medium};
+use crate::output::PendingFile;
+use crate::parse::Size;
+use crate::picture::Picture;
+use crate::print::{complain, note, summarise};
+use crate::shadow_files::Shadows;
+use crate::{indirect, progress, shadow_files};
+use chosen::Chosen;
+use light::Job;
+
+/// Formats by file name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Png,
+    Exr,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, Failure> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(Failure::new(format!(
+                "cannot write {}: its name must end in .png or .exr",
+                path.display()
+            ))),
+        }
+    }
+}
+
+/// Runs `crepuscular render`.
+pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
+    let format = Format::of(&args.output)?;
+    if format == Format::Exr && args.exposure.is_some() {
+        return Err(Failure::new(
+            "--exposure is that of a PNG; an EXR holds linear radiance",
+        ));
+    }
+    if format == Format::Png && args.layers {
+        return Err(Failure::new("--layers are channels of an EXR file"));
+    }
+    let size = (args.size.of_rays(args.spp)).map_err(|why| Failure::new(why).about("--spp"))?;
+    let chosen = Chosen::new(methods, args)?;
+    let file = PendingFile::create(&args.output)?;
+    let (devices, _) = devices::find(&[args.backend])?;
+    let mut input = Input::for_picture(&args.scene, &args.options, args.size)?;
+    chosen.check_map(args, &input)?;
+    if args.layers {
+        layers::check(args.size, input.scene.lights.len())?;
+    }
+    let camera = input.camera()?;
+    let spinner = progress::spinner("camera rays");
+    let view = View::new(&Cpu::new(), &camera, &input.tracer, size.width, size.height)?;
+    spinner.finish_and_clear();
+    let shadows = shadow_files::read(&args.shadows, &input)?;
+    if shadows.iter().any(Option::is_some) && !input.scene.translucent.is_empty() {
+        (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
+    }
+    let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
+    for part in plan.left_out() {
+        if part.reason != Reason::OnlyDirectionalLight {
+            (input.notes).push(format!("left out: {} ({})", part.subject, part.reason));
+        }
+    }
+    let shot = Shot {
+        methods,
+        args,
+        size,
+        medium: input.scene.medium,
+        camera,
+        view: &view,
+        device: &devices[0],
+        chosen: &chosen,
+        shadows: &shadows,
+        kept: plan.emitters(),
+    };
+    let (picture, content) = shot.taken(&mut input, format)?;
+    let odd = picture.non_finite();
+    if odd > 0 {
+        complain(&format!(
+            "warning: {odd} of {} pixels are not finite; a PNG shows them in magenta",
+            picture.pixels.len()
+        ));
+    }
+    file.finish(&content)?;
+    // Each light has the same to say.
+    let mut notes: Vec<String> = Vec::new();
+    for note in input.notes {
+        if !notes.contains(&note) {
+            notes.push(note);
+        }
+    }
+    note(&notes);
+    let from_files = shadows.iter().flatten().count();
+    let method = match from_files {
+        0 => chosen.describe(),
+        _ if from_files == input.emitters.len() => "precomputed shadows".into(),
+        _ => format!(
+            "precomputed shadows of {}, {}",
+            count(from_files, "light"),
+            chosen.describe()
+        ),
+    };
+    summarise(&format!(
+        "{}: {} in {}, {method}\n",
+        args.output.display(),
+        args.size,
+        describe_medium(input.scene.medium.as_ref()),
+    ))
+}
+
+/// A picture that is being taken. Pictures that it returns have the size that was
+/// asked for.
+struct Shot<'a> {
+    methods: &'a Registry,
+    args: &'a Render,
+    /// Of the picture of all rays.
+    size: Size,
+    medium: Option<Medium>,
+    camera: Camera,
+    view: &'a View,
+    device: &'a Device,
+    chosen: &'a Chosen,
+    shadows: &'a Shadows,
+    /// The emitters that the plan keeps for the air.
+    kept: &'a [usize],
+}
+
+impl Shot<'_> {
+    /// The picture, and the file that holds it.
+    fn taken(&self, input: &mut Input, format: Format) -> Result<(Picture, Vec<u8>), Failure> {
+        if self.args.layers {
+            let layers = layers::Layers::of(self, input)?;
+            return Ok((layers.picture.clone(), layers.exr()?));
+        }
+        let all: Vec<usize> = (0..input.emitters.len()).collect();
+        let mut picture = self.surfaces(input, &all)?;
+        if let Some(indirect) = self.indirect(input)? {
+            picture = picture.plus(&indirect);
+        }
+        if let Some(airlight) = self.airlight(input, self.kept)? {
+            picture = picture.plus(&airlight);
+        }
+        if format == Format::Exr {
+            let content = picture.exr()?;
+            return Ok((picture, content));
+        }
+        let exposure = self.args.exposure;
+        let exposure = exposure.unwrap_or_else(|| picture.automatic_exposure());
+        input.notes.push(format!(
+            "exposure {} stops (--exposure)",
+            significant(f64::from(exposure))
+        ));
+        let content = picture.png(exposure)?;
+        Ok((picture, content))
+    }
+
+    /// What all rays see, as pixels.
+    fn pixels(&self, radiance: &[[f32; 4]]) -> Picture {
+        Picture::new(self.size, radiance).averaged(self.args.spp.side)
+    }
+
+    /// The light of surfaces that some emitters send.
+    fn surfaces(&self, input: &Input, emitters: &[usize]) -> Result<Picture, Failure> {
+        let spinner = progress::spinner("surfaces");
+        let shadows: Shadows = emitters.iter().map(|i| self.shadows[*i].clone()).collect();
+        let emitters = input.picked(emitters);
+        let radiance = light::of_surfaces(self.args, input, self.view, &emitters, &shadows)?;
+        spinner.finish_and_clear();
+        Ok(self.pixels(&radiance))
+    }
+
+    /// The light by way of the fog and from all around, if it is asked for.
+    fn indirect(&self, input: &mut Input) -> Result<Option<Picture>, Failure> {
+        let map = self.args.options.map.unwrap_or(1024);
+        let options = &self.args.indirect;
+        let radiance = indirect::radiance(options, map, self.device, input, self.view)?;
+        Ok(radiance.map(|radiance| self.pixels(&radiance)))
+    }
+
+    /// The light of some emitters that the air scatters; nothing if there is none.
+    fn airlight(&self, input: &mut Input, emitters: &[usize]) -> Result<Option<Picture>, Failure> {
+        let Some(medium) = self.medium else {
+            return Ok(None);
+        };
+        let job = Job {
+            args: self.args,
+            size: self.size,
+            camera: &self.camera,
+            view: self.view,
+            medium: &medium,
+            device: self.device,
+        };
+        let (from_files, others): (Vec<usize>, Vec<usize>) =
+            (emitters.iter()).partition(|index| self.shadows[**index].is_some());
+        let Chosen { entry, quality } = self.chosen;
+        let mut sum: Option<Picture> = None;
+        let mut add = |picture: Picture| {
+            sum = Some(match &sum {
+                Some(sum) => sum.plus(&picture),
+                None => picture,
+            });
+        };
+        if !others.is_empty() {
+            add(job.airlight(input, &others, entry, *quality, &[])?);
+        }
+        if !from_files.is_empty() {
+            let entry = self.chosen.of_files(self.methods)?;
+            let own: Shadows = from_files
+                .iter()
+                .map(|i| self.shadows[*i].clone())
+                .collect();
+            add(job.airlight(input, &from_files, &entry, FROM_FILE, &own)?);
+        }
+        Ok(sum.map(|sum| sum.averaged(self.args.spp.side)))
+    }
+}

@@ -1,0 +1,129 @@
+//! Options of how a file is read, and of what stands around what is in it.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use glam::{DVec3, Vec3};
+use lighting::scene::load::{LoadOptions, UpAxis};
+use lighting::scene::{Camera, Light, PointLight, Scene};
+
+use crate::failure::Failure;
+use crate::parse::{self, Viewpoint};
+
+/// How a file is read.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Files")]
+pub(crate) struct FileOptions {
+    /// Leave out, with a note, what of a glTF file cannot be read, although geometry
+    /// may be missing then
+    #[arg(long)]
+    pub(crate) lenient: bool,
+
+    /// A folder from which, and from below which, a file may take buffers, images and
+    /// materials too [default: only from its own folder]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) assets: Option<PathBuf>,
+
+    /// Unit of length of a PLY, OBJ, HAIR or VOL file: mm, cm, m, km, in, ft or a number
+    /// of metres [default: m]
+    #[arg(long, value_name = "UNIT", value_parser = parse::unit, allow_negative_numbers = true)]
+    pub(crate) unit: Option<f64>,
+
+    /// The axis that points up in a PLY, OBJ, HAIR or VOL file [default: y]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub(crate) up: Option<Up>,
+}
+
+/// Axes by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Up {
+    /// Rare
+    X,
+    /// glTF, and most programs that make pictures
+    Y,
+    /// Most programs that make plans and scans
+    Z,
+}
+
+impl FileOptions {
+    /// The first that is given, as it is written.
+    pub(crate) fn first_given(&self) -> Option<&'static str> {
+        let given = [
+            (self.lenient, "--lenient"),
+            (self.assets.is_some(), "--assets"),
+            (self.unit.is_some(), "--unit"),
+            (self.up.is_some(), "--up"),
+        ];
+        given
+            .iter()
+            .find(|(is_given, _)| *is_given)
+            .map(|(_, name)| *name)
+    }
+
+    /// Those for the reader of a file that begins like this.
+    pub(crate) fn for_file(&self, is_gltf: bool) -> Result<LoadOptions, Failure> {
+        if is_gltf && (self.unit.is_some() || self.up.is_some()) {
+            return Err(Failure::new(
+                "--unit and --up are those of files that do not say it: glTF is in metres, with +Y up",
+            ));
+        }
+        Ok(LoadOptions {
+            lenient: self.lenient,
+            assets: self.assets.clone(),
+            unit: self.unit.unwrap_or(1.0),
+            up: match self.up {
+                Some(Up::X) => UpAxis::X,
+                Some(Up::Z) => UpAxis::Z,
+                Some(Up::Y) | None => UpAxis::Y,
+            },
+        })
+    }
+}
+
+/// What stands around what is in a file.
+#[derive(Debug, Clone, Copy, Default, Args)]
+#[command(next_help_heading = "Camera, light, ground")]
+pub(crate) struct StageOptions {
+    /// Where the camera stands and what is in the middle of its picture, in metres with
+    /// +Y up, and its vertical field of view in degrees if it is not to be 45
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z[,DEGREES]", value_parser = parse::viewpoint, allow_hyphen_values = true)]
+    pub(crate) camera: Option<Viewpoint>,
+
+    /// One white point light here, in metres with +Y up, instead of the scene's lights
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true)]
+    pub(crate) light_at: Option<DVec3>,
+
+    /// Lay no ground below a file that has neither light nor camera nor floor
+    #[arg(long)]
+    pub(crate) no_ground: bool,
+}
+
+impl StageOptions {
+    /// Places the camera and the light that were asked for in a scene that was moved by
+    /// `offset` when it was read.
+    pub(crate) fn place(&self, scene: &mut Scene, offset: DVec3) -> Result<(), Failure> {
+        let placed = |point: DVec3| (point - offset).as_vec3();
+        if let Some(camera) = self.camera {
+            const DEGREES: f64 = 45.0;
+            let fov = camera.degrees.unwrap_or(DEGREES).to_radians() as f32;
+            let camera = Camera::look_at(placed(camera.eye), placed(camera.target), fov);
+            let camera = camera.map_err(|error| Failure::from(error).about("--camera"))?;
+            scene.camera = Some(camera);
+        }
+        if let Some(position) = self.light_at {
+            scene.lights = vec![Light::Point(PointLight {
+                position: placed(position),
+                ..PointLight::default()
+            })];
+        }
+        Ok(())
+    }
+
+    /// Makes the light that was asked for as bright as one that is placed by itself would
+    /// be there, now that it is known around what it stands.
+    pub(crate) fn brighten(&self, scene: &mut Scene, centre: Vec3) {
+        if let (Some(_), [Light::Point(light)]) = (self.light_at, &mut scene.lights[..]) {
+            light.intensity = Scene::placed_intensity(light.position.distance(centre));
+        }
+    }
+}
