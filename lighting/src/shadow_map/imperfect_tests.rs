@@ -22,7 +22,7 @@ fn square(mesh: &mut Mesh, centre: Vec3, u: Vec3, v: Vec3) {
 }
 
 fn geometry(mesh: Mesh) -> Geometry {
-    Geometry::new(&Scene::from(mesh)).unwrap()
+    Geometry::new(&Scene::from(mesh)).expect("a mesh is a scene")
 }
 
 /// A plate of 1 m² half a metre below the light, far above a large floor.
@@ -36,7 +36,7 @@ fn plate() -> Geometry {
 
 fn light(emission: Emission) -> [Emitter; 1] {
     let position = Vec3::new(0.01, 3.0, 0.02);
-    [Emitter::point(position, Vec3::ONE, f32::INFINITY, emission).unwrap()]
+    [Emitter::point(position, Vec3::ONE, f32::INFINITY, emission).expect("a lamp")]
 }
 
 fn down() -> [Emitter; 1] {
@@ -51,10 +51,10 @@ fn imperfect(
     points: u32,
     level: LevelOfDetail,
 ) -> ShadowMapAtlas<Host> {
-    let cpu = Cpu::with_threads(2).unwrap();
-    let casters = CasterPoints::sample(&cpu, geometry, 1 << 16).unwrap();
+    let cpu = Cpu::with_threads(2).expect("two threads");
+    let casters = CasterPoints::sample(&cpu, geometry, 1 << 16).expect("few points");
     cpu.imperfect_maps(&casters, lights, 128, points, level)
-        .unwrap()
+        .expect("small maps")
 }
 
 fn depth(maps: &ShadowMapAtlas<Host>, direction: Vec3) -> f32 {
@@ -63,7 +63,9 @@ fn depth(maps: &ShadowMapAtlas<Host>, direction: Vec3) -> f32 {
         origin: [0.01, 3.0, 0.02],
         direction: direction.normalize().into(),
     };
-    maps.of_tiles(&[0]).unwrap().distance(0, &ray)
+    maps.of_tiles(&[0])
+        .expect("maps of one tile")
+        .distance(0, &ray)
 }
 
 /// Directions from the light towards points of a horizontal square.
