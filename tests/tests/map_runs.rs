@@ -141,6 +141,70 @@ fn lit(
     lit
 }
 
+/// Requires the lit parts of a path to be the oracle's but for rounding.
+fn require_truth(oracle: &Map<'_>, path: &LightPath<'_>, actual: &[LitInterval], context: &str) {
+    // The sky begins here.
+    let finite = |x: f64| x.min(1e30);
+    let truth = oracle.runs(path.ray(), path.span());
+    let truth: Vec<[f64; 2]> = truth.iter().map(|run| run.map(finite)).collect();
+    let found: Vec<[f64; 2]> = actual
+        .iter()
+        .map(|part| [part.interval.start, part.interval.end].map(|x| finite(f64::from(x))))
+        .collect();
+    let ends = truth.iter().chain(&found).flatten();
+    let largest = ends
+        .filter(|end| **end < 1e30)
+        .fold(0.0, |most: f64, end| most.max(end.abs()));
+    let ends = 2 * (truth.len() + found.len());
+    let allowed = ends as f64 * Allowed::MapRunEnds.error() * (largest + 20.0);
+    let differs = difference(&truth, &found);
+    assert!(
+        differs <= allowed,
+        "{context}: {differs:e}\n{truth:?}\n{found:?}"
+    );
+}
+
+/// Rays that run along borders of texels or towards one for ever, through the light or
+/// from it.
+#[test]
+fn rays_along_the_axes_of_a_cube_of_maps_are_on_one_side_of_a_border() {
+    let cpu = Cpu::new();
+    let mut random = Random::new(285);
+    let (geometry, medium) = (casters(&mut random), fog());
+    let casters = Casters::upload(&cpu, &geometry).unwrap();
+    let at = Vec3::new(-0.25, 0.5, 1.0);
+    let light = Emitter::point(at, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+    let map = cpu.shadow_map(&casters, &light, 64).unwrap();
+    let oracle = Map {
+        faces: map.faces(),
+        resolution: 64,
+        depth: map.depth(),
+    };
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+    for aside in [
+        Vec3::ZERO,
+        Vec3::splat(0.7),
+        Vec3::new(-0.3, 0.9, 0.4),
+        Vec3::new(0.0, 3.0, -2.0),
+    ] {
+        let ahead = axes.into_iter().flat_map(|axis| [axis, -axis]);
+        let rays: Vec<Ray> = ahead
+            .map(|axis| Ray::new(at + aside, axis, f32::INFINITY).unwrap())
+            .collect();
+        let trees = MapRuns::new(&cpu, &map, &rays, &light, &medium).unwrap();
+        for ray in &rays {
+            let path = LightPath::new(ray, &light, &medium).unwrap();
+            let actual = lit(&trees, &path);
+            assert_eq!(actual, lit(&MapRuns::walked(&map), &path));
+            // Along a border both sides are right.
+            let along = (aside == Vec3::ZERO) || aside.x == 0.0;
+            if !along {
+                require_truth(&oracle, &path, &actual, &format!("{ray:?}"));
+            }
+        }
+    }
+}
+
 /// 1e5 rays; `PROPTEST_CASES=500` makes them a million.
 #[test]
 fn runs_by_trees_are_those_of_every_texel_to_the_last_bit() {
@@ -177,32 +241,7 @@ fn runs_by_trees_are_those_of_every_texel_to_the_last_bit() {
                 visits[0] += looks[0].nodes + looks[0].texels;
                 visits[1] += looks[1].texels;
             }
-            let span = path.span();
-            let truth = oracle.runs(ray, span);
-            let finite = |x: f32| f64::from(x).min(1e30);
-            let found: Vec<[f64; 2]> = actual
-                .iter()
-                .map(|part| [finite(part.interval.start), finite(part.interval.end)])
-                .collect();
-            let truth: Vec<[f64; 2]> = truth.iter().map(|run| run.map(|t| t.min(1e30))).collect();
-            let largest = truth
-                .iter()
-                .chain(&found)
-                .flatten()
-                .fold(0.0, |most: f64, end| {
-                    if *end < 1e30 {
-                        most.max(end.abs())
-                    } else {
-                        most
-                    }
-                });
-            let ends = 2 * (truth.len() + found.len());
-            let allowed = ends as f64 * Allowed::MapRunEnds.error() * (largest + 20.0);
-            let differs = difference(&truth, &found);
-            assert!(
-                differs <= allowed,
-                "{context}: {differs:e}\n{truth:?}\n{found:?}"
-            );
+            require_truth(&oracle, &path, &actual, &context);
         }
     }
     println!("{rays_seen} rays, {by_tree} by trees, which looked at {visits:?}");
