@@ -168,7 +168,8 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) backend: Vec<BackendName>,
 
-    /// Relative error that a pixel of the reference may have
+    /// Relative error that a pixel of the reference may have; at least 2e-3 with area
+    /// lights
     #[arg(long, value_name = "SHARE", default_value = "1e-6", value_parser = parse::tolerance)]
     pub(crate) tolerance: f64,
 

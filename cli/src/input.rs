@@ -11,7 +11,9 @@ use lighting::methods::{Store, tracer};
 use lighting::scene::load::{Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
-use lighting::scene::{Bounds, Camera, Geometry, Medium, PhaseFunction, Scene, SceneError};
+use lighting::scene::{
+    AreaEmitters, Bounds, Camera, Geometry, Medium, PhaseFunction, Scene, SceneError,
+};
 
 use crate::args::{MediumOptions, Phase, SceneOptions};
 use crate::failure::Failure;
@@ -125,6 +127,24 @@ impl Input {
             of_light,
             notes,
         })
+    }
+
+    /// How many lights the reference takes the time of: emitters, and for area
+    /// lights the points at which it looks at each, about 400.
+    pub(crate) fn counted_lights(&self) -> usize {
+        let all: Vec<usize> = (0..self.emitters.len()).collect();
+        let areas = self.areas(&all).len();
+        self.emitters.len() + 400 * areas
+    }
+
+    /// The area lights of some of the emitters, which are numbered anew.
+    pub(crate) fn areas(&self, emitters: &[usize]) -> Vec<AreaEmitters> {
+        let owner = |emitter: &usize| {
+            let has_it = |range: &Range<usize>| range.contains(emitter);
+            self.of_light.iter().position(has_it)
+        };
+        let owners: Vec<usize> = emitters.iter().filter_map(owner).collect();
+        AreaEmitters::find(&self.scene.lights, &owners)
     }
 
     /// The scene's camera.

@@ -49,6 +49,7 @@
 //! | [`methods`] | `methods` for the list | every way of making an image of airlight, a folder each, and the list of them |
 //! | `shadow_map` | `shadow-map` | orthographic, spot and cube maps |
 //! | `voxelized` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
+//! | `area` | `area` | area lights as many voxelized shadow volumes |
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair, smoke and glass as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
@@ -91,6 +92,8 @@ pub use scene;
 pub use airlight::AirlightEvaluator;
 pub use eye_panes::EyePanes;
 pub use gather::{Gather, LitRays, Touching, Watch};
+#[cfg(feature = "area")]
+pub use methods::area;
 #[cfg(feature = "shadow-dag")]
 pub use methods::precomputed;
 #[cfg(feature = "translucent")]

@@ -8,6 +8,7 @@ use reference::scenes::TestScene;
 pub fn inputs<'a>(scene: &'a TestScene, map: u32, host: &'a Store<Host>) -> FrameInputs<'a> {
     FrameInputs {
         emitters: &scene.emitters,
+        areas: &scene.areas,
         medium: &scene.medium,
         geometry: &scene.geometry,
         translucent: &scene.translucent,

@@ -192,6 +192,7 @@ fn unshadowed_lamp_in_view() -> TestScene {
         emitters: vec![
             Emitter::point(lamp, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap(),
         ],
+        areas: Vec::new(),
         medium: Medium::new(grey, 0.2 * grey, PhaseFunction::Isotropic).unwrap(),
         camera: Camera::look_at(Vec3::ZERO, lamp, 1.0).unwrap(),
         size: [20, 20],

@@ -268,7 +268,9 @@ fn every_march_yields_ordered_parts_of_visibility_between_0_and_1() {
                 prop_assert!(lit.len() <= samples.max(1) as usize);
                 let mut from = path.span().start;
                 for part in lit {
-                    prop_assert!(part.visibility > 0.0 && part.visibility <= 1.0);
+                    prop_assert!(
+                        part.visibility.min_element() > 0.0 && part.visibility.max_element() <= 1.0
+                    );
                     prop_assert!(
                         part.interval.start >= from && part.interval.end > part.interval.start
                     );

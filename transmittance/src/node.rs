@@ -32,7 +32,8 @@ impl<const C: usize> Node<C> {
 /// Number of the first `len` depths that are in front of `depth`; 0 for NaN.
 ///
 /// Two levels: every fourth depth says which group, the group says the rest.
-/// There is no branch that depends on the depths.
+/// Comparisons are summed, not branched upon; only the length of the last group
+/// depends on the depths.
 #[inline]
 pub(crate) fn count_in_front(depths: impl Fn(usize) -> f32, len: usize, depth: f32) -> usize {
     const GROUP: usize = 4;

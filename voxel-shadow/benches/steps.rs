@@ -10,8 +10,8 @@ use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume}
 use glam::Vec3;
 use gpu_backend::Cpu;
 use voxel_shadow::{
-    BuildGrid, Grid, IndexMap, LitInterval, Query, Rectify, RectifyTriangles, Sampling,
-    ShadowVolume,
+    AtlasGrid, AtlasMap, BuildAtlas, BuildGrid, Grid, IndexMap, LitInterval, Query, Rectify,
+    RectifyAtlas, RectifyTriangles, Sampling, ShadowVolume,
 };
 
 const EYE: Vec3 = Vec3::new(0.0, 2.0, 12.0);
@@ -230,6 +230,54 @@ fn scan(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// 64 grids of 128³ in one atlas, and one after the other.
+fn atlas(criterion: &mut Criterion) {
+    const LIGHTS: usize = 64;
+    let map = CubeMap::new(128, &posts());
+    let one = lattice(128, 128, 128);
+    let resolution = one.resolution();
+    let lattices = vec![one.clone(); LIGHTS];
+    let first = |ray: &LightRay| map.depth(ray.direction.into());
+    let first_of = |_: usize, ray: &LightRay| map.depth(ray.direction.into());
+    let mut group = criterion.benchmark_group("64 grids of 128^3");
+    group.throughput(Throughput::Bytes((4 * LIGHTS * resolution.words()) as u64));
+    for (name, cpu) in backends() {
+        let mut map = AtlasMap::new(&cpu, resolution, LIGHTS).expect("memory");
+        let mut grid = AtlasGrid::new(&cpu, resolution, LIGHTS).expect("memory");
+        group.bench_function(BenchmarkId::new("rectify in one pass", name), |b| {
+            b.iter(|| {
+                cpu.rectify_atlas(&lattices, &first_of, &mut map)
+                    .expect("rectify");
+            });
+        });
+        group.bench_function(BenchmarkId::new("build in one pass", name), |b| {
+            b.iter(|| cpu.build_atlas(&map, LIGHTS, &mut grid).expect("build"));
+        });
+        let mut maps: Vec<_> = (0..LIGHTS)
+            .map(|_| IndexMap::new(&cpu, resolution).expect("memory"))
+            .collect();
+        let mut grids: Vec<_> = (0..LIGHTS)
+            .map(|_| Grid::new(&cpu, resolution).expect("memory"))
+            .collect();
+        group.bench_function(BenchmarkId::new("rectify separately", name), |b| {
+            b.iter(|| {
+                for map in &mut maps {
+                    cpu.rectify(&one, &first, map).expect("rectify");
+                }
+            });
+        });
+        group.bench_function(BenchmarkId::new("build separately", name), |b| {
+            b.iter(|| {
+                for (map, grid) in maps.iter().zip(&mut grids) {
+                    cpu.voxelise(map, grid).expect("voxelise");
+                    cpu.extrude(grid).expect("extrude");
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
 fn query(criterion: &mut Criterion) {
     let map = CubeMap::new(1024, &posts());
     let source = |ray: &LightRay| map.depth(ray.direction.into());
@@ -316,6 +364,6 @@ criterion_group! {
         .sample_size(20)
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(3));
-    targets = build, scan, query
+    targets = build, scan, atlas, query
 }
 criterion_main!(benches);

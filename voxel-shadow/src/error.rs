@@ -26,6 +26,14 @@ pub enum Error {
         /// What would have been right.
         expected: &'static str,
     },
+    /// An atlas has too few tiles.
+    #[error("an atlas of {tiles} tiles was given, expected at least {needed}")]
+    Tile {
+        /// How many it should have.
+        needed: usize,
+        /// How many it has.
+        tiles: usize,
+    },
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] gpu_backend::Error),

@@ -58,9 +58,17 @@
 //! * [`Query`] is the step that answers for many rays or points, on any backend.
 //! * [`Sampling`] has the biases, the interpolation and the width of the axis.
 //!
+//! # Many lights
+//!
+//! [`AtlasGrid`] has the grids of many lights side by side, each in its own
+//! epipolar space. [`RectifyAtlas`] and [`BuildAtlas`] make all of them in one pass
+//! each, and [`AtlasGrid::volume`] is the [`ShadowVolume`] of one of them. An area
+//! light is many points; let their spaces be [rotated](epipolar::Space::rotated)
+//! against each other, so that the errors of their voxels average.
+//!
 //! # Limits
 //!
-//! One light at a point, with or without a cone, or a directional one. A volume
+//! Lights at a point, with or without a cone, or directional ones. A volume
 //! is valid for the eye and the view of its lattice. Details smaller than a voxel
 //! are lost or doubled; the quality is that of the coarsest of α, θ, φ and the
 //! shadow map. Bits on different backends differ only where a rectified index does
@@ -69,6 +77,7 @@
 //! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
 //! Voxelized Shadow Volumes, HPG 2013.
 
+mod atlas;
 mod build;
 mod error;
 #[cfg(feature = "wgsl")]
@@ -82,6 +91,7 @@ mod shadow;
 mod triangles;
 mod weights;
 
+pub use atlas::{AtlasBlocker, AtlasGrid, AtlasMap, BuildAtlas, RectifyAtlas};
 pub use build::BuildGrid;
 pub use epipolar;
 pub use error::Error;

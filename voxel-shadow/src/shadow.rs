@@ -94,16 +94,19 @@ impl Sampling {
     }
 }
 
-/// A grid with the lattice that says where its voxels are.
+/// A grid, or a tile of an atlas, with the lattice that says where its voxels are.
 #[derive(Debug)]
 pub struct ShadowVolume<'a, M: Memory> {
     lattice: &'a Lattice,
-    grid: &'a Grid<M>,
+    words: &'a M::Buffer<u32>,
+    /// Number of the first of its words.
+    first: usize,
     sampling: Sampling,
 }
 
 impl<'a, M: Memory> ShadowVolume<'a, M> {
-    /// The volume of an extruded `grid`.
+    /// The volume of an extruded `grid`; that of a tile is
+    /// [`AtlasGrid::volume`](crate::AtlasGrid::volume).
     ///
     /// # Errors
     /// [`Error::Resolution`] if grid and lattice differ in size,
@@ -111,9 +114,20 @@ impl<'a, M: Memory> ShadowVolume<'a, M> {
     /// to 1024 voxels wide.
     pub fn new(lattice: &'a Lattice, grid: &'a Grid<M>, sampling: Sampling) -> Result<Self, Error> {
         same_resolution("a bit grid", lattice.resolution(), grid.resolution())?;
+        Self::of_words(lattice, grid.words(), 0, sampling)
+    }
+
+    /// The volume whose words begin at `first`, as many as the lattice needs.
+    pub(crate) fn of_words(
+        lattice: &'a Lattice,
+        words: &'a M::Buffer<u32>,
+        first: usize,
+        sampling: Sampling,
+    ) -> Result<Self, Error> {
         Ok(Self {
             lattice,
-            grid,
+            words,
+            first,
             sampling: sampling.checked()?,
         })
     }
@@ -123,9 +137,14 @@ impl<'a, M: Memory> ShadowVolume<'a, M> {
         self.lattice
     }
 
-    /// The bits.
-    pub fn grid(&self) -> &'a Grid<M> {
-        self.grid
+    /// The words that its bits are among, in the order of [`Grid`].
+    pub fn words(&self) -> &'a M::Buffer<u32> {
+        self.words
+    }
+
+    /// Number of the first of its words: 0, but for tiles of an atlas.
+    pub fn first_word(&self) -> usize {
+        self.first
     }
 
     /// How they are looked up.
@@ -202,10 +221,20 @@ impl<'a> ShadowVolume<'a, Host> {
             (plane, plane, 0.0)
         };
         Texels::Pair(Pair {
-            first: self.grid.texel(row, first),
-            second: self.grid.texel(row, second),
+            first: self.texel(row, first),
+            second: self.texel(row, second),
             share,
         })
+    }
+
+    /// The words of a texel.
+    #[inline]
+    fn texel(&self, alpha: u32, theta: u32) -> &'a [u32] {
+        let resolution = self.lattice.resolution();
+        let words = resolution.words_per_texel();
+        let texel = alpha as usize * resolution.theta() as usize + theta as usize;
+        let start = self.first + texel * words;
+        &self.words[start..start + words]
     }
 
     /// The plane of a number that is one turn outside at most.

@@ -8,7 +8,7 @@ use gpu_backend::gpu::Gpu;
 use gpu_backend::{BufferOf, Cpu, Download, Error};
 use lighting::methods::{Frame, FrameInputs, MethodBackend, MethodError, Store, Used, Work};
 use lighting::scene::view::View;
-use lighting::scene::{Camera, Medium};
+use lighting::scene::{AreaEmitters, Camera, Medium};
 use lighting::{Emitter, Watch};
 use reference::metrics::image_error;
 use reference::oracle::image::Reference;
@@ -38,6 +38,8 @@ pub(crate) struct Job<'a> {
     pub(crate) medium: &'a Medium,
     /// Those that the plan keeps.
     pub(crate) emitters: &'a [Emitter],
+    /// The area lights among them.
+    pub(crate) areas: &'a [AreaEmitters],
     /// Texels per side of a shadow map.
     pub(crate) map: u32,
     /// Parts that the reference cuts rays into behind translucent casters;
@@ -50,6 +52,7 @@ impl<'a> Job<'a> {
     pub(crate) fn inputs(&self, watch: &'a dyn Watch) -> FrameInputs<'a> {
         FrameInputs {
             emitters: self.emitters,
+            areas: self.areas,
             medium: self.medium,
             geometry: &self.input.geometry,
             translucent: &self.input.scene.translucent,

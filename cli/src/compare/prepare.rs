@@ -4,8 +4,8 @@ use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::methods::Registry;
 use lighting::plan::Plan;
-use lighting::scene::Camera;
 use lighting::scene::view::View;
+use lighting::scene::{AreaEmitters, Camera};
 
 use super::backends::Backends;
 use super::measure::Job;
@@ -30,6 +30,8 @@ pub(crate) struct Prepared {
     pub(crate) plan: Plan,
     /// The emitters that the plan keeps.
     pub(crate) emitters: Vec<Emitter>,
+    /// The area lights among them.
+    pub(crate) areas: Vec<AreaEmitters>,
     /// Texels per side of shadow maps.
     pub(crate) map: u32,
     pub(crate) selection: Selection,
@@ -43,11 +45,12 @@ impl Prepared {
         let mut input = Input::for_picture(&args.scene, &args.options, asked)?;
         let camera = input.camera()?;
         let triangles = input.geometry.triangles().len();
-        let size = fitted(asked, input.emitters.len(), triangles, seconds);
+        let size = fitted(asked, input.counted_lights(), triangles, seconds);
         let view = View::new(&Cpu::new(), &camera, &input.tracer, size.width, size.height)?;
         let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
         let kept = plan.emitters().iter();
         let emitters: Vec<Emitter> = kept.map(|i| input.emitters[*i].clone()).collect();
+        let areas = input.areas(plan.emitters());
         let asked_map = args
             .options
             .map
@@ -62,6 +65,7 @@ impl Prepared {
             view,
             plan,
             emitters,
+            areas,
             map,
             selection: Selection::default(),
             backends,
@@ -91,6 +95,7 @@ impl Prepared {
             size: self.size,
             medium,
             emitters: &self.emitters,
+            areas: &self.areas,
             map: self.map,
             parts: is_translucent.then_some(if quick { 48 } else { 128 }),
         })

@@ -142,6 +142,8 @@ pub(crate) struct ReferenceFacts {
     /// Parts that rays were cut into behind translucent casters, if there are
     /// any.
     pub(crate) parts: Option<u32>,
+    /// Whether there are area lights, over which it is integrated.
+    pub(crate) has_areas: bool,
 }
 
 /// One method at one quality on one backend.
@@ -339,6 +341,7 @@ pub(crate) mod tests {
                 mean: 0.2,
                 absolute: false,
                 parts: None,
+                has_areas: false,
             },
             pictures: Pictures {
                 surfaces: flat(0.2),

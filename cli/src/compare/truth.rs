@@ -4,14 +4,26 @@ use std::time::Instant;
 
 use lighting::Ray;
 use reference::oracle::image::{Options, Reference, reference};
-use reference::oracle::translucent;
+use reference::oracle::{area, translucent};
 
 use super::measure::Job;
 use super::results::ReferenceFacts;
 use crate::progress;
 
+/// The tolerance with area lights, at least: each step beyond it costs many times
+/// the last one, and points that stand for a light are farther off.
+const AREA_TOLERANCE: f64 = 2e-3;
+
 /// The reference of a picture, behind translucent casters too if there are any.
+/// Area lights are what they are, and not the points that stand for them, unless there
+/// are such casters.
 pub(crate) fn converge(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> (Reference, ReferenceFacts) {
+    let with_areas = job.parts.is_none() && !job.areas.is_empty();
+    let tolerance = if with_areas {
+        tolerance.max(AREA_TOLERANCE)
+    } else {
+        tolerance
+    };
     let bar = progress::bar("reference", rays.len() as u64);
     let clock = Instant::now();
     let progress = |rays: usize| bar.inc(rays as u64);
@@ -25,6 +37,28 @@ pub(crate) fn converge(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> (Referenc
             parts,
             &progress,
         ),
+        None if with_areas => {
+            let options = Options {
+                tolerance,
+                progress: &progress,
+                ..Options::default()
+            };
+            let stands_for_area =
+                |index: &usize| job.areas.iter().any(|area| area.emitters.contains(index));
+            let others: Vec<_> = (job.emitters.iter().enumerate())
+                .filter(|(index, _)| !stands_for_area(index))
+                .map(|(_, emitter)| emitter.clone())
+                .collect();
+            let areas: Vec<_> = job.areas.iter().map(|area| area.light.clone()).collect();
+            area::reference(
+                rays,
+                &others,
+                &areas,
+                job.medium,
+                &job.input.geometry,
+                options,
+            )
+        }
         None => {
             let options = Options {
                 tolerance,
@@ -44,6 +78,7 @@ pub(crate) fn converge(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> (Referenc
         mean,
         absolute,
         parts: job.parts,
+        has_areas: with_areas,
     };
     (truth, facts)
 }
@@ -57,5 +92,6 @@ pub(crate) fn nothing() -> ReferenceFacts {
         mean: 0.0,
         absolute: true,
         parts: None,
+        has_areas: false,
     }
 }

@@ -63,15 +63,17 @@ pub(crate) struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// The airlight of some lights by a method; `given` are shadows from files.
+    /// The airlight of some emitters by a method; `given` are shadows from files.
     pub(crate) fn airlight(
         &self,
         input: &mut Input,
-        emitters: &[Emitter],
+        indices: &[usize],
         entry: &Entry,
         quality: u32,
         given: &[Option<Shadow>],
     ) -> Result<Picture, Failure> {
+        let emitters = &input.picked(indices);
+        let areas = &input.areas(indices);
         let asked = self.args.options.map.unwrap_or(1024);
         let map = if entry.about().uses_shadow_map {
             maps::affordable(asked, &input.geometry, emitters, &mut input.notes)
@@ -90,6 +92,7 @@ impl Job<'_> {
         let bar = Bar(progress::bar("airlight", rays as u64));
         let inputs = FrameInputs {
             emitters,
+            areas,
             medium: self.medium,
             geometry: &input.geometry,
             translucent: &input.scene.translucent,

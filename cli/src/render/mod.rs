@@ -221,17 +221,15 @@ impl Shot<'_> {
             });
         };
         if !others.is_empty() {
-            let emitters = input.picked(&others);
-            add(job.airlight(input, &emitters, entry, *quality, &[])?);
+            add(job.airlight(input, &others, entry, *quality, &[])?);
         }
         if !from_files.is_empty() {
-            let emitters = input.picked(&from_files);
             let entry = self.chosen.of_files(self.methods)?;
             let own: Shadows = from_files
                 .iter()
                 .map(|i| self.shadows[*i].clone())
                 .collect();
-            add(job.airlight(input, &emitters, &entry, FROM_FILE, &own)?);
+            add(job.airlight(input, &from_files, &entry, FROM_FILE, &own)?);
         }
         Ok(sum.map(|sum| sum.averaged(self.args.spp.side)))
     }

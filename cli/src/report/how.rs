@@ -59,6 +59,12 @@ fn way(results: &Results) -> String {
     let reference = &results.reference;
     let bound = error(reference.bound, reference.absolute);
     match reference.parts {
+        None if reference.has_areas => format!(
+            "exact lit intervals of every ray × quadrature in double precision, integrated over the area lights, which are divided until the parts agree with their quarters, \
+by code that shares only its input with the methods: rays with their ends, lights, triangles. Asked for {} per pixel; the largest estimate of the error of a pixel is {bound}. \
+Methods that take an area light for a few points (--lights) are no nearer to it than these points",
+            error(reference.tolerance, false)
+        ),
         None => format!(
             "the exact lit intervals of every ray, each integrated in double precision with a bound on the error, \
 by code that shares only its input with the methods: rays, lights, triangles. Asked for {} per pixel; the largest bound of a pixel is {bound}",

@@ -66,6 +66,7 @@ pub mod trace;
 mod translucent;
 #[cfg(feature = "trace")]
 pub mod view;
+mod virtual_lights;
 
 pub use camera::Camera;
 pub use caster::{Caster, Coating};
@@ -84,6 +85,7 @@ pub use translucent::{
     DensityGrid, Interpolation, MAX_SAMPLES, Particle, Particles, Piece, Profile, StrandPoint,
     Strands, Translucent,
 };
+pub use virtual_lights::{AreaEmitters, Pattern};
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 

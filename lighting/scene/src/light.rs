@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec2, Quat, Vec2, Vec2Swizzles, Vec3};
+use glam::{DVec2, Quat, Vec3};
 
 use super::{SceneError, Texture};
-use crate::{Emission, Emitter, Falloff};
+use crate::{Emission, Emitter, Falloff, Pattern};
 
 /// A light of a scene. Algorithms see it as one or more [`Emitter`]s.
 #[derive(Debug, Clone, PartialEq)]
@@ -211,8 +211,9 @@ impl Light {
     /// times the mean of the texture over a square of area 1/n around it, all
     /// scaled so that their sum is what the light emits. They float in front of
     /// the light by 1e-3 of its shorter edge, so that a mesh in the same place
-    /// does not hide them. Directions share the irradiance so that a plane that
-    /// faces the middle of the disk receives all of it.
+    /// does not hide them. [`AreaLight::virtual_lights`] has other patterns.
+    /// Directions share the irradiance so that a plane that faces the middle of the
+    /// disk receives all of it.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if a number is out of its domain.
@@ -230,22 +231,13 @@ impl Light {
                     .map(|e| vec![e.with_falloff(light.falloff)])
             }
             Self::Directional(light) => light.emitters(samples),
-            Self::Area(light) => light.emitters(samples),
+            Self::Area(light) => light.virtual_lights(Pattern::Lattice, samples),
         }
     }
 }
 
-/// The golden-ratio lattice of `count` points in [0, 1)².
-fn lattice(count: u32) -> impl Iterator<Item = DVec2> {
-    let step = 0.5 * (5_f64.sqrt() - 1.0);
-    (0..count).map(move |i| {
-        let i = f64::from(i);
-        DVec2::new((i + 0.5) / f64::from(count), (0.5 + i * step).fract())
-    })
-}
-
 /// Vogel's spiral of `count` points in the unit disk.
-fn spiral(count: u32) -> impl Iterator<Item = DVec2> {
+pub(crate) fn spiral(count: u32) -> impl Iterator<Item = DVec2> {
     let step = PI * (3.0 - 5_f64.sqrt());
     (0..count).map(move |i| {
         let i = f64::from(i);
@@ -293,97 +285,10 @@ impl DirectionalLight {
     }
 }
 
-impl AreaLight {
-    fn emitters(&self, samples: u32) -> Result<Vec<Emitter>, SceneError> {
-        let [u, v] = self.edges;
-        let normal = u.cross(v);
-        let area = normal.length();
-        if !(self.corner.is_finite() && area.is_finite() && area > 0.0) {
-            return Err(SceneError::bad_value(
-                "area light",
-                "rectangle",
-                format!("{} with edges {u} and {v}", self.corner),
-                "finite coordinates and two edges that span an area",
-            ));
-        }
-        let places: Vec<Vec2> = match self.shape {
-            AreaShape::Rectangle if u.length() >= v.length() => {
-                lattice(samples).map(DVec2::as_vec2).collect()
-            }
-            AreaShape::Rectangle => lattice(samples).map(|p| p.as_vec2().yx()).collect(),
-            AreaShape::Disk => spiral(samples).map(on_the_disk).collect(),
-        };
-        let normal = normal / area;
-        let area = match self.shape {
-            AreaShape::Rectangle => area,
-            AreaShape::Disk => 0.25 * std::f32::consts::PI * area,
-        };
-        let shares = self.shares(&places);
-        let lift = 1e-3 * u.length().min(v.length()) * normal;
-        places
-            .into_iter()
-            .zip(shares)
-            .map(|(place, share)| {
-                Emitter::point(
-                    self.corner + place.x * u + place.y * v + lift,
-                    self.radiance * share * area,
-                    f32::INFINITY,
-                    Emission::Cosine { normal },
-                )
-            })
-            .collect()
-    }
-
-    /// What each of the places has of the light that would leave a white light
-    /// of this shape.
-    fn shares(&self, places: &[Vec2]) -> Vec<Vec3> {
-        let count = places.len() as f32;
-        let Some(texture) = &self.texture else {
-            return vec![Vec3::splat(1.0 / count); places.len()];
-        };
-        let size = Vec2::new(self.edges[0].length(), self.edges[1].length());
-        let side = (size.x * size.y / count).sqrt() / size;
-        let means: Vec<Vec3> = places
-            .iter()
-            .map(|place| mean_texture(texture, *place, side))
-            .collect();
-        let total = match self.shape {
-            // That of bilinear interpolation, exactly.
-            AreaShape::Rectangle => texture.mean(),
-            AreaShape::Disk => {
-                const POINTS: u32 = 4096;
-                let points = spiral(POINTS).map(on_the_disk);
-                points.map(|p| texture.clamp(p)).sum::<Vec3>() / POINTS as f32
-            }
-        };
-        let sum: Vec3 = means.iter().sum();
-        // A channel that is dark at all points gets nothing at any of them.
-        let scale = Vec3::select(sum.cmpgt(Vec3::ZERO), total / sum, Vec3::ZERO);
-        means.into_iter().map(|mean| mean * scale).collect()
-    }
-}
-
-/// From the unit disk to the square of texture coordinates around it.
-fn on_the_disk(point: DVec2) -> Vec2 {
-    (0.5 + 0.5 * point).as_vec2()
-}
-
-/// The mean of the texture over a rectangle around `centre`, from 8 × 8
-/// bilinear lookups.
-fn mean_texture(texture: &Texture, centre: Vec2, size: Vec2) -> Vec3 {
-    const SIDE: u32 = 8;
-    let mut sum = Vec3::ZERO;
-    for y in 0..SIDE {
-        for x in 0..SIDE {
-            let offset = (Vec2::new(x as f32, y as f32) + 0.5) / SIDE as f32 - 0.5;
-            sum += texture.clamp(centre + offset * size);
-        }
-    }
-    sum / (SIDE * SIDE) as f32
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use super::*;
 
     fn panel(texture: Option<Texture>) -> AreaLight {

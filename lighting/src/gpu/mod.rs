@@ -45,8 +45,12 @@
 mod airlight;
 mod both;
 mod gather;
+#[cfg(feature = "voxel-shadow")]
+mod imperfect;
 #[cfg(feature = "shadow-map")]
 mod map;
+#[cfg(feature = "voxel-shadow")]
+mod map_atlas;
 pub(crate) mod scene;
 #[cfg(feature = "shadow-map")]
 mod shadow_map;
@@ -74,5 +78,8 @@ pub const SURFACE_POINT: &str = include_str!("../surface_point.wgsl");
 pub const FACE: &str = include_str!("face.wgsl");
 /// Where a point is in the pictures of a light.
 pub const PLACE: &str = include_str!("place.wgsl");
+/// Directions as points of a square.
+#[cfg(feature = "voxel-shadow")]
+pub(crate) const OCTAHEDRON: &str = include_str!("octahedron.wgsl");
 /// Lookup in a shadow map.
 pub const MAP: &str = include_str!("map.wgsl");

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2, Vec3};
-use gpu_backend::gpu::{Argument, Context, Encode, Gpu, GpuMemory, Kernel, Workgroups};
+use gpu_backend::gpu::{Argument, Context, Encode, Gpu, GpuBuffer, GpuMemory, Kernel, Workgroups};
 use gpu_backend::{Backend, Buffer, Error};
 
 use super::scene::FaceRecord;
@@ -107,31 +107,42 @@ impl<E: Encode> RenderShadowMap for Gpu<E> {
         resolution: u32,
     ) -> Result<ShadowMap<GpuMemory>, ShadowMapError> {
         let faces = faces(casters.corners(), emitter);
-        check_size(faces.len(), resolution)?;
-        let mut depth = self.zeros(faces.len() * (resolution as usize).pow(2))?;
-        let side = resolution.min(TILE);
-        let target = Target::new(self.context(), side)?;
-        let solid = casters.solid() as u32;
-        for tile in Tile::all(&faces, resolution, casters.corners()) {
-            let tile = Tile { solid, ..tile };
-            target.render(self, &tile, casters)?;
-            self.dispatch(
-                &Kernel {
-                    label: "copy shadow map",
-                    parts: &COPY,
-                    entry: "copy",
-                    constants: &[],
-                },
-                &[&[
-                    Argument::uniform(tile),
-                    Argument::texture(&target.distance),
-                    Argument::write(&mut depth),
-                ]],
-                Workgroups::Grid([side.div_ceil(8), side.div_ceil(8), 1]),
-            )?;
-        }
+        let depth = render_pictures(self, casters, &faces, resolution)?;
         Ok(ShadowMap::from_depth(faces, resolution, depth))
     }
+}
+
+/// The depths of faces, one after the other.
+pub(super) fn render_pictures<E: Encode>(
+    gpu: &Gpu<E>,
+    casters: &Casters<GpuMemory>,
+    faces: &[Face],
+    resolution: u32,
+) -> Result<GpuBuffer<f32>, ShadowMapError> {
+    check_size(faces.len(), resolution)?;
+    let mut depth = gpu.zeros(faces.len() * (resolution as usize).pow(2))?;
+    let side = resolution.min(TILE);
+    let target = Target::new(gpu.context(), side)?;
+    let solid = casters.solid() as u32;
+    for tile in Tile::all(faces, resolution, casters.corners()) {
+        let tile = Tile { solid, ..tile };
+        target.render(gpu, &tile, casters)?;
+        gpu.dispatch(
+            &Kernel {
+                label: "copy shadow map",
+                parts: &COPY,
+                entry: "copy",
+                constants: &[],
+            },
+            &[&[
+                Argument::uniform(tile),
+                Argument::texture(&target.distance),
+                Argument::write(&mut depth),
+            ]],
+            Workgroups::Grid([side.div_ceil(8), side.div_ceil(8), 1]),
+        )?;
+    }
+    Ok(depth)
 }
 
 /// What a tile is rendered into.

@@ -6,9 +6,8 @@ use std::time::Instant;
 use gpu_backend::{Backend, BufferOf, Host};
 
 use super::{MethodError, Store};
-use crate::scene::Emitter;
 use crate::scene::trace::Hit;
-use crate::scene::{Camera, Geometry, Medium, Translucent};
+use crate::scene::{AreaEmitters, Camera, Emitter, Geometry, Medium, Translucent};
 use crate::{Ray, Watch};
 
 /// A frame as everybody knows it, whatever the backend.
@@ -16,6 +15,8 @@ use crate::{Ray, Watch};
 pub struct FrameInputs<'a> {
     /// The lights whose airlight is wanted.
     pub emitters: &'a [Emitter],
+    /// The area lights among them, for methods that choose their own points.
+    pub areas: &'a [AreaEmitters],
     /// What scatters.
     pub medium: &'a Medium,
     /// Opaque casters.

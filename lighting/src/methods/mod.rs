@@ -74,6 +74,8 @@
 //! feature `methods`). The folders alone are of use without the list: their sources
 //! and maps go into [`Gather`](crate::Gather) directly.
 
+#[cfg(feature = "area")]
+pub mod area;
 #[cfg(feature = "shadow-map")]
 pub mod epipolar;
 #[cfg(feature = "trace")]

@@ -210,6 +210,8 @@ impl Registry {
             .with_all(super::epipolar::methods());
         #[cfg(feature = "voxel-shadow")]
         let registry = registry.with_all(super::voxelized::methods());
+        #[cfg(feature = "area")]
+        let registry = registry.with_all(super::area::methods());
         #[cfg(feature = "shadow-dag")]
         let registry = registry.with_all(super::precomputed::methods());
         #[cfg(feature = "translucent")]

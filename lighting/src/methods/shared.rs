@@ -59,7 +59,7 @@ impl FrameInputs<'_> {
 
 impl<B: Backend> Frame<'_, B> {
     /// The opaque casters where the backend renders them.
-    fn casters(&self) -> Result<Arc<Casters<B::Memory>>, MethodError> {
+    pub(super) fn casters(&self) -> Result<Arc<Casters<B::Memory>>, MethodError> {
         self.store.get(
             "casters",
             OfScene,

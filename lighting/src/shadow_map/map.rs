@@ -136,7 +136,7 @@ impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
         let (face, v) = match self.faces[0].rays {
             Rays::Parallel { .. } => (0, Vec3::from(ray.origin) - self.faces[0].origin),
             // The light is the origin of all its faces.
-            Rays::Central { .. } => (face_along(&self.faces, direction), direction),
+            Rays::Central { .. } => (face_along(self.faces.len(), direction), direction),
         };
         let depth = self.depth_along(face, v);
         match self.faces[face].rays {
@@ -151,13 +151,13 @@ impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
 #[inline]
 fn face_towards(faces: &[Face], point: Vec3) -> (usize, Vec3) {
     let v = point - faces[0].origin;
-    (face_along(faces, v), v)
+    (face_along(faces.len(), v), v)
 }
 
-/// The face that shows what lies along `v` from the light.
+/// The face, of so many, that shows what lies along `v` from the light.
 #[inline]
-fn face_along(faces: &[Face], v: Vec3) -> usize {
-    match faces.len() {
+pub(super) fn face_along(faces: usize, v: Vec3) -> usize {
+    match faces {
         1 => 0,
         _ => cube_face(v),
     }
@@ -175,7 +175,7 @@ fn depth_of(face: &Face, v: Vec3) -> f32 {
 /// Column and row, from 0 to the resolution, at which a face shows its origin
 /// plus `v`; `None` outside of the picture.
 #[inline]
-fn texel_along(face: &Face, resolution: u32, v: Vec3) -> Option<[f32; 2]> {
+pub(super) fn texel_along(face: &Face, resolution: u32, v: Vec3) -> Option<[f32; 2]> {
     let (x, y) = (v.dot(face.right), v.dot(face.up));
     let (u, w) = match face.rays {
         Rays::Parallel {

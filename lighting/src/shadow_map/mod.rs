@@ -11,14 +11,36 @@
 //!
 //! Lookups take the nearest texel and compare without a bias: points in the
 //! air have no surface of their own to be shadowed by.
+//!
+//! A `ShadowMapAtlas` (feature `voxel-shadow`) has the maps of many lights in one
+//! buffer: exact ones (`RenderShadowMapAtlas`), or imperfect ones of points
+//! (`RenderImperfectMaps`).
 
+#[cfg(feature = "voxel-shadow")]
+mod atlas;
 mod casters;
+#[cfg(feature = "voxel-shadow")]
+mod imperfect;
+#[cfg(all(test, feature = "voxel-shadow"))]
+mod imperfect_tests;
 mod map;
 mod masked;
 #[cfg(feature = "wgpu")]
 mod masks;
+#[cfg(feature = "voxel-shadow")]
+mod octahedron;
+#[cfg(feature = "voxel-shadow")]
+mod points;
 
+#[cfg(all(feature = "voxel-shadow", feature = "wgpu"))]
+pub(crate) use atlas::{Layout, map_capacity};
+#[cfg(feature = "voxel-shadow")]
+pub use atlas::{RenderShadowMapAtlas, ShadowMapAtlas, TileMaps};
 pub use casters::Casters;
+#[cfg(feature = "voxel-shadow")]
+pub use imperfect::RenderImperfectMaps;
+#[cfg(all(feature = "voxel-shadow", feature = "wgpu"))]
+pub(crate) use imperfect::{MOST_TEXELS, place, splat_scale};
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;
 #[cfg(any(feature = "shadow-dag", feature = "translucent", feature = "wgpu"))]
@@ -29,3 +51,5 @@ pub(crate) use map::render_face;
 pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 #[cfg(any(feature = "shadow-dag", feature = "translucent"))]
 pub(crate) use masked::Masked;
+#[cfg(feature = "voxel-shadow")]
+pub use points::{CasterPoints, LevelOfDetail};

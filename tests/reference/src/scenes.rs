@@ -4,7 +4,7 @@ use gpu_backend::Cpu;
 use scene::procedural::Embedded;
 use scene::trace::{Hit, Tracer};
 use scene::view::View;
-use scene::{Camera, Emitter, Geometry, Medium, Ray, Scene, Translucent};
+use scene::{AreaEmitters, Camera, Emitter, Geometry, Medium, Ray, Scene, Translucent};
 
 use crate::oracle::airlight::reach;
 use crate::oracle::image::{Options, Reference, reference};
@@ -21,6 +21,8 @@ pub struct TestScene {
     pub tracer: Tracer,
     /// All lights.
     pub emitters: Vec<Emitter>,
+    /// Those among them that stand for area lights.
+    pub areas: Vec<AreaEmitters>,
     /// What fills the air.
     pub medium: Medium,
     /// Where the rays start.
@@ -58,15 +60,16 @@ impl TestScene {
         let tracer = Tracer::new(&geometry);
         let camera = scene.camera.expect("a camera was placed");
         let view = View::new(&Cpu::new(), &camera, &tracer, width, height).expect("a legal size");
-        let emitters = scene
-            .lights
-            .iter()
-            .flat_map(|light| light.emitters(4).expect("a sound light"))
-            .collect();
+        let (mut emitters, mut owners) = (Vec::new(), Vec::new());
+        for (index, light) in scene.lights.iter().enumerate() {
+            emitters.extend(light.emitters(4).expect("a sound light"));
+            owners.resize(emitters.len(), index);
+        }
         Self {
             name,
             tracer,
             emitters,
+            areas: AreaEmitters::find(&scene.lights, &owners),
             medium: scene.medium.expect("a medium was placed"),
             camera,
             size: [width, height],

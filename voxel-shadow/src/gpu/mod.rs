@@ -6,8 +6,10 @@
 //! a [`Sampling`].
 //!
 //! A shadow map that lives on the GPU takes part in [`Rectify`](crate::Rectify) as
-//! what fits the [`FirstBlockerSlot`], and holes of triangles in
-//! [`RectifyMasked`](crate::RectifyMasked) as what fits the [`HolesSlot`].
+//! what fits the [`FirstBlockerSlot`], maps of many lights in
+//! [`RectifyAtlas`](crate::RectifyAtlas) as what fits the [`AtlasBlockerSlot`], and holes
+//! of triangles in [`RectifyMasked`](crate::RectifyMasked) as what fits the
+//! [`HolesSlot`].
 //!
 //! # Agreement with the CPU
 //!
@@ -26,6 +28,11 @@
 //! At most five storage buffers, and what a part in one of the two slots adds.
 
 #[cfg(feature = "wgpu")]
+mod atlas;
+#[cfg(feature = "wgpu")]
+#[cfg(test)]
+mod atlas_tests;
+#[cfg(feature = "wgpu")]
 mod build;
 #[cfg(feature = "wgpu")]
 mod query;
@@ -36,6 +43,8 @@ mod sampling;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "wgpu")]
+pub use atlas::AtlasBlockerSlot;
 #[cfg(feature = "wgpu")]
 pub use rectify::{FirstBlockerSlot, HolesSlot};
 pub use sampling::SamplingRecord;

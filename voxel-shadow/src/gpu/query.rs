@@ -19,7 +19,8 @@ pub(super) struct Parameters {
     pub(super) sampling: SamplingRecord,
     pub(super) count: u32,
     pub(super) capacity: u32,
-    padding: [u32; 2],
+    pub(super) first_word: u32,
+    padding: u32,
 }
 
 impl Parameters {
@@ -30,7 +31,9 @@ impl Parameters {
             // More are refused by the dispatch.
             count: count as u32,
             capacity: capacity as u32,
-            padding: [0; 2],
+            // No buffer has as many words.
+            first_word: volume.first_word() as u32,
+            padding: 0,
         }
     }
 }
@@ -62,7 +65,7 @@ fn query<E: Encode>(
     let mut arguments = vec![
         Argument::uniform(Parameters::new(volume, rays.len(), 0)),
         Argument::table(volume.lattice().bounds()),
-        Argument::read(volume.grid().words()),
+        Argument::read(volume.words()),
         Argument::read(rays),
         Argument::write(results),
     ];
@@ -131,7 +134,7 @@ impl<E: Encode> Query for Gpu<E> {
             &[&[
                 Argument::uniform(Parameters::new(volume, rays.len(), capacity)),
                 Argument::table(volume.lattice().bounds()),
-                Argument::read(volume.grid().words()),
+                Argument::read(volume.words()),
                 Argument::read(rays),
                 Argument::write(intervals),
                 Argument::write(counts),

@@ -6,6 +6,8 @@ struct Parameters {
     count: u32,
     // For lit intervals, per ray.
     capacity: u32,
+    // Where the words of the volume begin.
+    first_word: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -21,7 +23,7 @@ fn epi_bound(index: u32) -> vec2<f32> {
 }
 
 fn vsv_word(index: u32) -> u32 {
-    return words[index];
+    return words[parameters.first_word + index];
 }
 
 @compute @workgroup_size(64)

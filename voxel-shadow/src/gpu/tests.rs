@@ -108,7 +108,8 @@ fn the_part_is_fit_for_other_shaders_and_all_structures_are_those_of_rust() {
                 lattice,
                 sampling,
                 count,
-                capacity
+                capacity,
+                first_word
             }
         );
     }

@@ -24,6 +24,7 @@ mod coil;
 mod fence;
 mod hairball;
 mod landscape;
+mod pergola;
 pub(crate) mod primitives;
 mod random;
 mod smoke;
@@ -59,6 +60,9 @@ pub enum Embedded {
     /// A knotted, ribbed tube of about 100,000 triangles under a glowing
     /// rectangle.
     AreaLight,
+    /// Wide beams under a glowing rectangle, whose soft shadows take about half of
+    /// its light.
+    Pergola,
     /// A spring around a lamp.
     Coil,
     /// Pickets and wires between the eye and a lamp.
@@ -74,13 +78,14 @@ pub enum Embedded {
 
 impl Embedded {
     /// Every scene, in the order in which they are listed to users.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::City,
         Self::Landscape,
         Self::Hairball,
         Self::Smoke,
         Self::TexturedSpot,
         Self::AreaLight,
+        Self::Pergola,
         Self::Coil,
         Self::Fence,
         Self::Stiff,
@@ -96,6 +101,7 @@ impl Embedded {
             Self::Smoke => "smoke",
             Self::TexturedSpot => "textured-spot",
             Self::AreaLight => "area-light",
+            Self::Pergola => "pergola",
             Self::Coil => "coil",
             Self::Fence => "fence",
             Self::Stiff => "stiff",
@@ -117,6 +123,7 @@ impl Embedded {
             Self::Smoke => "three columns of small opaque puffs against a spotlight",
             Self::TexturedSpot => "a ball in the coloured cone of a spotlight with a cookie",
             Self::AreaLight => "a dense knotted tube under a rectangular area light",
+            Self::Pergola => "wide beams under an area light: strong soft shadows",
             Self::Coil => "a spring around a point light",
             Self::Fence => "pickets and wires in front of a point light",
             Self::Stiff => "dense fog, a light at the eye and one 10 km away, grazing walls",
@@ -134,6 +141,7 @@ impl Embedded {
             Self::Smoke => smoke::build(stage, seed),
             Self::TexturedSpot => textured_spot::build(stage, seed),
             Self::AreaLight => area_light::build(stage, seed),
+            Self::Pergola => pergola::build(stage, seed),
             Self::Coil => coil::build(stage, seed),
             Self::Fence => fence::build(stage, seed),
             Self::Stiff => stiff::build(stage, seed),

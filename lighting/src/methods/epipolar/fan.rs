@@ -56,40 +56,39 @@ impl Fan {
     }
 
     /// The number of a cell from the side, or the cell of that number.
-    pub(super) fn from_side(&self, cell: i64, resolution: u32) -> i64 {
+    pub(super) fn counted_from_side(&self, cell: i64, resolution: u32) -> i64 {
         match self.is_last {
             true => i64::from(resolution) - 1 - cell,
             false => cell,
         }
     }
 
-    /// Rows or columns between which the lines of a slice cross a cell, in units of
-    /// texels.
-    pub(super) fn across(&self, slice: u32, cell: i64, resolution: u32) -> [f64; 2] {
+    /// The two lines at the borders of a slice: across = base + slope × along, in
+    /// units of texels, of coordinates along from −1 to 1.
+    pub(super) fn lines(&self, slice: u32, resolution: u32) -> [[f64; 2]; 2] {
         let side = if self.is_last { 1.0 } else { -1.0 };
-        let n = f64::from(resolution);
+        let half = 0.5 * f64::from(resolution);
         let eye = self.eye;
-        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-        for border in [cell, cell + 1] {
-            let mut x = 2.0 * border as f64 / n - 1.0;
-            // Lines begin at the eye.
-            if eye.z != 0.0 {
-                let begin = eye.x / eye.z;
-                x = if self.is_last {
-                    x.max(begin)
-                } else {
-                    x.min(begin)
-                };
-            }
-            let scale = 1.0 / (eye.x - side * eye.z);
-            for line in [slice, slice + 1] {
-                let meets = self.first + f64::from(line) / self.density;
-                let y = (meets * (eye.x - x * eye.z) + eye.y * (x - side)) * scale;
-                let texel = 0.5 * n * (1.0 + y);
-                range = [range[0].min(texel), range[1].max(texel)];
-            }
+        let scale = half / (eye.x - side * eye.z);
+        [slice, slice + 1].map(|line| {
+            let meets = self.first + f64::from(line) / self.density;
+            let base = half + (meets * eye.x - eye.y * side) * scale;
+            [base, (eye.y - meets * eye.z) * scale]
+        })
+    }
+
+    /// The coordinate of the border before a cell; lines begin at the eye.
+    pub(super) fn border(&self, cell: i64, resolution: u32) -> f64 {
+        let x = 2.0 * cell as f64 / f64::from(resolution) - 1.0;
+        if self.eye.z == 0.0 {
+            return x;
         }
-        range
+        let begin = self.eye.x / self.eye.z;
+        if self.is_last {
+            x.max(begin)
+        } else {
+            x.min(begin)
+        }
     }
 }
 
@@ -273,7 +272,7 @@ impl Fans {
         }
         let reach = i64::from(1_u32 << (fan.height + LEAF));
         let inside = walk.cells().into_iter().all(|cell| {
-            let cell = fan.from_side(cell, self.resolution) - i64::from(fan.first_cell);
+            let cell = fan.counted_from_side(cell, self.resolution) - i64::from(fan.first_cell);
             (0..reach).contains(&cell)
         });
         inside.then_some((fan, slice as u32))

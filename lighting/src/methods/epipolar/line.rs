@@ -238,8 +238,7 @@ impl Line {
         }
         borders[..count].sort_unstable_by(f64::total_cmp);
         let mut a = start;
-        for i in 0..=count {
-            let b = if i < count { borders[i] } else { end };
+        for b in borders[..count].iter().copied().chain([end]) {
             if !(a < b) {
                 continue;
             }

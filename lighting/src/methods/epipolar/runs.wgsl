@@ -148,7 +148,15 @@ fn light_runs_coordinate(cursor: ptr<function, light_runs_Cursor>, axis: u32, s:
     let at = (*cursor).at;
     let slope = (*cursor).slope;
     if s < light_runs_END {
-        return (at[axis] + s * slope[axis]) / (at.z + s * slope.z);
+        let x = at[axis] + s * slope[axis];
+        let w = at.z + s * slope.z;
+        if w != 0.0 {
+            return x / w;
+        }
+        // Nowhere at the light itself: there the ray is where it goes.
+        if x != 0.0 {
+            return 2.0 * sign(x);
+        }
     }
     if slope.z != 0.0 {
         return slope[axis] / slope.z;
@@ -156,7 +164,7 @@ fn light_runs_coordinate(cursor: ptr<function, light_runs_Cursor>, axis: u32, s:
     if slope[axis] != 0.0 {
         return sign(slope[axis]);
     }
-    return at[axis] / at.z;
+    return select(0.0, at[axis] / at.z, at.z != 0.0);
 }
 
 fn light_runs_cell_at(coordinate: f32) -> i32 {

@@ -71,6 +71,16 @@ fn fill(
 ) {
     let leaves = 1_usize << fan.height;
     let last = f64::from(resolution - 1);
+    let [one, two] = fan.lines(slice, resolution);
+    // Between which texels the slice crosses the border of a cell.
+    let crossed = |border: i64| {
+        let x = fan.border(border, resolution);
+        let (a, b) = (one[0] + one[1] * x, two[0] + two[1] * x);
+        (a.min(b), a.max(b))
+    };
+    // The border of a cell that is farther from the side.
+    let away = i64::from(!fan.is_last);
+    let mut near = crossed(fan.counted_from_side(i64::from(fan.first_cell), resolution) + 1 - away);
     for leaf in 0..leaves {
         let mut node = NONE;
         for i in leaf << LEAF..(leaf + 1) << LEAF {
@@ -78,10 +88,11 @@ fn fill(
             if from_side >= resolution as usize {
                 break;
             }
-            let cell = fan.from_side(from_side as i64, resolution);
-            let [low, high] = fan.across(slice, cell, resolution);
-            let low = (low - MARGIN).floor().clamp(0.0, last) as usize;
-            let high = (high + MARGIN).floor().clamp(0.0, last) as usize;
+            let cell = fan.counted_from_side(from_side as i64, resolution);
+            let far = crossed(cell + away);
+            let low = (near.0.min(far.0) - MARGIN).clamp(0.0, last) as usize;
+            let high = (near.1.max(far.1) + MARGIN).clamp(0.0, last) as usize;
+            near = far;
             for across in low..=high {
                 let depth = texel(across, cell as usize);
                 node = joined(node, [depth, depth]);
@@ -115,8 +126,9 @@ pub(super) fn search<F: FnMut(Part)>(
     runs: &mut Runs<F>,
     tally: &mut impl Tally,
 ) {
-    let number = |cell: i64| fan.from_side(cell, resolution) - i64::from(fan.first_cell);
-    let cell_of = |number: i64| fan.from_side(number + i64::from(fan.first_cell), resolution);
+    let number = |cell: i64| fan.counted_from_side(cell, resolution) - i64::from(fan.first_cell);
+    let cell_of =
+        |number: i64| fan.counted_from_side(number + i64::from(fan.first_cell), resolution);
     let [first, last] = walk.cells().map(number);
     let is_rising = first <= last;
     let step = if is_rising { 1 } else { -1 };

@@ -126,8 +126,10 @@ impl Walk {
     /// A coordinate at the position `s`: 0 along the cells, 1 across.
     #[inline]
     fn coordinate(&self, axis: usize, s: f64) -> f64 {
-        if s < f64::INFINITY {
-            (self.at[axis] + s * self.slope[axis]) / (self.at.z + s * self.slope.z)
+        let [at, w] = [axis, 2].map(|i| self.at[i] + s * self.slope[i]);
+        // Nowhere at the light itself: there the ray is where it goes.
+        if s < f64::INFINITY && (at != 0.0 || w != 0.0) {
+            at / w
         } else if self.slope.z != 0.0 {
             self.slope[axis] / self.slope.z
         } else if self.slope[axis] != 0.0 {
@@ -148,9 +150,13 @@ impl Walk {
     #[inline]
     fn border(&self, axis: usize, cell: i64) -> f64 {
         let border = (2 * cell - self.side) as f64 / self.side as f64;
-        let s = (border * self.at.z - self.at[axis]) / (self.slope[axis] - border * self.slope.z);
-        // Not a number where the ray runs along the border.
-        if s < self.b { s.max(self.a) } else { self.b }
+        let towards = self.slope[axis] - border * self.slope.z;
+        // A ray that comes closer to the border for ever meets it at its end.
+        let s = match towards {
+            0.0 => self.b,
+            _ => (border * self.at.z - self.at[axis]) / towards,
+        };
+        s.max(self.a).min(self.b)
     }
 
     /// Where the ray leaves a cell, which is where it enters the next.

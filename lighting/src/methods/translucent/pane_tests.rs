@@ -32,7 +32,7 @@ fn plates(plates: &[(f32, Material)]) -> Geometry {
             ..Instance::default()
         });
     }
-    Geometry::new(&scene).unwrap()
+    Geometry::new(&scene).expect("plates are a scene")
 }
 
 fn glass(color: Vec3) -> Material {
@@ -54,17 +54,18 @@ fn film(opacity: f32) -> Material {
 fn lights() -> [Emitter; 2] {
     let lamp = Vec3::new(0.1, 4.0, 0.2);
     [
-        Emitter::directional(Vec3::new(0.1, -1.0, 0.05), Vec3::ONE).unwrap(),
-        Emitter::point(lamp, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap(),
+        Emitter::directional(Vec3::new(0.1, -1.0, 0.05), Vec3::ONE).expect("a sun"),
+        Emitter::point(lamp, Vec3::ONE, f32::INFINITY, Emission::Isotropic).expect("a lamp"),
     ]
 }
 
 fn exact(casters: &Casters<'_>, light: &Emitter) -> Exact {
-    TransmittanceMap::build(&Cpu::new(), casters, light, 64, &Captured::new()).unwrap()
+    TransmittanceMap::build(&Cpu::new(), casters, light, 64, &Captured::new()).expect("a small map")
 }
 
 fn packed(casters: &Casters<'_>, light: &Emitter) -> TransmittanceMap<Host, Packed<8>> {
-    TransmittanceMap::build(&Cpu::new(), casters, light, 64, &Stream::<8>::new()).unwrap()
+    TransmittanceMap::build(&Cpu::new(), casters, light, 64, &Stream::<8>::new())
+        .expect("a small map")
 }
 
 #[test]

@@ -72,5 +72,4 @@ pub use source::{Detail, VoxelShadow};
 pub use volume::{BuildVoxels, Eye, VoxelError, VoxelVolume, depth_range};
 pub use voxel_shadow::Sampling;
 
-#[cfg(feature = "wgpu")]
 pub(crate) use volume::State;

@@ -6,8 +6,7 @@ use std::marker::PhantomData;
 use gpu_backend::{Host, Memory};
 use voxel_shadow::ShadowVolume;
 
-use super::VoxelVolume;
-use super::volume::State;
+use super::{State, VoxelVolume};
 use crate::{Interval, LightPath, LitInterval, VisibilitySource};
 
 /// What is read from the voxels of a ray.
@@ -76,6 +75,19 @@ impl<V: Borrow<VoxelVolume<Host>> + Sync> VisibilitySource for VoxelShadow<V, Ho
         let volume = ShadowVolume::new(lattice, self.volume().grid(), self.volume().sampling());
         // They were checked when the voxels were made.
         let Ok(volume) = volume else { return };
+        self.detail.lit_parts(&volume, path, lit);
+    }
+}
+
+impl Detail {
+    /// Appends the lit parts of a path.
+    pub(crate) fn lit_parts(
+        self,
+        volume: &ShadowVolume<'_, Host>,
+        path: &LightPath<'_>,
+        lit: &mut Vec<LitInterval>,
+    ) {
+        let span = path.span();
         let ray = path.ray();
         let shadow = volume.ray_shadow(ray.direction(), ray.length().min(f32::MAX));
         let mut push = |part: voxel_shadow::LitInterval| {
@@ -93,8 +105,8 @@ impl<V: Borrow<VoxelVolume<Host>> + Sync> VisibilitySource for VoxelShadow<V, Ho
                 });
             }
         };
-        match self.detail {
-            Detail::Average => {
+        match self {
+            Self::Average => {
                 let end = span.end.min(f32::MAX);
                 let visibility = shadow.lit_fraction_between(span.start, end);
                 if visibility > 0.0 {
@@ -105,8 +117,8 @@ impl<V: Borrow<VoxelVolume<Host>> + Sync> VisibilitySource for VoxelShadow<V, Ho
                     });
                 }
             }
-            Detail::Voxels => shadow.lit_voxels().for_each(push),
-            Detail::Runs => shadow.lit_runs().for_each(push),
+            Self::Voxels => shadow.lit_voxels().for_each(push),
+            Self::Runs => shadow.lit_runs().for_each(push),
         }
     }
 }

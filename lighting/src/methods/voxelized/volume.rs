@@ -86,6 +86,33 @@ impl Eye {
             None => ViewVolume::all_around(start, end),
         }
     }
+
+    /// The voxels for a light, θ counted from a direction that is turned around
+    /// the axis by so many radians; or what is known without voxels.
+    pub(crate) fn lattice(
+        &self,
+        emitter: &Emitter,
+        resolution: Resolution,
+        turned: f32,
+    ) -> Result<State<Lattice>, epipolar::Error> {
+        let made = || {
+            let light = light(emitter)?;
+            let view = self.view(emitter)?;
+            let space = Space::new(light, self.position)?.rotated(turned);
+            let spacing = if space.is_directional() {
+                self.sun_spacing
+            } else {
+                self.lamp_spacing
+            };
+            Lattice::new(space, &view, resolution, spacing)
+        };
+        match made() {
+            Ok(lattice) => Ok(State::Voxels(lattice)),
+            Err(epipolar::Error::EyeAtLight { .. }) => Ok(State::Lit),
+            Err(epipolar::Error::Unlit) => Ok(State::Dark),
+            Err(error) => Err(error),
+        }
+    }
 }
 
 /// The distances between which the airlight of `rays` lies: inside of the box
@@ -134,14 +161,14 @@ impl<B> BuildVoxels for B where
 }
 
 /// What a volume says of the rays of a view.
-#[derive(Debug)]
-pub(crate) enum State {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum State<V> {
     /// All of them are lit, as far as the light reaches.
     Lit,
     /// None is.
     Dark,
-    /// Its voxels tell.
-    Voxels(Box<Lattice>),
+    /// Voxels tell.
+    Voxels(V),
 }
 
 /// The voxelized shadow volume of one light as one eye sees it.
@@ -149,7 +176,7 @@ pub(crate) enum State {
 /// Memory: one bit per voxel, and four bytes per θ and φ.
 #[derive(Debug)]
 pub struct VoxelVolume<M: Memory> {
-    state: State,
+    state: State<Box<Lattice>>,
     map: IndexMap<M>,
     grid: Grid<M>,
     sampling: Sampling,
@@ -247,14 +274,13 @@ impl<M: Memory> VoxelVolume<M> {
         B: BuildVoxels + Backend<Memory = M>,
     {
         self.state = State::Lit;
-        let lattice = match self.lattice(emitter, eye) {
-            Ok(lattice) => lattice,
-            Err(epipolar::Error::EyeAtLight { .. }) => return Ok(()),
-            Err(epipolar::Error::Unlit) => {
+        let lattice = match eye.lattice(emitter, self.grid.resolution(), 0.0)? {
+            State::Voxels(lattice) => lattice,
+            State::Lit => return Ok(()),
+            State::Dark => {
                 self.state = State::Dark;
                 return Ok(());
             }
-            Err(error) => return Err(error.into()),
         };
         // Checks the sampling before any work.
         ShadowVolume::new(&lattice, &self.grid, self.sampling)?;
@@ -263,18 +289,6 @@ impl<M: Memory> VoxelVolume<M> {
         backend.extrude(&mut self.grid)?;
         self.state = State::Voxels(Box::new(lattice));
         Ok(())
-    }
-
-    fn lattice(&self, emitter: &Emitter, eye: &Eye) -> Result<Lattice, epipolar::Error> {
-        let light = light(emitter)?;
-        let view = eye.view(emitter)?;
-        let space = Space::new(light, eye.position)?;
-        let spacing = if space.is_directional() {
-            eye.sun_spacing
-        } else {
-            eye.lamp_spacing
-        };
-        Lattice::new(space, &view, self.grid.resolution(), spacing)
     }
 
     /// Its voxels as a visibility source.
@@ -312,8 +326,12 @@ impl<M: Memory> VoxelVolume<M> {
         4 * (resolution.words() + resolution.light_rays()) as u64
     }
 
-    pub(crate) fn state(&self) -> &State {
-        &self.state
+    pub(crate) fn state(&self) -> State<&Lattice> {
+        match &self.state {
+            State::Lit => State::Lit,
+            State::Dark => State::Dark,
+            State::Voxels(lattice) => State::Voxels(lattice),
+        }
     }
 }
 

@@ -1,10 +1,8 @@
 // Visibility: the voxels of a ray; the shader's side of `VoxelShadow`.
 //
-// Needs the parts EPIPOLAR and PHI of epipolar, SHADOW of voxel-shadow, and the
-// variables
-//   light_voxels: light_Voxels
-//   light_voxel_bounds: array<vec2<f32>>, those of the lattice
-//   light_voxel_words: array<u32>, those of the grid
+// Needs the parts EPIPOLAR and PHI of epipolar, SHADOW of voxel-shadow and what they
+// need, and
+//   fn light_voxels() -> light_Voxels    those of the light
 
 struct light_Voxels {
     lattice: epi_Lattice,
@@ -13,14 +11,6 @@ struct light_Voxels {
     detail: u32,
     // What the volume says of all rays.
     state: u32,
-}
-
-fn epi_bound(index: u32) -> vec2<f32> {
-    return light_voxel_bounds[index];
-}
-
-fn vsv_word(index: u32) -> u32 {
-    return light_voxel_words[index];
 }
 
 const light_AVERAGE: u32 = 0u;
@@ -44,16 +34,17 @@ fn light_voxels_cursor(path: light_Path) -> light_voxels_Cursor {
     var cursor: light_voxels_Cursor;
     cursor.run = vsv_Run(0.0, 0.0, 0.0);
     cursor.done = false;
-    let state = light_voxels.state;
+    let voxels = light_voxels();
+    let state = voxels.state;
     cursor.is_one = state <= light_ALL_DARK;
     cursor.average = select(0.0, 1.0, state == light_ALL_LIT);
     if cursor.is_one {
         return cursor;
     }
-    let l = light_voxels.lattice;
-    let sampling = light_voxels.sampling;
+    let l = voxels.lattice;
+    let sampling = voxels.sampling;
     var shadow = vsv_cursor(l, sampling, path.direction, path.surface);
-    if light_voxels.detail == light_AVERAGE {
+    if voxels.detail == light_AVERAGE {
         cursor.is_one = true;
         cursor.average = vsv_lit_fraction_between(l, sampling, &shadow, path.start, path.end);
     }
@@ -69,14 +60,15 @@ fn light_voxels_next_lit(cursor: ptr<function, light_voxels_Cursor>, path: light
         (*cursor).done = true;
         return light_lit(path.start, path.end, (*cursor).average);
     }
-    let l = light_voxels.lattice;
-    let sampling = light_voxels.sampling;
+    let voxels = light_voxels();
+    let l = voxels.lattice;
+    let sampling = voxels.sampling;
     var shadow = (*cursor).shadow;
     var run = (*cursor).run;
     var found = light_dark();
     loop {
         var part: vsv_LitInterval;
-        if light_voxels.detail == light_VOXELS {
+        if voxels.detail == light_VOXELS {
             part = vsv_next_voxel(l, sampling, &shadow, &run);
         } else {
             part = vsv_next_lit(l, sampling, &shadow);

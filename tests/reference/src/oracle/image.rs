@@ -65,13 +65,7 @@ pub fn reference(
     geometry: &Geometry,
     options: Options<'_>,
 ) -> Reference {
-    let world = World {
-        lamps: emitters.iter().map(Lamp::new).collect(),
-        fog: Fog::new(medium),
-        blockers: Blockers::new(geometry),
-        coats: Coats::new(geometry),
-        search: options.search,
-    };
+    let world = World::new(emitters, medium, geometry, options.search);
     let absolute = options.tolerance * DARKEST * world.rough_mean(rays);
     let tolerance = Tolerance {
         relative: options.tolerance,
@@ -94,7 +88,7 @@ pub fn reference(
     }
 }
 
-struct World<'a> {
+pub(super) struct World<'a> {
     lamps: Vec<Lamp>,
     fog: Fog,
     blockers: Blockers,
@@ -103,21 +97,41 @@ struct World<'a> {
     search: Search,
 }
 
-impl World<'_> {
-    fn light(&self, ray: &Ray, tolerance: Tolerance) -> Estimate {
+impl<'a> World<'a> {
+    pub(super) fn new(
+        emitters: &[Emitter],
+        medium: &Medium,
+        geometry: &'a Geometry,
+        search: Search,
+    ) -> Self {
+        Self {
+            lamps: emitters.iter().map(Lamp::new).collect(),
+            fog: Fog::new(medium),
+            blockers: Blockers::new(geometry),
+            coats: Coats::new(geometry),
+            search,
+        }
+    }
+
+    /// The light of the world's own lamps.
+    pub(super) fn light(&self, ray: &Ray, tolerance: Tolerance) -> Estimate {
+        self.light_of(&self.lamps, &Line::new(ray), tolerance)
+    }
+
+    /// That of any lamps.
+    pub(super) fn light_of(&self, lamps: &[Lamp], line: &Line, tolerance: Tolerance) -> Estimate {
         if self.fog.sigma_s == DVec3::ZERO {
             return Estimate::default();
         }
-        let line = Line::new(ray);
         if let Some(coats) = &self.coats {
-            return self.light_past(coats, &line, tolerance);
+            return self.light_past(coats, lamps, line, tolerance);
         }
-        let mut airlight = Airlight::new(&line, &self.fog);
+        let mut airlight = Airlight::new(line, &self.fog);
         let mut lit = Vec::new();
-        for lamp in &self.lamps {
-            if let Some(reach) = reach(&line, lamp, &self.fog) {
+        for lamp in lamps {
+            if let Some(reach) = reach(line, lamp, &self.fog) {
                 lit.clear();
-                self.blockers.lit(&line, lamp, reach, self.search, &mut lit);
+                self.blockers.lit(line, lamp, reach, self.search, &mut lit);
                 airlight.add_off_the_light(lamp, reach, &lit);
             }
         }
@@ -126,10 +140,16 @@ impl World<'_> {
 
     /// The same where not all is solid: the sum over parts of the light of each
     /// times its share.
-    fn light_past(&self, coats: &Coats<'_>, line: &Line, tolerance: Tolerance) -> Estimate {
+    fn light_past(
+        &self,
+        coats: &Coats<'_>,
+        lamps: &[Lamp],
+        line: &Line,
+        tolerance: Tolerance,
+    ) -> Estimate {
         let mut sum = Estimate::default();
         let mut lit = Vec::new();
-        for lamp in &self.lamps {
+        for lamp in lamps {
             let Some(reach) = reach(line, lamp, &self.fog) else {
                 continue;
             };

@@ -89,6 +89,14 @@ impl PointLamp {
         }
     }
 
+    /// A point of a surface of this unit normal, which emits with the cosine to it.
+    pub fn cosine(position: DVec3, intensity: DVec3, normal: DVec3) -> Self {
+        Self {
+            pattern: Pattern::Cosine { normal },
+            ..Self::even(position, intensity)
+        }
+    }
+
     /// The same light somewhere else.
     #[must_use]
     pub fn moved_to(&self, position: DVec3) -> Self {
@@ -247,7 +255,7 @@ fn push_root(slope: f64, value: f64, foot: f64, edges: &mut Vec<f64>) {
 
 /// Bilinear interpolation between texel centres at `(i + ½) / size`, constant
 /// outside of the outermost centres.
-fn texel(texture: &Texture, uv: DVec2) -> DVec3 {
+pub(super) fn texel(texture: &Texture, uv: DVec2) -> DVec3 {
     let axis = |t: f64, size: u32| {
         let last = f64::from(size - 1);
         let position = (t * f64::from(size) - 0.5).clamp(0.0, last);

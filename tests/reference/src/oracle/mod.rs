@@ -14,12 +14,15 @@
 //! | `coats` | `scene` | how much gets through masks and what is see-through? | the exact share at a point |
 //! | `airlight` | `scene` | how much light comes from them? | adaptive quadrature with an error bound |
 //! | `image` | `scene` | the reference image | the product of the last two, summed over lights |
+//! | `area` | `scene` | the same of area lights | adaptive cubature over the light of the image of each of its points |
 //! | `map_runs` | `scene` | which parts of a ray does a shadow map show lit? | its texels, one by one |
 //! | `surface` | `scene` | how much light does a surface receive by way of the fog? what is seen of an environment? | nested adaptive quadrature |
 //! | `translucent` | `scene` | how much gets through hair and smoke? | the exact transmittance to a point, and the image behind them |
 
 #[cfg(feature = "scene")]
 pub mod airlight;
+#[cfg(feature = "scene")]
+pub mod area;
 #[cfg(feature = "scene")]
 mod blockers;
 pub mod closed_form;

@@ -1,0 +1,92 @@
+//! Maps of many lights: shaders without a device, and against the CPU with one.
+
+use glam::Vec3;
+use gpu_backend::gpu::{GpuMemory, InShader};
+use gpu_backend::shader::Assembly;
+use gpu_backend::testing::{self, Shader};
+use gpu_backend::{Cpu, Download, assert_same_layout};
+use voxel_shadow::gpu::AtlasBlockerSlot;
+
+use super::scenes::casters;
+use crate::Emitter;
+use crate::gpu::imperfect::{Picture, SPLAT, Splats};
+use crate::gpu::map_atlas::{AtlasFaceRecord, NO_PICTURE};
+use crate::scene::Emission;
+use crate::shadow_map::{CasterPoints, LevelOfDetail, MOST_TEXELS, RenderImperfectMaps, TileMaps};
+#[test]
+fn structures_are_those_of_rust() {
+    let shader = Shader::new(&SPLAT).unwrap();
+    assert_same_layout!(
+        shader,
+        "Splats",
+        Splats {
+            resolution,
+            lights,
+            clusters,
+            most_texels
+        }
+    );
+    assert_same_layout!(
+        shader,
+        "Picture",
+        Picture {
+            face,
+            scale,
+            kind,
+            padding
+        }
+    );
+    // What a splat of the largest size turns of loops takes, for a whole cluster.
+    let side = 2.0 * MOST_TEXELS + 1.0;
+    assert!(64.0 * side * (side + 1.0) < 50_000.0);
+
+    let mut maps = Assembly::new(&["@compute @workgroup_size(1) fn nothing() {}"]);
+    maps.fill::<AtlasBlockerSlot>(&<TileMaps<'_, GpuMemory> as InShader<AtlasBlockerSlot>>::part())
+        .unwrap();
+    let maps = Shader::new(&maps.finish(1)).unwrap();
+    assert_same_layout!(maps, "light_AtlasFace", AtlasFaceRecord { face, picture });
+    let value = |name: &str| maps.values(name).unwrap()[0];
+    assert_eq!(value("light_NO_PICTURE"), f64::from(NO_PICTURE));
+}
+
+#[test]
+fn imperfect_maps_are_those_of_the_cpu_but_for_texels_on_an_edge() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let geometry = casters();
+    let point = |emission| {
+        let position = geometry.bounds().max() + Vec3::splat(0.3);
+        Emitter::point(position, Vec3::ONE, f32::INFINITY, emission).unwrap()
+    };
+    let lights = [
+        point(Emission::Isotropic),
+        point(Emission::Cosine {
+            normal: Vec3::new(-1.0, -2.0, -1.0).normalize(),
+        }),
+        Emitter::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::ONE).unwrap(),
+    ];
+    let here = CasterPoints::sample(&cpu, &geometry, 4096).unwrap();
+    let there = CasterPoints::sample(&gpu, &geometry, 4096).unwrap();
+    for level in [LevelOfDetail::Even, LevelOfDetail::Near] {
+        let expected = cpu.imperfect_maps(&here, &lights, 64, 1000, level).unwrap();
+        let found = gpu
+            .imperfect_maps(&there, &lights, 64, 1000, level)
+            .unwrap();
+        let found = gpu.download(found.depth()).unwrap();
+        let near = |a: f32, b: f32| a == b || (a - b).abs() <= 1e-5 * a.min(b);
+        let pairs = expected.depth().iter().zip(&found);
+        let different = pairs.filter(|(a, b)| !near(**a, **b)).count();
+        println!("{level:?}: {different} of {} texels differ", found.len());
+        // A side of a splat is within rounding, 1e-5 texels, of the border of a texel
+        // with a chance of 4e-5, and a splat has a handful of texels along its sides.
+        assert!(different * 500 <= found.len(), "{different}");
+        assert!(expected.depth().iter().any(|depth| *depth < f32::MAX));
+    }
+    // None of anything.
+    let none = CasterPoints::sample(&gpu, &geometry, 0).unwrap();
+    let maps = gpu.imperfect_maps(&none, &lights, 16, 9, LevelOfDetail::Near);
+    let depth = gpu.download(maps.unwrap().depth()).unwrap();
+    assert!(depth.iter().all(|depth| *depth == f32::MAX));
+    let maps = gpu.imperfect_maps(&there, &[], 16, 9, LevelOfDetail::Near);
+    assert_eq!(maps.unwrap().lights(), 0);
+}

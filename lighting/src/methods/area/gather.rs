@@ -1,0 +1,115 @@
+//! The step that sums the airlight of many lights.
+
+use gpu_backend::{Backend, BufferOf, Cpu, Error, Memory};
+
+use super::LightVolumes;
+use crate::gather::check_lengths;
+use crate::scene::Medium;
+use crate::voxelized::{Detail, State};
+use crate::{AirlightEvaluator, Emitter, LightPath, LitInterval, Ray};
+
+/// What is gathered from many lights.
+#[derive(Debug)]
+pub struct ManyLights<'a, M: Memory> {
+    /// The rays, in the memory of the backend.
+    pub rays: &'a M::Buffer<Ray>,
+    /// The lights whose voxels there are, in their order. They may have changed their
+    /// intensity since the voxels were made, and nothing else.
+    pub emitters: &'a [Emitter],
+    /// What scatters their light.
+    pub medium: &'a Medium,
+    /// What is read from the voxels.
+    pub detail: Detail,
+}
+
+/// The step that turns the voxels of many lights and an airlight evaluator `A` into
+/// an image.
+pub trait GatherMany<A>: Backend {
+    /// Adds to `radiance[i]` the airlight of the ray i due to all lights, as one
+    /// [`Gather`](crate::Gather) for each light would, in their order; on the CPU to
+    /// the last bit. The fourth component is left alone.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length, or lights and
+    /// voxels in number; nothing is written then.
+    fn gather_many(
+        &self,
+        lights: &ManyLights<'_, Self::Memory>,
+        volumes: &LightVolumes<Self::Memory>,
+        airlight: &A,
+        radiance: &mut BufferOf<Self, [f32; 4]>,
+    ) -> Result<(), Error>;
+}
+
+pub(super) fn check<M: Memory>(
+    lights: &ManyLights<'_, M>,
+    volumes: &LightVolumes<M>,
+    [rays, radiance]: [usize; 2],
+) -> Result<(), Error> {
+    check_lengths(rays, radiance)?;
+    if lights.emitters.len() == volumes.lights() {
+        return Ok(());
+    }
+    Err(Error::LengthMismatch {
+        what: "the voxels of many lights",
+        expected: lights.emitters.len(),
+        actual: volumes.lights(),
+    })
+}
+
+/// Bytes of voxels that are gathered from at a time: what a core's own cache holds.
+const BLOCK: usize = 1 << 20;
+
+impl<A: AirlightEvaluator> GatherMany<A> for Cpu {
+    /// Lights are taken a block at a time, whose voxels stay in the cache.
+    fn gather_many(
+        &self,
+        lights: &ManyLights<'_, Self::Memory>,
+        volumes: &LightVolumes<Self::Memory>,
+        airlight: &A,
+        radiance: &mut Vec<[f32; 4]>,
+    ) -> Result<(), Error> {
+        check(lights, volumes, [lights.rays.len(), radiance.len()])?;
+        if lights.medium.scatters_nothing() {
+            return Ok(());
+        }
+        let each = 4 * volumes.resolution().words();
+        let block = (BLOCK / each).max(1);
+        for (first, emitters) in (0..).step_by(block).zip(lights.emitters.chunks(block)) {
+            let sources: Vec<_> = (first..first + emitters.len())
+                .map(|light| volumes.volume(light))
+                .collect();
+            self.for_each_chunk(radiance, 64, |first, chunk| {
+                let mut parts = Vec::new();
+                for (sum, ray) in chunk.iter_mut().zip(&lights.rays[first..]) {
+                    for (emitter, source) in emitters.iter().zip(&sources) {
+                        if matches!(source, State::Dark) {
+                            continue;
+                        }
+                        let Some(path) = LightPath::new(ray, emitter, lights.medium) else {
+                            continue;
+                        };
+                        let path = path.off_the_light();
+                        parts.clear();
+                        match source {
+                            State::Voxels(volume) => {
+                                lights.detail.lit_parts(volume, &path, &mut parts);
+                            }
+                            _ => {
+                                let span = path.span();
+                                parts.push(LitInterval::unshadowed(span.start, span.end));
+                            }
+                        }
+                        for part in &parts {
+                            let light = part.visibility * airlight.radiance(&path, part.interval);
+                            for channel in 0..3 {
+                                sum[channel] += light[channel];
+                            }
+                        }
+                    }
+                }
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! The shader of many lights without a device, and against the CPU with one.
+
+use ::airlight::Table;
+use gpu_backend::gpu::InShader;
+use gpu_backend::testing::{self, Shader};
+use gpu_backend::{Backend, Cpu, Download, assert_same_layout};
+use reference::tolerances::Allowed;
+
+use super::gpu::{Light, Many, block, shader};
+use super::tests::{eye, fog, lights, maps, rays, resolution};
+use super::*;
+use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
+use crate::gpu::AirlightSlot;
+use crate::shadow_map::{Casters, RenderShadowMapAtlas};
+use crate::voxelized::Detail;
+
+/// The shader of an evaluator, which must be valid and keep to WebGPU's eight
+/// storage buffers, of which the frame has six.
+fn complete<A: InShader<AirlightSlot>>() -> Shader {
+    let assembly = shader::<A>().unwrap();
+    let storage = assembly.bindings().iter().filter(|b| b.kind.is_storage());
+    let storage = 6 + storage.count();
+    assert!(storage <= 8, "{storage} storage buffers");
+    Shader::new(&assembly.finish(1)).unwrap()
+}
+
+#[test]
+fn every_evaluator_goes_with_many_lights() {
+    complete::<Midpoint>();
+    complete::<Quadrature>();
+    complete::<Analytic<Table>>();
+    let shader = complete::<EquiAngular>();
+    assert_same_layout!(
+        shader,
+        "Many",
+        Many {
+            medium,
+            rays,
+            lights,
+            padding_a,
+            padding_b
+        }
+    );
+    assert_same_layout!(
+        shader,
+        "Light",
+        Light {
+            emitter,
+            voxels,
+            first_texel,
+            first_bound,
+            first_word,
+            padding
+        }
+    );
+}
+
+#[test]
+fn blocks_have_lights_and_end_in_time() {
+    for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
+        let lights = [32, 128, 1024].map(|bits| block(bits, detail));
+        assert!(lights.iter().all(|lights| *lights >= 1), "{lights:?}");
+        assert!(lights.is_sorted_by(|a, b| a >= b), "{lights:?}");
+    }
+    assert_eq!(block(128, Detail::Runs), 9);
+}
+
+#[test]
+fn the_gpu_agrees_with_the_cpu_but_for_rays_at_an_edge() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let (lights, medium, rays) = (lights(), fog(), rays());
+    let maps = maps(&lights);
+    let mut here = LightVolumes::new(&cpu, resolution(), lights.len()).unwrap();
+    here.update(&cpu, &lights, &eye(&medium), &maps).unwrap();
+    let maps = maps.upload(&gpu).unwrap();
+    let mut there = LightVolumes::new(&gpu, resolution(), lights.len()).unwrap();
+    there.update(&gpu, &lights, &eye(&medium), &maps).unwrap();
+    let airlight = EquiAngular::new(4).unwrap();
+    let rays_there = gpu.upload(&rays).unwrap();
+    for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
+        let many = ManyLights {
+            rays: &rays,
+            emitters: &lights,
+            medium: &medium,
+            detail,
+        };
+        let start = vec![[1.0, 2.0, 3.0, 4.0]; rays.len()];
+        let mut expected = start.clone();
+        cpu.gather_many(&many, &here, &airlight, &mut expected)
+            .unwrap();
+        let many = ManyLights {
+            rays: &rays_there,
+            emitters: &lights,
+            medium: &medium,
+            detail,
+        };
+        let mut found = gpu.upload(&start).unwrap();
+        gpu.gather_many(&many, &there, &airlight, &mut found)
+            .unwrap();
+        let found = gpu.download(&found).unwrap();
+        let mut different = 0;
+        for (e, f) in expected.iter().zip(&found) {
+            assert_eq!(f[3], 4.0);
+            let off = (0..3).any(|c| {
+                // A light that is 30 times as far as it passes the ray is the worst.
+                let allowed = Allowed::GpuRadiance.error()
+                    + 30.0 * Allowed::GpuRadianceNearTheAxis.error()
+                    + Allowed::GpuQuery.error();
+                f64::from((e[c] - f[c]).abs()) > allowed * f64::from(e[c])
+            });
+            different += usize::from(off);
+        }
+        let share = different as f64 / rays.len() as f64;
+        println!("{detail:?}: {different} of {} rays differ", rays.len());
+        let allowed = Allowed::GpuRays.error() * lights.len() as f64;
+        assert!(share <= allowed, "{detail:?}: {share}");
+    }
+}
+
+#[test]
+fn maps_rendered_there_give_nearly_the_same_indices() {
+    let Some(gpu) = testing::gpu() else { return };
+    let lights = lights();
+    let casters = Casters::upload(&gpu, &super::tests::geometry()).unwrap();
+    let found = gpu.shadow_map_atlas(&casters, &lights, 64).unwrap();
+    let found = gpu.download(found.depth()).unwrap();
+    let expected = maps(&lights);
+    assert_eq!(found.len(), expected.depth().len());
+    let near = |a: f32, b: f32| (a - b).abs() <= 1e-3 * a.min(b) || a == b;
+    let pairs = expected.depth().iter().zip(&found);
+    let different = pairs.filter(|(a, b)| !near(**a, **b)).count();
+    // Texels on an edge, which are about 64 × 4 edges × 3 plates of each picture.
+    assert!(
+        different * 50 < found.len(),
+        "{different} of {}",
+        found.len()
+    );
+}

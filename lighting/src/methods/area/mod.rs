@@ -1,0 +1,94 @@
+//! Area lights as many virtual lights, each with its voxelized shadow volume.
+//!
+//! Based on: Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013. An area
+//! light is sampled as virtual point lights; low-resolution shadow maps of all of
+//! them are [rendered into one buffer](crate::shadow_map::ShadowMapAtlas),
+//! rectified in one pass and extruded in another ([`LightVolumes`]), and one
+//! [gather](GatherMany) sums their airlight.
+//!
+//! ```text
+//! L(x, ω) = Σ_i ∫ σ_s e^{−σ_t u} V_i(u) p(ω, ω_i) L_i(u) du         (4)
+//! ```
+//!
+//! # Departures
+//!
+//! * The shadow maps may be exact: triangles rendered as for a single light. The
+//!   paper's [imperfect maps](crate::shadow_map::RenderImperfectMaps) are the other
+//!   choice, with a level of detail for each light that it misses.
+//! * The paper multiplies the average of the visibility bits with the airlight of the
+//!   whole ray, whose error has a floor. That is [`Detail::Average`]; here the bits
+//!   also tell where the lit parts are ([`Detail::Runs`]), or weigh the light of
+//!   each voxel ([`Detail::Voxels`]), which converges.
+//! * The last line of the paper's pseudocode scales the airlight by 1 − e^{−τ}, which
+//!   is not in its equation 4 (the integral holds the attenuation already), and it is
+//!   not done here.
+//! * Points have the cosine emission of the surface they stand for, in which the
+//!   evaluator integrates along the ray.
+//!
+//! ```
+//! use glam::Vec3;
+//! use gpu_backend::{Backend, Cpu};
+//! use lighting::airlight::Quadrature;
+//! use lighting::area::{GatherMany, LightVolumes, ManyLights};
+//! use lighting::scene::{AreaLight, Camera, Geometry, Medium, Mesh, Pattern, PhaseFunction, Scene};
+//! use lighting::shadow_map::{Casters, RenderShadowMapAtlas};
+//! use lighting::voxelized::{Detail, Eye, Resolution};
+//! use lighting::Ray;
+//!
+//! // A triangle under a panel, in fog.
+//! let scene = Scene::from(Mesh {
+//!     positions: vec![Vec3::new(-1.0, 2.0, -6.0), Vec3::new(1.0, 2.0, -6.0), Vec3::new(0.0, 2.0, -4.0)],
+//!     triangles: vec![[0, 1, 2]],
+//!     ..Mesh::default()
+//! });
+//! let panel = AreaLight {
+//!     corner: Vec3::new(-1.0, 4.0, -6.0),
+//!     edges: [2.0 * Vec3::X, 2.0 * Vec3::Z],
+//!     radiance: Vec3::splat(10.0),
+//!     ..AreaLight::default()
+//! };
+//! let lights = panel.virtual_lights(Pattern::Lattice, 16)?;
+//! let fog = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PhaseFunction::Isotropic)?;
+//! let camera = Camera::look_at(Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 2.0, -5.0), 1.0)?;
+//! let rays = [Ray::new(camera.eye(), Vec3::new(0.0, 0.0, -1.0), 20.0).expect("a sound ray")];
+//!
+//! let cpu = Cpu::new();
+//! let casters = Casters::upload(&cpu, &Geometry::new(&scene)?)?;
+//! let maps = cpu.shadow_map_atlas(&casters, &lights, 128)?;
+//! let mut voxels = LightVolumes::new(&cpu, Resolution::new(128, 128, 128)?, lights.len())?;
+//! voxels.update(&cpu, &lights, &Eye::of_camera(&camera, [16, 9], &rays, &fog), &maps)?;
+//!
+//! let rays = cpu.upload(&rays)?;
+//! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
+//! let quadrature = Quadrature::with_tolerance(fog.phase(), 1e-4)?;
+//! let many = ManyLights { rays: &rays, emitters: &lights, medium: &fog, detail: Detail::Runs };
+//! cpu.gather_many(&many, &voxels, &quadrature, &mut radiance)?;
+//! assert!(radiance[0][0] > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Limits
+//!
+//! Those of [`voxelized`](crate::voxelized), for each of the lights. What fits into
+//! a buffer of a device bounds the number of lights that are gathered together; the
+//! method of the list takes more in groups.
+
+mod gather;
+#[cfg(feature = "wgpu")]
+mod gpu;
+#[cfg(feature = "wgpu")]
+#[cfg(test)]
+mod gpu_tests;
+#[cfg(feature = "methods")]
+mod method;
+#[cfg(test)]
+mod tests;
+mod volumes;
+
+pub use gather::{GatherMany, ManyLights};
+#[cfg(feature = "methods")]
+pub(super) use method::methods;
+pub use volumes::{BuildLightVolumes, LightVolumes, SurfaceVoxels};
+
+#[cfg(doc)]
+use crate::voxelized::Detail;

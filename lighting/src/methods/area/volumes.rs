@@ -1,0 +1,226 @@
+//! The voxels of many lights for one view.
+
+use epipolar::Lattice;
+use glam::Vec3;
+use gpu_backend::{Backend, Host, Memory};
+use voxel_shadow::{AtlasGrid, AtlasMap, BuildAtlas, RectifyAtlas, ShadowVolume};
+
+use crate::Emitter;
+use crate::shadow_map::{ShadowMapAtlas, TileMaps};
+use crate::visibility::SurfaceShadow;
+use crate::voxelized::{Eye, Resolution, Sampling, State, VoxelError};
+
+/// A backend that makes the voxels of many lights from their shadow maps: every
+/// backend of this workspace.
+pub trait BuildLightVolumes:
+    BuildAtlas + for<'a> RectifyAtlas<TileMaps<'a, <Self as Backend>::Memory>>
+{
+}
+
+impl<B> BuildLightVolumes for B where
+    B: BuildAtlas + for<'a> RectifyAtlas<TileMaps<'a, <B as Backend>::Memory>>
+{
+}
+
+/// The voxels of many lights: what a [`VoxelVolume`](crate::voxelized::VoxelVolume)
+/// has for one, for all of them in one buffer.
+///
+/// Each light has an epipolar space of its own, turned around its axis by an angle
+/// that depends on where the light is: the sampling errors of the lights average
+/// instead of lining up as bands.
+#[derive(Debug)]
+pub struct LightVolumes<M: Memory> {
+    map: AtlasMap<M>,
+    grid: AtlasGrid<M>,
+    sampling: Sampling,
+    /// What is known of each light; its voxels are a tile.
+    lights: Vec<State<usize>>,
+    /// Those of the tiles.
+    lattices: Vec<Lattice>,
+}
+
+impl<M: Memory> LightVolumes<M> {
+    /// Voxels for at most `lights` lights, read without a bias and interpolated.
+    ///
+    /// # Errors
+    /// [`VoxelError::Voxels`] if they do not fit into memory; see
+    /// [`BuildAtlas::atlas_capacity`].
+    pub fn new<B>(backend: &B, resolution: Resolution, lights: usize) -> Result<Self, VoxelError>
+    where
+        B: Backend<Memory = M>,
+    {
+        Ok(Self {
+            map: AtlasMap::new(backend, resolution, lights)?,
+            grid: AtlasGrid::new(backend, resolution, lights)?,
+            sampling: Sampling::UNBIASED,
+            lights: Vec::new(),
+            lattices: Vec::new(),
+        })
+    }
+
+    /// The same with other biases or without interpolation, and without lights until
+    /// [`LightVolumes::update`], which checks them.
+    #[must_use]
+    pub fn with_sampling(self, sampling: Sampling) -> Self {
+        Self {
+            sampling,
+            lights: Vec::new(),
+            ..self
+        }
+    }
+
+    /// Makes the voxels of all `emitters` anew from their shadow maps, which are
+    /// those of the same emitters in the same order: rectifies all maps in one pass
+    /// and builds all grids in another. Lights that need no voxels, because all rays
+    /// or no rays are lit, have no tile.
+    ///
+    /// # Errors
+    /// [`VoxelError::Voxels`] for more lights than there is room for, if there are not
+    /// as many maps as lights, for biases beyond ±1024 voxels and if the backend
+    /// fails; [`VoxelError::Epipolar`] as for
+    /// [`VoxelVolume::update`](crate::voxelized::VoxelVolume::update). There are no
+    /// lights after an error.
+    pub fn update<B>(
+        &mut self,
+        backend: &B,
+        emitters: &[Emitter],
+        eye: &Eye,
+        maps: &ShadowMapAtlas<M>,
+    ) -> Result<(), VoxelError>
+    where
+        B: BuildLightVolumes + Backend<Memory = M>,
+    {
+        self.lights.clear();
+        self.lattices.clear();
+        let mut lights = Vec::with_capacity(emitters.len());
+        let mut of_tiles = Vec::new();
+        for (light, emitter) in (0..).zip(emitters) {
+            let state = eye.lattice(emitter, self.grid.resolution(), turn(emitter))?;
+            lights.push(match state {
+                State::Lit => State::Lit,
+                State::Dark => State::Dark,
+                State::Voxels(lattice) => {
+                    self.lattices.push(lattice);
+                    of_tiles.push(light);
+                    State::Voxels(self.lattices.len() - 1)
+                }
+            });
+        }
+        let lengths = |actual| gpu_backend::Error::LengthMismatch {
+            what: "the shadow maps of many lights",
+            expected: emitters.len(),
+            actual,
+        };
+        let source = maps.of_tiles(&of_tiles);
+        let source = source.filter(|_| maps.lights() == emitters.len());
+        let source = source.ok_or_else(|| voxel_shadow::Error::from(lengths(maps.lights())))?;
+        if let Some(lattice) = self.lattices.first() {
+            // Checks the sampling before any work.
+            self.grid.volume(0, lattice, self.sampling)?;
+        }
+        backend.rectify_atlas(&self.lattices, &source, &mut self.map)?;
+        backend.build_atlas(&self.map, self.lattices.len(), &mut self.grid)?;
+        self.lights = lights;
+        Ok(())
+    }
+
+    /// How many lights there are.
+    pub fn lights(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Number of voxels along each axis, for each light.
+    pub fn resolution(&self) -> Resolution {
+        self.grid.resolution()
+    }
+
+    /// The bits of the tiles.
+    pub fn grid(&self) -> &AtlasGrid<M> {
+        &self.grid
+    }
+
+    /// How voxels are looked up.
+    pub fn sampling(&self) -> Sampling {
+        self.sampling
+    }
+
+    /// The tile of a light and where its voxels are; `None` if it needs none, or if
+    /// there is no such light.
+    pub fn tile(&self, light: usize) -> Option<(usize, &Lattice)> {
+        match self.lights.get(light)? {
+            State::Voxels(tile) => Some((*tile, &self.lattices[*tile])),
+            State::Lit | State::Dark => None,
+        }
+    }
+
+    /// Memory used, bytes.
+    pub fn bytes(&self) -> u64 {
+        let resolution = self.resolution();
+        let tile = 4 * (resolution.words() + resolution.light_rays()) as u64;
+        tile * self.grid.tiles() as u64
+    }
+
+    /// What is known of a light.
+    pub(crate) fn state(&self, light: usize) -> State<(usize, &Lattice)> {
+        match self.lights[light] {
+            State::Lit => State::Lit,
+            State::Dark => State::Dark,
+            State::Voxels(tile) => State::Voxels((tile, &self.lattices[tile])),
+        }
+    }
+}
+
+impl LightVolumes<Host> {
+    /// The shadow volume of a light.
+    pub(crate) fn volume(&self, light: usize) -> State<ShadowVolume<'_, Host>> {
+        match self.state(light) {
+            State::Lit => State::Lit,
+            State::Dark => State::Dark,
+            // It was checked when the voxels were made.
+            State::Voxels((tile, lattice)) => self
+                .grid
+                .volume(tile, lattice, self.sampling)
+                .map_or(State::Lit, State::Voxels),
+        }
+    }
+
+    /// The shadows of a light on surfaces that the eye sees, from the same voxels,
+    /// with the biases that keep lit surfaces from shadowing themselves
+    /// ([`Sampling::default`]); a light that there is not is not blocked.
+    pub fn on_surfaces(&self, light: usize) -> SurfaceVoxels<'_> {
+        let tile = self.tile(light);
+        SurfaceVoxels {
+            volume: tile.and_then(|(tile, lattice)| {
+                self.grid.volume(tile, lattice, Sampling::default()).ok()
+            }),
+        }
+    }
+}
+
+/// The voxels of a light as shadows on surfaces; see
+/// [`LightVolumes::on_surfaces`].
+#[derive(Debug)]
+pub struct SurfaceVoxels<'a> {
+    volume: Option<ShadowVolume<'a, Host>>,
+}
+
+impl SurfaceShadow for SurfaceVoxels<'_> {
+    fn visibility(&self, point: Vec3, _normal: Vec3) -> Vec3 {
+        let volume = self.volume.as_ref();
+        Vec3::splat(volume.map_or(1.0, |volume| volume.visibility(point)))
+    }
+}
+
+/// The angle by which the space of a light is turned, radians: the same for the
+/// same light wherever it stands in a list, and without a pattern over lights.
+fn turn(emitter: &Emitter) -> f32 {
+    let Emitter::Point(point) = emitter else {
+        return 0.0;
+    };
+    let position = point.position().to_array();
+    let mixed = position.iter().fold(0x9E37_79B9_u32, |hash, x| {
+        let hash = (hash ^ x.to_bits()).wrapping_mul(0x85EB_CA6B);
+        (hash ^ (hash >> 15)).wrapping_mul(0xC2B2_AE35)
+    });
+    std::f32::consts::TAU * ((mixed ^ (mixed >> 16)) >> 8) as f32 / (1_u32 << 24) as f32
+}

@@ -1,0 +1,18 @@
+// The voxels of one light: what voxels.wgsl reads.
+//
+// Needs the variables
+//   light_voxel_volume: light_Voxels
+//   light_voxel_bounds: array<vec2<f32>>, those of the lattice
+//   light_voxel_words: array<u32>, those of the grid
+
+fn light_voxels() -> light_Voxels {
+    return light_voxel_volume;
+}
+
+fn epi_bound(index: u32) -> vec2<f32> {
+    return light_voxel_bounds[index];
+}
+
+fn vsv_word(index: u32) -> u32 {
+    return light_voxel_words[index];
+}

@@ -1,0 +1,265 @@
+//! The shadow maps of many lights in one buffer.
+
+use glam::Vec3;
+use gpu_backend::{Backend, Buffer, Cpu, Error, Host, Memory};
+
+use super::Casters;
+use super::map::{EMPTY, ShadowMapError, check_size, face_along, faces, render_face, texel_along};
+use super::octahedron::{HEMISPHERE, SPHERE, octahedral};
+use crate::Emitter;
+use crate::scene::Emission;
+use crate::scene::raster::{Face, Rays};
+
+/// The first blocker in every direction from each of many lights: what a
+/// [`ShadowMap`](super::ShadowMap) holds for one, for all of them in one buffer.
+///
+/// Directions into which a light does not shine have no picture, and count as
+/// free: of the cube around a light with a cosine emission at least one face is
+/// left out.
+#[derive(Debug)]
+pub struct ShadowMapAtlas<M: Memory> {
+    layout: Layout,
+    resolution: u32,
+    depth: M::Buffer<f32>,
+}
+
+/// Which pictures there are.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Layout {
+    /// The faces of all lights, each with the number of its picture.
+    pub(crate) faces: Vec<(Face, Option<u32>)>,
+    /// The first of its faces and how many there are, for each light; instead of
+    /// a number [`HEMISPHERE`] or [`SPHERE`] if there is one picture of that kind in
+    /// the frame of the face.
+    pub(crate) lights: Vec<[u32; 2]>,
+    pub(super) pictures: u32,
+}
+
+impl Layout {
+    pub(crate) fn new(corners: [Vec3; 2], emitters: &[Emitter]) -> Self {
+        let mut layout = Self::default();
+        for emitter in emitters {
+            let of_light = faces(corners, emitter);
+            let (first, count) = (layout.faces.len() as u32, of_light.len() as u32);
+            layout.lights.push([first, count]);
+            for face in of_light {
+                let picture = is_lit(&face, emitter).then_some(layout.pictures);
+                layout.pictures += u32::from(picture.is_some());
+                layout.faces.push((face, picture));
+            }
+        }
+        layout
+    }
+
+    /// The faces that have a picture, in their order.
+    pub(crate) fn pictured(&self) -> Vec<Face> {
+        let all = self.faces.iter();
+        all.filter_map(|(face, picture)| picture.map(|_| *face))
+            .collect()
+    }
+}
+
+/// Whether a light shines into a face, corners included.
+fn is_lit(face: &Face, emitter: &Emitter) -> bool {
+    let (Emitter::Point(point), Rays::Central { tan }) = (emitter, face.rays) else {
+        return true;
+    };
+    let Emission::Cosine { normal } = point.emission() else {
+        return true;
+    };
+    let most =
+        normal.dot(face.forward) + tan * (normal.dot(face.right).abs() + normal.dot(face.up).abs());
+    most > 0.0
+}
+
+impl<M: Memory> ShadowMapAtlas<M> {
+    pub(crate) fn from_depth(layout: Layout, resolution: u32, depth: M::Buffer<f32>) -> Self {
+        Self {
+            layout,
+            resolution,
+            depth,
+        }
+    }
+
+    /// How many lights it is for.
+    pub fn lights(&self) -> usize {
+        self.layout.lights.len()
+    }
+
+    /// Texels per side of each picture.
+    pub fn resolution(&self) -> u32 {
+        self.resolution
+    }
+
+    /// Depths as in a [`ShadowMap`](super::ShadowMap), picture by picture.
+    pub fn depth(&self) -> &M::Buffer<f32> {
+        &self.depth
+    }
+
+    /// Memory used, bytes.
+    pub fn bytes(&self) -> u64 {
+        4 * self.depth.len() as u64
+    }
+
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The maps of some of the lights, as blockers of the tiles of an atlas: tile i
+    /// is that of light `lights[i]`. `None` if one of them has no maps here.
+    pub fn of_tiles<'a>(&'a self, lights: &'a [u32]) -> Option<TileMaps<'a, M>> {
+        let has_maps = |light: &u32| (*light as usize) < self.lights();
+        let all = lights.iter().all(has_maps);
+        all.then_some(TileMaps { maps: self, lights })
+    }
+}
+
+impl ShadowMapAtlas<Host> {
+    /// The same maps on another backend.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if they do not fit there.
+    pub fn upload<B: Backend>(&self, backend: &B) -> Result<ShadowMapAtlas<B::Memory>, Error> {
+        Ok(ShadowMapAtlas {
+            layout: self.layout.clone(),
+            resolution: self.resolution,
+            depth: backend.upload(&self.depth)?,
+        })
+    }
+
+    /// True if nothing lies between a light and `point`, as far as its map tells; true
+    /// where the light does not shine.
+    ///
+    /// # Panics
+    /// If there is no such light.
+    pub fn is_lit(&self, light: usize, point: Vec3) -> bool {
+        let [first, _] = self.layout.lights[light];
+        let front = &self.layout.faces[first as usize];
+        let v = point - front.0.origin;
+        match front.0.rays {
+            Rays::Parallel { .. } => v.dot(front.0.forward) <= self.depth_along(front, v),
+            Rays::Central { .. } => v.length() <= self.first_blocker(light, point, v),
+        }
+    }
+
+    /// The depth at which the light of that number meets something along
+    /// `direction` from `origin`; [`EMPTY`] if it does not. Parallel light starts at
+    /// `origin`, other light where it is.
+    #[inline]
+    fn first_blocker(&self, light: usize, origin: Vec3, direction: Vec3) -> f32 {
+        let [first, count] = self.layout.lights[light];
+        if let HEMISPHERE | SPHERE = count {
+            let (face, picture) = &self.layout.faces[first as usize];
+            let texel = octahedral(face, count, self.resolution, direction);
+            return self.depth_at(texel, *picture);
+        }
+        let faces = &self.layout.faces[first as usize..(first + count) as usize];
+        let (front, _) = &faces[0];
+        match front.rays {
+            Rays::Parallel { .. } => {
+                let v = origin - front.origin;
+                let depth = self.depth_along(&faces[0], v);
+                if depth < EMPTY {
+                    depth - v.dot(front.forward)
+                } else {
+                    EMPTY
+                }
+            }
+            Rays::Central { .. } => {
+                let index = face_along(faces.len(), direction);
+                self.depth_along(&faces[index], direction)
+            }
+        }
+    }
+
+    #[inline]
+    fn depth_along(&self, (face, picture): &(Face, Option<u32>), v: Vec3) -> f32 {
+        self.depth_at(texel_along(face, self.resolution, v), *picture)
+    }
+
+    #[inline]
+    fn depth_at(&self, texel: Option<[f32; 2]>, picture: Option<u32>) -> f32 {
+        let (Some(texel), Some(picture)) = (texel, picture) else {
+            return EMPTY;
+        };
+        let last = self.resolution - 1;
+        let [column, row] = texel.map(|position| (position as u32).min(last) as usize);
+        let side = self.resolution as usize;
+        self.depth[(picture as usize * side + row) * side + column]
+    }
+}
+
+/// The maps of some lights of a [`ShadowMapAtlas`]; see
+/// [`ShadowMapAtlas::of_tiles`].
+#[derive(Debug)]
+pub struct TileMaps<'a, M: Memory> {
+    pub(crate) maps: &'a ShadowMapAtlas<M>,
+    pub(crate) lights: &'a [u32],
+}
+
+impl voxel_shadow::AtlasBlocker for TileMaps<'_, Host> {
+    #[inline]
+    fn distance(&self, tile: usize, ray: &epipolar::LightRay) -> f32 {
+        let [origin, direction] = [ray.origin, ray.direction].map(Vec3::from);
+        let light = self.lights[tile] as usize;
+        self.maps.first_blocker(light, origin, direction)
+    }
+}
+
+/// Renders the shadow maps of many lights.
+pub trait RenderShadowMapAtlas: Backend {
+    /// The maps of `emitters`, with `resolution` texels per side of each picture.
+    ///
+    /// # Errors
+    /// [`ShadowMapError::Resolution`] if the resolution is 0 or above 65536,
+    /// [`Error::TooLarge`] if the maps would exceed 4 GiB or what the device can
+    /// hold; see [`RenderShadowMapAtlas::map_capacity`].
+    fn shadow_map_atlas(
+        &self,
+        casters: &Casters<Self::Memory>,
+        emitters: &[Emitter],
+        resolution: u32,
+    ) -> Result<ShadowMapAtlas<Self::Memory>, ShadowMapError>;
+
+    /// The largest number of lights whose maps can be read together here, if each
+    /// has a whole cube; 0 if not even those of one can.
+    fn map_capacity(&self, resolution: u32) -> usize;
+}
+
+/// How many cubes fit into so many bytes.
+pub(crate) fn map_capacity(resolution: u32, bytes: u64) -> usize {
+    let cube = 24 * u64::from(resolution.max(1)).pow(2);
+    usize::try_from(bytes / cube).unwrap_or(usize::MAX)
+}
+
+impl RenderShadowMapAtlas for Cpu {
+    /// A picture is a unit of work.
+    fn shadow_map_atlas(
+        &self,
+        casters: &Casters<Host>,
+        emitters: &[Emitter],
+        resolution: u32,
+    ) -> Result<ShadowMapAtlas<Host>, ShadowMapError> {
+        let layout = Layout::new(casters.corners(), emitters);
+        let pictured = layout.pictured();
+        check_size(pictured.len(), resolution)?;
+        let texels = (resolution as usize).pow(2);
+        let mut depth = self.zeros::<f32>(pictured.len() * texels)?;
+        let (triangles, masked) = (casters.triangles(), casters.masks_on_host());
+        self.for_each_chunk(&mut depth, texels, |first, picture| {
+            let alone = Cpu::single_threaded();
+            let face = &pictured[first / texels];
+            render_face(&alone, face, triangles, masked, resolution, picture);
+        });
+        Ok(ShadowMapAtlas {
+            layout,
+            resolution,
+            depth,
+        })
+    }
+
+    fn map_capacity(&self, resolution: u32) -> usize {
+        map_capacity(resolution, 1 << 30)
+    }
+}
