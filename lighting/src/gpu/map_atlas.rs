@@ -70,7 +70,7 @@ impl<E: Encode> RenderShadowMapAtlas for Gpu<E> {
 
     fn map_capacity(&self, resolution: u32) -> usize {
         let limits = self.context().limits();
-        let bytes = u64::from(limits.max_storage_buffer_binding_size);
+        let bytes = limits.max_storage_buffer_binding_size;
         map_capacity(resolution, bytes.min(limits.max_buffer_size))
     }
 }

@@ -108,7 +108,7 @@ impl<S: InShader<AtlasBlockerSlot>, E: Encode> RectifyAtlas<S> for Gpu<E> {
 impl<E: Encode> BuildAtlas for Gpu<E> {
     fn atlas_capacity(&self, resolution: Resolution) -> usize {
         let limits = self.context().limits();
-        let bytes = u64::from(limits.max_storage_buffer_binding_size);
+        let bytes = limits.max_storage_buffer_binding_size;
         capacity(resolution, bytes.min(limits.max_buffer_size))
     }
 
