@@ -98,6 +98,10 @@ const PROBE_RAYS: usize = 256;
 /// No more repetitions than this: the median has settled.
 const MAX_REPETITIONS: usize = 9;
 
+/// Seconds that a software GPU may take to compile the shaders of a method; nothing can
+/// stop it.
+const PIPELINES: f64 = 4.0;
+
 /// Share of the time left that may be spent on what a candidate needs.
 const PREPARATION: f64 = 0.3;
 
@@ -286,8 +290,8 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         let on = |index: usize| format!("{} on {}", own[index].name(), self.device.label);
         for (index, expected) in dropped {
             let frame = match expected {
-                0.0 => String::new(),
-                _ => format!(" (a frame of about {})", seconds(expected)),
+                0.0 | f64::INFINITY => String::new(),
+                _ => format!(" (it takes about {})", seconds(expected)),
             };
             left_out.push(LeftOut {
                 what: on(index) + &frame,
@@ -362,15 +366,19 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
     }
 
     /// Seconds that it takes at least to measure the candidate, going by the CPU:
-    /// what has to be built, two frames of a few rays and one of all.
-    fn least(&self, candidate: &Candidate) -> f64 {
+    /// what has to be built, its pipelines too unless they are, two frames of a few
+    /// rays and one of all.
+    fn least(&self, candidate: &Candidate, has_pipelines: bool) -> f64 {
         let Some(on_cpu) = self.on_cpu else {
             return 0.0;
         };
         let is_it =
             |m: &&Measurement| (m.method, m.quality) == (candidate.method, candidate.quality);
         let found = on_cpu.iter().find(is_it);
-        found.map_or(f64::INFINITY, |m| m.seconds_build + 3.0 * m.frame.low)
+        let pipelines = if has_pipelines { 0.0 } else { PIPELINES };
+        found.map_or(f64::INFINITY, |m| {
+            pipelines + m.seconds_build + 3.0 * m.frame.low
+        })
     }
 
     /// Seconds that a frame of the candidate is expected to take: from the last
@@ -380,7 +388,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         candidate: &Candidate,
         known: &mut HashMap<usize, Known>,
     ) -> Result<f64, MethodError> {
-        let least = self.least(candidate);
+        let least = self.least(candidate, known.contains_key(&candidate.method));
         if least > self.budget.left() {
             return Ok(least);
         }

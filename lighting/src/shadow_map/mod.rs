@@ -21,7 +21,8 @@ mod atlas;
 mod casters;
 #[cfg(feature = "voxel-shadow")]
 mod imperfect;
-#[cfg(all(test, feature = "voxel-shadow"))]
+#[cfg(feature = "voxel-shadow")]
+#[cfg(test)]
 mod imperfect_tests;
 mod map;
 mod masked;

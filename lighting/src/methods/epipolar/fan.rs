@@ -56,7 +56,7 @@ impl Fan {
     }
 
     /// The number of a cell from the side, or the cell of that number.
-    pub(super) fn counted_from_side(&self, cell: i64, resolution: u32) -> i64 {
+    pub(super) fn seen_from_side(&self, cell: i64, resolution: u32) -> i64 {
         match self.is_last {
             true => i64::from(resolution) - 1 - cell,
             false => cell,
@@ -272,7 +272,7 @@ impl Fans {
         }
         let reach = i64::from(1_u32 << (fan.height + LEAF));
         let inside = walk.cells().into_iter().all(|cell| {
-            let cell = fan.counted_from_side(cell, self.resolution) - i64::from(fan.first_cell);
+            let cell = fan.seen_from_side(cell, self.resolution) - i64::from(fan.first_cell);
             (0..reach).contains(&cell)
         });
         inside.then_some((fan, slice as u32))

@@ -80,7 +80,7 @@ fn fill(
     };
     // The border of a cell that is farther from the side.
     let away = i64::from(!fan.is_last);
-    let mut near = crossed(fan.counted_from_side(i64::from(fan.first_cell), resolution) + 1 - away);
+    let mut near = crossed(fan.seen_from_side(i64::from(fan.first_cell), resolution) + 1 - away);
     for leaf in 0..leaves {
         let mut node = NONE;
         for i in leaf << LEAF..(leaf + 1) << LEAF {
@@ -88,7 +88,7 @@ fn fill(
             if from_side >= resolution as usize {
                 break;
             }
-            let cell = fan.counted_from_side(from_side as i64, resolution);
+            let cell = fan.seen_from_side(from_side as i64, resolution);
             let far = crossed(cell + away);
             let low = (near.0.min(far.0) - MARGIN).clamp(0.0, last) as usize;
             let high = (near.1.max(far.1) + MARGIN).clamp(0.0, last) as usize;
@@ -126,9 +126,8 @@ pub(super) fn search<F: FnMut(Part)>(
     runs: &mut Runs<F>,
     tally: &mut impl Tally,
 ) {
-    let number = |cell: i64| fan.counted_from_side(cell, resolution) - i64::from(fan.first_cell);
-    let cell_of =
-        |number: i64| fan.counted_from_side(number + i64::from(fan.first_cell), resolution);
+    let number = |cell: i64| fan.seen_from_side(cell, resolution) - i64::from(fan.first_cell);
+    let cell_of = |number: i64| fan.seen_from_side(number + i64::from(fan.first_cell), resolution);
     let [first, last] = walk.cells().map(number);
     let is_rising = first <= last;
     let step = if is_rising { 1 } else { -1 };

@@ -113,7 +113,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             Touching::Joined
         ),
         &[compared(
-Role::Paper,
+            Role::Paper,
             "gauss",
             8,
             "ray marching, lit runs merged",
@@ -129,7 +129,7 @@ Role::Paper,
             Touching::Apart
         ),
         &[compared(
-Role::Variant,
+            Role::Variant,
             "gauss",
             1,
             "equi-angular sampling",
@@ -146,7 +146,7 @@ Role::Variant,
         ),
         &[
             compared(
-Role::Variant,
+                Role::Variant,
                 "gauss",
                 8,
                 "equi-angular sampling, lit runs merged",
@@ -154,7 +154,7 @@ Role::Variant,
                 "Kulla and Fajardo, EGSR 2012, for the steps; Sun et al., SIGGRAPH 2005, for the integral",
             ),
             compared(
-Role::Variant,
+                Role::Variant,
                 "table",
                 64,
                 "equi-angular sampling, lit runs merged, airlight table",

@@ -160,8 +160,8 @@ impl<R: Real> Factor<R> {
     fn weight(&self, x: R) -> R {
         let y = self.forward(powers(x));
         let mut sum = R::of(0.0);
-        for (y, inverse) in y.iter().zip(self.inverse).take(self.rows) {
-            sum = sum + *y * *y * inverse;
+        for (y, inverse) in y.into_iter().zip(self.inverse).take(self.rows) {
+            sum = sum + y * y * inverse;
         }
         R::of(1.0) / sum
     }
@@ -184,7 +184,7 @@ fn roots<R: Real>(polynomial: [R; ROWS], degree: usize) -> ([R; ROWS], usize) {
     let slope = |x: R| (R::of(3.0) * lead * x + R::of(2.0) * a) * x + b;
     let mut found = 0;
     let mut left = -far;
-    for right in turns.into_iter().take(count).chain([far]) {
+    for right in turns[..count].iter().copied().chain([far]) {
         let (low, high) = (value(left), value(right));
         if (low <= zero) != (high <= zero) {
             roots[found] = between(&value, &slope, left, right, low <= zero);
