@@ -95,6 +95,9 @@ fn positions_along_phi_and_their_inverse_agree() {
     }
 }
 
+/// A hundred positions in each voxel: the inverse is one expression within a voxel,
+/// smooth in the position, so that only its rounding varies, and a hundred roundings
+/// come within a few percent of the largest.
 #[test]
 fn phi_at_is_the_inverse_to_the_rounding_of_its_pair() {
     let eye = Vec3::new(0.2, 1.7, 0.4);
