@@ -12,7 +12,7 @@ use lighting::scene::load::{Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{
-    AreaEmitters, Bounds, Camera, Geometry, Medium, PhaseFunction, Scene, SceneError,
+    AreaEmitters, Bounds, Camera, Geometry, Medium, PhaseFunction, Scene, SceneError, Translucent,
 };
 
 use crate::args::{MediumOptions, Phase, SceneOptions};
@@ -135,6 +135,16 @@ impl Input {
         let all: Vec<usize> = (0..self.emitters.len()).collect();
         let areas = self.areas(&all).len();
         self.emitters.len() + 400 * areas
+    }
+
+    /// Triangles, and what hair and smoke consist of; a grid counts as one.
+    pub(crate) fn counted_casters(&self) -> usize {
+        let pieces = self.scene.translucent.iter().map(|caster| match caster {
+            Translucent::Strands(strands) => strands.piece_count(),
+            Translucent::Grid(_) => 1,
+            Translucent::Particles(particles) => particles.all().len(),
+        });
+        self.geometry.triangles().len() + pieces.sum::<usize>()
     }
 
     /// The area lights of some of the emitters, which are numbered anew.

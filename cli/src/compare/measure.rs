@@ -559,7 +559,7 @@ mod tests {
         };
         let prepared = Prepared::new(&methods, &args, f64::INFINITY).unwrap();
         let job = prepared.job(false).unwrap();
-        let (reference, _) = truth::converge(&job, prepared.view.rays(), 1e-6);
+        let (reference, _) = truth::converge(&job, prepared.view.rays(), 1e-6, false);
         let truth = Truth::new(prepared.size, &reference);
         let measured = |budget: Budget| {
             let candidates = &prepared.selection.candidates;

@@ -216,7 +216,7 @@ fn measure_all(
     job: Job<'_>,
     budget: Budget,
 ) -> Result<Found, Failure> {
-    let (truth, facts) = truth::converge(&job, prepared.view.rays(), args.tolerance);
+    let (truth, facts) = truth::converge(&job, prepared.view.rays(), args.tolerance, args.quick);
     let mut found = Found {
         facts,
         airlight: Picture::of_reference(prepared.size, &truth.radiance),

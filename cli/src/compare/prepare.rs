@@ -11,7 +11,7 @@ use super::backends::Backends;
 use super::measure::Job;
 use super::results::LeftOut;
 use super::selection::{Candidate, Selection, select};
-use super::size::fitted;
+use super::size::{Counted, fitted};
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::format::count;
@@ -44,8 +44,12 @@ impl Prepared {
         let asked = args.size.unwrap_or(Size { width, height });
         let mut input = Input::for_picture(&args.scene, &args.options, asked)?;
         let camera = input.camera()?;
-        let triangles = input.geometry.triangles().len();
-        let size = fitted(asked, input.counted_lights(), triangles, seconds);
+        let counted = Counted {
+            lights: input.counted_lights(),
+            casters: input.counted_casters(),
+            parts: parts(&input, args.quick),
+        };
+        let size = fitted(asked, counted, seconds);
         let view = View::new(&Cpu::new(), &camera, &input.tracer, size.width, size.height)?;
         let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
         let kept = plan.emitters().iter();
@@ -87,7 +91,6 @@ impl Prepared {
     /// What is measured; nothing if there is no airlight.
     pub(crate) fn job(&self, quick: bool) -> Option<Job<'_>> {
         let medium = self.input.scene.medium.as_ref()?;
-        let is_translucent = !self.input.scene.translucent.is_empty();
         (!self.emitters.is_empty()).then_some(Job {
             input: &self.input,
             camera: &self.camera,
@@ -97,7 +100,7 @@ impl Prepared {
             emitters: &self.emitters,
             areas: &self.areas,
             map: self.map,
-            parts: is_translucent.then_some(if quick { 48 } else { 128 }),
+            parts: parts(&self.input, quick),
         })
     }
 
@@ -176,4 +179,10 @@ impl Prepared {
         }
         passes
     }
+}
+
+/// Parts that the reference cuts rays into, if there is hair or smoke.
+fn parts(input: &Input, quick: bool) -> Option<u32> {
+    let is_translucent = !input.scene.translucent.is_empty();
+    is_translucent.then_some(if quick { 48 } else { 128 })
 }

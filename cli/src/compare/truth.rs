@@ -14,13 +14,25 @@ use crate::progress;
 /// the last one, and points that stand for a light are farther off.
 const AREA_TOLERANCE: f64 = 2e-3;
 
+/// The same in a quick comparison.
+const QUICK_AREA_TOLERANCE: f64 = 1e-2;
+
 /// The reference of a picture, behind translucent casters too if there are any.
 /// Area lights are what they are, and not the points that stand for them, unless there
 /// are such casters.
-pub(crate) fn converge(job: &Job<'_>, rays: &[Ray], tolerance: f64) -> (Reference, ReferenceFacts) {
+pub(crate) fn converge(
+    job: &Job<'_>,
+    rays: &[Ray],
+    tolerance: f64,
+    quick: bool,
+) -> (Reference, ReferenceFacts) {
     let with_areas = job.parts.is_none() && !job.areas.is_empty();
     let tolerance = if with_areas {
-        tolerance.max(AREA_TOLERANCE)
+        tolerance.max(if quick {
+            QUICK_AREA_TOLERANCE
+        } else {
+            AREA_TOLERANCE
+        })
     } else {
         tolerance
     };

@@ -2,12 +2,13 @@
 
 /// What the report calls what methods' titles spell out. Longer phrases come before
 /// those that they contain.
-const SHORT: [(&str, &str); 12] = [
+const SHORT: [(&str, &str); 13] = [
     ("map refined along", "finer maps"),
     (
         "exponential variance shadow maps",
         "exponential variance maps",
     ),
+    ("area lights by many shadow volumes", "many shadow volumes"),
     ("precomputed voxelized shadows", "precomputed shadows"),
     ("voxelized shadow volumes", "voxelized shadows"),
     ("adaptive volumetric shadow map", "adaptive shadow map"),

@@ -309,7 +309,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         }),
         Entry::everywhere(AreaLights {
             name: "area-average",
-            title: "area lights by many shadow volumes, average",
+            title: "area lights by many shadow volumes, averaged",
             purpose: "the same with exact shadow maps: the floor of the average alone",
             paper: bits,
             role: Role::Variant,
@@ -329,7 +329,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         }),
         Entry::everywhere(AreaLights {
             name: "area-runs",
-            title: "area lights by many shadow volumes, run by run",
+            title: "area lights by many shadow volumes, lit runs",
             purpose: "the same bits by runs: soft shadows of area lights that converge",
             paper: bits,
             role: Role::Variant,
