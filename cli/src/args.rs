@@ -169,7 +169,7 @@ pub(crate) struct Compare {
     pub(crate) backend: Vec<BackendName>,
 
     /// Relative error that a pixel of the reference may have; at least 2e-3 with area
-    /// lights
+    /// lights, 1e-2 with --quick
     #[arg(long, value_name = "SHARE", default_value = "1e-6", value_parser = parse::tolerance)]
     pub(crate) tolerance: f64,
 
