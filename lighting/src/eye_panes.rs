@@ -1,8 +1,10 @@
 //! What covers parts of the rays of a frame, as their origins see them.
 
 use glam::Vec3;
+#[cfg(feature = "trace")]
 use gpu_backend::Cpu;
 
+#[cfg(feature = "trace")]
 use crate::Ray;
 
 /// The see-through surfaces before the ends of the rays of a frame: what is behind
