@@ -147,7 +147,7 @@ impl Evaluators for Midpoints {
     }
 }
 
-/// What the quality of [`Gauss`] is a number of.
+/// What the quality of Gauss quadrature is a number of.
 pub const GAUSS_NODES: &str = "Gauss nodes per lit run";
 
 /// Gauss–Legendre quadrature with a number of nodes, equi-angular at a point.
