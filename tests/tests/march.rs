@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::scenes::maps;
+use crepuscular_tests::scenes::{least_order, maps};
 use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
 use glam::Vec3;
 use gpu_backend::Cpu;
@@ -132,15 +132,8 @@ fn with_the_map_refined_along_marches_converge_to_the_reference<B: Subject>(back
         }
         for (spacing, errors) in SPACINGS.into_iter().zip(errors) {
             let measured = order(&errors);
-            // The edges of equal slats lie alike in their texels, so their errors do
-            // not average: they are within a bound of first order, but come near it
-            // at some resolutions and not at others.
-            let least = match embedded {
-                Embedded::Pergola => 0.0,
-                _ => 1.0 - Allowed::Order.error(),
-            };
             assert!(
-                measured >= least,
+                measured >= least_order(embedded),
                 "{}, {spacing:?}: order {measured:.2}, {errors:?}",
                 test_scene.name
             );

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
+use crepuscular_tests::scenes::least_order;
 use crepuscular_tests::suite::{cpu_alone, cpu_with_threads};
 use glam::Vec3;
 use gpu_backend::Cpu;
@@ -19,7 +20,6 @@ use reference::oracle::image::{Options, reference};
 use reference::property::holds_for;
 use reference::scenes::TestScene;
 use reference::shapes;
-use reference::tolerances::Allowed;
 
 fn baked(cpu: &Cpu, test_scene: &TestScene, resolution: u32) -> Vec<BakedShadow> {
     let resolution = Resolution::new(resolution).unwrap();
@@ -72,7 +72,7 @@ fn images_converge_to_the_reference_as_grids_get_finer() {
         let measured = order(&errors);
         println!("{}: order {measured:.2}, {errors:?}", test_scene.name);
         assert!(
-            measured >= 1.0 - Allowed::Order.error(),
+            measured >= least_order(embedded),
             "{}: order {measured:.2}, {errors:?}",
             test_scene.name
         );

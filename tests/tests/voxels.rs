@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
-use crepuscular_tests::scenes::{eye, maps};
+use crepuscular_tests::scenes::{eye, least_order, maps};
 use crepuscular_tests::suite::{Subject, cpu_alone, cpu_with_threads};
 use glam::Vec3;
 use lighting::airlight::{EquiAngular, Quadrature};
@@ -87,7 +87,7 @@ fn with_the_map_refined_along_voxels_converge_to_the_reference<B: Subject>(backe
                 test_scene.name
             );
             assert!(
-                measured >= 1.0 - Allowed::Order.error(),
+                measured >= least_order(embedded),
                 "{}, {detail:?}: order {measured:.2}, {errors:?}",
                 test_scene.name
             );
