@@ -103,7 +103,7 @@ fn both_backends_have_rows_that_agree() {
     }
 
     let html = std::fs::read_to_string(place.path().join("crepuscular-report/index.html")).unwrap();
-    assert!(html.contains(&gpu) && html.contains("it has no shader"));
+    assert!(html.contains(&gpu) && html.contains("It has no shader"));
     assert_eq!(
         html.contains("not representative"),
         context.is_software(),
