@@ -1,53 +1,49 @@
 //! Two visibility sources in one shader.
 
 use gpu_backend::gpu::{Argument, InShader};
-use gpu_backend::shader::Part;
+use gpu_backend::shader::{Part, Slot};
 
 use super::slots::{First, FirstPoint, Second, SecondPoint};
 use super::{PointSlot, VisibilitySlot};
 use crate::visibility::Both;
 
-/// The two must be of different kinds: two marches do not meet in one shader.
-impl<A, B> InShader<VisibilitySlot> for Both<A, B>
-where
-    A: InShader<VisibilitySlot>,
-    B: InShader<VisibilitySlot>,
-{
+/// A slot that two parts can fill together.
+pub(super) trait SharedSlot: Slot {
+    /// The slot of the first of the two.
+    type First: Slot;
+    /// The slot of the second.
+    type Second: Slot;
+    /// The part that makes one answer of two, which needs both slots.
+    fn part() -> Part;
+}
+
+impl SharedSlot for VisibilitySlot {
+    type First = First;
+    type Second = Second;
+
     fn part() -> Part {
-        let (first, second) = (A::part(), B::part());
-        Part::new("light_both")
-            .glue::<First>(&first)
-            .glue::<Second>(&second)
-            .with(first)
-            .with(second)
-            .source(include_str!("both.wgsl"))
-    }
-
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        [self.0.constants(), self.1.constants()].concat()
-    }
-
-    fn arguments(&self) -> Vec<Argument<'_>> {
-        let mut arguments = self.0.arguments();
-        arguments.extend(self.1.arguments());
-        arguments
+        Part::new("light_both").source(include_str!("both.wgsl"))
     }
 }
 
-/// The two must be of different kinds.
-impl<A, B> InShader<PointSlot> for Both<A, B>
-where
-    A: InShader<PointSlot>,
-    B: InShader<PointSlot>,
-{
+impl SharedSlot for PointSlot {
+    type First = FirstPoint;
+    type Second = SecondPoint;
+
+    fn part() -> Part {
+        Part::new("light_both_points").source(include_str!("both_points.wgsl"))
+    }
+}
+
+/// The two must be of different kinds: two marches do not meet in one shader.
+impl<S: SharedSlot, A: InShader<S>, B: InShader<S>> InShader<S> for Both<A, B> {
     fn part() -> Part {
         let (first, second) = (A::part(), B::part());
-        Part::new("light_both_points")
-            .glue::<FirstPoint>(&first)
-            .glue::<SecondPoint>(&second)
+        S::part()
+            .glue::<S::First>(&first)
+            .glue::<S::Second>(&second)
             .with(first)
             .with(second)
-            .source(include_str!("both_points.wgsl"))
     }
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
