@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::primitives::{cuboid, torus_grid};
 use super::random::{Random, circle};
 use super::stage::{Stage, fog, look, paint};
-use crate::{AreaLight, Light, Material, Mesh, PhaseFunction, Scene, Texture};
+use crate::{AreaLight, Light, Mesh, PhaseFunction, Scene, Texture};
 
 /// Grid of the knot: 2 · 720 · 72 triangles.
 const ALONG: u32 = 720;
@@ -17,25 +17,9 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let floor = cuboid(Vec3::new(-12.0, -0.3, -12.0), Vec3::new(12.0, 0.0, 12.0));
     stage.add("floor", floor, paint(0.55, 0.55, 0.55));
 
-    // The light faces down, X × Z = −Y; its casing is behind it.
-    let corner = Vec3::new(-0.6, 5.2, -0.45);
-    let radiance = Vec3::splat(320.0);
-    let casing = cuboid(
-        corner + Vec3::new(0.0, 0.01, 0.0),
-        corner + Vec3::new(1.2, 0.09, 0.9),
-    );
-    let glow = Material {
-        base_color: Vec3::ZERO,
-        emitted: 0.008 * radiance,
-        ..Material::default()
-    };
-    stage.add("light", casing, glow);
     let panel = AreaLight {
-        corner,
-        edges: [1.2 * Vec3::X, 0.9 * Vec3::Z],
-        radiance,
         texture: Some(warm_to_cold()),
-        ..AreaLight::default()
+        ..stage.panel(Vec3::new(-0.6, 5.2, -0.45), [1.2, 0.9], Vec3::splat(320.0))
     };
     stage.seen(
         look(Vec3::new(0.0, 3.6, 7.6), Vec3::new(0.0, 2.55, 0.0), 46.0),

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::primitives::cuboid;
 use super::random::Random;
 use super::stage::{Stage, fog, look, paint};
-use crate::{AreaLight, Light, Material, PhaseFunction, Scene};
+use crate::{Light, PhaseFunction, Scene};
 
 const BEAMS: u32 = 7;
 /// From the middle of a beam to the next, m.
@@ -33,25 +33,11 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let floor = cuboid(Vec3::new(-12.0, -0.3, -12.0), Vec3::new(12.0, 0.0, 12.0));
     stage.add("floor", floor, paint(0.55, 0.55, 0.55));
 
-    // The light faces down, X × Z = −Y; its casing is behind it.
-    let corner = Vec3::new(-0.7, 5.2, -0.5);
-    let radiance = Vec3::new(330.0, 290.0, 240.0);
-    let casing = cuboid(
-        corner + Vec3::new(0.0, 0.01, 0.0),
-        corner + Vec3::new(1.4, 0.09, 1.0),
+    let panel = stage.panel(
+        Vec3::new(-0.7, 5.2, -0.5),
+        [1.4, 1.0],
+        Vec3::new(330.0, 290.0, 240.0),
     );
-    let glow = Material {
-        base_color: Vec3::ZERO,
-        emitted: 0.008 * radiance,
-        ..Material::default()
-    };
-    stage.add("light", casing, glow);
-    let panel = AreaLight {
-        corner,
-        edges: [1.4 * Vec3::X, Vec3::Z],
-        radiance,
-        ..AreaLight::default()
-    };
     // The light is above the picture, so that no ray passes it closely.
     stage.seen(
         look(Vec3::new(0.6, 2.2, 8.2), Vec3::new(0.0, 1.5, 0.0), 38.0),

@@ -6,8 +6,9 @@
 
 use glam::{Affine3A, Mat3, Quat, Vec3};
 
+use super::primitives::cuboid;
 use super::random::circle;
-use crate::{Camera, Instance, Light, Material, Medium, Mesh, PhaseFunction, Scene};
+use crate::{AreaLight, Camera, Instance, Light, Material, Medium, Mesh, PhaseFunction, Scene};
 
 /// Meshes and instances so far.
 #[derive(Debug)]
@@ -49,6 +50,31 @@ impl Stage {
     pub(super) fn add(&mut self, name: &str, mesh: Mesh, material: Material) {
         let shape = self.shape(name, mesh, material);
         self.place(shape, Affine3A::IDENTITY);
+    }
+
+    /// A rectangle along X and Z that glows downwards, X × Z = −Y, under a casing.
+    pub(super) fn panel(
+        &mut self,
+        corner: Vec3,
+        [width, depth]: [f32; 2],
+        radiance: Vec3,
+    ) -> AreaLight {
+        let casing = cuboid(
+            corner + Vec3::new(0.0, 0.01, 0.0),
+            corner + Vec3::new(width, 0.09, depth),
+        );
+        let glow = Material {
+            base_color: Vec3::ZERO,
+            emitted: 0.008 * radiance,
+            ..Material::default()
+        };
+        self.add("light", casing, glow);
+        AreaLight {
+            corner,
+            edges: [width * Vec3::X, depth * Vec3::Z],
+            radiance,
+            ..AreaLight::default()
+        }
     }
 
     /// The finished scene.
