@@ -8,22 +8,22 @@ use crepuscular_tests::suite;
 use glam::{DVec3, Quat, Vec3};
 use gpu_backend::{Buffer, Cpu, Download};
 use lighting::environment::{Environment, EnvironmentMap};
-use lighting::indirect::{self, FogShadows, Indirect, IndirectLight, LightSurfaces, LitView};
+use lighting::indirect::LightSurfaces;
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
-use lighting::scene::view::View;
 use lighting::scene::{
-    AlphaMode, Bounds, Camera, Cone, Emission, Falloff, Geometry, Instance, Material, Medium, Mesh,
-    PhaseFunction, Scene,
+    Bounds, Cone, Emission, Falloff, Geometry, Medium, Mesh, PhaseFunction, Scene,
 };
 use lighting::surface::with_openness;
 use lighting::surface_scattering::{AddSurfaceScattering, ClosedForm, LitSurfaces, Quadrature};
 use lighting::visibility::Unshadowed;
-use lighting::{Emitter, Ray, SurfacePoint, surface};
-use reference::oracle::Lamp;
+use lighting::{Emitter, Ray, SurfacePoint};
 use reference::oracle::surface::{environment_in_fog, scattered_irradiance};
 use reference::scenes::TestScene;
 use reference::tolerances::Allowed;
+
+mod views;
+mod windows;
 
 fn fog(sigma: f32, phase: PhaseFunction) -> Medium {
     let sigma_s = sigma * Vec3::new(1.0, 0.7, 0.7);
@@ -351,180 +351,11 @@ fn the_fourth_component_and_pixels_without_a_surface_are_left_alone<B: LightSurf
     assert!(error.to_string().contains("range"), "{error}");
 }
 
-/// The embedded city as `render` shows it.
-fn city<R>(use_view: impl FnOnce(LitView<'_>) -> R) -> R {
-    let mut scene = Embedded::City.build(1);
-    let geometry = Geometry::new(&scene).unwrap();
-    scene.complete(geometry.bounds()).unwrap();
-    scene.fill_with_fog(geometry.bounds()).unwrap();
-    let tracer = Tracer::new(&geometry);
-    let view = View::new(&Cpu::new(), &scene.camera.unwrap(), &tracer, 16, 9).unwrap();
-    let emitters: Vec<Emitter> = (scene.lights.iter())
-        .flat_map(|light| light.emitters(4).unwrap())
-        .collect();
-    use_view(LitView {
-        view: &view,
-        scene: &scene,
-        geometry: &geometry,
-        tracer: &tracer,
-        emitters: &emitters,
-        medium: scene.medium.as_ref(),
-    })
-}
-
-fn a_view_is_lit_by_the_sum_of_what_is_asked_for<B: LightSurfaces>(backend: &B) {
-    city(|lit| {
-        let cpu = Cpu::new();
-        let sky = Environment::even([0.1, 0.2, 0.3])
-            .unwrap()
-            .at_distance(100.0)
-            .unwrap();
-        let none = IndirectLight {
-            scattering: None,
-            nodes: 4,
-            environment: None,
-            openness_rays: 8,
-        };
-        let of = |light| indirect::radiance(backend, &cpu, lit, light).unwrap();
-        let fog = IndirectLight {
-            scattering: Some(FogShadows::None),
-            ..none
-        };
-        let shadowed = IndirectLight {
-            scattering: Some(FogShadows::Maps { resolution: 64 }),
-            ..none
-        };
-        let environment = IndirectLight {
-            environment: Some(&sky),
-            ..none
-        };
-        let both = IndirectLight {
-            scattering: Some(FogShadows::None),
-            ..environment
-        };
-        assert!(of(none).radiance.iter().all(|light| *light == [0.0; 4]));
-        let (fog, shadowed, environment, both) = (of(fog), of(shadowed), of(environment), of(both));
-        assert_eq!((fog.in_closed_form, fog.by_quadrature), (1, 0));
-        assert_eq!((shadowed.in_closed_form, shadowed.by_quadrature), (0, 1));
-        let most = fog
-            .radiance
-            .iter()
-            .map(|light| f64::from(light[1]))
-            .fold(0.0, f64::max);
-        for (pixel, hit) in lit.view.hits().iter().enumerate() {
-            let at = |of: &Indirect| f64::from(of.radiance[pixel][1]);
-            // Fog lights surfaces only, an environment all of the picture.
-            assert_eq!(at(&fog) > 0.0, hit.is_some());
-            assert!(at(&environment) > 0.0 || hit.is_some());
-            let sum = at(&fog) + at(&environment);
-            assert!((at(&both) / sum - 1.0).abs() < 1e-5 || sum == 0.0);
-            // Shadows only take away, but for what four nodes miss.
-            assert!(at(&shadowed) <= at(&fog) + 0.02 * most);
-        }
-        let endless = Environment::even([1.0; 3]).unwrap();
-        let bare = IndirectLight {
-            environment: Some(&endless),
-            ..none
-        };
-        let error = indirect::radiance(backend, &cpu, lit, bare).unwrap_err();
-        assert!(error.to_string().contains("distance"), "{error}");
-    });
-}
-
-/// A pane before the sky, or before a wall if there is one, looked at from the front.
-fn behind_a_pane<R>(pane: Material, wall: bool, use_view: impl FnOnce(LitView<'_>) -> R) -> R {
-    let square = |half: f32, z: f32, material| Mesh {
-        positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-            .map(|(x, y)| Vec3::new(half * x, half * y, z))
-            .to_vec(),
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        material: Some(material),
-        ..Mesh::default()
-    };
-    let mut scene = Scene::from(square(1.0, -2.0, 0));
-    scene.materials = vec![pane, Material::default()];
-    if wall {
-        scene.meshes.push(square(9.0, -5.0, 1));
-        scene.instances.push(Instance {
-            mesh: 1,
-            ..Instance::default()
-        });
-    }
-    let geometry = Geometry::new(&scene).unwrap();
-    let tracer = Tracer::new(&geometry);
-    let camera = Camera::new(Vec3::ZERO, Quat::IDENTITY, 0.5).unwrap();
-    let view = View::new(&Cpu::new(), &camera, &tracer, 8, 8).unwrap();
-    use_view(LitView {
-        view: &view,
-        scene: &scene,
-        geometry: &geometry,
-        tracer: &tracer,
-        emitters: &[lamp(Emission::Isotropic, f32::INFINITY)],
-        medium: wall.then(|| fog(0.05, PhaseFunction::Isotropic)).as_ref(),
-    })
-}
-
-fn panes_are_lit_and_what_is_behind_is_seen_through_them<B: LightSurfaces>(backend: &B) {
-    let film = |opacity| Material {
-        base_color: Vec3::splat(0.5),
-        opacity,
-        alpha: AlphaMode::Blend,
-        ..Material::default()
-    };
-    let cpu = Cpu::new();
-    let none = IndirectLight {
-        scattering: None,
-        nodes: 4,
-        environment: None,
-        openness_rays: 16,
-    };
-    // Half of the light is reflected where the pane is, all of it comes from behind
-    // where it is not.
-    let sky = Environment::even([1.0, 2.0, 3.0]).unwrap();
-    let environment = IndirectLight {
-        environment: Some(&sky),
-        ..none
-    };
-    let light = behind_a_pane(film(0.25), false, |lit| {
-        indirect::radiance(backend, &cpu, lit, environment)
-            .unwrap()
-            .radiance
-    });
-    for pixel in &light {
-        let share = 0.25 * 0.5 + 0.75;
-        for (channel, sky) in [1.0, 2.0, 3.0].into_iter().enumerate() {
-            // An environment is a sum over patches.
-            let off = (pixel[channel] / (share * sky) - 1.0).abs();
-            assert!(off < 5e-3, "{pixel:?}");
-        }
-    }
-    // By way of the fog: as much as a solid card for its share.
-    let scattering = IndirectLight {
-        scattering: Some(FogShadows::None),
-        ..none
-    };
-    let of = |opacity| {
-        behind_a_pane(film(opacity), true, |lit| {
-            indirect::radiance(backend, &cpu, lit, scattering)
-                .unwrap()
-                .radiance
-        })
-    };
-    let (thin, solid, clear) = (of(0.25), of(1.0), of(0.0));
-    for (pixel, thin) in thin.iter().enumerate() {
-        let expected = 0.25 * solid[pixel][0] + 0.75 * clear[pixel][0];
-        assert!(solid[pixel][0] > 0.0 && clear[pixel][0] > 0.0);
-        assert!((thin[0] / expected - 1.0).abs() < 1e-5, "{pixel}: {thin:?}");
-    }
-}
-
 crepuscular_tests::on_every_backend!(
-    panes_are_lit_and_what_is_behind_is_seen_through_them,
     the_closed_form_is_the_integral_over_the_hemisphere,
     an_environment_is_seen_through_fog_with_its_halo,
     surfaces_receive_the_light_of_an_environment,
     the_fourth_component_and_pixels_without_a_surface_are_left_alone,
-    a_view_is_lit_by_the_sum_of_what_is_asked_for,
 );
 
 crepuscular_tests::on_every_backend!(heavy: quadrature_is_the_integral_over_the_hemisphere);
@@ -587,93 +418,6 @@ fn the_gpu_agrees_with_the_cpu() {
             narrow(received(&cpu, &points, &ours)),
             narrow(received(&gpu, &points, &theirs)),
         );
-    }
-}
-
-/// `ρ/π I w(d) cos θ e^{−σ_t (d + D)} / d²` from the definition, in f64, of lights with
-/// every window and pattern, on a floor that they reach in part.
-#[test]
-fn surfaces_are_lit_as_far_and_as_much_as_the_windows_of_lights_say() {
-    let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z);
-    let albedo = Vec3::new(0.9, 0.5, 0.3);
-    let floor = Scene {
-        meshes: vec![Mesh {
-            positions: vec![
-                corner(-9.0, -9.0),
-                corner(-9.0, 9.0),
-                corner(9.0, 9.0),
-                corner(9.0, -9.0),
-            ],
-            triangles: vec![[0, 1, 2], [0, 2, 3]],
-            material: Some(0),
-            ..Mesh::default()
-        }],
-        materials: vec![Material {
-            base_color: albedo,
-            ..Material::default()
-        }],
-        instances: vec![Instance::default()],
-        ..Scene::default()
-    };
-    let geometry = Geometry::new(&floor).unwrap();
-    let tracer = Tracer::new(&geometry);
-    let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
-    let camera = Camera::new(Vec3::new(0.4, 4.0, -0.3), down, 1.2).unwrap();
-    let cpu = Cpu::new();
-    let view = View::new(&cpu, &camera, &tracer, 33, 33).unwrap();
-    let medium = fog(0.1, PhaseFunction::Isotropic);
-    let normal = Vec3::new(0.1, -1.0, 0.2).normalize();
-    for emission in [
-        Emission::Isotropic,
-        Emission::Cosine { normal },
-        spot(0.5, 0.9),
-    ] {
-        for range in [2.0, 2.5, 40.0] {
-            for falloff in [Falloff::Hard, Falloff::Smooth] {
-                let emitter = lamp(emission.clone(), range).with_falloff(falloff);
-                let lights = std::slice::from_ref(&emitter);
-                let found = surface::radiance(
-                    &cpu,
-                    &view,
-                    &floor,
-                    &geometry,
-                    &tracer,
-                    lights,
-                    Some(&medium),
-                );
-                let Lamp::Point(light) = Lamp::new(&emitter) else {
-                    panic!("a point was made");
-                };
-                let mut lit = 0;
-                for (ray, found) in view.rays().iter().zip(&found) {
-                    let point = ray.at(ray.length()).as_dvec3();
-                    let offset = light.position - point;
-                    let d = offset.length();
-                    let near_edge = (d / f64::from(range) - 1.0).abs() < 1e-5;
-                    if near_edge {
-                        continue;
-                    }
-                    let reaches = if d < f64::from(range) { 1.0 } else { 0.0 };
-                    let depth = medium.sigma_t().as_dvec3() * (d + f64::from(ray.length()));
-                    let arrives = light.emission(-offset / d) * light.fading(d) * reaches;
-                    let expected = albedo.as_dvec3() / std::f64::consts::PI
-                        * light.intensity
-                        * arrives
-                        * (offset.y / (d * d * d))
-                        * (-depth).exp();
-                    // Next to a range or a rim there is less light than rounding of what
-                    // there would be without.
-                    let whole = light.intensity.max_element() / (d * d);
-                    let error = (rgb(*found) - expected).abs().max_element();
-                    assert!(
-                        error <= 1e-6 * whole,
-                        "{emission:?} {range} {falloff:?} {point}: {found:?} {expected}"
-                    );
-                    lit += usize::from(expected.x > 0.0);
-                }
-                assert!(lit > 20, "{lit}");
-            }
-        }
     }
 }
 
