@@ -75,15 +75,15 @@ fn files_outside_of_its_folder_need_a_word() {
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name);
     std::fs::create_dir_all(at("scenes")).unwrap();
-    std::fs::create_dir_all(at("shared/deep")).unwrap();
-    std::fs::write(at("shared/deep/a.bin"), triangle()).unwrap();
+    std::fs::create_dir_all(at("library/deep")).unwrap();
+    std::fs::write(at("library/deep/a.bin"), triangle()).unwrap();
     std::fs::write(at("a.bin"), triangle()).unwrap();
-    std::fs::write(at("scenes/in.gltf"), gltf("../shared/deep/a.bin", "")).unwrap();
+    std::fs::write(at("scenes/in.gltf"), gltf("../library/deep/a.bin", "")).unwrap();
     std::fs::write(at("scenes/out.gltf"), gltf("../a.bin", "")).unwrap();
     let render = |scene: &'static str, more: &[&'static str]| {
         [&["render", scene, "--size", "8x8", "-o", "a.png"], more].concat()
     };
-    let assets = ["--assets", "shared"];
+    let assets = ["--assets", "library"];
     fails(
         place.path(),
         &render("scenes/in.gltf", &[]),
