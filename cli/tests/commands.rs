@@ -128,6 +128,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "variance x midpoint",
             "exponential-variance x midpoint",
             "moments-4 x midpoint",
+            "moments-6 x midpoint",
             "map-runs x gauss",
             "map-runs x table",
             "voxel-average x gauss-8",

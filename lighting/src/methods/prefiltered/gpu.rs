@@ -62,6 +62,10 @@ const LEVEL: &str = include_str!("level.wgsl");
 /// The shader that filters.
 pub(crate) const BUILD: [&str; 5] = [INDEX_WGSL, FACE, PLACE, LEVEL, include_str!("build.wgsl")];
 
+/// Levels whose texels cover more than 4^6 texels of the map are made in two steps: some
+/// software drivers end loops after 65,535 turns.
+const AT_ONCE: u32 = 6;
+
 impl<E: Encode> Prefilter for Gpu<E> {
     fn prefilter(
         &self,
@@ -69,20 +73,30 @@ impl<E: Encode> Prefilter for Gpu<E> {
         level: &Level,
     ) -> Result<GpuBuffer<f32>, Error> {
         let mut moments = self.zeros::<f32>(level.len())?;
-        self.dispatch(
-            &Kernel {
-                label: "prefilter",
-                parts: &BUILD,
-                entry: "prefilter",
-                constants: &[],
-            },
-            &[&[
-                Argument::uniform(LevelRecord::new(level)),
-                Argument::read(map.depth()),
-                Argument::write(&mut moments),
-            ]],
-            Workgroups::covering(level.texels(), GROUP),
-        )?;
+        let run = |entry, read: &GpuBuffer<f32>, write: &mut GpuBuffer<f32>, count| {
+            self.dispatch(
+                &Kernel {
+                    label: "prefilter",
+                    parts: &BUILD,
+                    entry,
+                    constants: &[],
+                },
+                &[&[
+                    Argument::uniform(LevelRecord::new(level)),
+                    Argument::read(read),
+                    Argument::write(write),
+                ]],
+                Workgroups::covering(count, GROUP),
+            )
+        };
+        if level.level <= AT_ONCE {
+            run("prefilter", map.depth(), &mut moments, level.texels())?;
+            return Ok(moments);
+        }
+        let parts = level.faces.len() * level.resolution as usize * level.side as usize;
+        let mut rows = self.zeros::<f32>(parts * level.moments.channels())?;
+        run("sum_rows", map.depth(), &mut rows, parts)?;
+        run("join_rows", &rows, &mut moments, level.len())?;
         Ok(moments)
     }
 }

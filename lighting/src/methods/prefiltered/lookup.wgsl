@@ -15,173 +15,170 @@ fn light_moments_not_before(mean: f32, square: f32, least_variance: f32, z: f32)
     return variance / (variance + behind * behind);
 }
 
-// B = L D Lᵀ of a Hankel matrix.
+// No loop but one of four turns is in here: a march calls this at each step, and some
+// software drivers end all loops of an invocation after 65,535 turns in all.
+
+// B = L D Lᵀ of a Hankel matrix of four rows, or of three beside a row of zeros.
 struct light_moments_Factor {
-    rows: u32,
-    lower: array<array<f32, 4>, 4>,
-    inverse: array<f32, 4>,
+    // L[1][0]; L[2][0], L[2][1]; L[3][0], L[3][1], L[3][2].
+    second: f32,
+    third: vec2<f32>,
+    fourth: vec3<f32>,
+    // The reciprocals of D; 0 for a row that is not there.
+    inverse: vec4<f32>,
 }
 
-fn light_moments_powers(x: f32) -> array<f32, 4> {
-    return array<f32, 4>(1.0, x, x * x, x * x * x);
+fn light_moments_powers(x: f32) -> vec4<f32> {
+    return vec4(1.0, x, x * x, x * x * x);
 }
 
-fn light_moments_factor(moments: array<f32, 7>, rows: u32) -> light_moments_Factor {
-    var all = moments;
+// Of the first six moments, or of four if not `is_six`.
+fn light_moments_factor(m: array<f32, 6>, is_six: bool) -> light_moments_Factor {
     var factor: light_moments_Factor;
-    factor.rows = rows;
-    var diagonal = array<f32, 4>(1.0, 1.0, 1.0, 1.0);
-    for (var i = 0u; i < rows; i++) {
-        for (var j = 0u; j <= i; j++) {
-            var rest = all[i + j];
-            for (var k = 0u; k < j; k++) {
-                rest -= factor.lower[i][k] * factor.lower[j][k] * diagonal[k];
-            }
-            if i == j {
-                diagonal[i] = max(rest, 1e-12);
-                factor.inverse[i] = 1.0 / diagonal[i];
-            } else {
-                factor.lower[i][j] = rest * factor.inverse[j];
-            }
-        }
+    var all = m;
+    let a = all[0];
+    let da = max(all[1] - a * a, 1e-12);
+    let b = all[1];
+    let c = (all[2] - b * a) / da;
+    let dc = max(all[3] - b * b - c * c * da, 1e-12);
+    factor.second = a;
+    factor.third = vec2(b, c);
+    factor.inverse = vec4(1.0, 1.0 / da, 1.0 / dc, 0.0);
+    if is_six {
+        let d = all[2];
+        let e = (all[3] - d * a) / da;
+        let f = (all[4] - d * b - e * c * da) / dc;
+        let df = max(all[5] - d * d - e * e * da - f * f * dc, 1e-12);
+        factor.fourth = vec3(d, e, f);
+        factor.inverse.w = 1.0 / df;
     }
     return factor;
 }
 
 // L⁻¹ x.
-fn light_moments_forward(factor: ptr<function, light_moments_Factor>, x: array<f32, 4>) -> array<f32, 4> {
-    var y = x;
-    for (var i = 0u; i < (*factor).rows; i++) {
-        for (var k = 0u; k < i; k++) {
-            y[i] -= (*factor).lower[i][k] * y[k];
-        }
-    }
-    return y;
+fn light_moments_forward(factor: light_moments_Factor, x: vec4<f32>) -> vec4<f32> {
+    let y = x.y - factor.second * x.x;
+    let z = x.z - factor.third.x * x.x - factor.third.y * y;
+    let w = x.w - factor.fourth.x * x.x - factor.fourth.y * y - factor.fourth.z * z;
+    return vec4(x.x, y, z, w);
 }
 
 // B⁻¹ x.
-fn light_moments_solve(factor: ptr<function, light_moments_Factor>, x: array<f32, 4>) -> array<f32, 4> {
-    var y = light_moments_forward(factor, x);
-    let rows = (*factor).rows;
-    for (var n = 0u; n < rows; n++) {
-        let i = rows - 1u - n;
-        y[i] *= (*factor).inverse[i];
-        for (var k = i + 1u; k < rows; k++) {
-            y[i] -= (*factor).lower[k][i] * y[k];
-        }
+fn light_moments_solve(factor: light_moments_Factor, x: vec4<f32>) -> vec4<f32> {
+    let y = light_moments_forward(factor, x) * factor.inverse;
+    let w = y.w;
+    let z = y.z - factor.fourth.z * w;
+    let v = y.y - factor.third.y * z - factor.fourth.y * w;
+    return vec4(y.x - factor.second * v - factor.third.x * z - factor.fourth.x * w, v, z, w);
+}
+
+// The weight of an atom at x if it lies before z.
+fn light_moments_weight(factor: light_moments_Factor, x: f32, z: f32) -> f32 {
+    if !(x < z) {
+        return 0.0;
     }
-    return y;
+    let y = light_moments_forward(factor, light_moments_powers(x));
+    return 1.0 / dot(y * y, factor.inverse);
 }
 
-// The weight of an atom at x.
-fn light_moments_weight(factor: ptr<function, light_moments_Factor>, x: f32) -> f32 {
-    var y = light_moments_forward(factor, light_moments_powers(x));
-    var sum = 0.0;
-    for (var i = 0u; i < (*factor).rows; i++) {
-        sum += y[i] * y[i] * (*factor).inverse[i];
-    }
-    return 1.0 / sum;
-}
-
-// Real roots in order, and how many there are.
-struct light_moments_Roots {
-    at: array<f32, 4>,
-    count: u32,
-}
-
-// Atoms beyond this weigh next to nothing.
+// Atoms beyond this weigh next to nothing, and stand for those that are not there.
 const light_moments_FAR: f32 = 1e3;
 
-// The roots of a x² + b x + c.
-fn light_moments_quadratic(a: f32, b: f32, c: f32) -> light_moments_Roots {
-    var roots: light_moments_Roots;
+// The roots of a x² + b x + c in order.
+fn light_moments_quadratic(a: f32, b: f32, c: f32) -> vec2<f32> {
     let root = sqrt(max(b * b - 4.0 * a * c, 0.0));
     let q = -0.5 * select(b + root, b - root, b < 0.0);
+    var roots = vec2(light_moments_FAR);
     if abs(q) < light_moments_FAR * abs(a) {
-        roots.at[0] = q / a;
-        roots.count = 1u;
+        roots.x = q / a;
     }
     if abs(c) < light_moments_FAR * abs(q) {
-        roots.at[roots.count] = c / q;
-        roots.count += 1u;
+        roots.y = c / q;
     }
-    if roots.count == 2u && roots.at[1] < roots.at[0] {
-        let first = roots.at[0];
-        roots.at[0] = roots.at[1];
-        roots.at[1] = first;
-    }
-    return roots;
+    return vec2(min(roots.x, roots.y), max(roots.x, roots.y));
 }
 
-fn light_moments_value(p: array<f32, 4>, x: f32) -> f32 {
-    return ((p[3] * x + p[2]) * x + p[1]) * x + p[0];
+fn light_moments_value(p: vec4<f32>, x: f32) -> f32 {
+    return ((p.w * x + p.z) * x + p.y) * x + p.x;
 }
 
-// Newton's steps within a bracket, halves of it where they leave it.
-fn light_moments_between(p: array<f32, 4>, left: f32, right: f32, is_rising: bool) -> f32 {
-    var low = left;
-    var high = right;
-    var x = 0.5 * (low + high);
-    for (var step = 0u; step < 32u; step++) {
-        let y = light_moments_value(p, x);
-        if (y <= 0.0) == is_rising {
-            low = x;
-        } else {
-            high = x;
-        }
-        let slope = (3.0 * p[3] * x + 2.0 * p[2]) * x + p[1];
-        var next = 0.5 * (low + high);
-        if slope != 0.0 {
-            let newton = x - y / slope;
-            next = select(next, newton, newton >= low && newton <= high);
-        }
-        x = next;
+// How far from a place where p turns a parabola of its curvature has its root.
+fn light_moments_away(p: vec4<f32>, turn: f32) -> f32 {
+    let curvature = 6.0 * p.w * turn + 2.0 * p.z;
+    let square = -2.0 * light_moments_value(p, turn);
+    if !(square * curvature > 0.0) {
+        return 0.0;
     }
-    return x;
+    return sqrt(square / curvature);
 }
 
-// The roots of a polynomial of degree 2 or 3.
-fn light_moments_roots(polynomial: array<f32, 4>, degree: u32) -> light_moments_Roots {
-    let p = polynomial;
-    if degree < 3u {
-        return light_moments_quadratic(p[2], p[1], p[0]);
+// One of Newton's steps from z in the bracket from x to y, or half of the bracket.
+fn light_moments_step(p: vec4<f32>, bracket: vec3<f32>, is_rising: bool) -> vec3<f32> {
+    let x = bracket.z;
+    let y = light_moments_value(p, x);
+    let is_before = (y <= 0.0) == is_rising;
+    let low = select(bracket.x, x, is_before);
+    let high = select(x, bracket.y, is_before);
+    let slope = (3.0 * p.w * x + 2.0 * p.z) * x + p.y;
+    var next = 0.5 * (low + high);
+    if slope != 0.0 {
+        let newton = x - y / slope;
+        next = select(next, newton, newton >= low && newton <= high);
     }
-    var turns = light_moments_quadratic(3.0 * p[3], 2.0 * p[2], p[1]);
-    var roots: light_moments_Roots;
-    var left = -light_moments_FAR;
-    for (var i = 0u; i <= turns.count; i++) {
-        var right = light_moments_FAR;
-        if i < turns.count {
-            right = turns.at[i];
-        }
-        let low = light_moments_value(p, left);
-        let high = light_moments_value(p, right);
-        if (low <= 0.0) != (high <= 0.0) {
-            roots.at[roots.count] = light_moments_between(p, left, right, low <= 0.0);
-            roots.count += 1u;
-        }
-        left = right;
+    return vec3(low, high, next);
+}
+
+fn light_moments_three_steps(p: vec4<f32>, bracket: vec3<f32>, is_rising: bool) -> vec3<f32> {
+    let first = light_moments_step(p, bracket, is_rising);
+    return light_moments_step(p, light_moments_step(p, first, is_rising), is_rising);
+}
+
+// The root between left and right, sought from start; FAR if there is none.
+fn light_moments_between(p: vec4<f32>, left: f32, right: f32, start: f32) -> f32 {
+    let is_rising = light_moments_value(p, left) <= 0.0;
+    if is_rising == (light_moments_value(p, right) <= 0.0) {
+        return light_moments_FAR;
     }
-    return roots;
+    let is_inside = start >= left && start <= right;
+    var bracket = vec3(left, right, select(0.5 * (left + right), start, is_inside));
+    bracket = light_moments_three_steps(p, bracket, is_rising);
+    bracket = light_moments_three_steps(p, bracket, is_rising);
+    return light_moments_three_steps(p, bracket, is_rising).z;
+}
+
+// The roots of a cubic.
+fn light_moments_cubic(p: vec4<f32>) -> vec3<f32> {
+    let far = light_moments_FAR;
+    let turns = light_moments_quadratic(3.0 * p.w, 2.0 * p.z, p.y);
+    let before = light_moments_away(p, turns.x);
+    let behind = light_moments_away(p, turns.y);
+    let is_first_nearer = abs(light_moments_value(p, turns.x)) < abs(light_moments_value(p, turns.y));
+    let inner = select(turns.y - behind, turns.x + before, is_first_nearer);
+    return vec3(
+        light_moments_between(p, -far, turns.x, turns.x - before),
+        light_moments_between(p, turns.x, turns.y, inner),
+        light_moments_between(p, turns.y, far, turns.y + behind),
+    );
 }
 
 // The least share of a distribution with 4 or 6 moments that lies before z.
-fn light_moments_least_before(moments: array<f32, 6>, rows: u32, bias: f32, z: f32) -> f32 {
-    var own = moments;
-    var all = array<f32, 7>(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for (var k = 0u; k < 2u * rows - 2u; k++) {
-        let uniform_moment = select(0.0, 1.0 / f32(k + 2u), k % 2u == 1u);
-        all[k + 1u] = own[k] + bias * (uniform_moment - own[k]);
+fn light_moments_least_before(moments: array<f32, 6>, is_six: bool, bias: f32, z: f32) -> f32 {
+    var m = moments;
+    m[0] -= bias * m[0];
+    m[1] += bias * (1.0 / 3.0 - m[1]);
+    m[2] -= bias * m[2];
+    m[3] += bias * (0.2 - m[3]);
+    m[4] -= bias * m[4];
+    m[5] += bias * (1.0 / 7.0 - m[5]);
+    let factor = light_moments_factor(m, is_six);
+    let p = light_moments_solve(factor, light_moments_powers(z));
+    var roots = vec3(light_moments_quadratic(p.z, p.y, p.x), light_moments_FAR);
+    if is_six {
+        roots = light_moments_cubic(p);
     }
-    var factor = light_moments_factor(all, rows);
-    let polynomial = light_moments_solve(&factor, light_moments_powers(z));
-    var roots = light_moments_roots(polynomial, rows - 1u);
-    var sum = 0.0;
-    for (var i = 0u; i < roots.count; i++) {
-        if roots.at[i] < z {
-            sum += light_moments_weight(&factor, roots.at[i]);
-        }
-    }
+    let sum = light_moments_weight(factor, roots.x, z)
+        + light_moments_weight(factor, roots.y, z)
+        + light_moments_weight(factor, roots.z, z);
     return min(sum, 1.0);
 }
 
@@ -200,10 +197,10 @@ fn light_moments_share(kind: u32, moments: array<f32, 6>, z: f32) -> f32 {
             );
         }
         case light_FOUR: {
-            return 1.0 - light_moments_least_before(m, 3u, 3e-5, z);
+            return 1.0 - light_moments_least_before(m, false, 3e-5, z);
         }
         default: {
-            return 1.0 - light_moments_least_before(m, 4u, 1e-4, z);
+            return 1.0 - light_moments_least_before(m, true, 1e-4, z);
         }
     }
 }
@@ -214,8 +211,15 @@ fn light_moments_past(face: u32, column: u32, row: u32, z: f32) -> f32 {
     let channels = light_moments.channels;
     let first = ((face * side + row) * side + column) * channels;
     var moments = array<f32, 6>();
-    for (var i = 0u; i < channels; i++) {
-        moments[i] = light_moment_values[first + i];
+    moments[0] = light_moment_values[first];
+    moments[1] = light_moment_values[first + 1u];
+    if channels > 2u {
+        moments[2] = light_moment_values[first + 2u];
+        moments[3] = light_moment_values[first + 3u];
+    }
+    if channels > 4u {
+        moments[4] = light_moment_values[first + 4u];
+        moments[5] = light_moment_values[first + 5u];
     }
     return light_moments_share(light_moments.kind, moments, z);
 }
@@ -236,12 +240,11 @@ fn light_moments_visibility(point: vec3<f32>) -> vec3<f32> {
     let low = vec2<u32>(position);
     let high = min(low + 1u, vec2(last));
     let part = position - vec2<f32>(low);
-    var lines = vec2(0.0);
-    for (var i = 0u; i < 2u; i++) {
-        let row = select(low.y, high.y, i == 1u);
-        let a = light_moments_past(index, low.x, row, z);
-        let b = light_moments_past(index, high.x, row, z);
-        lines[i] = a + part.x * (b - a);
+    var corners = vec4(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let corner = select(low, high, vec2(i % 2u, i / 2u) == vec2(1u));
+        corners[i] = light_moments_past(index, corner.x, corner.y, z);
     }
+    let lines = corners.xz + part.x * (corners.yw - corners.xz);
     return vec3(lines.x + part.y * (lines.y - lines.x));
 }

@@ -129,6 +129,13 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             "few steps that see what lies between them; two casters in line without bleeding",
             "Peters and Klein, Moment Shadow Mapping, I3D 2015; Peters et al., I3D 2016",
         ),
+        (
+            "moments-6",
+            "moment shadow maps, six",
+            Moments::Six,
+            "as four, and three casters in line",
+            "Peters et al., Beyond Hard Shadows, I3D 2016",
+        ),
     ];
     let mut all = Vec::new();
     for (name, title, moments, purpose, paper) in kinds {

@@ -86,9 +86,7 @@ pub enum Moments {
     ExponentialVariance,
     /// Four powers of the depth.
     Four,
-    /// Six powers. For the CPU: in the single precision of a shader the bounds of six
-    /// moments may be far off (an error of 31 % instead of 10 % on the embedded fence
-    /// with a map of 64 texels), which is why no method uses them.
+    /// Six powers.
     Six,
 }
 

@@ -172,6 +172,10 @@ const FAR: f64 = 1e3;
 
 /// The real roots of a polynomial of degree 1 to 3 whose roots are all real, within
 /// ±[`FAR`].
+///
+/// Newton's steps start where a parabola through the nearest turn has its root, which
+/// is beyond the outer roots of a cubic and before the inner one: from there they do
+/// not overshoot, also where two roots are close.
 fn roots<R: Real>(polynomial: [R; ROWS], degree: usize) -> ([R; ROWS], usize) {
     let (zero, far) = (R::of(0.0), R::of(FAR));
     let mut roots = [zero; ROWS];
@@ -179,32 +183,51 @@ fn roots<R: Real>(polynomial: [R; ROWS], degree: usize) -> ([R; ROWS], usize) {
     if degree < 3 {
         return quadratic(a, b, c);
     }
-    let (turns, count) = quadratic(R::of(3.0) * lead, R::of(2.0) * a, b);
+    let (mut turns, count) = quadratic(R::of(3.0) * lead, R::of(2.0) * a, b);
+    turns[count..].fill(far);
     let value = |x: R| ((lead * x + a) * x + b) * x + c;
     let slope = |x: R| (R::of(3.0) * lead * x + R::of(2.0) * a) * x + b;
+    let away = |turn: R| {
+        let curvature = R::of(6.0) * lead * turn + R::of(2.0) * a;
+        let square = R::of(-2.0) * value(turn);
+        match square * curvature > zero {
+            true => (square / curvature).sqrt(),
+            false => zero,
+        }
+    };
+    let [first, last] = [turns[0], turns[1]];
+    let size = |x: R| value(x).max(-value(x));
+    let inner = match size(first) < size(last) {
+        true => first + away(first),
+        false => last - away(last),
+    };
     let mut found = 0;
-    let mut left = -far;
-    for right in turns[..count].iter().copied().chain([far]) {
-        let (low, high) = (value(left), value(right));
-        if (low <= zero) != (high <= zero) {
-            roots[found] = between(&value, &slope, left, right, low <= zero);
+    for [left, right, start] in [
+        [-far, first, first - away(first)],
+        [first, last, inner],
+        [last, far, last + away(last)],
+    ] {
+        let is_rising = value(left) <= zero;
+        if is_rising != (value(right) <= zero) {
+            roots[found] = between(&value, &slope, [left, right, start], is_rising);
             found += 1;
         }
-        left = right;
     }
     (roots, found)
 }
 
-/// Newton's steps within a bracket, halves of it where they leave it.
+/// Newton's steps within a bracket from where they start, halves of it where they
+/// leave it.
 fn between<R: Real>(
     value: &impl Fn(R) -> R,
     slope: &impl Fn(R) -> R,
-    left: R,
-    right: R,
+    [mut low, mut high, start]: [R; 3],
     is_rising: bool,
 ) -> R {
-    let (mut low, mut high) = (left, right);
-    let mut x = R::of(0.5) * (low + high);
+    let mut x = match start >= low && start <= high {
+        true => start,
+        false => R::of(0.5) * (low + high),
+    };
     for _ in 0..STEPS {
         let y = value(x);
         if (y <= R::of(0.0)) == is_rising {
@@ -221,8 +244,9 @@ fn between<R: Real>(
     x
 }
 
-/// Steps of [`between`]: halves from 2e3 to 1e-6, with a few of Newton's.
-const STEPS: usize = 32;
+/// Steps of [`between`]: five or six of Newton's are enough in single precision from
+/// where they start; the rest is for brackets that have to be halved.
+const STEPS: usize = 9;
 
 /// The real roots of `a x² + b x + c` in order, within ±[`FAR`].
 fn quadratic<R: Real>(a: R, b: R, c: R) -> ([R; ROWS], usize) {
