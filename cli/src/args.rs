@@ -12,7 +12,7 @@ use lighting::scene::Bounds;
 
 use crate::devices::BackendName;
 use crate::parse::{self, Size, Square};
-use crate::scene_options::{FileOptions, StageOptions};
+use crate::scene_options::{FileOptions, Surroundings};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -107,17 +107,17 @@ pub(crate) enum Command {
 /// every backend that is present, and measures its time and its error against
 /// a converged reference. Writes a folder with index.html, which needs nothing
 /// but a browser, results.csv, and the reference, the surfaces and the airlight of
-/// each method as EXR files. A run that measured nothing returns 1. Studies measure one algorithm each, beside
-/// the methods: airlight.csv has evaluators of airlight, voxels.csv voxelized
+/// each method as EXR files. A run that measured nothing returns 1. Studies measure one
+/// algorithm each, beside the methods: airlight.csv has evaluators of airlight, voxels.csv voxelized
 /// shadow volumes, curves.csv curves of transmittance, and
 /// precomputed-voxelized-shadows.csv what its name says. An interruption
 /// (Ctrl-C) during the studies ends them early, and what there is is reported.
 ///
 /// Errors are those of the airlight (surfaces are the same for all methods), in
 /// linear radiance, divided by the reference's mean radiance. They depend on the
-/// scene, the size and the settings alone; when time is short, rows are missing:
-/// first repetitions are dropped, then qualities between the ends, then methods that
-/// are neither a paper's nor the baseline.
+/// scene, the size and the settings alone. When time is short, repetitions are dropped
+/// first, then qualities between the ends, then methods that are neither a paper's nor
+/// the baseline; FLIP and the errors of shadow maps by themselves may be missing too.
 ///
 /// A glTF file can bring its medium in the `extras` of its scene: {"medium":
 /// {"sigma_s": 0.02, "sigma_a": [0, 0, 0.01], "phase": "henyey-greenstein",
@@ -168,8 +168,8 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) backend: Vec<BackendName>,
 
-    /// Relative error that a pixel of the reference may have; at least 2e-3 with area
-    /// lights, 1e-2 with --quick
+    /// Relative error that a pixel of the reference may have; with area lights never less
+    /// than 2e-3, or 1e-2 with --quick
     #[arg(long, value_name = "SHARE", default_value = "1e-6", value_parser = parse::tolerance)]
     pub(crate) tolerance: f64,
 
@@ -189,8 +189,8 @@ pub(crate) struct Compare {
 /// Render one picture: surfaces and airlight
 ///
 /// Surfaces are Lambertian with traced shadows, whatever the method; the
-/// method is that of the airlight. Lights with --shadows take both from there. An EXR file holds linear radiance as 32-bit
-/// floats. A PNG file is tone-mapped: radiance times 2^exposure, then
+/// method is that of the airlight. Lights with --shadows take both from there. An EXR
+/// file holds linear radiance as 32-bit floats. A PNG file is tone-mapped: radiance times 2^exposure, then
 /// 1 - exp(-x) per channel, then sRGB.
 #[derive(Debug, Args)]
 pub(crate) struct Render {
@@ -225,8 +225,8 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) samples: Option<u32>,
 
-    /// Nodes of the Gauss-Legendre quadrature per lit interval
-    /// [default: 8, 1 where intervals are single samples]
+    /// Nodes of the Gauss-Legendre quadrature per lit run
+    /// [default: 8, 1 where runs are single samples]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,
 
@@ -319,8 +319,8 @@ pub(crate) struct IndirectOptions {
 ///
 /// Writes compact precomputed voxelized shadows: one grid where a single picture
 /// holds all casters (a sun, a spotlight of up to 75 degrees half angle, a light
-/// far enough outside of the scene), six otherwise. Closed solids compress best; parts with holes are baked as surfaces,
-/// and the output says so.
+/// far enough outside of the scene), six otherwise. Closed solids compress best; parts
+/// with holes are baked as surfaces, and the output says so.
 ///
 /// Every ten seconds or so, and when it is told to end (Ctrl-C, SIGTERM), what is
 /// finished goes to a file beside the output, FILE.part, from which --resume goes
@@ -368,7 +368,7 @@ pub(crate) struct Bake {
     pub(crate) seed: Option<u64>,
 
     #[command(flatten)]
-    pub(crate) stage: StageOptions,
+    pub(crate) surroundings: Surroundings,
 
     #[command(flatten)]
     pub(crate) file: FileOptions,
@@ -455,13 +455,20 @@ pub(crate) struct SceneOptions {
     pub(crate) map: Option<u32>,
 
     #[command(flatten)]
-    pub(crate) stage: StageOptions,
+    pub(crate) surroundings: Surroundings,
 
     #[command(flatten)]
     pub(crate) medium: MediumOptions,
 
     #[command(flatten)]
     pub(crate) file: FileOptions,
+}
+
+impl SceneOptions {
+    /// Texels per side of the shadow maps of a picture.
+    pub(crate) fn map(&self) -> u32 {
+        self.map.unwrap_or(1024)
+    }
 }
 
 /// Overrides of the scene's medium.

@@ -8,6 +8,7 @@ use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::precomputed::{self, Builder, Form, Resolution, Watertightness};
 use lighting::scene::Light;
+use lighting::scene::load::printable;
 use shadow_dag::SetBake;
 
 use crate::args::{Bake, MediumOptions, NodeForm, SceneOptions};
@@ -16,7 +17,7 @@ use crate::failure::Failure;
 use crate::format::{bytes, count, seconds, significant};
 use crate::input::Input;
 use crate::output::PendingFile;
-use crate::print::{note, summarise};
+use crate::print::note;
 use crate::{interrupt, progress, suggest};
 
 /// Time between two checkpoints, at least.
@@ -28,7 +29,7 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
         .map_err(|error| Failure::from(error).about("--resolution"))?;
     // An interruption is heard from the time on at which the file is begun.
     let stop = interrupt::flag()?;
-    let file = PendingFile::create(&args.output)?;
+    let file = PendingFile::beside(&args.output, &[Path::new(&args.scene)])?;
     let clock = Instant::now();
     let mut input = Input::load(&args.scene, &scene_options(args))?;
     let emitter = emitter(&input.scene.lights, args.light.as_deref())?;
@@ -68,7 +69,7 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
         NodeForm::Packed => Form::Packed,
     };
     let content = bake.finish()?.to_form(form)?.to_bytes();
-    file.finish(&content)?;
+    let written = file.finish(&content)?;
     if let Some(part) = &part {
         checkpoint::remove(part)?;
     }
@@ -76,16 +77,15 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     input.notes.extend(describe_watertightness(watertightness));
     note(&input.notes);
     let maps = 2.0 * f64::from(args.resolution).powi(2) * grids as f64;
-    let text = format!(
-        "{}: {} of {}³ voxels in {}, 1/{} of 16-bit shadow maps; {}\n",
+    written.summarise(&format!(
+        "{}: {} of {}³ voxels in {}, 1/{} of 16-bit shadow maps; {}",
         args.output.display(),
         count(grids, "grid"),
         args.resolution,
         bytes(content.len() as u64),
         significant(maps / content.len() as f64),
         seconds(clock.elapsed().as_secs_f64())
-    );
-    summarise(&text)
+    ))
 }
 
 /// The scene without anything that a bake does not ask for.
@@ -95,7 +95,7 @@ fn scene_options(args: &Bake) -> SceneOptions {
         lights: 1,
         no_shadow: args.no_shadow.clone(),
         map: None,
-        stage: args.stage,
+        surroundings: args.surroundings,
         medium: MediumOptions::default(),
         file: args.file.clone(),
     }
@@ -159,12 +159,6 @@ fn emitter(lights: &[Light], name: Option<&str>) -> Result<Emitter, Failure> {
     // All others are one emitter.
     let mut emitters = lights[index].emitters(1)?;
     Ok(emitters.swap_remove(0))
-}
-
-/// The beginning of a name, without what controls a terminal.
-fn printable(name: &str) -> String {
-    let shown = |c: char| if c.is_control() { '?' } else { c };
-    name.chars().take(60).map(shown).collect()
 }
 
 /// What the bake says about the scene.
@@ -239,7 +233,7 @@ fn run_bake(bake: &mut SetBake<'_>, stop: &AtomicBool, part: Option<&Path>) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene_options::{FileOptions, StageOptions};
+    use crate::scene_options::{FileOptions, Surroundings};
 
     #[test]
     fn an_interruption_after_the_last_tile_leaves_a_checkpoint() {
@@ -250,7 +244,7 @@ mod tests {
             no_shadow: Vec::new(),
             lights: 1,
             map: None,
-            stage: StageOptions::default(),
+            surroundings: Surroundings::default(),
             medium: MediumOptions::default(),
             file: FileOptions::default(),
         };

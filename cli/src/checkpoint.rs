@@ -20,7 +20,9 @@ pub(crate) fn path(output: &Path) -> PathBuf {
 
 /// Replaces the checkpoint at `path`.
 pub(crate) fn save(path: &Path, bake: &SetBake<'_>) -> Result<(), Failure> {
-    PendingFile::create(path)?.finish_with(|out| bake.save(out))
+    PendingFile::create(path)?
+        .finish_with(|out| bake.save(out))
+        .map(|_| ())
 }
 
 /// The bytes of a checkpoint, if there is one at `path`.

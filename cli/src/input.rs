@@ -19,7 +19,6 @@ use crate::args::{MediumOptions, Phase, SceneOptions};
 use crate::failure::Failure;
 use crate::format::count;
 use crate::parse::Size;
-use crate::scene_options::FileOptions;
 use crate::{progress, suggest};
 
 /// A checked scene with everything that does not depend on the picture.
@@ -61,10 +60,10 @@ impl Input {
             mut scene,
             mut notes,
             offset,
-        } = read(name, options.seed, &options.file)?;
+        } = read(name, options)?;
         let about = |failure: Failure| failure.about(name);
         let is_bare = scene.camera.is_none() && scene.lights.is_empty();
-        options.stage.place(&mut scene, offset)?;
+        options.surroundings.place(&mut scene, offset)?;
         for meant in &options.no_shadow {
             take_shadow(&mut scene, meant).map_err(about)?;
         }
@@ -92,11 +91,11 @@ impl Input {
         let placed = scene.complete_around(bounds, points, aspect);
         let placed = placed.map_err(|error| about(error.into()))?;
         options
-            .stage
+            .surroundings
             .brighten(&mut scene, 0.5 * (bounds.min() + bounds.max()));
         notes.extend(placed.iter().map(ToString::to_string));
         if is_bare
-            && !options.stage.no_ground
+            && !options.surroundings.no_ground
             && let Some(ground) = scene.lay_ground(&geometry)
         {
             notes.push(ground.to_string());
@@ -246,9 +245,11 @@ fn take_shadow(scene: &mut Scene, name: &str) -> Result<(), Failure> {
 }
 
 /// The embedded scene of that name, or else the file.
-fn read(name: &str, seed: Option<u64>, options: &FileOptions) -> Result<Loaded, Failure> {
+fn read(name: &str, options: &SceneOptions) -> Result<Loaded, Failure> {
+    let SceneOptions { seed, file, .. } = options;
     if let Some(embedded) = Embedded::from_name(name) {
-        if let Some(option) = options.first_given() {
+        let no_ground = options.surroundings.no_ground.then_some("--no-ground");
+        if let Some(option) = file.first_given().or(no_ground) {
             return Err(Failure::new(format!(
                 "{option} is that of a file, and {name} is an embedded scene"
             )));
@@ -267,9 +268,7 @@ fn read(name: &str, seed: Option<u64>, options: &FileOptions) -> Result<Loaded, 
             "--seed is that of an embedded scene, and {name} is a file"
         )));
     }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let is_gltf = matches!(extension.as_deref(), Some("gltf" | "glb"));
-    let mut loaded = scene_from_path(path, &options.for_file(is_gltf)?)
+    let mut loaded = scene_from_path(path, &file.for_file())
         .map_err(|error| Failure::from(error).about(name))?;
     if let Some(stem) = path.file_name() {
         loaded.scene.name = stem.to_string_lossy().into_owned();

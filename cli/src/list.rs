@@ -19,7 +19,7 @@ pub(crate) fn methods(methods: &Registry, args: &Methods) -> Result<(), Failure>
     }
     let mut text = String::from(
         "Qualities are those of `compare`; `render` takes any method with --method and --quality.\n\
-         Most methods are a source of lit intervals × an evaluator of an interval; `render` takes\n\
+         Most methods are a source of lit runs × an evaluator of the light of a run; `render` takes\n\
          any such pair with --visibility, --samples, --airlight, --nodes.\n\n",
     );
     for entry in methods.compared() {
@@ -37,8 +37,8 @@ pub(crate) fn methods(methods: &Registry, args: &Methods) -> Result<(), Failure>
         text += &format!("    paper    {}\n\n", about.paper);
     }
     for (what, halves) in [
-        ("sources of lit intervals", methods.visibilities()),
-        ("evaluators of an interval", methods.evaluators()),
+        ("sources of lit runs", methods.visibilities()),
+        ("evaluators of the light of a run", methods.evaluators()),
     ] {
         text += &format!("{what}\n");
         for [name, title] in halves {

@@ -13,12 +13,32 @@ use tempfile::{Builder, NamedTempFile, TempDir};
 
 use crate::failure::Failure;
 use crate::interrupt::{self, Temporary};
+use crate::print;
 
 /// A file that will be at `path` when it is complete.
 pub(crate) struct PendingFile {
     /// As the user wrote it.
     given: PathBuf,
     target: Target,
+}
+
+/// A file that is complete.
+#[must_use]
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Written {
+    is_regular: bool,
+}
+
+impl Written {
+    /// Sums up what was done: on standard output, unless that may be the pipe or the
+    /// device that was written into.
+    pub(crate) fn summarise(self, text: &str) -> Result<(), Failure> {
+        if self.is_regular {
+            return print::summarise(&format!("{text}\n"));
+        }
+        print::note(&[text.into()]);
+        Ok(())
+    }
 }
 
 /// Where the contents of a file go.
@@ -34,6 +54,18 @@ enum Target {
 }
 
 impl PendingFile {
+    /// A file that must not replace any of `inputs`.
+    pub(crate) fn beside(path: &Path, inputs: &[&Path]) -> Result<Self, Failure> {
+        let is_input = |input: &&Path| match (path.canonicalize(), input.canonicalize()) {
+            (Ok(output), Ok(input)) => output == input && input.is_file(),
+            _ => false,
+        };
+        if inputs.iter().any(is_input) {
+            return Err(cannot_write(path, "it would replace what is read"));
+        }
+        Self::create(path)
+    }
+
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
         let fail = |error: io::Error| cannot_write(path, reason(&error));
         let target = match fs::metadata(path) {
@@ -55,7 +87,7 @@ impl PendingFile {
         matches!(self.target, Target::Replace { .. })
     }
 
-    pub(crate) fn finish(self, content: &[u8]) -> Result<(), Failure> {
+    pub(crate) fn finish(self, content: &[u8]) -> Result<Written, Failure> {
         self.finish_with(|out| out.write_all(content))
     }
 
@@ -63,9 +95,10 @@ impl PendingFile {
     pub(crate) fn finish_with(
         self,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<(), Failure> {
+    ) -> Result<Written, Failure> {
         let fail = |error: io::Error| cannot_write(&self.given, reason(&error));
-        match self.target {
+        let is_regular = self.is_regular();
+        let result = match self.target {
             Target::Into(mut file) => write(&mut file).and_then(|()| file.flush()).map_err(fail),
             Target::Replace {
                 path,
@@ -82,7 +115,8 @@ impl PendingFile {
                 drop(temporary);
                 moved.map(drop).map_err(|error| fail(error.error))
             }
-        }
+        };
+        result.map(|()| Written { is_regular })
     }
 }
 
@@ -180,10 +214,8 @@ impl PendingFolder {
             check_replaceable(path, earlier)?;
             path.canonicalize()
                 .map_err(|error| cannot_write(path, reason(&error)))?
-        } else if path.symlink_metadata().is_ok() {
-            return Err(cannot_write(path, "it is a link that leads nowhere"));
         } else {
-            path.into()
+            end_of_links(path)?
         };
         let name = path
             .file_name()
@@ -335,8 +367,9 @@ mod tests {
         assert!(!path.exists());
         drop(pending);
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0, "no remains");
-        PendingFile::create(&path).unwrap().finish(b"x").unwrap();
-        PendingFile::create(&path).unwrap().finish(b"yz").unwrap();
+        let write = |content: &[u8]| PendingFile::create(&path).unwrap().finish(content);
+        assert!(write(b"x").unwrap().is_regular);
+        assert!(write(b"yz").unwrap().is_regular);
         assert_eq!(fs::read(&path).unwrap(), b"yz");
         assert!(PendingFile::create(place.path()).is_err(), "a folder");
         assert!(PendingFile::create(&path.join("b")).is_err());
@@ -396,7 +429,7 @@ mod tests {
         for content in ["first", "second"] {
             let pending = PendingFile::create(&at("c")).unwrap();
             assert!(pending.is_regular());
-            pending.finish(content.as_bytes()).unwrap();
+            assert!(pending.finish(content.as_bytes()).unwrap().is_regular);
             assert_eq!(fs::read_to_string(at("deep/a")).unwrap(), content);
             assert!(at("c").is_symlink() && at("b").is_symlink());
         }
@@ -417,7 +450,7 @@ mod tests {
     fn devices_are_written_into_and_sockets_refused() {
         let pending = PendingFile::create(Path::new("/dev/null")).unwrap();
         assert!(!pending.is_regular());
-        pending.finish(b"gone").unwrap();
+        assert!(!pending.finish(b"gone").unwrap().is_regular);
         let full = PendingFile::create(Path::new("/dev/full")).unwrap();
         let error = full.finish(b"much").unwrap_err().to_string();
         assert!(error.contains("/dev/full: No space"), "{error}");
@@ -431,14 +464,14 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_lead_to_their_folder_or_are_refused() {
+    fn links_lead_to_their_folder_even_if_there_is_none_yet() {
         let place = tempfile::tempdir().unwrap();
         let (target, link) = (place.path().join("target"), place.path().join("link"));
         std::os::unix::fs::symlink(&target, &link).unwrap();
-        let error = report(&link, "nowhere").unwrap_err().to_string();
-        assert!(error.contains("leads nowhere"), "{error}");
-        fs::create_dir(&target).unwrap();
-        assert_eq!(report(&link, "there").unwrap(), link, "as it was written");
-        assert!(target.join("index.html").exists());
+        for content in ["new", "again"] {
+            assert_eq!(report(&link, content).unwrap(), link, "as it was written");
+            let page = fs::read_to_string(target.join("index.html")).unwrap();
+            assert_eq!(page, format!("marked {content}"));
+        }
     }
 }

@@ -247,6 +247,7 @@ mod tests {
         assert!(["0", "nan", "1"].iter().all(|t| tolerance(t).is_err()));
         assert!(["1", "-1", "nan"].iter().all(|t| mean_cosine(t).is_err()));
     }
+
     #[test]
     fn rays_per_pixel_are_squares() {
         assert_eq!(square("1"), Ok(Square { side: 1 }));

@@ -60,14 +60,9 @@ impl FileOptions {
             .map(|(_, name)| *name)
     }
 
-    /// Those for the reader of a file that begins like this.
-    pub(crate) fn for_file(&self, is_gltf: bool) -> Result<LoadOptions, Failure> {
-        if is_gltf && (self.unit.is_some() || self.up.is_some()) {
-            return Err(Failure::new(
-                "--unit and --up are those of files that do not say it: glTF is in metres, with +Y up",
-            ));
-        }
-        Ok(LoadOptions {
+    /// Those for the reader of a file.
+    pub(crate) fn for_file(&self) -> LoadOptions {
+        LoadOptions {
             lenient: self.lenient,
             assets: self.assets.clone(),
             unit: self.unit.unwrap_or(1.0),
@@ -76,14 +71,14 @@ impl FileOptions {
                 Some(Up::Z) => UpAxis::Z,
                 Some(Up::Y) | None => UpAxis::Y,
             },
-        })
+        }
     }
 }
 
 /// What stands around what is in a file.
 #[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Camera, light, ground")]
-pub(crate) struct StageOptions {
+pub(crate) struct Surroundings {
     /// Where the camera stands and what is in the middle of its picture, in metres with
     /// +Y up, and its vertical field of view in degrees if it is not to be 45
     #[arg(long, value_name = "X,Y,Z,X,Y,Z[,DEGREES]", value_parser = parse::viewpoint, allow_hyphen_values = true)]
@@ -98,7 +93,7 @@ pub(crate) struct StageOptions {
     pub(crate) no_ground: bool,
 }
 
-impl StageOptions {
+impl Surroundings {
     /// Places the camera and the light that were asked for in a scene that was moved by
     /// `offset` when it was read.
     pub(crate) fn place(&self, scene: &mut Scene, offset: DVec3) -> Result<(), Failure> {

@@ -1,5 +1,9 @@
 //! What somebody may have meant who wrote a name that is none.
 
+use lighting::methods::Registry;
+
+use crate::failure::Failure;
+
 /// The most similar of `names`, as a question to add to a message; nothing if
 /// none is similar. Upper and lower case are the same.
 pub(crate) fn question<S: AsRef<str>>(meant: &str, names: impl IntoIterator<Item = S>) -> String {
@@ -7,6 +11,20 @@ pub(crate) fn question<S: AsRef<str>>(meant: &str, names: impl IntoIterator<Item
         Some(name) => format!(" (did you mean \"{name}\"?)"),
         None => String::new(),
     }
+}
+
+/// What to say where `name` is not that of one method, or of none.
+pub(crate) fn unknown_method(methods: &Registry, name: &str) -> Failure {
+    let names: Vec<_> = methods.compared().map(|entry| entry.about().name).collect();
+    let several = match methods.compared().any(|entry| entry.matches(name)) {
+        true => "several methods are",
+        false => "no method is",
+    };
+    Failure::new(format!(
+        "{several} called \"{name}\"{}; there are {}",
+        question(name, &names),
+        names.join(", ")
+    ))
 }
 
 fn nearest<S: AsRef<str>>(meant: &str, names: impl IntoIterator<Item = S>) -> Option<String> {

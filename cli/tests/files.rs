@@ -6,19 +6,12 @@ mod common;
 
 use std::path::Path;
 
-use common::{notes, run, succeeds};
+use common::{fails, notes, run, succeeds};
 
 /// A card in the plane z = 0, 1 x 2 in the unit of the file, whose third axis is up.
 const CARD: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
     property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
     0 0 0\n100 0 0\n100 0 200\n0 0 200\n4 0 1 2 3\n";
-
-fn fails(place: &Path, arguments: &[&str], cause: &str) {
-    let output = run(place, arguments);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-    assert!(message.contains(cause), "{cause}: {arguments:?}: {message}");
-}
 
 #[test]
 fn a_file_may_be_in_centimetres_with_z_up() {

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use common::{names, notes, run, succeeds};
+use common::{fails, names, notes, run, succeeds};
 
 const BAKE: [&str; 5] = ["bake", "fence", "--resolution", "64", "-o"];
 
@@ -55,6 +55,44 @@ fn a_pipe_passes_on_what_a_file_would_hold() {
     assert!(passed == fs::read(place.path().join("a.cpvs")).unwrap());
     assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
     assert_eq!(names(place.path()), ["a.cpvs", "pipe"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_passes_on_nothing_else() {
+    let place = tempfile::tempdir().unwrap();
+    succeeds(place.path(), &[&BAKE[..], &["a.cpvs"]].concat());
+    let output = run(place.path(), &[&BAKE[..], &["/dev/stdout"]].concat());
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{message}");
+    assert!(output.stdout == fs::read(place.path().join("a.cpvs")).unwrap());
+    assert!(message.contains("/dev/stdout: 6 grids"), "{message}");
+}
+
+#[test]
+fn what_is_read_is_not_replaced() {
+    let place = tempfile::tempdir().unwrap();
+    let model = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    fs::write(place.path().join("a.ply"), model).unwrap();
+    symlink("a.ply", place.path().join("b.ply")).unwrap();
+    for output in ["a.ply", "./a.ply", "b.ply"] {
+        let bake = ["bake", "a.ply", "--resolution", "64", "-o", output];
+        fails(place.path(), &bake, "would replace what is read");
+    }
+    let environment = ["--environment", "sky.png", "--size", "8x8", "-o", "sky.png"];
+    fs::write(place.path().join("sky.png"), "kept").unwrap();
+    let render = [&["render", "fence"], &environment[..]].concat();
+    fails(place.path(), &render, "would replace what is read");
+    assert_eq!(
+        fs::read_to_string(place.path().join("a.ply")).unwrap(),
+        model
+    );
+    assert_eq!(
+        fs::read_to_string(place.path().join("sky.png")).unwrap(),
+        "kept"
+    );
 }
 
 #[test]

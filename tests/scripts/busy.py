@@ -67,11 +67,9 @@ def write_mesh(path):
 
 
 def embedded(program):
-    """Names of the embedded scenes, from the message about one that is none."""
-    asked = subprocess.run(
-        [program, "compare", "none-of-that-name", "--plan"], capture_output=True, text=True
-    )
-    return asked.stderr.strip().rsplit(" are ", 1)[-1].split(", ")
+    """Names of the embedded scenes."""
+    listed = subprocess.run([program, "scenes", "--json"], capture_output=True, check=True)
+    return [scene["name"] for scene in json.loads(listed.stdout)["scenes"]]
 
 
 def compare(program, scene, mode, out):
@@ -112,7 +110,7 @@ def main():
     print(f"load before: {os.getloadavg()[0]:.1f}")
     table = csv.writer(sys.stdout, delimiter="\t", lineterminator="\n")
     table.writerow(
-        ["scene", "triangles", "size", "seconds", "cpu", "limit", "reference", "rows", "runs", "verdict"]
+        ["scene", "triangles", "size", "seconds", "cpu", "limit", "reference", "rows", "repetitions", "verdict"]
     )
     with tempfile.TemporaryDirectory() as place:
         place = pathlib.Path(place)

@@ -2,7 +2,6 @@
 
 use gpu_backend::Cpu;
 use gpu_backend::gpu::{Gpu, Queued};
-use lighting::methods::Entry;
 
 use super::results::LeftOut;
 use super::selection::Candidate;
@@ -11,16 +10,19 @@ use crate::devices::{self, Device};
 use crate::failure::Failure;
 use crate::print::complain;
 
-/// Why a method is left out on a GPU.
-const NO_SHADER: &str = "it has no shader";
-
 impl Device {
-    /// True if the method runs on it.
-    pub(crate) fn runs(&self, entry: &Entry) -> bool {
-        match self.context {
+    /// Why a candidate does not run on it, if it does not.
+    pub(crate) fn why_not(&self, candidate: &Candidate) -> Option<&'static str> {
+        let entry = &candidate.entry;
+        let has_it = match self.context {
             None => entry.on::<Cpu>().is_some(),
             Some(_) => entry.on::<Gpu<Queued>>().is_some(),
+        };
+        if !has_it {
+            return Some("it has no shader");
         }
+        let is_known = candidate.refines_map && !self.representative;
+        is_known.then_some("its errors are those of the CPU, and its times mean nothing")
     }
 
     /// What to say where it failed and others can go on without it.
@@ -50,20 +52,33 @@ impl Backends {
         })
     }
 
-    /// Labels of those that run a method.
-    pub(crate) fn running(&self, entry: &Entry) -> Vec<&str> {
-        let all = self.present.iter().filter(|device| device.runs(entry));
+    /// Labels of those that run a candidate.
+    pub(crate) fn running(&self, candidate: &Candidate) -> Vec<&str> {
+        let all = self.present.iter();
+        let all = all.filter(|device| device.why_not(candidate).is_none());
         all.map(|device| device.label.as_str()).collect()
+    }
+
+    /// Why none of what is selected runs anywhere, if so.
+    pub(crate) fn run_nothing(&self, candidates: &[Candidate]) -> Option<LeftOut> {
+        let runs = |candidate: &Candidate| !self.running(candidate).is_empty();
+        match candidates.iter().any(runs) {
+            true => None,
+            false => self.gaps(candidates).into_iter().next(),
+        }
     }
 
     /// What some of them cannot run of what is selected.
     pub(crate) fn gaps(&self, candidates: &[Candidate]) -> Vec<LeftOut> {
         let mut gaps: Vec<LeftOut> = Vec::new();
         for device in &self.present {
-            for candidate in candidates.iter().filter(|c| !device.runs(&c.entry)) {
+            for candidate in candidates {
+                let Some(why) = device.why_not(candidate) else {
+                    continue;
+                };
                 let gap = LeftOut {
-                    what: format!("{} on {}", candidate.entry.about().title, device.label),
-                    why: NO_SHADER.into(),
+                    what: format!("{} on {}", candidate.title, device.label),
+                    why: why.into(),
                 };
                 if !gaps.contains(&gap) {
                     gaps.push(gap);

@@ -43,20 +43,7 @@ pub(crate) fn write(folder: &PendingFolder, results: &Results) -> Result<(), Fai
 pub(crate) fn of_measurement(results: &Results, index: usize) -> String {
     let m = &results.measurements[index];
     let method = &results.methods[m.method];
-    // Two GPUs are told by their place; their names are not for file systems.
-    let place = results
-        .backends
-        .iter()
-        .position(|label| *label == m.backend);
-    let backend = match place {
-        Some(0) | None => "cpu".to_owned(),
-        Some(1) => "gpu".to_owned(),
-        Some(more) => format!("gpu{more}"),
-    };
-    let backend = match m.backend.split(' ').next() {
-        Some("gpu") if place == Some(0) => "gpu".to_owned(),
-        _ => backend,
-    };
+    let backend = report::short_name(&m.backend, true);
     format!(
         "airlight-{}-{}-{backend}.exr",
         slug(&method.name),

@@ -1,4 +1,4 @@
-//! What no method can pass on shadow maps of a resolution.
+//! The error of shadow maps by themselves, at which what samples them levels out.
 
 use std::time::Instant;
 
@@ -42,19 +42,16 @@ pub(crate) fn floors(
     }
     let bar = progress::bar("shadow maps by themselves", maps.len() as u64);
     let mut all: Vec<MapFloor> = Vec::new();
+    let mut last = 0.0_f64;
     for &map in maps {
         let texels = job.emitters.len() as f64 * f64::from(map).powi(2);
-        let last = all.last().map_or(0.0, |floor| floor.seconds);
         if budget.left() <= (2.0 * last).max(SECONDS_PER_TEXEL * texels) {
             break;
         }
         let clock = Instant::now();
         let rmse = floor(job, truth, map)?;
-        all.push(MapFloor {
-            map,
-            rmse,
-            seconds: clock.elapsed().as_secs_f64(),
-        });
+        all.push(MapFloor { map, rmse });
+        last = clock.elapsed().as_secs_f64();
         bar.inc(1);
     }
     bar.finish_and_clear();

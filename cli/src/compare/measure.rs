@@ -20,6 +20,7 @@ use super::patience::Patience;
 use super::results::{Errors, LeftOut, MapFloor, Measurement, MethodPicture, Times};
 use super::schedule::{Place, order, run_while_there_is_time};
 use super::selection::Candidate;
+use super::study::NO_TIME;
 use crate::devices::Device;
 use crate::failure::Failure;
 use crate::format::{count, seconds};
@@ -223,12 +224,11 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
     ) -> Result<Outcome, Failure> {
         let own: Vec<&Candidate> = candidates
             .iter()
-            .filter(|candidate| candidate.entry.on::<B>().is_some())
-            .filter(|candidate| self.device.representative || !candidate.refines_map)
+            .filter(|candidate| self.device.why_not(candidate).is_none())
             .collect();
         let mut outcome = Outcome::default();
         let mut runs = self.first_runs(&own, &mut outcome.left_out)?;
-        self.judge(&mut runs, &mut outcome.left_out);
+        self.measure_flip(&mut runs, &mut outcome.left_out);
         outcome.floors = floors(&maps(&runs))?;
         self.repeat(&mut runs)?;
         runs.sort_by_key(|run| (run.candidate.method, run.candidate.quality));
@@ -299,7 +299,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
             };
             left_out.push(LeftOut {
                 what: on(index) + &frame,
-                why: "no time left (--time-budget)".into(),
+                why: NO_TIME.into(),
             });
         }
         for (index, why) in failed.into_inner() {
@@ -310,7 +310,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
     }
 
     /// What a viewer sees of the errors, as long as there is time.
-    fn judge(&self, runs: &mut [Run], left_out: &mut Vec<LeftOut>) {
+    fn measure_flip(&self, runs: &mut [Run], left_out: &mut Vec<LeftOut>) {
         let bar = progress::bar("comparing pictures", runs.len() as u64);
         let mut last = 0.0;
         let mut missing = 0;
@@ -333,7 +333,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
                     count(missing, "row"),
                     self.device.label
                 ),
-                why: "no time left (--time-budget)".into(),
+                why: NO_TIME.into(),
             });
         }
     }
@@ -343,7 +343,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         match error {
             MethodError::Backend(error @ Error::DeviceLost { .. }) => Err(error.into()),
             MethodError::Stopped { .. } => Ok(format!(
-                "no time to prepare the shadows of {} (--time-budget, --lights, --map)",
+                "{NO_TIME}: it went into the shadows of {} (--lights, --map)",
                 count(self.job.emitters.len(), "emitter")
             )),
             error => Ok(Failure::from(error).to_string()),

@@ -15,7 +15,7 @@ pub(crate) mod results;
 mod run_facts;
 mod schedule;
 mod selection;
-mod shown;
+pub(crate) mod shown;
 mod size;
 mod slopes;
 mod statistics;
@@ -43,7 +43,7 @@ use results::{Pictures, ReferenceFacts, Results};
 use run_facts::RunFacts;
 use selection::{check_names, dropped};
 use studies::{Device, Subject};
-use study::Study;
+use study::{NO_TIME, Study};
 
 /// Share of the time that pictures get; the rest is for studies.
 const PICTURES: f64 = 0.75;
@@ -123,19 +123,19 @@ fn remedy(results: &Results, prepared: &Prepared) -> String {
                 or medium"
             .into();
     }
-    let is_time = |part: &results::LeftOut| part.why.contains("--time-budget");
-    if results.left_out.iter().any(is_time) {
+    let backends = &prepared.backends;
+    if let Some(gap) = backends.run_nothing(&prepared.selection.candidates) {
+        return format!("{}: {}; see --methods and --backend", gap.what, gap.why);
+    }
+    let mut reasons = results.left_out.iter();
+    if reasons.any(|part| part.why.starts_with(NO_TIME)) {
         return "the time was over before the first picture; give it more with --time-budget, \
                 as much as it takes with --fixed, or ask for a smaller picture with --size"
             .into();
     }
     let mut reasons = results.left_out.iter();
-    let first = reasons.find(|part| !part.what.starts_with("study"));
-    match first {
-        Some(part) => format!(
-            "{}: {}; see --plan, --methods and --backend",
-            part.what, part.why
-        ),
+    match reasons.find(|part| !part.what.starts_with("study")) {
+        Some(part) => format!("{}: {}; see --plan", part.what, part.why),
         None => "no method runs on the backends there are (--backend)".into(),
     }
 }

@@ -52,8 +52,7 @@ impl Prepared {
         let size = fitted(asked, counted, seconds);
         let view = View::new(&Cpu::new(), &camera, &input.tracer, size.width, size.height)?;
         let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
-        let kept = plan.emitters().iter();
-        let emitters: Vec<Emitter> = kept.map(|i| input.emitters[*i].clone()).collect();
+        let emitters = input.picked(plan.emitters());
         let areas = input.areas(plan.emitters());
         let asked_map = args
             .options
@@ -166,8 +165,9 @@ impl Prepared {
                 _ => methods.push((candidate, vec![candidate.quality.to_string()])),
             }
         }
-        for (Candidate { entry, title, .. }, qualities) in methods {
-            let backends = self.backends.running(entry);
+        for (candidate, qualities) in methods {
+            let Candidate { entry, title, .. } = candidate;
+            let backends = self.backends.running(candidate);
             if !backends.is_empty() {
                 passes.push(format!(
                     "{title} with {} {} on {}",

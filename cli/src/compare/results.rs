@@ -29,8 +29,8 @@ pub(crate) struct Results {
     pub(crate) size: Size,
     /// Shadow maps in words.
     pub(crate) shadow_maps: String,
-    /// What no method can pass on shadow maps of some resolution, the one of most
-    /// rows first.
+    /// What shadow maps of some resolutions are off by themselves, that of most rows
+    /// first.
     pub(crate) floors: Vec<MapFloor>,
     /// What was placed, assumed or reduced.
     pub(crate) notes: Vec<String>,
@@ -55,8 +55,8 @@ pub(crate) struct Results {
 }
 
 impl Results {
-    /// The error that no method on the shadow maps of a measurement can pass, as far
-    /// as it was measured.
+    /// What the shadow maps of a measurement are off by themselves, as far as that was
+    /// measured.
     pub(crate) fn floor(&self, m: &Measurement) -> Option<f64> {
         let map = m.map?;
         let floor = self.floors.iter().find(|floor| floor.map == map);
@@ -116,15 +116,14 @@ impl MethodFacts {
     }
 }
 
-/// The error of the exact lit runs that shadow maps of a resolution show: what no
-/// method on these maps can pass.
+/// The error of the exact lit runs that shadow maps of a resolution show. What looks
+/// up single texels levels out there; what filters or interpolates them may be better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MapFloor {
     /// Texels per side.
     pub(crate) map: u32,
     /// As [`Errors::rmse`].
     pub(crate) rmse: f64,
-    pub(crate) seconds: f64,
 }
 
 /// The truth that errors are against.
@@ -324,7 +323,6 @@ pub(crate) mod tests {
             floors: vec![MapFloor {
                 map: 1024,
                 rmse: 1e-3,
-                seconds: 0.5,
             }],
             notes: vec!["the scene has no camera: placed one".into()],
             ran: vec!["airlight of light 0 (point)".into()],

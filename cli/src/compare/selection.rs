@@ -8,6 +8,7 @@ use super::schedule::Place;
 use super::shown::{self, Shown};
 use crate::args::Compare;
 use crate::failure::Failure;
+use crate::suggest::unknown_method;
 
 /// One method at one quality.
 #[derive(Debug, Clone)]
@@ -60,12 +61,7 @@ pub(crate) struct Selection {
 pub(crate) fn check_names(methods: &Registry, filters: &[String]) -> Result<(), Failure> {
     for filter in filters {
         if !methods.compared().any(|entry| entry.matches(filter)) {
-            let names = methods.compared().map(|entry| entry.about().name);
-            let names: Vec<String> = names.map(String::from).collect();
-            return Err(Failure::new(format!(
-                "no method is called \"{filter}\"; there are {}",
-                names.join(", ")
-            )));
+            return Err(unknown_method(methods, filter));
         }
     }
     Ok(())

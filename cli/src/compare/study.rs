@@ -40,6 +40,9 @@ pub(crate) struct LeftOut {
     pub(crate) why: String,
 }
 
+/// Why something is left out that there was no time for.
+pub(crate) const NO_TIME: &str = "no time left (--time-budget)";
+
 /// Rows of cells under named columns.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Table {

@@ -33,19 +33,19 @@ impl Times {
     }
 
     /// The fastest and the slowest; a time that was taken once may be off by
-    /// [`ALONE`] either way.
+    /// [`SINGLE`] either way.
     fn spread(&self) -> [f64; 2] {
         if self.repetitions > 1 {
             [self.low, self.high]
         } else {
-            [self.low / ALONE, self.high * ALONE]
+            [self.low / SINGLE, self.high * SINGLE]
         }
     }
 }
 
 /// The factor by which a single frame may be off. It says nothing of its own
 /// spread; a frame beside another busy process may well take half as long again.
-const ALONE: f64 = 1.5;
+const SINGLE: f64 = 1.5;
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,8 @@ use lighting::methods::{Entry, GAUSS_NODES, Registry};
 use crate::args::{Render, SurfaceScattering};
 use crate::failure::Failure;
 use crate::input::Input;
-use crate::{shadow_files, suggest};
+use crate::shadow_files;
+use crate::suggest::unknown_method;
 
 /// A method with a quality.
 pub(crate) struct Chosen {
@@ -20,7 +21,10 @@ const AIRLIGHT: &str = "quadrature";
 impl Chosen {
     pub(crate) fn new(methods: &Registry, args: &Render) -> Result<Self, Failure> {
         let entry = match &args.method {
-            Some(name) => find(methods, name)?.clone(),
+            Some(name) => {
+                let found = methods.find(name);
+                found.ok_or_else(|| unknown_method(methods, name))?.clone()
+            }
             None => {
                 let visibility = args.visibility.as_deref().unwrap_or(VISIBILITY);
                 let airlight = args.airlight.as_deref().unwrap_or(AIRLIGHT);
@@ -99,16 +103,4 @@ impl Chosen {
         let about = self.entry.about();
         format!("{} with {} {}", about.name, self.quality, about.quality)
     }
-}
-
-/// The method of a name.
-fn find<'a>(methods: &'a Registry, name: &str) -> Result<&'a Entry, Failure> {
-    methods.find(name).ok_or_else(|| {
-        let names: Vec<_> = methods.compared().map(|entry| entry.about().name).collect();
-        Failure::new(format!(
-            "no method is called \"{name}\", or several are{}; there are {}",
-            suggest::question(name, &names),
-            names.join(", ")
-        ))
-    })
 }

@@ -29,7 +29,7 @@ pub(crate) fn of_surfaces(
     shadows: &[Option<Shadow>],
 ) -> Result<Vec<[f32; 4]>, Failure> {
     if shadows.iter().all(Option::is_none) {
-        return surfaces::radiance_of(view, input, emitters, args.options.map.unwrap_or(1024));
+        return surfaces::radiance_of(view, input, emitters, args.options.map());
     }
     let filter = FilterSize::new(args.filter.unwrap_or(9))
         .map_err(|error| Failure::from(error).about("--filter"))?;
@@ -74,7 +74,7 @@ impl Job<'_> {
     ) -> Result<Picture, Failure> {
         let emitters = &input.picked(indices);
         let areas = &input.areas(indices);
-        let asked = self.args.options.map.unwrap_or(1024);
+        let asked = self.args.options.map();
         let map = if entry.about().uses_shadow_map {
             maps::affordable(asked, &input.geometry, emitters, &mut input.notes)
         } else {

@@ -20,7 +20,7 @@ use crate::input::{Input, describe_medium};
 use crate::output::PendingFile;
 use crate::parse::Size;
 use crate::picture::Picture;
-use crate::print::{complain, note, summarise};
+use crate::print::{complain, note};
 use crate::shadow_files::Shadows;
 use crate::{indirect, progress, shadow_files};
 use chosen::Chosen;
@@ -60,7 +60,9 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     }
     let size = (args.size.of_rays(args.spp)).map_err(|why| Failure::new(why).about("--spp"))?;
     let chosen = Chosen::new(methods, args)?;
-    let file = PendingFile::create(&args.output)?;
+    let environment = args.indirect.environment.as_deref().map(Path::new);
+    let inputs: Vec<&Path> = environment.into_iter().collect();
+    let file = PendingFile::beside(&args.output, &inputs)?;
     let (devices, _) = devices::find(&[args.backend])?;
     let mut input = Input::for_picture(&args.scene, &args.options, args.size)?;
     chosen.check_map(args, &input)?;
@@ -101,7 +103,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
             picture.pixels.len()
         ));
     }
-    file.finish(&content)?;
+    let written = file.finish(&content)?;
     // Each light has the same to say.
     let mut notes: Vec<String> = Vec::new();
     for note in input.notes {
@@ -120,8 +122,8 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
             chosen.describe()
         ),
     };
-    summarise(&format!(
-        "{}: {} in {}, {method}\n",
+    written.summarise(&format!(
+        "{}: {} in {}, {method}",
         args.output.display(),
         args.size,
         describe_medium(input.scene.medium.as_ref()),
@@ -191,7 +193,7 @@ impl Shot<'_> {
 
     /// The light by way of the fog and from all around, if it is asked for.
     fn indirect(&self, input: &mut Input) -> Result<Option<Picture>, Failure> {
-        let map = self.args.options.map.unwrap_or(1024);
+        let map = self.args.options.map();
         let options = &self.args.indirect;
         let radiance = indirect::radiance(options, map, self.device, input, self.view)?;
         Ok(radiance.map(|radiance| self.pixels(&radiance)))

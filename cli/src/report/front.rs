@@ -54,7 +54,7 @@ pub(super) struct Plot {
     pub(super) curves: Vec<Curve>,
 }
 
-/// An error that some of the methods cannot pass.
+/// An error at which some of the methods level out.
 #[derive(Debug, Clone)]
 pub(super) struct Floor {
     pub(super) error: f64,

@@ -45,7 +45,7 @@ pub(super) fn section(results: &Results) -> Markup {
             }
             li {
                 b { "Shadow maps" }
-                " set a floor: marches converge to what their map shows, not to the reference. Where a curve turns flat, more steps are wasted and a finer map is needed ("
+                " limit what samples them: a march converges to what its map shows, not to the reference. The dashed line is the error of the exact lit runs of the map; what filters or interpolates may be below. Where a curve turns flat, more steps are wasted and a finer map is needed ("
                 code { "--map" }
                 "). A frame of voxelized shadow volumes makes the voxels anew for each light. A quadrature with a fixed number of nodes has a floor of its own where the light along a lit run has kinks: the edge of a spotlight, the faces of a bounded medium."
             }
@@ -60,18 +60,18 @@ fn way(results: &Results) -> String {
     let bound = error(reference.bound, reference.absolute);
     match reference.parts {
         None if reference.has_areas => format!(
-            "exact lit intervals of every ray × quadrature in double precision, integrated over the area lights, which are divided until the parts agree with their quarters, \
+            "exact lit runs of every ray × quadrature in double precision, integrated over the area lights, which are divided until the parts agree with their quarters, \
 by code that shares only its input with the methods: rays with their ends, lights, triangles. Asked for {} per pixel; the largest estimate of the error of a pixel is {bound}. \
 Methods that take an area light for a few points (--lights) are no nearer to it than these points",
             error(reference.tolerance, false)
         ),
         None => format!(
-            "the exact lit intervals of every ray, each integrated in double precision with a bound on the error, \
+            "the exact lit runs of every ray, each integrated in double precision with a bound on the error, \
 by code that shares only its input with the methods: rays, lights, triangles. Asked for {} per pixel; the largest bound of a pixel is {bound}",
             error(reference.tolerance, false)
         ),
         Some(parts) => format!(
-            "exact lit intervals of every ray, cut into {parts} parts, each times the exact transmittance of hair and smoke at two points of it, in double precision, \
+            "exact lit runs of every ray, cut into {parts} parts, each times the exact transmittance of hair and smoke at two points of it, in double precision, \
 by code that shares only its input with the methods. The largest difference that it makes for a pixel to take one point of each part is {bound}, next to the edges of hair"
         ),
     }

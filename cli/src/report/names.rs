@@ -35,26 +35,14 @@ fn shortened(title: &str, phrases: &[(&str, &str)]) -> String {
 mod tests {
     use std::collections::HashSet;
 
-    use lighting::methods::{Entry, Registry, Role};
+    use lighting::methods::Registry;
 
     use super::*;
+    use crate::compare::shown;
 
-    /// The titles of all lines that a comparison may show.
-    fn titles() -> Vec<String> {
-        let registry = Registry::standard();
-        let is_refined = |entry: &Entry| {
-            let about = entry.about();
-            about.uses_shadow_map && matches!(about.role, Role::Paper | Role::Baseline)
-        };
-        let mut all = Vec::new();
-        for entry in registry.compared() {
-            let title = entry.about().title;
-            all.push(title.to_owned());
-            if is_refined(entry) {
-                all.push(format!("{title}, map refined along"));
-            }
-        }
-        all
+    fn titles() -> impl Iterator<Item = String> {
+        let all = shown::all(&Registry::standard());
+        all.into_iter().map(|shown| shown.title)
     }
 
     #[test]
@@ -75,7 +63,7 @@ mod tests {
     fn every_phrase_is_one_that_methods_have() {
         for (index, (long, _)) in SHORT.iter().enumerate() {
             let before = |title: &String| shortened(title, &SHORT[..index]);
-            let is_used = titles().iter().any(|title| before(title).contains(long));
+            let is_used = titles().any(|title| before(&title).contains(long));
             assert!(is_used, "{long}");
         }
     }

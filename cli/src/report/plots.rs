@@ -217,10 +217,7 @@ fn plot(results: &Results, clock: Clock) -> Plot {
         unit,
         floor: results.floors.first().map(|floor| Floor {
             error: floor.rmse,
-            name: format!(
-                "least error of any method on {0} × {0} shadow maps",
-                floor.map
-            ),
+            name: format!("exact lit runs of {0} × {0} shadow maps", floor.map),
             short: format!("{0} × {0} shadow maps", floor.map),
         }),
         curves: representative(results).into_iter().map(curve).collect(),

@@ -21,7 +21,7 @@ pub(super) fn section(results: &Results) -> Markup {
             details {
                 summary { "Table: all " (rows.rows().len()) " measurements" }
                 p.soft.above {
-                    "The same as in " code { "results.csv" } ". Shaded rows are on the front of error against the time of a frame. Map: texels a side of the shadow maps."
+                    "The same as in " code { "results.csv" } ". Shaded rows are on the front of error against the time of a frame. Map: texels per side of the shadow maps."
                 }
                 (table(&rows))
             }

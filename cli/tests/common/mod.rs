@@ -30,6 +30,14 @@ pub(crate) fn notes(place: &Path, arguments: &[&str]) -> String {
     message
 }
 
+/// Makes sure that it fails for this cause.
+pub(crate) fn fails(place: &Path, arguments: &[&str], cause: &str) {
+    let output = run(place, arguments);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert!(message.contains(cause), "{cause}: {arguments:?}: {message}");
+}
+
 /// The names of all files in a folder.
 pub(crate) fn names(place: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(place).unwrap();

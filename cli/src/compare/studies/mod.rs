@@ -22,7 +22,7 @@ use lighting::scene::{Camera, Geometry, Medium, Translucent};
 use lighting::{Emitter, Ray};
 
 use super::budget::Budget;
-use super::study::{Column, Study};
+use super::study::{Column, NO_TIME, Study};
 use crate::failure::Failure;
 use crate::parse::Size;
 
@@ -153,8 +153,6 @@ impl Limit<'_> {
         self.stop.load(Ordering::Relaxed).then_some("interrupted")
     }
 }
-
-const NO_TIME: &str = "no time left (--time-budget)";
 
 /// Carries out every study, one after the other. One that is pointless, or for
 /// which the scene leaves no time, is there without parts.

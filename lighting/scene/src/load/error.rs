@@ -63,8 +63,7 @@ pub enum LoadError {
 
 /// A name from a file as it may be shown: at most 60 characters, none of which
 /// controls a terminal.
-#[cfg(any(feature = "gltf", feature = "ply", feature = "obj"))]
-pub(crate) fn printable(name: &str) -> String {
+pub fn printable(name: &str) -> String {
     let shown = |c: char| if c.is_control() { '?' } else { c };
     name.chars().take(60).map(shown).collect()
 }

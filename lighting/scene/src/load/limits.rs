@@ -16,34 +16,42 @@ pub const MAX_DECODED_BYTES: u64 = 4 << 30;
 /// More notes than this help nobody.
 const MAX_NOTES: usize = 50;
 
-/// The contents of a regular file of at most [`MAX_FILE_BYTES`].
+/// The contents of a scene file, or of one it refers to.
 pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
-    let io_error = |source| LoadError::Io {
+    read_regular(path, MAX_FILE_BYTES).map_err(|source| LoadError::Io {
         path: path.to_path_buf(),
         source,
-    };
-    let too_large = |bytes| LoadError::TooLarge {
-        what: format!("file {}", path.display()),
-        bytes,
-        limit: MAX_FILE_BYTES,
-    };
-    let metadata = std::fs::metadata(path).map_err(io_error)?;
-    if !metadata.is_file() {
-        // Devices and pipes may never end.
-        return Err(io_error(io::Error::other("not a regular file")));
+    })
+}
+
+/// The contents of a regular file of at most `limit` bytes. Pipes and devices may
+/// never end.
+///
+/// # Errors
+/// What the system says; [`io::ErrorKind::FileTooLarge`] beyond the limit, and
+/// [`io::ErrorKind::Other`] for what is no regular file.
+pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let found = std::fs::metadata(path)?;
+    if !found.is_file() {
+        let kind = match found.is_dir() {
+            true => "it is a folder",
+            false => "it is no regular file",
+        };
+        return Err(io::Error::other(kind));
     }
-    if metadata.len() > MAX_FILE_BYTES {
-        return Err(too_large(metadata.len()));
+    let too_large = || {
+        let why = format!("it has more than {limit} bytes");
+        io::Error::new(io::ErrorKind::FileTooLarge, why)
+    };
+    if found.len() > limit {
+        return Err(too_large());
     }
-    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    let mut bytes = Vec::with_capacity(found.len() as usize);
     // The file may grow while it is read.
-    File::open(path)
-        .map_err(io_error)?
-        .take(MAX_FILE_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(io_error)?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(too_large(bytes.len() as u64));
+    let file = File::open(path)?;
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit {
+        return Err(too_large());
     }
     Ok(bytes)
 }
@@ -262,7 +270,7 @@ mod tests {
     #[test]
     fn only_regular_files_are_read() {
         let error = read_file(&std::env::temp_dir()).unwrap_err();
-        assert!(error.to_string().contains("regular"), "{error}");
+        assert!(error.to_string().contains("folder"), "{error}");
         let error = read_file(Path::new("no/such/file.glb")).unwrap_err();
         assert!(error.to_string().contains("file.glb"), "{error}");
     }

@@ -149,12 +149,12 @@ mod words;
 
 use std::path::Path;
 
-pub use error::LoadError;
+pub use error::{LoadError, printable};
 #[cfg(feature = "gltf")]
 pub use gltf::gltf_from_slice;
 #[cfg(feature = "hair")]
 pub use hair::hair_from_slice;
-pub use limits::{MAX_DECODED_BYTES, MAX_FILE_BYTES};
+pub use limits::{MAX_DECODED_BYTES, MAX_FILE_BYTES, read_regular};
 #[cfg(feature = "obj")]
 pub use obj::obj_from_slice;
 pub use options::{LoadOptions, UpAxis};

@@ -17,10 +17,10 @@ pub struct LoadOptions {
     /// images too. Paths are those in the file, relative to its own folder.
     pub assets: Option<PathBuf>,
     /// Length of the unit of PLY, OBJ, HAIR and VOL files, m; 1e-9 to 1e9. glTF
-    /// is in metres.
+    /// is in metres, and any other unit is an error there.
     pub unit: f64,
     /// The axis that points up in PLY, OBJ, HAIR and VOL files. It is +Y in
-    /// glTF.
+    /// glTF, and any other is an error there.
     pub up: UpAxis,
 }
 
@@ -59,6 +59,27 @@ impl LoadOptions {
             self.unit,
             "1e-9 to 1e9 m",
         ))
+    }
+
+    /// Nothing else than what glTF says of its unit and its axes.
+    ///
+    /// # Errors
+    /// [`LoadError::BadValue`] for another unit or axis.
+    #[cfg(feature = "gltf")]
+    pub(super) fn check_gltf(&self) -> Result<(), LoadError> {
+        if self.unit != 1.0 {
+            let what = "the unit of length of a glTF file";
+            return Err(LoadError::bad_value(
+                what,
+                self.unit,
+                "1: glTF is in metres",
+            ));
+        }
+        if self.up != UpAxis::Y {
+            let (what, axis) = ("the axis that points up", format!("+{:?}", self.up));
+            return Err(LoadError::bad_value(what, axis, "+Y, as glTF has it"));
+        }
+        Ok(())
     }
 }
 

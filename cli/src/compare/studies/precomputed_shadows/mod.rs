@@ -15,7 +15,8 @@ use lighting::precomputed::{Builder, Resolution, Watertightness, light_spaces, s
 use lighting::scene::Geometry;
 use shadow_dag::LightSpace;
 
-use super::{Kind, Limit, NO_TIME, Subject};
+use super::{Kind, Limit, Subject};
+use crate::compare::study::NO_TIME;
 use crate::compare::study::{Cell, Column, Study, Unit};
 use crate::failure::Failure;
 use crate::format::count;

@@ -63,7 +63,7 @@ fn read(
     open: OpenFile<'_>,
     budget: Budget,
 ) -> Result<Loaded, LoadError> {
-    options.check()?;
+    options.check_gltf()?;
     let container = Container::split(bytes)?;
     let Document {
         root,
