@@ -11,7 +11,7 @@ use reference::tolerances::Allowed;
 
 use super::build::{self, BLOCK, EXTRUDE, Scan, VOXELISE, extrude_by};
 use super::query::{self, INTERVALS, QUERY};
-use super::rectify::{self, TriangleParameters, triangles_shader};
+use super::rectify::{self, PASS, TriangleParameters, triangles_shader};
 use super::*;
 use crate::{
     BuildGrid, Grid, Holes, IndexMap, LitInterval, Query, Rectify, RectifyMasked, RectifyTriangles,
@@ -125,7 +125,7 @@ fn the_part_is_fit_for_other_shaders_and_all_structures_are_those_of_rust() {
     assert_same_layout!(
         shader,
         "Parameters",
-        TriangleParameters { lattice, triangles }
+        TriangleParameters { lattice, first, end }
     );
     Shader::new(&rectify::shader::<Disc>().unwrap().finish(1)).unwrap();
 }
@@ -262,6 +262,37 @@ fn triangles_block_the_same_rays_as_on_the_cpu() {
         gpu.rectify_triangles(&lattice, &none, &mut map).unwrap();
         let found = gpu.download(map.indices()).unwrap();
         assert!(found.iter().all(|index| *index == 128));
+    }
+}
+
+/// Triangles that block nothing are as many as would end the loops of software drivers
+/// in a single pass, and as begin the third.
+#[test]
+fn triangles_in_several_passes_block_the_same_rays_as_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let fan = fan();
+    let (begun, ended) = fan.split_at(45);
+    let far = [[Vec3::splat(1e4), Vec3::splat(1e4 + 1.0), Vec3::new(1e4, 0.0, 0.0)]];
+    let between = far.repeat(2 * PASS as usize);
+    let triangles = [begun, &between, ended].concat();
+    assert!(triangles.len() > 65_535);
+    let there = gpu.upload(&triangles).unwrap();
+    let lattice = &lattices(64, 24, 24)[0];
+    for holes in [false, true] {
+        let mut expected = IndexMap::new(&cpu, lattice.resolution()).unwrap();
+        let mut map = IndexMap::new(&gpu, lattice.resolution()).unwrap();
+        if holes {
+            cpu.rectify_masked(lattice, &triangles, &Half, &mut expected)
+                .unwrap();
+            gpu.rectify_masked(lattice, &there, &Half, &mut map).unwrap();
+        } else {
+            cpu.rectify_triangles(lattice, &triangles, &mut expected)
+                .unwrap();
+            gpu.rectify_triangles(lattice, &there, &mut map).unwrap();
+        }
+        let share = differing(&expected, &gpu.download(map.indices()).unwrap());
+        assert!(share <= 2.0 * allowed(lattice), "{share}");
     }
 }
 
