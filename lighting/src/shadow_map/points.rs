@@ -13,7 +13,7 @@
 use glam::Vec3;
 use gpu_backend::{Backend, Error, Memory};
 
-use crate::scene::{Caster, Geometry};
+use crate::scene::{Bounds, Caster, Geometry};
 
 /// Points of all casters, at most: 256 MiB of them.
 const MOST_POINTS: u32 = 1 << 24;
@@ -26,7 +26,7 @@ const CLUSTER: usize = 64;
 pub struct CasterPoints<M: Memory> {
     points: M::Buffer<[f32; 4]>,
     clusters: Vec<Cluster>,
-    corners: [Vec3; 2],
+    bounds: Bounds,
     /// The area that a point stands for.
     share: f64,
 }
@@ -78,9 +78,8 @@ impl<M: Memory> CasterPoints<M> {
             });
         }
         let bounds = geometry.bounds();
-        let corners = [bounds.min(), bounds.max()];
         let (mut points, share) = spread(geometry, count);
-        sort_by_place(&mut points, corners);
+        sort_by_place(&mut points, bounds);
         let mut clusters = Vec::with_capacity(points.len().div_ceil(CLUSTER));
         let mut ordered = Vec::with_capacity(points.len());
         for chunk in points.chunks(CLUSTER) {
@@ -93,7 +92,7 @@ impl<M: Memory> CasterPoints<M> {
         Ok(Self {
             points: backend.upload(&ordered)?,
             clusters,
-            corners,
+            bounds,
             share,
         })
     }
@@ -107,8 +106,9 @@ impl<M: Memory> CasterPoints<M> {
         &self.clusters
     }
 
-    pub(crate) fn corners(&self) -> [Vec3; 2] {
-        self.corners
+    /// A box around all casters.
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     /// What a light at `position` takes of each cluster, together about `budget`
@@ -243,8 +243,9 @@ fn spread(geometry: &Geometry, count: u32) -> (Vec<Vec3>, f64) {
 }
 
 /// In the order of Morton's curve.
-fn sort_by_place(points: &mut [Vec3], [low, high]: [Vec3; 2]) {
-    let size = (high - low).max_element().max(f32::MIN_POSITIVE);
+fn sort_by_place(points: &mut [Vec3], bounds: Bounds) {
+    let low = bounds.min();
+    let size = (bounds.max() - low).max_element().max(f32::MIN_POSITIVE);
     let spread = |number: f32| {
         let mut x = (number * 1023.0) as u32 & 1023;
         x = (x | x << 16) & 0x0300_00FF;
