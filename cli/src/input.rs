@@ -219,14 +219,8 @@ fn surroundings(bounds: Bounds) -> Result<Bounds, SceneError> {
 
 /// The corners of the box around all that is translucent.
 fn translucent_corners(scene: &Scene) -> impl Iterator<Item = Vec3> + use<> {
-    let bounds = scene.translucent_bounds();
-    bounds.into_iter().flat_map(|bounds| {
-        let [min, max] = [bounds.min(), bounds.max()];
-        (0..8).map(move |corner| {
-            let pick = |axis: usize| [min, max][corner >> axis & 1][axis];
-            Vec3::new(pick(0), pick(1), pick(2))
-        })
-    })
+    let bounds = scene.translucent_bounds().into_iter();
+    bounds.flat_map(|bounds| bounds.corners())
 }
 
 /// Lets no shadow fall from what has that name.

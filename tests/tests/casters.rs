@@ -170,17 +170,14 @@ fn both_backends_agree_behind_masks_and_panes_but_for_rays_at_an_edge() {
         let host = Store::new();
         let inputs = inputs(&scene, 128, &host);
         let scale = image(&cpu, inputs, &unshadowed, 8).unwrap().unwrap();
-        for name in [
-            "none x gauss",
-            "translucent x gauss-1",
-            "translucent x table",
+        for (visibility, airlight, detail) in [
+            ("none", "gauss", None),
+            ("translucent", "gauss", Some(1)),
+            ("translucent", "table", None),
         ] {
-            let Some(entry) = registry.find(name) else {
-                continue;
-            };
-            let Some(method) = entry.on::<Gpu<Queued>>() else {
-                continue;
-            };
+            let entry = &registry.pair(visibility, airlight, detail).unwrap();
+            let name = entry.about().name;
+            let method = entry.on::<Gpu<Queued>>().unwrap();
             let quality = entry.about().usual;
             let expected = image(&cpu, inputs, entry, quality).unwrap().unwrap();
             let store = Store::new();

@@ -246,6 +246,7 @@ fn runs_by_trees_are_those_of_every_texel_to_the_last_bit() {
     }
     println!("{rays_seen} rays, {by_tree} by trees, which looked at {visits:?}");
     assert!(by_tree * 2 > rays_seen, "{by_tree} of {rays_seen}");
+    assert!(visits[0] < visits[1], "{visits:?}");
 }
 
 /// The point test of the map, at the middle of each run and of each gap.
@@ -287,7 +288,7 @@ fn runs_are_what_the_map_says_of_points() {
 
 /// A tree says of most of a ray at once what it is.
 #[test]
-fn trees_look_at_an_eighth_of_the_texels_of_a_closed_city() {
+fn trees_look_at_less_than_a_tenth_of_the_texels_of_a_closed_city() {
     let cpu = Cpu::new();
     let scene = TestScene::new(Embedded::City, 96, 54);
     let casters = Casters::upload(&cpu, &scene.geometry).unwrap();
@@ -316,5 +317,5 @@ fn trees_look_at_an_eighth_of_the_texels_of_a_closed_city() {
         "per ray: {crossed:.1} texels, {runs:.2} runs; {nodes:.1} nodes and {texels:.1} texels by trees of {} MiB",
         trees.bytes() >> 20
     );
-    assert!(nodes <= 0.12 * crossed && nodes <= 10.0 * runs);
+    assert!(nodes + texels <= 0.1 * crossed && nodes <= 10.0 * runs);
 }

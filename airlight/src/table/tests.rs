@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
+use reference::random::halton;
 
 use super::batch::Batch;
 use super::*;
@@ -135,15 +136,6 @@ fn the_error_bound_holds_for_every_phase_function_and_size() -> Result<(), Error
 /// logarithm from either end for the other.
 #[test]
 fn whole_rays_through_every_cell_are_within_the_bound() -> Result<(), Error> {
-    let radical_inverse = |index: u32, base: u32| {
-        let (mut rest, mut digit, mut value) = (index, 1.0, 0.0);
-        while rest > 0 {
-            digit /= f64::from(base);
-            value += digit * f64::from(rest % base);
-            rest /= base;
-        }
-        value
-    };
     for (phase, kibibytes) in [
         (PhaseFunction::Isotropic, 64),
         (PhaseFunction::HenyeyGreenstein { g: 0.85 }, 64),
@@ -155,7 +147,7 @@ fn whole_rays_through_every_cell_are_within_the_bound() -> Result<(), Error> {
         let table = Table::new(&phase, kibibytes)?;
         let mut worst = (0.0, 0.0, Segment::default());
         for index in 0..8 * table.cells.len() as u32 {
-            let (u, v) = (radical_inverse(index, 2), radical_inverse(index, 3));
+            let (u, v) = (halton(index, 2), halton(index, 3));
             let gamma = match index / 2 % 4 {
                 0 | 1 => PI * u,
                 2 => 10_f64.powf(-6.0 * u),

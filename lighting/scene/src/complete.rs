@@ -450,16 +450,8 @@ mod tests {
         let placed = scene.complete(bounds).unwrap();
         assert_eq!(placed.len(), 2);
         let camera = scene.camera.unwrap();
-        for corner in 0..8 {
-            let pick = |bit: u32, axis: usize| {
-                if corner >> bit & 1 == 1 {
-                    bounds.max()[axis]
-                } else {
-                    bounds.min()[axis]
-                }
-            };
-            let point = Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2));
-            let local = camera.rotation().inverse() * (point - camera.eye());
+        for corner in bounds.corners() {
+            let local = camera.rotation().inverse() * (corner - camera.eye());
             let half = (0.5 * camera.vertical_fov()).tan();
             assert!(local.z < 0.0 && local.y.abs() < -local.z * half, "{local}");
             assert!(local.x.abs() < -local.z * half, "{local}");

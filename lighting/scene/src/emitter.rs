@@ -411,8 +411,11 @@ fn mip_levels(cookie: &Texture) -> Arc<[Texture]> {
     levels.into()
 }
 
+/// Below this a light is 0 or an error.
+pub(crate) const LEAST_POWER: f32 = 1e-20;
+
 fn check_power(what: &'static str, value: Vec3) -> Result<(), SceneError> {
-    let sound = |channel: &f32| *channel == 0.0 || (1e-20..=1e20).contains(channel);
+    let sound = |channel: &f32| *channel == 0.0 || (LEAST_POWER..=1e20).contains(channel);
     if value.to_array().iter().all(sound) {
         return Ok(());
     }

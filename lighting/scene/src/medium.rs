@@ -147,6 +147,13 @@ impl Bounds {
         self.max
     }
 
+    /// All eight corners: number i has the greatest coordinate on the axes whose bits
+    /// are set in i.
+    pub fn corners(&self) -> [Vec3; 8] {
+        let ends = [self.min, self.max];
+        std::array::from_fn(|i| Vec3::from([0, 1, 2].map(|axis| ends[i >> axis & 1][axis])))
+    }
+
     /// The least box that holds both.
     #[must_use]
     pub fn around(self, other: Self) -> Self {

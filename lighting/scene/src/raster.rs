@@ -11,6 +11,8 @@ use std::ops::Range;
 
 use glam::{DVec3, Quat, Vec3};
 
+use crate::Bounds;
+
 /// A picture plane of `resolution` × `resolution` texels; row 0 is on top.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
@@ -28,9 +30,10 @@ pub struct Face {
 }
 
 impl Face {
-    /// The tightest picture along the unit `direction` around the box between
-    /// two opposite corners; depth is the distance from the box's first plane.
-    pub fn orthographic([min, max]: [Vec3; 2], direction: Vec3) -> Self {
+    /// The tightest picture along the unit `direction` around a box; depth is the
+    /// distance from the box's first plane.
+    pub fn orthographic(bounds: Bounds, direction: Vec3) -> Self {
+        let (min, max) = (bounds.min(), bounds.max());
         let centre = 0.5 * (min + max);
         let half = 0.5 * (max - min);
         let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use glam::{DVec2, Vec2, Vec2Swizzles, Vec3};
 
+use crate::emitter::LEAST_POWER;
 use crate::light::spiral;
 use crate::{AreaLight, AreaShape, Emission, Emitter, Light, SceneError, Texture};
 
@@ -80,17 +81,20 @@ impl AreaLight {
     /// 65536.
     ///
     /// Each has its share of radiance × area: 1/(n p), where p is the density of the
-    /// points relative to even ones, times the mean of the texture over a square of
-    /// area 1/(n p) around it; all are scaled so that their sum is what the light
-    /// emits. They float in front of the light by 1e-3 of its shorter edge.
+    /// points relative to even ones, times the mean of the texture over a square around
+    /// it whose area is 1/(n p) of the rectangle's. All are scaled so that their sum is
+    /// what the light emits, colour by colour, unless a colour is dark at all of the
+    /// points: then none of them emits it. Less than 1e-20 W/sr is none. They float in
+    /// front of the light by 1e-3 of its shorter edge.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if a number is out of its domain.
     pub fn virtual_lights(&self, pattern: Pattern, count: u32) -> Result<Vec<Emitter>, SceneError> {
         let count = count.clamp(1, 65536);
         let [u, v] = self.edges;
-        let normal = u.cross(v);
-        let area = normal.length();
+        // The square of a small area is no number in single precision.
+        let normal = u.as_dvec3().cross(v.as_dvec3());
+        let area = normal.length() as f32;
         if !(self.corner.is_finite() && area.is_finite() && area > 0.0) {
             return Err(SceneError::bad_value(
                 "area light",
@@ -100,7 +104,7 @@ impl AreaLight {
             ));
         }
         let places = self.places(pattern, count);
-        let normal = normal / area;
+        let normal = normal.normalize().as_vec3();
         let area = match self.shape {
             AreaShape::Rectangle => area,
             AreaShape::Disk => 0.25 * std::f32::consts::PI * area,
@@ -111,9 +115,11 @@ impl AreaLight {
             .into_iter()
             .zip(shares)
             .map(|((place, _), share)| {
+                let intensity = self.radiance * share * area;
+                let is_dark = intensity.abs().cmplt(Vec3::splat(LEAST_POWER));
                 Emitter::point(
                     self.corner + place.x * u + place.y * v + lift,
-                    self.radiance * share * area,
+                    Vec3::select(is_dark, Vec3::ZERO, intensity),
                     f32::INFINITY,
                     Emission::Cosine { normal },
                 )
@@ -170,12 +176,13 @@ impl AreaLight {
         let Some(texture) = &self.texture else {
             return vec![Vec3::splat(1.0 / count); places.len()];
         };
-        let size = Vec2::new(self.edges[0].length(), self.edges[1].length());
+        let [width, height] = self.edges.map(|edge| edge.as_dvec3().length());
+        let aspect = (height / width) as f32;
         let means: Vec<Vec3> = places
             .iter()
             .map(|(place, density)| {
-                let area = size.x * size.y / (count * density);
-                mean_texture(texture, *place, area.sqrt() / size) / *density
+                let size = (Vec2::new(aspect, 1.0 / aspect) / (count * density)).map(f32::sqrt);
+                mean_texture(texture, *place, size) / *density
             })
             .collect();
         let total = match self.shape {
@@ -188,9 +195,10 @@ impl AreaLight {
             }
         };
         let sum: Vec3 = means.iter().sum();
-        // A channel that is dark at all points gets nothing at any of them.
-        let scale = Vec3::select(sum.cmpgt(Vec3::ZERO), total / sum, Vec3::ZERO);
-        means.into_iter().map(|mean| mean * scale).collect()
+        // A channel that is dark at all points gets nothing at any of them. The quotient
+        // of the sums may be beyond any number where little of the light is seen.
+        let share = |mean| Vec3::select(sum.cmpgt(Vec3::ZERO), mean / sum, Vec3::ZERO);
+        means.into_iter().map(|mean| share(mean) * total).collect()
     }
 }
 
@@ -463,6 +471,30 @@ mod tests {
                     .iter()
                     .all(|(_, i)| *i == Vec3::ZERO)
             );
+        }
+    }
+
+    #[test]
+    fn small_lights_and_dim_points_emit_what_they_should() {
+        // None of the points sees the one texel that is bright.
+        let mut texels = vec![Vec3::splat(1e-40); 512 * 512];
+        texels[0] = Vec3::splat(1e6);
+        let corner = Texture::new(512, 512, texels).unwrap();
+        // Points on the right have less than an emitter may have.
+        let half = Texture::new(2, 1, vec![Vec3::ONE, Vec3::splat(1e-35)]).unwrap();
+        for (texture, edge) in [(&corner, 1.0), (&corner, 1e-12), (&half, 1.0)] {
+            let screen = AreaLight {
+                edges: [edge * Vec3::X, 2.0 * edge * Vec3::Y],
+                radiance: Vec3::splat(1e9),
+                texture: Some(texture.clone()),
+                ..AreaLight::default()
+            };
+            let expected = 2.0 * edge * edge * 1e9 * texture.mean();
+            for pattern in PATTERNS {
+                let found = screen.virtual_lights(pattern, 16).unwrap();
+                let sum: Vec3 = found.iter().map(Emitter::intensity).sum();
+                assert!((sum / expected - 1.0).length() < 1e-4, "{edge} {pattern:?}");
+            }
         }
     }
 

@@ -1,5 +1,8 @@
 // A picture plane of a light: the shader's side of `Face`.
 
+// Depth of a texel in which the light sees nothing: f32::MAX.
+const light_EMPTY: f32 = 0x1.fffffep+127;
+
 struct light_Face {
     origin: vec3<f32>,
     // 0 for parallel rays, else the tangent of half the opening angle.

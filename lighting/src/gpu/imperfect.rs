@@ -55,7 +55,7 @@ impl<E: Encode> RenderImperfectMaps for Gpu<E> {
         level: LevelOfDetail,
     ) -> Result<ShadowMapAtlas<GpuMemory>, ShadowMapError> {
         check_size(emitters.len(), resolution)?;
-        let layout = Layout::imperfect(casters.corners(), emitters);
+        let layout = Layout::imperfect(casters.bounds(), emitters);
         let texels = emitters.len() * (resolution as usize).pow(2);
         let mut depth = self.zeros::<f32>(texels)?;
         let pictures: Vec<_> = (layout.faces.iter().zip(&layout.lights))

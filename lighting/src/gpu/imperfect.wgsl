@@ -34,8 +34,6 @@ struct Taken {
 // Depths, whose bits are in the order of their values because none is negative.
 @group(0) @binding(5) var<storage, read_write> depths: array<atomic<u32>>;
 
-const EMPTY: f32 = 0x1.fffffep+127;
-
 // One invocation per texel.
 @compute @workgroup_size(64)
 fn clear(
@@ -45,7 +43,7 @@ fn clear(
 ) {
     let i = gpu_index(workgroup, workgroups, local, 64u);
     if i < splats.lights * splats.resolution * splats.resolution {
-        atomicStore(&depths[i], bitcast<u32>(EMPTY));
+        atomicStore(&depths[i], bitcast<u32>(light_EMPTY));
     }
 }
 

@@ -1,11 +1,8 @@
 // Lookup in a shadow map: the shader's side of `ShadowMap`.
 //
-// Needs the part place.wgsl and the variables
+// Needs the parts face.wgsl and place.wgsl and the variables
 //   light_map: light_Pictures
 //   light_map_depths: array<f32>, face after face, each row by row
-
-// Depth of a texel in which the light sees nothing: f32::MAX.
-const light_EMPTY: f32 = 0x1.fffffep+127;
 
 // The depth of the texel in which a face shows its origin plus `v`; light_EMPTY
 // outside of the picture.

@@ -63,7 +63,7 @@ impl<E: Encode> RenderShadowMapAtlas for Gpu<E> {
         emitters: &[Emitter],
         resolution: u32,
     ) -> Result<ShadowMapAtlas<GpuMemory>, ShadowMapError> {
-        let layout = Layout::new(casters.corners(), emitters);
+        let layout = Layout::new(casters.bounds(), emitters);
         let depth = render_pictures(self, casters, &layout.pictured(), resolution)?;
         Ok(ShadowMapAtlas::from_depth(layout, resolution, depth))
     }

@@ -6,9 +6,6 @@
 //   light_maps_tiles: array<vec2<u32>>            first face, number of faces or kind
 //   light_maps_depths: array<f32>                 picture after picture, each row by row
 
-// Depth of a texel in which the light sees nothing: f32::MAX.
-const light_MAPS_EMPTY: f32 = 0x1.fffffep+127;
-
 // Stands for the picture of a face that has none.
 const light_NO_PICTURE: u32 = 0xffffffffu;
 
@@ -27,7 +24,7 @@ fn light_maps_depth_at(at: u32, texel: vec2<f32>) -> f32 {
     let picture = light_maps_faces[at].picture;
     let side = light_maps_side;
     if picture == light_NO_PICTURE || texel.x < 0.0 {
-        return light_MAPS_EMPTY;
+        return light_EMPTY;
     }
     // The far border belongs to the last texel.
     let inside = min(vec2<u32>(texel), vec2(side - 1u));
@@ -46,5 +43,5 @@ fn light_maps_first_blocker_of(tile: u32, origin: vec3<f32>, direction: vec3<f32
     }
     let v = origin - first.origin;
     let depth = light_maps_depth_along(faces.x, v);
-    return select(light_MAPS_EMPTY, depth - dot(v, first.forward), depth < light_MAPS_EMPTY);
+    return select(light_EMPTY, depth - dot(v, first.forward), depth < light_EMPTY);
 }

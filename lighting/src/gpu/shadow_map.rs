@@ -1,13 +1,14 @@
 //! Shadow maps from the depth test of the GPU.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2};
 use gpu_backend::gpu::{Argument, Context, Encode, Gpu, GpuBuffer, GpuMemory, Kernel, Workgroups};
 use gpu_backend::{Backend, Buffer, Error};
 
 use super::scene::FaceRecord;
 use super::{FACE, MASK};
 use crate::Emitter;
+use crate::scene::Bounds;
 use crate::scene::raster::Face;
 use crate::shadow_map::{
     Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, check_size, faces,
@@ -80,15 +81,12 @@ impl Tile {
     }
 
     /// All tiles of a map.
-    fn all(faces: &[Face], resolution: u32, corners: [Vec3; 2]) -> Vec<Self> {
+    fn all(faces: &[Face], resolution: u32, bounds: Bounds) -> Vec<Self> {
         let starts = || (0..resolution).step_by(TILE as usize);
         let mut tiles = Vec::new();
         for (index, face) in (0..).zip(faces) {
-            let reach = |i: usize| {
-                let corner = [i & 1, i >> 1 & 1, i >> 2].map(|side| corners[side]);
-                Vec3::new(corner[0].x, corner[1].y, corner[2].z).distance(face.origin)
-            };
-            let far = 1.001 * (0..8).map(reach).fold(f32::MIN_POSITIVE, f32::max);
+            let reach = bounds.corners().map(|corner| corner.distance(face.origin));
+            let far = 1.001 * reach.into_iter().fold(f32::MIN_POSITIVE, f32::max);
             for row in starts() {
                 tiles.extend(starts().map(|column| {
                     Self::new(face, index, resolution, UVec2::new(column, row), far)
@@ -106,7 +104,7 @@ impl<E: Encode> RenderShadowMap for Gpu<E> {
         emitter: &Emitter,
         resolution: u32,
     ) -> Result<ShadowMap<GpuMemory>, ShadowMapError> {
-        let faces = faces(casters.corners(), emitter);
+        let faces = faces(casters.bounds(), emitter);
         let depth = render_pictures(self, casters, &faces, resolution)?;
         Ok(ShadowMap::from_depth(faces, resolution, depth))
     }
@@ -124,7 +122,7 @@ pub(super) fn render_pictures<E: Encode>(
     let side = resolution.min(TILE);
     let target = Target::new(gpu.context(), side)?;
     let solid = casters.solid() as u32;
-    for tile in Tile::all(faces, resolution, casters.corners()) {
+    for tile in Tile::all(faces, resolution, casters.bounds()) {
         let tile = Tile { solid, ..tile };
         target.render(gpu, &tile, casters)?;
         gpu.dispatch(

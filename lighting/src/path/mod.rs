@@ -60,7 +60,7 @@ pub struct LightPath<'a> {
 const FULL: f32 = 1.0 - 4e-6;
 
 /// A spotlight has two kinks, the faces of a box three.
-const MOST_KINKS: usize = 5;
+pub(crate) const MOST_KINKS: usize = 5;
 
 impl<'a> LightPath<'a> {
     /// The part of `ray` that `emitter` can light inside `medium`, or `None` if

@@ -7,8 +7,8 @@ use super::Casters;
 use super::map::{EMPTY, ShadowMapError, check_size, face_along, faces, render_face, texel_along};
 use super::octahedron::{HEMISPHERE, SPHERE, octahedral};
 use crate::Emitter;
-use crate::scene::Emission;
 use crate::scene::raster::{Face, Rays};
+use crate::scene::{Bounds, Emission};
 
 /// The first blocker in every direction from each of many lights: what a
 /// [`ShadowMap`](super::ShadowMap) holds for one, for all of them in one buffer.
@@ -36,10 +36,10 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    pub(crate) fn new(corners: [Vec3; 2], emitters: &[Emitter]) -> Self {
+    pub(crate) fn new(bounds: Bounds, emitters: &[Emitter]) -> Self {
         let mut layout = Self::default();
         for emitter in emitters {
-            let of_light = faces(corners, emitter);
+            let of_light = faces(bounds, emitter);
             let (first, count) = (layout.faces.len() as u32, of_light.len() as u32);
             layout.lights.push([first, count]);
             for face in of_light {
@@ -135,10 +135,10 @@ impl ShadowMapAtlas<Host> {
     /// If there is no such light.
     pub fn is_lit(&self, light: usize, point: Vec3) -> bool {
         let [first, _] = self.layout.lights[light];
-        let front = &self.layout.faces[first as usize];
-        let v = point - front.0.origin;
-        match front.0.rays {
-            Rays::Parallel { .. } => v.dot(front.0.forward) <= self.depth_along(front, v),
+        let (front, _) = &self.layout.faces[first as usize];
+        let v = point - front.origin;
+        match front.rays {
+            Rays::Parallel { .. } => self.first_blocker(light, point, v) >= 0.0,
             Rays::Central { .. } => v.length() <= self.first_blocker(light, point, v),
         }
     }
@@ -241,7 +241,7 @@ impl RenderShadowMapAtlas for Cpu {
         emitters: &[Emitter],
         resolution: u32,
     ) -> Result<ShadowMapAtlas<Host>, ShadowMapError> {
-        let layout = Layout::new(casters.corners(), emitters);
+        let layout = Layout::new(casters.bounds(), emitters);
         let pictured = layout.pictured();
         check_size(pictured.len(), resolution)?;
         let texels = (resolution as usize).pow(2);
@@ -252,11 +252,7 @@ impl RenderShadowMapAtlas for Cpu {
             let face = &pictured[first / texels];
             render_face(&alone, face, triangles, masked, resolution, picture);
         });
-        Ok(ShadowMapAtlas {
-            layout,
-            resolution,
-            depth,
-        })
+        Ok(ShadowMapAtlas::from_depth(layout, resolution, depth))
     }
 
     fn map_capacity(&self, resolution: u32) -> usize {

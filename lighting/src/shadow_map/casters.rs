@@ -6,7 +6,7 @@ use gpu_backend::Buffer;
 use gpu_backend::{Backend, Error, Memory};
 
 use super::masked::Masked;
-use crate::scene::Geometry;
+use crate::scene::{Bounds, Geometry};
 
 /// Triangles that cast shadows, where a backend can render them.
 ///
@@ -16,7 +16,7 @@ use crate::scene::Geometry;
 #[derive(Debug)]
 pub struct Casters<M: Memory> {
     triangles: M::Buffer<[Vec3; 3]>,
-    corners: [Vec3; 2],
+    bounds: Bounds,
     masked: Masked,
     #[cfg(feature = "wgpu")]
     masks: super::masks::Masks<M>,
@@ -28,7 +28,6 @@ impl<M: Memory> Casters<M> {
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit.
     pub fn upload<B: Backend<Memory = M>>(backend: &B, geometry: &Geometry) -> Result<Self, Error> {
-        let bounds = geometry.bounds();
         let masked = Masked::new(geometry);
         let triangles = match masked.order(geometry) {
             None => backend.upload(geometry.triangles())?,
@@ -36,16 +35,16 @@ impl<M: Memory> Casters<M> {
         };
         Ok(Self {
             triangles,
-            corners: [bounds.min(), bounds.max()],
+            bounds: geometry.bounds(),
             #[cfg(feature = "wgpu")]
             masks: super::masks::Masks::upload(backend, &masked)?,
             masked,
         })
     }
 
-    /// Two opposite corners of a box around all of them.
-    pub(crate) fn corners(&self) -> [Vec3; 2] {
-        self.corners
+    /// A box around all of them.
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     /// The triangles: those of [`Geometry::triangles`] in their order, if all of

@@ -22,8 +22,8 @@ use super::map::{EMPTY, ShadowMapError, check_size, texel_along};
 use super::octahedron::{HEMISPHERE, SPHERE, octahedral, texels_per_radian, width};
 use super::points::{CasterPoints, LevelOfDetail, Taken};
 use crate::Emitter;
-use crate::scene::Emission;
 use crate::scene::raster::{Face, Rays};
+use crate::scene::{Bounds, Emission};
 
 /// Texels from the middle of a splat to its side, at most. A point so near that it
 /// would cover more leaves holes.
@@ -57,10 +57,10 @@ pub trait RenderImperfectMaps: Backend {
 
 impl Layout {
     /// One picture per light.
-    pub(crate) fn imperfect(corners: [Vec3; 2], emitters: &[Emitter]) -> Self {
+    pub(crate) fn imperfect(bounds: Bounds, emitters: &[Emitter]) -> Self {
         let mut layout = Self::default();
         for emitter in emitters {
-            let (face, kind) = picture(corners, emitter);
+            let (face, kind) = picture(bounds, emitter);
             layout.lights.push([layout.faces.len() as u32, kind]);
             layout.faces.push((face, Some(layout.pictures)));
             layout.pictures += 1;
@@ -70,9 +70,9 @@ impl Layout {
 }
 
 /// The frame of a light, and the kind of its picture.
-fn picture(corners: [Vec3; 2], emitter: &Emitter) -> (Face, u32) {
+fn picture(bounds: Bounds, emitter: &Emitter) -> (Face, u32) {
     let point = match emitter {
-        Emitter::Directional(sun) => return (Face::orthographic(corners, sun.direction()), 1),
+        Emitter::Directional(sun) => return (Face::orthographic(bounds, sun.direction()), 1),
         Emitter::Point(point) => point,
     };
     let (forward, kind) = match point.emission() {
@@ -170,7 +170,7 @@ impl RenderImperfectMaps for Cpu {
         level: LevelOfDetail,
     ) -> Result<ShadowMapAtlas<Host>, ShadowMapError> {
         check_size(emitters.len(), resolution)?;
-        let layout = Layout::imperfect(casters.corners(), emitters);
+        let layout = Layout::imperfect(casters.bounds(), emitters);
         let texels = (resolution as usize).pow(2);
         let mut depth = self.zeros::<f32>(emitters.len() * texels)?;
         self.for_each_chunk(&mut depth, texels, |first, picture| {

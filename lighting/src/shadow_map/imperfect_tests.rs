@@ -1,7 +1,7 @@
 //! Imperfect maps against exact ones.
 
 use glam::{Vec2, Vec3};
-use gpu_backend::{Cpu, Host};
+use gpu_backend::{Cpu, Error, Host};
 
 use super::points::LevelOfDetail;
 use super::{
@@ -167,6 +167,14 @@ fn a_light_takes_what_it_is_allowed_and_each_point_stands_for_its_area() {
     // A parallel light has no near.
     let [even, near] = [LevelOfDetail::Even, LevelOfDetail::Near];
     assert_eq!(casters.taken(None, 99, even), casters.taken(None, 99, near));
+}
+
+#[test]
+fn more_points_than_memory_should_hold_are_refused() {
+    let sample = |count| CasterPoints::sample(&Cpu::new(), &plate(), count);
+    for count in [(1 << 24) + 1, u32::MAX] {
+        assert!(matches!(sample(count), Err(Error::TooLarge { .. })));
+    }
 }
 
 #[test]

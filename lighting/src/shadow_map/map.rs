@@ -6,7 +6,7 @@ use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 use super::Casters;
 use super::masked::Masked;
 use crate::scene::raster::{Face, Footprint, Rays};
-use crate::scene::{Emission, Emitter, Geometry};
+use crate::scene::{Bounds, Emission, Emitter, Geometry};
 use crate::visibility::PointVisibility;
 
 /// Depth of a texel in which the light sees nothing. Shaders must not meet an
@@ -254,7 +254,7 @@ impl RenderShadowMap for Cpu {
         emitter: &Emitter,
         resolution: u32,
     ) -> Result<ShadowMap<Host>, ShadowMapError> {
-        let faces = faces(casters.corners(), emitter);
+        let faces = faces(casters.bounds(), emitter);
         check_size(faces.len(), resolution)?;
         let mut depth = self.zeros::<f32>(faces.len() * (resolution as usize).pow(2))?;
         for (face, texels) in faces
@@ -344,21 +344,20 @@ pub(crate) fn render_face(
 /// Number of faces that the shadow map of `emitter` has in a scene: one or
 /// six. A map takes 4 bytes × faces × resolution².
 pub fn face_count(geometry: &Geometry, emitter: &Emitter) -> usize {
-    let bounds = geometry.bounds();
-    faces([bounds.min(), bounds.max()], emitter).len()
+    faces(geometry.bounds(), emitter).len()
 }
 
-/// The picture planes of a light that can see casters between two corners.
-pub(crate) fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
+/// The picture planes of a light that can see casters in a box.
+pub(crate) fn faces(bounds: Bounds, emitter: &Emitter) -> Vec<Face> {
     let point = match emitter {
-        Emitter::Directional(sun) => return vec![Face::orthographic(corners, sun.direction())],
+        Emitter::Directional(sun) => return vec![Face::orthographic(bounds, sun.direction())],
         Emitter::Point(point) => point,
     };
     let cone = match point.emission() {
         Emission::Spot(spot) => tangent(spot.outer_versine()),
         _ => f32::INFINITY,
     };
-    match (point.emission(), fitted(corners, point.position())) {
+    match (point.emission(), fitted(bounds, point.position())) {
         (_, Some((face, tan))) if tan < cone => vec![face],
         (Emission::Spot(spot), _) if cone <= WIDEST_TAN => {
             let rotation = spot.rotation();
@@ -377,20 +376,13 @@ pub(crate) fn faces(corners: [Vec3; 2], emitter: &Emitter) -> Vec<Face> {
 /// One picture of all casters from a light outside of their box, and its
 /// tangent, if that is narrower than the face of a cube. The texels of a
 /// distant light would be wasted on empty space otherwise.
-fn fitted([min, max]: [Vec3; 2], origin: Vec3) -> Option<(Face, f32)> {
-    let forward = (0.5 * (min + max) - origin).try_normalize()?;
+fn fitted(bounds: Bounds, origin: Vec3) -> Option<(Face, f32)> {
+    let forward = (0.5 * (bounds.min() + bounds.max()) - origin).try_normalize()?;
     let right = forward.any_orthonormal_vector();
     let up = right.cross(forward);
     let mut tan = 0.0_f32;
-    for corner in 0..8 {
-        let pick = |axis: usize| {
-            if corner >> axis & 1 == 0 {
-                min[axis]
-            } else {
-                max[axis]
-            }
-        };
-        let v = Vec3::new(pick(0), pick(1), pick(2)) - origin;
+    for corner in bounds.corners() {
+        let v = corner - origin;
         let across = v.dot(right).abs().max(v.dot(up).abs());
         let z = v.dot(forward);
         if z <= across {

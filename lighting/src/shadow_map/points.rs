@@ -13,7 +13,10 @@
 use glam::Vec3;
 use gpu_backend::{Backend, Error, Memory};
 
-use crate::scene::{Caster, Geometry};
+use crate::scene::{Bounds, Caster, Geometry};
+
+/// Points of all casters, at most: 256 MiB of them.
+const MOST_POINTS: u32 = 1 << 24;
 
 /// Points of a cluster: few enough to lie close together.
 const CLUSTER: usize = 64;
@@ -23,7 +26,7 @@ const CLUSTER: usize = 64;
 pub struct CasterPoints<M: Memory> {
     points: M::Buffer<[f32; 4]>,
     clusters: Vec<Cluster>,
-    corners: [Vec3; 2],
+    bounds: Bounds,
     /// The area that a point stands for.
     share: f64,
 }
@@ -61,15 +64,22 @@ impl<M: Memory> CasterPoints<M> {
     /// of masks are left out, and so is what is see-through or casts no shadow.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if they do not fit.
+    /// [`Error::TooLarge`] for more than 2^24, and if they do not fit.
     pub fn sample<B>(backend: &B, geometry: &Geometry, count: u32) -> Result<Self, Error>
     where
         B: Backend<Memory = M>,
     {
+        if count > MOST_POINTS {
+            let bytes = |points: u32| size_of::<[f32; 4]>() as u64 * u64::from(points);
+            return Err(Error::TooLarge {
+                what: "the points that stand for the casters",
+                requested: bytes(count),
+                limit: bytes(MOST_POINTS),
+            });
+        }
         let bounds = geometry.bounds();
-        let corners = [bounds.min(), bounds.max()];
         let (mut points, share) = spread(geometry, count);
-        sort_by_place(&mut points, corners);
+        sort_by_place(&mut points, bounds);
         let mut clusters = Vec::with_capacity(points.len().div_ceil(CLUSTER));
         let mut ordered = Vec::with_capacity(points.len());
         for chunk in points.chunks(CLUSTER) {
@@ -82,7 +92,7 @@ impl<M: Memory> CasterPoints<M> {
         Ok(Self {
             points: backend.upload(&ordered)?,
             clusters,
-            corners,
+            bounds,
             share,
         })
     }
@@ -96,8 +106,9 @@ impl<M: Memory> CasterPoints<M> {
         &self.clusters
     }
 
-    pub(crate) fn corners(&self) -> [Vec3; 2] {
-        self.corners
+    /// A box around all casters.
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     /// What a light at `position` takes of each cluster, together about `budget`
@@ -117,31 +128,12 @@ impl<M: Memory> CasterPoints<M> {
                 f64::from(cluster.count) / (way * way)
             })
             .collect();
-        // The points per weight of which all clusters together have `budget`: a
-        // cluster has no more than its own.
-        let capped = |scale: f64| -> f64 {
-            let each = self.clusters.iter().zip(&weights);
-            each.map(|(cluster, weight)| (scale * weight).min(cluster.count.into()))
-                .sum()
-        };
-        let wanted = f64::from(budget);
-        let (mut low, mut high) = (0.0, 1.0);
-        while capped(high) < wanted && high < 1e30 {
-            high *= 4.0;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if capped(middle) < wanted {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let scale = self.scale(&weights, f64::from(budget));
         // Fractions of points are rounded up and down in turn.
         let golden = 0.5 * (5_f64.sqrt() - 1.0);
         let each = self.clusters.iter().zip(&weights).enumerate();
         each.map(|(index, (cluster, weight))| {
-            let points = (high * weight).min(cluster.count.into());
+            let points = (scale * weight).min(cluster.count.into());
             let dither = (0.5 + index as f64 * golden).fract();
             Taken {
                 count: ((points + dither) as u32).min(cluster.count),
@@ -149,6 +141,38 @@ impl<M: Memory> CasterPoints<M> {
             }
         })
         .collect()
+    }
+
+    /// The points per weight of which all clusters together have `wanted`, where none has
+    /// more than its own; infinite for more than there are.
+    ///
+    /// Clusters are whole from count / weight on. Taken from the one that becomes whole
+    /// last, the others being whole, there is one number of clusters that are not for
+    /// which the scale is in between.
+    fn scale(&self, weights: &[f64], wanted: f64) -> f64 {
+        let each = self.clusters.iter().zip(weights);
+        let mut clusters: Vec<[f64; 3]> = each
+            .map(|(cluster, weight)| {
+                let count = f64::from(cluster.count);
+                [count / weight, count, *weight]
+            })
+            .collect();
+        clusters.sort_unstable_by(|a, b| b[0].total_cmp(&a[0]));
+        let mut whole: f64 = clusters.iter().map(|[_, count, _]| count).sum();
+        if wanted >= whole {
+            return f64::INFINITY;
+        }
+        let mut weights = 0.0;
+        let mut next = clusters.iter().map(|[whole_from, ..]| *whole_from).skip(1);
+        for [_, count, weight] in &clusters {
+            whole -= count;
+            weights += weight;
+            let scale = (wanted - whole) / weights;
+            if next.next().is_none_or(|whole_from| scale >= whole_from) {
+                return scale;
+            }
+        }
+        0.0
     }
 }
 
@@ -219,8 +243,9 @@ fn spread(geometry: &Geometry, count: u32) -> (Vec<Vec3>, f64) {
 }
 
 /// In the order of Morton's curve.
-fn sort_by_place(points: &mut [Vec3], [low, high]: [Vec3; 2]) {
-    let size = (high - low).max_element().max(f32::MIN_POSITIVE);
+fn sort_by_place(points: &mut [Vec3], bounds: Bounds) {
+    let low = bounds.min();
+    let size = (bounds.max() - low).max_element().max(f32::MIN_POSITIVE);
     let spread = |number: f32| {
         let mut x = (number * 1023.0) as u32 & 1023;
         x = (x | x << 16) & 0x0300_00FF;

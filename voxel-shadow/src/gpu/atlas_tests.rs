@@ -1,6 +1,6 @@
 //! Atlases on a GPU against the CPU.
 
-use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
+use epipolar::{Lattice, Light, LightRay, Resolution, Space};
 use glam::Vec3;
 use gpu_backend::gpu::{Argument, InShader};
 use gpu_backend::shader::Part;
@@ -9,6 +9,7 @@ use gpu_backend::{Backend, Cpu, Download, assert_same_layout};
 use reference::tolerances::Allowed;
 
 use super::atlas::{AtlasBlockerSlot, BUILD, BuildParameters, RectifyParameters, rectify_shader};
+use super::tests::{EYE, allowed, differing, disc_at, lattice};
 use crate::{AtlasGrid, AtlasMap, BuildAtlas, Query, RectifyAtlas, Sampling};
 
 /// Horizontal discs of radius 1.5 m, higher for each light.
@@ -35,25 +36,14 @@ impl InShader<AtlasBlockerSlot> for Discs {
 }
 
 fn discs(tile: usize, ray: &LightRay) -> f32 {
-    let distance = (1.0 + 0.5 * tile as f32 - ray.origin[1]) / ray.direction[1];
-    let x = ray.origin[0] + distance * ray.direction[0];
-    let z = ray.origin[2] + distance * ray.direction[2];
-    if distance > 0.0 && x * x + z * z < 2.25 {
-        distance
-    } else {
-        f32::MAX
-    }
+    disc_at(1.0 + 0.5 * tile as f32, ray)
 }
 
-fn lattices(alpha: u32, theta: u32, bits: u32) -> Vec<Lattice> {
-    let eye = Vec3::new(0.2, 1.7, 8.0);
-    let view = ViewVolume::perspective(Vec3::NEG_Z, Vec3::Y, [0.9, 0.6], 0.0, 20.0).unwrap();
-    let resolution = Resolution::new(alpha, theta, bits).unwrap();
+fn lattices(voxels: [u32; 3]) -> Vec<Lattice> {
     (0..5)
         .map(|i| {
             let light = Light::point(Vec3::new(1.0 + i as f32, 4.0, -2.0 - i as f32)).unwrap();
-            let space = Space::new(light, eye).unwrap().rotated(i as f32);
-            Lattice::new(space, &view, resolution, Spacing::Angle).unwrap()
+            lattice(Space::new(light, EYE).unwrap().rotated(i as f32), voxels)
         })
         .collect()
 }
@@ -82,7 +72,7 @@ fn structures_are_those_of_rust() {
 fn indices_differ_in_the_stated_share_and_bits_given_the_indices_in_none() {
     let Some(gpu) = testing::gpu() else { return };
     let cpu = Cpu::new();
-    let lattices = lattices(128, 48, 96);
+    let lattices = lattices([128, 48, 96]);
     let resolution = lattices[0].resolution();
     let (used, tiles) = (lattices.len(), lattices.len() + 2);
     let mut expected = AtlasMap::new(&cpu, resolution, tiles).unwrap();
@@ -94,12 +84,8 @@ fn indices_differ_in_the_stated_share_and_bits_given_the_indices_in_none() {
     for (tile, lattice) in lattices.iter().enumerate() {
         let [e, f] = [expected.indices(), &found].map(|all| &all[tile * rays..][..rays]);
         assert!(e.iter().any(|index| *index < 128));
-        let differing = e.iter().zip(f).filter(|(e, f)| e != f).count();
-        let [low, high] = lattice.ranges().alpha();
-        let width = (high - low) / f64::from(resolution.alpha());
-        let allowed =
-            2.0 * Allowed::GpuAngle.error() / width + Allowed::GpuSilhouetteTexels.error();
-        assert!(differing as f64 <= allowed * rays as f64, "{differing}");
+        let share = differing(e, f);
+        assert!(share <= allowed(lattice), "{share}");
     }
 
     // From what was rectified there; unused tiles keep what they held.

@@ -86,9 +86,14 @@ fn vsv_whole_is_hole(triangle: u32, at: vec2<f32>) -> bool {
 #[repr(C)]
 pub(super) struct TriangleParameters {
     pub(super) lattice: LatticeRecord,
-    pub(super) triangles: u32,
-    padding: [u32; 3],
+    pub(super) first: u32,
+    pub(super) end: u32,
+    padding: [u32; 2],
 }
+
+/// Triangles of a pass, at most: each is a turn of a loop, and some software drivers
+/// end all loops of an invocation after 65,535 turns.
+pub(super) const PASS: u32 = 1 << 15;
 
 /// The shader for a source.
 pub(super) fn shader<S: InShader<FirstBlockerSlot>>() -> Result<Assembly, gpu_backend::Error> {
@@ -155,31 +160,37 @@ impl<H: InShader<HolesSlot>, E: Encode> RectifyMasked<H> for Gpu<E> {
         map: &mut IndexMap<GpuMemory>,
     ) -> Result<(), Error> {
         check(lattice, map)?;
-        let parameters = TriangleParameters {
-            lattice: LatticeRecord::new(lattice),
-            // A buffer with more would exceed 4 GiB many times.
-            triangles: triangles.len() as u32,
-            padding: [0; 3],
-        };
-        self.dispatch(
-            &Kernel {
-                label: "rectify triangles",
-                parts: &triangles_shader::<H>()?.finish(1),
-                entry: "rectify_triangles",
-                constants: &holes.constants(),
-            },
-            &[
+        let shader = triangles_shader::<H>()?.finish(1);
+        // A buffer with more would exceed 4 GiB many times.
+        let count = triangles.len() as u32;
+        // The first pass sets all indices, even without a triangle.
+        for first in (0..count.max(1)).step_by(PASS as usize) {
+            let parameters = TriangleParameters {
+                lattice: LatticeRecord::new(lattice),
+                first,
+                end: first.saturating_add(PASS).min(count),
+                padding: [0; 2],
+            };
+            self.dispatch(
+                &Kernel {
+                    label: "rectify triangles",
+                    parts: &shader,
+                    entry: "rectify_triangles",
+                    constants: &holes.constants(),
+                },
                 &[
-                    Argument::uniform(parameters),
-                    Argument::table(lattice.planes()),
-                    Argument::table(lattice.light_angles()),
-                    Argument::read(triangles),
-                    Argument::write(map.indices_mut()),
+                    &[
+                        Argument::uniform(parameters),
+                        Argument::table(lattice.planes()),
+                        Argument::table(lattice.light_angles()),
+                        Argument::read(triangles),
+                        Argument::write(map.indices_mut()),
+                    ],
+                    &holes.arguments(),
                 ],
-                &holes.arguments(),
-            ],
-            Workgroups::covering(lattice.resolution().light_rays(), GROUP),
-        )?;
+                Workgroups::covering(lattice.resolution().light_rays(), GROUP),
+            )?;
+        }
         Ok(())
     }
 }

@@ -7,7 +7,9 @@
 
 struct Parameters {
     lattice: epi_Lattice,
-    triangles: u32,
+    // The triangles of this pass; the first pass begins with the first of all.
+    first: u32,
+    end: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -60,8 +62,11 @@ fn rectify_triangles(
     let phi = light_angles[at % l.bits];
     let ray = epi_light_ray(l, planes[at / l.bits], phi);
     var nearest = l.alpha;
-    for (var first = 0u; first < parameters.triangles; first += 64u) {
-        let count = min(64u, parameters.triangles - first);
+    if parameters.first > 0u {
+        nearest = indices[at];
+    }
+    for (var first = parameters.first; first < parameters.end; first += 64u) {
+        let count = min(64u, parameters.end - first);
         if local < count {
             let index = 3u * (first + local);
             batch[local] = array(corner(index), corner(index + 1u), corner(index + 2u));

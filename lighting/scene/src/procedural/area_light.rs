@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::primitives::{cuboid, torus_grid};
+use super::primitives::torus_grid;
 use super::random::{Random, circle};
-use super::stage::{Stage, fog, look, paint};
-use crate::{AreaLight, Light, Mesh, PhaseFunction, Scene, Texture};
+use super::stage::{Stage, look, paint, pale_fog};
+use crate::{AreaLight, Light, Mesh, Scene, Texture};
 
 /// Grid of the knot: 2 · 720 · 72 triangles.
 const ALONG: u32 = 720;
@@ -14,8 +14,7 @@ const AROUND: u32 = 72;
 pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     let mut random = Random::new(seed);
     stage.add("knot", knot(random.unit()), paint(0.70, 0.62, 0.50));
-    let floor = cuboid(Vec3::new(-12.0, -0.3, -12.0), Vec3::new(12.0, 0.0, 12.0));
-    stage.add("floor", floor, paint(0.55, 0.55, 0.55));
+    stage.floor();
 
     let panel = AreaLight {
         texture: Some(warm_to_cold()),
@@ -24,11 +23,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     stage.seen(
         look(Vec3::new(0.0, 3.6, 7.6), Vec3::new(0.0, 2.55, 0.0), 46.0),
         vec![Light::Area(panel)],
-        fog(
-            Vec3::splat(0.10),
-            Vec3::splat(0.01),
-            PhaseFunction::Isotropic,
-        ),
+        pale_fog(),
     )
 }
 

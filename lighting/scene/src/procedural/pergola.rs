@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use super::primitives::cuboid;
 use super::random::Random;
-use super::stage::{Stage, fog, look, paint};
-use crate::{Light, PhaseFunction, Scene};
+use super::stage::{Stage, look, paint, pale_fog};
+use crate::{Light, Scene};
 
 const BEAMS: u32 = 7;
 /// From the middle of a beam to the next, m.
@@ -30,8 +30,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         let post = cuboid(post - 0.12, post + Vec3::new(0.12, 3.4, 0.12));
         stage.add("post", post, wood());
     }
-    let floor = cuboid(Vec3::new(-12.0, -0.3, -12.0), Vec3::new(12.0, 0.0, 12.0));
-    stage.add("floor", floor, paint(0.55, 0.55, 0.55));
+    stage.floor();
 
     let panel = stage.panel(
         Vec3::new(-0.7, 5.2, -0.5),
@@ -42,10 +41,6 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     stage.seen(
         look(Vec3::new(0.6, 2.2, 8.2), Vec3::new(0.0, 1.5, 0.0), 38.0),
         vec![Light::Area(panel)],
-        fog(
-            Vec3::splat(0.10),
-            Vec3::splat(0.01),
-            PhaseFunction::Isotropic,
-        ),
+        pale_fog(),
     )
 }

@@ -77,6 +77,12 @@ impl Stage {
         }
     }
 
+    /// A grey floor of 24 m a side.
+    pub(super) fn floor(&mut self) {
+        let floor = cuboid(Vec3::new(-12.0, -0.3, -12.0), Vec3::new(12.0, 0.0, 12.0));
+        self.add("floor", floor, paint(0.55, 0.55, 0.55));
+    }
+
     /// The finished scene.
     pub(super) fn seen(self, camera: Camera, lights: Vec<Light>, medium: Medium) -> Scene {
         Scene {
@@ -112,6 +118,12 @@ pub(super) fn look(eye: Vec3, target: Vec3, degrees: f32) -> Camera {
 /// The rotation of a light at `from` that shines on `to`: that of a camera.
 pub(super) fn aim(from: Vec3, to: Vec3) -> Quat {
     look(from, to, 60.0).rotation()
+}
+
+/// An even fog that scatters nearly all of what it takes.
+pub(super) fn pale_fog() -> Medium {
+    let isotropic = PhaseFunction::Isotropic;
+    fog(Vec3::splat(0.10), Vec3::splat(0.01), isotropic)
 }
 
 /// A medium without bounds.

@@ -113,7 +113,7 @@ fn the_city_has_intersecting_solids_and_poles_thinner_than_a_texel() {
         panic!("the city is lit by a sun");
     };
     let bounds = geometry.bounds();
-    let face = crate::raster::Face::orthographic([bounds.min(), bounds.max()], sun.direction());
+    let face = crate::raster::Face::orthographic(bounds, sun.direction());
     let crate::raster::Rays::Parallel {
         half_width,
         half_height,

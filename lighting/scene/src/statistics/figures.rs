@@ -173,26 +173,27 @@ pub fn figures(
 fn face(bounds: Bounds, emitter: &Emitter) -> Face {
     let (min, max) = (bounds.min(), bounds.max());
     let light = match emitter {
-        Emitter::Directional(sun) => return Face::orthographic([min, max], sun.direction()),
+        Emitter::Directional(sun) => return Face::orthographic(bounds, sun.direction()),
         Emitter::Point(point) => point.position(),
     };
     let centre = 0.5 * (min + max);
     let forward = (centre - light).normalize_or(Vec3::NEG_Z);
     let right = forward.any_orthonormal_vector();
     let up = right.cross(forward);
-    let inside = light.cmpge(min).all() && light.cmple(max).all();
-    let tan = if inside {
+    let tan = if bounds.contains(light) {
         1.0
     } else {
-        let half = 0.5 * (max - min);
-        let corner_tan = |corner: u32| {
-            let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-            let v = centre + half * Vec3::new(sign(0), sign(1), sign(2)) - light;
+        let corner_tan = |corner: Vec3| {
+            let v = corner - light;
             let across = v.dot(right).abs().max(v.dot(up).abs());
             // A corner beside the light or behind it is beyond any angle.
             across / v.dot(forward).max(1e-3 * across)
         };
-        let widest = (0..8).map(corner_tan).fold(0.0, f32::max);
+        let widest = bounds
+            .corners()
+            .map(corner_tan)
+            .into_iter()
+            .fold(0.0, f32::max);
         widest.clamp(1e-6, WIDEST_TAN)
     };
     Face {

@@ -12,7 +12,10 @@ use crate::Emitter;
 use crate::gpu::imperfect::{Picture, SPLAT, Splats};
 use crate::gpu::map_atlas::{AtlasFaceRecord, NO_PICTURE};
 use crate::scene::Emission;
-use crate::shadow_map::{CasterPoints, LevelOfDetail, MOST_TEXELS, RenderImperfectMaps, TileMaps};
+use crate::shadow_map::{
+    CasterPoints, LevelOfDetail, MOST_TEXELS, RenderImperfectMaps, RenderShadowMapAtlas, TileMaps,
+};
+
 #[test]
 fn structures_are_those_of_rust() {
     let shader = Shader::new(&SPLAT).unwrap();
@@ -36,9 +39,10 @@ fn structures_are_those_of_rust() {
             padding
         }
     );
-    // What a splat of the largest size turns of loops takes, for a whole cluster.
+    // The turns of loops of an invocation, whose cluster may have 64 splats of the largest
+    // size: for each splat, row and texel one.
     let side = 2.0 * MOST_TEXELS + 1.0;
-    assert!(64.0 * side * (side + 1.0) < 50_000.0);
+    assert!(64.0 * (1.0 + side * (1.0 + side)) < 50_000.0);
 
     let mut maps = Assembly::new(&["@compute @workgroup_size(1) fn nothing() {}"]);
     maps.fill::<AtlasBlockerSlot>(&<TileMaps<'_, GpuMemory> as InShader<AtlasBlockerSlot>>::part())
@@ -47,6 +51,21 @@ fn structures_are_those_of_rust() {
     assert_same_layout!(maps, "light_AtlasFace", AtlasFaceRecord { face, picture });
     let value = |name: &str| maps.values(name).unwrap()[0];
     assert_eq!(value("light_NO_PICTURE"), f64::from(NO_PICTURE));
+}
+
+/// A cube at 128 texels has 24 × 128² bytes.
+#[test]
+fn as_many_cubes_fit_as_the_memory_for_an_atlas_holds() {
+    assert_eq!(Cpu::new().map_capacity(128), (1 << 30) / (24 << 14));
+    assert_eq!(Cpu::new().map_capacity(1), (1 << 30) / 24);
+    assert_eq!(Cpu::new().map_capacity(65536), 0);
+    let Some(gpu) = testing::gpu() else { return };
+    let limits = gpu.context().limits();
+    let most = (limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+    for side in [1, 128, 4096] {
+        let (cube, capacity) = (24 * u64::from(side).pow(2), gpu.map_capacity(side) as u64);
+        assert!(capacity * cube <= most && most < (capacity + 1) * cube);
+    }
 }
 
 #[test]

@@ -9,7 +9,8 @@ use gpu_backend::shader::{Assembly, Part};
 use gpu_backend::{Buffer, Error};
 
 use super::gather::check;
-use super::{GatherMany, LightVolumes, ManyLights};
+use super::{AirlightTurns, GatherMany, LightVolumes, ManyLights};
+use crate::Emitter;
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
 use crate::gpu::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PATH, VisibilitySlot};
 use crate::voxelized::gpu::{VOXELS, VoxelRecord};
@@ -18,13 +19,13 @@ use crate::voxelized::{Detail, State};
 /// Invocations per workgroup in `many.wgsl`.
 const GROUP: u32 = 64;
 
-/// Turns of loops per invocation, at most. Some software drivers end all loops of an
-/// invocation after 65,535 turns without a word.
-const TURNS: u32 = 50_000;
+/// Turns of loops per invocation, unless one light needs more. Some software drivers end
+/// all loops of an invocation after 65,535 turns without a word.
+pub(super) const TURNS: u32 = 50_000;
 
-/// Turns of loops for a lit part: the nodes of an evaluator (at most 64), and the
-/// search for where the part begins and ends.
-const TURNS_PER_PART: u32 = 80;
+/// Turns of loops for a light without those for its lit parts: kinks, and searches for
+/// distances among the borders of voxels.
+const TURNS_PER_LIGHT: u32 = 100;
 
 /// `Many` of `many.wgsl`.
 #[repr(C)]
@@ -49,16 +50,39 @@ pub(super) struct Light {
     pub(super) padding: u32,
 }
 
-/// How many lights an invocation goes through, for texels of so many bits.
-pub(super) fn block(bits: u32, detail: Detail) -> usize {
+/// Turns of loops for a light with texels of so many bits, at most.
+pub(super) fn turns<A: AirlightTurns>(
+    bits: u32,
+    detail: Detail,
+    airlight: &A,
+    emitter: &Emitter,
+) -> u32 {
+    // A voxel may be a run, and a part, of its own.
     let parts = match detail {
-        // The runs are counted and not evaluated; the shorter loops are as many as
-        // a few parts'.
-        Detail::Average => 8 + bits / TURNS_PER_PART,
-        Detail::Voxels => bits + 1,
-        Detail::Runs => bits / 2 + 1,
+        Detail::Average => 1,
+        Detail::Voxels | Detail::Runs => bits + 1,
     };
-    (TURNS / (parts * TURNS_PER_PART)).max(1) as usize
+    // A run takes a turn of the loops of runs, of voxels and of lit parts, and the
+    // words are read.
+    let voxels = TURNS_PER_LIGHT + 4 * (bits + 1);
+    voxels.saturating_add(airlight.turns(emitter, parts))
+}
+
+/// Divides lights, each with its turns of loops, into blocks that end in time.
+pub(super) fn blocks(lights: impl IntoIterator<Item = (usize, u32)>) -> Vec<Vec<usize>> {
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    let mut left = 0;
+    for (light, turns) in lights {
+        match blocks.last_mut() {
+            Some(block) if turns <= left => block.push(light),
+            _ => {
+                blocks.push(vec![light]);
+                left = TURNS;
+            }
+        }
+        left = left.saturating_sub(turns);
+    }
+    blocks
 }
 
 /// The shader for an evaluator.
@@ -99,7 +123,7 @@ impl Block {
         let (emitter, texels) = EmitterRecord::new(&lights.emitters[index]);
         let (state, tile) = match volumes.state(index) {
             State::Lit => (State::Lit, 0),
-            State::Dark => return,
+            State::Dark => (State::Dark, 0),
             State::Voxels((tile, lattice)) => (State::Voxels(lattice), tile),
         };
         self.lights.push(Light {
@@ -116,8 +140,14 @@ impl Block {
     }
 }
 
-impl<A: InShader<AirlightSlot>, E: Encode> GatherMany<A> for Gpu<E> {
-    /// Lights are taken a block at a time, in passes whose loops end in time.
+impl<A, E> GatherMany<A> for Gpu<E>
+where
+    A: InShader<AirlightSlot> + AirlightTurns,
+    E: Encode,
+{
+    /// Lights are taken a block at a time, in passes whose loops have at most 50,000
+    /// turns for a ray. A light that needs more has a pass of its own; above 65,535 turns
+    /// some software drivers lose the rest of its light, see [`AirlightTurns`].
     fn gather_many(
         &self,
         lights: &ManyLights<'_, GpuMemory>,
@@ -129,14 +159,17 @@ impl<A: InShader<AirlightSlot>, E: Encode> GatherMany<A> for Gpu<E> {
         if lights.medium.scatters_nothing() {
             return Ok(());
         }
-        let all: Vec<usize> = (0..lights.emitters.len()).collect();
-        for numbers in all.chunks(block(volumes.resolution().bits(), lights.detail)) {
+        let shader = shader::<A>()?.finish(1);
+        let constants = airlight.constants();
+        let bits = volumes.resolution().bits();
+        let lit = (lights.emitters.iter().enumerate())
+            .filter(|(light, _)| !matches!(volumes.state(*light), State::Dark));
+        let with_turns =
+            lit.map(|(light, emitter)| (light, turns(bits, lights.detail, airlight, emitter)));
+        for numbers in blocks(with_turns) {
             let mut block = Block::default();
             for light in numbers {
-                block.add(lights, volumes, *light);
-            }
-            if block.lights.is_empty() {
-                continue;
+                block.add(lights, volumes, light);
             }
             let many = Many {
                 medium: MediumRecord::new(lights.medium),
@@ -149,9 +182,9 @@ impl<A: InShader<AirlightSlot>, E: Encode> GatherMany<A> for Gpu<E> {
             self.dispatch(
                 &Kernel {
                     label: "gather many lights",
-                    parts: &shader::<A>()?.finish(1),
+                    parts: &shader,
                     entry: "gather_many",
-                    constants: &airlight.constants(),
+                    constants: &constants,
                 },
                 &[
                     &[

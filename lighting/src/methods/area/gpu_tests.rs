@@ -1,16 +1,19 @@
 //! The shader of many lights without a device, and against the CPU with one.
 
 use ::airlight::Table;
+use glam::{Quat, Vec3};
 use gpu_backend::gpu::InShader;
 use gpu_backend::testing::{self, Shader};
 use gpu_backend::{Backend, Cpu, Download, assert_same_layout};
 use reference::tolerances::Allowed;
 
-use super::gpu::{Light, Many, block, shader};
+use super::gpu::{Light, Many, TURNS, blocks, shader, turns};
 use super::tests::{eye, fog, lights, maps, rays, resolution};
 use super::*;
+use crate::Emitter;
 use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use crate::gpu::AirlightSlot;
+use crate::scene::{Cone, Emission, PhaseFunction, Texture};
 use crate::shadow_map::{Casters, RenderShadowMapAtlas};
 use crate::voxelized::Detail;
 
@@ -55,14 +58,56 @@ fn every_evaluator_goes_with_many_lights() {
     );
 }
 
+/// The settings of the methods, and the longest loops that a light may need.
 #[test]
-fn blocks_have_lights_and_end_in_time() {
-    for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
-        let lights = [32, 128, 1024].map(|bits| block(bits, detail));
-        assert!(lights.iter().all(|lights| *lights >= 1), "{lights:?}");
-        assert!(lights.is_sorted_by(|a, b| a >= b), "{lights:?}");
+fn blocks_end_in_time_whatever_the_evaluator() {
+    let lamp = &lights()[0];
+    for (detail, nodes) in [
+        (Detail::Average, 8),
+        (Detail::Voxels, 1),
+        (Detail::Runs, 4),
+        (Detail::Runs, 64),
+    ] {
+        let airlight = EquiAngular::new(nodes).unwrap();
+        let of = [32, 128].map(|bits| turns(bits, detail, &airlight, lamp));
+        assert!(of[0] < of[1] && of[1] < TURNS, "{of:?}");
+        let all = blocks((0..1000).map(|light| (light, of[1])));
+        assert!(all.iter().flatten().copied().eq(0..1000));
+        for block in &all {
+            assert!(block.len() as u32 * of[1] <= TURNS);
+        }
+        assert_eq!(all.len(), 1000_usize.div_ceil((TURNS / of[1]) as usize));
     }
-    assert_eq!(block(128, Detail::Runs), 9);
+    let most = |nodes| turns(128, Detail::Runs, &EquiAngular::new(nodes).unwrap(), lamp);
+    assert!(most(479) <= 65_535 && most(480) > 65_535);
+    // One that needs more than a block is in one of its own.
+    let own = blocks([(0, 10), (1, most(4096)), (2, 10), (3, 20)]);
+    assert_eq!(own, [vec![0], vec![1], vec![2, 3]]);
+    assert!(blocks([]).is_empty());
+}
+
+/// Cookies of any size, quadratures of any tolerance and tables.
+#[test]
+fn other_evaluators_need_less_than_drivers_allow_for_a_light() {
+    let cookie = |side: u32| {
+        let texels = vec![Vec3::ONE; side as usize];
+        let cookie = Texture::new(side, 1, texels).unwrap();
+        let cone = Cone {
+            inner: 0.1,
+            outer: 0.5,
+        };
+        let spot = Emission::spot(Quat::IDENTITY, cone, Some(cookie)).unwrap();
+        Emitter::point(Vec3::ZERO, Vec3::ONE, f32::INFINITY, spot).unwrap()
+    };
+    let lights = [lights().swap_remove(0), cookie(64), cookie(1 << 16)];
+    let phase = PhaseFunction::HenyeyGreenstein { g: 0.9 };
+    for tolerance in [1e-2, 1e-6] {
+        let quadrature = Quadrature::with_tolerance(phase, tolerance).unwrap();
+        let of = |light| turns(128, Detail::Runs, &quadrature, light);
+        let found = lights.each_ref().map(of);
+        assert!(found.iter().all(|turns| *turns < 65_535), "{found:?}");
+        assert!(found[1] < found[2]);
+    }
 }
 
 #[test]
@@ -76,7 +121,8 @@ fn the_gpu_agrees_with_the_cpu_but_for_rays_at_an_edge() {
     let maps = maps.upload(&gpu).unwrap();
     let mut there = LightVolumes::new(&gpu, resolution(), lights.len()).unwrap();
     there.update(&gpu, &lights, &eye(&medium), &maps).unwrap();
-    let airlight = EquiAngular::new(4).unwrap();
+    // With so many nodes there are two blocks of lights.
+    let airlight = EquiAngular::new(64).unwrap();
     let rays_there = gpu.upload(&rays).unwrap();
     for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
         let many = ManyLights {

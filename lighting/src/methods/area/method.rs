@@ -59,11 +59,7 @@ struct AreaLights {
 /// The virtual lights of a frame and their shadow maps, in groups whose maps and
 /// voxels fit on the backend.
 #[derive(Debug)]
-struct Groups<M: Memory> {
-    groups: Vec<(Vec<Emitter>, ShadowMapAtlas<M>)>,
-    /// Of the largest group.
-    lights: usize,
-}
+struct Groups<M: Memory>(Vec<(Vec<Emitter>, ShadowMapAtlas<M>)>);
 
 /// What the groups of a scene are known by: points per area light, and how their maps
 /// are made.
@@ -132,11 +128,12 @@ impl<M: Memory> Groups<M> {
             let maps = maps.map_err(MethodError::resource("the shadow maps of many lights"))?;
             groups.push((lights.to_vec(), maps));
         }
-        let sizes = groups.iter().map(|(lights, _)| lights.len());
-        Ok(Self {
-            lights: sizes.max().unwrap_or(0),
-            groups,
-        })
+        Ok(Self(groups))
+    }
+
+    /// The lights of the largest group: only the last one may have fewer.
+    fn lights(&self) -> usize {
+        self.0.first().map_or(0, |(lights, _)| lights.len())
     }
 
     fn of<B>(frame: &Frame<'_, B>, points: u32, maps: Maps) -> Result<Arc<Self>, MethodError>
@@ -144,11 +141,17 @@ impl<M: Memory> Groups<M> {
         B: RenderShadowMapAtlas + RenderImperfectMaps + BuildAtlas + Backend<Memory = M>,
     {
         let key = OfAreas { points, maps };
-        let bytes = |all: &Self| all.groups.iter().map(|(_, maps)| maps.bytes()).sum();
+        let bytes = |all: &Self| all.0.iter().map(|(_, maps)| maps.bytes()).sum();
         let what = "shadow maps of virtual lights";
         frame.store.get(what, key, bytes, || {
             let voxels = frame.backend.atlas_capacity(resolution()?);
-            Self::make(frame, key, voxels.min(frame.backend.map_capacity(SIDE)))
+            let cubes = frame.backend.map_capacity(SIDE);
+            let lights = match maps {
+                Maps::Exact => cubes,
+                // A picture instead of six.
+                Maps::Imperfect => cubes.saturating_mul(6),
+            };
+            Self::make(frame, key, voxels.min(lights))
         })
     }
 }
@@ -257,7 +260,7 @@ where
         let all = Groups::of(frame, points, self.maps)?;
         let eye = Eye::of_camera(camera, size, rays, medium);
         let new = || {
-            LightVolumes::new(frame.backend, resolution()?, all.lights)
+            LightVolumes::new(frame.backend, resolution()?, all.lights())
                 .map_err(MethodError::resource("voxels of many lights"))
         };
         let what = "voxels of many lights";
@@ -265,12 +268,12 @@ where
             let kept = kept.0.lock().unwrap_or_else(PoisonError::into_inner);
             kept.as_ref().map_or(0, LightVolumes::bytes)
         };
-        let kept = frame.store.get(what, OfLights(all.lights), bytes, || {
+        let kept = frame.store.get(what, OfLights(all.lights()), bytes, || {
             Ok(Kept(Mutex::new(Some(new()?))))
         })?;
         let taken = kept.0.lock().unwrap_or_else(PoisonError::into_inner).take();
         let mut volumes = taken.map_or_else(new, Ok)?;
-        for (emitters, maps) in &all.groups {
+        for (emitters, maps) in &all.0 {
             frame.pass("voxels", || {
                 volumes
                     .update(frame.backend, emitters, &eye, maps)
@@ -412,7 +415,7 @@ mod tests {
             for maps in [Maps::Exact, Maps::Imperfect] {
                 let image = |most: usize| {
                     let groups = Groups::make(frame, key(maps), most).unwrap();
-                    assert_eq!(groups.groups.len(), 11_usize.div_ceil(most));
+                    assert_eq!(groups.0.len(), 11_usize.div_ceil(most));
                     let store = Store::<Host>::new();
                     let frame = Frame::new(frame.backend, frame.inputs, &store).unwrap();
                     let own = key(maps);

@@ -83,11 +83,15 @@ mod gpu_tests;
 mod method;
 #[cfg(test)]
 mod tests;
+#[cfg(feature = "wgpu")]
+mod turns;
 mod volumes;
 
 pub use gather::{GatherMany, ManyLights};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
+#[cfg(feature = "wgpu")]
+pub use turns::AirlightTurns;
 pub use volumes::{BuildLightVolumes, LightVolumes, SurfaceVoxels};
 
 #[cfg(doc)]

@@ -144,15 +144,6 @@ impl<M: Memory> LightVolumes<M> {
         self.sampling
     }
 
-    /// The tile of a light and where its voxels are; `None` if it needs none, or if
-    /// there is no such light.
-    pub fn tile(&self, light: usize) -> Option<(usize, &Lattice)> {
-        match self.lights.get(light)? {
-            State::Voxels(tile) => Some((*tile, &self.lattices[*tile])),
-            State::Lit | State::Dark => None,
-        }
-    }
-
     /// Memory used, bytes.
     pub fn bytes(&self) -> u64 {
         let resolution = self.resolution();
@@ -188,12 +179,14 @@ impl LightVolumes<Host> {
     /// with the biases that keep lit surfaces from shadowing themselves
     /// ([`Sampling::default`]); a light that there is not is not blocked.
     pub fn on_surfaces(&self, light: usize) -> SurfaceVoxels<'_> {
-        let tile = self.tile(light);
-        SurfaceVoxels {
-            volume: tile.and_then(|(tile, lattice)| {
-                self.grid.volume(tile, lattice, Sampling::default()).ok()
-            }),
-        }
+        let volume = match self.lights.get(light) {
+            Some(State::Voxels(tile)) => {
+                let lattice = &self.lattices[*tile];
+                self.grid.volume(*tile, lattice, Sampling::default()).ok()
+            }
+            _ => None,
+        };
+        SurfaceVoxels { volume }
     }
 }
 

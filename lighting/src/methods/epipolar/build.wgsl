@@ -1,6 +1,6 @@
 // Min–max trees of the slices of a fan: entry point. One workgroup per slice.
 //
-// Needs the part fan.wgsl.
+// Needs the parts face.wgsl and fan.wgsl.
 
 struct Build {
     fan: light_Fan,
@@ -18,9 +18,6 @@ struct Build {
 // Texels by which a slice is wider than its lines.
 const MARGIN: f32 = 0.0625;
 
-// Depth of a texel in which the light sees nothing: f32::MAX.
-const EMPTY: f32 = 0x1.fffffep+127;
-
 // Columns or rows between which the lines of a slice cross a cell.
 fn across(slice: u32, cell: i32) -> vec2<f32> {
     let fan = build.fan;
@@ -28,7 +25,7 @@ fn across(slice: u32, cell: i32) -> vec2<f32> {
     let is_last = (build.index & 1u) != 0u;
     let side = select(-1.0, 1.0, is_last);
     let scale = 1.0 / (fan.eye.x - side * fan.eye.z);
-    var range = vec2(EMPTY, -EMPTY);
+    var range = vec2(light_EMPTY, -light_EMPTY);
     for (var i = 0; i < 2; i++) {
         var x = 2.0 * f32(cell + i) / n - 1.0;
         // Lines begin at the eye.
@@ -51,7 +48,7 @@ fn leaf_node(slice: u32, leaf: u32) -> vec2<f32> {
     let last = f32(n - 1u);
     let is_row_major = (build.index & 2u) != 0u;
     let base = (build.index / 4u) * n * n;
-    var node = vec2(EMPTY, 0.0);
+    var node = vec2(light_EMPTY, 0.0);
     for (var i = leaf << light_LEAF; i < (leaf + 1u) << light_LEAF; i++) {
         let number = build.fan.first_cell + i;
         if number >= n {

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::line::{Line, Projection};
-use super::walk::Walk;
+use super::walk::{Walk, turned};
 use crate::scene::raster::Face;
 use crate::scene::{Emitter, Medium};
 use crate::{LightPath, Ray};
@@ -57,10 +57,7 @@ impl Fan {
 
     /// The number of a cell from the side, or the cell of that number.
     pub(super) fn seen_from_side(&self, cell: i64, resolution: u32) -> i64 {
-        match self.is_last {
-            true => i64::from(resolution) - 1 - cell,
-            false => cell,
-        }
+        seen_from_side(self.is_last, cell, resolution)
     }
 
     /// The two lines at the borders of a slice: across = base + slope × along, in
@@ -89,6 +86,14 @@ impl Fan {
         } else {
             x.min(begin)
         }
+    }
+}
+
+/// The number of a cell from the first side or the last, or the cell of that number.
+fn seen_from_side(is_last: bool, cell: i64, resolution: u32) -> i64 {
+    match is_last {
+        true => i64::from(resolution) - 1 - cell,
+        false => cell,
     }
 }
 
@@ -122,16 +127,9 @@ struct Need {
     cells: [i64; 2],
 }
 
-fn turned(walk: &Walk, v: DVec3) -> DVec3 {
-    match walk.is_row_major() {
-        true => DVec3::new(v.y, v.x, v.z),
-        false => v,
-    }
-}
-
 /// `eye` and `slope` are the pictures of the eye and of the direction.
 fn place(walk: &Walk, face: usize, eye: DVec3, slope: DVec3, resolution: u32) -> Option<Place> {
-    let (eye, slope) = (turned(walk, eye), turned(walk, slope));
+    let [eye, slope] = [eye, slope].map(|v| turned(walk.is_row_major(), v));
     let normal = eye.cross(slope);
     let scale = eye.abs().max_element() * slope.abs().max_element();
     if !(normal.y.abs() > LEAST_SINE * f64::from(resolution) * scale) {
@@ -177,10 +175,7 @@ impl Fans {
                     return;
                 };
                 let is_last = place.fan % 2 == 1;
-                let cells = walk.cells().map(|cell| match is_last {
-                    true => i64::from(resolution) - 1 - cell,
-                    false => cell,
-                });
+                let cells = (walk.cells()).map(|cell| seen_from_side(is_last, cell, resolution));
                 let cells = [cells[0].min(cells[1]), cells[0].max(cells[1])];
                 let need = needs[place.fan].get_or_insert(Need {
                     eye: place.eye,

@@ -70,7 +70,7 @@ pub(crate) struct RunsRecord {
 const FAN: &str = include_str!("fan.wgsl");
 
 /// The shader that makes trees.
-pub(crate) const BUILD: [&str; 2] = [FAN, include_str!("build.wgsl")];
+pub(crate) const BUILD: [&str; 3] = [FACE, FAN, include_str!("build.wgsl")];
 
 impl<E: Encode> BuildLineTrees for Gpu<E> {
     fn line_trees(

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::walk::middle;
 use crate::Ray;
 use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::EMPTY;
@@ -242,11 +243,7 @@ impl Line {
             if !(a < b) {
                 continue;
             }
-            let middle = if b < f64::INFINITY {
-                0.5 * (a + b)
-            } else {
-                a + a.abs().max(1.0)
-            };
+            let middle = middle([a, b]);
             let shown = if projections.len() > 1 {
                 Some(cube_face(v + middle * d))
             } else {

@@ -92,7 +92,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 Role::Paper,
                 "gauss",
                 "runs of the shadow map",
-                "all that a shadow map knows, at a tenth of the lookups of its texels",
+                "all that a shadow map knows, at less than a tenth of the lookups of its texels",
                 (&[2, 4, 8, 16], &[2, 8], 8),
             ),
             compared(

@@ -13,9 +13,6 @@ struct light_Runs {
     padding: u32,
 }
 
-// Depth of a texel in which the light sees nothing: f32::MAX.
-const light_runs_EMPTY: f32 = 0x1.fffffep+127;
-
 // Positions from here on are infinite.
 const light_runs_END: f32 = 1e30;
 
@@ -278,7 +275,7 @@ fn light_runs_verdict(
     a: f32,
     b: f32,
 ) -> i32 {
-    if node.x == light_runs_EMPTY {
+    if node.x == light_EMPTY {
         return 1;
     }
     let first = light_runs.pictures.faces[0];
@@ -308,7 +305,7 @@ fn light_runs_verdict(
     if far + light_runs_CLEAR * abs(far) <= node.x {
         return 1;
     }
-    if node.y < light_runs_EMPTY && near - light_runs_CLEAR * abs(near) > node.y {
+    if node.y < light_EMPTY && near - light_runs_CLEAR * abs(near) > node.y {
         return 0;
     }
     return -1;
@@ -322,7 +319,7 @@ fn light_runs_up_to(
     a: f32,
     b: f32,
 ) -> vec2<f32> {
-    if texel == light_runs_EMPTY {
+    if texel == light_EMPTY {
         return vec2(a, b);
     }
     let first = light_runs.pictures.faces[0];

@@ -5,9 +5,10 @@ use glam::Vec3;
 use gpu_backend::Cpu;
 use reference::random::Random;
 
+use super::fan::LEAF;
 use super::*;
 use crate::scene::{Emission, Geometry, Mesh, PhaseFunction, Scene};
-use crate::shadow_map::{Casters, RenderShadowMap};
+use crate::shadow_map::{Casters, RenderShadowMap, locate};
 
 /// Two hundred triangles.
 fn casters() -> Geometry {
@@ -50,6 +51,44 @@ fn fog() -> Medium {
     Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap()
 }
 
+/// Calls `texel` with the leaf and the depth of texels that a ray meets, a hundred in
+/// each picture.
+fn for_each_texel(
+    runs: &MapRuns<&ShadowMap<Host>, Host>,
+    path: &LightPath<'_>,
+    mut texel: impl FnMut(Node, f32),
+) {
+    let Trees { fans, nodes } = runs.trees.as_ref().unwrap();
+    let (map, ray) = (runs.map(), path.ray());
+    let (faces, side) = (map.faces(), map.resolution());
+    let line = Line::new(ray, &faces[0]);
+    let span = [path.span().start, path.span().end].map(|x| line.position(x));
+    line.for_each_picture(&runs.projections, span, |face, a, b| {
+        let Some(face) = face else { return };
+        let pictures = line.pictures(&runs.projections[face]);
+        let walk = Walk::new(&line, pictures, [a, b], side);
+        let eye = eye_picture(&runs.projections[face], fans.eye, &faces[0]);
+        let Some((fan, slice)) = fans.find(&walk, face, eye, pictures[1]) else {
+            return;
+        };
+        let tree = (fan.nodes + slice * fan.nodes_per_slice()) as usize;
+        for step in 0..100 {
+            let s = a + (f64::from(step) + 0.5) / 100.0 * (b - a);
+            let place = locate(faces, side, ray.at(line.distance(s)));
+            // At the border of two pictures.
+            let Some(place) = place.filter(|place| place.face == face) else {
+                continue;
+            };
+            let [column, row] = place.texel.map(|at| (at as u32).min(side - 1));
+            let cell = if walk.is_row_major() { row } else { column };
+            let cell = fan.seen_from_side(cell.into(), side) - i64::from(fan.first_cell);
+            let leaf = tree + (1 << fan.height) + (cell >> LEAF) as usize;
+            let depth = map.depth()[((face as u32 * side + row) * side + column) as usize];
+            texel(nodes[leaf], depth);
+        }
+    });
+}
+
 #[test]
 fn every_node_holds_the_texels_that_rays_of_its_slice_meet() {
     let cpu = Cpu::new();
@@ -59,6 +98,17 @@ fn every_node_holds_the_texels_that_rays_of_its_slice_meet() {
         let map = cpu.shadow_map(&casters, &light, 96).unwrap();
         let trees = MapRuns::new(&cpu, &map, &rays, &light, &fog).unwrap();
         assert!(trees.bytes() > 0);
+        let mut met = 0;
+        for ray in &rays {
+            let Some(path) = LightPath::new(ray, &light, &fog) else {
+                continue;
+            };
+            for_each_texel(&trees, &path, |leaf, depth| {
+                assert!(leaf[0] <= depth && depth <= leaf[1], "{depth} in {leaf:?}");
+                met += 1;
+            });
+        }
+        assert!(met > 50 * rays.len(), "{met} texels of {light:?}");
         let Trees { fans, nodes } = trees.trees.as_ref().unwrap();
         for fan in fans.fans.iter().flatten() {
             let per_slice = fan.nodes_per_slice() as usize;

@@ -66,6 +66,23 @@ impl<F: FnMut(Part)> Runs<F> {
     }
 }
 
+/// A position inside of a part, which may be infinite.
+pub(super) fn middle([a, b]: Part) -> f64 {
+    if b < f64::INFINITY {
+        0.5 * (a + b)
+    } else {
+        a + a.abs().max(1.0)
+    }
+}
+
+/// Homogeneous coordinates of a picture with the one along the cells first.
+pub(super) fn turned(is_row_major: bool, v: DVec3) -> DVec3 {
+    match is_row_major {
+        true => DVec3::new(v.y, v.x, v.z),
+        false => v,
+    }
+}
+
 impl Walk {
     /// The part `a` to `b` of a line whose pictures of position 0 and direction are
     /// `at` and `slope`.
@@ -73,17 +90,10 @@ impl Walk {
         // The line's normal in the picture; the ray runs across it.
         let normal = at.cross(slope);
         let is_row_major = normal.x.abs() > normal.y.abs();
-        let turn = |v: DVec3| {
-            if is_row_major {
-                DVec3::new(v.y, v.x, v.z)
-            } else {
-                v
-            }
-        };
         let mut walk = Self {
             line: *line,
-            at: turn(at),
-            slope: turn(slope),
+            at: turned(is_row_major, at),
+            slope: turned(is_row_major, slope),
             a,
             b,
             side: i64::from(resolution),
@@ -102,15 +112,7 @@ impl Walk {
 
     /// The coordinate along the cells somewhere inside of the part.
     pub(super) fn middle(&self) -> f64 {
-        let [a, b] = [self.a, self.b];
-        self.coordinate(
-            0,
-            if b < f64::INFINITY {
-                0.5 * (a + b)
-            } else {
-                a + a.abs().max(1.0)
-            },
-        )
+        self.coordinate(0, middle([self.a, self.b]))
     }
 
     /// Where the part starts.

@@ -11,7 +11,8 @@ use crate::methods::{
 };
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
-const STEPS: SourceQuality = SourceQuality {
+/// Of all that goes along rays in steps.
+pub(in crate::methods) const STEPS: SourceQuality = SourceQuality {
     unit: "steps",
     qualities: &[4, 8, 16, 32, 64, 128, 256],
     quick: &[8, 32, 128],

@@ -6,7 +6,7 @@ pub(crate) mod gpu;
 mod method;
 
 #[cfg(feature = "methods")]
-pub(super) use method::methods;
+pub(super) use method::{STEPS, methods};
 
 use crate::airlight::far_end;
 use crate::path::{Arc, Turns};

@@ -1,11 +1,11 @@
 //! The grids of a light, fitted to what casts shadows.
 
-use glam::{DMat4, DVec3, DVec4, Vec3};
+use glam::{DMat4, DVec3, DVec4};
 use shadow_dag::{Error, LightSpace, Resolution};
 
 use crate::Emitter;
-use crate::scene::Geometry;
 use crate::scene::raster::{Face, Rays};
+use crate::scene::{Bounds, Geometry};
 use crate::shadow_map::faces;
 
 /// Slices begin no closer to a point light than this share of the distance at
@@ -34,14 +34,13 @@ pub fn light_spaces(
     resolution: Resolution,
 ) -> Result<Vec<LightSpace>, Error> {
     let bounds = geometry.bounds();
-    let corners = [bounds.min(), bounds.max()];
     let closest = match emitter {
         Emitter::Point(point) => closest(point.position().as_dvec3(), geometry),
         Emitter::Directional(_) => 0.0,
     };
-    faces(corners, emitter)
+    faces(bounds, emitter)
         .iter()
-        .map(|face| space(face, closest, corners, resolution))
+        .map(|face| space(face, closest, bounds, resolution))
         .collect()
 }
 
@@ -57,10 +56,10 @@ fn view(face: &Face) -> DMat4 {
 fn space(
     face: &Face,
     closest: f64,
-    corners: [Vec3; 2],
+    bounds: Bounds,
     resolution: Resolution,
 ) -> Result<LightSpace, Error> {
-    let [near, far] = depths(face, corners);
+    let [near, far] = depths(face, bounds);
     // All slices for each of those in front of the last.
     let slices = f64::from(resolution.side());
     let one_more = slices / (slices - 1.0);
@@ -90,8 +89,8 @@ fn space(
 }
 
 /// The least and the largest depth of a corner of the box.
-fn depths(face: &Face, [min, max]: [Vec3; 2]) -> [f64; 2] {
-    let (min, max) = (min.as_dvec3(), max.as_dvec3());
+fn depths(face: &Face, bounds: Bounds) -> [f64; 2] {
+    let (min, max) = (bounds.min().as_dvec3(), bounds.max().as_dvec3());
     let (centre, half) = (0.5 * (min + max), 0.5 * (max - min));
     let forward = face.forward.as_dvec3();
     let middle = (centre - face.origin.as_dvec3()).dot(forward);
@@ -121,6 +120,7 @@ fn closest(point: DVec3, geometry: &Geometry) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
     use reference::random::Random;
 
     use super::*;

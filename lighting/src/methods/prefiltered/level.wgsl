@@ -30,10 +30,9 @@ const light_BEHIND: f32 = 0.95;
 const light_WARP: f32 = 20.0;
 const light_DEVIATION: f32 = 1e-3;
 
-// A depth between -1 and 1; 0x1.fffffep+127 is that of a texel in which the light
-// sees nothing.
+// A depth between -1 and 1.
 fn light_level_depth(level: light_Level, depth: f32) -> f32 {
-    if depth == 0x1.fffffep+127 {
+    if depth == light_EMPTY {
         return 1.0;
     }
     let scale = (1.0 + light_DEEPEST) / (level.far - level.near);

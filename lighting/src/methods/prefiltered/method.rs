@@ -4,21 +4,13 @@ use std::sync::Arc;
 
 use super::{Moments, Prefilter, PrefilteredMap};
 use crate::Touching;
-use crate::methods::march::{March, Spacing};
+use crate::methods::march::{March, STEPS, Spacing};
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
-    SourceOn, SourceQuality, Work,
+    SourceOn, Work,
 };
 use crate::shadow_map::{RenderShadowMap, face_count};
-
-const STEPS: SourceQuality = SourceQuality {
-    unit: "steps",
-    qualities: &[4, 8, 16, 32, 64, 128, 256],
-    quick: &[8, 32, 128],
-    pictured: 32,
-    usual: 64,
-};
 
 /// Memory of the moments of a light, at most, bytes: WebGPU's limit of a binding.
 const MOST_BYTES: f64 = (1_u64 << 27) as f64;

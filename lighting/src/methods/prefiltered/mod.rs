@@ -196,17 +196,9 @@ impl Level {
 
 /// The depths of the corners of a box as a light sees them.
 fn depths(face: &Face, casters: &Bounds) -> [f32; 2] {
-    let (low, high) = (casters.min(), casters.max());
     let mut range = [f32::INFINITY, f32::NEG_INFINITY];
-    for corner in 0..8 {
-        let pick = |axis: usize| {
-            if corner >> axis & 1 == 0 {
-                low[axis]
-            } else {
-                high[axis]
-            }
-        };
-        let v = Vec3::new(pick(0), pick(1), pick(2)) - face.origin;
+    for corner in casters.corners() {
+        let v = corner - face.origin;
         let depth = match face.rays {
             Rays::Parallel { .. } => v.dot(face.forward),
             Rays::Central { .. } => v.length(),
@@ -214,7 +206,10 @@ fn depths(face: &Face, casters: &Bounds) -> [f32; 2] {
         range = [range[0].min(depth), range[1].max(depth)];
     }
     if let Rays::Central { .. } = face.rays {
-        range[0] = face.origin.clamp(low, high).distance(face.origin);
+        range[0] = face
+            .origin
+            .clamp(casters.min(), casters.max())
+            .distance(face.origin);
     }
     // A flat box has some depth.
     let least = 1e-4 * range[1].abs().max(1e-20);

@@ -7,7 +7,7 @@ use super::bins::Bins;
 use super::panes::Panes;
 use super::particles::Ball;
 use super::strands::Outline;
-use super::view::{Texels, View, corners};
+use super::view::{Texels, View};
 use super::{Casters, grid};
 use crate::scene::raster::Face;
 use crate::scene::{DensityGrid, Particles, Strands, Translucent};
@@ -178,7 +178,7 @@ fn depths(view: &View, casters: &Casters<'_>) -> [f32; 2] {
     let Some(bounds) = casters.bounds() else {
         return [0.0, 1.0];
     };
-    let local = corners(bounds).map(|corner| view.local(corner));
+    let local = bounds.corners().map(|corner| view.local(corner));
     let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
     for corner in local {
         (near, far) = (near.min(view.depth(corner)), far.max(view.depth(corner)));

@@ -225,7 +225,7 @@ impl<'a> Casters<'a> {
         check(resolution)?;
         let casters = *self;
         let bounds = casters.bounds();
-        let planes = bounds.map(|bounds| faces([bounds.min(), bounds.max()], emitter));
+        let planes = bounds.map(|bounds| faces(bounds, emitter));
         let with_blockers = move |face: Face| {
             let blockers = FaceBlockers::new(cpu, &casters, &face, resolution);
             (face, blockers)

@@ -8,21 +8,13 @@ use transmittance::{Packed, Stream};
 
 use super::{Casters, TransmittanceMap};
 use crate::Touching;
-use crate::methods::march::{March, Spacing};
+use crate::methods::march::{March, STEPS, Spacing};
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
-    SourceOn, SourceQuality, Verdict, Work,
+    SourceOn, Verdict, Work,
 };
 use crate::scene::Emitter;
-
-const STEPS: SourceQuality = SourceQuality {
-    unit: "steps",
-    qualities: &[4, 8, 16, 32, 64, 128, 256],
-    quick: &[8, 32, 128],
-    pictured: 32,
-    usual: 64,
-};
 
 /// Memory that the maps of all lights may take together.
 const MAX_BYTES: u64 = 1 << 29;

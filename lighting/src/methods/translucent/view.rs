@@ -127,7 +127,7 @@ impl View {
 
     /// The texels that may see a box.
     pub(super) fn of_box(&self, bounds: Bounds) -> Option<Texels> {
-        let corners = corners(bounds).map(|corner| self.local(corner));
+        let corners = bounds.corners().map(|corner| self.local(corner));
         if !self.parallel && corners.iter().any(|corner| corner.z <= 0.0) {
             return corners
                 .iter()
@@ -191,13 +191,4 @@ impl Texels {
             }
         }
     }
-}
-
-/// The eight corners of a box.
-pub(super) fn corners(bounds: Bounds) -> [Vec3; 8] {
-    let ends = [bounds.min(), bounds.max()];
-    std::array::from_fn(|corner| {
-        let pick = |axis: usize| ends[corner >> axis & 1][axis];
-        Vec3::new(pick(0), pick(1), pick(2))
-    })
 }

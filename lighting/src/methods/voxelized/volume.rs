@@ -71,7 +71,7 @@ impl Eye {
 
     fn view(&self, emitter: &Emitter) -> Result<ViewVolume, epipolar::Error> {
         let Interval { start, mut end } = self.depths;
-        // What is no distance stays so, for the view to find.
+        // The view volume refuses an end that is no distance.
         if !(end >= 0.0) {
             return ViewVolume::all_around(start, end);
         }
