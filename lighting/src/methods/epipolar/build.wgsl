@@ -12,33 +12,31 @@ struct Build {
 }
 
 @group(0) @binding(0) var<uniform> build: Build;
-@group(0) @binding(1) var<storage> depths: array<f32>;
+@group(0) @binding(1) var<storage> bounds: array<vec2<f32>>;
 @group(0) @binding(2) var<storage, read_write> nodes: array<vec2<f32>>;
 
 // Texels by which a slice is wider than its lines.
 const MARGIN: f32 = 0.0625;
 
-// Columns or rows between which the lines of a slice cross a cell.
-fn across(slice: u32, cell: i32) -> vec2<f32> {
+// Columns or rows between which the lines of a slice cross the border before a cell.
+fn across(slice: u32, border: i32) -> vec2<f32> {
     let fan = build.fan;
     let n = f32(build.resolution);
     let is_last = (build.index & 1u) != 0u;
     let side = select(-1.0, 1.0, is_last);
     let scale = 1.0 / (fan.eye.x - side * fan.eye.z);
     var range = vec2(light_EMPTY, -light_EMPTY);
-    for (var i = 0; i < 2; i++) {
-        var x = 2.0 * f32(cell + i) / n - 1.0;
-        // Lines begin at the eye.
-        if fan.eye.z != 0.0 {
-            let begin = fan.eye.x / fan.eye.z;
-            x = select(min(x, begin), max(x, begin), is_last);
-        }
-        for (var j = 0u; j < 2u; j++) {
-            let meets = fan.first + f32(slice + j) / fan.density;
-            let y = (meets * (fan.eye.x - x * fan.eye.z) + fan.eye.y * (x - side)) * scale;
-            let texel = 0.5 * n * (1.0 + y);
-            range = vec2(min(range.x, texel), max(range.y, texel));
-        }
+    var x = 2.0 * f32(border) / n - 1.0;
+    // Lines begin at the eye.
+    if fan.eye.z != 0.0 {
+        let begin = fan.eye.x / fan.eye.z;
+        x = select(min(x, begin), max(x, begin), is_last);
+    }
+    for (var j = 0u; j < 2u; j++) {
+        let meets = fan.first + f32(slice + j) / fan.density;
+        let y = (meets * (fan.eye.x - x * fan.eye.z) + fan.eye.y * (x - side)) * scale;
+        let texel = 0.5 * n * (1.0 + y);
+        range = vec2(min(range.x, texel), max(range.y, texel));
     }
     return range;
 }
@@ -46,22 +44,25 @@ fn across(slice: u32, cell: i32) -> vec2<f32> {
 fn leaf_node(slice: u32, leaf: u32) -> vec2<f32> {
     let n = build.resolution;
     let last = f32(n - 1u);
-    let is_row_major = (build.index & 2u) != 0u;
-    let base = (build.index / 4u) * n * n;
     var node = vec2(light_EMPTY, 0.0);
-    for (var i = leaf << light_LEAF; i < (leaf + 1u) << light_LEAF; i++) {
-        let number = build.fan.first_cell + i;
-        if number >= n {
-            break;
-        }
-        let cell = light_from_side(build.index, i32(number), n);
-        let range = across(slice, cell);
-        let low = u32(clamp(floor(range.x - MARGIN), 0.0, last));
-        let high = u32(clamp(floor(range.y + MARGIN), 0.0, last));
+    let number = build.fan.first_cell + (leaf << light_LEAF);
+    if number >= n {
+        return node;
+    }
+    let ends = vec2(number, min(number + (1u << light_LEAF), n) - 1u);
+    let one = light_from_side(build.index, i32(ends.x), n);
+    let two = light_from_side(build.index, i32(ends.y), n);
+    let cells = vec2(min(one, two), max(one, two));
+    let near = across(slice, cells.x);
+    let far = across(slice, cells.y + 1);
+    let low = u32(clamp(floor(min(near.x, far.x) - MARGIN), 0.0, last));
+    let high = u32(clamp(floor(max(near.y, far.y) + MARGIN), 0.0, last));
+    let per_side = (n + (1u << light_BLOCK) - 1u) >> light_BLOCK;
+    let kind = build.index / 2u * per_side * n;
+    for (var block = u32(cells.x) >> light_BLOCK; block <= u32(cells.y) >> light_BLOCK; block++) {
         for (var k = low; k <= high; k++) {
-            let at = select(k * n + u32(cell), u32(cell) * n + k, is_row_major);
-            let depth = depths[base + at];
-            node = vec2(min(node.x, depth), max(node.y, depth));
+            let own = bounds[kind + block * n + k];
+            node = vec2(min(node.x, own.x), max(node.y, own.y));
         }
     }
     return node;

@@ -22,6 +22,9 @@ const LEAST_SINE: f64 = 4e-6;
 /// Rays of a frame that are looked at to find out which lines it needs.
 const SAMPLES: usize = 4096;
 
+/// Slices of all fans together for each pixel of a side of a square picture, at most.
+const LINES_PER_SIDE: f64 = 4.0;
+
 /// A light has no more nodes than this in a view: 128 MiB, WebGPU's limit of a
 /// binding.
 const MOST_NODES: f64 = (1 << 24) as f64;
@@ -30,7 +33,7 @@ const MOST_NODES: f64 = (1 << 24) as f64;
 /// more along than across the way there.
 ///
 /// They are divided into slices by where they meet that side: a texel apart there,
-/// unless that is too many, and closer before. Cells are counted from that side.
+/// unless that is more than the rays of a picture need, and closer before. Cells are counted from that side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fan {
     /// Whether the side is that of the last cell of the picture.
@@ -58,6 +61,15 @@ impl Fan {
     /// The number of a cell from the side, or the cell of that number.
     pub(super) fn seen_from_side(&self, cell: i64, resolution: u32) -> i64 {
         seen_from_side(self.is_last, cell, resolution)
+    }
+
+    /// The first and the last cell of a leaf, in the order of the picture; none beyond
+    /// the picture.
+    pub(super) fn cells_of_leaf(&self, leaf: u32, resolution: u32) -> Option<[i64; 2]> {
+        let first = i64::from(self.first_cell + (leaf << LEAF));
+        let last = (first + (1 << LEAF)).min(i64::from(resolution)) - 1;
+        let cells = [first, last].map(|cell| self.seen_from_side(cell, resolution));
+        (first <= last).then_some([cells[0].min(cells[1]), cells[0].max(cells[1])])
     }
 
     /// The two lines at the borders of a slice: across = base + slope × along, in
@@ -189,14 +201,16 @@ impl Fans {
                 need.cells = [need.cells[0].min(cells[0]), need.cells[1].max(cells[1])];
             });
         }
-        Self::new(eye, resolution, &needs, stride > 1)
+        // The rays of a picture lie on about as many lines as its border has pixels.
+        let lines = LINES_PER_SIDE * (rays.len() as f64).sqrt();
+        Self::new(eye, resolution, &needs, (stride > 1, lines))
     }
 
     fn new(
         eye: Vec3,
         resolution: u32,
         needs: &[Option<Need>; MOST_FANS],
-        is_sampled: bool,
+        (is_sampled, lines): (bool, f64),
     ) -> Self {
         let n = f64::from(resolution);
         // Rays between those that were looked at.
@@ -227,12 +241,17 @@ impl Fans {
                 eye: need.eye,
             })
         };
-        let nodes_at = |coarseness: f64| -> f64 {
+        let of_all = |coarseness: f64, count: &dyn Fn(&Fan) -> f64| -> f64 {
             let fans = (0..MOST_FANS).filter_map(|index| fan(index, coarseness));
-            fans.map(|fan| f64::from(fan.slices) * f64::from(fan.nodes_per_slice()))
-                .sum()
+            fans.map(|fan| count(&fan)).sum()
         };
-        let mut coarseness = 1.0;
+        let slices = of_all(1.0, &|fan| f64::from(fan.slices));
+        let nodes_at = |coarseness: f64| {
+            of_all(coarseness, &|fan| {
+                f64::from(fan.slices) * f64::from(fan.nodes_per_slice())
+            })
+        };
+        let mut coarseness = (slices / lines).max(1.0);
         while nodes_at(coarseness) > MOST_NODES {
             coarseness *= 2.0;
         }

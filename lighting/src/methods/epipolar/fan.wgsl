@@ -21,6 +21,9 @@ struct light_Fan {
 // The logarithm of the number of cells per leaf.
 const light_LEAF: u32 = 3u;
 
+// The logarithm of the number of texels of a block.
+const light_BLOCK: u32 = 3u;
+
 // The number of a cell from the side of a fan, or the cell of that number. Sides of
 // odd fans are at the last cell.
 fn light_from_side(fan: u32, cell: i32, resolution: u32) -> i32 {

@@ -4,10 +4,13 @@ use std::borrow::Borrow;
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, GpuMemory, InShader, Kernel, Workgroups};
+use gpu_backend::gpu::{
+    Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, InShader, Kernel, Workgroups,
+};
 use gpu_backend::shader::Part;
 use gpu_backend::{Backend, Error};
 
+use super::blocks::{BuildMapBlocks, MapBlocks};
 use super::fan::{Fan, Fans, MOST_FANS};
 use super::tree::{BuildLineTrees, Node};
 use super::{MapRuns, Trees};
@@ -57,6 +60,16 @@ pub(crate) struct BuildRecord {
     pub(crate) padding_b: u32,
 }
 
+/// `Blocks` of `blocks.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(crate) struct BlocksRecord {
+    pub(crate) resolution: u32,
+    pub(crate) blocks: u32,
+    pub(crate) padding_a: u32,
+    pub(crate) padding_b: u32,
+}
+
 /// `light_Runs` of `runs.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -69,13 +82,48 @@ pub(crate) struct RunsRecord {
 
 const FAN: &str = include_str!("fan.wgsl");
 
+/// The shader that finds the bounds of blocks.
+pub(crate) const BLOCKS: [&str; 4] = [INDEX_WGSL, FACE, FAN, include_str!("blocks.wgsl")];
+
 /// The shader that makes trees.
 pub(crate) const BUILD: [&str; 3] = [FACE, FAN, include_str!("build.wgsl")];
+
+impl<E: Encode> BuildMapBlocks for Gpu<E> {
+    fn map_blocks(&self, map: &ShadowMap<GpuMemory>) -> Result<MapBlocks<GpuMemory>, Error> {
+        let (resolution, pictures) = (map.resolution(), map.faces().len());
+        let blocks = MapBlocks::<GpuMemory>::len(resolution, pictures);
+        let mut bounds = self.zeros(blocks)?;
+        self.dispatch(
+            &Kernel {
+                label: "bounds of blocks",
+                parts: &BLOCKS,
+                entry: "find_bounds",
+                constants: &[],
+            },
+            &[&[
+                Argument::uniform(BlocksRecord {
+                    resolution,
+                    // More are refused by the dispatch.
+                    blocks: blocks as u32,
+                    ..BlocksRecord::zeroed()
+                }),
+                Argument::read(map.depth()),
+                Argument::write(&mut bounds),
+            ]],
+            Workgroups::covering(blocks, 64),
+        )?;
+        Ok(MapBlocks {
+            bounds,
+            resolution,
+            pictures,
+        })
+    }
+}
 
 impl<E: Encode> BuildLineTrees for Gpu<E> {
     fn line_trees(
         &self,
-        map: &ShadowMap<GpuMemory>,
+        blocks: &MapBlocks<GpuMemory>,
         fans: &Fans,
     ) -> Result<GpuBuffer<Node>, Error> {
         let mut nodes = self.zeros::<Node>(fans.nodes)?;
@@ -96,7 +144,7 @@ impl<E: Encode> BuildLineTrees for Gpu<E> {
                         padding_a: 0,
                         padding_b: 0,
                     }),
-                    Argument::read(map.depth()),
+                    Argument::read(&blocks.bounds),
                     Argument::write(&mut nodes),
                 ]],
                 Workgroups::covering(fan.slices as usize, 1),

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{BuildLineTrees, MapRuns};
+use super::{BuildLineTrees, BuildMapBlocks, MapBlocks, MapRuns};
 use crate::Touching;
 use crate::methods::registry::pairs;
 use crate::methods::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
-    Work,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
+    SourceOn, Work,
 };
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
@@ -33,8 +33,8 @@ impl LightSources for Runs {
         let lights = inputs.emitters.len() as f64;
         let side = f64::from(inputs.map);
         Work {
-            // Two or three texels of every cell of as many lines.
-            per_frame: 2.5 * lights * side * side,
+            // Half a dozen blocks of every leaf of as many lines.
+            per_frame: lights * side * side,
             // A few nodes and texels at each end of a run.
             per_ray: lights * 4.0 * side.log2(),
             ..inputs.map_work()
@@ -42,11 +42,24 @@ impl LightSources for Runs {
     }
 }
 
-impl<B: RenderShadowMap + BuildLineTrees> SourceOn<B> for Runs {
+/// The blocks of the shadow map of a light.
+fn blocks<B: RenderShadowMap + BuildMapBlocks>(
+    frame: &Frame<'_, B>,
+    light: usize,
+) -> Result<Arc<MapBlocks<B::Memory>>, MethodError> {
+    let resolution = frame.inputs.map;
+    let key = OfLight { light, resolution };
+    let what = "blocks of a shadow map";
+    frame.store.get(what, key, MapBlocks::bytes, || {
+        Ok(frame.backend.map_blocks(&*frame.shadow_map(light)?)?)
+    })
+}
+
+impl<B: RenderShadowMap + BuildMapBlocks + BuildLineTrees> SourceOn<B> for Runs {
     type Source = MapRuns<Arc<ShadowMap<B::Memory>>, B::Memory>;
 
     fn prepare(&self, frame: &Frame<'_, B>, light: usize, _: u32) -> Result<(), MethodError> {
-        frame.shadow_map(light).map(|_| ())
+        blocks(frame, light).map(|_| ())
     }
 
     fn source(
@@ -55,7 +68,7 @@ impl<B: RenderShadowMap + BuildLineTrees> SourceOn<B> for Runs {
         light: usize,
         _: u32,
     ) -> Result<Self::Source, MethodError> {
-        let map = frame.shadow_map(light)?;
+        let (map, blocks) = (frame.shadow_map(light)?, blocks(frame, light)?);
         let FrameInputs {
             emitters,
             medium,
@@ -63,9 +76,10 @@ impl<B: RenderShadowMap + BuildLineTrees> SourceOn<B> for Runs {
             ..
         } = frame.inputs;
         frame.pass("line trees", || {
-            Ok(MapRuns::new(
+            Ok(MapRuns::with_blocks(
                 frame.backend,
                 map,
+                &blocks,
                 rays,
                 &emitters[light],
                 medium,

@@ -23,8 +23,8 @@
 //! The papers resample the map along the lines, and what they find is exact for the
 //! resampled map. Here a line is a slice between two epipolar lines, a texel wide at
 //! most unless that makes too many; its cells are columns of texels, or rows,
-//! whichever it crosses more of; and its tree keeps the bounds of *all* texels that
-//! any ray of the slice may meet in them. Where the bounds do not tell, a leaf of
+//! whichever it crosses more of; and its tree keeps bounds of *all* texels that
+//! any ray of the slice may meet in them, and of a few beside. Where the bounds do not tell, a leaf of
 //! eight cells is walked texel by texel. So a ray gets the same bits as if all of its
 //! texels were walked.
 //!
@@ -33,11 +33,13 @@
 //!
 //! # Cost
 //!
-//! Trees are made anew for each view: two or three texels for each cell of the
-//! lines that it meets. A ray looks at ten nodes for each of its runs, about. Rays
-//! that do not start at the eye, those almost through the light, and those beside the
-//! lines that were made are walked.
+//! A map has the bounds of [blocks](MapBlocks) of eight texels, which serve all views.
+//! Trees are made anew for each view: one for each of the lines that as many rays need,
+//! from the half dozen blocks that a leaf of it meets. A ray looks at ten nodes for each
+//! of its runs, about. Rays that do not start at the eye, those almost through the
+//! light, and those beside the lines that were made are walked.
 
+mod blocks;
 mod fan;
 #[cfg(feature = "wgpu")]
 pub(crate) mod gpu;
@@ -53,6 +55,7 @@ use std::borrow::Borrow;
 
 use gpu_backend::{Backend, Error, Host, Memory};
 
+pub use blocks::{BuildMapBlocks, MapBlocks};
 pub use fan::Fans;
 pub use tree::{BuildLineTrees, Node};
 
@@ -108,12 +111,34 @@ impl<P: Borrow<ShadowMap<M>>, M: Memory> MapRuns<P, M> {
         medium: &Medium,
     ) -> Result<Self, Error>
     where
+        B: BuildMapBlocks + BuildLineTrees + Backend<Memory = M>,
+    {
+        let blocks = backend.map_blocks(map.borrow())?;
+        Self::with_blocks(backend, map, &blocks, rays, emitter, medium)
+    }
+
+    /// The same by the blocks of the map, which a map that stays need not make anew for
+    /// each view.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if the trees do not fit into memory,
+    /// [`Error::LengthMismatch`] if the blocks are those of a map of another size.
+    pub fn with_blocks<B>(
+        backend: &B,
+        map: P,
+        blocks: &MapBlocks<M>,
+        rays: &[Ray],
+        emitter: &Emitter,
+        medium: &Medium,
+    ) -> Result<Self, Error>
+    where
         B: BuildLineTrees + Backend<Memory = M>,
     {
         let shadow_map = map.borrow();
+        blocks.check(shadow_map)?;
         let faces = shadow_map.faces();
         let fans = Fans::of_view(faces, shadow_map.resolution(), rays, emitter, medium);
-        let nodes = backend.line_trees(shadow_map, &fans)?;
+        let nodes = backend.line_trees(blocks, &fans)?;
         Ok(Self {
             trees: Some(Trees { fans, nodes }),
             ..Self::walked(map)

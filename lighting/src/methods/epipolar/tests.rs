@@ -149,7 +149,7 @@ mod on_gpu {
     use gpu_backend::{Download, assert_same_layout};
     use reference::tolerances::Allowed;
 
-    use super::super::gpu::{BUILD, BuildRecord, FanRecord};
+    use super::super::gpu::{BLOCKS, BUILD, BlocksRecord, BuildRecord, FanRecord};
     use super::*;
 
     #[test]
@@ -184,6 +184,18 @@ mod on_gpu {
         );
         let leaf = shader.values("light_LEAF").unwrap();
         assert_eq!(leaf, [f64::from(fan::LEAF)]);
+        let block = shader.values("light_BLOCK").unwrap();
+        assert_eq!(block, [f64::from(blocks::BLOCK)]);
+        assert_same_layout!(
+            Shader::new(&BLOCKS).unwrap(),
+            "Blocks",
+            BlocksRecord {
+                resolution,
+                blocks,
+                padding_a,
+                padding_b
+            }
+        );
     }
 
     #[test]
@@ -192,8 +204,9 @@ mod on_gpu {
         let cpu = Cpu::new();
         let casters = Casters::upload(&cpu, &casters()).unwrap();
         let (rays, fog) = (rays(), fog());
-        for light in lights() {
-            let map = cpu.shadow_map(&casters, &light, 96).unwrap();
+        // The last block of a hundred texels is half a one.
+        for (light, side) in lights().into_iter().zip([96, 100, 100]) {
+            let map = cpu.shadow_map(&casters, &light, side).unwrap();
             let expected = MapRuns::new(&cpu, &map, &rays, &light, &fog).unwrap();
             let there: ShadowMap<GpuMemory> = map.upload(&gpu).unwrap();
             let actual = MapRuns::new(&gpu, &there, &rays, &light, &fog).unwrap();

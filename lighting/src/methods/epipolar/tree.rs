@@ -2,103 +2,91 @@
 
 use gpu_backend::{Backend, BufferOf, Cpu, Error, Host};
 
+use super::blocks::{BLOCK, MapBlocks};
 use super::fan::{Fan, Fans, LEAF};
 use super::line::{Line, Verdict};
 use super::walk::{Part, Runs, Walk};
-use crate::shadow_map::{EMPTY, ShadowMap};
+use crate::shadow_map::EMPTY;
 
 /// The least and the greatest depth of the texels that lines of a slice meet in
 /// some cells.
 pub type Node = [f32; 2];
 
 /// No texels.
-const NONE: Node = [EMPTY, 0.0];
+pub(super) const NONE: Node = [EMPTY, 0.0];
 
 /// Texels by which a slice is wider than its lines: for the rounding of those who
 /// look it up.
 const MARGIN: f64 = 0.0625;
 
-fn joined(a: Node, b: Node) -> Node {
+pub(super) fn joined(a: Node, b: Node) -> Node {
     [a[0].min(b[0]), a[1].max(b[1])]
 }
 
 /// Makes min–max trees of epipolar lines.
 pub trait BuildLineTrees: Backend {
     /// The trees of all lines of `fans`, one after the other: the least and the
-    /// greatest depth of each part.
+    /// greatest depth of each part, by the blocks of the map.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
     fn line_trees(
         &self,
-        map: &ShadowMap<Self::Memory>,
+        blocks: &MapBlocks<Self::Memory>,
         fans: &Fans,
     ) -> Result<BufferOf<Self, Node>, Error>;
 }
 
 impl BuildLineTrees for Cpu {
-    fn line_trees(&self, map: &ShadowMap<Host>, fans: &Fans) -> Result<Vec<Node>, Error> {
+    fn line_trees(&self, blocks: &MapBlocks<Host>, fans: &Fans) -> Result<Vec<Node>, Error> {
         let mut nodes = self.zeros::<Node>(fans.nodes)?;
         let mut rest = nodes.as_mut_slice();
         for (index, fan) in fans.fans.iter().enumerate() {
             let Some(fan) = fan else { continue };
             let per_slice = fan.nodes_per_slice() as usize;
             let own = rest.split_off_mut(..per_slice * fan.slices as usize);
-            let is_row_major = index & 2 != 0;
             self.for_each_chunk(own.unwrap_or_default(), per_slice, |first, tree| {
-                let slice = (first / per_slice) as u32;
-                fill(tree, fan, slice, fans.resolution, |across, cell| {
-                    let side = fans.resolution as usize;
-                    let (row, column) = match is_row_major {
-                        true => (cell, across),
-                        false => (across, cell),
-                    };
-                    map.depth()[(index / 4 * side + row) * side + column]
-                });
+                fill(
+                    tree,
+                    fan,
+                    (first / per_slice) as u32,
+                    |block, [low, high]| blocks.bounds(index, block, low, high),
+                    fans.resolution,
+                );
             });
         }
         Ok(nodes)
     }
 }
 
-/// Fills the tree of a slice.
+/// Fills the tree of a slice. `bounds` are those of a block between two texels across.
 fn fill(
     tree: &mut [Node],
     fan: &Fan,
     slice: u32,
+    bounds: impl Fn(u32, [usize; 2]) -> Node,
     resolution: u32,
-    texel: impl Fn(usize, usize) -> f32,
 ) {
     let leaves = 1_usize << fan.height;
     let last = f64::from(resolution - 1);
     let [one, two] = fan.lines(slice, resolution);
-    // Between which texels the slice crosses the border of a cell.
+    // Between which texels the slice crosses the border before a cell.
     let crossed = |border: i64| {
         let x = fan.border(border, resolution);
         let (a, b) = (one[0] + one[1] * x, two[0] + two[1] * x);
         (a.min(b), a.max(b))
     };
-    // The border of a cell that is farther from the side.
-    let away = i64::from(!fan.is_last);
-    let mut near = crossed(fan.seen_from_side(i64::from(fan.first_cell), resolution) + 1 - away);
-    for leaf in 0..leaves {
-        let mut node = NONE;
-        for i in leaf << LEAF..(leaf + 1) << LEAF {
-            let from_side = fan.first_cell as usize + i;
-            if from_side >= resolution as usize {
-                break;
-            }
-            let cell = fan.seen_from_side(from_side as i64, resolution);
-            let far = crossed(cell + away);
-            let low = (near.0.min(far.0) - MARGIN).clamp(0.0, last) as usize;
-            let high = (near.1.max(far.1) + MARGIN).clamp(0.0, last) as usize;
-            near = far;
-            for across in low..=high {
-                let depth = texel(across, cell as usize);
-                node = joined(node, [depth, depth]);
-            }
+    tree[leaves..].fill(NONE);
+    for (leaf, node) in (0..).zip(&mut tree[leaves..]) {
+        let Some([first, last_cell]) = fan.cells_of_leaf(leaf, resolution) else {
+            break;
+        };
+        let (near, far) = (crossed(first), crossed(last_cell + 1));
+        let low = (near.0.min(far.0) - MARGIN).clamp(0.0, last) as usize;
+        let high = (near.1.max(far.1) + MARGIN).clamp(0.0, last) as usize;
+        for block in first >> BLOCK..=last_cell >> BLOCK {
+            *node = joined(*node, bounds(block as u32, [low, high]));
         }
-        tree[leaves + leaf] = node;
     }
     for index in (1..leaves).rev() {
         tree[index] = joined(tree[2 * index], tree[2 * index + 1]);
