@@ -64,6 +64,7 @@ fn methods_as_json(methods: &Registry) -> Value {
                 Role::Unshadowed => "unshadowed",
                 Role::Baseline => "baseline",
                 Role::Paper => "paper",
+                Role::Engine => "engine",
                 Role::Variant => "variant",
             },
             "quality": about.quality,

@@ -4,9 +4,7 @@
 
 mod common;
 
-use std::path::Path;
-
-use common::{fails, notes, run, succeeds};
+use common::{fails, notes, succeeds};
 
 /// A card in the plane z = 0, 1 x 2 in the unit of the file, whose third axis is up.
 const CARD: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\

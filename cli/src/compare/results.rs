@@ -103,6 +103,8 @@ pub(crate) struct MethodFacts {
     pub(crate) has_shadows: bool,
     /// Plain ray marching, which others are compared with.
     pub(crate) is_baseline: bool,
+    /// What engines do.
+    pub(crate) is_of_engines: bool,
     /// It samples a shadow map, whose resolution limits it.
     pub(crate) samples_shadow_map: bool,
     /// Its shadow maps are finer where its quality is higher.
@@ -246,6 +248,7 @@ pub(crate) mod tests {
                 airlight: airlight.into(),
                 has_shadows: visibility != "none",
                 is_baseline: visibility == "march",
+                is_of_engines: false,
                 samples_shadow_map: !["none", "exact"].contains(&visibility),
                 refines_map: false,
             }

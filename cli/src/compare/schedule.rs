@@ -21,7 +21,7 @@ pub(crate) fn order(places: &[Place]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by_key(|index| {
         let Place { role, is_end } = places[*index];
-        (!is_end, role == Role::Variant)
+        (!is_end, matches!(role, Role::Engine | Role::Variant))
     });
     order
 }

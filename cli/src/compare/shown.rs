@@ -66,6 +66,7 @@ impl Shown {
             quality: about.quality.into(),
             has_shadows: about.role != Role::Unshadowed,
             is_baseline: about.role == Role::Baseline && !self.refines_map,
+            is_of_engines: about.role == Role::Engine,
             samples_shadow_map: about.uses_shadow_map,
             refines_map: self.refines_map,
             name: about.name.into_owned(),

@@ -9,6 +9,7 @@
 mod axis;
 mod chart;
 mod csv;
+mod engines;
 mod front;
 mod how;
 mod labels;
@@ -56,6 +57,7 @@ pub(crate) fn page(results: &Results) -> Result<String, Failure> {
                 (facts(results))
                 (pictures)
                 (tables::section(results))
+                (engines::section(results))
                 (more(results))
                 (passes(results))
                 (how::section(results))

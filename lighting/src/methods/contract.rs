@@ -45,6 +45,9 @@ pub enum Role {
     Baseline,
     /// The method of a paper.
     Paper,
+    /// What engines do, which a comparison shows beside the best in its time. It is
+    /// dropped with the variants when time is short.
+    Engine,
     /// Another way to do it, the first to be dropped when time is short.
     Variant,
 }
