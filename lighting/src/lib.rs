@@ -49,6 +49,7 @@
 //! | [`methods`] | `methods` for the list | every way of making an image of airlight, a folder each, and the list of them |
 //! | `shadow_map` | `shadow-map` | orthographic, spot and cube maps |
 //! | `voxelized` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
+//! | `froxels` | `shadow-map` | the air of a view in cells, as engines light it |
 //! | `area` | `area` | area lights as many voxelized shadow volumes |
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair, smoke and glass as lights see them |
@@ -94,6 +95,8 @@ pub use eye_panes::EyePanes;
 pub use gather::{Gather, LitRays, Touching, Watch};
 #[cfg(feature = "area")]
 pub use methods::area;
+#[cfg(feature = "shadow-map")]
+pub use methods::froxels;
 #[cfg(feature = "shadow-dag")]
 pub use methods::precomputed;
 #[cfg(feature = "translucent")]

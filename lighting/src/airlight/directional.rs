@@ -46,7 +46,7 @@ pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Int
 
 /// The mean of `exp(−y)` for `y` from 0 to `x ≥ 0`: `(1 − exp(−x)) / x`
 /// without cancellation.
-fn mean_exponential(x: f32) -> f32 {
+pub(crate) fn mean_exponential(x: f32) -> f32 {
     if x < 1e-6 {
         1.0 - 0.5 * x
     } else {

@@ -24,6 +24,8 @@ pub use equi_angular::EquiAngular;
 pub use midpoint::Midpoint;
 pub use quadrature::Quadrature;
 
+#[cfg(feature = "shadow-map")]
+pub(crate) use directional::mean_exponential;
 pub(crate) use midpoint::far_end;
 
 use glam::Vec3;

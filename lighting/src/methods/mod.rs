@@ -81,6 +81,8 @@ pub mod epipolar;
 #[cfg(feature = "trace")]
 pub mod exact;
 #[cfg(feature = "shadow-map")]
+pub mod froxels;
+#[cfg(feature = "shadow-map")]
 pub mod march;
 #[cfg(feature = "shadow-dag")]
 pub mod precomputed;

@@ -207,7 +207,8 @@ impl Registry {
             .with_all(super::exact::methods())
             .with_all(super::march::methods())
             .with_all(super::prefiltered::methods())
-            .with_all(super::epipolar::methods());
+            .with_all(super::epipolar::methods())
+            .with_all(super::froxels::methods());
         #[cfg(feature = "voxel-shadow")]
         let registry = registry.with_all(super::voxelized::methods());
         #[cfg(feature = "area")]

@@ -2,6 +2,8 @@
 
 mod arc;
 mod clip;
+#[cfg(feature = "shadow-map")]
+mod depths;
 
 use airlight::Segment;
 use glam::Vec3;
@@ -11,6 +13,8 @@ pub(crate) use arc::Arc;
 pub(crate) use arc::Turns;
 use clip::Clip;
 pub(crate) use clip::axis_of;
+#[cfg(feature = "shadow-map")]
+pub use depths::depth_range;
 
 use crate::scene::{
     Bounds, DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle,

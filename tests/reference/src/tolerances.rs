@@ -50,6 +50,10 @@ pub enum Allowed {
     GpuTreeNodes,
     /// A filtered moment of depths on the GPU and on the CPU.
     GpuMoments,
+    /// The radiance of a ray by froxels on the GPU and on the CPU, given the same map.
+    GpuFroxels,
+    /// Share of rays whose radiance differs by more because a froxel falls to another texel.
+    GpuFroxelRays,
     /// A texel of a shadow map on the GPU and on the CPU.
     GpuTexel,
     /// Share of the texels on an edge that differ by more than that.
@@ -292,6 +296,23 @@ pub const TABLE: &[Tolerance] = &[
         derivation: "Times 1, or the moment where it is one of an exponential. The depth is off by \
             4 units of 1; an exponential of up to 20 times that by 80 units and by the 3 + 2 x \
             20 ULP that WGSL grants it, its square by twice as much.",
+    },
+    Tolerance {
+        what: Allowed::GpuFroxels,
+        error: 640.0 * ULP32,
+        derivation: "Relative to the brightest ray. 256 units as for `GpuRadiance`; the sample of a \
+            froxel is off by 4 units of its coordinates of 10 m or less, and of lights 1 m away and \
+            more: 40 units of the distance, 80 of its square; and a ray reads its columns and \
+            slices at a place that is off by 4 units of up to 24 borders and tiles, 100 units of \
+            the difference between neighbours, three times: along, across and down.",
+    },
+    Tolerance {
+        what: Allowed::GpuFroxelRays,
+        error: 6e-3,
+        derivation: "For each light. A ray reads four columns of up to 64 froxels. A coordinate of a map \
+            of 256 is off by 6e-5 of a texel, so each froxel is within rounding of one of four \
+            borders with a chance of 2.4e-4, and at most every tenth is next to a texel of \
+            another answer: 4 x 64 x 2.4e-4 / 10 = 6e-3.",
     },
     Tolerance {
         what: Allowed::GpuTexel,

@@ -65,11 +65,12 @@ mod source;
 mod tests;
 mod volume;
 
+pub use crate::path::depth_range;
 pub use epipolar::{Resolution, Spacing};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
 pub use source::{Detail, VoxelShadow};
-pub use volume::{BuildVoxels, Eye, VoxelError, VoxelVolume, depth_range};
+pub use volume::{BuildVoxels, Eye, VoxelError, VoxelVolume};
 pub use voxel_shadow::Sampling;
 
 pub(crate) use volume::State;
