@@ -237,7 +237,7 @@ impl Method for Froxels {
             quick: self.quick,
             pictured: 64,
             usual: 64,
-            role: Role::Variant,
+            role: Role::Engine,
             uses_shadow_map: true,
         }
     }
