@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::names::short_title;
 use super::plots::{Line, representative};
 use super::section::table;
 use crate::compare::results::{Measurement, Results};
@@ -55,7 +56,7 @@ fn rows(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
             let rival = |other: Option<&Measurement>, value: fn(&Measurement) -> f64| match other {
                 Some(other) => [
                     Cell {
-                        aside: results.setting(other),
+                        aside: setting(results, other),
                         ..value(other).into()
                     },
                     times(value(m) / value(other)).into(),
@@ -81,6 +82,12 @@ fn rows(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
 fn is_rival(results: &Results, m: &Measurement) -> bool {
     let method = &results.methods[m.method];
     method.samples_shadow_map && !method.is_of_engines
+}
+
+/// A method at a quality, in few letters.
+fn setting(results: &Results, m: &Measurement) -> String {
+    let title = short_title(&results.methods[m.method].title);
+    format!("{title}, {}", m.quality)
 }
 
 fn times(ratio: f64) -> String {
