@@ -50,6 +50,7 @@
 //! | `shadow_map` | `shadow-map` | orthographic, spot and cube maps |
 //! | `voxelized` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
 //! | `area` | `area` | area lights as many voxelized shadow volumes |
+//! | `raytraced_area` | `trace` | area lights by shadow rays and exact runs, the baseline |
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair, smoke and glass as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
@@ -96,6 +97,8 @@ pub use gather::{Gather, LitRays, Touching, Watch};
 pub use methods::area;
 #[cfg(feature = "shadow-dag")]
 pub use methods::precomputed;
+#[cfg(feature = "trace")]
+pub use methods::raytraced_area;
 #[cfg(feature = "translucent")]
 pub use methods::translucent;
 #[cfg(feature = "voxel-shadow")]

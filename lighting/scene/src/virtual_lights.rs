@@ -162,7 +162,7 @@ impl AreaLight {
     }
 
     /// Texture coordinates of a point of the unit square; see [`Pattern`].
-    fn on_the_light(&self, point: DVec2) -> Vec2 {
+    pub(crate) fn on_the_light(&self, point: DVec2) -> Vec2 {
         match self.shape {
             AreaShape::Rectangle => point.as_vec2(),
             AreaShape::Disk => on_the_disk(point.x.sqrt() * DVec2::from_angle(TAU * point.y)),
