@@ -108,8 +108,9 @@ pub(crate) enum Command {
 /// a converged reference. Writes a folder with index.html, which needs nothing
 /// but a browser, results.csv, and the reference, the surfaces and the airlight of
 /// each method as EXR files. A run that measured nothing returns 1. Studies measure one
-/// algorithm each, beside the methods: airlight.csv has evaluators of airlight, voxels.csv voxelized
-/// shadow volumes, curves.csv curves of transmittance, and
+/// algorithm each, beside the methods: airlight.csv has evaluators of airlight, voxels.csv
+/// voxelized shadow volumes, area-lights.csv area lights as many of them, curves.csv
+/// curves of transmittance, and
 /// precomputed-voxelized-shadows.csv what its name says. An interruption
 /// (Ctrl-C) during the studies ends them early, and what there is is reported.
 ///

@@ -57,6 +57,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
         others,
         [
             "airlight.csv",
+            "area-lights.csv",
             "curves.csv",
             "index.html",
             "precomputed-voxelized-shadows.csv",

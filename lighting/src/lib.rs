@@ -51,6 +51,7 @@
 //! | `voxelized` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
 //! | `froxels` | `shadow-map` | the air of a view in cells, as engines light it |
 //! | `area` | `area` | area lights as many voxelized shadow volumes |
+//! | `raytraced_area` | `trace` | area lights by shadow rays and exact runs, the baseline |
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair, smoke and glass as lights see them |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
@@ -99,6 +100,8 @@ pub use methods::area;
 pub use methods::froxels;
 #[cfg(feature = "shadow-dag")]
 pub use methods::precomputed;
+#[cfg(feature = "trace")]
+pub use methods::raytraced_area;
 #[cfg(feature = "translucent")]
 pub use methods::translucent;
 #[cfg(feature = "voxel-shadow")]

@@ -146,3 +146,36 @@ fn runs_converge_to_the_area_light_and_the_average_has_a_floor() {
         "{floor:?}"
     );
 }
+
+/// Rays whose points are even converge faster than independent ones, which would halve
+/// their error with four times as many: 4 times from 16 to 256. What is left at the end
+/// is noise, whose mean over the picture is within three of its deviations.
+#[test]
+fn traced_rays_and_runs_are_unbiased_and_converge_faster_than_independent_ones() {
+    let scene = TestScene::new(Embedded::Pergola, 32, 18);
+    let truth = truth(&scene);
+    let host = Store::new();
+    let inputs = inputs(&scene, 128, &host);
+    for (method, counts) in [
+        ("area-rays", [16, 256, 1024]),
+        ("area-traced-runs", [4, 64, 256]),
+    ] {
+        let errors = counts.map(|count| error(inputs, &truth, method, count));
+        let [few, more, most] = errors.map(|error| error.rmse);
+        assert!(
+            few > 4.0 * more && more > 1.5 * most,
+            "{method}: {few} {more} {most}"
+        );
+        let registry = Registry::standard();
+        let entry = registry.find(method).unwrap();
+        let image = image(&Cpu::new(), inputs, entry, counts[1])
+            .unwrap()
+            .unwrap();
+        let sum = |pixel: &[f32; 4]| f64::from(pixel[0] + pixel[1] + pixel[2]);
+        let mean = image.iter().map(sum).sum::<f64>() / (3 * image.len()) as f64;
+        let bias = (mean / truth.mean() - 1.0).abs();
+        let allowed = 3.0 * more / (image.len() as f64).sqrt() + TOLERANCE;
+        println!("{method}: bias {bias:.5} of {allowed:.5}");
+        assert!(bias < allowed, "{method}: {bias} {allowed}");
+    }
+}

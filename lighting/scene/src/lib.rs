@@ -38,6 +38,7 @@
 //! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
 //! Light is linear RGB radiance. Coordinates lie within 1e9 m.
 
+mod area_surface;
 mod camera;
 mod caster;
 mod coating_line;
@@ -68,6 +69,7 @@ mod translucent;
 pub mod view;
 mod virtual_lights;
 
+pub use area_surface::AreaSurface;
 pub use camera::Camera;
 pub use caster::{Caster, Coating};
 pub use coating_line::Passing;

@@ -90,6 +90,22 @@ impl AreaLight {
     /// # Errors
     /// [`SceneError::BadValue`] if a number is out of its domain.
     pub fn virtual_lights(&self, pattern: Pattern, count: u32) -> Result<Vec<Emitter>, SceneError> {
+        self.virtual_lights_placed_by(self, pattern, count)
+    }
+
+    /// The same light as points in the places that `placed_by` has for them: where the
+    /// textures of the two differ and nothing else does, as in two frames of a video,
+    /// the points change their intensity and stay where they are, even those of
+    /// [`Pattern::Importance`]. What was made for their places stays of use.
+    ///
+    /// # Errors
+    /// Those of [`AreaLight::virtual_lights`].
+    pub fn virtual_lights_placed_by(
+        &self,
+        placed_by: &Self,
+        pattern: Pattern,
+        count: u32,
+    ) -> Result<Vec<Emitter>, SceneError> {
         let count = count.clamp(1, 65536);
         let [u, v] = self.edges;
         // The square of a small area is no number in single precision.
@@ -103,7 +119,7 @@ impl AreaLight {
                 "finite coordinates and two edges that span an area",
             ));
         }
-        let places = self.places(pattern, count);
+        let places = placed_by.places(pattern, count);
         let normal = normal.normalize().as_vec3();
         let area = match self.shape {
             AreaShape::Rectangle => area,
@@ -162,7 +178,7 @@ impl AreaLight {
     }
 
     /// Texture coordinates of a point of the unit square; see [`Pattern`].
-    fn on_the_light(&self, point: DVec2) -> Vec2 {
+    pub(crate) fn on_the_light(&self, point: DVec2) -> Vec2 {
         match self.shape {
             AreaShape::Rectangle => point.as_vec2(),
             AreaShape::Disk => on_the_disk(point.x.sqrt() * DVec2::from_angle(TAU * point.y)),
@@ -456,6 +472,36 @@ mod tests {
         let [few, more] = [9, 30].map(|count| points(&light, Pattern::Halton, count));
         for ((few, _), (more, _)) in few.iter().zip(&more) {
             assert_eq!(few, more);
+        }
+    }
+
+    #[test]
+    fn another_texture_in_the_same_places_changes_intensities_alone() {
+        for shape in [AreaShape::Rectangle, AreaShape::Disk] {
+            let before = screen(shape);
+            let texels = (0..64).map(|i| Vec3::splat((i % 8) as f32)).collect();
+            let after = AreaLight {
+                texture: Some(Texture::new(8, 8, texels).unwrap()),
+                ..before.clone()
+            };
+            for pattern in PATTERNS {
+                let old = before.virtual_lights(pattern, 200).unwrap();
+                let new = after
+                    .virtual_lights_placed_by(&before, pattern, 200)
+                    .unwrap();
+                for (old, new) in old.iter().zip(&new) {
+                    let (Emitter::Point(old), Emitter::Point(new)) = (old, new) else {
+                        panic!("an area light is near");
+                    };
+                    assert_eq!(old.position(), new.position());
+                }
+                assert_ne!(old, new);
+                let sum = |all: &[Emitter]| all.iter().map(Emitter::intensity).sum::<Vec3>();
+                let own = sum(&after.virtual_lights(Pattern::Lattice, 1000).unwrap());
+                assert!((sum(&new) / own - 1.0).length() < 1e-3, "{pattern:?}");
+                let same = before.virtual_lights_placed_by(&before, pattern, 200);
+                assert_eq!(same.unwrap(), old);
+            }
         }
     }
 

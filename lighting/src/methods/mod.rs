@@ -88,6 +88,8 @@ pub mod march;
 pub mod precomputed;
 #[cfg(feature = "shadow-map")]
 pub mod prefiltered;
+#[cfg(feature = "trace")]
+pub mod raytraced_area;
 #[cfg(feature = "translucent")]
 pub mod translucent;
 pub mod unshadowed;

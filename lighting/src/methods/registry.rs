@@ -205,6 +205,7 @@ impl Registry {
         let registry = Self::empty()
             .with_all(super::unshadowed::methods())
             .with_all(super::exact::methods())
+            .with_all(super::raytraced_area::methods())
             .with_all(super::march::methods())
             .with_all(super::prefiltered::methods())
             .with_all(super::epipolar::methods())

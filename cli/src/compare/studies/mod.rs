@@ -8,6 +8,7 @@
 //! knows any study by name; to add one, write its file and add its line to
 //! [`STUDIES`].
 
+mod area_lights;
 mod curves;
 mod evaluators;
 mod precomputed_shadows;
@@ -17,8 +18,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use gpu_backend::gpu::Context;
-use lighting::scene::trace::Tracer;
-use lighting::scene::{Camera, Geometry, Medium, Translucent};
+use lighting::scene::trace::{Hit, Tracer};
+use lighting::scene::{AreaEmitters, Camera, Geometry, Medium, Translucent};
 use lighting::{Emitter, Ray};
 
 use super::budget::Budget;
@@ -27,9 +28,10 @@ use crate::failure::Failure;
 use crate::parse::Size;
 
 /// All studies, in the order in which they are carried out and reported.
-pub(crate) const STUDIES: [Kind; 4] = [
+pub(crate) const STUDIES: [Kind; 5] = [
     evaluators::KIND,
     voxel_grids::KIND,
+    area_lights::KIND,
     curves::KIND,
     precomputed_shadows::KIND,
 ];
@@ -81,9 +83,13 @@ pub(crate) struct Subject<'a> {
     pub(crate) translucent: &'a [Translucent],
     /// Lights that reach the view, as far as the plan keeps them.
     pub(crate) emitters: &'a [Emitter],
+    /// The area lights among them.
+    pub(crate) areas: &'a [AreaEmitters],
     pub(crate) camera: &'a Camera,
     /// The rays of the picture, and its size.
     pub(crate) rays: &'a [Ray],
+    /// What each ray ends on.
+    pub(crate) hits: &'a [Option<Hit>],
     pub(crate) size: Size,
     /// Texels per side of a shadow map.
     pub(crate) map: u32,
@@ -216,8 +222,10 @@ mod tests {
                 medium: self.scene.medium.as_ref().unwrap(),
                 translucent: &self.scene.translucent,
                 emitters: &self.emitters,
+                areas: &[],
                 camera: &self.camera,
                 rays: &[],
+                hits: &[],
                 size: Size {
                     width: 16,
                     height: 9,
@@ -293,7 +301,7 @@ mod tests {
             .map(|kind| (kind.pointless)(&subject))
             .collect();
         assert!(reasons[0].unwrap().contains("closed form"), "{reasons:?}");
-        assert!(reasons[2].unwrap().contains("translucent"), "{reasons:?}");
+        assert!(reasons[3].unwrap().contains("translucent"), "{reasons:?}");
         subject.emitters = &[];
         assert!((precomputed_shadows::KIND.pointless)(&subject).is_some());
         assert!((voxel_grids::KIND.pointless)(&subject).is_some());

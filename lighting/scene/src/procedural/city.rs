@@ -26,6 +26,25 @@ const EYE: Vec3 = Vec3::new(-3.0, 6.0, 95.0);
 /// it. Roof boxes are sunk into the roofs, trunks end inside the crowns,
 /// and everything stands a little in the ground.
 pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
+    streets(&mut stage, seed);
+    let sun = DirectionalLight {
+        direction: Vec3::new(0.255, -0.37, 1.0),
+        irradiance: Vec3::new(2.3, 1.95, 1.5),
+        ..DirectionalLight::default()
+    };
+    seen(stage, Light::Directional(sun))
+}
+
+/// The same by night, with a glowing rectangle high above the park, behind the top
+/// of the picture.
+pub(super) fn under_a_panel(mut stage: Stage, seed: u64) -> Scene {
+    streets(&mut stage, seed);
+    let radiance = Vec3::new(2100.0, 2000.0, 1800.0);
+    let panel = stage.panel(Vec3::new(-26.0, 95.0, 20.0), [40.0, 26.0], radiance);
+    seen(stage, Light::Area(panel))
+}
+
+fn streets(stage: &mut Stage, seed: u64) {
     let mut random = Random::new(seed);
     let unit_box = || cuboid(Vec3::new(-0.5, 0.0, -0.5), Vec3::new(0.5, 1.0, 0.5));
     let walls = [
@@ -60,23 +79,20 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
             let block = Vec3::new(centre(column), 0.0, centre(row));
             let middle = (7..=10).contains(&column);
             if middle && (9..=10).contains(&row) {
-                props.park(&mut stage, &mut random, block);
+                props.park(stage, &mut random, block);
             } else {
                 let towers = if middle && row < 9 { 0.45 } else { 0.15 };
-                props.block(&mut stage, &mut random, block, towers);
+                props.block(stage, &mut random, block, towers);
             }
         }
     }
+}
 
-    let sun = DirectionalLight {
-        direction: Vec3::new(0.255, -0.37, 1.0),
-        irradiance: Vec3::new(2.3, 1.95, 1.5),
-        ..DirectionalLight::default()
-    };
+fn seen(stage: Stage, light: Light) -> Scene {
     let phase = PhaseFunction::HenyeyGreenstein { g: 0.6 };
     stage.seen(
         look(EYE, Vec3::new(-6.0, 22.0, 0.0), 52.0),
-        vec![Light::Directional(sun)],
+        vec![light],
         fog(
             Vec3::new(0.0060, 0.0064, 0.0070),
             Vec3::splat(0.0004),

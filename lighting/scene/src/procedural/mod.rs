@@ -27,6 +27,7 @@ mod landscape;
 mod pergola;
 pub(crate) mod primitives;
 mod random;
+mod screen;
 mod smoke;
 mod stage;
 mod stiff;
@@ -63,6 +64,8 @@ pub enum Embedded {
     /// Wide beams under a glowing rectangle, whose soft shadows take about half of
     /// its light.
     Pergola,
+    /// Plates and balls under a screen with a test card: soft shadows in colours.
+    Screen,
     /// A spring around a lamp.
     Coil,
     /// Pickets and wires between the eye and a lamp.
@@ -74,11 +77,16 @@ pub enum Embedded {
     /// The columns of smoke as they are, a plume on a grid and a ponytail:
     /// all of them let a part of the light through.
     Translucent,
+    /// The strands of [`Embedded::Hairball`] under a glowing rectangle.
+    HairballPanel,
+    /// The park of [`Embedded::City`] under a glowing rectangle, as of a stadium.
+    CityPanel,
 }
 
 impl Embedded {
-    /// Every scene, in the order in which they are listed to users.
-    pub const ALL: [Self; 11] = [
+    /// Every scene that any comparison can take, in the order in which they are listed
+    /// to users.
+    pub const ALL: [Self; 12] = [
         Self::City,
         Self::Landscape,
         Self::Hairball,
@@ -86,11 +94,16 @@ impl Embedded {
         Self::TexturedSpot,
         Self::AreaLight,
         Self::Pergola,
+        Self::Screen,
         Self::Coil,
         Self::Fence,
         Self::Stiff,
         Self::Translucent,
     ];
+
+    /// Scenes whose reference takes minutes: an area light over very many triangles.
+    /// They have names as all others do, and are in no list of them.
+    pub const LARGE: [Self; 2] = [Self::HairballPanel, Self::CityPanel];
 
     /// The name by which users ask for it.
     pub const fn name(self) -> &'static str {
@@ -102,16 +115,20 @@ impl Embedded {
             Self::TexturedSpot => "textured-spot",
             Self::AreaLight => "area-light",
             Self::Pergola => "pergola",
+            Self::Screen => "screen",
             Self::Coil => "coil",
             Self::Fence => "fence",
             Self::Stiff => "stiff",
             Self::Translucent => "translucent",
+            Self::HairballPanel => "hairball-panel",
+            Self::CityPanel => "city-panel",
         }
     }
 
     /// The scene of that name, if there is one.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|scene| scene.name() == name)
+        let mut all = Self::ALL.into_iter().chain(Self::LARGE);
+        all.find(|scene| scene.name() == name)
     }
 
     /// One line for a list of scenes.
@@ -124,10 +141,13 @@ impl Embedded {
             Self::TexturedSpot => "a ball in the coloured cone of a spotlight with a cookie",
             Self::AreaLight => "a dense knotted tube under a rectangular area light",
             Self::Pergola => "wide beams under an area light: strong soft shadows",
+            Self::Screen => "plates and balls under a screen that shows a test card",
             Self::Coil => "a spring around a point light",
             Self::Fence => "pickets and wires in front of a point light",
             Self::Stiff => "dense fog, a light at the eye and one 10 km away, grazing walls",
             Self::Translucent => "smoke and hair that let a part of a spotlight through",
+            Self::HairballPanel => "1,500 curling strands under an area light",
+            Self::CityPanel => "the park of the city under a large area light",
         }
     }
 
@@ -142,10 +162,13 @@ impl Embedded {
             Self::TexturedSpot => textured_spot::build(stage, seed),
             Self::AreaLight => area_light::build(stage, seed),
             Self::Pergola => pergola::build(stage, seed),
+            Self::Screen => screen::build(stage, seed),
             Self::Coil => coil::build(stage, seed),
             Self::Fence => fence::build(stage, seed),
             Self::Stiff => stiff::build(stage, seed),
             Self::Translucent => translucent::build(stage, seed),
+            Self::HairballPanel => hairball::under_a_panel(stage, seed),
+            Self::CityPanel => city::under_a_panel(stage, seed),
         }
     }
 }

@@ -30,7 +30,7 @@ fn the_same_seed_gives_the_same_scene_and_another_seed_another() {
 
 #[test]
 fn every_scene_is_sound_complete_and_closed_whatever_the_seed() {
-    for which in Embedded::ALL {
+    for which in Embedded::ALL.into_iter().chain(Embedded::LARGE) {
         for seed in [0, 1, 17, u64::MAX] {
             let scene = which.build(seed);
             assert_eq!(scene.name, which.name());
@@ -62,7 +62,7 @@ fn every_scene_is_sound_complete_and_closed_whatever_the_seed() {
 
 #[test]
 fn names_lead_back_to_their_scenes() {
-    for which in Embedded::ALL {
+    for which in Embedded::ALL.into_iter().chain(Embedded::LARGE) {
         assert_eq!(Embedded::from_name(which.name()), Some(which));
         assert!(which.description().len() < 80);
     }
@@ -134,7 +134,12 @@ fn a_scene_uses_the_lights_and_media_that_it_is_there_for() {
     let light = |which: Embedded| which.build(1).lights[0].kind();
     assert_eq!(light(Embedded::City), "directional");
     assert_eq!(light(Embedded::TexturedSpot), "textured spot");
-    assert_eq!(light(Embedded::AreaLight), "area");
+    for which in Embedded::LARGE
+        .into_iter()
+        .chain([Embedded::AreaLight, Embedded::Screen])
+    {
+        assert_eq!(light(which), "area");
+    }
     let air = |which: Embedded| which.build(1).medium.unwrap();
     assert!(air(Embedded::Landscape).bounds().is_some());
     let haze = air(Embedded::Landscape).sigma_s();
@@ -239,6 +244,7 @@ fn figures_are_those_on_record() {
         (TexturedSpot, 2, 20_492, 0.413_116, 834.0, 1.003_352),
         (AreaLight, 3, 103_704, 1.0, 4_249.0, 1.366_425),
         (Pergola, 11, 132, 1.0, 4_477.0, 1.688_068),
+        (Screen, 17, 9_080, 0.944_767, 4_389.0, 1.240_938),
         (Coil, 2, 20_208, 1.0, 6_180.0, 1.577_061),
         (Fence, 137, 2_300, 0.673_492, 16_619.0, 1.238_292),
         (Stiff, 32, 384, 0.826_984, 4_443.0, 1.211_076),

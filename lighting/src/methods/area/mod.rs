@@ -81,6 +81,7 @@ mod gpu;
 mod gpu_tests;
 #[cfg(feature = "methods")]
 mod method;
+mod resolution;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "wgpu")]
@@ -90,6 +91,7 @@ mod volumes;
 pub use gather::{GatherMany, ManyLights};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
+pub use resolution::{Planned, planned};
 #[cfg(feature = "wgpu")]
 pub use turns::AirlightTurns;
 pub use volumes::{BuildLightVolumes, LightVolumes, SurfaceVoxels};

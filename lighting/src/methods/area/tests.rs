@@ -8,6 +8,7 @@ use crate::airlight::{EquiAngular, Quadrature};
 use crate::scene::raster::Rays;
 use crate::scene::{
     AreaLight, Bounds, Camera, Emission, Geometry, Medium, Mesh, Pattern, PhaseFunction, Scene,
+    Texture,
 };
 use crate::shadow_map::{Casters, EMPTY, RenderShadowMap, RenderShadowMapAtlas, ShadowMapAtlas};
 use crate::visibility::SurfaceShadow;
@@ -125,6 +126,43 @@ fn gathered(cpu: &Cpu, lights: &[Emitter], detail: Detail) -> Vec<[f32; 4]> {
     cpu.gather_many(&many, &volumes, &airlight, &mut radiance)
         .unwrap();
     radiance
+}
+
+/// Voxels know where lights are and not how bright: those of one frame of a video are
+/// those of the next.
+#[test]
+fn a_changing_texture_changes_weights_and_needs_no_new_voxels() {
+    let screen = |texels: [Vec3; 4]| AreaLight {
+        texture: Some(Texture::new(2, 2, texels.to_vec()).unwrap()),
+        ..panel()
+    };
+    let [before, after] = [
+        screen([Vec3::X, Vec3::Y, Vec3::Z, Vec3::ZERO]),
+        screen([Vec3::ZERO, Vec3::ONE, Vec3::new(0.1, 0.2, 0.0), Vec3::Z]),
+    ];
+    let (medium, rays) = (fog(), rays());
+    let image = |made_for: &[Emitter], emitters: &[Emitter]| {
+        let many = ManyLights {
+            rays: &rays,
+            emitters,
+            medium: &medium,
+            detail: Detail::Runs,
+        };
+        let mut radiance = vec![[0.0; 4]; rays.len()];
+        let airlight = EquiAngular::new(4).unwrap();
+        Cpu::new()
+            .gather_many(&many, &volumes(made_for, &medium), &airlight, &mut radiance)
+            .unwrap();
+        radiance
+    };
+    for pattern in [Pattern::Importance, Pattern::Halton] {
+        let old = before.virtual_lights(pattern, 16).unwrap();
+        let new = after
+            .virtual_lights_placed_by(&before, pattern, 16)
+            .unwrap();
+        assert_eq!(image(&old, &new), image(&new, &new));
+        assert_ne!(image(&old, &old), image(&old, &new));
+    }
 }
 
 const DETAILS: [Detail; 3] = [Detail::Average, Detail::Voxels, Detail::Runs];

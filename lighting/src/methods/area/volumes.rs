@@ -161,6 +161,18 @@ impl<M: Memory> LightVolumes<M> {
     }
 }
 
+impl<M: Memory> LightVolumes<M> {
+    /// The lights that have voxels, in order, and where these are; the first of them has
+    /// the first tile of [`LightVolumes::grid`], and so on.
+    pub fn with_voxels(&self) -> impl Iterator<Item = (usize, &Lattice)> {
+        let lights = self.lights.iter().enumerate();
+        lights.filter_map(|(light, state)| match state {
+            State::Voxels(tile) => Some((light, &self.lattices[*tile])),
+            State::Lit | State::Dark => None,
+        })
+    }
+}
+
 impl LightVolumes<Host> {
     /// The shadow volume of a light.
     pub(crate) fn volume(&self, light: usize) -> State<ShadowVolume<'_, Host>> {

@@ -1,0 +1,348 @@
+//! Area lights as many shadow volumes beside what they replace: ratios of times that
+//! are taken in turn, so that a busy machine slows both down alike.
+//!
+//! `cargo bench --bench area` runs all of them, `cargo bench --bench area -- grids maps`
+//! those that are named. Ids are those of [`BENCHES`].
+
+use std::time::Instant;
+
+use crepuscular_tests::frames::{image, inputs};
+use glam::{Affine3A, Vec3};
+use gpu_backend::{Cpu, Host};
+use lighting::airlight::EquiAngular;
+use lighting::area::{GatherMany, LightVolumes, ManyLights};
+use lighting::methods::{Frame, Registry, Store};
+use lighting::scene::procedural::Embedded;
+use lighting::scene::{Instance, Pattern};
+use lighting::shadow_map::{
+    CasterPoints, Casters, LevelOfDetail, RenderImperfectMaps, RenderShadowMap,
+    RenderShadowMapAtlas, ShadowMap,
+};
+use lighting::voxelized::{Detail, Eye, Resolution, VoxelVolume};
+use lighting::{Emitter, Gather, LitRays};
+use reference::metrics::image_error;
+use reference::oracle::area;
+use reference::oracle::image::Options;
+use reference::scenes::TestScene;
+
+const BENCHES: [(&str, fn()); 5] = [
+    ("grids", grids),
+    ("maps", maps),
+    ("lights", lights),
+    ("hard", hard),
+    ("baseline", baseline),
+];
+
+/// Texels of a map and voxels along an axis.
+const SIDE: u32 = 128;
+
+/// Points that are splatted into a map.
+const POINTS: u32 = 4096;
+
+fn main() {
+    let names: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|name| !name.starts_with("--"))
+        .collect();
+    for (name, bench) in BENCHES {
+        if names.is_empty() || names.iter().any(|wanted| wanted == name) {
+            println!("{name}");
+            bench();
+        }
+    }
+}
+
+/// The fastest of a few rounds of each, in turn: what others do on the machine only
+/// adds to a time.
+fn fastest<const N: usize>(rounds: usize, mut runs: [&mut dyn FnMut(); N]) -> [f64; N] {
+    let mut best = [f64::INFINITY; N];
+    for _ in 0..rounds {
+        for (run, best) in runs.iter_mut().zip(&mut best) {
+            let clock = Instant::now();
+            run();
+            *best = best.min(clock.elapsed().as_secs_f64());
+        }
+    }
+    best
+}
+
+fn emitters(scene: &TestScene, count: u32) -> Vec<Emitter> {
+    let light = &scene.areas[0].light;
+    (light.virtual_lights(Pattern::Lattice, count)).expect("a sound light")
+}
+
+fn eye(scene: &TestScene) -> Eye {
+    Eye::of_camera(&scene.camera, scene.size, &scene.rays, &scene.medium)
+}
+
+fn cube(side: u32) -> Resolution {
+    Resolution::new(side, side, side).expect("a legal size")
+}
+
+fn volumes(cpu: &Cpu, lights: usize) -> LightVolumes<Host> {
+    LightVolumes::new(cpu, cube(SIDE), lights).expect("memory")
+}
+
+/// 256 grids in one pass, and 256 builds of the same size, and of 512³ each.
+fn grids() {
+    let scene = TestScene::new(Embedded::Pergola, 480, 270);
+    let cpu = Cpu::new();
+    let emitters = emitters(&scene, 256);
+    let eye = eye(&scene);
+    let casters = Casters::upload(&cpu, &scene.geometry).expect("memory");
+    let all = cpu
+        .shadow_map_atlas(&casters, &emitters, SIDE)
+        .expect("memory");
+    let each: Vec<ShadowMap<Host>> = emitters
+        .iter()
+        .map(|emitter| cpu.shadow_map(&casters, emitter, SIDE).expect("memory"))
+        .collect();
+    let mut together = volumes(&cpu, emitters.len());
+    let mut separate: Vec<VoxelVolume<Host>> = emitters
+        .iter()
+        .map(|_| VoxelVolume::new(&cpu, cube(SIDE)).expect("memory"))
+        .collect();
+    let mut fine = VoxelVolume::new(&cpu, cube(512)).expect("memory");
+    let [at_once, one_by_one, fine] = fastest(
+        7,
+        [
+            &mut || {
+                together
+                    .update(&cpu, &emitters, &eye, &all)
+                    .expect("a legal view");
+            },
+            &mut || {
+                for ((volume, emitter), map) in separate.iter_mut().zip(&emitters).zip(&each) {
+                    volume
+                        .update(&cpu, emitter, &eye, map)
+                        .expect("a legal view");
+                }
+            },
+            &mut || {
+                fine.update(&cpu, &emitters[0], &eye, &each[0])
+                    .expect("a legal view");
+            },
+        ],
+    );
+    println!(
+        "  256 grids of 128³: {:.1} ms in one pass, {:.1} ms one by one: {:.2}×",
+        1e3 * at_once,
+        1e3 * one_by_one,
+        one_by_one / at_once
+    );
+    println!(
+        "  256 builds of 512³ take {:.1}× as long as the pass (the paper's 1850 ms, with their use, against 8.5 ms)",
+        256.0 * fine / at_once
+    );
+}
+
+/// Imperfect maps of many lights over 588,000 triangles, and rasterised ones.
+fn maps() {
+    const LIGHTS: u32 = 64;
+    let mut scene = Embedded::HairballPanel.build(1);
+    let strands = scene.instances[0].clone();
+    for place in [Vec3::X, Vec3::NEG_X, Vec3::NEG_Z] {
+        scene.instances.push(Instance {
+            transform: Affine3A::from_translation(1.5 * place) * strands.transform,
+            ..strands.clone()
+        });
+    }
+    let scene = TestScene::of("hairballs", scene, 8, 8);
+    let emitters = emitters(&scene, LIGHTS);
+    let cpu = Cpu::new();
+    let casters = Casters::upload(&cpu, &scene.geometry).expect("memory");
+    let sampled = Instant::now();
+    let points = CasterPoints::sample(&cpu, &scene.geometry, 1 << 16).expect("memory");
+    let sampled = sampled.elapsed().as_secs_f64();
+    let [imperfect, atlas, each] = fastest(
+        2,
+        [
+            &mut || {
+                let level = LevelOfDetail::Near;
+                cpu.imperfect_maps(&points, &emitters, SIDE, POINTS, level)
+                    .expect("memory");
+            },
+            &mut || {
+                cpu.shadow_map_atlas(&casters, &emitters, SIDE)
+                    .expect("memory");
+            },
+            &mut || {
+                for emitter in &emitters {
+                    cpu.shadow_map(&casters, emitter, SIDE).expect("memory");
+                }
+            },
+        ],
+    );
+    println!(
+        "  {} triangles, {LIGHTS} lights: imperfect {:.1} ms (points once: {:.1} ms), all rasterised {:.1}×, a map for each light {:.1}×",
+        scene.geometry.triangles().len(),
+        1e3 * imperfect,
+        1e3 * sampled,
+        atlas / imperfect,
+        each / imperfect
+    );
+}
+
+/// What a light costs among 64, 256 and 1024: voxels and gather, with the paper's
+/// average and with lit runs.
+fn lights() {
+    let scene = TestScene::new(Embedded::Pergola, 160, 90);
+    let cpu = Cpu::new();
+    let eye = eye(&scene);
+    let points = CasterPoints::sample(&cpu, &scene.geometry, 1 << 16).expect("memory");
+    for (name, detail, nodes) in [("average", Detail::Average, 8), ("runs", Detail::Runs, 4)] {
+        let airlight = EquiAngular::new(nodes).expect("a legal number");
+        let cost = [64, 256, 1024].map(|count| {
+            let emitters = emitters(&scene, count);
+            let level = LevelOfDetail::Near;
+            let maps = cpu
+                .imperfect_maps(&points, &emitters, SIDE, POINTS, level)
+                .expect("memory");
+            let mut all = volumes(&cpu, emitters.len());
+            let mut radiance = vec![[0.0; 4]; scene.rays.len()];
+            let [seconds] = fastest(
+                3,
+                [&mut || {
+                    all.update(&cpu, &emitters, &eye, &maps)
+                        .expect("a legal view");
+                    let many = ManyLights {
+                        rays: &scene.rays,
+                        emitters: &emitters,
+                        medium: &scene.medium,
+                        detail,
+                    };
+                    cpu.gather_many(&many, &all, &airlight, &mut radiance)
+                        .expect("as many rays");
+                }],
+            );
+            seconds / f64::from(count)
+        });
+        let [few, more, most] = cost.map(|seconds| 1e3 * seconds);
+        println!(
+            "  {name}: {few:.3}, {more:.3}, {most:.3} ms a light among 64, 256, 1024: {:+.1} % from 64 to 1024",
+            100.0 * (most / few - 1.0)
+        );
+    }
+}
+
+/// The frame of 256 lights at 1024², maps apart, and that of a hard 512³ volume.
+fn hard() {
+    let scene = TestScene::new(Embedded::Pergola, 1024, 1024);
+    let cpu = Cpu::new();
+    let eye = eye(&scene);
+    let emitters = emitters(&scene, 256);
+    let points = CasterPoints::sample(&cpu, &scene.geometry, 1 << 16).expect("memory");
+    let maps = cpu
+        .imperfect_maps(&points, &emitters, SIDE, POINTS, LevelOfDetail::Near)
+        .expect("memory");
+    let casters = Casters::upload(&cpu, &scene.geometry).expect("memory");
+    let map = (cpu.shadow_map(&casters, &emitters[0], 1024)).expect("memory");
+    let mut one = VoxelVolume::new(&cpu, cube(512)).expect("memory");
+    let mut all = volumes(&cpu, emitters.len());
+    let airlight = EquiAngular::new(8).expect("a legal number");
+    let mut radiance = vec![[0.0; 4]; scene.rays.len()];
+    let mut of_one = radiance.clone();
+    let [frame] = fastest(
+        3,
+        [&mut || {
+            one.update(&cpu, &emitters[0], &eye, &map)
+                .expect("a legal view");
+            let lit = LitRays::new(&scene.rays, &emitters[0], &scene.medium);
+            cpu.gather(&lit, &one.source(Detail::Average), &airlight, &mut of_one)
+                .expect("as many rays");
+        }],
+    );
+    let [made] = fastest(
+        3,
+        [&mut || {
+            all.update(&cpu, &emitters, &eye, &maps)
+                .expect("a legal view");
+        }],
+    );
+    let [gathered] = fastest(
+        1,
+        [&mut || {
+            let many = ManyLights {
+                rays: &scene.rays,
+                emitters: &emitters,
+                medium: &scene.medium,
+                detail: Detail::Average,
+            };
+            cpu.gather_many(&many, &all, &airlight, &mut radiance)
+                .expect("as many rays");
+        }],
+    );
+    println!(
+        "  one 512³ frame {:.0} ms; 256 lights: voxels {:.2}×, gather of all pixels and lights {:.1}×, together {:.1}×",
+        1e3 * frame,
+        made / frame,
+        gathered / frame,
+        (made + gathered) / frame
+    );
+}
+
+/// Time to the error of the paper's method: its gather beside the careful ray tracer.
+fn baseline() {
+    const LIGHTS: u32 = 256;
+    let small = TestScene::new(Embedded::Pergola, 48, 27);
+    let panel = [small.areas[0].light.clone()];
+    let options = Options {
+        tolerance: 2e-3,
+        ..Options::default()
+    };
+    let (rays, medium, geometry) = (&small.rays, &small.medium, &small.geometry);
+    let truth = area::reference(rays, &[], &panel, medium, geometry, options);
+    let registry = Registry::standard();
+    let cpu = Cpu::new();
+    let host = Store::new();
+    let frame = inputs(&small, SIDE, &host);
+    let error = |name: &str, quality: u32| {
+        let entry = registry.find(name).expect("a method");
+        let found = image(&cpu, frame, entry, quality).expect("a legal quality");
+        image_error(&found.expect("on the CPU"), &truth).rmse
+    };
+    let counts = [16, 32, 64, 128, 256, 512, 1024];
+    let of_rays = counts.map(|count| error("area-rays", count));
+    println!("  error of rays {counts:?}: {of_rays:.5?}");
+    let of_runs = [4, 16, 64, 256].map(|count| error("area-traced-runs", count));
+    println!("  error of traced runs [4, 16, 64, 256]: {of_runs:.5?}");
+    let large = TestScene::new(Embedded::Pergola, 960, 540);
+    let host = Store::new();
+    let frame = inputs(&large, SIDE, &host);
+    let time = |name: &str, quality: u32| {
+        let store = Store::new();
+        let frame = Frame::new(&cpu, frame, &store).expect("memory").timed();
+        let method = registry.find(name).and_then(|entry| entry.on::<Cpu>());
+        let method = method.expect("a method");
+        method.prepare(&frame, quality).expect("a legal quality");
+        let mut radiance = vec![[0.0; 4]; large.rays.len()];
+        method
+            .add_radiance(&frame, quality, &mut radiance)
+            .expect("a legal quality");
+        let passes = frame.passes();
+        let all: f64 = passes.iter().map(|pass| pass.seconds).sum();
+        let gather = passes.iter().rfind(|pass| pass.what != "voxels");
+        [gather.map_or(all, |pass| pass.seconds), all]
+    };
+    let [per_ray, _] = time("area-rays", 16).map(|seconds| seconds / 16.0);
+    for name in ["area-imperfect", "area-average", "area-runs"] {
+        let own = error(name, LIGHTS);
+        // Between two counts errors follow a power of the count.
+        let next = of_rays.iter().position(|error| *error < own);
+        let needed = match next {
+            Some(next @ 1..) => {
+                let [a, b] = [of_rays[next - 1], of_rays[next]];
+                let share = (a / own).ln() / (a / b).ln();
+                f64::from(counts[next - 1]) * 2_f64.powf(share)
+            }
+            Some(0) => f64::from(counts[0]),
+            _ => f64::INFINITY,
+        };
+        let [gather, all] = time(name, LIGHTS);
+        println!(
+            "  {name} {LIGHTS}: error {own:.5}, {needed:.0} rays; gather {:.2}×, with voxels {:.2}× faster than these",
+            needed * per_ray / gather,
+            needed * per_ray / all
+        );
+    }
+}
