@@ -139,7 +139,7 @@ mod tests {
         // The same differences in blocks, and as a pattern that no eye resolves.
         let in_cells = |side: usize| {
             error(&ramp(1.0), |i, p| {
-                let is_even = (i / 24 / side + i % 24 / side) % 2 == 0;
+                let is_even = (i / 24 / side + i % 24 / side).is_multiple_of(2);
                 let difference = if is_even { 0.05 } else { -0.05 };
                 p.map(|v| v + difference)
             })
