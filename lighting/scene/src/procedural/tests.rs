@@ -134,10 +134,7 @@ fn a_scene_uses_the_lights_and_media_that_it_is_there_for() {
     let light = |which: Embedded| which.build(1).lights[0].kind();
     assert_eq!(light(Embedded::City), "directional");
     assert_eq!(light(Embedded::TexturedSpot), "textured spot");
-    for which in Embedded::LARGE
-        .into_iter()
-        .chain([Embedded::AreaLight, Embedded::Screen])
-    {
+    for which in Embedded::LARGE.into_iter().chain([Embedded::AreaLight]) {
         assert_eq!(light(which), "area");
     }
     let air = |which: Embedded| which.build(1).medium.unwrap();
@@ -244,7 +241,6 @@ fn figures_are_those_on_record() {
         (TexturedSpot, 2, 20_492, 0.413_116, 834.0, 1.003_352),
         (AreaLight, 3, 103_704, 1.0, 4_249.0, 1.366_425),
         (Pergola, 11, 132, 1.0, 4_477.0, 1.688_068),
-        (Screen, 17, 9_080, 0.944_767, 4_389.0, 1.240_938),
         (Coil, 2, 20_208, 1.0, 6_180.0, 1.577_061),
         (Fence, 137, 2_300, 0.673_492, 16_619.0, 1.238_292),
         (Stiff, 32, 384, 0.826_984, 4_443.0, 1.211_076),
