@@ -8,7 +8,7 @@ use gpu_backend::gpu::{
 use gpu_backend::shader::{Assembly, Part};
 use gpu_backend::{Buffer, Error};
 
-use super::gather::check;
+use super::gather::{blocks, check};
 use super::{GatherMany, LightVolumes, ManyLights};
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
 use crate::gpu::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PATH, VisibilitySlot};
@@ -33,8 +33,8 @@ pub(super) struct Many {
     pub(super) medium: MediumRecord,
     pub(super) rays: u32,
     pub(super) lights: u32,
-    pub(super) padding_a: u32,
-    pub(super) padding_b: u32,
+    pub(super) first: u32,
+    pub(super) weight: f32,
 }
 
 /// `Light` of `many.wgsl`.
@@ -129,11 +129,18 @@ impl<A: InShader<AirlightSlot>, E: Encode> GatherMany<A> for Gpu<E> {
         if lights.medium.scatters_nothing() {
             return Ok(());
         }
-        let all: Vec<usize> = (0..lights.emitters.len()).collect();
-        for numbers in all.chunks(block(volumes.resolution().bits(), lights.detail)) {
+        let most = block(volumes.resolution().bits(), lights.detail);
+        let parts = lights
+            .interleaving
+            .runs(lights.rays.len())
+            .flat_map(|(run, part)| {
+                let all = blocks(part, lights.emitters.len(), most);
+                all.map(move |numbers| (run.clone(), part, numbers))
+            });
+        for (run, part, numbers) in parts {
             let mut block = Block::default();
             for light in numbers {
-                block.add(lights, volumes, *light);
+                block.add(lights, volumes, light);
             }
             if block.lights.is_empty() {
                 continue;
@@ -141,10 +148,10 @@ impl<A: InShader<AirlightSlot>, E: Encode> GatherMany<A> for Gpu<E> {
             let many = Many {
                 medium: MediumRecord::new(lights.medium),
                 // More rays than that are refused by the dispatch.
-                rays: lights.rays.len() as u32,
+                rays: run.len() as u32,
                 lights: block.lights.len() as u32,
-                padding_a: 0,
-                padding_b: 0,
+                first: run.start as u32,
+                weight: part.weight(),
             };
             self.dispatch(
                 &Kernel {
@@ -165,7 +172,7 @@ impl<A: InShader<AirlightSlot>, E: Encode> GatherMany<A> for Gpu<E> {
                     ],
                     &airlight.arguments(),
                 ],
-                Workgroups::covering(lights.rays.len(), GROUP),
+                Workgroups::covering(run.len(), GROUP),
             )?;
         }
         Ok(())

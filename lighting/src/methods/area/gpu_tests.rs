@@ -9,6 +9,7 @@ use reference::tolerances::Allowed;
 use super::gpu::{Light, Many, block, shader};
 use super::tests::{eye, fog, lights, maps, rays, resolution};
 use super::*;
+use crate::Interleaving;
 use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use crate::gpu::AirlightSlot;
 use crate::shadow_map::{Casters, RenderShadowMapAtlas};
@@ -37,8 +38,8 @@ fn every_evaluator_goes_with_many_lights() {
             medium,
             rays,
             lights,
-            padding_a,
-            padding_b
+            first,
+            weight
         }
     );
     assert_same_layout!(
@@ -78,12 +79,17 @@ fn the_gpu_agrees_with_the_cpu_but_for_rays_at_an_edge() {
     there.update(&gpu, &lights, &eye(&medium), &maps).unwrap();
     let airlight = EquiAngular::new(4).unwrap();
     let rays_there = gpu.upload(&rays).unwrap();
-    for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
+    let all = (Detail::Runs, Interleaving::NONE);
+    // Most rays by runs of 90 that share the lights, the others in full.
+    let shared = (Detail::Runs, Interleaving::new(4, 90));
+    let others = [Detail::Average, Detail::Voxels].map(|detail| (detail, Interleaving::NONE));
+    for (detail, interleaving) in [all, shared].into_iter().chain(others) {
         let many = ManyLights {
             rays: &rays,
             emitters: &lights,
             medium: &medium,
             detail,
+            interleaving,
         };
         let start = vec![[1.0, 2.0, 3.0, 4.0]; rays.len()];
         let mut expected = start.clone();
@@ -94,6 +100,7 @@ fn the_gpu_agrees_with_the_cpu_but_for_rays_at_an_edge() {
             emitters: &lights,
             medium: &medium,
             detail,
+            interleaving,
         };
         let mut found = gpu.upload(&start).unwrap();
         gpu.gather_many(&many, &there, &airlight, &mut found)
