@@ -77,6 +77,7 @@ mod gather;
 pub mod gpu;
 #[cfg(all(feature = "shadow-map", feature = "trace"))]
 pub mod indirect;
+mod interleaving;
 pub mod methods;
 mod path;
 pub mod plan;
@@ -94,6 +95,7 @@ pub use scene;
 pub use airlight::AirlightEvaluator;
 pub use eye_panes::EyePanes;
 pub use gather::{Gather, LitRays, Touching, Watch};
+pub use interleaving::{Interleaving, Part};
 #[cfg(feature = "area")]
 pub use methods::area;
 #[cfg(feature = "shadow-map")]

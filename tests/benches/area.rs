@@ -19,7 +19,7 @@ use lighting::shadow_map::{
     RenderShadowMapAtlas, ShadowMap,
 };
 use lighting::voxelized::{Detail, Eye, Resolution, VoxelVolume};
-use lighting::{Emitter, Gather, LitRays};
+use lighting::{Emitter, Gather, Interleaving, LitRays};
 use reference::metrics::image_error;
 use reference::oracle::area;
 use reference::oracle::image::Options;
@@ -210,6 +210,7 @@ fn lights() {
                         emitters: &emitters,
                         medium: &scene.medium,
                         detail,
+                        interleaving: Interleaving::NONE,
                     };
                     cpu.gather_many(&many, &all, &airlight, &mut radiance)
                         .expect("as many rays");
@@ -267,6 +268,7 @@ fn hard() {
                 emitters: &emitters,
                 medium: &scene.medium,
                 detail: Detail::Average,
+                interleaving: Interleaving::NONE,
             };
             cpu.gather_many(&many, &all, &airlight, &mut radiance)
                 .expect("as many rays");

@@ -1,7 +1,7 @@
 //! Methods on test scenes.
 
 use gpu_backend::{Buffer, Download, Host};
-use lighting::methods::{Entry, Frame, FrameInputs, MethodBackend, MethodError, Store};
+use lighting::methods::{Entry, Frame, FrameInputs, MethodBackend, MethodError, Selection, Store};
 use reference::scenes::TestScene;
 
 /// What methods are told of a test scene, with shadow maps of `map` texels.
@@ -18,6 +18,7 @@ pub fn inputs<'a>(scene: &'a TestScene, map: u32, host: &'a Store<Host>) -> Fram
         hits: &scene.hits,
         map,
         host,
+        selection: Selection::default(),
         watch: &(),
     }
 }

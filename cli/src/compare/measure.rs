@@ -6,7 +6,9 @@ use std::time::Instant;
 
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{BufferOf, Cpu, Download, Error};
-use lighting::methods::{Frame, FrameInputs, MethodBackend, MethodError, Store, Used, Work};
+use lighting::methods::{
+    Frame, FrameInputs, MethodBackend, MethodError, Selection, Store, Used, Work,
+};
 use lighting::scene::view::View;
 use lighting::scene::{AreaEmitters, Camera, Medium};
 use lighting::{Emitter, Watch};
@@ -63,6 +65,7 @@ impl<'a> Job<'a> {
             hits: self.view.hits(),
             map: self.map,
             host: &self.input.host,
+            selection: Selection::default(),
             watch,
         }
     }

@@ -3,7 +3,7 @@
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{Cpu, Download};
 use indicatif::ProgressBar;
-use lighting::methods::{Entry, Frame, FrameInputs, MethodBackend, Store, Verdict};
+use lighting::methods::{Entry, Frame, FrameInputs, MethodBackend, Selection, Store, Verdict};
 use lighting::precomputed::FilterSize;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
@@ -102,6 +102,7 @@ impl Job<'_> {
             hits: self.view.hits(),
             map,
             host: &host,
+            selection: Selection::default(),
             watch: &bar,
         };
         match entry.method().applies(&inputs) {

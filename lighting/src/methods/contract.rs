@@ -117,6 +117,13 @@ pub trait Method: Send + Sync + Debug {
         (qualities, None)
     }
 
+    /// Whether its rays can [share its work](super::Selection::interleaving): it then
+    /// takes the parts that belong to each ray and weighs them. Lights and steps are
+    /// such parts; what is made for the whole frame is made once for all of them.
+    fn interleaves(&self, _inputs: &FrameInputs<'_>) -> Verdict {
+        Verdict::Impossible("its rays cannot share its work".into())
+    }
+
     /// What should be said of its picture of a frame: what it leaves out, or does in
     /// another way than its name says.
     fn notes(&self, _inputs: &FrameInputs<'_>) -> Vec<String> {

@@ -1,6 +1,6 @@
 //! What methods are told.
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use gpu_backend::{Backend, BufferOf, Host};
@@ -8,7 +8,7 @@ use gpu_backend::{Backend, BufferOf, Host};
 use super::{MethodError, Store};
 use crate::scene::trace::Hit;
 use crate::scene::{AreaEmitters, Camera, Emitter, Geometry, Medium, Translucent};
-use crate::{Ray, Watch};
+use crate::{Interleaving, Ray, Watch};
 
 /// A frame as everybody knows it, whatever the backend.
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +27,8 @@ pub struct FrameInputs<'a> {
     pub camera: &'a Camera,
     /// Width and height of the picture, pixels.
     pub size: [u32; 2],
-    /// The rays of the pixels, row by row from the top.
+    /// The rays of the pixels, row by row from the top; or of those that the
+    /// [selection](FrameInputs::selection) names.
     pub rays: &'a [Ray],
     /// What each ray ends on; `None` is the sky.
     pub hits: &'a [Option<Hit>],
@@ -36,8 +37,24 @@ pub struct FrameInputs<'a> {
     /// What is made on the host, whatever the backend: on the CPU it may be the
     /// store of the frame itself.
     pub host: &'a Store<Host>,
+    /// Which pixels the rays belong to, and how they share the work: those of all
+    /// pixels, and not at all, unless a method runs inside of
+    /// [another](super::reduced).
+    pub selection: Selection<'a>,
     /// Told of progress, and asked whether to go on between lights.
     pub watch: &'a dyn Watch,
+}
+
+/// Some rays of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Selection<'a> {
+    /// The pixel of each ray, counted row by row from the top; `None` if the rays are
+    /// those of all pixels in this order. A pixel may be there twice.
+    pub pixels: Option<&'a [u32]>,
+    /// The share of the lights or steps that each ray takes. A method that
+    /// [takes none](super::Method::interleaves) gives each ray all of its light, which
+    /// is right too.
+    pub interleaving: Interleaving,
 }
 
 /// A frame on a backend.
@@ -51,7 +68,7 @@ pub struct Frame<'a, B: Backend> {
     pub rays: BufferOf<B, Ray>,
     /// What is kept between frames.
     pub store: &'a Store<B::Memory>,
-    passes: Option<Mutex<Vec<Pass>>>,
+    passes: Option<Arc<Mutex<Vec<Pass>>>>,
 }
 
 /// A pass that ran.
@@ -89,9 +106,24 @@ impl<'a, B: Backend> Frame<'a, B> {
     #[must_use]
     pub fn timed(self) -> Self {
         Self {
-            passes: Some(Mutex::default()),
+            passes: Some(Arc::default()),
             ..self
         }
+    }
+
+    /// The same frame with other inputs, for a method that runs another one inside: its
+    /// passes are those of this frame.
+    ///
+    /// # Errors
+    /// Those of [`Backend::upload`].
+    pub fn with_inputs<'b>(&'b self, inputs: FrameInputs<'b>) -> Result<Frame<'b, B>, MethodError> {
+        Ok(Frame {
+            backend: self.backend,
+            rays: self.backend.upload(inputs.rays)?,
+            inputs,
+            store: self.store,
+            passes: self.passes.clone(),
+        })
     }
 
     /// Runs a pass, by which methods say what they do.

@@ -11,6 +11,9 @@
 //! method of any such pair. What is not such a product implements the traits
 //! itself.
 //!
+//! Any method can be made of fewer rays, and one that [says so](Method::interleaves) of
+//! rays that share its work: [`reduced`].
+//!
 //! What methods share, and what stays from frame to frame, is in a [`Store`]: the
 //! shadow map of a light, its voxels, a table. The [`Registry`] lists the methods;
 //! `compare`, `render`, tests and benches walk it, and nothing else knows a method
@@ -90,6 +93,8 @@ pub mod precomputed;
 pub mod prefiltered;
 #[cfg(feature = "trace")]
 pub mod raytraced_area;
+#[cfg(feature = "methods")]
+pub mod reduced;
 #[cfg(feature = "translucent")]
 pub mod translucent;
 pub mod unshadowed;
@@ -116,7 +121,7 @@ pub use contract::{About, Method, MethodError, Role, RunOn, Verdict, Work};
 #[cfg(feature = "methods")]
 pub use evaluators::{EvaluatorAbout, Evaluators, GAUSS_NODES};
 #[cfg(feature = "methods")]
-pub use frame::{Frame, FrameInputs, Pass};
+pub use frame::{Frame, FrameInputs, Pass, Selection};
 #[cfg(feature = "methods")]
 pub use per_light::{Compared, LightSources, PerLight, SourceAbout, SourceOn, SourceQuality};
 #[cfg(all(feature = "methods", feature = "shadow-dag"))]

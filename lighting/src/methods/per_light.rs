@@ -22,6 +22,11 @@ pub trait LightSources: Send + Sync + Debug {
         Verdict::Applies
     }
 
+    /// See [`Method::interleaves`].
+    fn interleaves(&self) -> Verdict {
+        Verdict::Impossible("rays cannot share what finds their lit parts".into())
+    }
+
     /// What it expects to do for a frame, all lights together; evaluations aside.
     fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work;
 }
@@ -240,6 +245,10 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
             return (&qualities[..1], Some(why));
         }
         (qualities, None)
+    }
+
+    fn interleaves(&self, _: &FrameInputs<'_>) -> Verdict {
+        self.sources.interleaves()
     }
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {

@@ -18,6 +18,10 @@ pub trait Share: Copy + PartialEq + Debug + Send + Sync + Mul<Vec3, Output = Vec
 
     /// True if nothing gets through in any colour.
     fn is_dark(self) -> bool;
+
+    /// The share of something that counts so many times.
+    #[must_use]
+    fn weighted(self, weight: f32) -> Self;
 }
 
 impl Share for f32 {
@@ -26,6 +30,10 @@ impl Share for f32 {
     fn is_dark(self) -> bool {
         self <= 0.0
     }
+
+    fn weighted(self, weight: f32) -> Self {
+        weight * self
+    }
 }
 
 impl Share for Vec3 {
@@ -33,6 +41,10 @@ impl Share for Vec3 {
 
     fn is_dark(self) -> bool {
         self.max_element() <= 0.0
+    }
+
+    fn weighted(self, weight: f32) -> Self {
+        weight * self
     }
 }
 
@@ -75,7 +87,8 @@ pub struct LitInterval<S = f32> {
     /// Which part.
     pub interval: Interval,
     /// Share of the light that gets there: 1 where nothing is in the way, less
-    /// behind translucent blockers.
+    /// behind translucent blockers. Times the [weight](crate::Part::weight) of the part
+    /// where rays share parts.
     pub visibility: S,
 }
 

@@ -122,6 +122,8 @@ pub enum Allowed {
     EnvironmentLight,
     /// Light of surfaces on the GPU and on the CPU.
     GpuSurface,
+    /// A pixel between samples that resemble it, on the GPU and on the CPU.
+    GpuResemblance,
 }
 
 /// A row of the table.
@@ -551,6 +553,15 @@ pub const TABLE: &[Tolerance] = &[
             nodes before pi, d and r are off by 2e-7 / 0.005 of themselves and with them the exponent, \
             by 4e-5 tau; 3 + 2 tau units of the exponential; steep phase functions 60 times the error \
             of the angle; sums of up to 8192 terms in f32, in one order: 8192 / 2 · 2^-24 = 2.4e-4.",
+    },
+    Tolerance {
+        what: Allowed::GpuResemblance,
+        error: 4e-3,
+        derivation: "Relative to the largest light of a sample. The cosine at which a ray meets a \
+            plane is at least 0.02, off by 3 · 2^-24 or 9e-6 of it, and e, ten times that, by d = 9e-5. \
+            A biweight s changes by 4 sqrt(s) d. A sample next to a pixel that resembles it by s and \
+            one furthest away of weight b = 1/1024 (a quarter of 1/4^4, the least) have a mean that \
+            changes by 4 sqrt(s) d b / (s + b)^2 of their difference, at most 1.3 d / sqrt(b) = 42 d.",
     },
 ];
 

@@ -99,7 +99,9 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
         "light_March",
         MarchRecord {
             steps,
-            equi_angular
+            equi_angular,
+            stride,
+            each
         }
     );
     assert_same_layout!(

@@ -1,12 +1,12 @@
 //! The step that sums the airlight of many lights.
 
-use gpu_backend::{Backend, BufferOf, Cpu, Error, Memory};
+use gpu_backend::{Backend, BufferOf, Cpu, Error, Host, Memory};
 
 use super::LightVolumes;
 use crate::gather::check_lengths;
 use crate::scene::Medium;
 use crate::voxelized::{Detail, State};
-use crate::{AirlightEvaluator, Emitter, LightPath, LitInterval, Ray};
+use crate::{AirlightEvaluator, Emitter, Interleaving, LightPath, LitInterval, Part, Ray};
 
 /// What is gathered from many lights.
 #[derive(Debug)]
@@ -20,6 +20,8 @@ pub struct ManyLights<'a, M: Memory> {
     pub medium: &'a Medium,
     /// What is read from the voxels.
     pub detail: Detail,
+    /// How rays share the lights.
+    pub interleaving: Interleaving,
 }
 
 /// The step that turns the voxels of many lights and an airlight evaluator `A` into
@@ -27,7 +29,8 @@ pub struct ManyLights<'a, M: Memory> {
 pub trait GatherMany<A>: Backend {
     /// Adds to `radiance[i]` the airlight of the ray i due to all lights, as one
     /// [`Gather`](crate::Gather) for each light would, in their order; on the CPU to
-    /// the last bit. The fourth component is left alone.
+    /// the last bit. The fourth component is left alone. A ray that
+    /// [shares](ManyLights::interleaving) the lights takes some of them, weighted.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] if rays and radiance differ in length, or lights and
@@ -73,43 +76,70 @@ impl<A: AirlightEvaluator> GatherMany<A> for Cpu {
         if lights.medium.scatters_nothing() {
             return Ok(());
         }
-        let each = 4 * volumes.resolution().words();
-        let block = (BLOCK / each).max(1);
-        for (first, emitters) in (0..).step_by(block).zip(lights.emitters.chunks(block)) {
-            let sources: Vec<_> = (first..first + emitters.len())
-                .map(|light| volumes.volume(light))
-                .collect();
-            self.for_each_chunk(radiance, 64, |first, chunk| {
-                let mut parts = Vec::new();
-                for (sum, ray) in chunk.iter_mut().zip(&lights.rays[first..]) {
-                    for (emitter, source) in emitters.iter().zip(&sources) {
-                        if matches!(source, State::Dark) {
-                            continue;
+        for (run, part) in lights.interleaving.runs(lights.rays.len()) {
+            let (rays, sums) = (&lights.rays[run.clone()], &mut radiance[run]);
+            gather_part(self, lights, volumes, airlight, (part, rays), sums);
+        }
+        Ok(())
+    }
+}
+
+/// The lights that rays of a part take, by blocks of so many.
+pub(super) fn blocks(part: Part, lights: usize, block: usize) -> impl Iterator<Item = Vec<usize>> {
+    // More lights than that do not fit into memory.
+    let mut numbers = part.numbers(lights as u32).map(|light| light as usize);
+    std::iter::from_fn(move || {
+        let next: Vec<usize> = numbers.by_ref().take(block.max(1)).collect();
+        (!next.is_empty()).then_some(next)
+    })
+}
+
+/// Adds to `sums` the airlight of `rays` due to the lights of a part.
+fn gather_part<A: AirlightEvaluator>(
+    cpu: &Cpu,
+    lights: &ManyLights<'_, Host>,
+    volumes: &LightVolumes<Host>,
+    airlight: &A,
+    (part, rays): (Part, &[Ray]),
+    sums: &mut [[f32; 4]],
+) {
+    let each = 4 * volumes.resolution().words();
+    let weight = part.weight();
+    for numbers in blocks(part, lights.emitters.len(), BLOCK / each) {
+        let sources: Vec<_> = numbers
+            .iter()
+            .map(|light| (&lights.emitters[*light], volumes.volume(*light)))
+            .collect();
+        cpu.for_each_chunk(sums, 64, |first, chunk| {
+            let mut parts = Vec::new();
+            for (sum, ray) in chunk.iter_mut().zip(&rays[first..]) {
+                for (emitter, source) in &sources {
+                    if matches!(source, State::Dark) {
+                        continue;
+                    }
+                    let Some(path) = LightPath::new(ray, emitter, lights.medium) else {
+                        continue;
+                    };
+                    let path = path.off_the_light();
+                    parts.clear();
+                    match source {
+                        State::Voxels(volume) => {
+                            lights.detail.lit_parts(volume, &path, &mut parts);
                         }
-                        let Some(path) = LightPath::new(ray, emitter, lights.medium) else {
-                            continue;
-                        };
-                        let path = path.off_the_light();
-                        parts.clear();
-                        match source {
-                            State::Voxels(volume) => {
-                                lights.detail.lit_parts(volume, &path, &mut parts);
-                            }
-                            _ => {
-                                let span = path.span();
-                                parts.push(LitInterval::unshadowed(span.start, span.end));
-                            }
+                        _ => {
+                            let span = path.span();
+                            parts.push(LitInterval::unshadowed(span.start, span.end));
                         }
-                        for part in &parts {
-                            let light = part.visibility * airlight.radiance(&path, part.interval);
-                            for channel in 0..3 {
-                                sum[channel] += light[channel];
-                            }
+                    }
+                    for part in &parts {
+                        let light = part.visibility * airlight.radiance(&path, part.interval);
+                        let light = weight * light;
+                        for channel in 0..3 {
+                            sum[channel] += light[channel];
                         }
                     }
                 }
-            });
-        }
-        Ok(())
+            }
+        });
     }
 }

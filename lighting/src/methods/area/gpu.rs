@@ -34,8 +34,8 @@ pub(super) struct Many {
     pub(super) medium: MediumRecord,
     pub(super) rays: u32,
     pub(super) lights: u32,
-    pub(super) padding_a: u32,
-    pub(super) padding_b: u32,
+    pub(super) first: u32,
+    pub(super) weight: f32,
 }
 
 /// `Light` of `many.wgsl`.
@@ -162,11 +162,21 @@ where
         let shader = shader::<A>()?.finish(1);
         let constants = airlight.constants();
         let bits = volumes.resolution().bits();
-        let lit = (lights.emitters.iter().enumerate())
-            .filter(|(light, _)| !matches!(volumes.state(*light), State::Dark));
-        let with_turns =
-            lit.map(|(light, emitter)| (light, turns(bits, lights.detail, airlight, emitter)));
-        for numbers in blocks(with_turns) {
+        let runs = lights.interleaving.runs(lights.rays.len());
+        let parts = runs.flat_map(|(run, part)| {
+            // More lights than that do not fit into memory.
+            let own = part.numbers(lights.emitters.len() as u32);
+            let lit = own
+                .map(|light| light as usize)
+                .filter(|light| !matches!(volumes.state(*light), State::Dark));
+            let with_turns = lit.map(|light| {
+                let emitter = &lights.emitters[light];
+                (light, turns(bits, lights.detail, airlight, emitter))
+            });
+            let all = blocks(with_turns).into_iter();
+            all.map(move |numbers| (run.clone(), part, numbers))
+        });
+        for (run, part, numbers) in parts {
             let mut block = Block::default();
             for light in numbers {
                 block.add(lights, volumes, light);
@@ -174,10 +184,10 @@ where
             let many = Many {
                 medium: MediumRecord::new(lights.medium),
                 // More rays than that are refused by the dispatch.
-                rays: lights.rays.len() as u32,
+                rays: run.len() as u32,
                 lights: block.lights.len() as u32,
-                padding_a: 0,
-                padding_b: 0,
+                first: run.start as u32,
+                weight: part.weight(),
             };
             self.dispatch(
                 &Kernel {
@@ -198,7 +208,7 @@ where
                     ],
                     &airlight.arguments(),
                 ],
-                Workgroups::covering(lights.rays.len(), GROUP),
+                Workgroups::covering(run.len(), GROUP),
             )?;
         }
         Ok(())

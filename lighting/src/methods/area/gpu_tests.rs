@@ -10,12 +10,12 @@ use reference::tolerances::Allowed;
 use super::gpu::{Light, Many, TURNS, blocks, shader, turns};
 use super::tests::{eye, fog, lights, maps, rays, resolution};
 use super::*;
-use crate::Emitter;
 use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use crate::gpu::AirlightSlot;
 use crate::scene::{Cone, Emission, PhaseFunction, Texture};
 use crate::shadow_map::{Casters, RenderShadowMapAtlas};
 use crate::voxelized::Detail;
+use crate::{Emitter, Interleaving};
 
 /// The shader of an evaluator, which must be valid and keep to WebGPU's eight
 /// storage buffers, of which the frame has six.
@@ -40,8 +40,8 @@ fn every_evaluator_goes_with_many_lights() {
             medium,
             rays,
             lights,
-            padding_a,
-            padding_b
+            first,
+            weight
         }
     );
     assert_same_layout!(
@@ -124,12 +124,17 @@ fn the_gpu_agrees_with_the_cpu_but_for_rays_at_an_edge() {
     // With so many nodes there are two blocks of lights.
     let airlight = EquiAngular::new(64).unwrap();
     let rays_there = gpu.upload(&rays).unwrap();
-    for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
+    let all = (Detail::Runs, Interleaving::NONE);
+    // Most rays by runs of 90 that share the lights, the others in full.
+    let shared = (Detail::Runs, Interleaving::new(4, 90));
+    let others = [Detail::Average, Detail::Voxels].map(|detail| (detail, Interleaving::NONE));
+    for (detail, interleaving) in [all, shared].into_iter().chain(others) {
         let many = ManyLights {
             rays: &rays,
             emitters: &lights,
             medium: &medium,
             detail,
+            interleaving,
         };
         let start = vec![[1.0, 2.0, 3.0, 4.0]; rays.len()];
         let mut expected = start.clone();
@@ -140,6 +145,7 @@ fn the_gpu_agrees_with_the_cpu_but_for_rays_at_an_edge() {
             emitters: &lights,
             medium: &medium,
             detail,
+            interleaving,
         };
         let mut found = gpu.upload(&start).unwrap();
         gpu.gather_many(&many, &there, &airlight, &mut found)

@@ -5,8 +5,9 @@ struct Many {
     medium: light_Medium,
     rays: u32,
     lights: u32,
-    padding_a: u32,
-    padding_b: u32,
+    // The first ray, and the factor on the light.
+    first: u32,
+    weight: f32,
 }
 
 struct Light {
@@ -61,10 +62,11 @@ fn gather_many(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let i = gpu_index(workgroup, workgroups, local, 64u);
-    if i >= many.rays {
+    let number = gpu_index(workgroup, workgroups, local, 64u);
+    if number >= many.rays {
         return;
     }
+    let i = many.first + number;
     var sum = vec3(0.0);
     for (var light = 0u; light < many.lights; light += 1u) {
         current = light;
@@ -82,5 +84,5 @@ fn gather_many(
             sum += part.visibility * light_airlight(path, part.start, part.end);
         }
     }
-    radiance[i] = vec4(radiance[i].xyz + sum, radiance[i].w);
+    radiance[i] = vec4(radiance[i].xyz + many.weight * sum, radiance[i].w);
 }

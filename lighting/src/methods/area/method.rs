@@ -10,6 +10,7 @@ use super::{BuildLightVolumes, GatherMany, LightVolumes, ManyLights};
 use crate::Emitter;
 use crate::airlight::EquiAngular;
 use crate::methods::evaluators::Gauss;
+use crate::methods::reduced::{Reduced, Reduction, ShownAs};
 use crate::methods::{
     About, Entry, Evaluators, Frame, FrameInputs, Method, MethodError, OfScene, Role, RunOn,
     Verdict, Work,
@@ -198,6 +199,11 @@ impl Method for AreaLights {
         Verdict::Applies
     }
 
+    /// By the lights of each group.
+    fn interleaves(&self, _: &FrameInputs<'_>) -> Verdict {
+        Verdict::Applies
+    }
+
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let mut notes = Vec::new();
         if !inputs.translucent.is_empty() {
@@ -253,6 +259,7 @@ where
             camera,
             size,
             rays,
+            selection,
             watch,
             ..
         } = frame.inputs;
@@ -284,6 +291,7 @@ where
                 emitters,
                 medium,
                 detail: self.detail,
+                interleaving: selection.interleaving,
             };
             frame.pass("gather", || {
                 Ok((frame.backend).gather_many(&lights, &volumes, &*airlight, radiance)?)
@@ -298,18 +306,38 @@ where
 
 pub(in crate::methods) fn methods() -> Vec<Entry> {
     let bits = "Wyman and Dai, HPG 2013, for the bits";
+    let imperfect = AreaLights {
+        name: "area-imperfect",
+        title: "imperfect voxelized shadow volumes",
+        purpose: "soft shadows of area lights at a cost that triangles do not raise; \
+            its error has a floor",
+        paper: "Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013",
+        role: Role::Paper,
+        maps: Maps::Imperfect,
+        detail: Detail::Average,
+        nodes: 8,
+    };
+    let runs = AreaLights {
+        name: "area-runs",
+        title: "area lights by many shadow volumes, lit runs",
+        purpose: "the same bits by runs: soft shadows of area lights that converge",
+        paper: bits,
+        role: Role::Variant,
+        maps: Maps::Exact,
+        detail: Detail::Runs,
+        nodes: 4,
+    };
+    let reduced = |name, title, purpose| ShownAs {
+        name,
+        title,
+        purpose,
+        paper: "Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013, section 3.4",
+        qualities: &[64, 256],
+        quick: &[64],
+        pictured: 256,
+    };
     vec![
-        Entry::everywhere(AreaLights {
-            name: "area-imperfect",
-            title: "imperfect voxelized shadow volumes",
-            purpose: "soft shadows of area lights at a cost that triangles do not raise; \
-                its error has a floor",
-            paper: "Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013",
-            role: Role::Paper,
-            maps: Maps::Imperfect,
-            detail: Detail::Average,
-            nodes: 8,
-        }),
+        Entry::everywhere(imperfect),
         Entry::everywhere(AreaLights {
             name: "area-average",
             title: "area lights by many shadow volumes, averaged",
@@ -330,16 +358,25 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             detail: Detail::Voxels,
             nodes: 1,
         }),
-        Entry::everywhere(AreaLights {
-            name: "area-runs",
-            title: "area lights by many shadow volumes, lit runs",
-            purpose: "the same bits by runs: soft shadows of area lights that converge",
-            paper: bits,
-            role: Role::Variant,
-            maps: Maps::Exact,
-            detail: Detail::Runs,
-            nodes: 4,
-        }),
+        Entry::everywhere(runs),
+        Entry::everywhere(
+            Reduced::new(runs, Reduction::WINDOWS_OF_3).shown_as(reduced(
+                "area-runs 3x3",
+                "area lights by many shadow volumes, 3 x 3 interleaved",
+                "many points: a ninth of them at each pixel, put together over its neighbours",
+            )),
+        ),
+        Entry::everywhere(
+            Reduced::new(runs, Reduction::WINDOWS_OF_3.and_a_quarter()).shown_as(reduced(
+                "area-runs 3x3 quarter",
+                "area lights by many shadow volumes, 3 x 3, quarter",
+                "a ninth of the points at a quarter of the pixels: the least work for soft light",
+            )),
+        ),
+        // The paper's own, and what its parts are worth, for those who ask.
+        Entry::everywhere(Reduced::new(runs, Reduction::QUARTER)),
+        Entry::everywhere(Reduced::new(imperfect, Reduction::WINDOWS_OF_3)),
+        Entry::everywhere(Reduced::new(imperfect, Reduction::QUARTER)),
     ]
 }
 
@@ -349,8 +386,9 @@ mod tests {
     use gpu_backend::{Cpu, Host};
 
     use super::*;
-    use crate::methods::Store;
+    use crate::Interleaving;
     use crate::methods::area::tests::{SIZE, camera, fog, geometry, panel, rays};
+    use crate::methods::{Selection, Store};
     use crate::scene::{AreaEmitters, Emission, Medium};
 
     /// A frame with a lamp, the panel and another lamp.
@@ -381,6 +419,7 @@ mod tests {
             hits: &hits,
             map: 32,
             host: &host,
+            selection: Selection::default(),
             watch: &(),
         };
         test(&Frame::new(&cpu, inputs, &store).unwrap());
@@ -405,6 +444,33 @@ mod tests {
                 ..frame.inputs
             };
             assert_eq!(virtual_lights(&without, 9).unwrap(), frame.inputs.emitters);
+        });
+    }
+
+    /// One ray ten times, of which nine share the lights.
+    #[test]
+    fn rays_that_share_the_lights_have_all_of_them_together() {
+        with_frame(|frame| {
+            let inputs = FrameInputs {
+                rays: &[frame.inputs.rays[100]; 10],
+                hits: &[None; 10],
+                selection: Selection {
+                    pixels: Some(&[100; 10]),
+                    interleaving: Interleaving::new(9, 1),
+                },
+                ..frame.inputs
+            };
+            let store = Store::<Host>::new();
+            let frame = Frame::new(frame.backend, inputs, &store).unwrap();
+            for entry in methods() {
+                let mut radiance = vec![[0.0; 4]; 10];
+                let method = entry.on::<Cpu>().unwrap();
+                method.add_radiance(&frame, 9, &mut radiance).unwrap();
+                let mean = radiance[..9].iter().map(|pixel| pixel[0]).sum::<f32>() / 9.0;
+                let all = radiance[9][0];
+                assert!(all > 0.0 && (mean / all - 1.0).abs() < 1e-5, "{mean} {all}");
+                assert!(radiance[..9].iter().any(|pixel| pixel[0] != all));
+            }
         });
     }
 

@@ -33,7 +33,7 @@
 //! use lighting::scene::{AreaLight, Camera, Geometry, Medium, Mesh, Pattern, PhaseFunction, Scene};
 //! use lighting::shadow_map::{Casters, RenderShadowMapAtlas};
 //! use lighting::voxelized::{Detail, Eye, Resolution};
-//! use lighting::Ray;
+//! use lighting::{Interleaving, Ray};
 //!
 //! // A triangle under a panel, in fog.
 //! let scene = Scene::from(Mesh {
@@ -61,7 +61,7 @@
 //! let rays = cpu.upload(&rays)?;
 //! let mut radiance = cpu.zeros::<[f32; 4]>(1)?;
 //! let quadrature = Quadrature::with_tolerance(fog.phase(), 1e-4)?;
-//! let many = ManyLights { rays: &rays, emitters: &lights, medium: &fog, detail: Detail::Runs };
+//! let many = ManyLights { rays: &rays, emitters: &lights, medium: &fog, detail: Detail::Runs, interleaving: Interleaving::NONE };
 //! cpu.gather_many(&many, &voxels, &quadrature, &mut radiance)?;
 //! assert!(radiance[0][0] > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -13,7 +13,7 @@ use crate::scene::{
 use crate::shadow_map::{Casters, EMPTY, RenderShadowMap, RenderShadowMapAtlas, ShadowMapAtlas};
 use crate::visibility::SurfaceShadow;
 use crate::voxelized::{Detail, Eye, Resolution, VoxelVolume};
-use crate::{Emitter, Gather, LitRays, Ray};
+use crate::{Emitter, Gather, Interleaving, LitRays, Ray};
 
 /// Two plates under the panel and a floor.
 pub(super) fn geometry() -> Geometry {
@@ -119,6 +119,7 @@ fn gathered(cpu: &Cpu, lights: &[Emitter], detail: Detail) -> Vec<[f32; 4]> {
         emitters: lights,
         medium: &medium,
         detail,
+        interleaving: Interleaving::NONE,
     };
     let mut radiance = vec![[0.0, 0.0, 0.0, 7.0]; rays.len()];
     let airlight = EquiAngular::new(4).unwrap();
@@ -147,6 +148,7 @@ fn a_changing_texture_changes_weights_and_needs_no_new_voxels() {
             emitters,
             medium: &medium,
             detail: Detail::Runs,
+            interleaving: Interleaving::NONE,
         };
         let mut radiance = vec![[0.0; 4]; rays.len()];
         let airlight = EquiAngular::new(4).unwrap();
@@ -180,6 +182,7 @@ fn many_lights_are_the_sum_of_one_after_the_other_to_the_last_bit() {
                 emitters: one,
                 medium: &medium,
                 detail,
+                interleaving: Interleaving::NONE,
             };
             let airlight = EquiAngular::new(4).unwrap();
             let volumes = volumes(one, &medium);
@@ -300,6 +303,7 @@ fn a_bounded_medium_and_a_dark_one_are_legal() {
             emitters: &lights,
             medium: &medium,
             detail: Detail::Runs,
+            interleaving: Interleaving::NONE,
         };
         let mut radiance = vec![[0.0; 4]; rays.len()];
         let airlight = Quadrature::with_tolerance(medium.phase(), 1e-3).unwrap();
@@ -329,6 +333,7 @@ fn what_does_not_belong_together_is_an_error() {
             emitters: lights,
             medium: &medium,
             detail: Detail::Runs,
+            interleaving: Interleaving::NONE,
         };
         let mut radiance = vec![[1.0; 4]; pixels];
         let error = cpu.gather_many(&many, &volumes, &airlight, &mut radiance);

@@ -13,6 +13,8 @@ use crate::gpu::{PointSlot, VisibilitySlot};
 pub(crate) struct MarchRecord {
     pub(crate) steps: u32,
     pub(crate) equi_angular: u32,
+    pub(crate) stride: u32,
+    pub(crate) each: u32,
 }
 
 impl<P: InShader<PointSlot>> InShader<VisibilitySlot> for March<P> {
@@ -34,6 +36,8 @@ impl<P: InShader<PointSlot>> InShader<VisibilitySlot> for March<P> {
         arguments.push(Argument::uniform(MarchRecord {
             steps: self.steps(),
             equi_angular: u32::from(self.spacing() == Spacing::EquiAngular),
+            stride: self.interleaving().of(),
+            each: self.interleaving().each(),
         }));
         arguments
     }

@@ -8,6 +8,10 @@
 struct light_March {
     steps: u32,
     equi_angular: u32,
+    // The first `stride · each` rays take every `stride`-th step, by runs of `each`
+    // rays from the first step, the second and so on.
+    stride: u32,
+    each: u32,
 }
 
 struct light_march_Cursor {
@@ -17,12 +21,19 @@ struct light_march_Cursor {
     // Start of the next step, and its number.
     start: f32,
     step: u32,
+    // From one step to the next.
+    stride: u32,
 }
 
 fn light_march_cursor(path: light_Path) -> light_march_Cursor {
     var cursor: light_march_Cursor;
     cursor.start = path.start;
     cursor.step = 0u;
+    cursor.stride = 1u;
+    if path.index < light_march.stride * light_march.each {
+        cursor.step = path.index / light_march.each;
+        cursor.stride = light_march.stride;
+    }
     cursor.equi_angular = light_march.equi_angular != 0u && light_emitter().kind == light_POINT;
     if cursor.equi_angular {
         cursor.arc = light_arc(path, path.start, path.end);
@@ -45,8 +56,11 @@ fn light_march_next_lit(cursor: ptr<function, light_march_Cursor>, path: light_P
     let step = 1.0 / f32(steps);
     while (*cursor).step < steps {
         let i = (*cursor).step;
-        (*cursor).step = i + 1u;
-        let start = (*cursor).start;
+        (*cursor).step = i + (*cursor).stride;
+        var start = (*cursor).start;
+        if (*cursor).stride > 1u && i > 0u {
+            start = light_march_position(*cursor, path, f32(i) * step);
+        }
         var end = (*cursor).end;
         if i + 1u < steps {
             end = light_march_position(*cursor, path, f32(i + 1u) * step);
@@ -54,8 +68,8 @@ fn light_march_next_lit(cursor: ptr<function, light_march_Cursor>, path: light_P
         let middle = light_march_position(*cursor, path, (f32(i) + 0.5) * step);
         (*cursor).start = max(start, end);
         if start < end {
-            let part =
-                light_Lit(start, end, light_point_visibility(path.origin + middle * path.direction));
+            let visibility = light_point_visibility(path.origin + middle * path.direction);
+            let part = light_Lit(start, end, f32((*cursor).stride) * visibility);
             if !light_is_dark(part) {
                 return part;
             }

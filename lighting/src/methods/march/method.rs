@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use super::{March, Spacing};
 use crate::Touching;
+use crate::methods::evaluators::Midpoints;
+use crate::methods::reduced::{Filter, Reduced, Reduction, ShownAs};
 use crate::methods::registry::pairs;
 use crate::methods::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
-    SourceQuality, Verdict, Work,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, PerLight, Role, SourceAbout,
+    SourceOn, SourceQuality, Verdict, Work,
 };
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
@@ -53,6 +55,15 @@ impl LightSources for Marches {
         Verdict::Applies
     }
 
+    fn interleaves(&self) -> Verdict {
+        match self.touching {
+            Touching::Apart => Verdict::Applies,
+            Touching::Joined => {
+                Verdict::Impossible("steps that rays share do not touch, to be joined".into())
+            }
+        }
+    }
+
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
         Work {
             per_ray: inputs.emitters.len() as f64 * f64::from(steps),
@@ -74,8 +85,46 @@ impl<B: RenderShadowMap> SourceOn<B> for Marches {
         light: usize,
         steps: u32,
     ) -> Result<Self::Source, MethodError> {
-        Ok(March::new(frame.shadow_map(light)?, steps, self.spacing))
+        let march = March::new(frame.shadow_map(light)?, steps, self.spacing);
+        Ok(match self.touching {
+            Touching::Apart => march.interleaved(frame.inputs.selection.interleaving),
+            Touching::Joined => march,
+        })
     }
+}
+
+/// The march at fewer pixels, and with fewer steps at each.
+fn reduced(march: Marches) -> Vec<Entry> {
+    let march = PerLight::new(march, Midpoints, None);
+    let shown = |name, title, purpose, paper| ShownAs {
+        name,
+        title,
+        purpose,
+        paper,
+        qualities: &[8, 32, 128],
+        quick: &[32],
+        pictured: 32,
+    };
+    let quarter = shown(
+        "march quarter",
+        "ray marching, a quarter of the pixels",
+        "fog without thin shafts, at a quarter of the cost of any method",
+        "Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008, section 3.3",
+    );
+    let shared = shown(
+        "march 2x2",
+        "ray marching, interleaved 2 x 2",
+        "the steps of a ray shared with its neighbours: as sharp along the ray as all of them",
+        "Keller and Heidrich, Interleaved Sampling, EGWR 2001",
+    );
+    let gaussian = Reduction::QUARTER.with_filter(Filter::Gaussian);
+    vec![
+        Entry::everywhere(Reduced::new(march.clone(), Reduction::QUARTER).shown_as(quarter)),
+        Entry::everywhere(Reduced::new(march.clone(), Reduction::WINDOWS_OF_2).shown_as(shared)),
+        // For those who ask.
+        Entry::everywhere(Reduced::new(march.clone(), Reduction::SIXTEENTH)),
+        Entry::everywhere(Reduced::new(march, gaussian)),
+    ]
 }
 
 pub(in crate::methods) fn methods() -> Vec<Entry> {
@@ -106,6 +155,12 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             "folklore; as the comparison in Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013",
         )]
     );
+    all.extend(reduced(sources(
+        "march",
+        "ray marching",
+        Spacing::Distance,
+        Touching::Apart,
+    )));
     all.extend(pairs!(
         sources(
             "march-merged",

@@ -11,7 +11,7 @@ pub(super) use method::{STEPS, methods};
 use crate::airlight::far_end;
 use crate::path::{Arc, Turns};
 use crate::visibility::{LitInterval, PointVisibility, Share, VisibilitySource};
-use crate::{Emitter, Interval, LightPath};
+use crate::{Emitter, Interleaving, Interval, LightPath, Part};
 
 /// How a march divides a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +51,7 @@ pub struct March<P> {
     points: P,
     steps: u32,
     spacing: Spacing,
+    interleaving: Interleaving,
 }
 
 impl<P> March<P> {
@@ -60,6 +61,20 @@ impl<P> March<P> {
             points,
             steps: steps.max(1),
             spacing,
+            interleaving: Interleaving::NONE,
+        }
+    }
+
+    /// The same with rays that share their steps: each asks at every `of`-th, which
+    /// then counts `of` times.
+    ///
+    /// Steps that are joined where they touch do not go with it: those of a ray no
+    /// longer do.
+    #[must_use]
+    pub fn interleaved(self, interleaving: Interleaving) -> Self {
+        Self {
+            interleaving,
+            ..self
         }
     }
 
@@ -77,32 +92,45 @@ impl<P> March<P> {
     pub fn spacing(&self) -> Spacing {
         self.spacing
     }
+
+    /// How rays share their steps.
+    pub fn interleaving(&self) -> Interleaving {
+        self.interleaving
+    }
 }
 
 impl<P: PointVisibility> VisibilitySource for March<P> {
     type Share = P::Share;
 
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<P::Share>>) {
-        for_each_step(path, self.steps, self.spacing, |start, middle, end| {
-            let visibility = self.points.visibility(path.ray().at(middle));
-            if !visibility.is_dark() {
-                lit.push(LitInterval {
-                    interval: Interval::new(start, end),
-                    visibility,
-                });
-            }
-        });
+        let part = self.interleaving.part(path.index());
+        for_each_step(
+            path,
+            self.steps,
+            self.spacing,
+            part,
+            |start, middle, end| {
+                let visibility = self.points.visibility(path.ray().at(middle));
+                if !visibility.is_dark() {
+                    lit.push(LitInterval {
+                        interval: Interval::new(start, end),
+                        visibility: visibility.weighted(part.weight()),
+                    });
+                }
+            },
+        );
     }
 }
 
-/// Calls `step(start, middle, end)` for each of `samples` steps along the span
-/// of the path that is not empty.
+/// Calls `step(start, middle, end)` for each that belongs to `part` of `samples`
+/// steps along the span of the path, unless it is empty.
 #[inline]
 fn for_each_step(
     path: &LightPath<'_>,
     samples: u32,
     spacing: Spacing,
-    step: impl FnMut(f32, f32, f32),
+    part: Part,
+    mut step: impl FnMut(f32, f32, f32),
 ) {
     let span = path.span();
     let arc = match (spacing, path.emitter()) {
@@ -113,40 +141,39 @@ fn for_each_step(
     match arc {
         Some(arc) => {
             let mut turns = Turns::new(arc, halves);
-            march(span, samples, || turns.advance(), step);
+            let mut start = span.start;
+            for i in 0..samples {
+                // One position follows from the last, whoever takes the step.
+                let middle = turns.advance();
+                let end = if i + 1 == samples {
+                    span.end
+                } else {
+                    turns.advance()
+                };
+                if start < end && i % part.of == part.index {
+                    step(start, middle, end);
+                }
+                start = start.max(end);
+            }
         }
         None => {
             let end = span.end.min(span.start + far_end(path.medium()));
             let half = f64::from(end - span.start) / halves;
-            let mut count = 0.0;
-            let advance = || {
-                count += 1.0;
-                span.start + (count * half) as f32
-            };
-            march(Interval::new(span.start, end), samples, advance, step);
+            let position = |count: f64| span.start + (count * half) as f32;
+            for i in part.numbers(samples) {
+                let count = 2.0 * f64::from(i);
+                let start = position(count);
+                let middle = position(count + 1.0);
+                let end = if i + 1 == samples {
+                    end
+                } else {
+                    position(count + 2.0)
+                };
+                if start < end {
+                    step(start, middle, end);
+                }
+            }
         }
-    }
-}
-
-/// Marches `span`; `advance` yields the middle and the end of each step in turn.
-fn march(
-    span: Interval,
-    samples: u32,
-    mut advance: impl FnMut() -> f32,
-    mut step: impl FnMut(f32, f32, f32),
-) {
-    let mut start = span.start;
-    for i in 0..samples {
-        let middle = advance();
-        let end = if i + 1 == samples {
-            span.end
-        } else {
-            advance()
-        };
-        if start < end {
-            step(start, middle, end);
-        }
-        start = start.max(end);
     }
 }
 
@@ -204,6 +231,35 @@ mod tests {
                 assert!((runs[1].interval.start - 7.0).abs() < tolerance);
                 assert_eq!(runs[0].interval.start, 0.0);
                 assert_eq!(runs[1].interval.end, 10.0);
+            }
+        }
+    }
+
+    /// To the last bit: the same steps, each by one of the rays.
+    #[test]
+    fn rays_that_share_the_steps_have_all_of_them_together() {
+        let lamp = Vec3::new(0.0, 2.0, 0.0);
+        let light = Emitter::point(lamp, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+        let fog = Medium::new(Vec3::ONE, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+        let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X, 10.0).unwrap();
+        let path = LightPath::new(&ray, &light, &fog).unwrap();
+        let everywhere = crate::visibility::Unshadowed;
+        for spacing in [Spacing::Distance, Spacing::EquiAngular] {
+            for steps in [1_u32, 3, 4, 37] {
+                let march = March::new(everywhere, steps, spacing);
+                let mut whole = Vec::new();
+                march.lit_intervals(&path, &mut whole);
+                let mut shared = Vec::new();
+                for ray in 0..4 {
+                    let march = march.interleaved(Interleaving::new(4, 1));
+                    march.lit_intervals(&path.with_index(ray), &mut shared);
+                }
+                assert!(shared.iter().all(|step| step.visibility == 4.0));
+                shared.sort_by(|a, b| a.interval.start.total_cmp(&b.interval.start));
+                let intervals = |all: &[LitInterval]| -> Vec<Interval> {
+                    all.iter().map(|step| step.interval).collect()
+                };
+                assert_eq!(intervals(&shared), intervals(&whole), "{spacing:?} {steps}");
             }
         }
     }

@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use gpu_backend::{Cpu, Host};
-use lighting::Emitter;
 use lighting::airlight::EquiAngular;
 use lighting::area::{GatherMany, LightVolumes, ManyLights};
 use lighting::scene::Pattern;
@@ -11,6 +10,7 @@ use lighting::shadow_map::{
     CasterPoints, Casters, LevelOfDetail, RenderImperfectMaps, RenderShadowMapAtlas, ShadowMapAtlas,
 };
 use lighting::voxelized::{Detail, Resolution, Sampling};
+use lighting::{Emitter, Interleaving};
 use reference::metrics::{Reference, image_error};
 
 use super::Scene;
@@ -123,6 +123,7 @@ impl Setting {
             emitters: &lights,
             medium: scene.medium,
             detail: self.detail,
+            interleaving: Interleaving::NONE,
         };
         let clock = Instant::now();
         cpu.gather_many(&many, &volumes, &self.airlight()?, &mut radiance)?;

@@ -6,7 +6,7 @@ use gpu_backend::{Cpu, Host};
 use lighting::area::{GatherMany, ManyLights};
 use lighting::shadow_map::{Casters, LevelOfDetail, RenderShadowMap};
 use lighting::voxelized::{Detail, Resolution, VoxelVolume};
-use lighting::{Emitter, Gather, LitRays};
+use lighting::{Emitter, Gather, Interleaving, LitRays};
 use voxel_shadow::{
     AtlasGrid, AtlasMap, BuildAtlas, BuildGrid, Grid, IndexMap, Rectify, RectifyAtlas,
 };
@@ -177,6 +177,7 @@ fn together(
         emitters,
         medium: scene.medium,
         detail: setting.detail,
+        interleaving: Interleaving::NONE,
     };
     timed(&mut seconds[3], || {
         Ok(cpu.gather_many(&many, &volumes, &airlight, &mut radiance)?)
