@@ -9,12 +9,12 @@ use super::{
     FroxelAirlight, FroxelError, FroxelGrid, FroxelHistory, FroxelLight, FroxelSteps, FroxelVolume,
     InjectFroxels, Jitter, MOST_SLICES, lit_depths,
 };
-use crate::Emitter;
 use crate::methods::{
     About, Entry, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
 use crate::scene::{AreaEmitters, Emission};
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
+use crate::{Emitter, Watch};
 
 const UNIT: &str = "depth slices";
 
@@ -125,14 +125,18 @@ fn centre(inputs: &FrameInputs<'_>, area: &AreaEmitters) -> Result<Option<Emitte
     ))?))
 }
 
-/// The lights as froxels take them: area lights by their centres.
-fn taps<B: RenderShadowMap>(frame: &Frame<'_, B>) -> Result<Vec<Tap<B::Memory>>, MethodError> {
+/// The lights as froxels take them: area lights by their centres. `watch` is asked
+/// before each whether to go on.
+fn taps<B: RenderShadowMap>(
+    frame: &Frame<'_, B>,
+    watch: &dyn Watch,
+) -> Result<Vec<Tap<B::Memory>>, MethodError> {
     let inputs = &frame.inputs;
     let mut taps = Vec::new();
     let total = inputs.emitters.len();
     let mut light = 0;
     while light < total {
-        if !inputs.watch.goes_on(light, total) {
+        if !watch.goes_on(light, total) {
             return Err(MethodError::Stopped { done: light, total });
         }
         let area = inputs.areas.iter().find(|a| a.emitters.start == light);
@@ -310,7 +314,7 @@ where
         let Some(grid) = grid(&frame.inputs, slices)? else {
             return Ok(());
         };
-        let taps = taps(frame)?;
+        let taps = taps(frame, frame.inputs.watch)?;
         if self.frames > 1 {
             self.earlier(frame, grid, &taps)?;
         }
@@ -333,7 +337,8 @@ where
         let Some(grid) = grid(&frame.inputs, slices)? else {
             return Ok(());
         };
-        let taps = taps(frame)?;
+        // Frames are not stopped halfway.
+        let taps = taps(frame, &())?;
         let earlier = match self.frames {
             ..=1 => None,
             _ => Some(self.earlier(frame, grid, &taps)?),
