@@ -67,6 +67,26 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # How fine
+//!
+//! The paper finds 128 texels and voxels along each axis enough for many lights, because
+//! their errors average. Measured, they do not: what is left is the same for all lights.
+//! On the scene `pergola` lit runs of exact maps err by so much of the mean radiance,
+//! with maps and voxels of the same number along each axis:
+//!
+//! | lights | 32 | 64 | 128 | 256 |
+//! |---|---|---|---|---|
+//! | 16 | 4.5 % | 1.4 % | 1.2 % | 0.67 % |
+//! | 64 | 3.7 % | 1.4 % | 0.48 % | 0.28 % |
+//! | 128 | 3.7 % | 1.3 % | 0.43 % | 0.18 % |
+//! | 256 | 3.8 % | 1.3 % | 0.39 % | 0.17 % |
+//!
+//! Halving the voxels costs 2.2 to 3.3 times the error, from 64 lights on nearly whatever
+//! their number. More than 64 lights are worth while from 128 voxels on, and more than
+//! 128 from 256 on. With α, θ and the maps as above and always 128 bits of φ the errors
+//! of 128 lights are the same to two digits but at 256, where they are 0.20 %. The
+//! paper's average errs by 18 % there at any of these resolutions.
+//!
 //! # Limits
 //!
 //! Those of [`voxelized`](crate::voxelized), for each of the lights. What fits into
@@ -81,7 +101,6 @@ mod gpu;
 mod gpu_tests;
 #[cfg(feature = "methods")]
 mod method;
-mod resolution;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "wgpu")]
@@ -91,7 +110,6 @@ mod volumes;
 pub use gather::{GatherMany, ManyLights};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
-pub use resolution::{Planned, planned};
 #[cfg(feature = "wgpu")]
 pub use turns::AirlightTurns;
 pub use volumes::{BuildLightVolumes, LightVolumes, SurfaceVoxels};

@@ -15,6 +15,7 @@ mod steps;
 use gpu_backend::Cpu;
 use lighting::Ray;
 use lighting::scene::trace::{Hit, Tracer};
+use lighting::scene::view::View;
 use lighting::scene::{AreaLight, Geometry, Medium};
 use lighting::voxelized::Eye;
 use reference::metrics::Reference;
@@ -38,6 +39,9 @@ pub(super) const KIND: Kind = Kind {
 /// Rays on which errors are measured, about.
 const RAYS: usize = 300;
 const QUICK_RAYS: usize = 60;
+
+/// Width and height of the picture whose steps are timed.
+const TIMED: [u32; 2] = [320, 180];
 
 /// Relative; below what is measured with it.
 const TOLERANCE: f64 = 5e-3;
@@ -122,7 +126,19 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     let quick = subject.quick;
     points::measure(&cpu, few, quick, (&mut study, limit))?;
     bar.inc(1);
-    steps::measure(&cpu, scene, quick, (&mut study, limit))?;
+    // Pictures of area lights are too small for times.
+    let [width, height] = match quick {
+        true => [subject.size.width, subject.size.height],
+        false => TIMED,
+    };
+    let view = View::new(&cpu, subject.camera, subject.tracer, width, height)?;
+    let timed = Scene {
+        rays: view.rays(),
+        hits: view.hits(),
+        eye: Eye::of_camera(subject.camera, [width, height], view.rays(), subject.medium),
+        ..scene
+    };
+    steps::measure(&cpu, timed, quick, (&mut study, limit))?;
     bar.inc(1);
     // What follows is measured against the light itself, which takes long.
     if quick {
@@ -152,7 +168,6 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
 mod tests {
     use lighting::scene::AreaEmitters;
     use lighting::scene::procedural::Embedded;
-    use lighting::scene::view::View;
 
     use super::*;
     use crate::compare::studies::tests::Stand;

@@ -236,7 +236,7 @@ mod tests {
         let mut study = super::super::KIND.blank();
         let steps = |lights| Steps {
             lights,
-            separate: [4e-3, 3e-3, 2e-3, 1e-3],
+            separate: [0.5, 0.25, 0.125, 0.125],
             together: [1e-3; 4],
         };
         describe(&mut study, &[steps(4), steps(5)], 100);
@@ -245,7 +245,7 @@ mod tests {
         };
         // There is no paper's row for five lights.
         assert_eq!(table.rows().len(), 4 + 2);
-        assert_eq!(table.rows()[0].cells[6], 0.01.into());
+        assert_eq!(table.rows()[0].cells[6], 1.0.into());
         assert_eq!(study.records.rows().len(), 2 * 2 * 4);
         describe(&mut study, &[], 100);
         assert_eq!(study.parts.len(), 1);
