@@ -293,7 +293,7 @@ fn triangles_in_several_passes_block_the_same_rays_as_on_the_cpu() {
     let triangles = [begun, &between, ended].concat();
     assert!(triangles.len() > 65_535);
     let there = gpu.upload(&triangles).unwrap();
-    let lattice = &lattices(64, 24, 24)[0];
+    let lattice = &lattices(64, 24, 32)[0];
     for holes in [false, true] {
         let mut expected = IndexMap::new(&cpu, lattice.resolution()).unwrap();
         let mut map = IndexMap::new(&gpu, lattice.resolution()).unwrap();
