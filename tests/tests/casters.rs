@@ -375,7 +375,8 @@ fn what_sees_no_panes_says_so() {
         let about = entry.about();
         let notes = entry.method().notes(&inputs);
         let says_so = notes.iter().any(|note| note.contains("see-through"));
-        let sees = about.name.starts_with("exact") || about.name.starts_with("translucent");
+        let all = ["exact", "translucent", "area-rays", "area-traced-runs"];
+        let sees = all.iter().any(|name| about.name.starts_with(name));
         assert_eq!(says_so, !sees, "{}: {notes:?}", about.name);
         if let Verdict::Pointless(reason) = entry.method().applies(&inputs) {
             assert!(!sees || !reason.contains("see-through"), "{reason}");
