@@ -268,15 +268,15 @@ pub(super) fn anchored(rect: Rect, (x, _): (f64, f64)) -> (f64, &'static str) {
     }
 }
 
-/// What a text takes at most in the fonts that browsers have for interfaces, of
-/// which Verdana and DejaVu Sans are the widest.
+/// What a text takes at most, in bold letters too, in the fonts that browsers have for
+/// interfaces, of which Verdana and DejaVu Sans are the widest.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     let of = |letter: char| match letter {
-        'i' | 'j' | 'l' | '.' | ',' | ':' | '\'' | '|' => 0.34,
-        'f' | 't' | 'r' | 'I' | ' ' | '(' | ')' | '-' => 0.42,
-        'm' | 'w' | 'M' | 'W' | '%' => 1.0,
-        'A'..='Z' => 0.75,
-        _ => 0.64,
+        'i' | 'j' | 'l' | '.' | ',' | ':' | '\'' | '|' => 0.38,
+        'f' | 't' | 'r' | 'I' | ' ' | '(' | ')' | '-' => 0.5,
+        'm' | 'w' | 'M' | 'W' | '%' => 1.05,
+        'A'..='Z' => 0.83,
+        _ => 0.72,
     };
     text.chars().map(of).sum::<f64>() * size
 }

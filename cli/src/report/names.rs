@@ -2,7 +2,7 @@
 
 /// What the report calls what methods' titles spell out. Longer phrases come before
 /// those that they contain.
-const SHORT: [(&str, &str); 13] = [
+const SHORT: [(&str, &str); 15] = [
     ("map refined along", "finer maps"),
     (
         "exponential variance shadow maps",
@@ -19,6 +19,8 @@ const SHORT: [(&str, &str); 13] = [
     ("airlight table", "table"),
     ("lit runs merged", "merged"),
     ("merged, table", "table"),
+    ("a quarter of the pixels", "quarter"),
+    ("with jitter and history", "with history"),
 ];
 
 /// The title of a method in fewer letters; those of one's own methods as they are.
