@@ -408,10 +408,15 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         let step = (rays.len() / PROBE_RAYS).max(1) | 1;
         let few: Vec<_> = rays.iter().step_by(step).copied().collect();
         let hits: Vec<_> = self.job.view.hits().iter().step_by(step).copied().collect();
+        let pixels: Vec<u32> = (0..rays.len() as u32).step_by(step).collect();
         let watch = Patience::new(PREPARATION * self.budget.left());
         let inputs = FrameInputs {
             rays: &few,
             hits: &hits,
+            selection: Selection {
+                pixels: Some(&pixels),
+                ..Selection::default()
+            },
             map: candidate.map,
             ..self.job.inputs(&watch)
         };
@@ -558,7 +563,7 @@ mod tests {
         const MARCH: &str = "march x midpoint";
         const BY_ANGLE: &str = "equi-angular-merged x gauss-8";
         let line = "crepuscular compare fence --size 32x18 --map 64 --backend cpu --methods";
-        let names = format!("{MARCH},{BY_ANGLE}");
+        let names = format!("{MARCH},{BY_ANGLE},march quarter,march 2x2");
         let arguments = line.split(' ').chain([&*names]).map(OsString::from);
         let Ok(Command::Compare(args)) = Arguments::read(&methods, arguments).map(|a| a.command)
         else {
