@@ -122,6 +122,8 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "exact x table",
             "exact x double",
             "march x midpoint",
+            "march quarter x ",
+            "march 2x2 x ",
             "march-merged x gauss-8",
             "equi-angular x gauss-1",
             "equi-angular-merged x gauss-8",
