@@ -23,7 +23,7 @@ use lighting::scene::{AreaEmitters, Camera, Geometry, Medium, Translucent};
 use lighting::{Emitter, Ray};
 
 use super::budget::Budget;
-use super::study::{Column, NO_TIME, Study};
+use super::study::{Cell, Column, NO_TIME, Study, Unit};
 use crate::failure::Failure;
 use crate::parse::Size;
 
@@ -158,6 +158,22 @@ impl Limit<'_> {
     fn interrupted(&self) -> Option<&'static str> {
         self.stop.load(Ordering::Relaxed).then_some("interrupted")
     }
+}
+
+/// The columns of records that are single numbers; see [`record`].
+fn value_columns() -> Vec<Column> {
+    vec![
+        Column::plain("what"),
+        Column::plain("of"),
+        Column::plain("size"),
+        Column::new("value", Unit::Number),
+    ]
+}
+
+/// Adds one number to records with [`value_columns`].
+fn record(study: &mut Study, what: &str, of: &str, size: u32, value: f64) {
+    let cells: [Cell; 4] = [what.into(), of.into(), size.into(), value.into()];
+    study.records.push(cells.into());
 }
 
 /// Carries out every study, one after the other. One that is pointless, or for

@@ -22,15 +22,15 @@ use reference::metrics::Reference;
 use reference::oracle::area;
 use reference::oracle::image::Options;
 
-use super::{Kind, Limit, Subject};
-use crate::compare::study::{Cell, Column, Study, Unit};
+use super::{Kind, Limit, Subject, record, value_columns};
+use crate::compare::study::Study;
 use crate::failure::Failure;
 use crate::progress;
 
 pub(super) const KIND: Kind = Kind {
     title: "area lights as many shadow volumes",
     csv: "area-lights.csv",
-    columns,
+    columns: value_columns,
     seconds: Some([1.5, 40.0]),
     pointless,
     run,
@@ -90,21 +90,6 @@ fn pointless(subject: &Subject<'_>) -> Option<&'static str> {
     }
     let none = subject.areas.is_empty();
     none.then_some("no light has an area")
-}
-
-fn columns() -> Vec<Column> {
-    vec![
-        Column::plain("what"),
-        Column::plain("of"),
-        Column::plain("size"),
-        Column::new("value", Unit::Number),
-    ]
-}
-
-/// Adds one number to the records.
-fn record(study: &mut Study, what: &str, of: &str, size: u32, value: f64) {
-    let cells: [Cell; 4] = [what.into(), of.into(), size.into(), value.into()];
-    study.records.push(cells.into());
 }
 
 fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {

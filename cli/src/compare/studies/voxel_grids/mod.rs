@@ -17,8 +17,8 @@ use lighting::voxelized::Eye;
 use lighting::{Emitter, Ray};
 use reference::oracle::image::{Options, reference};
 
-use super::{Kind, Limit, Subject};
-use crate::compare::study::{Cell, Column, Study, Unit};
+use super::{Kind, Limit, Subject, record, value_columns};
+use crate::compare::study::Study;
 use crate::failure::Failure;
 use crate::progress;
 use detachment::Detachments;
@@ -28,7 +28,7 @@ use steps::Steps;
 pub(super) const KIND: Kind = Kind {
     title: "voxelized shadow volumes",
     csv: "voxels.csv",
-    columns,
+    columns: value_columns,
     seconds: Some([1.5, 15.0]),
     pointless,
     run,
@@ -76,21 +76,6 @@ fn pointless(subject: &Subject<'_>) -> Option<&'static str> {
     }
     let none = subject.emitters.is_empty();
     none.then_some("no light that voxels could be made for")
-}
-
-fn columns() -> Vec<Column> {
-    vec![
-        Column::plain("what"),
-        Column::plain("of"),
-        Column::plain("size"),
-        Column::new("value", Unit::Number),
-    ]
-}
-
-/// Adds one number to the records.
-fn record(study: &mut Study, what: &str, of: &str, size: u32, value: f64) {
-    let cells: [Cell; 4] = [what.into(), of.into(), size.into(), value.into()];
-    study.records.push(cells.into());
 }
 
 fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {

@@ -232,7 +232,7 @@ pub(super) mod tests {
 
     #[test]
     fn an_axis_has_a_row_for_each_rest_and_all_axes_together_have_one() {
-        let mut study = Study::new("", "", super::super::columns());
+        let mut study = Study::new("", "", super::super::value_columns());
         example().describe(&mut study);
         let Part::Table(table) = &study.parts[0] else {
             panic!("a table: {:?}", study.parts);
