@@ -108,6 +108,13 @@ mod tests {
         let table = rows(&results, &representative(&results)).unwrap();
         let steps = results.measurements.iter().filter(|m| m.method == march);
         assert_eq!(table.rows().len(), steps.count());
+        // Errors are 0.5 / n of n steps, for the equi-angular ones 0.5 / n²; n steps take
+        // n ms of either. Nothing is faster than four steps.
+        for (row, better, faster) in [(0, "4×", "1×"), (2, "16×", "4×"), (6, "256×", "16×")] {
+            let cells = &table.rows()[row].cells;
+            assert_eq!(cells[6].text(), Some(better), "{row}");
+            assert_eq!(cells[8].text(), Some(faster), "{row}");
+        }
         let html = section(&results).into_string();
         assert!(html.contains("What engines do") && html.contains("equi-angular steps"));
     }
