@@ -4,7 +4,8 @@ use airlight::{Error, gauss};
 use glam::Vec3;
 
 use super::{AirlightEvaluator, directional};
-use crate::path::Arc;
+use crate::path::{Arc, LANES, Lanes};
+use crate::scene::PointEmitter;
 use crate::{Emitter, Interval, LightPath};
 
 /// Gauss–Legendre quadrature in the equi-angular variable, for any phase
@@ -39,6 +40,8 @@ use crate::{Emitter, Interval, LightPath};
 pub struct EquiAngular {
     /// Node in (0, 1) and weight; the weights sum to 1.
     nodes: Vec<(f32, f32)>,
+    /// The same in groups; what is left of the last group weighs nothing.
+    groups: Vec<(Lanes, Lanes)>,
 }
 
 impl EquiAngular {
@@ -49,8 +52,16 @@ impl EquiAngular {
     pub fn new(nodes: u32) -> Result<Self, Error> {
         let rule = gauss::Rule::new(nodes)?;
         let single = |(node, weight)| (node as f32, weight as f32);
+        let nodes: Vec<_> = rule.iter().map(single).collect();
+        let groups = nodes.chunks(LANES).map(|some| {
+            let of_lane = |i: usize| some.get(i).copied().unwrap_or((0.5, 0.0));
+            let lanes = std::array::from_fn(of_lane);
+            let [nodes, weights] = [lanes.map(|(node, _)| node), lanes.map(|(_, weight)| weight)];
+            (Lanes::new(nodes), Lanes::new(weights))
+        });
         Ok(Self {
-            nodes: rule.iter().map(single).collect(),
+            groups: groups.collect(),
+            nodes,
         })
     }
 
@@ -70,26 +81,30 @@ impl AirlightEvaluator for EquiAngular {
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         match path.emitter() {
             Emitter::Directional(sun) => directional(path, sun, interval),
-            Emitter::Point(_) => path
-                .without_kinks(interval)
-                .fold(Vec3::ZERO, |sum, piece| sum + self.smooth(path, piece)),
+            Emitter::Point(point) => path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
+                sum + self.smooth(path, point, piece)
+            }),
         }
     }
 }
 
 impl EquiAngular {
     /// The radiance of an interval without a kink inside.
-    fn smooth(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
+    fn smooth(&self, path: &LightPath<'_>, point: &PointEmitter, interval: Interval) -> Vec3 {
         let Some(arc) = Arc::new(path, interval) else {
             return Vec3::ZERO;
         };
         if arc.extent() == f32::INFINITY {
             return Vec3::INFINITY;
         }
-        let sum = self.nodes.iter().fold(Vec3::ZERO, |sum, &(t, weight)| {
-            sum + weight * path.source(arc.position(t))
-        });
-        arc.extent() * sum
+        let mut sums = [Lanes::ZERO; 3];
+        for (nodes, weights) in &self.groups {
+            let sources = path.sources(point, arc.positions(*nodes));
+            for (sum, sources) in sums.iter_mut().zip(sources) {
+                *sum += *weights * sources;
+            }
+        }
+        arc.extent() * Vec3::from(sums.map(Lanes::reduce_add))
     }
 }
 

@@ -1,11 +1,12 @@
 //! The equi-angular variable: an interval of a ray as an arc seen from a light.
 
-#[cfg(feature = "shadow-map")]
-use std::f64::consts::PI;
+use std::f32::consts::{FRAC_PI_2, PI};
 
 #[cfg(feature = "shadow-map")]
 use glam::DVec2;
+use wide::CmpGt;
 
+use super::lanes::{Lanes, sine};
 use crate::{Interval, LightPath};
 
 /// An interval of a path as an arc seen from a point light.
@@ -32,16 +33,22 @@ impl Arc {
         }
         let h = path.h();
         let s_a = interval.start - path.foot();
-        let d_a = s_a.hypot(h);
+        let d_a = length(s_a, h);
         // The tangent of Δη is across / along. For an infinite end both are
         // divided by its distance.
         let (across, along, d_b) = if interval.end == f32::INFINITY {
             (h, s_a, f32::INFINITY)
         } else {
             let s_b = interval.end - path.foot();
-            (h * (s_b - s_a), h * h + s_a * s_b, s_b.hypot(h))
+            (h * (s_b - s_a), h * h + s_a * s_b, length(s_b, h))
         };
-        let angle = across.atan2(along);
+        // The smaller of the angle and its supplement has all digits.
+        let smaller = across.atan2(along.abs());
+        let (angle, supplement) = if along >= 0.0 {
+            (smaller, PI - smaller)
+        } else {
+            (PI - smaller, smaller)
+        };
         let extent = if along > 0.0 && across <= 1e-4 * along {
             // Δη/h by its series, where h may be 0.
             let ratio = across / along;
@@ -59,7 +66,7 @@ impl Arc {
             d_a,
             d_b,
             angle,
-            supplement: across.atan2(-along),
+            supplement,
             extent,
         })
     }
@@ -88,14 +95,50 @@ impl Arc {
         }
     }
 
+    /// [`Arc::position`] at several fractions, to a few units of the last place.
+    pub(crate) fn positions(&self, t: Lanes) -> Lanes {
+        let Interval { start, end } = self.interval;
+        let rest = 1.0 - t;
+        let (from_a, from_b) = if self.angle > 1e-3 {
+            (self.sines(rest, t), self.sines(t, rest))
+        } else {
+            (rest, t)
+        };
+        if self.d_b == f32::INFINITY {
+            return start + self.d_a * (from_b / from_a);
+        }
+        let (weight_a, weight_b) = (from_a * self.d_b, from_b * self.d_a);
+        let x = start + (end - start) * (weight_b / (weight_a + weight_b));
+        x.fast_max(start.into()).fast_min(end.into())
+    }
+
+    /// `sin(part Δη)` of several parts.
+    fn sines(&self, part: Lanes, rest: Lanes) -> Lanes {
+        let angle = part * self.angle;
+        let other = self.supplement + rest * self.angle;
+        sine(angle.cmp_gt(FRAC_PI_2).blend(other, angle))
+    }
+
     /// `sin(part Δη)`; `part` and `rest` add up to 1.
     fn sine(&self, part: f32, rest: f32) -> f32 {
         let angle = part * self.angle;
-        if angle > std::f32::consts::FRAC_PI_2 {
+        if angle > FRAC_PI_2 {
             (self.supplement + rest * self.angle).sin()
         } else {
             angle.sin()
         }
+    }
+}
+
+/// The length of a vector, to an ULP or two, however short.
+fn length(x: f32, y: f32) -> f32 {
+    let (x, y) = (x.abs(), y.abs());
+    let (small, large) = if x < y { (x, y) } else { (y, x) };
+    let ratio = small / large;
+    if large > 0.0 {
+        large * (1.0 + ratio * ratio).sqrt()
+    } else {
+        0.0
     }
 }
 
@@ -118,7 +161,7 @@ impl Turns {
     pub(crate) fn new(arc: Arc, steps: f64) -> Self {
         let (whole, step, turned) = if arc.angle > 1e-3 {
             let angle = if arc.supplement < 1.0 {
-                PI - f64::from(arc.supplement)
+                std::f64::consts::PI - f64::from(arc.supplement)
             } else {
                 f64::from(arc.angle)
             };

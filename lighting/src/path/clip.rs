@@ -39,7 +39,7 @@ impl Clip<'_> {
         match point.emission() {
             Emission::Isotropic => {}
             Emission::Cosine { normal } => {
-                let (start, end) = clip_to_cone(from_light, direction, normal.as_dvec3(), 0.0)?;
+                let (start, end) = clip_to_half_space(from_light, direction, normal.as_dvec3())?;
                 intersect(start, end);
             }
             Emission::Spot(spot) => {
@@ -93,7 +93,9 @@ impl Clip<'_> {
                 }
             }
         }
-        kinks.sort_by(f32::total_cmp);
+        if count > 1 {
+            kinks.sort_by(f32::total_cmp);
+        }
         kinks
     }
 }
@@ -102,6 +104,20 @@ impl Clip<'_> {
 /// narrow cones need.
 pub(crate) fn axis_of(spot: &SpotEmission) -> DVec3 {
     spot.rotation().as_dquat().normalize() * DVec3::NEG_Z
+}
+
+/// Where the line `v + x w` runs on the side of a plane through the origin into which
+/// `normal` points.
+fn clip_to_half_space(v: DVec3, w: DVec3, normal: DVec3) -> Option<(f64, f64)> {
+    let (before, along) = (v.dot(normal), w.dot(normal));
+    let border = -before / along;
+    if along > 0.0 {
+        Some((border, f64::INFINITY))
+    } else if along < 0.0 {
+        Some((f64::NEG_INFINITY, border))
+    } else {
+        (before >= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY))
+    }
 }
 
 /// Where the line `v + x w` runs inside the cone of all `p` with

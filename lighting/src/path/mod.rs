@@ -4,6 +4,7 @@ mod arc;
 mod clip;
 #[cfg(feature = "shadow-map")]
 mod depths;
+mod lanes;
 
 use airlight::Segment;
 use glam::Vec3;
@@ -15,6 +16,7 @@ use clip::Clip;
 pub(crate) use clip::axis_of;
 #[cfg(feature = "shadow-map")]
 pub use depths::depth_range;
+pub(crate) use lanes::{LANES, Lanes};
 
 use crate::scene::{
     Bounds, DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle,
