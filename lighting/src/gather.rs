@@ -121,6 +121,75 @@ pub(crate) fn check_lengths(rays: usize, radiance: usize) -> Result<(), Error> {
     })
 }
 
+/// Rays per unit of work.
+pub(crate) const RAYS: usize = 64;
+
+/// Lit parts of the rays of a chunk, whose light is computed together.
+pub(crate) struct Batch<'a, A> {
+    airlight: &'a A,
+    /// The rays that they are of, by their number in the chunk.
+    rays: Vec<usize>,
+    paths: Vec<LightPath<'a>>,
+    parts: Vec<(usize, Interval)>,
+    shares: Vec<Vec3>,
+    radiances: Vec<Vec3>,
+}
+
+impl<'a, A: AirlightEvaluator> Batch<'a, A> {
+    /// Parts that are computed together, at most: enough for vectors, and they stay in
+    /// the fastest cache.
+    const MOST: usize = 64;
+
+    pub(crate) fn new(airlight: &'a A) -> Self {
+        Self {
+            airlight,
+            rays: Vec::new(),
+            paths: Vec::new(),
+            parts: Vec::new(),
+            shares: Vec::new(),
+            radiances: Vec::new(),
+        }
+    }
+
+    /// The parts that follow are of this path, along a ray of the chunk.
+    pub(crate) fn path(&mut self, ray: usize, path: LightPath<'a>) {
+        self.rays.push(ray);
+        self.paths.push(path);
+    }
+
+    /// A part, and the share of its light that arrives.
+    pub(crate) fn part(&mut self, part: Interval, share: Vec3, sums: &mut [[f32; 4]]) {
+        self.parts.push((self.paths.len() - 1, part));
+        self.shares.push(share);
+        if self.parts.len() >= Self::MOST {
+            self.add(sums);
+        }
+    }
+
+    /// Adds the light of the parts, in the order in which they came.
+    fn add(&mut self, sums: &mut [[f32; 4]]) {
+        self.radiances.clear();
+        self.airlight
+            .radiances(&self.paths, &self.parts, &mut self.radiances);
+        let lights = self.parts.iter().zip(&self.shares).zip(&self.radiances);
+        for (((path, _), share), radiance) in lights {
+            let light = *share * *radiance;
+            for (sum, light) in sums[self.rays[*path]].iter_mut().zip(light.to_array()) {
+                *sum += light;
+            }
+        }
+        self.parts.clear();
+        self.shares.clear();
+    }
+
+    /// Adds the light of the parts that are left, of paths that may then be forgotten.
+    pub(crate) fn finish(&mut self, sums: &mut [[f32; 4]]) {
+        self.add(sums);
+        self.rays.clear();
+        self.paths.clear();
+    }
+}
+
 impl<V, A> Gather<V, A> for Cpu
 where
     V: VisibilitySource,
@@ -137,10 +206,11 @@ where
         if lit.medium.scatters_nothing() {
             return Ok(());
         }
-        self.for_each_chunk(radiance, 64, |first, chunk| {
+        self.for_each_chunk(radiance, RAYS, |first, chunk| {
             let mut parts = Vec::new();
+            let mut batch = Batch::new(airlight);
             let rays = chunk.len();
-            for (i, sum) in (first..).zip(chunk) {
+            for (ray, i) in (first..first + rays).enumerate() {
                 let Some(path) = LightPath::new(&lit.rays[i], lit.emitter, lit.medium) else {
                     continue;
                 };
@@ -153,6 +223,7 @@ where
                 if lit.touching == Touching::Joined {
                     join_touching(&mut parts, 0);
                 }
+                batch.path(ray, path);
                 for part in &parts {
                     let Interval { mut start, end } = part.interval;
                     loop {
@@ -164,11 +235,8 @@ where
                             }
                             (seen, panes) = (next.share, others);
                         }
-                        let light = airlight.radiance(&path, Interval::new(start, to));
-                        let light = seen * (part.visibility * light);
-                        for channel in 0..3 {
-                            sum[channel] += light[channel];
-                        }
+                        let share = part.visibility * seen;
+                        batch.part(Interval::new(start, to), share, chunk);
                         start = to;
                         if !(start < end) {
                             break;
@@ -176,6 +244,7 @@ where
                     }
                 }
             }
+            batch.finish(chunk);
             lit.watch.gathered(rays);
         });
         Ok(())

@@ -41,6 +41,31 @@ impl Pair<'_> {
         blend(lit(self.first), lit(self.second), self.share)
     }
 
+    /// The visibility of the bit at a position.
+    #[inline]
+    pub(crate) fn visibility_at(&self, position: f32) -> f32 {
+        let highest = (32 * self.first.len() - 1) as f32;
+        self.visibility(position.clamp(0.0, highest) as u32)
+    }
+
+    /// The visibilities between two positions along φ, each times the length of its
+    /// part; the bit of a position is that of [`Runs::new`].
+    #[inline]
+    pub(crate) fn lit_length(&self, bias: f32, from: f32, to: f32) -> f32 {
+        let highest = (32 * self.first.len() - 1) as f32;
+        let ends = [from + bias, to + bias];
+        let [first, last] = ends.map(|end| end.clamp(0.0, highest) as u32);
+        if first == last {
+            return self.visibility(first) * (to - from);
+        }
+        let before = (first + 1) as f32 - ends[0];
+        let after = ends[1] - last as f32;
+        let whole = [self.first, self.second].map(|texel| lit_bits(texel, first + 1, last));
+        self.visibility(first) * before
+            + blend(whole[0], whole[1], self.share)
+            + self.visibility(last) * after
+    }
+
     /// The first bit above `bit` at which one of the two texels changes, or
     /// the number of bits.
     #[inline]
@@ -60,6 +85,19 @@ impl Pair<'_> {
         }
         32 * word as u32 + found.trailing_zeros()
     }
+}
+
+/// How many of the bits from `start` to before `end` are lit.
+#[inline]
+fn lit_bits(texel: &[u32], start: u32, end: u32) -> u32 {
+    let words = (start / 32) as usize..end.div_ceil(32) as usize;
+    let mut lit = 0;
+    for (word, first) in texel[words].iter().zip((start & !31..).step_by(32)) {
+        let skipped = u32::MAX << start.saturating_sub(first);
+        let kept = u32::MAX >> (first + 32).saturating_sub(end).min(31);
+        lit += (!word & skipped & kept).count_ones();
+    }
+    lit
 }
 
 #[inline]
@@ -193,6 +231,27 @@ mod tests {
                     .map_or(0.0, |run| run.visibility);
                 prop_assert_eq!(found, expected);
             }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(reference::property::cases(3000))]
+        #[test]
+        fn lit_lengths_are_the_sum_of_the_runs(
+            (first, second) in texels(),
+            share in prop_oneof![Just(0.0_f32), Just(1.0), 0.0_f32..1.0],
+            bias in prop_oneof![Just(0.0_f32), Just(-1.0), -40.0_f32..40.0],
+            ends in [0.0_f32..1.0, 0.0_f32..1.0],
+        ) {
+            let bits = 32 * first.len();
+            let ends = ends.map(|end| end * bits as f32);
+            let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            let texels = Pair { first: &first, second: &second, share };
+            let expected: f32 = Runs::new(texels, bias, to)
+                .map(|run| run.visibility * (run.end - run.start.max(from)).max(0.0))
+                .sum();
+            let found = texels.lit_length(bias, from, to);
+            prop_assert!((found - expected).abs() <= 1e-5 * bits as f32, "{found} {expected}");
         }
     }
 

@@ -400,18 +400,14 @@ impl<'a> RayShadow<'a> {
     /// there is no voxel between them the visibility at the first.
     pub fn lit_fraction_between(&self, start: f32, end: f32) -> f32 {
         let (from, to) = (self.position(start), self.position(end));
-        let mut lit = 0.0;
-        for run in self.runs() {
-            if from < to {
-                lit += run.visibility * (run.end.min(to) - run.start.max(from)).max(0.0);
-            } else if run.start <= from && from <= run.end {
-                return run.visibility;
-            }
-        }
+        let texels = match self.texels {
+            Texels::Axis { lit } => return if lit { 1.0 } else { 0.0 },
+            Texels::Pair(pair) => pair,
+        };
         if from < to {
-            (lit / (to - from)).min(1.0)
+            (texels.lit_length(self.phi_bias, from, to) / (to - from)).min(1.0)
         } else {
-            0.0
+            texels.visibility_at(from + self.phi_bias)
         }
     }
 

@@ -4,7 +4,7 @@ use airlight::{Error, gauss};
 use glam::Vec3;
 
 use super::{AirlightEvaluator, directional};
-use crate::path::{Arc, LANES, Lanes};
+use crate::path::{Arcs, LANES, Lanes, PartOf};
 use crate::scene::PointEmitter;
 use crate::{Emitter, Interval, LightPath};
 
@@ -81,30 +81,87 @@ impl AirlightEvaluator for EquiAngular {
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         match path.emitter() {
             Emitter::Directional(sun) => directional(path, sun, interval),
-            Emitter::Point(point) => path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
-                sum + self.smooth(path, point, piece)
-            }),
+            Emitter::Point(point) => path
+                .without_kinks(interval)
+                .filter(|piece| piece.start < piece.end)
+                .fold(Vec3::ZERO, |sum, piece| {
+                    sum + self.smooth(point, (path, piece))
+                }),
+        }
+    }
+
+    /// Eight pieces at a time.
+    fn radiances(
+        &self,
+        paths: &[LightPath<'_>],
+        parts: &[(usize, Interval)],
+        radiances: &mut Vec<Vec3>,
+    ) {
+        let first = radiances.len();
+        radiances.resize(first + parts.len(), Vec3::ZERO);
+        let radiances = &mut radiances[first..];
+        let Some(Emitter::Point(point)) = paths.first().map(LightPath::emitter) else {
+            for (radiance, (path, interval)) in radiances.iter_mut().zip(parts) {
+                *radiance = self.radiance(&paths[*path], *interval);
+            }
+            return;
+        };
+        let mut pieces = Vec::with_capacity(parts.len());
+        for (i, (path, interval)) in parts.iter().enumerate() {
+            let path = &paths[*path];
+            for piece in path.without_kinks(*interval) {
+                if piece.start < piece.end {
+                    pieces.push((i, (path, piece)));
+                }
+            }
+        }
+        for pieces in pieces.chunks(LANES) {
+            let piece = |i: usize| pieces.get(i).unwrap_or(&pieces[0]).1;
+            let lights = self.several(point, std::array::from_fn(piece));
+            for ((i, _), light) in pieces.iter().zip(lights) {
+                radiances[*i] += light;
+            }
         }
     }
 }
 
 impl EquiAngular {
-    /// The radiance of an interval without a kink inside.
-    fn smooth(&self, path: &LightPath<'_>, point: &PointEmitter, interval: Interval) -> Vec3 {
-        let Some(arc) = Arc::new(path, interval) else {
-            return Vec3::ZERO;
-        };
-        if arc.extent() == f32::INFINITY {
+    /// The radiance of a part without a kink inside: its nodes eight at a time.
+    fn smooth(&self, point: &PointEmitter, part: PartOf<'_, '_>) -> Vec3 {
+        let arcs = Arcs::new(point, [part; LANES]);
+        let extent = arcs.extent().to_array()[0];
+        if extent == f32::INFINITY {
             return Vec3::INFINITY;
         }
         let mut sums = [Lanes::ZERO; 3];
         for (nodes, weights) in &self.groups {
-            let sources = path.sources(point, arc.positions(*nodes));
-            for (sum, sources) in sums.iter_mut().zip(sources) {
-                *sum += *weights * sources;
+            let sources = arcs.sources(arcs.positions(*nodes));
+            for (sum, source) in sums.iter_mut().zip(sources) {
+                *sum += *weights * source;
             }
         }
-        arc.extent() * Vec3::from(sums.map(Lanes::reduce_add))
+        extent * Vec3::from(sums.map(Lanes::reduce_add))
+    }
+
+    /// The radiances of eight of them.
+    fn several(&self, point: &PointEmitter, parts: [PartOf<'_, '_>; LANES]) -> [Vec3; LANES] {
+        let arcs = Arcs::new(point, parts);
+        let mut sums = [Lanes::ZERO; 3];
+        for (node, weight) in &self.nodes {
+            let sources = arcs.sources(arcs.positions((*node).into()));
+            for (sum, source) in sums.iter_mut().zip(sources) {
+                *sum += *weight * source;
+            }
+        }
+        let sums = sums.map(Lanes::to_array);
+        let extents = arcs.extent().to_array();
+        std::array::from_fn(|i| {
+            if extents[i] == f32::INFINITY {
+                Vec3::INFINITY
+            } else {
+                extents[i] * Vec3::from(sums.map(|sum| sum[i]))
+            }
+        })
     }
 }
 

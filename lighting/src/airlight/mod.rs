@@ -39,4 +39,18 @@ pub trait AirlightEvaluator: Sync {
     /// interval that contains a point light (see
     /// [`LightPath::off_the_light`]).
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3;
+
+    /// Appends the radiance of each part to `radiances`: what
+    /// [`radiance`](AirlightEvaluator::radiance) is to rounding, sooner where there are
+    /// many. The paths have one light and one medium; a part is the number of its path
+    /// and the interval. What the others are changes no bit of one.
+    fn radiances(
+        &self,
+        paths: &[LightPath<'_>],
+        parts: &[(usize, Interval)],
+        radiances: &mut Vec<Vec3>,
+    ) {
+        let each = |&(path, interval): &(usize, Interval)| self.radiance(&paths[path], interval);
+        radiances.extend(parts.iter().map(each));
+    }
 }

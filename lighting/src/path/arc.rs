@@ -1,12 +1,9 @@
 //! The equi-angular variable: an interval of a ray as an arc seen from a light.
 
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::PI;
 
-#[cfg(feature = "shadow-map")]
 use glam::DVec2;
-use wide::CmpGt;
 
-use super::lanes::{Lanes, sine};
 use crate::{Interval, LightPath};
 
 /// An interval of a path as an arc seen from a point light.
@@ -21,8 +18,6 @@ pub(crate) struct Arc {
     /// π − Δη. Next to a half turn, where the ray all but meets the light, an
     /// f32 near π has lost what the sine there depends on.
     supplement: f32,
-    /// Δη / h = ∫ dx / d², 1/m; infinite if the light is on the interval.
-    extent: f32,
 }
 
 impl Arc {
@@ -33,14 +28,14 @@ impl Arc {
         }
         let h = path.h();
         let s_a = interval.start - path.foot();
-        let d_a = length(s_a, h);
+        let d_a = s_a.hypot(h);
         // The tangent of Δη is across / along. For an infinite end both are
         // divided by its distance.
         let (across, along, d_b) = if interval.end == f32::INFINITY {
             (h, s_a, f32::INFINITY)
         } else {
             let s_b = interval.end - path.foot();
-            (h * (s_b - s_a), h * h + s_a * s_b, length(s_b, h))
+            (h * (s_b - s_a), h * h + s_a * s_b, s_b.hypot(h))
         };
         // The smaller of the angle and its supplement has all digits.
         let smaller = across.atan2(along.abs());
@@ -49,103 +44,19 @@ impl Arc {
         } else {
             (PI - smaller, smaller)
         };
-        let extent = if along > 0.0 && across <= 1e-4 * along {
-            // Δη/h by its series, where h may be 0.
-            let ratio = across / along;
-            let per_h = if d_b == f32::INFINITY {
-                1.0 / s_a
-            } else {
-                (interval.end - interval.start) / along
-            };
-            per_h * (1.0 - ratio * ratio / 3.0)
-        } else {
-            angle / h
-        };
         Some(Self {
             interval,
             d_a,
             d_b,
             angle,
             supplement,
-            extent,
         })
-    }
-
-    /// `Δη / h = ∫ dx / d²`, 1/m; infinite if the light is on the interval.
-    pub(crate) fn extent(&self) -> f32 {
-        self.extent
-    }
-
-    /// The distance from the eye at the fraction `t` in (0, 1) of the angle.
-    pub(crate) fn position(&self, t: f32) -> f32 {
-        let Interval { start, end } = self.interval;
-        // sin((1−t)Δη) and sin(tΔη), or their ratio's limit for Δη → 0.
-        // In the middle they are equal: the bisector needs no sines.
-        let (from_a, from_b) = if self.angle > 1e-3 && t != 0.5 {
-            (self.sine(1.0 - t, t), self.sine(t, 1.0 - t))
-        } else {
-            (1.0 - t, t)
-        };
-        if self.d_b == f32::INFINITY {
-            start + self.d_a * (from_b / from_a)
-        } else {
-            let weight_a = from_a * self.d_b;
-            let weight_b = from_b * self.d_a;
-            (start + (end - start) * (weight_b / (weight_a + weight_b))).clamp(start, end)
-        }
-    }
-
-    /// [`Arc::position`] at several fractions, to a few units of the last place.
-    pub(crate) fn positions(&self, t: Lanes) -> Lanes {
-        let Interval { start, end } = self.interval;
-        let rest = 1.0 - t;
-        let (from_a, from_b) = if self.angle > 1e-3 {
-            (self.sines(rest, t), self.sines(t, rest))
-        } else {
-            (rest, t)
-        };
-        if self.d_b == f32::INFINITY {
-            return start + self.d_a * (from_b / from_a);
-        }
-        let (weight_a, weight_b) = (from_a * self.d_b, from_b * self.d_a);
-        let x = start + (end - start) * (weight_b / (weight_a + weight_b));
-        x.fast_max(start.into()).fast_min(end.into())
-    }
-
-    /// `sin(part Δη)` of several parts.
-    fn sines(&self, part: Lanes, rest: Lanes) -> Lanes {
-        let angle = part * self.angle;
-        let other = self.supplement + rest * self.angle;
-        sine(angle.cmp_gt(FRAC_PI_2).blend(other, angle))
-    }
-
-    /// `sin(part Δη)`; `part` and `rest` add up to 1.
-    fn sine(&self, part: f32, rest: f32) -> f32 {
-        let angle = part * self.angle;
-        if angle > FRAC_PI_2 {
-            (self.supplement + rest * self.angle).sin()
-        } else {
-            angle.sin()
-        }
-    }
-}
-
-/// The length of a vector, to an ULP or two, however short.
-fn length(x: f32, y: f32) -> f32 {
-    let (x, y) = (x.abs(), y.abs());
-    let (small, large) = if x < y { (x, y) } else { (y, x) };
-    let ratio = small / large;
-    if large > 0.0 {
-        large * (1.0 + ratio * ratio).sqrt()
-    } else {
-        0.0
     }
 }
 
 /// Positions at equal steps of the angle, without a sine per position: the
 /// direction from the light is turned by the same small rotation each time, in
 /// f64, where the drift of thousands of rotations does not reach an f32.
-#[cfg(feature = "shadow-map")]
 #[derive(Debug, Clone)]
 pub(crate) struct Turns {
     arc: Arc,
@@ -155,7 +66,6 @@ pub(crate) struct Turns {
     turned: DVec2,
 }
 
-#[cfg(feature = "shadow-map")]
 impl Turns {
     /// `steps` equal steps, at least 1.
     pub(crate) fn new(arc: Arc, steps: f64) -> Self {
@@ -202,13 +112,46 @@ impl Turns {
     }
 }
 
-#[cfg(all(test, feature = "shadow-map"))]
+#[cfg(test)]
 mod tests {
+    use std::f32::consts::FRAC_PI_2;
+
     use glam::Vec3;
 
     use super::*;
     use crate::scene::{Emission, Medium, PhaseFunction};
     use crate::{Emitter, Ray};
+
+    impl Arc {
+        /// The distance from the eye at the fraction `t` in (0, 1) of the angle.
+        pub(crate) fn position(&self, t: f32) -> f32 {
+            let Interval { start, end } = self.interval;
+            // sin((1−t)Δη) and sin(tΔη), or their ratio's limit for Δη → 0.
+            // In the middle they are equal: the bisector needs no sines.
+            let (from_a, from_b) = if self.angle > 1e-3 && t != 0.5 {
+                (self.sine(1.0 - t, t), self.sine(t, 1.0 - t))
+            } else {
+                (1.0 - t, t)
+            };
+            if self.d_b == f32::INFINITY {
+                start + self.d_a * (from_b / from_a)
+            } else {
+                let weight_a = from_a * self.d_b;
+                let weight_b = from_b * self.d_a;
+                (start + (end - start) * (weight_b / (weight_a + weight_b))).clamp(start, end)
+            }
+        }
+
+        /// `sin(part Δη)`; `part` and `rest` add up to 1.
+        fn sine(&self, part: f32, rest: f32) -> f32 {
+            let angle = part * self.angle;
+            if angle > FRAC_PI_2 {
+                (self.supplement + rest * self.angle).sin()
+            } else {
+                angle.sin()
+            }
+        }
+    }
 
     #[test]
     fn turning_step_by_step_ends_where_sines_say() {

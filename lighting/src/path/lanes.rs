@@ -1,61 +1,155 @@
-//! The integrand of the airlight at several positions at once.
+//! Several parts of eye rays at once, and the integrand of their airlight.
 
-use wide::f32x4;
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use glam::Vec3;
+use wide::{CmpEq, CmpGe, CmpGt, CmpLe, f32x8};
 
 use super::LightPath;
-use crate::scene::{Emission, PhaseFunction, PointEmitter, ScatteringAngle};
+use crate::Interval;
+use crate::scene::{Emission, PhaseFunction, PointEmitter};
 
-/// How many positions there are.
-pub(crate) const LANES: usize = 4;
+/// How many lanes there are.
+pub(crate) const LANES: usize = 8;
 
-/// A number for each position.
-pub(crate) type Lanes = f32x4;
+/// A number for each lane.
+pub(crate) type Lanes = f32x8;
 
-/// The sine of angles from 0 to π/2, relative error 2e-7: its series, of which
-/// x¹⁵/15! < 7e-10 is left out.
-pub(super) fn sine(x: Lanes) -> Lanes {
-    let z = x * x;
-    let p = 1.0 / 362_880.0 - z * (1.0 / 39_916_800.0 - z * (1.0 / 6_227_020_800.0));
-    let p = 1.0 / 6.0 - z * (1.0 / 120.0 - z * (1.0 / 5040.0 - z * p));
-    x - x * z * p
+/// A path and a part of it.
+pub(crate) type PartOf<'p, 'a> = (&'p LightPath<'a>, Interval);
+
+/// Parts of paths as arcs seen from a point light, one in each lane: what an
+/// [`Arc`](super::Arc) is for one of them. The paths have one light and one medium.
+pub(crate) struct Arcs<'p, 'a> {
+    parts: [PartOf<'p, 'a>; LANES],
+    point: &'a PointEmitter,
+    start: Lanes,
+    end: Lanes,
+    foot: Lanes,
+    h: Lanes,
+    entry: Lanes,
+    /// Distances of the ends from the light.
+    d_a: Lanes,
+    d_b: Lanes,
+    /// The angle between the ends, and π less it.
+    angle: Lanes,
+    supplement: Lanes,
+    /// The angle over h, 1/m.
+    extent: Lanes,
+    /// Cosines between the normal of a light that has one and the ray, and the way to
+    /// the foot point.
+    cosine: [Lanes; 2],
 }
 
-/// What `f` is in each lane: for what has no vector instructions.
-fn lane_by_lane<const N: usize>(values: [Lanes; N], f: impl Fn([f32; N]) -> f32) -> Lanes {
-    let values = values.map(Lanes::to_array);
-    Lanes::new(std::array::from_fn(|i| f(values.map(|lanes| lanes[i]))))
-}
+impl<'p, 'a> Arcs<'p, 'a> {
+    /// Of parts that are not empty.
+    pub(crate) fn new(point: &'a PointEmitter, parts: [PartOf<'p, 'a>; LANES]) -> Self {
+        let normal = match point.emission() {
+            Emission::Cosine { normal } => *normal,
+            _ => Vec3::ZERO,
+        };
+        let mut columns = [[0.0; LANES]; 7];
+        for (i, (path, interval)) in parts.iter().enumerate() {
+            let row = [
+                interval.start,
+                interval.end,
+                path.foot,
+                path.h,
+                path.entry,
+                normal.dot(path.ray.direction()),
+                normal.dot(path.to_foot),
+            ];
+            for (column, value) in columns.iter_mut().zip(row) {
+                column[i] = value;
+            }
+        }
+        let [start, end, foot, h, entry, along_normal, foot_along_normal] = columns.map(Lanes::new);
+        let endless = end.cmp_eq(f32::INFINITY);
+        let (s_a, s_b) = (start - foot, endless.blend(Lanes::ZERO, end - foot));
+        let (d_a, d_b) = (length(s_a, h), endless.blend(end, length(s_b, h)));
+        // The tangent of the angle is across / along; for an infinite end both are
+        // divided by its distance.
+        let across = h * endless.blend(Lanes::ONE, s_b - s_a);
+        let along = endless.blend(s_a, h * h + s_a * s_b);
+        // The smaller of the angle and its supplement has all digits.
+        let smaller = across.atan2(along.abs());
+        let larger = PI - smaller;
+        let ahead = along.cmp_ge(0.0);
+        let (angle, supplement) = (ahead.blend(smaller, larger), ahead.blend(larger, smaller));
+        // angle / h by its series, where h may be 0.
+        let ratio = across / along;
+        let per_h = endless.blend(1.0 / s_a, (end - start) / along);
+        let series = per_h * (1.0 - ratio * ratio * (1.0 / 3.0));
+        let is_thin = along.cmp_gt(0.0) & across.cmp_le(1e-4 * along);
+        Self {
+            extent: is_thin.blend(series, angle / h),
+            parts,
+            cosine: [along_normal, foot_along_normal],
+            entry,
+            point,
+            start,
+            end,
+            foot,
+            h,
+            d_a,
+            d_b,
+            angle,
+            supplement,
+        }
+    }
 
-impl LightPath<'_> {
-    /// [`LightPath::source`] of a point light at several positions, by channel; the
-    /// same to 1e-6.
-    pub(crate) fn sources(&self, point: &PointEmitter, x: Lanes) -> [Lanes; 3] {
+    /// `Δη / h = ∫ dx / d²`, 1/m; infinite if the light is on the part.
+    pub(crate) fn extent(&self) -> Lanes {
+        self.extent
+    }
+
+    /// The distances from the eye at the fraction `t` in (0, 1) of each angle.
+    pub(crate) fn positions(&self, t: Lanes) -> Lanes {
+        let rest = 1.0 - t;
+        let is_wide = self.angle.cmp_gt(1e-3);
+        // Sines, or their ratio's limit for small angles.
+        let from_a = is_wide.blend(self.sines(rest, t), rest);
+        let from_b = is_wide.blend(self.sines(t, rest), t);
+        let (weight_a, weight_b) = (from_a * self.d_b, from_b * self.d_a);
+        let x = self.start + (self.end - self.start) * (weight_b / (weight_a + weight_b));
+        let endless = self.start + self.d_a * (from_b / from_a);
+        let x = x.fast_max(self.start).fast_min(self.end);
+        (self.end.cmp_eq(f32::INFINITY)).blend(endless, x)
+    }
+
+    /// `sin(part Δη)`; `part` and `rest` add up to 1.
+    fn sines(&self, part: Lanes, rest: Lanes) -> Lanes {
+        let angle = part * self.angle;
+        let other = self.supplement + rest * self.angle;
+        sine(angle.cmp_gt(FRAC_PI_2).blend(other, angle))
+    }
+
+    /// [`LightPath::source`] at a position in each lane, by channel; the same to 1e-6.
+    pub(crate) fn sources(&self, x: Lanes) -> [Lanes; 3] {
         let s = x - self.foot;
         let d = (s * s + self.h * self.h).sqrt();
-        let phase = match self.medium.phase() {
-            phase @ PhaseFunction::Isotropic => phase.value(ScatteringAngle::from_cos(0.0)).into(),
-            phase => lane_by_lane([s], |[s]| {
-                phase.value(ScatteringAngle::from_foot(s, self.h))
-            }),
-        };
-        let leg = if self.is_immersed() {
+        let first = self.parts[0].0;
+        let medium = first.medium();
+        let phase = Angles::from_foot(s, self.h, d).phase(medium.phase());
+        let leg = if first.is_immersed() {
             d
         } else {
-            lane_by_lane([x, d], |[x, d]| {
-                let to_light = -self.from_light(x - self.foot).0;
-                self.medium.length_inside(self.ray.at(x), to_light, d)
+            lane_by_lane([x, d], |i, [x, d]| {
+                let path = self.parts[i].0;
+                let to_light = -path.from_light(x - path.foot()).0;
+                medium.length_inside(path.ray().at(x), to_light, d)
             })
         };
-        let window = if point.fades() {
-            lane_by_lane([d], |[d]| point.window_inside(d))
+        let window = if self.point.fades() {
+            lane_by_lane([d], |_, [d]| self.point.window_inside(d))
         } else {
             Lanes::ONE
         };
         let way = (x - self.entry) + leg;
-        let (sigma_t, sigma_s) = (self.medium.sigma_t(), self.medium.sigma_s());
+        let (sigma_t, sigma_s) = (medium.sigma_t(), medium.sigma_s());
         let transmittance = |sigma: f32| (-sigma * way).exp();
         let mut through = transmittance(sigma_t.x);
-        let mut light = self.intensities(point, s, d);
+        let mut light = self.intensities(s, d);
         for (channel, light) in light.iter_mut().enumerate() {
             // Grey media are common and an exponential is most of the work.
             if channel > 0 && sigma_t[channel] != sigma_t[channel - 1] {
@@ -66,22 +160,21 @@ impl LightPath<'_> {
         light
     }
 
-    /// The intensities of a point light, by channel, towards positions behind the foot
-    /// point at distances from the light.
-    fn intensities(&self, point: &PointEmitter, s: Lanes, d: Lanes) -> [Lanes; 3] {
-        let intensity = point.intensity().to_array().map(Lanes::from);
-        match point.emission() {
+    /// The intensities towards positions behind the foot points, at distances from the
+    /// light.
+    fn intensities(&self, s: Lanes, d: Lanes) -> [Lanes; 3] {
+        let intensity = self.point.intensity().to_array().map(Lanes::from);
+        match self.point.emission() {
             Emission::Isotropic => intensity,
-            Emission::Cosine { normal } => {
-                let along = normal.dot(self.ray.direction());
-                let across = normal.dot(self.to_foot) * self.h;
-                let cos = ((s * along + across) / d).fast_max(Lanes::ZERO);
+            Emission::Cosine { .. } => {
+                let [along, across] = self.cosine;
+                let cos = ((s * along + self.h * across) / d).fast_max(Lanes::ZERO);
                 intensity.map(|channel| channel * cos)
             }
-            Emission::Spot(_) => {
-                let factors = s
-                    .to_array()
-                    .map(|s| point.emission().factor(self.from_light(s).0));
+            emission @ Emission::Spot(_) => {
+                let s = s.to_array();
+                let factors: [_; LANES] =
+                    std::array::from_fn(|i| emission.factor(self.parts[i].0.from_light(s[i]).0));
                 std::array::from_fn(|channel| {
                     intensity[channel] * Lanes::new(factors.map(|factor| factor[channel]))
                 })
@@ -90,9 +183,90 @@ impl LightPath<'_> {
     }
 }
 
+/// [`ScatteringAngle`](crate::scene::ScatteringAngle)s.
+struct Angles {
+    one_minus_cos: Lanes,
+    one_plus_cos: Lanes,
+}
+
+impl Angles {
+    /// Of light from `d` away, at `s` behind the foot point of a light `h` beside the ray.
+    fn from_foot(s: Lanes, h: Lanes, d: Lanes) -> Self {
+        let large = 1.0 + s.abs() / d;
+        let sine = h / d;
+        let small = sine * sine / large;
+        let behind = s.cmp_ge(0.0);
+        Self {
+            one_minus_cos: behind.blend(large, small),
+            one_plus_cos: behind.blend(small, large),
+        }
+    }
+
+    /// [`PhaseFunction::value`].
+    fn phase(&self, phase: PhaseFunction) -> Lanes {
+        let of = |share: f32| share / PI;
+        match phase {
+            PhaseFunction::Isotropic => of(0.25).into(),
+            PhaseFunction::HenyeyGreenstein { g } => of(0.25) * self.henyey_greenstein(g),
+            PhaseFunction::Rayleigh => of(0.1875) * self.rayleigh(),
+            PhaseFunction::Schlick { k } => {
+                let distance = if k >= 0.0 {
+                    (1.0 - k) + k * self.one_minus_cos
+                } else {
+                    (1.0 + k) - k * self.one_plus_cos
+                };
+                of(0.25) * ((1.0 - k) * (1.0 + k)) / (distance * distance)
+            }
+            PhaseFunction::CornetteShanks { g } => {
+                of(0.375) / (2.0 + g * g) * self.rayleigh() * self.henyey_greenstein(g)
+            }
+        }
+    }
+
+    /// `1 + cos² θ`.
+    fn rayleigh(&self) -> Lanes {
+        let cos = 0.5 * (self.one_plus_cos - self.one_minus_cos);
+        1.0 + cos * cos
+    }
+
+    /// `(1 − g²) / (1 + g² − 2 g cos θ)^{3/2}`.
+    fn henyey_greenstein(&self, g: f32) -> Lanes {
+        let distance2 = if g >= 0.0 {
+            (1.0 - g) * (1.0 - g) + 2.0 * g * self.one_minus_cos
+        } else {
+            (1.0 + g) * (1.0 + g) - 2.0 * g * self.one_plus_cos
+        };
+        ((1.0 - g) * (1.0 + g)) / (distance2 * distance2.sqrt())
+    }
+}
+
+/// The sine of angles from 0 to π/2, relative error 2e-7: its series, of which
+/// x¹⁵/15! < 7e-10 is left out.
+fn sine(x: Lanes) -> Lanes {
+    let z = x * x;
+    let p = 1.0 / 362_880.0 - z * (1.0 / 39_916_800.0 - z * (1.0 / 6_227_020_800.0));
+    let p = 1.0 / 6.0 - z * (1.0 / 120.0 - z * (1.0 / 5040.0 - z * p));
+    x - x * z * p
+}
+
+/// The lengths of vectors, however short.
+fn length(x: Lanes, y: Lanes) -> Lanes {
+    let (x, y) = (x.abs(), y.abs());
+    let (small, large) = (x.fast_min(y), x.fast_max(y));
+    let ratio = small / large;
+    let length = large * (1.0 + ratio * ratio).sqrt();
+    large.cmp_gt(0.0).blend(length, Lanes::ZERO)
+}
+
+/// What `f` is in each lane: for what has no vector instructions.
+fn lane_by_lane<const N: usize>(values: [Lanes; N], f: impl Fn(usize, [f32; N]) -> f32) -> Lanes {
+    let values = values.map(Lanes::to_array);
+    Lanes::new(std::array::from_fn(|i| f(i, values.map(|lanes| lanes[i]))))
+}
+
 #[cfg(test)]
 mod tests {
-    use glam::{Quat, Vec3};
+    use glam::Quat;
 
     use super::*;
     use crate::Ray;
@@ -120,7 +294,11 @@ mod tests {
         let phases = [
             PhaseFunction::Isotropic,
             PhaseFunction::HenyeyGreenstein { g: 0.7 },
+            PhaseFunction::HenyeyGreenstein { g: -0.9 },
             PhaseFunction::Rayleigh,
+            PhaseFunction::Schlick { k: 0.8 },
+            PhaseFunction::Schlick { k: -0.5 },
+            PhaseFunction::CornetteShanks { g: 0.6 },
         ];
         let emissions = [
             Emission::Isotropic,
@@ -166,14 +344,15 @@ mod tests {
                     let Some(arc) = Arc::new(&path, path.span()) else {
                         continue;
                     };
-                    let t = Lanes::new([0.07, 0.33, 0.5, 0.93]);
-                    let x = arc.positions(t).to_array();
+                    let arcs = Arcs::new(point, [(&path, path.span()); LANES]);
+                    let t = Lanes::new([0.07, 0.2, 0.33, 0.5, 0.6, 0.75, 0.93, 0.99]);
+                    let x = arcs.positions(t).to_array();
                     for (x, t) in x.into_iter().zip(t.to_array()) {
                         let alone = arc.position(t);
                         let d = path.from_light(alone - path.foot()).1;
                         assert!((x - alone).abs() <= 1e-6 * (x + d), "{t}: {x} {alone}");
                     }
-                    let found = path.sources(point, x.into());
+                    let found = arcs.sources(x.into());
                     for (lane, x) in x.into_iter().enumerate() {
                         let alone = path.source(x);
                         for (channel, found) in found.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! An eye ray as one light sees it.
 
+#[cfg(feature = "shadow-map")]
 mod arc;
 mod clip;
 #[cfg(feature = "shadow-map")]
@@ -9,14 +10,13 @@ mod lanes;
 use airlight::Segment;
 use glam::Vec3;
 
-pub(crate) use arc::Arc;
 #[cfg(feature = "shadow-map")]
-pub(crate) use arc::Turns;
+pub(crate) use arc::{Arc, Turns};
 use clip::Clip;
 pub(crate) use clip::axis_of;
 #[cfg(feature = "shadow-map")]
 pub use depths::depth_range;
-pub(crate) use lanes::{LANES, Lanes};
+pub(crate) use lanes::{Arcs, LANES, Lanes, PartOf};
 
 use crate::scene::{
     Bounds, DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle,

@@ -1,9 +1,10 @@
 //! The step that sums the airlight of many lights.
 
+use glam::Vec3;
 use gpu_backend::{Backend, BufferOf, Cpu, Error, Host, Memory};
 
 use super::LightVolumes;
-use crate::gather::check_lengths;
+use crate::gather::{Batch, RAYS, check_lengths};
 use crate::scene::Medium;
 use crate::voxelized::{Detail, State};
 use crate::{AirlightEvaluator, Emitter, Interleaving, LightPath, LitInterval, Part, Ray};
@@ -110,13 +111,15 @@ fn gather_part<A: AirlightEvaluator>(
             .iter()
             .map(|light| (&lights.emitters[*light], volumes.volume(*light)))
             .collect();
-        cpu.for_each_chunk(sums, 64, |first, chunk| {
+        cpu.for_each_chunk(sums, RAYS, |first, chunk| {
+            let rays = &rays[first..first + chunk.len()];
             let mut parts = Vec::new();
-            for (sum, ray) in chunk.iter_mut().zip(&rays[first..]) {
-                for (emitter, source) in &sources {
-                    if matches!(source, State::Dark) {
-                        continue;
-                    }
+            let mut batch = Batch::new(airlight);
+            for (emitter, source) in &sources {
+                if matches!(source, State::Dark) {
+                    continue;
+                }
+                for (number, ray) in rays.iter().enumerate() {
                     let Some(path) = LightPath::new(ray, emitter, lights.medium) else {
                         continue;
                     };
@@ -131,14 +134,13 @@ fn gather_part<A: AirlightEvaluator>(
                             parts.push(LitInterval::unshadowed(span.start, span.end));
                         }
                     }
+                    batch.path(number, path);
                     for part in &parts {
-                        let light = part.visibility * airlight.radiance(&path, part.interval);
-                        let light = weight * light;
-                        for channel in 0..3 {
-                            sum[channel] += light[channel];
-                        }
+                        let share = Vec3::splat(weight * part.visibility);
+                        batch.part(part.interval, share, chunk);
                     }
                 }
+                batch.finish(chunk);
             }
         });
     }
