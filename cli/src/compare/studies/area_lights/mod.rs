@@ -9,6 +9,7 @@ mod frames;
 mod interpolation;
 mod light_sizes;
 mod points;
+mod reductions;
 mod resolutions;
 mod steps;
 
@@ -16,7 +17,7 @@ use gpu_backend::Cpu;
 use lighting::Ray;
 use lighting::scene::trace::{Hit, Tracer};
 use lighting::scene::view::View;
-use lighting::scene::{AreaLight, Geometry, Medium};
+use lighting::scene::{AreaLight, Camera, Geometry, Medium};
 use lighting::voxelized::Eye;
 use reference::metrics::Reference;
 use reference::oracle::area;
@@ -53,6 +54,7 @@ struct Scene<'a> {
     tracer: &'a Tracer,
     medium: &'a Medium,
     light: &'a AreaLight,
+    camera: &'a Camera,
     eye: Eye,
     rays: &'a [Ray],
     hits: &'a [Option<Hit>],
@@ -67,6 +69,7 @@ impl<'a> Scene<'a> {
             tracer: subject.tracer,
             medium: subject.medium,
             light: &subject.areas.first()?.light,
+            camera: subject.camera,
             eye: Eye::of_camera(subject.camera, size, subject.rays, subject.medium),
             rays: subject.rays,
             hits: subject.hits,
@@ -107,7 +110,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
         hits: &hits,
         ..scene
     };
-    let bar = progress::bar("area lights", 6);
+    let bar = progress::bar("area lights", 7);
     let quick = subject.quick;
     points::measure(&cpu, few, quick, (&mut study, limit))?;
     bar.inc(1);
@@ -124,6 +127,8 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
         ..scene
     };
     steps::measure(&cpu, timed, quick, (&mut study, limit))?;
+    bar.inc(1);
+    reductions::measure(&cpu, timed, [width, height], quick, (&mut study, limit))?;
     bar.inc(1);
     // What follows is measured against the light itself, which takes long.
     if quick {
@@ -175,13 +180,13 @@ mod tests {
             .parts
             .iter()
             .filter(|part| matches!(part, Part::Table(_)));
-        assert_eq!(tables.count(), 2);
+        assert_eq!(tables.count(), 3);
         assert!(!study.introduction.is_empty() && study.left_out.len() == 1);
         for row in study.records.rows() {
             assert!(matches!(row.cells[3].value, Value::Number(value) if value >= 0.0));
         }
         let none = run(&subject, &Limit::of(0.0)).unwrap();
-        assert!(none.records.rows().is_empty() && none.left_out.len() == 3);
+        assert!(none.records.rows().is_empty() && none.left_out.len() == 4);
     }
 
     /// The parts that a quick comparison leaves out, on as few rays as there are.
