@@ -6,31 +6,34 @@
 
 use std::time::Instant;
 
-use crepuscular_tests::frames::{image, inputs};
+use crepuscular_tests::frames::inputs;
 use glam::{Affine3A, Vec3};
 use gpu_backend::{Cpu, Host};
 use lighting::airlight::EquiAngular;
 use lighting::area::{GatherMany, LightVolumes, ManyLights};
-use lighting::methods::{Frame, Registry, Store};
+use lighting::methods::reduced::{Choice, FillPicture, Filling, Reduction};
+use lighting::methods::{Frame, FrameInputs, Registry, Store};
 use lighting::scene::procedural::Embedded;
+use lighting::scene::trace::Hit;
 use lighting::scene::{Instance, Pattern};
 use lighting::shadow_map::{
     CasterPoints, Casters, LevelOfDetail, RenderImperfectMaps, RenderShadowMap,
     RenderShadowMapAtlas, ShadowMap,
 };
 use lighting::voxelized::{Detail, Eye, Resolution, VoxelVolume};
-use lighting::{Emitter, Gather, Interleaving, LitRays};
-use reference::metrics::image_error;
+use lighting::{Emitter, Gather, Interleaving, LitRays, Ray};
+use reference::metrics::{Reference, image_error};
 use reference::oracle::area;
 use reference::oracle::image::Options;
 use reference::scenes::TestScene;
 
-const BENCHES: [(&str, fn()); 5] = [
+const BENCHES: [(&str, fn()); 6] = [
     ("grids", grids),
     ("maps", maps),
     ("lights", lights),
     ("hard", hard),
     ("baseline", baseline),
+    ("froxels", froxels),
 ];
 
 /// Texels of a map and voxels along an axis.
@@ -260,91 +263,187 @@ fn hard() {
                 .expect("a legal view");
         }],
     );
-    let [gathered] = fastest(
-        1,
-        [&mut || {
-            let many = ManyLights {
-                rays: &scene.rays,
-                emitters: &emitters,
-                medium: &scene.medium,
-                detail: Detail::Average,
-                interleaving: Interleaving::NONE,
-            };
-            cpu.gather_many(&many, &all, &airlight, &mut radiance)
-                .expect("as many rays");
-        }],
-    );
     println!(
-        "  one 512³ frame {:.0} ms; 256 lights: voxels {:.2}×, gather of all pixels and lights {:.1}×, together {:.1}×",
+        "  one 512³ frame {:.0} ms; voxels of 256 lights {:.2}×",
         1e3 * frame,
-        made / frame,
-        gathered / frame,
-        (made + gathered) / frame
+        made / frame
     );
+    let host = Store::new();
+    let whole = FrameInputs {
+        emitters: &emitters,
+        ..inputs(&scene, SIDE, &host)
+    };
+    for (name, reduction) in [
+        ("in full", Reduction::NONE),
+        ("3x3", Reduction::WINDOWS_OF_3),
+        ("3x3 quarter", Reduction::WINDOWS_OF_3.and_a_quarter()),
+    ] {
+        let [gathered] = fastest(
+            1,
+            [&mut || {
+                let choice = Choice::new(&cpu, &whole, reduction).expect("rays of a picture");
+                let rays = choice.rays().to_vec();
+                let mut some = vec![[0.0; 4]; rays.len()];
+                let many = ManyLights {
+                    rays: &rays,
+                    emitters: &emitters,
+                    medium: &scene.medium,
+                    detail: Detail::Average,
+                    interleaving: choice.inputs(&whole).selection.interleaving,
+                };
+                cpu.gather_many(&many, &all, &airlight, &mut some)
+                    .expect("as many rays");
+                let filling = Filling::upload(&cpu, &choice, &scene.rays).expect("memory");
+                cpu.fill_picture(&filling, &some, &mut radiance)
+                    .expect("as many pixels");
+            }],
+        );
+        println!(
+            "  gather of 256 lights {name}: {:.1}×, with voxels {:.1}×",
+            gathered / frame,
+            (made + gathered) / frame
+        );
+    }
 }
 
-/// Time to the error of the paper's method: its gather beside the careful ray tracer.
-fn baseline() {
-    const LIGHTS: u32 = 256;
-    let small = TestScene::new(Embedded::Pergola, 48, 27);
-    let panel = [small.areas[0].light.clone()];
-    let options = Options {
-        tolerance: 2e-3,
-        ..Options::default()
-    };
-    let (rays, medium, geometry) = (&small.rays, &small.medium, &small.geometry);
-    let truth = area::reference(rays, &[], &panel, medium, geometry, options);
-    let registry = Registry::standard();
-    let cpu = Cpu::new();
-    let host = Store::new();
-    let frame = inputs(&small, SIDE, &host);
-    let error = |name: &str, quality: u32| {
-        let entry = registry.find(name).expect("a method");
-        let found = image(&cpu, frame, entry, quality).expect("a legal quality");
-        image_error(&found.expect("on the CPU"), &truth).rmse
-    };
-    let counts = [16, 32, 64, 128, 256, 512, 1024];
-    let of_rays = counts.map(|count| error("area-rays", count));
-    println!("  error of rays {counts:?}: {of_rays:.5?}");
-    let of_runs = [4, 16, 64, 256].map(|count| error("area-traced-runs", count));
-    println!("  error of traced runs [4, 16, 64, 256]: {of_runs:.5?}");
-    let large = TestScene::new(Embedded::Pergola, 960, 540);
-    let host = Store::new();
-    let frame = inputs(&large, SIDE, &host);
-    let time = |name: &str, quality: u32| {
-        let store = Store::new();
-        let frame = Frame::new(&cpu, frame, &store).expect("memory").timed();
+/// A large picture whose error is known at every 397th pixel.
+struct Large {
+    scene: TestScene,
+    pixels: Vec<u32>,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    truth: Reference,
+}
+
+/// What a method makes of it: its error, the time of all passes but that of making the
+/// voxels, and that.
+struct Made {
+    error: f64,
+    seconds: f64,
+    voxels: f64,
+}
+
+impl Large {
+    fn new() -> Self {
+        const STEP: usize = 397;
+        let scene = TestScene::new(Embedded::Pergola, 960, 540);
+        let pixels: Vec<u32> = (0..scene.rays.len() as u32)
+            .filter(|pixel| *pixel as usize % STEP == STEP / 2)
+            .collect();
+        let rays: Vec<_> = pixels.iter().map(|i| scene.rays[*i as usize]).collect();
+        let hits = pixels.iter().map(|i| scene.hits[*i as usize]).collect();
+        let panel = [scene.areas[0].light.clone()];
+        let options = Options {
+            tolerance: 2e-3,
+            ..Options::default()
+        };
+        let truth = area::reference(&rays, &[], &panel, &scene.medium, &scene.geometry, options);
+        Self {
+            scene,
+            pixels,
+            rays,
+            hits,
+            truth,
+        }
+    }
+
+    /// A frame of a method, of all pixels or of those whose error is known; maps are
+    /// made before.
+    fn frame(&self, name: &str, quality: u32, all: bool) -> Made {
+        let host = Store::new();
+        let mut inputs = inputs(&self.scene, SIDE, &host);
+        if !all {
+            inputs.rays = &self.rays;
+            inputs.hits = &self.hits;
+            inputs.selection.pixels = Some(&self.pixels);
+        }
+        let registry = Registry::standard();
+        let (cpu, store) = (Cpu::new(), Store::new());
+        let frame = Frame::new(&cpu, inputs, &store).expect("memory").timed();
         let method = registry.find(name).and_then(|entry| entry.on::<Cpu>());
         let method = method.expect("a method");
         method.prepare(&frame, quality).expect("a legal quality");
-        let mut radiance = vec![[0.0; 4]; large.rays.len()];
+        let mut radiance = vec![[0.0; 4]; inputs.rays.len()];
         method
             .add_radiance(&frame, quality, &mut radiance)
             .expect("a legal quality");
-        let passes = frame.passes();
-        let all: f64 = passes.iter().map(|pass| pass.seconds).sum();
-        let gather = passes.iter().rfind(|pass| pass.what != "voxels");
-        [gather.map_or(all, |pass| pass.seconds), all]
-    };
-    let [per_ray, _] = time("area-rays", 16).map(|seconds| seconds / 16.0);
-    for name in ["area-imperfect", "area-average", "area-runs"] {
-        let own = error(name, LIGHTS);
+        let mut made = Made {
+            error: 0.0,
+            seconds: 0.0,
+            voxels: 0.0,
+        };
+        for pass in frame.passes() {
+            let sum = match pass.what {
+                "voxels" => &mut made.voxels,
+                _ => &mut made.seconds,
+            };
+            *sum += pass.seconds;
+        }
+        if all {
+            radiance = (self.pixels.iter().map(|i| radiance[*i as usize])).collect();
+        }
+        made.error = image_error(&radiance, &self.truth).rmse;
+        made
+    }
+}
+
+/// Time to an equal error: the gathers of 256 lights beside the careful ray tracer.
+fn baseline() {
+    let large = Large::new();
+    let counts = [8, 16, 32, 64, 128, 256, 512, 1024];
+    let traced = counts.map(|count| large.frame("area-rays", count, false));
+    let of_rays: Vec<f64> = traced.iter().map(|made| made.error).collect();
+    println!("  error of rays {counts:?}: {of_rays:.5?}");
+    let of_runs = [4, 16, 64, 256].map(|count| large.frame("area-traced-runs", count, false).error);
+    println!("  error of traced runs [4, 16, 64, 256]: {of_runs:.5?}");
+    // Of one ray to the light in every pixel.
+    let pixels = large.scene.rays.len() as f64 / large.rays.len() as f64;
+    let per_ray = traced[5].seconds / 256.0 * pixels;
+    for name in [
+        "area-imperfect",
+        "area-average",
+        "area-runs",
+        "area-runs 3x3",
+        "area-runs 3x3 quarter",
+    ] {
+        let made = large.frame(name, 256, true);
         // Between two counts errors follow a power of the count.
-        let next = of_rays.iter().position(|error| *error < own);
-        let needed = match next {
+        let next = of_rays.iter().position(|error| *error < made.error);
+        let (needed, more) = match next {
             Some(next @ 1..) => {
                 let [a, b] = [of_rays[next - 1], of_rays[next]];
-                let share = (a / own).ln() / (a / b).ln();
-                f64::from(counts[next - 1]) * 2_f64.powf(share)
+                let share = (a / made.error).ln() / (a / b).ln();
+                (f64::from(counts[next - 1]) * 2_f64.powf(share), "")
             }
-            Some(0) => f64::from(counts[0]),
-            _ => f64::INFINITY,
+            Some(0) => (f64::from(counts[0]), "less than "),
+            _ => (f64::from(counts[counts.len() - 1]), "more than "),
         };
-        let [gather, all] = time(name, LIGHTS);
         println!(
-            "  {name} {LIGHTS}: error {own:.5}, {needed:.0} rays; gather {:.2}×, with voxels {:.2}× faster than these",
-            needed * per_ray / gather,
-            needed * per_ray / all
+            "  {name} 256: error {:.5}, {more}{needed:.0} rays; gather of {:.2} s {:.2}×, with voxels {:.2}× faster than these",
+            made.error,
+            made.seconds,
+            needed * per_ray / made.seconds,
+            needed * per_ray / (made.seconds + made.voxels)
         );
+    }
+}
+
+/// Error and time of froxels, and of gathers that take as long.
+fn froxels() {
+    let large = Large::new();
+    for (name, qualities) in [
+        ("froxels", &[32, 64, 128, 256][..]),
+        ("froxels-engine", &[64]),
+        ("area-runs 3x3 quarter", &[4, 16, 64, 256]),
+        ("area-runs 3x3", &[16, 64, 256]),
+    ] {
+        for quality in qualities {
+            let made = large.frame(name, *quality, true);
+            println!(
+                "  {name} {quality}: error {:.4}, {:.0} ms",
+                made.error,
+                1e3 * (made.seconds + made.voxels)
+            );
+        }
     }
 }
