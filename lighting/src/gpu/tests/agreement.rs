@@ -163,7 +163,7 @@ fn marches_through_the_same_map_agree_but_for_samples_on_the_border_of_a_texel()
     for (_, light) in lights() {
         let map = cpu.shadow_map(&casters, &light, 256).unwrap();
         let map_there = map.upload(&gpu).unwrap();
-        for spacing in [Spacing::Distance, Spacing::EquiAngular] {
+        for spacing in [Spacing::Distance, Spacing::EquiAngular, Spacing::Picture] {
             for (_, medium) in media() {
                 let here = March::new(&map, 16, spacing);
                 let there = March::new(&map_there, 16, spacing);

@@ -99,7 +99,7 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
         "light_March",
         MarchRecord {
             steps,
-            equi_angular,
+            spacing,
             stride,
             each
         }

@@ -12,7 +12,7 @@ use crate::gpu::{PointSlot, VisibilitySlot};
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub(crate) struct MarchRecord {
     pub(crate) steps: u32,
-    pub(crate) equi_angular: u32,
+    pub(crate) spacing: u32,
     pub(crate) stride: u32,
     pub(crate) each: u32,
 }
@@ -35,7 +35,11 @@ impl<P: InShader<PointSlot>> InShader<VisibilitySlot> for March<P> {
         let mut arguments = self.points().arguments();
         arguments.push(Argument::uniform(MarchRecord {
             steps: self.steps(),
-            equi_angular: u32::from(self.spacing() == Spacing::EquiAngular),
+            spacing: match self.spacing() {
+                Spacing::Distance => 0,
+                Spacing::EquiAngular => 1,
+                Spacing::Picture => 2,
+            },
             stride: self.interleaving().of(),
             each: self.interleaving().each(),
         }));

@@ -1,13 +1,21 @@
-// Visibility: a march in equal steps of distance or angle, one question each.
+// Visibility: a march in equal steps of distance, of angle or of the picture of a
+// spotlight, one question each.
 //
 // Needs the variable
 //   light_march: light_March
 // and the slot of what is asked,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 
+// Values of `spacing`; steps of equal distance are 0.
+const light_march_ANGLE: u32 = 1u;
+const light_march_PICTURE: u32 = 2u;
+
+// The least depth of an end in front of a spotlight, as a share of that of the other.
+const light_march_LEAST_DEPTH: f32 = 1e-3;
+
 struct light_March {
     steps: u32,
-    equi_angular: u32,
+    spacing: u32,
     // The first `stride · each` rays take every `stride`-th step, by runs of `each`
     // rays from the first step, the second and so on.
     stride: u32,
@@ -17,6 +25,8 @@ struct light_March {
 struct light_march_Cursor {
     arc: light_Arc,
     equi_angular: bool,
+    // Depths of the ends in front of a spotlight; 1 for steps of equal distance.
+    depths: vec2<f32>,
     end: f32,
     // Start of the next step, and its number.
     start: f32,
@@ -34,12 +44,25 @@ fn light_march_cursor(path: light_Path) -> light_march_Cursor {
         cursor.step = path.index / light_march.each;
         cursor.stride = light_march.stride;
     }
-    cursor.equi_angular = light_march.equi_angular != 0u && light_emitter().kind == light_POINT;
+    let emitter = light_emitter();
+    let is_spot = emitter.kind == light_POINT && emitter.emission == light_SPOT;
+    let in_picture = light_march.spacing == light_march_PICTURE && is_spot;
+    cursor.equi_angular = light_march.spacing != 0u && emitter.kind == light_POINT && !in_picture;
+    cursor.depths = vec2<f32>(1.0);
     if cursor.equi_angular {
         cursor.arc = light_arc(path, path.start, path.end);
         cursor.end = path.end;
     } else {
         cursor.end = min(path.end, path.start + light_medium().far_end);
+    }
+    if in_picture {
+        let before = dot(path.origin - emitter.position, emitter.axis);
+        let slope = dot(path.direction, emitter.axis);
+        let depths = max(before + vec2<f32>(path.start, cursor.end) * slope, vec2<f32>(0.0));
+        let least = light_march_LEAST_DEPTH * max(depths.x, depths.y);
+        if least > 0.0 {
+            cursor.depths = max(depths, vec2<f32>(least));
+        }
     }
     return cursor;
 }
@@ -48,7 +71,9 @@ fn light_march_position(cursor: light_march_Cursor, path: light_Path, t: f32) ->
     if cursor.equi_angular {
         return light_arc_position(cursor.arc, t);
     }
-    return path.start + t * (cursor.end - path.start);
+    let weight = t * cursor.depths.x;
+    let share = weight / (weight + (1.0 - t) * cursor.depths.y);
+    return path.start + share * (cursor.end - path.start);
 }
 
 fn light_march_next_lit(cursor: ptr<function, light_march_Cursor>, path: light_Path) -> light_Lit {

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::{March, Spacing};
-use crate::Touching;
 use crate::methods::evaluators::Midpoints;
 use crate::methods::reduced::{Filter, Reduced, Reduction, ShownAs};
 use crate::methods::registry::pairs;
@@ -11,7 +10,9 @@ use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, PerLight, Role, SourceAbout,
     SourceOn, SourceQuality, Verdict, Work,
 };
+use crate::scene::Emission;
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
+use crate::{Emitter, Touching};
 
 /// Of all that goes along rays in steps.
 pub(in crate::methods) const STEPS: SourceQuality = SourceQuality {
@@ -24,15 +25,22 @@ pub(in crate::methods) const STEPS: SourceQuality = SourceQuality {
 
 /// A march through the shadow map of every light.
 #[derive(Debug, Clone, Copy)]
-struct Marches {
-    name: &'static str,
-    title: &'static str,
-    spacing: Spacing,
-    touching: Touching,
+pub(in crate::methods) struct Marches {
+    pub(in crate::methods) name: &'static str,
+    pub(in crate::methods) title: &'static str,
+    pub(in crate::methods) spacing: Spacing,
+    pub(in crate::methods) touching: Touching,
 }
 
 /// Why equal angles are pointless for suns.
 pub(super) const NO_ANGLE: &str = "a directional light has no equi-angular variable";
+
+/// Why steps in a picture are pointless for other lights.
+const NO_PICTURE: &str = "only a spotlight has a picture on one plane";
+
+fn is_spot(emitter: &Emitter) -> bool {
+    matches!(emitter, Emitter::Point(point) if matches!(point.emission(), Emission::Spot(_)))
+}
 
 impl LightSources for Marches {
     fn about(&self) -> SourceAbout {
@@ -51,6 +59,9 @@ impl LightSources for Marches {
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         if self.spacing == Spacing::EquiAngular && inputs.has_only_suns() {
             return Verdict::Pointless(NO_ANGLE.into());
+        }
+        if self.spacing == Spacing::Picture && !inputs.emitters.iter().any(is_spot) {
+            return Verdict::Pointless(NO_PICTURE.into());
         }
         Verdict::Applies
     }

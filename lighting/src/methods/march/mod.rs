@@ -6,10 +6,11 @@ pub(crate) mod gpu;
 mod method;
 
 #[cfg(feature = "methods")]
-pub(super) use method::{STEPS, methods};
+pub(super) use method::{Marches, STEPS, methods};
 
 use crate::airlight::far_end;
-use crate::path::{Arc, Turns};
+use crate::path::{Arc, Turns, axis_of};
+use crate::scene::Emission;
 use crate::visibility::{LitInterval, PointVisibility, Share, VisibilitySource};
 use crate::{Emitter, Interleaving, Interval, LightPath, Part};
 
@@ -26,6 +27,11 @@ pub enum Spacing {
     /// Participating Media, EGSR 2012). For a directional light, which has no
     /// such angle, the same as [`Spacing::Distance`].
     EquiAngular,
+    /// Steps of equal length in the picture that a spotlight projects, which is that of
+    /// its shadow map and of its cookie; see
+    /// [`light_space`](crate::methods::light_space). Lights that have no one plane to
+    /// project on take steps that are equal as they see them: [`Spacing::EquiAngular`].
+    Picture,
 }
 
 /// Marches a ray in steps and asks at the middle of each how much of the light
@@ -133,8 +139,11 @@ fn for_each_step(
     mut step: impl FnMut(f32, f32, f32),
 ) {
     let span = path.span();
+    let depths = depths(path, spacing);
     let arc = match (spacing, path.emitter()) {
-        (Spacing::EquiAngular, Emitter::Point(_)) => Arc::new(path, span),
+        (Spacing::EquiAngular | Spacing::Picture, Emitter::Point(_)) if depths.is_none() => {
+            Arc::new(path, span)
+        }
         _ => None,
     };
     let halves = 2.0 * f64::from(samples);
@@ -158,8 +167,20 @@ fn for_each_step(
         }
         None => {
             let end = span.end.min(span.start + far_end(path.medium()));
-            let half = f64::from(end - span.start) / halves;
-            let position = |count: f64| span.start + (count * half) as f32;
+            let length = f64::from(end - span.start);
+            let depths = depths.map(|depths| depths(end));
+            let position = |count: f64| {
+                let t = count / halves;
+                let share = match depths {
+                    None => t,
+                    // Equal in a picture: each end weighs by the depth of the other.
+                    Some([at_start, at_end]) => {
+                        let weight = t * at_start;
+                        weight / (weight + (1.0 - t) * at_end)
+                    }
+                };
+                span.start + (length * share) as f32
+            };
             for i in part.numbers(samples) {
                 let count = 2.0 * f64::from(i);
                 let start = position(count);
@@ -177,6 +198,37 @@ fn for_each_step(
     }
 }
 
+/// The least depth of an end of a path in front of a light, as a share of that of the
+/// other: steps next to a light are at least so much of those far away.
+const LEAST_DEPTH: f64 = 1e-3;
+
+/// For steps in the picture of a spotlight, the depths in front of it of the start of the
+/// path and of an end of it; `None` for other steps and lights.
+fn depths(path: &LightPath<'_>, spacing: Spacing) -> Option<impl Fn(f32) -> [f64; 2]> {
+    let (Spacing::Picture, Emitter::Point(point)) = (spacing, path.emitter()) else {
+        return None;
+    };
+    let Emission::Spot(spot) = point.emission() else {
+        return None;
+    };
+    let axis = axis_of(spot);
+    let from_light = path.ray().origin().as_dvec3() - point.position().as_dvec3();
+    let (before, slope) = (
+        from_light.dot(axis),
+        path.ray().direction().as_dvec3().dot(axis),
+    );
+    let start = path.span().start;
+    Some(move |end: f32| {
+        let depths = [start, end].map(|x| (before + f64::from(x) * slope).max(0.0));
+        let least = LEAST_DEPTH * depths[0].max(depths[1]);
+        if least > 0.0 {
+            depths.map(|depth| depth.max(least))
+        } else {
+            [1.0; 2]
+        }
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
@@ -184,7 +236,7 @@ mod tests {
 
     use super::*;
     use crate::airlight::{AirlightEvaluator, Midpoint};
-    use crate::scene::{Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
+    use crate::scene::{Geometry, Medium, Mesh, PhaseFunction, Scene};
     use crate::shadow_map::{Casters, RenderShadowMap};
     use crate::visibility::join_touching;
     use crate::{Ray, VisibilitySource};
