@@ -4,7 +4,7 @@ use airlight::{Error, gauss};
 use glam::Vec3;
 
 use super::{AirlightEvaluator, directional};
-use crate::path::{Arcs, LANES, Lanes, PartOf};
+use crate::path::{Arcs, LANES, Lanes, PartOf, Parts, in_lanes};
 use crate::scene::PointEmitter;
 use crate::{Emitter, Interval, LightPath};
 
@@ -115,9 +115,8 @@ impl AirlightEvaluator for EquiAngular {
                 }
             }
         }
-        for pieces in pieces.chunks(LANES) {
-            let piece = |i: usize| pieces.get(i).unwrap_or(&pieces[0]).1;
-            let lights = self.several(point, std::array::from_fn(piece));
+        for (pieces, eight) in in_lanes(&pieces) {
+            let lights = self.several(point, eight);
             for ((i, _), light) in pieces.iter().zip(lights) {
                 radiances[*i] += light;
             }
@@ -128,14 +127,14 @@ impl AirlightEvaluator for EquiAngular {
 impl EquiAngular {
     /// The radiance of a part without a kink inside: its nodes eight at a time.
     fn smooth(&self, point: &PointEmitter, part: PartOf<'_, '_>) -> Vec3 {
-        let arcs = Arcs::new(point, [part; LANES]);
+        let arcs = Arcs::new(Parts::new(point, [part; LANES]));
         let extent = arcs.extent().to_array()[0];
         if extent == f32::INFINITY {
             return Vec3::INFINITY;
         }
         let mut sums = [Lanes::ZERO; 3];
         for (nodes, weights) in &self.groups {
-            let sources = arcs.sources(arcs.positions(*nodes));
+            let sources = arcs.parts().sources(arcs.positions(*nodes));
             for (sum, source) in sums.iter_mut().zip(sources) {
                 *sum += *weights * source;
             }
@@ -145,10 +144,10 @@ impl EquiAngular {
 
     /// The radiances of eight of them.
     fn several(&self, point: &PointEmitter, parts: [PartOf<'_, '_>; LANES]) -> [Vec3; LANES] {
-        let arcs = Arcs::new(point, parts);
+        let arcs = Arcs::new(Parts::new(point, parts));
         let mut sums = [Lanes::ZERO; 3];
         for (node, weight) in &self.nodes {
-            let sources = arcs.sources(arcs.positions((*node).into()));
+            let sources = arcs.parts().sources(arcs.positions((*node).into()));
             for (sum, source) in sums.iter_mut().zip(sources) {
                 *sum += *weight * source;
             }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::AirlightEvaluator;
+use crate::path::{Parts, in_lanes};
 use crate::scene::Medium;
 use crate::{Emitter, Interval, LightPath};
 
@@ -34,6 +35,40 @@ impl AirlightEvaluator for Midpoint {
             }
         };
         path.source(x) * (inverse_square * (end - start))
+    }
+
+    /// Eight at a time, of a light at a point.
+    fn radiances(
+        &self,
+        paths: &[LightPath<'_>],
+        parts: &[(usize, Interval)],
+        radiances: &mut Vec<Vec3>,
+    ) {
+        let Some(Emitter::Point(point)) = paths.first().map(LightPath::emitter) else {
+            let each =
+                |&(path, interval): &(usize, Interval)| self.radiance(&paths[path], interval);
+            radiances.extend(parts.iter().map(each));
+            return;
+        };
+        let longest = far_end(paths[0].medium());
+        let mut clipped = Vec::with_capacity(parts.len());
+        for (i, (path, Interval { start, end })) in (radiances.len()..).zip(parts) {
+            let end = end.min(start + longest);
+            if *start < end {
+                clipped.push((i, (&paths[*path], Interval::new(*start, end))));
+            }
+        }
+        radiances.resize(radiances.len() + parts.len(), Vec3::ZERO);
+        for (some, eight) in in_lanes(&clipped) {
+            let lanes = Parts::new(point, eight);
+            let [start, end] = lanes.ends();
+            let x = start + 0.5 * (end - start);
+            let weight = (end - start) / lanes.distances_squared(x);
+            let [red, green, blue] = lanes.sources(x).map(|source| (source * weight).to_array());
+            for (lane, (i, _)) in some.iter().enumerate() {
+                radiances[*i] = Vec3::new(red[lane], green[lane], blue[lane]);
+            }
+        }
     }
 }
 

@@ -54,3 +54,83 @@ pub trait AirlightEvaluator: Sync {
         radiances.extend(parts.iter().map(each));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+    use crate::scene::{Bounds, Cone, Emission, Medium, PhaseFunction};
+    use crate::{Emitter, Ray};
+
+    /// Lights of every kind, in fog that ends and fog that does not: parts together are
+    /// what each is alone, and what stands beside one changes nothing.
+    #[test]
+    fn parts_together_are_parts_one_by_one() {
+        let sigma = Vec3::new(0.1, 0.2, 0.3);
+        let open = Medium::new(sigma, 0.1 * sigma, PhaseFunction::Rayleigh).unwrap();
+        let bounds = Bounds::new(Vec3::new(-3.0, -1.0, -9.0), Vec3::new(2.0, 1.5, -1.0)).unwrap();
+        let cone = Cone {
+            inner: 0.2,
+            outer: 0.7,
+        };
+        let point = |position: Vec3, emission| {
+            Emitter::point(position, Vec3::new(1.0, 2.0, 3.0), 30.0, emission).unwrap()
+        };
+        let down = Quat::from_rotation_x(-1.4);
+        let lights = [
+            Emitter::directional(Vec3::new(0.2, -1.0, 0.1), Vec3::ONE).unwrap(),
+            point(Vec3::new(0.2, 0.4, -4.0), Emission::Isotropic),
+            point(Vec3::new(-4.0, 3.0, -3.0), Emission::Isotropic),
+            point(
+                Vec3::new(0.2, 1.0, -4.0),
+                Emission::Cosine {
+                    normal: Vec3::NEG_Y,
+                },
+            ),
+            point(
+                Vec3::new(0.2, 2.0, -4.0),
+                Emission::spot(down, cone, None).unwrap(),
+            ),
+        ];
+        for (light, medium) in
+            (lights.iter()).flat_map(|light| [(light, open), (light, open.within(bounds))])
+        {
+            let rays = (0..21).map(|i| {
+                let towards = Vec3::new(0.04 * i as f32 - 0.4, 0.1, -1.0);
+                let length = if i % 3 == 0 { f32::INFINITY } else { 7.0 };
+                Ray::new(Vec3::ZERO, towards, length).unwrap()
+            });
+            let paths: Vec<_> = rays
+                .filter_map(|ray| LightPath::new(&ray, light, &medium))
+                .collect();
+            let mut parts = Vec::new();
+            for (i, path) in paths.iter().enumerate() {
+                let span = path.span();
+                let middle = span.start + 0.4 * span.end.min(9.0);
+                parts.push((i, Interval::new(span.start, middle)));
+                parts.push((i, Interval::new(middle, middle)));
+                parts.push((i, Interval::new(middle, span.end)));
+            }
+            fn check(
+                airlight: &impl AirlightEvaluator,
+                paths: &[LightPath<'_>],
+                parts: &[(usize, Interval)],
+            ) {
+                let (mut found, mut again) = (vec![Vec3::ONE], Vec::new());
+                airlight.radiances(paths, parts, &mut found);
+                airlight.radiances(paths, &parts[1..], &mut again);
+                assert_eq!(found[2..], again, "what stands beside a part");
+                for (&(path, interval), found) in parts.iter().zip(&found[1..]) {
+                    let alone = airlight.radiance(&paths[path], interval);
+                    let error = (*found - alone).abs().max_element();
+                    assert!(error <= 3e-6 * alone.max_element(), "{found} {alone}");
+                }
+            }
+            check(&Midpoint, &paths, &parts);
+            for nodes in [1, 4, 11] {
+                check(&EquiAngular::new(nodes).unwrap(), &paths, &parts);
+            }
+        }
+    }
+}

@@ -18,9 +18,20 @@ pub(crate) type Lanes = f32x8;
 /// A path and a part of it.
 pub(crate) type PartOf<'p, 'a> = (&'p LightPath<'a>, Interval);
 
-/// Parts of paths as arcs seen from a point light, one in each lane: what an
-/// [`Arc`](super::Arc) is for one of them. The paths have one light and one medium.
-pub(crate) struct Arcs<'p, 'a> {
+/// Eight numbered parts at a time, and the same for the lanes; where there are no eight
+/// left, the first of them is there again.
+pub(crate) fn in_lanes<'s, 'p, 'a>(
+    parts: &'s [(usize, PartOf<'p, 'a>)],
+) -> impl Iterator<Item = (&'s [(usize, PartOf<'p, 'a>)], [PartOf<'p, 'a>; LANES])> {
+    parts.chunks(LANES).map(|some| {
+        let part = |i: usize| some.get(i).unwrap_or(&some[0]).1;
+        (some, std::array::from_fn(part))
+    })
+}
+
+/// Parts of paths, one in each lane, and what a point light sends along them. The paths
+/// have one light and one medium.
+pub(crate) struct Parts<'p, 'a> {
     parts: [PartOf<'p, 'a>; LANES],
     point: &'a PointEmitter,
     start: Lanes,
@@ -28,21 +39,12 @@ pub(crate) struct Arcs<'p, 'a> {
     foot: Lanes,
     h: Lanes,
     entry: Lanes,
-    /// Distances of the ends from the light.
-    d_a: Lanes,
-    d_b: Lanes,
-    /// The angle between the ends, and π less it.
-    angle: Lanes,
-    supplement: Lanes,
-    /// The angle over h, 1/m.
-    extent: Lanes,
     /// Cosines between the normal of a light that has one and the ray, and the way to
     /// the foot point.
     cosine: [Lanes; 2],
 }
 
-impl<'p, 'a> Arcs<'p, 'a> {
-    /// Of parts that are not empty.
+impl<'p, 'a> Parts<'p, 'a> {
     pub(crate) fn new(point: &'a PointEmitter, parts: [PartOf<'p, 'a>; LANES]) -> Self {
         let normal = match point.emission() {
             Emission::Cosine { normal } => *normal,
@@ -64,70 +66,33 @@ impl<'p, 'a> Arcs<'p, 'a> {
             }
         }
         let [start, end, foot, h, entry, along_normal, foot_along_normal] = columns.map(Lanes::new);
-        let endless = end.cmp_eq(f32::INFINITY);
-        let (s_a, s_b) = (start - foot, endless.blend(Lanes::ZERO, end - foot));
-        let (d_a, d_b) = (length(s_a, h), endless.blend(end, length(s_b, h)));
-        // The tangent of the angle is across / along; for an infinite end both are
-        // divided by its distance.
-        let across = h * endless.blend(Lanes::ONE, s_b - s_a);
-        let along = endless.blend(s_a, h * h + s_a * s_b);
-        // The smaller of the angle and its supplement has all digits.
-        let smaller = across.atan2(along.abs());
-        let larger = PI - smaller;
-        let ahead = along.cmp_ge(0.0);
-        let (angle, supplement) = (ahead.blend(smaller, larger), ahead.blend(larger, smaller));
-        // angle / h by its series, where h may be 0.
-        let ratio = across / along;
-        let per_h = endless.blend(1.0 / s_a, (end - start) / along);
-        let series = per_h * (1.0 - ratio * ratio * (1.0 / 3.0));
-        let is_thin = along.cmp_gt(0.0) & across.cmp_le(1e-4 * along);
         Self {
-            extent: is_thin.blend(series, angle / h),
             parts,
-            cosine: [along_normal, foot_along_normal],
-            entry,
             point,
             start,
             end,
             foot,
             h,
-            d_a,
-            d_b,
-            angle,
-            supplement,
+            entry,
+            cosine: [along_normal, foot_along_normal],
         }
     }
 
-    /// `Δη / h = ∫ dx / d²`, 1/m; infinite if the light is on the part.
-    pub(crate) fn extent(&self) -> Lanes {
-        self.extent
+    /// Distances from the eye at which the parts start and end.
+    pub(crate) fn ends(&self) -> [Lanes; 2] {
+        [self.start, self.end]
     }
 
-    /// The distances from the eye at the fraction `t` in (0, 1) of each angle.
-    pub(crate) fn positions(&self, t: Lanes) -> Lanes {
-        let rest = 1.0 - t;
-        let is_wide = self.angle.cmp_gt(1e-3);
-        // Sines, or their ratio's limit for small angles.
-        let from_a = is_wide.blend(self.sines(rest, t), rest);
-        let from_b = is_wide.blend(self.sines(t, rest), t);
-        let (weight_a, weight_b) = (from_a * self.d_b, from_b * self.d_a);
-        let x = self.start + (self.end - self.start) * (weight_b / (weight_a + weight_b));
-        let endless = self.start + self.d_a * (from_b / from_a);
-        let x = x.fast_max(self.start).fast_min(self.end);
-        (self.end.cmp_eq(f32::INFINITY)).blend(endless, x)
-    }
-
-    /// `sin(part Δη)`; `part` and `rest` add up to 1.
-    fn sines(&self, part: Lanes, rest: Lanes) -> Lanes {
-        let angle = part * self.angle;
-        let other = self.supplement + rest * self.angle;
-        sine(angle.cmp_gt(FRAC_PI_2).blend(other, angle))
+    /// The squared distances of positions from the light.
+    pub(crate) fn distances_squared(&self, x: Lanes) -> Lanes {
+        let s = x - self.foot;
+        s * s + self.h * self.h
     }
 
     /// [`LightPath::source`] at a position in each lane, by channel; the same to 1e-6.
     pub(crate) fn sources(&self, x: Lanes) -> [Lanes; 3] {
         let s = x - self.foot;
-        let d = (s * s + self.h * self.h).sqrt();
+        let d = self.distances_squared(x).sqrt();
         let first = self.parts[0].0;
         let medium = first.medium();
         let phase = Angles::from_foot(s, self.h, d).phase(medium.phase());
@@ -180,6 +145,90 @@ impl<'p, 'a> Arcs<'p, 'a> {
                 })
             }
         }
+    }
+}
+
+/// Parts of paths as arcs seen from a point light, one in each lane: what an
+/// `Arc` is for one of them.
+pub(crate) struct Arcs<'p, 'a> {
+    parts: Parts<'p, 'a>,
+    /// Distances of the ends from the light.
+    d_a: Lanes,
+    d_b: Lanes,
+    /// The angle between the ends, and π less it.
+    angle: Lanes,
+    supplement: Lanes,
+    /// The angle over h, 1/m.
+    extent: Lanes,
+}
+
+impl<'p, 'a> Arcs<'p, 'a> {
+    /// Of parts that are not empty.
+    pub(crate) fn new(parts: Parts<'p, 'a>) -> Self {
+        let Parts {
+            start,
+            end,
+            foot,
+            h,
+            ..
+        } = parts;
+        let endless = end.cmp_eq(f32::INFINITY);
+        let (s_a, s_b) = (start - foot, endless.blend(Lanes::ZERO, end - foot));
+        let (d_a, d_b) = (length(s_a, h), endless.blend(end, length(s_b, h)));
+        // The tangent of the angle is across / along; for an infinite end both are
+        // divided by its distance.
+        let across = h * endless.blend(Lanes::ONE, s_b - s_a);
+        let along = endless.blend(s_a, h * h + s_a * s_b);
+        // The smaller of the angle and its supplement has all digits.
+        let smaller = across.atan2(along.abs());
+        let larger = PI - smaller;
+        let ahead = along.cmp_ge(0.0);
+        let (angle, supplement) = (ahead.blend(smaller, larger), ahead.blend(larger, smaller));
+        // angle / h by its series, where h may be 0.
+        let ratio = across / along;
+        let per_h = endless.blend(1.0 / s_a, (end - start) / along);
+        let series = per_h * (1.0 - ratio * ratio * (1.0 / 3.0));
+        let is_thin = along.cmp_gt(0.0) & across.cmp_le(1e-4 * along);
+        Self {
+            extent: is_thin.blend(series, angle / h),
+            parts,
+            d_a,
+            d_b,
+            angle,
+            supplement,
+        }
+    }
+
+    /// The parts.
+    pub(crate) fn parts(&self) -> &Parts<'p, 'a> {
+        &self.parts
+    }
+
+    /// `Δη / h = ∫ dx / d²`, 1/m; infinite if the light is on the part.
+    pub(crate) fn extent(&self) -> Lanes {
+        self.extent
+    }
+
+    /// The distances from the eye at the fraction `t` in (0, 1) of each angle.
+    pub(crate) fn positions(&self, t: Lanes) -> Lanes {
+        let rest = 1.0 - t;
+        let is_wide = self.angle.cmp_gt(1e-3);
+        // Sines, or their ratio's limit for small angles.
+        let from_a = is_wide.blend(self.sines(rest, t), rest);
+        let from_b = is_wide.blend(self.sines(t, rest), t);
+        let (weight_a, weight_b) = (from_a * self.d_b, from_b * self.d_a);
+        let x = self.parts.start
+            + (self.parts.end - self.parts.start) * (weight_b / (weight_a + weight_b));
+        let endless = self.parts.start + self.d_a * (from_b / from_a);
+        let x = x.fast_max(self.parts.start).fast_min(self.parts.end);
+        (self.parts.end.cmp_eq(f32::INFINITY)).blend(endless, x)
+    }
+
+    /// `sin(part Δη)`; `part` and `rest` add up to 1.
+    fn sines(&self, part: Lanes, rest: Lanes) -> Lanes {
+        let angle = part * self.angle;
+        let other = self.supplement + rest * self.angle;
+        sine(angle.cmp_gt(FRAC_PI_2).blend(other, angle))
     }
 }
 
@@ -344,7 +393,7 @@ mod tests {
                     let Some(arc) = Arc::new(&path, path.span()) else {
                         continue;
                     };
-                    let arcs = Arcs::new(point, [(&path, path.span()); LANES]);
+                    let arcs = Arcs::new(Parts::new(point, [(&path, path.span()); LANES]));
                     let t = Lanes::new([0.07, 0.2, 0.33, 0.5, 0.6, 0.75, 0.93, 0.99]);
                     let x = arcs.positions(t).to_array();
                     for (x, t) in x.into_iter().zip(t.to_array()) {
@@ -352,7 +401,7 @@ mod tests {
                         let d = path.from_light(alone - path.foot()).1;
                         assert!((x - alone).abs() <= 1e-6 * (x + d), "{t}: {x} {alone}");
                     }
-                    let found = arcs.sources(x.into());
+                    let found = arcs.parts().sources(x.into());
                     for (lane, x) in x.into_iter().enumerate() {
                         let alone = path.source(x);
                         for (channel, found) in found.iter().enumerate() {

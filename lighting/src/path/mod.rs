@@ -16,7 +16,7 @@ use clip::Clip;
 pub(crate) use clip::axis_of;
 #[cfg(feature = "shadow-map")]
 pub use depths::depth_range;
-pub(crate) use lanes::{Arcs, LANES, Lanes, PartOf};
+pub(crate) use lanes::{Arcs, LANES, Lanes, PartOf, Parts, in_lanes};
 
 use crate::scene::{
     Bounds, DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle,
