@@ -128,6 +128,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "equi-angular x gauss-1",
             "equi-angular-merged x gauss-8",
             "equi-angular-merged x table-64",
+            "slices x midpoint",
             "variance x midpoint",
             "exponential-variance x midpoint",
             "moments-4 x midpoint",

@@ -97,6 +97,8 @@ pub mod prefiltered;
 pub mod raytraced_area;
 #[cfg(feature = "methods")]
 pub mod reduced;
+#[cfg(feature = "shadow-map")]
+pub mod slices;
 #[cfg(feature = "translucent")]
 pub mod translucent;
 pub mod unshadowed;

@@ -208,6 +208,7 @@ impl Registry {
             .with_all(super::raytraced_area::methods())
             .with_all(super::march::methods())
             .with_all(super::light_space::methods())
+            .with_all(super::slices::methods())
             .with_all(super::prefiltered::methods())
             .with_all(super::epipolar::methods())
             .with_all(super::froxels::methods());

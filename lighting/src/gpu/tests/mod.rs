@@ -89,11 +89,26 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
 
     use super::scene::{FaceRecord, PicturesRecord};
     use crate::methods::march::gpu::MarchRecord;
+    use crate::methods::slices::Slices;
+    use crate::methods::slices::gpu::SlicesRecord;
     use crate::shadow_map::ShadowMap;
     use crate::visibility::March;
 
     complete::<March<ShadowMap<GpuMemory>>, Midpoint>();
     let shader = complete::<March<ShadowMap<GpuMemory>>, EquiAngular>();
+    let sliced = complete::<Slices<ShadowMap<GpuMemory>>, Midpoint>();
+    assert_same_layout!(
+        sliced,
+        "light_Slices",
+        SlicesRecord {
+            forward,
+            thickness,
+            count,
+            near,
+            padding_a,
+            padding_b
+        }
+    );
     assert_same_layout!(
         shader,
         "light_March",
