@@ -24,12 +24,13 @@ pub(crate) fn angle(y: f32, x: f32) -> f32 {
     if !(large > 0.0) {
         return 0.0;
     }
-    let diagonal = small > TAN_EIGHTH * large;
-    let (r, offset) = if diagonal {
-        ((small - large) / (small + large), FRAC_PI_4)
+    // Without a branch, which would often be mispredicted.
+    let (above, below, offset) = if small > TAN_EIGHTH * large {
+        (small - large, small + large, FRAC_PI_4)
     } else {
-        (small / large, 0.0)
+        (small, large, 0.0)
     };
+    let r = above / below;
     let z = r * r;
     let p = ATAN[0] + z * (ATAN[1] + z * (ATAN[2] + z * (ATAN[3] + z * ATAN[4])));
     let mut angle = offset + (r + r * z * p);

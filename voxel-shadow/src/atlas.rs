@@ -184,6 +184,14 @@ pub trait AtlasBlocker: Sync {
     /// What [`FirstBlocker::distance`](crate::FirstBlocker::distance) is for the
     /// light of a tile.
     fn distance(&self, tile: usize, ray: &LightRay) -> f32;
+
+    /// The same for many rays of a tile, one distance for each.
+    #[inline]
+    fn distances(&self, tile: usize, rays: &[LightRay], distances: &mut [f32]) {
+        for (ray, distance) in rays.iter().zip(distances) {
+            *distance = self.distance(tile, ray);
+        }
+    }
 }
 
 impl<F: Fn(usize, &LightRay) -> f32 + Sync> AtlasBlocker for F {
@@ -292,9 +300,15 @@ impl<S: AtlasBlocker + ?Sized> RectifyAtlas<S> for Cpu {
             let tile = first / rays;
             let lattice = &lattices[tile];
             let theta = first / bits as usize % planes;
-            for (bit, index) in plane.iter_mut().enumerate() {
-                let ray = lattice.light_ray(theta, bit);
-                *index = lattice.blocked_from(bit, source.distance(tile, &ray));
+            // In short loops, one step each, of which the processor has many turns at work
+            // at once.
+            let along: Vec<LightRay> = (0..plane.len())
+                .map(|bit| lattice.light_ray(theta, bit))
+                .collect();
+            let mut distances = vec![f32::INFINITY; plane.len()];
+            source.distances(tile, &along, &mut distances);
+            for (bit, (index, distance)) in plane.iter_mut().zip(&distances).enumerate() {
+                *index = lattice.blocked_from(bit, *distance);
             }
         });
         Ok(())

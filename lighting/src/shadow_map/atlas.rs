@@ -4,8 +4,8 @@ use glam::Vec3;
 use gpu_backend::{Backend, Buffer, Cpu, Error, Host, Memory};
 
 use super::Casters;
-use super::map::{EMPTY, ShadowMapError, check_size, face_along, faces, render_face, texel_along};
-use super::octahedron::{HEMISPHERE, SPHERE, octahedral};
+use super::map::{ShadowMapError, check_size, faces, render_face};
+use super::tiles::TileMaps;
 use crate::Emitter;
 use crate::scene::raster::{Face, Rays};
 use crate::scene::{Bounds, Emission};
@@ -29,7 +29,7 @@ pub(crate) struct Layout {
     /// The faces of all lights, each with the number of its picture.
     pub(crate) faces: Vec<(Face, Option<u32>)>,
     /// The first of its faces and how many there are, for each light; instead of
-    /// a number [`HEMISPHERE`] or [`SPHERE`] if there is one picture of that kind in
+    /// a number `HEMISPHERE` or `SPHERE` if there is one picture of that kind in
     /// the frame of the face.
     pub(crate) lights: Vec<[u32; 2]>,
     pub(super) pictures: u32,
@@ -101,7 +101,6 @@ impl<M: Memory> ShadowMapAtlas<M> {
         4 * self.depth.len() as u64
     }
 
-    #[cfg(feature = "wgpu")]
     pub(crate) fn layout(&self) -> &Layout {
         &self.layout
     }
@@ -137,73 +136,11 @@ impl ShadowMapAtlas<Host> {
         let [first, _] = self.layout.lights[light];
         let (front, _) = &self.layout.faces[first as usize];
         let v = point - front.origin;
+        let blocker = self.of_light(light).first_blocker(point, v);
         match front.rays {
-            Rays::Parallel { .. } => self.first_blocker(light, point, v) >= 0.0,
-            Rays::Central { .. } => v.length() <= self.first_blocker(light, point, v),
+            Rays::Parallel { .. } => blocker >= 0.0,
+            Rays::Central { .. } => v.length() <= blocker,
         }
-    }
-
-    /// The depth at which the light of that number meets something along
-    /// `direction` from `origin`; [`EMPTY`] if it does not. Parallel light starts at
-    /// `origin`, other light where it is.
-    #[inline]
-    fn first_blocker(&self, light: usize, origin: Vec3, direction: Vec3) -> f32 {
-        let [first, count] = self.layout.lights[light];
-        if let HEMISPHERE | SPHERE = count {
-            let (face, picture) = &self.layout.faces[first as usize];
-            let texel = octahedral(face, count, self.resolution, direction);
-            return self.depth_at(texel, *picture);
-        }
-        let faces = &self.layout.faces[first as usize..(first + count) as usize];
-        let (front, _) = &faces[0];
-        match front.rays {
-            Rays::Parallel { .. } => {
-                let v = origin - front.origin;
-                let depth = self.depth_along(&faces[0], v);
-                if depth < EMPTY {
-                    depth - v.dot(front.forward)
-                } else {
-                    EMPTY
-                }
-            }
-            Rays::Central { .. } => {
-                let index = face_along(faces.len(), direction);
-                self.depth_along(&faces[index], direction)
-            }
-        }
-    }
-
-    #[inline]
-    fn depth_along(&self, (face, picture): &(Face, Option<u32>), v: Vec3) -> f32 {
-        self.depth_at(texel_along(face, self.resolution, v), *picture)
-    }
-
-    #[inline]
-    fn depth_at(&self, texel: Option<[f32; 2]>, picture: Option<u32>) -> f32 {
-        let (Some(texel), Some(picture)) = (texel, picture) else {
-            return EMPTY;
-        };
-        let last = self.resolution - 1;
-        let [column, row] = texel.map(|position| (position as u32).min(last) as usize);
-        let side = self.resolution as usize;
-        self.depth[(picture as usize * side + row) * side + column]
-    }
-}
-
-/// The maps of some lights of a [`ShadowMapAtlas`]; see
-/// [`ShadowMapAtlas::of_tiles`].
-#[derive(Debug)]
-pub struct TileMaps<'a, M: Memory> {
-    pub(crate) maps: &'a ShadowMapAtlas<M>,
-    pub(crate) lights: &'a [u32],
-}
-
-impl voxel_shadow::AtlasBlocker for TileMaps<'_, Host> {
-    #[inline]
-    fn distance(&self, tile: usize, ray: &epipolar::LightRay) -> f32 {
-        let [origin, direction] = [ray.origin, ray.direction].map(Vec3::from);
-        let light = self.lights[tile] as usize;
-        self.maps.first_blocker(light, origin, direction)
     }
 }
 

@@ -219,7 +219,8 @@ pub(crate) fn locate(faces: &[Face], resolution: u32, point: Vec3) -> Option<Pla
 }
 
 /// Which face of a cube the direction points at.
-fn cube_face(v: Vec3) -> usize {
+#[inline]
+pub(super) fn cube_face(v: Vec3) -> usize {
     let a = v.abs();
     let (axis, value) = if a.x >= a.y && a.x >= a.z {
         (0, v.x)

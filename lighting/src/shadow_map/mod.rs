@@ -32,11 +32,13 @@ mod masks;
 mod octahedron;
 #[cfg(feature = "voxel-shadow")]
 mod points;
+#[cfg(feature = "voxel-shadow")]
+mod tiles;
 
 #[cfg(all(feature = "voxel-shadow", feature = "wgpu"))]
 pub(crate) use atlas::{Layout, map_capacity};
 #[cfg(feature = "voxel-shadow")]
-pub use atlas::{RenderShadowMapAtlas, ShadowMapAtlas, TileMaps};
+pub use atlas::{RenderShadowMapAtlas, ShadowMapAtlas};
 pub use casters::Casters;
 #[cfg(feature = "voxel-shadow")]
 pub use imperfect::RenderImperfectMaps;
@@ -54,3 +56,5 @@ pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 pub(crate) use masked::Masked;
 #[cfg(feature = "voxel-shadow")]
 pub use points::{CasterPoints, LevelOfDetail};
+#[cfg(feature = "voxel-shadow")]
+pub use tiles::TileMaps;
