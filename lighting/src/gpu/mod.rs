@@ -46,6 +46,8 @@ mod airlight;
 mod both;
 mod gather;
 #[cfg(feature = "voxel-shadow")]
+mod holes;
+#[cfg(feature = "voxel-shadow")]
 mod imperfect;
 #[cfg(feature = "shadow-map")]
 mod map;

@@ -96,6 +96,10 @@ impl<M: Memory> ShadowMapAtlas<M> {
         &self.depth
     }
 
+    pub(crate) fn depth_mut(&mut self) -> &mut M::Buffer<f32> {
+        &mut self.depth
+    }
+
     /// Memory used, bytes.
     pub fn bytes(&self) -> u64 {
         4 * self.depth.len() as u64

@@ -8,7 +8,8 @@
 //! Departures. The pictures are unfolded octahedra and not paraboloids, so that a
 //! lookup needs no square root. A splat is a square whose area is twice the share of
 //! the surface that the point stands for, as if it faced the light, so that splats
-//! overlap. Holes are not filled afterwards.
+//! overlap. Holes are filled afterwards only where that is [asked
+//! for](super::FillHoles).
 //!
 //! The error is mostly shadow that is too wide, by about half a splat on every side of
 //! a caster.

@@ -14,11 +14,17 @@
 //!
 //! A `ShadowMapAtlas` (feature `voxel-shadow`) has the maps of many lights in one
 //! buffer: exact ones (`RenderShadowMapAtlas`), or imperfect ones of points
-//! (`RenderImperfectMaps`).
+//! (`RenderImperfectMaps`), whose holes may be filled
+//! (`FillHoles`).
 
 #[cfg(feature = "voxel-shadow")]
 mod atlas;
 mod casters;
+#[cfg(feature = "voxel-shadow")]
+mod holes;
+#[cfg(feature = "voxel-shadow")]
+#[cfg(test)]
+pub(crate) mod holes_tests;
 #[cfg(feature = "voxel-shadow")]
 mod imperfect;
 #[cfg(feature = "voxel-shadow")]
@@ -40,6 +46,12 @@ pub(crate) use atlas::{Layout, map_capacity};
 #[cfg(feature = "voxel-shadow")]
 pub use atlas::{RenderShadowMapAtlas, ShadowMapAtlas};
 pub use casters::Casters;
+#[cfg(feature = "voxel-shadow")]
+pub use holes::FillHoles;
+#[cfg(all(feature = "voxel-shadow", feature = "wgpu", test))]
+pub(crate) use holes::TOGETHER;
+#[cfg(all(feature = "voxel-shadow", feature = "wgpu"))]
+pub(crate) use holes::sides as pyramid_sides;
 #[cfg(feature = "voxel-shadow")]
 pub use imperfect::RenderImperfectMaps;
 #[cfg(all(feature = "voxel-shadow", feature = "wgpu"))]

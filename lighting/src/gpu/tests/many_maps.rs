@@ -4,16 +4,19 @@ use glam::Vec3;
 use gpu_backend::gpu::{GpuMemory, InShader};
 use gpu_backend::shader::Assembly;
 use gpu_backend::testing::{self, Shader};
-use gpu_backend::{Cpu, Download, assert_same_layout};
+use gpu_backend::{Cpu, Download, Host, assert_same_layout};
 use voxel_shadow::gpu::AtlasBlockerSlot;
 
 use super::scenes::casters;
 use crate::Emitter;
+use crate::gpu::holes::{HOLES, Levels};
 use crate::gpu::imperfect::{Picture, SPLAT, Splats};
 use crate::gpu::map_atlas::{AtlasFaceRecord, NO_PICTURE};
 use crate::scene::Emission;
+use crate::shadow_map::holes_tests::holey;
 use crate::shadow_map::{
-    CasterPoints, LevelOfDetail, MOST_TEXELS, RenderImperfectMaps, RenderShadowMapAtlas, TileMaps,
+    CasterPoints, FillHoles, Layout, LevelOfDetail, MOST_TEXELS, RenderImperfectMaps,
+    RenderShadowMapAtlas, ShadowMapAtlas, TOGETHER, TileMaps,
 };
 
 #[test]
@@ -108,4 +111,43 @@ fn imperfect_maps_are_those_of_the_cpu_but_for_texels_on_an_edge() {
     assert!(depth.iter().all(|depth| *depth == f32::MAX));
     let maps = gpu.imperfect_maps(&there, &[], 16, 9, LevelOfDetail::Near);
     assert_eq!(maps.unwrap().lights(), 0);
+}
+
+#[test]
+fn holes_are_filled_as_on_the_cpu_bit_for_bit() {
+    let shader = Shader::new(&HOLES).unwrap();
+    assert_same_layout!(
+        shader,
+        "Levels",
+        Levels {
+            pictures,
+            fine_side,
+            coarse_side,
+            fine_first,
+            coarse_first,
+            is_picture,
+            padding_a,
+            padding_b
+        }
+    );
+    let value = shader.values("TOGETHER").unwrap()[0];
+    assert_eq!(value, f64::from(TOGETHER));
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    for (resolution, pictures) in [(1, 3), (2, 1), (5, 4), (37, 3), (64, 2)] {
+        for (levels, share) in [(0, 0.5), (1, 0.1), (3, 0.6), (9, 0.9), (3, 1.0)] {
+            let depth = holey(resolution, pictures, share, levels + resolution);
+            let here =
+                |depth| ShadowMapAtlas::<Host>::from_depth(Layout::default(), resolution, depth);
+            let mut there = here(depth.clone()).upload(&gpu).unwrap();
+            gpu.fill_holes(&mut there, levels).unwrap();
+            let mut here = here(depth);
+            cpu.fill_holes(&mut here, levels).unwrap();
+            let bits = |all: &[f32]| all.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            let found = gpu.download(there.depth()).unwrap();
+            assert_eq!(bits(&found), bits(here.depth()), "{resolution} {levels}");
+        }
+    }
+    let none = ShadowMapAtlas::<Host>::from_depth(Layout::default(), 8, Vec::new());
+    gpu.fill_holes(&mut none.upload(&gpu).unwrap(), 3).unwrap();
 }
