@@ -235,6 +235,10 @@ pub(crate) struct Render {
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     pub(crate) backend: BackendName,
 
+    /// Where shadows on surfaces come from [default: traced]
+    #[arg(long, value_enum, value_name = "WAY", conflicts_with = "shadows")]
+    pub(crate) surface_shadows: Option<SurfaceShadows>,
+
     /// Files of precomputed shadows (see `bake`): their lights take them, in the air
     /// and, filtered, on surfaces
     #[arg(long, value_name = "FILES", value_delimiter = ',')]
@@ -279,6 +283,18 @@ pub(crate) struct Render {
 
     #[command(flatten)]
     pub(crate) options: SceneOptions,
+}
+
+/// Where shadows on surfaces come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SurfaceShadows {
+    /// From shadow rays towards the points that stand for each light
+    Traced,
+    /// From the voxels of the method of the airlight, one of area lights: that which
+    /// holds the point
+    Voxels,
+    /// From the same voxels, interpolated
+    Interpolated,
 }
 
 /// How light reaches surfaces by way of the fog.

@@ -219,3 +219,46 @@ fn layers_add_up_to_the_picture() {
         "{message}"
     );
 }
+
+#[test]
+fn surfaces_have_the_shadows_of_the_voxels_where_that_is_asked_for() {
+    let place = tempfile::tempdir().unwrap();
+    let surfaces = |method: &str, way: &str| {
+        let scene = ["render", "pergola", "--size", "48x27", "--layers"];
+        let how = ["--method", method, "--quality", "32", "--surface-shadows"];
+        let render = [&scene[..], &how, &[way, "-o", "layers.exr"]].concat();
+        succeeds(place.path(), &render);
+        channels(&place.path().join("layers.exr"))
+            .remove("surfaces.G")
+            .unwrap()
+    };
+    let traced = surfaces("area-average", "traced");
+    let mean = traced.iter().sum::<f32>() / traced.len() as f32;
+    let off = |found: &[f32]| {
+        let differences = found.iter().zip(&traced).map(|(a, b)| (a - b).abs());
+        differences.sum::<f32>() / traced.len() as f32 / mean
+    };
+    let [nearest, smooth] = ["voxels", "interpolated"].map(|way| surfaces("area-average", way));
+    println!("{} {}", off(&nearest), off(&smooth));
+    // Borders of shadows are two or three voxels away from where they should be.
+    assert!(nearest != traced && smooth != nearest);
+    assert!(off(&nearest) < 0.1 && off(&smooth) < 0.1);
+    // A method of fewer rays has the same surfaces, one without voxels none.
+    assert_eq!(surfaces("area-runs 3x3", "voxels"), nearest);
+    let place = place.path();
+    let march = ["render", "pergola", "--size", "8x8", "-o", "a.png"];
+    let march = [
+        &march[..],
+        &[
+            "--method",
+            "march x midpoint",
+            "--surface-shadows",
+            "voxels",
+        ],
+    ]
+    .concat();
+    let output = run(place, &march);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success());
+    assert!(message.contains("no shadows on surfaces"), "{message}");
+}

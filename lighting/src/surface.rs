@@ -9,6 +9,7 @@ use crate::SurfacePoint;
 use crate::scene::trace::{Hit, Pane, Tracer};
 use crate::scene::view::View;
 use crate::scene::{Emitter, Geometry, Medium, Ray, Scene};
+use crate::surface_point::{Arriving, transmittance};
 use crate::visibility::SurfaceShadow;
 
 /// Radiance of the surfaces that reaches the eye through the medium, one
@@ -196,15 +197,6 @@ fn lit_surfaces(
     })
 }
 
-fn transmittance(medium: Option<&Medium>, start: Vec3, direction: Vec3, length: f32) -> Vec3 {
-    match medium {
-        None => Vec3::ONE,
-        // 0 · ∞: a medium that extinguishes nothing does so over any length.
-        Some(medium) if medium.sigma_t() == Vec3::ZERO => Vec3::ONE,
-        Some(medium) => (-medium.sigma_t() * medium.length_inside(start, direction, length)).exp(),
-    }
-}
-
 /// A light and where its shadows on surfaces come from; traced if from nowhere.
 pub type Lit<'a> = (&'a Emitter, Option<&'a dyn SurfaceShadow>);
 
@@ -273,35 +265,19 @@ impl Surface {
         medium: Option<&Medium>,
         visibility: impl Fn(Vec3, f32) -> Vec3,
     ) -> Vec3 {
-        let (to_light, distance, irradiance) = match emitter {
-            Emitter::Directional(sun) => (-sun.direction(), f32::INFINITY, sun.irradiance()),
-            Emitter::Point(point) => {
-                let offset = point.position() - self.point;
-                let distance = offset.length();
-                if distance == 0.0 || distance > point.range() {
-                    return Vec3::ZERO;
-                }
-                let to_light = offset / distance;
-                let intensity =
-                    point.intensity() * point.emission().factor(-to_light) * point.window(distance);
-                (to_light, distance, intensity / (distance * distance))
-            }
+        let Some(light) = Arriving::at(self.point, emitter) else {
+            return Vec3::ZERO;
         };
-        let cos = self.normal.dot(to_light);
-        if cos <= 0.0 || irradiance == Vec3::ZERO {
+        let cos = self.normal.dot(light.to_light);
+        if cos <= 0.0 || light.irradiance == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        let share = visibility(to_light, distance);
+        let share = visibility(light.to_light, light.distance);
         if share == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        // Sunlight in an unbounded medium has been attenuated "before": the
-        // irradiance is the one that arrives.
-        let through = match (emitter, medium) {
-            (Emitter::Directional(_), Some(medium)) if medium.bounds().is_none() => Vec3::ONE,
-            _ => transmittance(medium, self.point, to_light, distance),
-        };
-        self.albedo / PI * irradiance * cos * through * share
+        let through = light.through(medium, self.point);
+        self.albedo / PI * light.irradiance * cos * through * share
     }
 }
 

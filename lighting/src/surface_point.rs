@@ -3,6 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+#[cfg(any(feature = "area", feature = "trace"))]
+use crate::scene::{Emitter, Medium};
+
 /// A point of a Lambertian surface, and how much of what it reflects reaches the
 /// eye.
 ///
@@ -81,6 +84,74 @@ impl SurfacePoint {
     /// Whether there is a surface that reflects anything.
     pub fn reflects(&self) -> bool {
         self.response.max_element() > 0.0
+    }
+}
+
+/// Light on its way to a point.
+#[cfg(any(feature = "area", feature = "trace"))]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Arriving {
+    /// Where it comes from.
+    pub(crate) to_light: Vec3,
+    /// How far it is from there, infinite if it is parallel.
+    pub(crate) distance: f32,
+    /// The irradiance of a surface that faces it, without shadow and fog.
+    pub(crate) irradiance: Vec3,
+}
+
+#[cfg(any(feature = "area", feature = "trace"))]
+impl Arriving {
+    /// The light of `emitter` at `point`; `None` where it does not reach.
+    pub(crate) fn at(point: Vec3, emitter: &Emitter) -> Option<Self> {
+        let lamp = match emitter {
+            Emitter::Directional(sun) => {
+                return Some(Self {
+                    to_light: -sun.direction(),
+                    distance: f32::INFINITY,
+                    irradiance: sun.irradiance(),
+                });
+            }
+            Emitter::Point(lamp) => lamp,
+        };
+        let offset = lamp.position() - point;
+        let distance = offset.length();
+        if distance == 0.0 || distance > lamp.range() {
+            return None;
+        }
+        let to_light = offset / distance;
+        let intensity =
+            lamp.intensity() * lamp.emission().factor(-to_light) * lamp.window(distance);
+        Some(Self {
+            to_light,
+            distance,
+            irradiance: intensity / (distance * distance),
+        })
+    }
+
+    /// The share of it that fog lets through on its way.
+    pub(crate) fn through(&self, medium: Option<&Medium>, point: Vec3) -> Vec3 {
+        match medium {
+            // Sunlight in an unbounded medium has been attenuated "before": the
+            // irradiance is the one that arrives.
+            Some(medium) if medium.bounds().is_none() && !self.distance.is_finite() => Vec3::ONE,
+            medium => transmittance(medium, point, self.to_light, self.distance),
+        }
+    }
+}
+
+/// What a medium lets through from `start` over a length in metres.
+#[cfg(any(feature = "area", feature = "trace"))]
+pub(crate) fn transmittance(
+    medium: Option<&Medium>,
+    start: Vec3,
+    direction: Vec3,
+    length: f32,
+) -> Vec3 {
+    match medium {
+        None => Vec3::ONE,
+        // 0 · ∞: a medium that extinguishes nothing does so over any length.
+        Some(medium) if medium.sigma_t() == Vec3::ZERO => Vec3::ONE,
+        Some(medium) => (-medium.sigma_t() * medium.length_inside(start, direction, length)).exp(),
     }
 }
 

@@ -1,14 +1,14 @@
 //! The light of a picture: that of its surfaces, and that of the air before them.
 
 use gpu_backend::gpu::Gpu;
-use gpu_backend::{Cpu, Download};
+use gpu_backend::{Buffer, Cpu, Download, Host};
 use indicatif::ProgressBar;
 use lighting::methods::{Entry, Frame, FrameInputs, MethodBackend, Selection, Store, Verdict};
 use lighting::precomputed::FilterSize;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
 use lighting::surface::{self, Lit};
-use lighting::{Emitter, Watch};
+use lighting::{Emitter, SurfacePoint, Watch};
 
 use crate::args::Render;
 use crate::devices::Device;
@@ -72,6 +72,77 @@ impl Job<'_> {
         quality: u32,
         given: &[Option<Shadow>],
     ) -> Result<Picture, Failure> {
+        // Lights are numbered anew.
+        let host = Store::new();
+        for (light, shadow) in given.iter().enumerate() {
+            if let Some(shadow) = shadow {
+                lighting::methods::share_precomputed(&host, light, shadow);
+            }
+        }
+        let (radiance, notes) = self.with_inputs(
+            "airlight",
+            input,
+            indices,
+            entry,
+            &host,
+            |inputs| match &self.device.context {
+                None => run_on(&Cpu::new(), &host, inputs, entry, quality),
+                Some(context) => {
+                    let gpu = Gpu::new(context.clone());
+                    run_on(&gpu, &Store::new(), inputs, entry, quality)
+                }
+            },
+        )?;
+        input.notes.extend(notes);
+        Ok(Picture::new(self.size, &radiance))
+    }
+
+    /// The light of some emitters on surfaces, with the shadows that a method knows.
+    pub(crate) fn on_surfaces(
+        &self,
+        input: &mut Input,
+        indices: &[usize],
+        (entry, quality): (&Entry, u32),
+        interpolate: bool,
+    ) -> Result<Vec<[f32; 4]>, Failure> {
+        let host = Store::new();
+        let cpu = Cpu::new();
+        let (scene, geometry) = (&input.scene, &input.geometry);
+        let medium = Some(self.medium);
+        let mut points = surface::points(&cpu, self.view, scene, geometry, medium);
+        // Those of what is see-through behind all others.
+        let panes = surface::points_of_panes(&cpu, self.view, scene, geometry, medium);
+        points.extend(panes.iter().map(|(_, point)| *point));
+        let (mut radiance, _) =
+            self.with_inputs("surfaces", input, indices, entry, &host, |inputs| {
+                let way = (quality, interpolate);
+                match &self.device.context {
+                    None => light_on(&cpu, &host, inputs, entry, way, &points),
+                    Some(context) => {
+                        let gpu = Gpu::new(context.clone());
+                        light_on(&gpu, &Store::new(), inputs, entry, way, &points)
+                    }
+                }
+            })?;
+        let of_panes = radiance.split_off(self.view.rays().len());
+        for ((pixel, _), light) in panes.iter().zip(of_panes) {
+            for channel in 0..3 {
+                radiance[*pixel][channel] += light[channel];
+            }
+        }
+        Ok(radiance)
+    }
+
+    /// What comes of a frame of some emitters, and what is to be said of it.
+    fn with_inputs<R>(
+        &self,
+        what: &'static str,
+        input: &mut Input,
+        indices: &[usize],
+        entry: &Entry,
+        host: &Store<Host>,
+        run: impl FnOnce(FrameInputs<'_>) -> Result<R, Failure>,
+    ) -> Result<(R, Vec<String>), Failure> {
         let emitters = &input.picked(indices);
         let areas = &input.areas(indices);
         let asked = self.args.options.map();
@@ -80,16 +151,9 @@ impl Job<'_> {
         } else {
             asked
         };
-        // Lights are numbered anew.
-        let host = Store::new();
-        lighting::methods::share_tracer(&host, &input.tracer);
-        for (light, shadow) in given.iter().enumerate() {
-            if let Some(shadow) = shadow {
-                lighting::methods::share_precomputed(&host, light, shadow);
-            }
-        }
+        lighting::methods::share_tracer(host, &input.tracer);
         let rays = self.view.rays().len() * emitters.len();
-        let bar = Bar(progress::bar("airlight", rays as u64));
+        let bar = Bar(progress::bar(what, rays as u64));
         let inputs = FrameInputs {
             emitters,
             areas,
@@ -101,7 +165,7 @@ impl Job<'_> {
             rays: self.view.rays(),
             hits: self.view.hits(),
             map,
-            host: &host,
+            host,
             selection: Selection::default(),
             watch: &bar,
         };
@@ -113,16 +177,9 @@ impl Job<'_> {
             Verdict::Applies | Verdict::Pointless(_) => {}
         }
         let notes = entry.method().notes(&inputs);
-        let radiance = match &self.device.context {
-            None => run_on(&Cpu::new(), &host, inputs, entry, quality)?,
-            Some(context) => {
-                let store = Store::new();
-                run_on(&Gpu::new(context.clone()), &store, inputs, entry, quality)?
-            }
-        };
+        let result = run(inputs)?;
         bar.0.finish_and_clear();
-        input.notes.extend(notes);
-        Ok(Picture::new(self.size, &radiance))
+        Ok((result, notes))
     }
 }
 
@@ -149,5 +206,27 @@ fn run_on<B: MethodBackend + Download>(
     let frame = Frame::new(backend, inputs, store)?;
     let mut radiance = backend.zeros::<[f32; 4]>(inputs.rays.len())?;
     method.add_radiance(&frame, quality, &mut radiance)?;
+    Ok(backend.download(&radiance)?)
+}
+
+/// The light on points of surfaces.
+fn light_on<B: MethodBackend + Download>(
+    backend: &B,
+    store: &Store<B::Memory>,
+    inputs: FrameInputs<'_>,
+    entry: &Entry,
+    (quality, interpolate): (u32, bool),
+    points: &[SurfacePoint],
+) -> Result<Vec<[f32; 4]>, Failure> {
+    let method = entry.on::<B>().and_then(|method| method.surfaces());
+    let method = method.ok_or_else(|| {
+        let name = entry.about().name;
+        let why = format!("{name} knows no shadows on surfaces; methods of area lights do");
+        Failure::new(why).about("--surface-shadows")
+    })?;
+    let frame = Frame::new(backend, inputs, store)?;
+    let points = backend.upload(points)?;
+    let mut radiance = backend.zeros::<[f32; 4]>(points.len())?;
+    method.add_surface_light(&frame, quality, &points, interpolate, &mut radiance)?;
     Ok(backend.download(&radiance)?)
 }

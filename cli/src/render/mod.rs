@@ -12,7 +12,7 @@ use lighting::plan::{Plan, Reason};
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
 
-use crate::args::Render;
+use crate::args::{Render, SurfaceShadows};
 use crate::devices::{self, Device};
 use crate::failure::Failure;
 use crate::format::{count, significant};
@@ -182,13 +182,40 @@ impl Shot<'_> {
     }
 
     /// The light of surfaces that some emitters send.
-    fn surfaces(&self, input: &Input, emitters: &[usize]) -> Result<Picture, Failure> {
+    fn surfaces(&self, input: &mut Input, emitters: &[usize]) -> Result<Picture, Failure> {
         let spinner = progress::spinner("surfaces");
+        let way = self.args.surface_shadows.unwrap_or(SurfaceShadows::Traced);
+        if way != SurfaceShadows::Traced && !emitters.is_empty() {
+            let emitted = self.surfaces(input, &[])?;
+            let Some(medium) = &self.medium else {
+                let why =
+                    "the scene has no fog, in which the method of the airlight would make voxels";
+                return Err(Failure::new(why).about("--surface-shadows"));
+            };
+            let Chosen { entry, quality } = self.chosen;
+            let interpolate = way == SurfaceShadows::Interpolated;
+            let job = self.job(medium);
+            let lit = job.on_surfaces(input, emitters, (entry, *quality), interpolate)?;
+            spinner.finish_and_clear();
+            return Ok(emitted.plus(&self.pixels(&lit)));
+        }
         let shadows: Shadows = emitters.iter().map(|i| self.shadows[*i].clone()).collect();
         let emitters = input.picked(emitters);
         let radiance = light::of_surfaces(self.args, input, self.view, &emitters, &shadows)?;
         spinner.finish_and_clear();
         Ok(self.pixels(&radiance))
+    }
+
+    /// What is the same for all lights.
+    fn job<'a>(&'a self, medium: &'a Medium) -> Job<'a> {
+        Job {
+            args: self.args,
+            size: self.size,
+            camera: &self.camera,
+            view: self.view,
+            medium,
+            device: self.device,
+        }
     }
 
     /// The light by way of the fog and from all around, if it is asked for.
@@ -204,14 +231,7 @@ impl Shot<'_> {
         let Some(medium) = self.medium else {
             return Ok(None);
         };
-        let job = Job {
-            args: self.args,
-            size: self.size,
-            camera: &self.camera,
-            view: self.view,
-            medium: &medium,
-            device: self.device,
-        };
+        let job = self.job(&medium);
         let (from_files, others): (Vec<usize>, Vec<usize>) =
             (emitters.iter()).partition(|index| self.shadows[**index].is_some());
         let Chosen { entry, quality } = self.chosen;

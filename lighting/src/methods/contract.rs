@@ -6,6 +6,7 @@ use std::fmt::Debug;
 use gpu_backend::{Backend, BufferOf};
 
 use super::{Frame, FrameInputs};
+use crate::SurfacePoint;
 
 /// What a method says of itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -156,6 +157,32 @@ pub trait RunOn<B: Backend>: Send + Sync {
         &self,
         frame: &Frame<'_, B>,
         quality: u32,
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), MethodError>;
+
+    /// How it lights surfaces with the shadows that it knows, if it does.
+    fn surfaces(&self) -> Option<&dyn LightFrameSurfaces<B>> {
+        None
+    }
+}
+
+/// What lights the surfaces of a frame with the shadows of its method.
+pub trait LightFrameSurfaces<B: Backend> {
+    /// Adds to the first three components of `radiance[i]` what `surfaces[i]` reflects
+    /// to the eye of the light that comes straight from all lights of the frame. The
+    /// points are seen by the camera of the frame, in any order.
+    ///
+    /// Shadows are looked up at the nearest place that is known, or interpolated
+    /// between those around.
+    ///
+    /// # Errors
+    /// As for [`RunOn::add_radiance`].
+    fn add_surface_light(
+        &self,
+        frame: &Frame<'_, B>,
+        quality: u32,
+        surfaces: &BufferOf<B, SurfacePoint>,
+        interpolate: bool,
         radiance: &mut BufferOf<B, [f32; 4]>,
     ) -> Result<(), MethodError>;
 }

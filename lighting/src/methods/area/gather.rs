@@ -51,14 +51,7 @@ pub(super) fn check<M: Memory>(
     [rays, radiance]: [usize; 2],
 ) -> Result<(), Error> {
     check_lengths(rays, radiance)?;
-    if lights.emitters.len() == volumes.lights() {
-        return Ok(());
-    }
-    Err(Error::LengthMismatch {
-        what: "the voxels of many lights",
-        expected: lights.emitters.len(),
-        actual: volumes.lights(),
-    })
+    volumes.are_of(lights.emitters)
 }
 
 /// Bytes of voxels that are gathered from at a time: what a core's own cache holds.

@@ -13,8 +13,9 @@ use super::{AirlightTurns, GatherMany, LightVolumes, ManyLights};
 use crate::Emitter;
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
 use crate::gpu::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PATH, VisibilitySlot};
+use crate::scene::Medium;
 use crate::voxelized::gpu::{VOXELS, VoxelRecord};
-use crate::voxelized::{Detail, State};
+use crate::voxelized::{Detail, Sampling, State};
 
 /// Invocations per workgroup in `many.wgsl`.
 const GROUP: u32 = 64;
@@ -27,18 +28,18 @@ pub(super) const TURNS: u32 = 50_000;
 /// distances among the borders of voxels.
 const TURNS_PER_LIGHT: u32 = 100;
 
-/// `Many` of `many.wgsl`.
+/// `Block` of `block.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub(super) struct Many {
+pub(super) struct BlockRecord {
     pub(super) medium: MediumRecord,
-    pub(super) rays: u32,
+    pub(super) count: u32,
     pub(super) lights: u32,
     pub(super) first: u32,
     pub(super) weight: f32,
 }
 
-/// `Light` of `many.wgsl`.
+/// `Light` of `block.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub(super) struct Light {
@@ -85,9 +86,9 @@ pub(super) fn blocks(lights: impl IntoIterator<Item = (usize, u32)>) -> Vec<Vec<
     blocks
 }
 
-/// The shader for an evaluator.
-pub(super) fn shader<A: InShader<AirlightSlot>>() -> Result<Assembly, Error> {
-    let mut shader = Assembly::new(&[
+/// What every shader that goes through blocks of lights begins with.
+pub(super) fn assembly(entry: &[&'static str]) -> Result<Assembly, Error> {
+    let mut sources = vec![
         INDEX_WGSL,
         NUMERIC,
         PHASE,
@@ -95,32 +96,42 @@ pub(super) fn shader<A: InShader<AirlightSlot>>() -> Result<Assembly, Error> {
         ARC,
         DIRECTIONAL,
         LIT,
-        include_str!("many.wgsl"),
-    ]);
+        include_str!("block.wgsl"),
+    ];
+    sources.extend_from_slice(entry);
+    let mut shader = Assembly::new(&sources);
     let voxels = Part::new("light_voxels")
         .sources(&[epipolar::gpu::EPIPOLAR, epipolar::gpu::PHI])
         .sources(&[voxel_shadow::gpu::SHADOW, VOXELS]);
     shader.fill::<VisibilitySlot>(&voxels)?;
+    Ok(shader)
+}
+
+/// The shader for an evaluator.
+pub(super) fn shader<A: InShader<AirlightSlot>>() -> Result<Assembly, Error> {
+    let mut shader = assembly(&[include_str!("many.wgsl")])?;
     shader.fill::<AirlightSlot>(&A::part())?;
     Ok(shader)
 }
 
 /// A block of lights with all that it reads but its words.
 #[derive(Default)]
-struct Block {
-    lights: Vec<Light>,
-    texels: Vec<[f32; 4]>,
-    bounds: Vec<[f32; 2]>,
+pub(super) struct Block {
+    pub(super) lights: Vec<Light>,
+    pub(super) texels: Vec<[f32; 4]>,
+    pub(super) bounds: Vec<[f32; 2]>,
 }
 
 impl Block {
-    fn add(
+    /// Adds the light of a number among `volumes`.
+    pub(super) fn add(
         &mut self,
-        lights: &ManyLights<'_, GpuMemory>,
+        emitter: &Emitter,
         volumes: &LightVolumes<GpuMemory>,
         index: usize,
+        (sampling, detail): (&Sampling, Detail),
     ) {
-        let (emitter, texels) = EmitterRecord::new(&lights.emitters[index]);
+        let (emitter, texels) = EmitterRecord::new(emitter);
         let (state, tile) = match volumes.state(index) {
             State::Lit => (State::Lit, 0),
             State::Dark => (State::Dark, 0),
@@ -128,7 +139,7 @@ impl Block {
         };
         self.lights.push(Light {
             emitter,
-            voxels: VoxelRecord::new(state, &volumes.sampling(), lights.detail),
+            voxels: VoxelRecord::new(state, sampling, detail),
             // What is beyond u32 fits into no buffer of a device.
             first_texel: self.texels.len() as u32,
             first_bound: self.bounds.len() as u32,
@@ -137,6 +148,23 @@ impl Block {
         });
         self.texels.extend(texels);
         self.bounds.extend_from_slice(state.bounds());
+    }
+
+    /// The same lights for so many rays or points from the first on.
+    pub(super) fn record(
+        &self,
+        medium: &Medium,
+        [first, count]: [usize; 2],
+        weight: f32,
+    ) -> BlockRecord {
+        BlockRecord {
+            medium: MediumRecord::new(medium),
+            // More than that are refused by the dispatch.
+            count: count as u32,
+            lights: self.lights.len() as u32,
+            first: first as u32,
+            weight,
+        }
     }
 }
 
@@ -179,16 +207,10 @@ where
         for (run, part, numbers) in parts {
             let mut block = Block::default();
             for light in numbers {
-                block.add(lights, volumes, light);
+                let read = (&volumes.sampling(), lights.detail);
+                block.add(&lights.emitters[light], volumes, light, read);
             }
-            let many = Many {
-                medium: MediumRecord::new(lights.medium),
-                // More rays than that are refused by the dispatch.
-                rays: run.len() as u32,
-                lights: block.lights.len() as u32,
-                first: run.start as u32,
-                weight: part.weight(),
-            };
+            let record = block.record(lights.medium, [run.start, run.len()], part.weight());
             self.dispatch(
                 &Kernel {
                     label: "gather many lights",
@@ -198,12 +220,12 @@ where
                 },
                 &[
                     &[
-                        Argument::uniform(many),
-                        Argument::read(lights.rays),
+                        Argument::uniform(record),
                         Argument::table(&block.lights),
                         Argument::table(&block.texels),
                         Argument::table(&block.bounds),
                         Argument::read(volumes.grid().words()),
+                        Argument::read(lights.rays),
                         Argument::write(radiance),
                     ],
                     &airlight.arguments(),

@@ -7,7 +7,8 @@ use gpu_backend::testing::{self, Shader};
 use gpu_backend::{Backend, Cpu, Download, assert_same_layout};
 use reference::tolerances::Allowed;
 
-use super::gpu::{Light, Many, TURNS, blocks, shader, turns};
+use super::gpu::{BlockRecord, Light, TURNS, blocks, shader, turns};
+use super::surfaces_tests::floor;
 use super::tests::{eye, fog, lights, maps, rays, resolution};
 use super::*;
 use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
@@ -35,10 +36,10 @@ fn every_evaluator_goes_with_many_lights() {
     let shader = complete::<EquiAngular>();
     assert_same_layout!(
         shader,
-        "Many",
-        Many {
+        "Block",
+        BlockRecord {
             medium,
-            rays,
+            count,
             lights,
             first,
             weight
@@ -188,4 +189,70 @@ fn maps_rendered_there_give_nearly_the_same_indices() {
         "{different} of {}",
         found.len()
     );
+}
+
+#[test]
+fn surfaces_are_lit_as_on_the_cpu_but_for_points_at_an_edge() {
+    let Some(gpu) = testing::gpu() else { return };
+    let cpu = Cpu::new();
+    let (lights, medium, points) = (lights(), fog(), floor());
+    let maps = maps(&lights);
+    let mut here = LightVolumes::new(&cpu, resolution(), lights.len()).unwrap();
+    here.update(&cpu, &lights, &eye(&medium), &maps).unwrap();
+    let maps = maps.upload(&gpu).unwrap();
+    let mut there = LightVolumes::new(&gpu, resolution(), lights.len()).unwrap();
+    there.update(&gpu, &lights, &eye(&medium), &maps).unwrap();
+    let points_there = gpu.upload(&points).unwrap();
+    let start = vec![[1.0, 2.0, 3.0, 4.0]; points.len()];
+    for lookup in [SurfaceLookup::Nearest, SurfaceLookup::Interpolated] {
+        let mut expected = start.clone();
+        let lit = ManyOnSurfaces {
+            points: &points,
+            emitters: &lights,
+            medium: &medium,
+            lookup,
+        };
+        cpu.light_many_surfaces(&lit, &here, &mut expected).unwrap();
+        let lit = ManyOnSurfaces {
+            points: &points_there,
+            emitters: &lights,
+            medium: &medium,
+            lookup,
+        };
+        let mut found = gpu.upload(&start).unwrap();
+        gpu.light_many_surfaces(&lit, &there, &mut found).unwrap();
+        let found = gpu.download(&found).unwrap();
+        let mut different = 0;
+        for (e, f) in expected.iter().zip(&found) {
+            assert_eq!(f[3], 4.0);
+            let allowed = Allowed::GpuRadiance.error() + Allowed::GpuQuery.error();
+            let off = |c: usize| f64::from((e[c] - f[c]).abs()) > allowed * f64::from(e[c]);
+            different += usize::from((0..3).any(off));
+        }
+        let share = different as f64 / points.len() as f64;
+        println!("{lookup:?}: {different} of {} points differ", points.len());
+        let allowed = Allowed::GpuRays.error() * lights.len() as f64;
+        assert!(share <= allowed, "{lookup:?}: {share}");
+    }
+}
+
+#[test]
+fn the_shader_of_surfaces_is_valid_and_sees_points_as_they_are() {
+    use crate::SurfacePoint;
+
+    let shader = Shader::new(&super::gpu_surfaces::shader().unwrap().finish(1)).unwrap();
+    assert_same_layout!(
+        shader,
+        "light_SurfacePoint",
+        SurfacePoint {
+            position,
+            openness,
+            normal,
+            padding_a,
+            response,
+            padding_b
+        }
+    );
+    // A search among bits, at most 1024.
+    assert!(u32::ilog2(1024) < super::gpu_surfaces::TURNS_PER_LIGHT);
 }

@@ -14,7 +14,10 @@
 //!
 //! * The shadow maps may be exact: triangles rendered as for a single light. The
 //!   paper's [imperfect maps](crate::shadow_map::RenderImperfectMaps) are the other
-//!   choice, with a level of detail for each light that it misses.
+//!   choice, with a level of detail for each light that it misses. Their holes are filled
+//!   only where that is asked for ([`FillHoles`](crate::shadow_map::FillHoles), method
+//!   `area-imperfect filled`): splats overlap so far that filling adds more false shadow
+//!   than it takes false light away.
 //! * The paper multiplies the average of the visibility bits with the airlight of the
 //!   whole ray, whose error has a floor. That is [`Detail::Average`]; here the bits
 //!   also tell where the lit parts are ([`Detail::Runs`]), or weigh the light of
@@ -22,6 +25,8 @@
 //! * The last line of the paper's pseudocode scales the airlight by 1 − e^{−τ}, which
 //!   is not in its equation 4 (the integral holds the attenuation already), and it is
 //!   not done here.
+//! * Surfaces that are [lit from the same voxels](LightManySurfaces), interpolated or
+//!   not, are Lambertian and not those of Phong.
 //! * Points have the cosine emission of the surface they stand for, in which the
 //!   evaluator integrates along the ray.
 //!
@@ -97,10 +102,17 @@ mod gather;
 #[cfg(feature = "wgpu")]
 mod gpu;
 #[cfg(feature = "wgpu")]
+mod gpu_surfaces;
+#[cfg(feature = "wgpu")]
 #[cfg(test)]
 mod gpu_tests;
 #[cfg(feature = "methods")]
+mod groups;
+#[cfg(feature = "methods")]
 mod method;
+mod surfaces;
+#[cfg(test)]
+mod surfaces_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "wgpu")]
@@ -110,6 +122,7 @@ mod volumes;
 pub use gather::{GatherMany, ManyLights};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
+pub use surfaces::{LightManySurfaces, ManyOnSurfaces, SurfaceLookup};
 #[cfg(feature = "wgpu")]
 pub use turns::AirlightTurns;
 pub use volumes::{BuildLightVolumes, LightVolumes, SurfaceVoxels};

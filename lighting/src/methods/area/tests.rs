@@ -11,7 +11,6 @@ use crate::scene::{
     Texture,
 };
 use crate::shadow_map::{Casters, EMPTY, RenderShadowMap, RenderShadowMapAtlas, ShadowMapAtlas};
-use crate::visibility::SurfaceShadow;
 use crate::voxelized::{Detail, Eye, Resolution, VoxelVolume};
 use crate::{Emitter, Gather, Interleaving, LitRays, Ray};
 
@@ -351,50 +350,4 @@ fn no_light_is_no_light() {
             .iter()
             .all(|pixel| *pixel == [0.0, 0.0, 0.0, 7.0])
     );
-}
-
-/// Points of the floor that the eye sees, far from the edge of a shadow.
-#[test]
-fn surfaces_have_the_shadows_of_the_same_voxels() {
-    let lights = panel().virtual_lights(Pattern::Lattice, 5).unwrap();
-    let medium = fog();
-    let cpu = Cpu::new();
-    let casters = Casters::upload(&cpu, &geometry()).unwrap();
-    let fine = Resolution::new(512, 512, 512).unwrap();
-    let mut volumes = LightVolumes::new(&cpu, fine, lights.len()).unwrap();
-    let maps = cpu.shadow_map_atlas(&casters, &lights, 512).unwrap();
-    volumes.update(&cpu, &lights, &eye(&medium), &maps).unwrap();
-    let triangles = geometry();
-    let tracer = crate::scene::trace::Tracer::new(&triangles);
-    let mut counts = [0; 2];
-    for (index, light) in lights.iter().enumerate() {
-        let Emitter::Point(point) = light else {
-            panic!("a panel is points");
-        };
-        let voxels = volumes.on_surfaces(index);
-        for i in 0..400 {
-            let at = Vec3::new(
-                0.2 * (i % 20) as f32 - 2.0,
-                1e-4,
-                -4.0 - 0.2 * (i / 20) as f32,
-            );
-            let lit = |offset: Vec3| {
-                let from = at + offset;
-                let to = point.position() - from;
-                let way = to.length();
-                tracer.transmittance(from, to / way, 0.0, way) == Vec3::ONE
-            };
-            let around = [Vec3::X, -Vec3::X, Vec3::Z, -Vec3::Z].map(|side| lit(0.12 * side));
-            if around.iter().any(|other| *other != lit(Vec3::ZERO)) {
-                continue;
-            }
-            let expected = f32::from(u8::from(lit(Vec3::ZERO)));
-            let found = voxels.visibility(at, Vec3::Y).x;
-            counts[usize::from((found - expected).abs() > 0.1)] += 1;
-        }
-    }
-    let [right, wrong] = counts;
-    assert!(right > 800 && wrong * 100 < right, "{counts:?}");
-    let nowhere = volumes.on_surfaces(99);
-    assert_eq!(nowhere.visibility(Vec3::ZERO, Vec3::Y), Vec3::ONE);
 }

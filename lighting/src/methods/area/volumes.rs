@@ -5,6 +5,7 @@ use glam::Vec3;
 use gpu_backend::{Backend, Host, Memory};
 use voxel_shadow::{AtlasGrid, AtlasMap, BuildAtlas, RectifyAtlas, ShadowVolume};
 
+use super::SurfaceLookup;
 use crate::Emitter;
 use crate::shadow_map::{ShadowMapAtlas, TileMaps};
 use crate::visibility::SurfaceShadow;
@@ -151,6 +152,18 @@ impl<M: Memory> LightVolumes<M> {
         tile * self.grid.tiles() as u64
     }
 
+    /// Whether there is a volume for each of some lights.
+    pub(super) fn are_of(&self, emitters: &[Emitter]) -> Result<(), gpu_backend::Error> {
+        if emitters.len() == self.lights() {
+            return Ok(());
+        }
+        Err(gpu_backend::Error::LengthMismatch {
+            what: "the voxels of many lights",
+            expected: emitters.len(),
+            actual: self.lights(),
+        })
+    }
+
     /// What is known of a light.
     pub(crate) fn state(&self, light: usize) -> State<(usize, &Lattice)> {
         match self.lights[light] {
@@ -190,11 +203,11 @@ impl LightVolumes<Host> {
     /// The shadows of a light on surfaces that the eye sees, from the same voxels,
     /// with the biases that keep lit surfaces from shadowing themselves
     /// ([`Sampling::default`]); a light that there is not is not blocked.
-    pub fn on_surfaces(&self, light: usize) -> SurfaceVoxels<'_> {
+    pub fn on_surfaces(&self, light: usize, lookup: SurfaceLookup) -> SurfaceVoxels<'_> {
         let volume = match self.lights.get(light) {
             Some(State::Voxels(tile)) => {
                 let lattice = &self.lattices[*tile];
-                self.grid.volume(*tile, lattice, Sampling::default()).ok()
+                self.grid.volume(*tile, lattice, lookup.sampling()).ok()
             }
             _ => None,
         };

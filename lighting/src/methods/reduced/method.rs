@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use gpu_backend::{BufferOf, Cpu};
 
 use super::{Choice, FillPicture, Filling, Filter, Reduction};
-use crate::methods::{About, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work};
+use crate::methods::{
+    About, Frame, FrameInputs, LightFrameSurfaces, Method, MethodError, Role, RunOn, Verdict, Work,
+};
 
 /// A method whose picture is made of fewer rays, or of rays that share its work; see
 /// the [module](super).
@@ -202,5 +204,10 @@ impl<B: FillPicture, M: Method + RunOn<B>> RunOn<B> for Reduced<M> {
             let filling = Filling::upload(backend, &choice, &frame.rays)?;
             Ok(backend.fill_picture(&filling, &gathered, radiance)?)
         })
+    }
+
+    /// Those of the method that it reduces, all of them.
+    fn surfaces(&self) -> Option<&dyn LightFrameSurfaces<B>> {
+        self.inner.surfaces()
     }
 }
