@@ -92,6 +92,35 @@
 //! of 128 lights are the same to two digits but at 256, where they are 0.20 %. The
 //! paper's average errs by 18 % there at any of these resolutions.
 //!
+//! The method of the list has one resolution, 128, whatever the number of lights. A coarser
+//! one would save next to nothing: of a frame of 960 × 540 pixels the voxels of 256 lights
+//! take less than one part in two hundred of the time, than one in twenty with the work
+//! shared by windows of 3 × 3 pixels, and than one in seven with a quarter of the pixels
+//! besides.
+//!
+//! # A light that moves
+//!
+//! Lights are sampled anew in each frame, and nothing is kept from one to the next. While
+//! the light of `pergola` moves 1 cm a frame, the change from frame to frame errs by
+//! 0.33 % of the mean with 64 lights and by 0.19 % with 128, where a frame alone errs by
+//! 0.42 and 0.35 %: less than if frames were independent. With 16 lights and fewer it errs
+//! as frames that are.
+//!
+//! # Speed
+//!
+//! On two cores, `pergola` at 960 × 540 with 256 lights, exact maps made before (bench
+//! `area`, ids `baseline` and `froxels`; errors on 1306 of the pixels):
+//!
+//! | gather | error | time | rays of `area-rays` for the same error | faster than these |
+//! |---|---|---|---|---|
+//! | lit runs | 0.66 % | 33 s | more than 1024 | 4.1 × |
+//! | lit runs, 3 × 3 | 0.91 % | 4.0 s | more than 1024 | 34 × |
+//! | lit runs, 3 × 3, a quarter | 1.9 % | 1.1 s | 301 | 35 × |
+//! | the paper's average | 17 % | 22 s | 12 | 0.07 × |
+//!
+//! Froxels stop at 22 % there, in 0.05 to 0.15 s; four lights by lit runs, shared and at a
+//! quarter of the pixels, err by 4.7 % in 0.1 s.
+//!
 //! # Limits
 //!
 //! Those of [`voxelized`](crate::voxelized), for each of the lights. What fits into
