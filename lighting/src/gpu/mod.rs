@@ -83,5 +83,7 @@ pub const PLACE: &str = include_str!("place.wgsl");
 /// Directions as points of a square.
 #[cfg(feature = "voxel-shadow")]
 pub(crate) const OCTAHEDRON: &str = include_str!("octahedron.wgsl");
+/// A ray in the pictures of a light.
+pub const LINE: &str = include_str!("line.wgsl");
 /// Lookup in a shadow map.
 pub const MAP: &str = include_str!("map.wgsl");

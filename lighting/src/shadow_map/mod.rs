@@ -30,6 +30,7 @@ mod imperfect;
 #[cfg(feature = "voxel-shadow")]
 #[cfg(test)]
 mod imperfect_tests;
+pub(crate) mod line;
 mod map;
 mod masked;
 #[cfg(feature = "wgpu")]

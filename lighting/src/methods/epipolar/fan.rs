@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::line::{Line, Projection};
 use super::walk::{Walk, turned};
 use crate::scene::raster::Face;
 use crate::scene::{Emitter, Medium};
+use crate::shadow_map::line::{Line, Projection};
 use crate::{LightPath, Ray};
 
 /// The logarithm of the number of cells per leaf of a tree.

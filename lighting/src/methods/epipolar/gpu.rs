@@ -15,7 +15,7 @@ use super::fan::{Fan, Fans, MOST_FANS};
 use super::tree::{BuildLineTrees, Node};
 use super::{MapRuns, Trees};
 use crate::gpu::scene::PicturesRecord;
-use crate::gpu::{FACE, PLACE, VisibilitySlot};
+use crate::gpu::{FACE, LINE, PLACE, VisibilitySlot};
 use crate::shadow_map::ShadowMap;
 
 /// `light_Fan` of `fan.wgsl`.
@@ -157,7 +157,7 @@ impl<E: Encode> BuildLineTrees for Gpu<E> {
 impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for MapRuns<P, GpuMemory> {
     fn part() -> Part {
         Part::new("light_runs")
-            .sources(&[FACE, PLACE, FAN, include_str!("runs.wgsl")])
+            .sources(&[FACE, PLACE, LINE, FAN, include_str!("runs.wgsl")])
             .uniform("light_runs", "light_Runs")
             .read("light_runs_depths", "array<f32>")
             .read("light_runs_nodes", "array<vec2<f32>>")

@@ -43,7 +43,6 @@ mod blocks;
 mod fan;
 #[cfg(feature = "wgpu")]
 pub(crate) mod gpu;
-mod line;
 #[cfg(feature = "methods")]
 mod method;
 #[cfg(test)]
@@ -60,14 +59,14 @@ pub use fan::Fans;
 pub use tree::{BuildLineTrees, Node};
 
 use fan::eye_picture;
-use line::{Line, Projection};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
 use tree::{Tally, search};
-use walk::{Part, Runs, Walk};
+use walk::Walk;
 
 use crate::scene::{Emitter, Medium};
 use crate::shadow_map::ShadowMap;
+use crate::shadow_map::line::{Line, Part, Projection, Runs};
 use crate::{Interval, LightPath, LitInterval, Ray, VisibilitySource};
 
 /// The lit runs of rays, exactly as a shadow map says, borrowed or shared.

@@ -1,7 +1,7 @@
 // Visibility: the lit runs of a shadow map by min–max trees; the shader's side of
 // `MapRuns`.
 //
-// Needs the parts face.wgsl, place.wgsl and fan.wgsl and the variables
+// Needs the parts face.wgsl, place.wgsl, line.wgsl and fan.wgsl and the variables
 //   light_runs: light_Runs
 //   light_runs_depths: array<f32>, face after face, each row by row
 //   light_runs_nodes: array<vec2<f32>>, the trees of all slices
@@ -13,16 +13,11 @@ struct light_Runs {
     padding: u32,
 }
 
-// Positions from here on are infinite.
-const light_runs_END: f32 = 1e30;
-
 // See `LEAST_SINE` in `fan.rs`.
 const light_runs_LEAST_SINE: f32 = 4e-6;
 
 // Rounding that a whole node stays clear of.
 const light_runs_CLEAR: f32 = 1e-6;
-
-const light_runs_NO_PICTURE: u32 = 6u;
 
 // What comes next.
 const light_runs_PICTURE: u32 = 0u;
@@ -64,22 +59,12 @@ struct light_runs_Cursor {
     across_end: i32,
 }
 
-// Homogeneous coordinates of the light's origin plus v; of a direction if w is 0.
-fn light_runs_picture(face: light_Face, v: vec3<f32>, w: f32) -> vec3<f32> {
-    let x = dot(v, face.right);
-    let y = -dot(v, face.up);
-    if face.tan > 0.0 {
-        return vec3(x / face.tan, y / face.tan, dot(v, face.forward));
-    }
-    return vec3(x / face.half_width, y / face.half_height, w);
-}
-
 fn light_runs_cursor(path: light_Path) -> light_runs_Cursor {
     var cursor: light_runs_Cursor;
     let first = light_runs.pictures.faces[0];
     cursor.next = light_runs_PICTURE;
     cursor.s = path.start - path.foot;
-    cursor.end = select(path.end - path.foot, light_FAR, path.end >= light_runs_END);
+    cursor.end = select(path.end - path.foot, light_FAR, path.end >= light_line_END);
     if first.tan > 0.0 {
         cursor.base = path.h * path.to_foot;
     } else {
@@ -92,59 +77,23 @@ fn light_runs_turned(v: vec3<f32>, is_row_major: bool) -> vec3<f32> {
     return select(v, v.yxz, is_row_major);
 }
 
-fn light_runs_middle(a: f32, b: f32) -> f32 {
-    return select(0.5 * (a + b), a + max(abs(a), 1.0), b >= light_runs_END);
-}
-
-// The next position behind s at which base + s slope is 0, if that is before `next`.
-fn light_runs_root(base: f32, slope: f32, s: f32, next: f32) -> f32 {
-    if slope == 0.0 {
-        return next;
-    }
-    let root = -base / slope;
-    return select(next, root, s < root && root < next);
-}
-
 // Finds the picture behind s, and what of the ray is in it.
 fn light_runs_enter(cursor: ptr<function, light_runs_Cursor>, path: light_Path) {
-    let v = (*cursor).base;
-    let d = path.direction;
     let s = (*cursor).s;
-    var b = (*cursor).end;
     let first = light_runs.pictures.faces[0];
-    let is_cube = light_runs.pictures.face_count > 1u;
-    let p = light_runs_picture(first, v, 1.0);
-    let q = light_runs_picture(first, d, 0.0);
-    if is_cube {
-        for (var i = 0u; i < 3u; i++) {
-            let j = (i + 1u) % 3u;
-            b = light_runs_root(v[i] - v[j], d[i] - d[j], s, b);
-            b = light_runs_root(v[i] + v[j], d[i] + d[j], s, b);
-        }
-    } else {
-        for (var i = 0u; i < 2u; i++) {
-            b = light_runs_root(p.z - p[i], q.z - q[i], s, b);
-            b = light_runs_root(p.z + p[i], q.z + q[i], s, b);
-        }
-        b = light_runs_root(p.z, q.z, s, b);
-    }
-    let middle = light_runs_middle(s, b);
+    let count = light_runs.pictures.face_count;
+    let ray = light_line_Ray((*cursor).base, path.direction);
+    let shown = light_line_enter(first, count, ray, s, (*cursor).end);
     (*cursor).a = s;
-    (*cursor).b = b;
-    if is_cube {
-        (*cursor).face = light_cube_face(v + middle * d);
-    } else {
-        let at = p + middle * q;
-        let inside = at.z > 0.0 && abs(at.x) <= at.z && abs(at.y) <= at.z;
-        (*cursor).face = select(light_runs_NO_PICTURE, 0u, inside);
-    }
+    (*cursor).b = shown.end;
+    (*cursor).face = shown.face;
 }
 
 // A coordinate at the position s: 0 along the cells, 1 across.
 fn light_runs_coordinate(cursor: ptr<function, light_runs_Cursor>, axis: u32, s: f32) -> f32 {
     let at = (*cursor).at;
     let slope = (*cursor).slope;
-    if s < light_runs_END {
+    if s < light_line_END {
         let x = at[axis] + s * slope[axis];
         let w = at.z + s * slope.z;
         if w != 0.0 {
@@ -209,10 +158,10 @@ fn light_runs_begin(cursor: ptr<function, light_runs_Cursor>, path: light_Path) 
     let face = light_runs.pictures.faces[(*cursor).face];
     let origin = light_runs.pictures.faces[0].origin;
     let n = light_runs.pictures.resolution;
-    let at = light_runs_picture(face, (*cursor).base, 1.0);
-    let slope = light_runs_picture(face, path.direction, 0.0);
+    let at = light_line_picture(face, (*cursor).base, 1.0);
+    let slope = light_line_picture(face, path.direction, 0.0);
     // Of the ray's own origin, which is the eye or the ray is walked.
-    let eye = light_runs_picture(face, path.origin - origin, 1.0);
+    let eye = light_line_picture(face, path.origin - origin, 1.0);
     let across = cross(eye, slope);
     let is_row_major = abs(across.x) > abs(across.y);
     (*cursor).is_row_major = is_row_major;
@@ -239,7 +188,7 @@ fn light_runs_begin(cursor: ptr<function, light_runs_Cursor>, path: light_Path) 
         || !(abs(normal.y) > light_runs_LEAST_SINE * f32(n) * scale) {
         return;
     }
-    let middle = light_runs_coordinate(cursor, 0u, light_runs_middle(a, b));
+    let middle = light_runs_coordinate(cursor, 0u, light_line_middle(a, b));
     let is_last = turned.z == 0.0 || (middle * turned.z - turned.x) * sign(turned.z) > 0.0;
     let side = select(-1.0, 1.0, is_last);
     let index = 4u * (*cursor).face + 2u * u32(is_row_major) + u32(is_last);
@@ -283,7 +232,7 @@ fn light_runs_verdict(
     var far: f32;
     if first.tan > 0.0 {
         far = light_FAR;
-        if b < light_runs_END {
+        if b < light_line_END {
             far = length(vec2(path.h, max(abs(a), abs(b))));
         }
         var s = 0.0;
@@ -295,7 +244,7 @@ fn light_runs_verdict(
         let base = dot((*cursor).base, first.forward);
         let slope = dot(path.direction, first.forward);
         let start = base + a * slope;
-        var end = base + min(b, light_runs_END) * slope;
+        var end = base + min(b, light_line_END) * slope;
         near = min(start, end);
         far = max(start, end);
         let clear = light_runs_CLEAR * (abs(base) + abs(start));
@@ -343,7 +292,7 @@ fn light_runs_up_to(
 
 // A lit part as a distance along the ray.
 fn light_runs_part(path: light_Path, a: f32, b: f32) -> light_Lit {
-    let end = select(b + path.foot, path.end, b >= light_runs_END);
+    let end = select(b + path.foot, path.end, b >= light_line_END);
     return light_lit(max(a + path.foot, path.start), min(end, path.end), 1.0);
 }
 
@@ -357,7 +306,7 @@ fn light_runs_next_lit(cursor: ptr<function, light_runs_Cursor>, path: light_Pat
                 break;
             }
             light_runs_enter(&now, path);
-            if now.face == light_runs_NO_PICTURE {
+            if now.face == light_line_NO_PICTURE {
                 lit = vec2(now.a, now.b);
                 now.s = now.b;
             } else {

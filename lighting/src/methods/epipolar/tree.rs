@@ -4,9 +4,9 @@ use gpu_backend::{Backend, BufferOf, Cpu, Error, Host};
 
 use super::blocks::{BLOCK, MapBlocks};
 use super::fan::{Fan, Fans, LEAF};
-use super::line::{Line, Verdict};
-use super::walk::{Part, Runs, Walk};
+use super::walk::Walk;
 use crate::shadow_map::EMPTY;
+use crate::shadow_map::line::{Line, Part, Runs, Verdict};
 
 /// The least and the greatest depth of the texels that lines of a slice meet in
 /// some cells.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::line::Line;
+use crate::shadow_map::line::{Line, Part, Runs, middle};
 
 /// The part of a ray in one picture, by the coordinate in which it is longer.
 ///
@@ -26,53 +26,6 @@ pub(super) struct Walk {
     first: i64,
     last: i64,
     is_row_major: bool,
-}
-
-/// A part of a ray.
-pub(super) type Part = [f64; 2];
-
-/// Lit parts of a ray in order; what touches is one run.
-pub(super) struct Runs<F: FnMut(Part)> {
-    open: Part,
-    emit: F,
-}
-
-impl<F: FnMut(Part)> Runs<F> {
-    /// Calls `emit` for each run.
-    pub(super) fn new(emit: F) -> Self {
-        let open = [f64::INFINITY, f64::NEG_INFINITY];
-        Self { open, emit }
-    }
-
-    /// Adds a lit part, which may be empty.
-    #[inline]
-    pub(super) fn push(&mut self, [start, end]: Part) {
-        if !(start < end) {
-            return;
-        }
-        if start <= self.open[1] {
-            self.open[1] = self.open[1].max(end);
-        } else {
-            self.finish();
-            self.open = [start, end];
-        }
-    }
-
-    /// Emits the last run.
-    pub(super) fn finish(&mut self) {
-        if self.open[0] < self.open[1] {
-            (self.emit)(self.open);
-        }
-    }
-}
-
-/// A position inside of a part, which may be infinite.
-pub(super) fn middle([a, b]: Part) -> f64 {
-    if b < f64::INFINITY {
-        0.5 * (a + b)
-    } else {
-        a + a.abs().max(1.0)
-    }
 }
 
 /// Homogeneous coordinates of a picture with the one along the cells first.

@@ -1,16 +1,16 @@
-//! A ray in the pictures of a light: where it is, how deep, and in which picture.
+//! A ray in the pictures of a light: where it is, how deep, in which picture, and its
+//! lit parts.
 
 use glam::DVec3;
 
-use super::walk::middle;
+use super::EMPTY;
 use crate::Ray;
 use crate::scene::raster::{Face, Rays};
-use crate::shadow_map::EMPTY;
 
 /// A picture of a light as a linear map to homogeneous coordinates (x, y, w):
 /// columns run from −1 to 1 of x/w, rows from the top from −1 to 1 of y/w.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Projection {
+pub(crate) struct Projection {
     x: DVec3,
     y: DVec3,
     /// Into the picture for central rays; for parallel ones w is 1.
@@ -18,7 +18,7 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    pub(super) fn new(face: &Face) -> Self {
+    pub(crate) fn new(face: &Face) -> Self {
         let (right, up) = (face.right.as_dvec3(), face.up.as_dvec3());
         match face.rays {
             Rays::Parallel {
@@ -38,13 +38,13 @@ impl Projection {
     }
 
     /// The picture of the light's origin plus `v`.
-    pub(super) fn of_point(&self, v: DVec3) -> DVec3 {
+    pub(crate) fn of_point(&self, v: DVec3) -> DVec3 {
         let w = self.w.map_or(1.0, |w| v.dot(w));
         DVec3::new(v.dot(self.x), v.dot(self.y), w)
     }
 
     /// What the picture changes by along `direction`.
-    pub(super) fn of_direction(&self, direction: DVec3) -> DVec3 {
+    pub(crate) fn of_direction(&self, direction: DVec3) -> DVec3 {
         let w = self.w.map_or(0.0, |w| direction.dot(w));
         DVec3::new(direction.dot(self.x), direction.dot(self.y), w)
     }
@@ -62,7 +62,7 @@ enum Depth {
 /// A ray as a light sees it. Positions `s` on it are measured from the foot point
 /// of a light at a point, and from the ray's origin in parallel light.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
+pub(crate) struct Line {
     /// From the light's origin to the position 0.
     base: DVec3,
     direction: DVec3,
@@ -73,7 +73,7 @@ pub(super) struct Line {
 
 /// What is known of a part of a ray before each of its texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(crate) enum Verdict {
     Lit,
     Dark,
     Unknown,
@@ -84,7 +84,7 @@ pub(super) enum Verdict {
 const CLEAR: f64 = 1e-12;
 
 impl Line {
-    pub(super) fn new(ray: &Ray, face: &Face) -> Self {
+    pub(crate) fn new(ray: &Ray, face: &Face) -> Self {
         let v = (ray.origin() - face.origin).as_dvec3();
         // The stored direction is a unit vector to f32 precision only.
         let direction = ray.direction().as_dvec3().normalize();
@@ -117,17 +117,17 @@ impl Line {
     }
 
     /// The position at the distance `x` from the eye.
-    pub(super) fn position(&self, x: f32) -> f64 {
+    pub(crate) fn position(&self, x: f32) -> f64 {
         f64::from(x) - self.offset
     }
 
     /// The distance from the eye at the position `s`.
-    pub(super) fn distance(&self, s: f64) -> f32 {
+    pub(crate) fn distance(&self, s: f64) -> f32 {
         (s + self.offset) as f32
     }
 
     /// Pictures of the position 0 and of the direction.
-    pub(super) fn pictures(&self, projection: &Projection) -> [DVec3; 2] {
+    pub(crate) fn pictures(&self, projection: &Projection) -> [DVec3; 2] {
         [
             projection.of_point(self.base),
             projection.of_direction(self.direction),
@@ -136,7 +136,7 @@ impl Line {
 
     /// The part of `a` to `b` that is no deeper than a texel.
     #[inline]
-    pub(super) fn up_to(&self, texel: f32, a: f64, b: f64) -> [f64; 2] {
+    pub(crate) fn up_to(&self, texel: f32, a: f64, b: f64) -> [f64; 2] {
         if texel == EMPTY {
             return [a, b];
         }
@@ -167,7 +167,7 @@ impl Line {
 
     /// What the least and the greatest of the texels say of `a` to `b`.
     #[inline]
-    pub(super) fn verdict(&self, [min, max]: [f32; 2], a: f64, b: f64) -> Verdict {
+    pub(crate) fn verdict(&self, [min, max]: [f32; 2], a: f64, b: f64) -> Verdict {
         let value = |texel: f32| match texel == EMPTY {
             true => f64::INFINITY,
             false => f64::from(texel),
@@ -208,7 +208,7 @@ impl Line {
 
     /// Calls `part` for each part of `start` to `end` with the picture that shows
     /// it, or `None` outside of all.
-    pub(super) fn for_each_picture(
+    pub(crate) fn for_each_picture(
         &self,
         projections: &[Projection],
         [start, end]: [f64; 2],
@@ -268,4 +268,51 @@ fn cube_face(v: DVec3) -> usize {
         2
     };
     2 * axis + usize::from(v[axis] < 0.0)
+}
+
+/// A part of a ray.
+pub(crate) type Part = [f64; 2];
+
+/// Lit parts of a ray in order; what touches is one run.
+pub(crate) struct Runs<F: FnMut(Part)> {
+    open: Part,
+    emit: F,
+}
+
+impl<F: FnMut(Part)> Runs<F> {
+    /// Calls `emit` for each run.
+    pub(crate) fn new(emit: F) -> Self {
+        let open = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { open, emit }
+    }
+
+    /// Adds a lit part, which may be empty.
+    #[inline]
+    pub(crate) fn push(&mut self, [start, end]: Part) {
+        if !(start < end) {
+            return;
+        }
+        if start <= self.open[1] {
+            self.open[1] = self.open[1].max(end);
+        } else {
+            self.finish();
+            self.open = [start, end];
+        }
+    }
+
+    /// Emits the last run.
+    pub(crate) fn finish(&mut self) {
+        if self.open[0] < self.open[1] {
+            (self.emit)(self.open);
+        }
+    }
+}
+
+/// A position inside of a part, which may be infinite.
+pub(crate) fn middle([a, b]: Part) -> f64 {
+    if b < f64::INFINITY {
+        0.5 * (a + b)
+    } else {
+        a + a.abs().max(1.0)
+    }
 }
