@@ -3,11 +3,13 @@
 //! | module | what |
 //! |---|---|
 //! | [`frames`] | methods on test scenes |
+//! | [`map_cases`] | rays past lights with shadow maps |
 //! | [`suite`] | one test body for every backend |
 //! | [`scenes`] | the embedded scenes as methods take them |
 //!
 //! What judges the results is the crate `reference`.
 
 pub mod frames;
+pub mod map_cases;
 pub mod scenes;
 pub mod suite;
