@@ -135,6 +135,8 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "moments-6 x midpoint",
             "map-runs x gauss",
             "map-runs x table",
+            "light-volumes x gauss-8",
+            "light-volumes x table-64",
             "froxels x ",
             "froxels-engine x ",
             "froxels-history x ",

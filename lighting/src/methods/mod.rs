@@ -88,6 +88,8 @@ pub mod froxels;
 #[cfg(feature = "shadow-map")]
 pub mod light_space;
 #[cfg(feature = "shadow-map")]
+pub mod light_volumes;
+#[cfg(feature = "shadow-map")]
 pub mod march;
 #[cfg(feature = "shadow-dag")]
 pub mod precomputed;

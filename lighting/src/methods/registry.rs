@@ -211,6 +211,7 @@ impl Registry {
             .with_all(super::slices::methods())
             .with_all(super::prefiltered::methods())
             .with_all(super::epipolar::methods())
+            .with_all(super::light_volumes::methods())
             .with_all(super::froxels::methods());
         #[cfg(feature = "voxel-shadow")]
         let registry = registry.with_all(super::voxelized::methods());

@@ -134,6 +134,14 @@ impl Line {
         ]
     }
 
+    /// The depth at the position 0 and its slope, in parallel light.
+    pub(crate) fn parallel_depth(&self) -> Option<[f64; 2]> {
+        match self.depth {
+            Depth::Central { .. } => None,
+            Depth::Parallel { base, slope } => Some([base, slope]),
+        }
+    }
+
     /// The part of `a` to `b` that is no deeper than a texel.
     #[inline]
     pub(crate) fn up_to(&self, texel: f32, a: f64, b: f64) -> [f64; 2] {

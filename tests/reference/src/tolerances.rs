@@ -34,6 +34,10 @@ pub enum Allowed {
     ExactFilm,
     /// The ends of the lit runs of a shadow map and the oracle's.
     MapRunEnds,
+    /// A point of a light volume and the texels of its map: sideways, in texels.
+    LightVolumeTexel,
+    /// The same along the light, in widths of a texel, beside the volume's tolerance.
+    LightVolumeDepth,
     /// An image of a room with a caster that is not solid, by a march through maps.
     CasterImage,
     /// A bound on a share of depths from their moments, and the share.
@@ -48,6 +52,10 @@ pub enum Allowed {
     GpuRays,
     /// Share of the nodes of a min-max tree that differ because a texel lies at the border of a slice.
     GpuTreeNodes,
+    /// How many nodes of light volumes of both backends differ in more than rounding.
+    GpuVolumeNodes,
+    /// A height of a vertex, or a bound of heights.
+    GpuVolumeHeight,
     /// A filtered moment of depths on the GPU and on the CPU.
     GpuMoments,
     /// The radiance of a ray by froxels on the GPU and on the CPU, given the same map.
@@ -235,6 +243,20 @@ pub const TABLE: &[Tolerance] = &[
             2^-53: 1e-8 of the distance.",
     },
     Tolerance {
+        what: Allowed::LightVolumeTexel,
+        error: 1e-6,
+        derivation: "Both sides compute in f64 from the same f32 ray: 2^-53 of the distance to the light over \
+            the width of a texel, which is 1e-3 of a distance that may be a millionth of that: 1e-7.",
+    },
+    Tolerance {
+        what: Allowed::LightVolumeDepth,
+        error: 2e-3,
+        derivation: "A height is rounded to f32 four times, 4 x 2^-24 of the depth. A texel is 1e-3 of \
+            the depth wide in the narrowest picture of a lamp, an opening of a tenth in 200 texels: \
+            2.4e-4 of it. In parallel light a depth is up to 40 times the width of a picture of 200 texels: \
+            40 x 200 x 4 x 2^-24 = 2e-3.",
+    },
+    Tolerance {
         what: Allowed::CasterImage,
         error: 0.004,
         derivation: "RMSE over the mean. The ends of shadows are off by half a step of 6 m / 128, or by a texel \
@@ -291,6 +313,20 @@ pub const TABLE: &[Tolerance] = &[
             texel more or less belongs to a cell with a chance of 1e-4 for its two borders, \
             and to one of the 8 cells of a leaf with 1e-3; a parent has the chances of all of its \
             leaves, but few of their texels are the least or the greatest.",
+    },
+    Tolerance {
+        what: Allowed::GpuVolumeNodes,
+        error: 2e-3,
+        derivation: "A distance between patch and vertex is off by about 4 x 2^-24 of the height; the \
+            tolerance is 1/4 of 2/96 of it, so the two are that close to each other, of tolerances \
+            between 0 and twice as much, with a chance of 2e-5 for each vertex. A node has 5 that are not \
+            corners, of 64 cells 4221, most of which are far from the tolerance; and a parent has \
+            the chances of its children.",
+    },
+    Tolerance {
+        what: Allowed::GpuVolumeHeight,
+        error: 16.0 * ULP32,
+        derivation: "Relative. A square root (9 units of 2^-24), a quotient (5), and two products.",
     },
     Tolerance {
         what: Allowed::GpuMoments,

@@ -220,6 +220,7 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     use gpu_backend::gpu::GpuMemory;
 
     use crate::methods::epipolar::MapRuns;
+    use crate::methods::light_volumes::LightVolume;
     use crate::methods::prefiltered::PrefilteredMap;
     use crate::precomputed::BakedShadow;
     use crate::shadow_map::ShadowMap;
@@ -232,6 +233,7 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     type Map = March<ShadowMap<GpuMemory>>;
     type Curves = March<TransmittanceMap<GpuMemory>>;
     type Runs = MapRuns<ShadowMap<GpuMemory>, GpuMemory>;
+    type Lit = LightVolume<GpuMemory>;
     type Together = March<Both<ShadowMap<GpuMemory>, TransmittanceMap<GpuMemory>>>;
     type Filtered = March<PrefilteredMap<GpuMemory>>;
 
@@ -248,11 +250,14 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
     with_every_evaluator::<Voxels>();
     with_every_evaluator::<Baked>();
     with_every_evaluator::<Runs>();
+    with_every_evaluator::<Lit>();
     with_every_evaluator::<Filtered>();
     with_every_evaluator::<Both<Baked, Filtered>>();
     with_every_evaluator::<Both<Voxels, Baked>>();
     with_every_evaluator::<Both<Baked, Runs>>();
     with_every_evaluator::<Both<Runs, Curves>>();
+    with_every_evaluator::<Both<Baked, Lit>>();
+    with_every_evaluator::<Both<Lit, Curves>>();
     with_every_evaluator::<Both<Voxels, Map>>();
     with_every_evaluator::<Both<Baked, Map>>();
     with_every_evaluator::<Both<Voxels, Curves>>();
@@ -282,6 +287,17 @@ fn shaders_see_the_runs_of_a_map_as_they_are() {
             padding
         }
     );
+}
+
+#[cfg(feature = "shadow-map")]
+#[test]
+fn shaders_see_light_volumes_as_they_are() {
+    use gpu_backend::gpu::GpuMemory;
+
+    use crate::methods::light_volumes::{LightVolume, gpu::VolumeRecord};
+
+    let shader = complete::<LightVolume<GpuMemory>, Midpoint>();
+    assert_same_layout!(shader, "light_Volume", VolumeRecord { pictures, mesh });
 }
 
 #[cfg(feature = "shadow-map")]

@@ -77,6 +77,16 @@ impl Map<'_> {
 
     /// The depth of the texel that shows the light's origin plus `v`.
     fn texel(&self, v: DVec3) -> f32 {
+        let Some((face, place)) = self.place(v) else {
+            return f32::MAX;
+        };
+        let side = self.resolution as usize;
+        let [column, row] = place.map(|x| ((x * side as f64) as usize).min(side - 1));
+        self.depth[(face * side + row) * side + column]
+    }
+
+    /// The picture that shows the light's origin plus `v`, and where in it: from 0 to 1.
+    fn place(&self, v: DVec3) -> Option<(usize, [f64; 2])> {
         let shows = |face: &Face| {
             let (x, y) = (v.dot(face.right.as_dvec3()), v.dot(face.up.as_dvec3()));
             let z = v.dot(face.forward.as_dvec3());
@@ -90,18 +100,55 @@ impl Map<'_> {
                 }
                 Rays::Central { .. } => return None,
             };
-            (x.abs() <= 1.0 && y.abs() <= 1.0).then_some((x, y))
+            let inside = x.abs() <= 1.0 && y.abs() <= 1.0;
+            inside.then_some([0.5 * (1.0 + x), 0.5 * (1.0 - y)])
         };
-        let found = (0..)
+        (0..)
             .zip(self.faces)
-            .find_map(|(i, face)| Some((i, shows(face)?)));
-        let Some((face, (x, y))) = found else {
-            return f32::MAX;
+            .find_map(|(i, face)| Some((i, shows(face)?)))
+    }
+
+    /// Whether the point at `x` on a ray may be lit, and whether it may be dark, if it is moved to the centre
+    /// of a texel that is at most `aside` texels away in the picture, along rows and columns,
+    /// without getting nearer to the light or farther from it along the axis of the picture, and
+    /// then by up to `along` widths of a texel along that axis.
+    pub fn near(&self, ray: &Ray, x: f64, aside: f64, along: f64) -> [bool; 2] {
+        let origin = (ray.origin() - self.faces[0].origin).as_dvec3();
+        let v = origin + x * ray.direction().as_dvec3().normalize();
+        let Some((index, place)) = self.place(v) else {
+            return [true, false];
         };
+        let face = &self.faces[index];
         let side = self.resolution as usize;
-        let cell = |x: f64| ((0.5 * (1.0 + x) * side as f64) as usize).min(side - 1);
-        let face: usize = face;
-        self.depth[(face * side + cell(-y)) * side + cell(x)]
+        let z = v.dot(face.forward.as_dvec3());
+        let texels = |x: f64| {
+            let x = x * side as f64 - 0.5;
+            let first = (x - aside).ceil().max(0.0) as usize;
+            first..=((x + aside).floor() as usize).min(side - 1)
+        };
+        let mut near = [false; 2];
+        for row in texels(place[1]) {
+            for column in texels(place[0]) {
+                let centre = [column, row].map(|i| (2 * i + 1) as f64 / side as f64 - 1.0);
+                // The width of a texel, and the depth for each unit of z.
+                let (width, scale) = match face.rays {
+                    Rays::Parallel {
+                        half_width,
+                        half_height,
+                    } => (2.0 * f64::from(half_width.min(half_height)), 1.0),
+                    Rays::Central { tan } => {
+                        let tan = f64::from(tan);
+                        let aside = (centre[0] * tan).powi(2) + (centre[1] * tan).powi(2);
+                        (2.0 * tan * z, (1.0 + aside).sqrt())
+                    }
+                };
+                let off = along * width / side as f64;
+                let depth = self.depth[(index * side + row) * side + column];
+                near[0] |= depth == f32::MAX || (z - off) * scale <= f64::from(depth);
+                near[1] |= depth < f32::MAX && (z + off) * scale > f64::from(depth);
+            }
+        }
+        near
     }
 
     /// Where the line of a ray is no deeper than a texel.
