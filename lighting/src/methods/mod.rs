@@ -86,6 +86,8 @@ pub mod exact;
 #[cfg(feature = "shadow-map")]
 pub mod froxels;
 #[cfg(feature = "shadow-map")]
+pub mod hybrid;
+#[cfg(feature = "shadow-map")]
 pub mod light_space;
 #[cfg(feature = "shadow-map")]
 pub mod light_volumes;

@@ -27,6 +27,11 @@ pub trait LightSources: Send + Sync + Debug {
         Verdict::Impossible("rays cannot share what finds their lit parts".into())
     }
 
+    /// See [`Method::notes`].
+    fn notes(&self, _inputs: &FrameInputs<'_>) -> Vec<String> {
+        Vec::new()
+    }
+
     /// What it expects to do for a frame, all lights together; evaluations aside.
     fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work;
 }
@@ -253,6 +258,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let mut notes = self.evaluators.notes(inputs);
+        notes.extend(self.sources.notes(inputs));
         if !inputs.translucent.is_empty() && !self.sources.about().sees_translucent {
             notes.push(format!(
                 "hair and smoke cast no shadow into the air with {} visibility",

@@ -59,7 +59,6 @@ pub use imperfect::RenderImperfectMaps;
 pub(crate) use imperfect::{MOST_TEXELS, place, splat_scale};
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;
-#[cfg(any(feature = "shadow-dag", feature = "translucent", feature = "wgpu"))]
 pub(crate) use map::faces;
 pub(crate) use map::locate;
 #[cfg(feature = "translucent")]

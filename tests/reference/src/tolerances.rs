@@ -86,6 +86,8 @@ pub enum Allowed {
     GpuExponential,
     /// Share of rays whose radiance differs because a sample of a march falls to another texel.
     GpuMarchRays,
+    /// The same of a march whose borders are found by halving.
+    GpuHybridRays,
     /// The radiance of intervals whose ends were found on the GPU and on the CPU.
     GpuIntervals,
     /// Share of rays whose radiance differs by more because a voxel or a texel falls to the side of another.
@@ -433,6 +435,15 @@ pub const TABLE: &[Tolerance] = &[
             the chance that a sample lies that close to one of four borders is 2.4e-4. A ray \
             has 16 samples, and at most every tenth is next to a texel of a different \
             answer.",
+    },
+    Tolerance {
+        what: Allowed::GpuHybridRays,
+        error: 1e-3,
+        derivation: "The 4e-4 of a march of 16 steps. Besides, each of the up to 8 borders of a \
+            ray is looked for at 3 more places, all of them within a step of it. Positions are \
+            off by 5e-7 of the ray, on either side of the border: of a step of a sixteenth, \
+            1.6e-5, and by the rounding of texel coordinates, which are 6e-5 of a step of a \
+            texel at the least and a tenth of that of others. 8 x 3 x 2.2e-5 is 5e-4.",
     },
     Tolerance {
         what: Allowed::GpuIntervals,

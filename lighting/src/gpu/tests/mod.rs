@@ -146,6 +146,40 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
     );
 }
 
+#[cfg(feature = "shadow-map")]
+#[test]
+fn hybrids_compile_with_every_evaluator_and_count_as_the_cpu_does() {
+    use gpu_backend::gpu::GpuMemory;
+
+    use crate::methods::hybrid::Hybrid;
+    use crate::methods::hybrid::gpu::{CONSTANTS, HybridRecord};
+    use crate::shadow_map::ShadowMap;
+
+    type Source = Hybrid<ShadowMap<GpuMemory>, GpuMemory>;
+    complete::<Source, Midpoint>();
+    complete::<Source, Quadrature>();
+    complete::<Source, Analytic<Table>>();
+    let shader = complete::<Source, EquiAngular>();
+    assert_same_layout!(
+        shader,
+        "light_Hybrid",
+        HybridRecord {
+            steps,
+            cell,
+            side,
+            padding
+        }
+    );
+    for (name, value) in CONSTANTS {
+        let found = shader.values(name).unwrap();
+        assert_eq!(found.len(), 1);
+        assert!(
+            (found[0] - value).abs() <= 1e-6 * value,
+            "{name}: {found:?}"
+        );
+    }
+}
+
 #[cfg(feature = "translucent")]
 #[test]
 fn marches_through_transmittance_compile_with_every_evaluator() {

@@ -1,0 +1,311 @@
+//! No shadow is outside of the volumes, and what is left out changes nothing.
+
+use glam::{Quat, Vec3};
+use reference::random::Random;
+
+use gpu_backend::Cpu;
+
+use super::asking::whole;
+use super::search::Line;
+use super::*;
+use crate::methods::epipolar::MapRuns;
+use crate::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
+use crate::shadow_map::{Casters, RenderShadowMap};
+use crate::{Emitter, Interval, Ray};
+
+/// Texels per side of maps, no multiple of a cell.
+const MAP: u32 = 124;
+
+fn vector(random: &mut Random, size: f32) -> Vec3 {
+    random.vector(size).into()
+}
+
+/// Open meshes: slivers, wires thinner than a texel and large triangles, within ±6 m.
+fn casters(random: &mut Random, count: u32) -> Geometry {
+    let positions = (0..count).flat_map(|i| {
+        let corner = vector(random, 6.0);
+        let (long, short) = match i % 4 {
+            0 => (random.between(1.0, 4.0), 1e-3),
+            1 => (random.between(2.0, 6.0), random.between(1.0, 4.0)),
+            _ => (random.between(0.05, 1.0), random.between(0.05, 1.0)),
+        };
+        [
+            corner,
+            corner + vector(random, long),
+            corner + vector(random, short),
+        ]
+    });
+    let mesh = Mesh {
+        positions: positions.collect(),
+        triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        ..Mesh::default()
+    };
+    Geometry::new(&Scene::from(mesh)).unwrap()
+}
+
+/// A light and an eye: eyes before and behind a light, beside it and at it.
+fn light_and_eye(random: &mut Random, number: u32) -> (Emitter, Vec3) {
+    let position = vector(random, 5.0);
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, vector(random, 1.0).normalize_or(Vec3::X));
+    let axis = rotation * Vec3::NEG_Z;
+    let point = |position, range, emission| Emitter::point(position, Vec3::ONE, range, emission);
+    let spot = |outer| Emission::spot(rotation, Cone { inner: 0.0, outer }, None).unwrap();
+    let far = f32::INFINITY;
+    let light = match number % 8 {
+        0 | 1 => point(position, far, Emission::Isotropic),
+        2 => point(position, far, spot(random.between(0.1, 1.3))),
+        3 => point(position, random.between(2.0, 9.0), spot(1.0)),
+        4 => point(position + 20.0 * axis, far, Emission::Isotropic),
+        5 => point(position, far, Emission::Cosine { normal: axis }),
+        6 => Emitter::directional(axis, Vec3::ONE),
+        _ => Emitter::directional(Vec3::NEG_Y, Vec3::ONE),
+    };
+    let eye = match number / 8 % 6 {
+        0 => vector(random, 5.0),
+        1 => vector(random, 30.0),
+        2 => position + random.between(0.1, 9.0) * axis,
+        3 => position - random.between(0.1, 9.0) * axis,
+        4 => position + random.between(0.1, 9.0) * axis.any_orthonormal_vector(),
+        _ => position,
+    };
+    (light.unwrap(), eye)
+}
+
+/// Rays all around, close by the light and through it, along its axis, to the sky.
+fn rays(random: &mut Random, eye: Vec3, light: &Emitter, count: usize) -> Vec<Ray> {
+    let towards = match light {
+        Emitter::Point(point) => point.position() - eye,
+        Emitter::Directional(sun) => -sun.direction(),
+    };
+    let new = |_| {
+        let direction = match random.below(4) {
+            0 => {
+                let beside = random.log_uniform(1e-9, 1.0) as f32;
+                towards + towards.length() * vector(random, beside)
+            }
+            1 => {
+                let sign = if random.below(2) == 0 { 1.0 } else { -1.0 };
+                let axis = [Vec3::X, Vec3::Y, Vec3::Z, towards][random.below(4) as usize];
+                sign * axis
+            }
+            _ => vector(random, 1.0),
+        };
+        let length = match random.below(4) {
+            0 => f32::INFINITY,
+            _ => random.between(0.0, 30.0),
+        };
+        Ray::new(eye, direction.normalize_or(Vec3::X), length).unwrap()
+    };
+    (0..count).map(new).collect()
+}
+
+fn fog() -> Medium {
+    Medium::new(Vec3::splat(0.3), Vec3::ZERO, PhaseFunction::Isotropic).unwrap()
+}
+
+type Case = (
+    Random,
+    Geometry,
+    Emitter,
+    Vec3,
+    ShadowMap<Host>,
+    ShadowVolumes<Host>,
+);
+
+/// A case with its map and its volumes.
+fn case(number: u32) -> Case {
+    let mut random = Random::new(1000 + u64::from(number));
+    let count = [3, 40, 200][number as usize % 3];
+    let geometry = casters(&mut random, count);
+    let (light, eye) = light_and_eye(&mut random, number);
+    let cpu = Cpu::new();
+    let triangles = Casters::upload(&cpu, &geometry).unwrap();
+    let map = cpu.shadow_map(&triangles, &light, MAP).unwrap();
+    let volumes = ShadowVolumes::new(&cpu, &geometry, &light, MAP).unwrap();
+    (random, geometry, light, eye, map, volumes)
+}
+
+/// What a ray may be off by, as a distance: its positions are rounded.
+fn rounding(ray: &Ray, x: f32) -> f32 {
+    8.0 * f32::EPSILON * (ray.origin().abs().max_element() + x.abs() + 10.0)
+}
+
+#[cfg(feature = "trace")]
+#[test]
+fn no_shadow_of_the_map_and_none_of_the_triangles_is_outside_of_the_volumes() {
+    use crate::scene::trace::Tracer;
+    use crate::visibility::Exact;
+
+    // As many as are asked for, for longer hunts.
+    let asked_for = std::env::var("PROPTEST_CASES").ok();
+    let rays_of_a_case = asked_for.map_or(1200, |number| number.parse().unwrap());
+    let (mut asked, mut dark, mut lit_rays, mut short) = (0, 0, 0, 0);
+    for number in 0..96 {
+        let (mut random, geometry, light, eye, map, volumes) = case(number);
+        let tracer = Tracer::new(&geometry);
+        let (exact, fog) = (Exact::new(&tracer), fog());
+        for ray in rays(&mut random, eye, &light, rays_of_a_case) {
+            let Some(path) = LightPath::new(&ray, &light, &fog) else {
+                continue;
+            };
+            let whole = whole(&path);
+            let shortest = [0.0, 0.01, 1.0][random.below(3) as usize];
+            let line = Line::new(&ray, volumes.origin());
+            let span = volumes.span(&line, whole, shortest, &mut 0);
+            asked += 1;
+            lit_rays += usize::from(span.is_none());
+            short += usize::from(span.is_some_and(|s| s.length() < 0.5 * whole.length()));
+            let is_outside = |x: f32| !span.is_some_and(|s| s.start <= x && x <= s.end);
+            for _ in 0..20 {
+                let x = whole.start + random.unit() * (whole.end - whole.start);
+                let is_lit = map.is_lit(ray.at(x));
+                dark += usize::from(!is_lit);
+                assert!(
+                    is_lit || !is_outside(x),
+                    "{number}: {x} of {ray:?}, {span:?}"
+                );
+            }
+            let mut lit = Vec::new();
+            exact.lit_intervals(&path, &mut lit);
+            let mut from = whole.start;
+            let end = [whole.end, f32::INFINITY].map(|x| Interval::new(x, x));
+            for part in lit.iter().map(|lit| lit.interval).chain(end) {
+                let to = part.start.min(whole.end);
+                let inward = rounding(&ray, to);
+                if from + inward < to - inward {
+                    let ends = [from + inward, to - inward];
+                    assert!(
+                        !ends.into_iter().any(is_outside),
+                        "{number}: dark from {from} to {to} of {ray:?}, {span:?}"
+                    );
+                }
+                from = part.end;
+            }
+        }
+    }
+    // There is something to be wrong about.
+    let all = 96 * rays_of_a_case;
+    assert!(2 * asked > all && 40 * dark > asked, "{asked} {dark}");
+    assert!(
+        20 * lit_rays > asked && 20 * short > asked,
+        "{lit_rays} {short}"
+    );
+}
+
+/// To the last bit, which is what makes leaving out safe.
+#[test]
+fn known_steps_change_nothing() {
+    let fog = fog();
+    let mut saved = 0;
+    for number in 0..96 {
+        let (mut random, _, light, eye, map, volumes) = case(number);
+        let volumes = Arc::new(volumes);
+        for ray in rays(&mut random, eye, &light, 200) {
+            let Some(path) = LightPath::new(&ray, &light, &fog) else {
+                continue;
+            };
+            for steps in [1, 3, 50, 400] {
+                let all = Hybrid::new(&map, None, steps).unwrap();
+                let known = Hybrid::new(&map, Some(volumes.clone()), steps).unwrap();
+                let (mut expected, mut found) = (Vec::new(), Vec::new());
+                all.lit_intervals(&path, &mut expected);
+                known.lit_intervals(&path, &mut found);
+                assert_eq!(found, expected, "{number}, {steps} steps: {ray:?}");
+                saved += usize::from(known.asked(&path) < steps);
+            }
+        }
+    }
+    assert!(saved > 5000, "{saved}");
+}
+
+#[test]
+fn with_more_steps_runs_become_those_of_the_map() {
+    let fog = fog();
+    let mut sums = [0.0_f64; 3];
+    for number in 0..48 {
+        let (mut random, _, light, eye, map, volumes) = case(number);
+        let volumes = Arc::new(volumes);
+        let runs = MapRuns::walked(&map);
+        for ray in rays(&mut random, eye, &light, 20) {
+            let Some(path) = LightPath::new(&ray, &light, &fog) else {
+                continue;
+            };
+            let whole = whole(&path);
+            let length = |lit: &[LitInterval], [a, b]: [f32; 2]| -> f64 {
+                let parts = lit.iter().map(|lit| lit.interval);
+                let inside = parts.map(|p| f64::from(p.end.min(b)) - f64::from(p.start.max(a)));
+                inside.map(|length| length.max(0.0)).sum()
+            };
+            let mut exact = Vec::new();
+            runs.lit_intervals(&path, &mut exact);
+            for (sum, steps) in sums.iter_mut().zip([16, 256, 16384]) {
+                let mut lit = Vec::new();
+                let hybrid = Hybrid::new(&map, Some(volumes.clone()), steps).unwrap();
+                hybrid.lit_intervals(&path, &mut lit);
+                // In each tenth of the ray by itself.
+                for tenth in 0..10 {
+                    let at = |i: u32| whole.start + 0.1 * i as f32 * (whole.end - whole.start);
+                    let part = [at(tenth), at(tenth + 1)];
+                    let off = (length(&lit, part) - length(&exact, part)).abs();
+                    *sum += off / f64::from(whole.end - whole.start);
+                }
+            }
+        }
+    }
+    // First order in the length of a step.
+    let mean = sums.map(|sum| sum / (48.0 * 20.0));
+    assert!(mean[1] < 0.15 * mean[0], "{mean:?}");
+    assert!(mean[2] < 0.05 * mean[1], "{mean:?}");
+    assert!(mean[2] < 1e-4, "{mean:?}");
+}
+
+#[test]
+fn boxes_of_fog_and_eyes_anywhere_have_finite_light_that_converges() {
+    use crate::airlight::EquiAngular;
+    use crate::{Gather, LitRays};
+
+    let bounds = Bounds::new(Vec3::splat(-3.0), Vec3::new(2.0, 3.0, 4.0)).unwrap();
+    let fog = fog().within(bounds);
+    let cpu = Cpu::new();
+    let quadrature = EquiAngular::new(16).unwrap();
+    for number in 0..96 {
+        let (mut random, _, light, eye, map, volumes) = case(number);
+        let volumes = Arc::new(volumes);
+        let rays = rays(&mut random, eye, &light, 100);
+        let lit = LitRays::new(&rays, &light, &fog).joined();
+        let sum = |radiance: &[[f32; 4]]| radiance.iter().map(|r| f64::from(r[0])).sum::<f64>();
+        let mut expected = vec![[0.0; 4]; rays.len()];
+        cpu.gather(&lit, &MapRuns::walked(&map), &quadrature, &mut expected)
+            .unwrap();
+        let [few, many] = [16, 4096].map(|steps| {
+            let hybrid = Hybrid::new(&map, Some(volumes.clone()), steps).unwrap();
+            let mut radiance = vec![[0.0; 4]; rays.len()];
+            cpu.gather(&lit, &hybrid, &quadrature, &mut radiance)
+                .unwrap();
+            assert!(radiance.iter().flatten().all(|light| light.is_finite()));
+            let pairs = radiance.iter().zip(&expected);
+            pairs
+                .map(|(a, b)| f64::from((a[0] - b[0]).abs()))
+                .sum::<f64>()
+        });
+        let all = sum(&expected);
+        assert!(
+            many <= 2e-3 * all + 0.1 * few,
+            "{number}: {few} {many} of {all}"
+        );
+    }
+}
+
+#[test]
+fn volumes_go_with_a_map_of_their_size() {
+    let (.., geometry, light, _, map, _) = case(0);
+    let cpu = Cpu::new();
+    let others = ShadowVolumes::new(&cpu, &geometry, &light, 2 * MAP).unwrap();
+    assert_eq!(others.resolution(), 2 * MAP);
+    assert!(Hybrid::new(&map, Some(Arc::new(others)), 8).is_err());
+    for resolution in [1, 7, 8, 9, 255, 3000] {
+        let volumes = ShadowVolumes::new(&cpu, &geometry, &light, resolution).unwrap();
+        assert!(volumes.cell() * 256 >= resolution && volumes.cell() >= 8);
+        assert_eq!(volumes.bytes(), 4 * volumes.near().len() as u64);
+    }
+}
