@@ -2,6 +2,8 @@
 
 #[cfg(feature = "shadow-map")]
 mod agreement;
+#[cfg(feature = "shadow-map")]
+mod hybrids;
 #[cfg(feature = "voxel-shadow")]
 mod many_maps;
 #[cfg(feature = "shadow-map")]

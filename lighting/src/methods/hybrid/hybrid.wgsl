@@ -145,18 +145,20 @@ fn light_hybrid_first_in(
         let cell = min(vec2<u32>(place), vec2(width - 1u));
         let texel = size * vec2<f32>(cell + after);
         let towards = slope.xy - texel * slope.z;
-        let crossings = (texel * at.z - at.xy) / towards;
-        // Borders along the line and beyond its vanishing point are never met. One that
-        // is right here is, whatever rounding says.
-        let reached = s - light_hybrid_past(line, s);
-        let is_met = (towards != vec2(0.0)) & (crossings > vec2(reached));
-        let borders = select(vec2(light_FAR), max(crossings, vec2(s)), is_met);
+        // Borders along the line or beyond its vanishing point are never met, and where the
+        // picture ends so does the part. One that is right here is met, whatever rounding
+        // says.
+        let is_ahead = select(towards < vec2(0.0), towards > vec2(0.0), rises);
+        let number = cell + after;
+        let is_met = is_ahead & (number > vec2(0u)) & (number < vec2(width));
+        let crossings = max((texel * at.z - at.xy) / towards, vec2(s));
+        let borders = select(vec2(light_FAR), crossings, is_met);
         let exit = min(min(borders.x, borders.y), part.y);
         let near = light_hybrid_least(picture, level, cell);
         let entry = light_hybrid_entry(line, is_central, depth, near, s, exit);
         if entry == light_FAR {
             s = exit + light_hybrid_past(line, exit);
-            let crossed = select(cell.x + after.x, cell.y + after.y, borders.y < borders.x);
+            let crossed = select(number.x, number.y, borders.y < borders.x);
             if crossed % 2u == 0u && level < top {
                 level += 1u;
             }

@@ -200,16 +200,16 @@ impl ShadowVolumes<Host> {
             // Conversions saturate, and NaN, at the light itself, is 0.
             let cell = [here.x, here.y].map(|t| ((t * scale) as u32).min(width - 1));
             let border = |axis: usize| {
-                let texel = size * f64::from(cell[axis] + next[axis]);
+                let number = cell[axis] + next[axis];
+                let texel = size * f64::from(number);
                 let towards = slope[axis] - texel * slope.z;
-                let crossing = (texel * at.z - at[axis]) / towards;
-                // Borders along the line and beyond its vanishing point are never met.
-                // One that is right here is, whatever rounding says.
-                let is_met = crossing.is_finite() && crossing > s - line.past(s);
-                if is_met {
-                    crossing.max(s)
-                } else {
-                    f64::INFINITY
+                // Borders along the line or beyond its vanishing point are never met, and
+                // where the picture ends so does the part. One that is right here is met,
+                // whatever rounding says.
+                let ahead = if next[axis] == 1 { towards } else { -towards };
+                match ahead > 0.0 && (1..width).contains(&number) {
+                    true => ((texel * at.z - at[axis]) / towards).max(s),
+                    false => f64::INFINITY,
                 }
             };
             let [x, y] = [border(0), border(1)];

@@ -13,8 +13,9 @@ use crate::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction
 use crate::shadow_map::{Casters, RenderShadowMap};
 use crate::{Emitter, Interval, Ray};
 
-/// Texels per side of maps, no multiple of a cell.
-const MAP: u32 = 124;
+/// Texels per side of maps, no multiple of a cell. The axis of a light is in the middle of
+/// a texel: on a border it would be rounded to either side.
+const MAP: u32 = 125;
 
 fn vector(random: &mut Random, size: f32) -> Vec3 {
     random.vector(size).into()
@@ -112,16 +113,16 @@ type Case = (
     ShadowVolumes<Host>,
 );
 
-/// A case with its map and its volumes.
-fn case(number: u32) -> Case {
+/// A case with its map, of so many texels per side, and its volumes.
+fn case(number: u32, size: u32) -> Case {
     let mut random = Random::new(1000 + u64::from(number));
     let count = [3, 40, 200][number as usize % 3];
     let geometry = casters(&mut random, count);
     let (light, eye) = light_and_eye(&mut random, number);
     let cpu = Cpu::new();
     let triangles = Casters::upload(&cpu, &geometry).unwrap();
-    let map = cpu.shadow_map(&triangles, &light, MAP).unwrap();
-    let volumes = ShadowVolumes::new(&cpu, &geometry, &light, MAP).unwrap();
+    let map = cpu.shadow_map(&triangles, &light, size).unwrap();
+    let volumes = ShadowVolumes::new(&cpu, &geometry, &light, size).unwrap();
     (random, geometry, light, eye, map, volumes)
 }
 
@@ -141,7 +142,7 @@ fn no_shadow_of_the_map_and_none_of_the_triangles_is_outside_of_the_volumes() {
     let rays_of_a_case = asked_for.map_or(1200, |number| number.parse().unwrap());
     let (mut asked, mut dark, mut lit_rays, mut short) = (0, 0, 0, 0);
     for number in 0..96 {
-        let (mut random, geometry, light, eye, map, volumes) = case(number);
+        let (mut random, geometry, light, eye, map, volumes) = case(number, MAP - number % 2);
         let tracer = Tracer::new(&geometry);
         let (exact, fog) = (Exact::new(&tracer), fog());
         for ray in rays(&mut random, eye, &light, rays_of_a_case) {
@@ -198,7 +199,7 @@ fn known_steps_change_nothing() {
     let fog = fog();
     let mut saved = 0;
     for number in 0..96 {
-        let (mut random, _, light, eye, map, volumes) = case(number);
+        let (mut random, _, light, eye, map, volumes) = case(number, MAP);
         let volumes = Arc::new(volumes);
         for ray in rays(&mut random, eye, &light, 200) {
             let Some(path) = LightPath::new(&ray, &light, &fog) else {
@@ -223,7 +224,7 @@ fn with_more_steps_runs_become_those_of_the_map() {
     let fog = fog();
     let mut sums = [0.0_f64; 3];
     for number in 0..48 {
-        let (mut random, _, light, eye, map, volumes) = case(number);
+        let (mut random, _, light, eye, map, volumes) = case(number, MAP);
         let volumes = Arc::new(volumes);
         let runs = MapRuns::walked(&map);
         for ray in rays(&mut random, eye, &light, 20) {
@@ -269,7 +270,7 @@ fn boxes_of_fog_and_eyes_anywhere_have_finite_light_that_converges() {
     let cpu = Cpu::new();
     let quadrature = EquiAngular::new(16).unwrap();
     for number in 0..96 {
-        let (mut random, _, light, eye, map, volumes) = case(number);
+        let (mut random, _, light, eye, map, volumes) = case(number, MAP);
         let volumes = Arc::new(volumes);
         let rays = rays(&mut random, eye, &light, 100);
         let lit = LitRays::new(&rays, &light, &fog).joined();
@@ -290,7 +291,7 @@ fn boxes_of_fog_and_eyes_anywhere_have_finite_light_that_converges() {
         });
         let all = sum(&expected);
         assert!(
-            many <= 2e-3 * all + 0.1 * few,
+            many <= 0.01 * all + 0.1 * few,
             "{number}: {few} {many} of {all}"
         );
     }
@@ -298,7 +299,7 @@ fn boxes_of_fog_and_eyes_anywhere_have_finite_light_that_converges() {
 
 #[test]
 fn volumes_go_with_a_map_of_their_size() {
-    let (.., geometry, light, _, map, _) = case(0);
+    let (.., geometry, light, _, map, _) = case(0, MAP);
     let cpu = Cpu::new();
     let others = ShadowVolumes::new(&cpu, &geometry, &light, 2 * MAP).unwrap();
     assert_eq!(others.resolution(), 2 * MAP);

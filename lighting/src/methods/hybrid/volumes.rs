@@ -16,7 +16,7 @@ const MOST_CELLS: u32 = 256;
 
 /// The depth of cells without a caster, m: farther than anything, and its square is a
 /// number.
-pub(crate) const NOTHING: f32 = 1e18;
+const NOTHING: f32 = 1e18;
 
 /// What the roundings of a depth add up to, relative to it, and what those of a
 /// position do, relative to the largest coordinate: a few times 2⁻²⁴ each.
