@@ -148,9 +148,9 @@ fn light_hybrid_first_in(
         // Borders along the line or beyond its vanishing point are never met, and where the
         // picture ends so does the part. One that is right here is met, whatever rounding
         // says.
-        let is_ahead = select(towards < vec2(0.0), towards > vec2(0.0), rises);
+        let ahead = select(-towards, towards, rises);
         let number = cell + after;
-        let is_met = is_ahead & (number > vec2(0u)) & (number < vec2(width));
+        let is_met = (ahead > vec2(0.0)) & (number > vec2(0u)) & (number < vec2(width));
         let crossings = max((texel * at.z - at.xy) / towards, vec2(s));
         let borders = select(vec2(light_FAR), crossings, is_met);
         let exit = min(min(borders.x, borders.y), part.y);
