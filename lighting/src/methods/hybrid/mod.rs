@@ -13,15 +13,14 @@
 //!
 //! # Which volumes
 //!
-//! The paper extrudes the silhouettes of the casters and rasterises them from the eye, for
-//! each frame. On a CPU that costs more than it saves as soon as there are a hundred
-//! thousand triangles, and silhouettes need closed meshes. Here coarse stand-ins are
-//! extruded, as section 3.3 of the paper suggests, in the pictures of the light instead of
-//! the eye's ([`ShadowVolumes`]): a cell of eight texels, or of any larger power of two,
-//! is a caster at the least distance of anything in it, and its volume is what of the
-//! cell lies behind. Each ray goes through these cells from both of its ends, by
-//! large cells as long as it is in front of them, until it comes to a volume that is no longer
-//! than a step.
+//! The paper extrudes the silhouettes of the casters and rasterises them from the eye, in
+//! each frame anew, at a cost that grows with the triangles; and silhouettes need closed
+//! meshes. Here coarse stand-ins are extruded, as section 3.3 of the paper suggests, in the
+//! pictures of the light instead of the eye's ([`ShadowVolumes`]): a cell of eight texels,
+//! or of any larger power of two, is a caster at the least distance of anything in it, and
+//! its volume is what of the cell lies behind. Each ray goes through these cells from both
+//! of its ends, by large cells as long as it is in front of them, until it comes to a
+//! volume in a cell that it crosses within a step.
 //!
 //! * The volumes depend on light and casters alone, not on the view: they are made once,
 //!   on the CPU for either backend, in less time than the shadow map.
@@ -37,16 +36,17 @@
 //!
 //! # How it departs from the paper besides
 //!
-//! * Steps belong to the whole ray, not to the span, and their number is the quality; the
-//!   paper spreads as many over a short span as over a long one. So the picture is the same
-//!   with volumes and without: they only say what need not be asked. The paper's
-//!   first and last borders are exact because polygons are; here all borders are
-//!   halved.
+//! * Steps belong to the whole ray, not to the span, and their number is the quality. So the
+//!   picture is the same with volumes and without: they only say what need not be asked.
+//!   The paper spreads as many steps over a short span as over a long one, which is better
+//!   for short spans of long rays, those to the sky above all. Its first and last borders
+//!   are exact because polygons are; here all borders are halved.
 //! * After so many lit steps in a row the ray looks for the next volume, and leaps.
+//! * The inverse, volumes of light in scenes that are mostly dark, is left out, and so are
+//!   casters that count as a texture.
 //! * Lights with a cookie need no steps for their colours, which an evaluator integrates
 //!   ([`Quadrature`](crate::airlight::Quadrature)).
-//! * Scattering at a low resolution is a method around any other, see
-//!   `reduced`.
+//! * Scattering at a low resolution is a method around any other, `methods::reduced`.
 //!
 //! # When not
 //!
@@ -59,8 +59,8 @@
 //! First order in the length of a step: shadows and gaps shorter than a step may be missed,
 //! and converge to the runs of the map ([`MapRuns`](super::epipolar::MapRuns)). A ray looks at
 //! ten to twenty cells, each of which costs one and a half steps, for every light; volumes
-//! take up to 0.5 MiB for each picture of a light. A ray to the sky ends after ten mean free paths, see
-//! [`Spacing::Distance`](super::march::Spacing::Distance).
+//! take up to 0.5 MiB for each picture of a light. A ray to the sky ends after ten mean free
+//! paths, see [`Spacing::Distance`](super::march::Spacing::Distance).
 
 mod asking;
 mod choice;
