@@ -138,6 +138,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "moments-6 x midpoint",
             "map-runs x gauss",
             "map-runs x table",
+            "epipolar-sampling x ",
             "light-volumes x gauss-8",
             "light-volumes x table-64",
             "froxels x ",

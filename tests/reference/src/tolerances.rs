@@ -134,6 +134,8 @@ pub enum Allowed {
     GpuSurface,
     /// A pixel between samples that resemble it, on the GPU and on the CPU.
     GpuResemblance,
+    /// A pixel between samples of two lines, on the GPU and on the CPU.
+    GpuLinesFilled,
 }
 
 /// A row of the table.
@@ -609,6 +611,14 @@ pub const TABLE: &[Tolerance] = &[
             A biweight s changes by 4 sqrt(s) d. A sample next to a pixel that resembles it by s and \
             one furthest away of weight b = 1/1024 (a quarter of 1/4^4, the least) have a mean that \
             changes by 4 sqrt(s) d b / (s + b)^2 of their difference, at most 1.3 d / sqrt(b) = 42 d.",
+    },
+    Tolerance {
+        what: Allowed::GpuLinesFilled,
+        error: 1e-6,
+        derivation: "Relative to the largest light of a sample. Weights are the same on both. Two \
+            interpolations, one inside the other, and the sum with what is there: each is 1 - x, two \
+            products and a sum of terms that do not cancel, 3 roundings of 2^-24 deep; 7 in all on \
+            each backend, 14 · 2^-24 = 8.4e-7.",
     },
 ];
 

@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use super::sampling::EpipolarSampling;
 use super::{BuildLineTrees, BuildMapBlocks, MapBlocks, MapRuns};
 use crate::Touching;
+use crate::methods::evaluators::Gauss;
+use crate::methods::reduced::{Reduced, Reduction};
 use crate::methods::registry::pairs;
 use crate::methods::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
-    SourceOn, Work,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, PerLight, Role,
+    SourceAbout, SourceOn, Work,
 };
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
@@ -99,7 +102,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         role,
         is_baseline: false,
     };
-    pairs!(
+    let mut all = pairs!(
         Runs,
         &[
             compared(
@@ -117,5 +120,10 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 (&[16, 64], &[64], 64),
             ),
         ]
-    )
+    );
+    all.push(Entry::everywhere(EpipolarSampling::new(Runs, Gauss, 8)));
+    // For those who ask.
+    let runs = PerLight::new(Runs, Gauss, None);
+    all.push(Entry::everywhere(Reduced::new(runs, Reduction::QUARTER)));
+    all
 }

@@ -45,6 +45,8 @@ mod fan;
 pub(crate) mod gpu;
 #[cfg(feature = "methods")]
 mod method;
+#[cfg(feature = "methods")]
+pub mod sampling;
 #[cfg(test)]
 mod tests;
 mod tree;

@@ -92,7 +92,7 @@ mod fill;
 mod gpu;
 mod grid;
 mod method;
-mod resemblance;
+pub(in crate::methods) mod resemblance;
 #[cfg(test)]
 mod tests;
 

@@ -14,7 +14,7 @@ pub(super) const PER_LENGTH: f32 = 10.0;
 pub(super) const PER_TURN: f32 = 2.5;
 
 /// Lengths of rays, at most: what is behind is the sky.
-pub(super) const FARTHEST: f32 = 1e18;
+pub(in crate::methods) const FARTHEST: f32 = 1e18;
 
 /// Surfaces that a ray meets at a smaller cosine than this count as facing the eye:
 /// their plane says too little.
@@ -23,10 +23,10 @@ const EDGE_ON: f32 = 5e-3;
 /// The plane of the surface that a pixel sees: the vector q of the points P with
 /// q · P = 1, seen from the eye, and the distance h of the eye from it, 1 / |q|; zeros
 /// for the sky.
-pub(super) type Plane = [f32; 4];
+pub(in crate::methods) type Plane = [f32; 4];
 
 /// What each pixel of a frame sees. Surfaces without a known triangle face the eye.
-pub(super) fn planes(cpu: &Cpu, inputs: &FrameInputs<'_>) -> Vec<Plane> {
+pub(in crate::methods) fn planes(cpu: &Cpu, inputs: &FrameInputs<'_>) -> Vec<Plane> {
     cpu.map(inputs.rays.len(), |pixel| {
         let ray = &inputs.rays[pixel];
         if ray.length() >= FARTHEST {
@@ -49,11 +49,11 @@ pub(super) fn planes(cpu: &Cpu, inputs: &FrameInputs<'_>) -> Vec<Plane> {
 
 /// What pixels see, and where they look.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen<'a> {
-    pub(super) rays: &'a [Ray],
-    pub(super) planes: &'a [Plane],
+pub(in crate::methods) struct Seen<'a> {
+    pub(in crate::methods) rays: &'a [Ray],
+    pub(in crate::methods) planes: &'a [Plane],
     /// Whether what they see matters at all.
-    pub(super) matters: bool,
+    pub(in crate::methods) matters: bool,
 }
 
 /// Tukey's biweight.
@@ -67,7 +67,7 @@ fn biweight(e: f32) -> f32 {
 impl Seen<'_> {
     /// How much what `sample` sees is like what `pixel` sees, from 0 to 1.
     #[inline]
-    pub(super) fn resemblance(&self, pixel: usize, sample: usize) -> f32 {
+    pub(in crate::methods) fn resemblance(&self, pixel: usize, sample: usize) -> f32 {
         if !self.matters {
             return 1.0;
         }
