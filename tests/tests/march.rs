@@ -44,7 +44,9 @@ fn march<B: Subject>(
         let lit = LitRays::new(&rays, emitter, &test_scene.medium);
         match spacing {
             Spacing::Distance => backend.gather(&lit, &march, &Midpoint, &mut radiance),
-            Spacing::EquiAngular => backend.gather(&lit, &march, &one, &mut radiance),
+            Spacing::EquiAngular | Spacing::Picture => {
+                backend.gather(&lit, &march, &one, &mut radiance)
+            }
         }
         .unwrap();
     }
