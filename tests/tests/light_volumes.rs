@@ -45,7 +45,7 @@ fn require_within_a_texel(
     asked: &mut Asked,
 ) {
     let span = path.span();
-    let far = span.end.min(1e4);
+    let far = span.end.min(span.start + 1e4);
     let mut pieces = Vec::new();
     let mut last = span.start;
     for part in parts {
