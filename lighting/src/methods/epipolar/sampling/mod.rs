@@ -84,6 +84,17 @@
 //! the gather of a ray costs little more than its place on two lines: for an evaluator of
 //! a few steps, for many lights that each have lines of their own, and on a GPU, which
 //! waits for the CPU there.
+//!
+//! The scenes `city` and `landscape` at 480 × 270 with a map of 1024 texels, on two cores,
+//! in one run each; errors are those against the reference, of which 1.3 and 0.095 % are
+//! the map's own:
+//!
+//! | samples per 64 pixels | 1 | 2 | 4 | 8 | 16 | all pixels | march, 64 steps |
+//! |---|---|---|---|---|---|---|---|
+//! | city, ms | 26 | 34 | 52 | 61 | 80 | 101 | 181 |
+//! | error, % | 1.46 | 1.34 | 1.33 | 1.32 | 1.32 | 1.34 | 5.6 |
+//! | landscape, ms | 26 | 31 | 42 | 52 | 70 | 80 | 310 |
+//! | error, % | 0.44 | 0.36 | 0.25 | 0.14 | 0.11 | 0.095 | 0.22 |
 
 mod choice;
 mod fill;
