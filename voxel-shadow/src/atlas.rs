@@ -300,8 +300,7 @@ impl<S: AtlasBlocker + ?Sized> RectifyAtlas<S> for Cpu {
             let tile = first / rays;
             let lattice = &lattices[tile];
             let theta = first / bits as usize % planes;
-            // In short loops, one step each, of which the processor has many turns at work
-            // at once.
+            // A loop for each step: turns of short loops overlap in the processor.
             let along: Vec<LightRay> = (0..plane.len())
                 .map(|bit| lattice.light_ray(theta, bit))
                 .collect();

@@ -49,7 +49,8 @@ impl Pair<'_> {
     }
 
     /// The visibilities between two positions along φ, each times the length of its
-    /// part; the bit of a position is that of [`Runs::new`].
+    /// part; the bit of a position is that of [`Runs::new`]. Exactly `to − from` if all
+    /// are lit.
     #[inline]
     pub(crate) fn lit_length(&self, bias: f32, from: f32, to: f32) -> f32 {
         let highest = (32 * self.first.len() - 1) as f32;
@@ -61,9 +62,11 @@ impl Pair<'_> {
         let before = (first + 1) as f32 - ends[0];
         let after = ends[1] - last as f32;
         let whole = [self.first, self.second].map(|texel| lit_bits(texel, first + 1, last));
-        self.visibility(first) * before
-            + blend(whole[0], whole[1], self.share)
-            + self.visibility(last) * after
+        let [at_first, at_last] = [first, last].map(|bit| self.visibility(bit));
+        if at_first == 1.0 && at_last == 1.0 && whole == [last - first - 1; 2] {
+            return to - from;
+        }
+        at_first * before + blend(whole[0], whole[1], self.share) + at_last * after
     }
 
     /// The first bit above `bit` at which one of the two texels changes, or
@@ -251,6 +254,11 @@ mod tests {
                 .map(|run| run.visibility * (run.end - run.start.max(from)).max(0.0))
                 .sum();
             let found = texels.lit_length(bias, from, to);
+            let is_lit = |bit| texels.visibility(bit) == 1.0;
+            let passed = [from, to].map(|end| (end + bias).clamp(0.0, (bits - 1) as f32) as u32);
+            if (passed[0]..=passed[1]).all(is_lit) {
+                prop_assert_eq!(found, to - from);
+            }
             prop_assert!((found - expected).abs() <= 1e-5 * bits as f32, "{found} {expected}");
         }
     }

@@ -3,9 +3,9 @@
 //! Based on: Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013:
 //! interpolation (section 3.3 and appendix A), biases and the axis (section 5).
 //!
-//! Departures. A ray's visibility is kept as runs of equal bits, found a word at
-//! a time, instead of a count, so that lit intervals and sums with any
-//! weights come from the same texels. Towards the light the paper compares
+//! Departures. The paper counts bits, which is done here for the lit share of a part of a
+//! ray ([`RayShadow::lit_fraction_between`]). Lit intervals and sums with any weights come
+//! from the same texels as runs of equal bits, found a word at a time. Towards the light the paper compares
 //! distances at the axis itself; here all rays within a part of a voxel of it
 //! are treated like this.
 
@@ -301,7 +301,7 @@ fn sample(texels: Texels<'_>, position: f32, sampling: Sampling) -> f32 {
     let bits = 32 * texels.first.len() as u32;
     let position = position + sampling.phi_bias;
     if !sampling.interpolate {
-        return texels.visibility(position.clamp(0.0, (bits - 1) as f32) as u32);
+        return texels.visibility_at(position);
     }
     let (below, share) = split(position - 0.5, bits);
     let highest = bits as i32 - 1;

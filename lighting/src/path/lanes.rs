@@ -18,8 +18,8 @@ pub(crate) type Lanes = f32x8;
 /// A path and a part of it.
 pub(crate) type PartOf<'p, 'a> = (&'p LightPath<'a>, Interval);
 
-/// Eight numbered parts at a time, and the same for the lanes; where there are no eight
-/// left, the first of them is there again.
+/// Eight numbered parts at a time, and the same for the lanes. A last group of fewer than
+/// eight is filled up with copies of its first part.
 pub(crate) fn in_lanes<'s, 'p, 'a>(
     parts: &'s [(usize, PartOf<'p, 'a>)],
 ) -> impl Iterator<Item = (&'s [(usize, PartOf<'p, 'a>)], [PartOf<'p, 'a>; LANES])> {
@@ -89,7 +89,8 @@ impl<'p, 'a> Parts<'p, 'a> {
         s * s + self.h * self.h
     }
 
-    /// [`LightPath::source`] at a position in each lane, by channel; the same to 1e-6.
+    /// [`LightPath::source`] at a position in each lane, by channel; the same to 2e-6 for
+    /// optical lengths up to 87, and 0 beyond.
     pub(crate) fn sources(&self, x: Lanes) -> [Lanes; 3] {
         let s = x - self.foot;
         let d = self.distances_squared(x).sqrt();
@@ -189,8 +190,9 @@ impl<'p, 'a> Arcs<'p, 'a> {
         let per_h = endless.blend(1.0 / s_a, (end - start) / along);
         let series = per_h * (1.0 - ratio * ratio * (1.0 / 3.0));
         let is_thin = along.cmp_gt(0.0) & across.cmp_le(1e-4 * along);
+        let beside = h.cmp_gt(0.0).blend(angle / h, f32::INFINITY.into());
         Self {
-            extent: is_thin.blend(series, angle / h),
+            extent: is_thin.blend(series, beside),
             parts,
             d_a,
             d_b,
@@ -334,7 +336,7 @@ mod tests {
         }
     }
 
-    /// Lights of every kind, in every kind of medium: four positions at once are what
+    /// Lights of every kind, in every kind of medium: eight positions at once are what
     /// each is alone.
     #[test]
     fn positions_at_once_are_positions_one_by_one() {

@@ -1,6 +1,6 @@
 //! An eye ray as one light sees it.
 
-#[cfg(feature = "shadow-map")]
+#[cfg(any(test, feature = "shadow-map"))]
 mod arc;
 mod clip;
 #[cfg(feature = "shadow-map")]
@@ -10,8 +10,10 @@ mod lanes;
 use airlight::Segment;
 use glam::Vec3;
 
+#[cfg(any(test, feature = "shadow-map"))]
+pub(crate) use arc::Arc;
 #[cfg(feature = "shadow-map")]
-pub(crate) use arc::{Arc, Turns};
+pub(crate) use arc::Turns;
 use clip::Clip;
 pub(crate) use clip::axis_of;
 #[cfg(feature = "shadow-map")]

@@ -1,5 +1,6 @@
-//! Area lights as many shadow volumes beside what they replace: ratios of times that
-//! are taken in turn, so that a busy machine slows both down alike.
+//! Area lights as many shadow volumes beside what they replace, as ratios of times. Those
+//! of grids and maps are taken in turn, so that a busy machine slows both down alike; the
+//! others are taken one after the other and want a machine that does nothing else.
 //!
 //! `cargo bench --bench area` runs all of them, `cargo bench --bench area -- grids maps`
 //! those whose ids, in [`BENCHES`], have one of these words in them.

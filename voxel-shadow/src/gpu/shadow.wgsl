@@ -263,22 +263,19 @@ fn vsv_lit_fraction_between(
 ) -> f32 {
     let first = vsv_position(l, *cursor, start);
     let last = vsv_position(l, *cursor, end);
+    if !(first < last) {
+        let bit = clamp(first + sampling.phi_bias, 0.0, f32(l.bits - 1u));
+        return vsv_visibility_of((*cursor).texels, u32(bit));
+    }
     var lit = 0.0;
     loop {
         let run = vsv_next_run(l, sampling, cursor);
         if run.visibility <= 0.0 {
             break;
         }
-        if first < last {
-            lit += run.visibility * max(min(run.end, last) - max(run.start, first), 0.0);
-        } else if run.start <= first && first <= run.end {
-            return run.visibility;
-        }
+        lit += run.visibility * max(min(run.end, last) - max(run.start, first), 0.0);
     }
-    if first < last {
-        return min(lit / (last - first), 1.0);
-    }
-    return 0.0;
+    return min(lit / (last - first), 1.0);
 }
 
 // The share of the voxels up to the surface that are lit.

@@ -16,14 +16,16 @@
 //! x(t) = (a (1 − t) z_b + b t z_a) / ((1 − t) z_b + t z_a)
 //! ```
 //!
-//! which is convex: no point ever leaves the span. Steps in a beam seen from the side
+//! a convex combination of a and b: no point ever leaves the span. Steps in a beam seen from the side
 //! are near the equal ones; along the beam or towards the light they become shorter in
 //! proportion to the square of the depth, as the light becomes stronger.
 //!
 //! A ray through the light is a single point of the picture, and every division is
 //! right. Then z_a or z_b is 0, and the formula would put all steps there; less than a
 //! thousandth of the other depth counts as that much, so that the shortest step is a
-//! millionth of the longest.
+//! millionth of the longest. That holds for every ray: where the far end is kilometres
+//! away in thin air, the first metres before a light share a step. A ray to the sky ends
+//! after ten mean free paths.
 //!
 //! # Departures
 //!

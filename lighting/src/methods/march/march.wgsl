@@ -6,8 +6,8 @@
 // and the slot of what is asked,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 
-// Values of `spacing`; steps of equal distance are 0.
-const light_march_ANGLE: u32 = 1u;
+// Values of `spacing`.
+const light_march_DISTANCE: u32 = 0u;
 const light_march_PICTURE: u32 = 2u;
 
 // The least depth of an end in front of a spotlight, as a share of that of the other.
@@ -47,7 +47,8 @@ fn light_march_cursor(path: light_Path) -> light_march_Cursor {
     let emitter = light_emitter();
     let is_spot = emitter.kind == light_POINT && emitter.emission == light_SPOT;
     let in_picture = light_march.spacing == light_march_PICTURE && is_spot;
-    cursor.equi_angular = light_march.spacing != 0u && emitter.kind == light_POINT && !in_picture;
+    let by_angle = light_march.spacing != light_march_DISTANCE && !in_picture;
+    cursor.equi_angular = by_angle && emitter.kind == light_POINT;
     cursor.depths = vec2<f32>(1.0);
     if cursor.equi_angular {
         cursor.arc = light_arc(path, path.start, path.end);

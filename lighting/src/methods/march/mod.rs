@@ -31,6 +31,7 @@ pub enum Spacing {
     /// its shadow map and of its cookie; see
     /// [`light_space`](crate::methods::light_space). Lights that have no one plane to
     /// project on take steps that are equal as they see them: [`Spacing::EquiAngular`].
+    /// In the picture a ray to the sky ends as with [`Spacing::Distance`].
     Picture,
 }
 
@@ -199,7 +200,7 @@ fn for_each_step(
 }
 
 /// The least depth of an end of a path in front of a light, as a share of that of the
-/// other: steps next to a light are at least so much of those far away.
+/// other: steps next to a light are at least the square of it of those far away.
 const LEAST_DEPTH: f64 = 1e-3;
 
 /// For steps in the picture of a spotlight, the depths in front of it of the start of the

@@ -12,21 +12,27 @@
 //!
 //! # Error
 //!
-//! * Slabs are as thick everywhere, whatever lies in them: a beam that is near, or a light
-//!   in view, has as many as a wall far away; a short ray crosses few.
-//! * A plane that lies behind a surface is hidden by it, with the half of its slab that
-//!   does not: along a floor the light changes in steps as long as a slab is thick.
+//! * Slabs have one thickness, whatever lies in them: a beam that is near, or a light in
+//!   view, has as many of them as a wall far away, and a short ray crosses few.
+//! * A plane behind a surface is hidden by it, and its slab is lost, with the part before
+//!   the surface. So along a floor the light changes in steps, as long as a slab is thick.
+//!   The same is lost where a ray enters a cone, a range or a box, so that pictures are too
+//!   dark, and parts of rays between two planes are black.
 //! * All rays ask at the same depths, so that the steps line up as contours.
 //!
-//! All of it falls with n, by half a slab.
+//! All of it is in proportion to the thickness, 1/n.
 //!
 //! # Departures
 //!
 //! The light of a slab is integrated by any evaluator over what lies within the cone, the
-//! range and the surface, so that what is left of the error is that of the planes. Dobashi
+//! range and the surface, so that the error is that of the planes alone. Dobashi
 //! et al. divide slabs further where the light changes, by planes between them that are
 //! not seen: here more planes do it. Imagire et al. average over boxes of voxels against the
 //! contours, and blur what they average.
+//!
+//! The depths are those of the rays of a frame: where it has some of the pixels only, as at
+//! a low resolution, planes lie elsewhere than in the whole picture. Finding them takes a
+//! look at every ray for each light.
 //!
 //! Rays more than 89.9° from the axis count as ones at that angle.
 

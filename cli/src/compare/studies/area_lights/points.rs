@@ -61,14 +61,13 @@ pub(super) fn measure(
     );
     let casters = Casters::upload(cpu, scene.geometry)?;
     let exact = air.wrong(&cpu.shadow_map_atlas(&casters, &lights, TEXELS)?);
-    let mut put = |name: Cell, size: u32, kinds: [(&str, [f64; 2]); 3]| {
-        let mut cells = vec![name];
-        for (kind, [lit, dark]) in kinds {
-            record(study, "false-lit", kind, size, lit);
-            record(study, "false-shadow", kind, size, dark);
-            cells.extend([Cell::from(lit), Cell::from(dark)]);
-        }
-        table.push(cells);
+    let mut put = |name: Cell, shares: [[f64; 2]; 3]| {
+        let shares = shares.into_iter().flatten().map(Cell::from);
+        table.push([name].into_iter().chain(shares).collect());
+    };
+    let mut note = |kind: &str, size: u32, [lit, dark]: [f64; 2]| {
+        record(study, "false-lit", kind, size, lit);
+        record(study, "false-shadow", kind, size, dark);
     };
     let all = CasterPoints::sample(cpu, scene.geometry, CASTER_POINTS)?;
     for &points in if quick { QUICK_POINTS } else { POINTS } {
@@ -77,10 +76,14 @@ pub(super) fn measure(
         let mut maps = maps(LevelOfDetail::Near)?;
         let near = air.wrong(&maps);
         cpu.fill_holes(&mut maps, HOLE_LEVELS)?;
-        let kinds = [("even", even), ("near", near), ("filled", air.wrong(&maps))];
-        put(points.into(), points, kinds);
+        let filled = air.wrong(&maps);
+        for (kind, shares) in [("even", even), ("near", near), ("filled", filled)] {
+            note(kind, points, shares);
+        }
+        put(points.into(), [even, near, filled]);
     }
-    put("triangles".into(), 0, [("exact", exact); 3]);
+    note("exact", 0, exact);
+    put("triangles".into(), [exact; 3]);
     study.parts.push(Part::Table(table));
     Ok(())
 }

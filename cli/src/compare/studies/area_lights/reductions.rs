@@ -25,12 +25,12 @@ const QUICK_LIGHTS: u32 = 16;
 const POINTS: u32 = 4096;
 
 /// The reductions, and milliseconds of the gather in the paper's table 2, of the scene
-/// with the hairball; its quarter is interleaved, too.
+/// with the hairball, where it has them.
 const ALL: [(&str, Reduction, f64); 6] = [
     ("full", Reduction::NONE, 77.7),
     ("2x2", Reduction::WINDOWS_OF_2, f64::NAN),
     ("3x3", Reduction::WINDOWS_OF_3, 12.4),
-    ("quarter", Reduction::QUARTER, f64::NAN),
+    ("quarter", Reduction::QUARTER, 19.0),
     ("sixteenth", Reduction::SIXTEENTH, f64::NAN),
     (
         "3x3 quarter",
@@ -169,17 +169,21 @@ fn describe(study: &mut Study, all: &[Gathered], lights: u32, rays: usize) {
     .titled(
         "The gather with less work",
         format!(
-            "As table 2 of Wyman and Dai 2013: {lights} lights, imperfect maps of {POINTS} points, lit runs, {rays} rays. Times hold the choice of pixels and the filling; errors are against the full gather; in full are the pixels that no sample resembles. The paper's quarter takes 19.0 ms in a row of its own, of which it does not say whether it is interleaved."
+            "As table 2 of Wyman and Dai 2013: {lights} lights, imperfect maps of {POINTS} points, lit runs, {rays} rays. Times hold the choice of pixels and the filling; errors are against the full gather; in full are the pixels that no sample resembles. The paper's times are those of 256 lights."
         ),
     );
     for gathered in all {
+        let paper = match gathered.paper.is_nan() {
+            true => Cell::from(""),
+            false => gathered.paper.into(),
+        };
         let cells: [Cell; 6] = [
             gathered.name.into(),
             gathered.seconds.into(),
             (full.seconds / gathered.seconds).into(),
             gathered.rmse.into(),
             gathered.in_full.into(),
-            gathered.paper.into(),
+            paper,
         ];
         table.push(cells.into());
         for (what, value) in [
