@@ -290,10 +290,10 @@ pub(crate) struct Render {
 pub(crate) enum SurfaceShadows {
     /// From shadow rays towards the points that stand for each light
     Traced,
-    /// From the voxels of the method of the airlight, one of area lights: that which
-    /// holds the point
+    /// From the voxel that holds the point; --method must be one of area lights, whose
+    /// --quality counts here, too. Hair, smoke and see-through surfaces cast no shadow then
     Voxels,
-    /// From the same voxels, interpolated
+    /// From the voxels around the point, interpolated
     Interpolated,
 }
 

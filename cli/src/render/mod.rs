@@ -186,24 +186,51 @@ impl Shot<'_> {
         let spinner = progress::spinner("surfaces");
         let way = self.args.surface_shadows.unwrap_or(SurfaceShadows::Traced);
         if way != SurfaceShadows::Traced && !emitters.is_empty() {
-            let emitted = self.surfaces(input, &[])?;
-            let Some(medium) = &self.medium else {
-                let why =
-                    "the scene has no fog, in which the method of the airlight would make voxels";
-                return Err(Failure::new(why).about("--surface-shadows"));
-            };
-            let Chosen { entry, quality } = self.chosen;
-            let interpolate = way == SurfaceShadows::Interpolated;
-            let job = self.job(medium);
-            let lit = job.on_surfaces(input, emitters, (entry, *quality), interpolate)?;
             spinner.finish_and_clear();
-            return Ok(emitted.plus(&self.pixels(&lit)));
+            return self.surfaces_from_voxels(input, emitters, way);
         }
         let shadows: Shadows = emitters.iter().map(|i| self.shadows[*i].clone()).collect();
         let emitters = input.picked(emitters);
         let radiance = light::of_surfaces(self.args, input, self.view, &emitters, &shadows)?;
         spinner.finish_and_clear();
         Ok(self.pixels(&radiance))
+    }
+
+    /// The same with the shadows that the method of the airlight knows.
+    fn surfaces_from_voxels(
+        &self,
+        input: &mut Input,
+        emitters: &[usize],
+        way: SurfaceShadows,
+    ) -> Result<Picture, Failure> {
+        let Chosen { entry, quality } = self.chosen;
+        let refused = |why: String| Failure::new(why).about("--surface-shadows");
+        if entry
+            .on::<Cpu>()
+            .is_none_or(|method| method.surfaces().is_none())
+        {
+            let name = entry.about().name;
+            return Err(refused(format!(
+                "{name} knows no shadows on surfaces; methods of area lights do"
+            )));
+        }
+        let Some(medium) = &self.medium else {
+            return Err(refused(
+                "the scene has no fog, in which the method of the airlight would make voxels"
+                    .into(),
+            ));
+        };
+        if input.geometry.coatings().any_see_through() || !input.scene.translucent.is_empty() {
+            input.notes.push(
+                "see-through surfaces, hair and smoke cast no shadow on surfaces from voxels"
+                    .into(),
+            );
+        }
+        let emitted = self.surfaces(input, &[])?;
+        let interpolate = way == SurfaceShadows::Interpolated;
+        let job = self.job(medium);
+        let lit = job.on_surfaces(input, emitters, (entry, *quality), interpolate)?;
+        Ok(emitted.plus(&self.pixels(&lit)))
     }
 
     /// What is the same for all lights.

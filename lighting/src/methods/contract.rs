@@ -173,7 +173,8 @@ pub trait LightFrameSurfaces<B: Backend> {
     /// points are seen by the camera of the frame, in any order.
     ///
     /// Shadows are looked up at the nearest place that is known, or interpolated
-    /// between those around.
+    /// between those around. A method of area lights does what its
+    /// `LightManySurfaces` says, with voxels from the nearest to the farthest surface.
     ///
     /// # Errors
     /// As for [`RunOn::add_radiance`].

@@ -39,7 +39,8 @@ use gpu_backend::{Backend, Cpu, Error, Host};
 
 use super::{EMPTY, ShadowMapAtlas};
 
-/// Depths belong together if the larger is at most this many times the smaller. Taking
+/// Depths belong together if the larger is at most this many times the smaller; those of
+/// parallel light count from the first plane of the scene, next to which few do. Taking
 /// the farther of two that do not, instead of the nearer, changed no rate above by more
 /// than 0.2 for up to three levels.
 pub(crate) const TOGETHER: f32 = 1.25;

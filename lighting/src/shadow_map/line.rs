@@ -266,7 +266,7 @@ impl Line {
 }
 
 /// Which face of a cube, in the order +X −X +Y −Y +Z −Z, the direction points at.
-fn cube_face(v: DVec3) -> usize {
+pub(crate) fn cube_face(v: DVec3) -> usize {
     let a = v.abs();
     let axis = if a.x >= a.y && a.x >= a.z {
         0

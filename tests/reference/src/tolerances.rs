@@ -323,14 +323,17 @@ pub const TABLE: &[Tolerance] = &[
         error: 2e-3,
         derivation: "A distance between patch and vertex is off by about 4 x 2^-24 of the height; the \
             tolerance is 1/4 of 2/96 of it, so the two are that close to each other, of tolerances \
-            between 0 and twice as much, with a chance of 2e-5 for each vertex. A node has 5 that are not \
-            corners, of 64 cells 4221, most of which are far from the tolerance; and a parent has \
-            the chances of its children.",
+            between 0 and twice as much, with a chance of 2e-5 for each vertex. Three quarters of all nodes have 5 that are not \
+            corners, three sixteenths 21, and so on: each level has as many vertices in all, so \
+            that six levels are off in 6 x 5 x 0.75 x 2e-5 = 4e-4 of the nodes; a parent has the \
+            chances of its children, and of the patches that they begin or end.",
     },
     Tolerance {
         what: Allowed::GpuVolumeHeight,
-        error: 16.0 * ULP32,
-        derivation: "Relative. A square root (9 units of 2^-24), a quotient (5), and two products.",
+        error: 24.0 * ULP32,
+        derivation: "Relative. A square root (9 units of 2^-24), a quotient (5), and two products (2); \
+            the place of a texel is a quotient of up to 2 in each direction, off by 10 units, of \
+            which a corner of a face of a cube passes on a third each (7).",
     },
     Tolerance {
         what: Allowed::GpuMoments,
@@ -442,7 +445,7 @@ pub const TABLE: &[Tolerance] = &[
         what: Allowed::GpuHybridRays,
         error: 1e-3,
         derivation: "The 4e-4 of a march of 16 steps. Besides, each of the up to 8 borders of a \
-            ray is looked for at 3 more places, all of them within a step of it. Positions are \
+            ray among the casters of the test is looked for at 3 more places, all of them within a step of it. Positions are \
             off by 5e-7 of the ray, on either side of the border: of a step of a sixteenth, \
             1.6e-5, and by the rounding of texel coordinates, which are 6e-5 of a step of a \
             texel at the least and a tenth of that of others. 8 x 3 x 2.2e-5 is 5e-4.",

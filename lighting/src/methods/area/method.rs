@@ -18,7 +18,7 @@ use crate::methods::{
     RunOn, Verdict, Work,
 };
 use crate::voxelized::{Detail, Eye};
-use crate::{Emitter, SurfacePoint};
+use crate::{Emitter, Ray, SurfacePoint};
 
 /// Levels of the pyramid that fills holes; with more of them false shadow grows faster.
 const HOLE_LEVELS: u32 = 2;
@@ -121,26 +121,35 @@ impl Method for AreaLights {
     }
 }
 
+/// The distances between which the surfaces of a frame lie.
+fn surface_depths(inputs: &FrameInputs<'_>) -> [f32; 2] {
+    // Panes lie before what rays end on, and before the sky.
+    if inputs.geometry.coatings().any_see_through() {
+        let (eye, bounds) = (inputs.camera.eye(), inputs.geometry.bounds());
+        let far = (bounds.min() - eye).abs().max((bounds.max() - eye).abs());
+        return [0.0, far.length()];
+    }
+    let lengths = inputs.rays.iter().map(Ray::length);
+    let hits = lengths.filter(|length| length.is_finite());
+    let [nearest, farthest] = hits.fold([f32::INFINITY, 0.0], |[near, far], length| {
+        [length.min(near), length.max(far)]
+    });
+    [nearest.min(farthest), farthest]
+}
+
 impl AreaLights {
     /// Makes the voxels of the groups, one after the other, each for a step to read.
     fn for_each_group<B>(
         &self,
         frame: &Frame<'_, B>,
         points: u32,
+        eye: &Eye,
         mut step: impl FnMut(&[Emitter], &LightVolumes<B::Memory>) -> Result<(), MethodError>,
     ) -> Result<(), MethodError>
     where
         B: MakeMaps + BuildLightVolumes,
     {
-        let FrameInputs {
-            medium,
-            camera,
-            size,
-            rays,
-            ..
-        } = frame.inputs;
         let all = Groups::of(frame, points, self.maps)?;
-        let eye = Eye::of_camera(camera, size, rays, medium);
         let new = || {
             LightVolumes::new(frame.backend, resolution()?, all.lights())
                 .map_err(MethodError::resource("voxels of many lights"))
@@ -158,7 +167,7 @@ impl AreaLights {
         for (emitters, maps) in &all.0 {
             frame.pass("voxels", || {
                 volumes
-                    .update(frame.backend, emitters, &eye, maps)
+                    .update(frame.backend, emitters, eye, maps)
                     .map_err(MethodError::resource(what))
             })?;
             step(emitters, &volumes)?;
@@ -185,7 +194,15 @@ where
         radiance: &mut BufferOf<B, [f32; 4]>,
     ) -> Result<(), MethodError> {
         let airlight = Gauss.kept(frame, self.nodes)?;
-        self.for_each_group(frame, points, |emitters, volumes| {
+        let FrameInputs {
+            medium,
+            camera,
+            size,
+            rays,
+            ..
+        } = frame.inputs;
+        let eye = Eye::of_camera(camera, size, rays, medium);
+        self.for_each_group(frame, points, &eye, |emitters, volumes| {
             let lights = ManyLights {
                 rays: &frame.rays,
                 emitters,
@@ -211,7 +228,7 @@ impl<B> LightFrameSurfaces<B> for AreaLights
 where
     B: MakeMaps + BuildLightVolumes + LightManySurfaces,
 {
-    /// By the same voxels.
+    /// By voxels like those of the airlight, from the nearest surface to the farthest.
     fn add_surface_light(
         &self,
         frame: &Frame<'_, B>,
@@ -224,7 +241,9 @@ where
             true => SurfaceLookup::Interpolated,
             false => SurfaceLookup::Nearest,
         };
-        self.for_each_group(frame, points, |emitters, volumes| {
+        let inputs = &frame.inputs;
+        let eye = Eye::of_surfaces(inputs.camera, inputs.size, surface_depths(inputs));
+        self.for_each_group(frame, points, &eye, |emitters, volumes| {
             let lit = ManyOnSurfaces {
                 points: surfaces,
                 emitters,

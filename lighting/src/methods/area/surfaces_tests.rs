@@ -293,3 +293,63 @@ fn surfaces_have_the_shadows_of_the_same_voxels() {
     let nowhere = volumes.on_surfaces(99, SurfaceLookup::Nearest);
     assert_eq!(nowhere.visibility(Vec3::ZERO, Vec3::Y), Vec3::ONE);
 }
+
+/// Air so thin that it takes nothing away, everywhere and in a box that no surface is in.
+#[cfg(feature = "methods")]
+#[test]
+fn shadows_on_surfaces_do_not_depend_on_where_the_fog_is() {
+    use super::tests::{SIZE, camera};
+    use crate::Ray;
+    use crate::methods::{Frame, FrameInputs, Registry, Selection, Store};
+    use crate::scene::{Bounds, Medium, PhaseFunction};
+
+    let thin = Medium::new(Vec3::splat(1e-7), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+    let far = Bounds::new(Vec3::new(90.0, 90.0, 90.0), Vec3::new(91.0, 91.0, 91.0)).unwrap();
+    let cpu = Cpu::new();
+    let (lights, geometry, points) = (lights(), geometry(), floor()[..256].to_vec());
+    let eye = camera().eye();
+    let to_point = |point: &SurfacePoint| {
+        let way = point.position() - eye;
+        Ray::new(eye, way, way.length()).unwrap()
+    };
+    let rays: Vec<Ray> = points.iter().map(to_point).collect();
+    let hits = vec![None; rays.len()];
+    let found = [thin, thin.within(far)].map(|medium| {
+        let (host, store) = (Store::new(), Store::<Host>::new());
+        let inputs = FrameInputs {
+            emitters: &lights,
+            areas: &[],
+            medium: &medium,
+            geometry: &geometry,
+            translucent: &[],
+            camera: &camera(),
+            size: SIZE,
+            rays: &rays,
+            hits: &hits,
+            map: 64,
+            host: &host,
+            selection: Selection::default(),
+            watch: &(),
+        };
+        let registry = Registry::standard();
+        let method = registry
+            .find("area-runs")
+            .and_then(|entry| entry.on::<Cpu>());
+        let surfaces = method.and_then(|method| method.surfaces()).unwrap();
+        let frame = Frame::new(&cpu, inputs, &store).unwrap();
+        let mut radiance = vec![[0.0; 4]; points.len()];
+        surfaces
+            .add_surface_light(&frame, 16, &points, false, &mut radiance)
+            .unwrap();
+        radiance
+    });
+    let mut shaded = 0;
+    for (open, boxed) in found[0].iter().zip(&found[1]) {
+        assert!(
+            (open[1] - boxed[1]).abs() <= 1e-4 * open[1],
+            "{open:?} {boxed:?}"
+        );
+        shaded += usize::from(open[1] < 0.5 * found[0][0][1].max(found[0][255][1]));
+    }
+    assert!(shaded > 5, "{shaded}");
+}

@@ -83,7 +83,7 @@ fn picture(
     let registry = Registry::standard();
     let hybrid = registry.find("hybrid x gauss-8").unwrap();
     for note in hybrid.method().notes(&inputs) {
-        assert!(note.contains("emitters"), "{note}");
+        assert!(note.contains("is marched then"), "{note}");
     }
     let frame = Frame::new(cpu, inputs, &store).unwrap();
     let mut radiance = vec![[0.0; 4]; rays.len()];

@@ -58,9 +58,11 @@
 //!
 //! First order in the length of a step: shadows and gaps shorter than a step may be missed,
 //! and converge to the runs of the map ([`MapRuns`](super::epipolar::MapRuns)). A ray looks at
-//! ten to twenty cells, each of which costs one and a half steps, for every light; volumes
-//! take up to 0.5 MiB for each picture of a light. A ray to the sky ends after ten mean free
-//! paths, see [`Spacing::Distance`](super::march::Spacing::Distance).
+//! ten to twenty cells, each of which costs 1.6 steps, for every light; volumes
+//! take up to 0.33 MiB for each picture of a light. A ray to the sky ends after ten mean free
+//! paths, see [`Spacing::Distance`](super::march::Spacing::Distance). Volumes are wider by
+//! the roundings of positions within the scene; those of an eye a hundred times as far away
+//! as the scene is large are larger, so that a dark step may be missed at an edge.
 
 mod asking;
 mod choice;

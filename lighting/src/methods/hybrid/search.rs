@@ -5,6 +5,7 @@ use gpu_backend::Host;
 
 use super::picture::Picture;
 use super::volumes::ShadowVolumes;
+use crate::shadow_map::line::cube_face;
 use crate::{Interval, Ray};
 
 /// A step past a border, relative to the distance from the light: some roundings of an
@@ -286,17 +287,4 @@ impl<'a> Sight<'a> {
             (base + exit * slope > near).then(|| ((near - base) / slope).clamp(s, exit))
         }
     }
-}
-
-/// Which face of a cube, in the order +X −X +Y −Y +Z −Z, the direction points at.
-fn cube_face(v: DVec3) -> usize {
-    let a = v.abs();
-    let axis = if a.x >= a.y && a.x >= a.z {
-        0
-    } else if a.y >= a.z {
-        1
-    } else {
-        2
-    };
-    2 * axis + usize::from(v[axis] < 0.0)
 }

@@ -26,6 +26,9 @@ const POSITION: f64 = 1e-6;
 /// Triangles that are added to a grid of their own.
 const CHUNK: usize = 1 << 14;
 
+/// Grids that are made at the same time, at most: of a cube 1.5 MiB each.
+const MOST_CHUNKS: usize = 64;
+
 /// Shadow volumes that hold every shadow of a light.
 ///
 /// Each picture of the light is divided into square cells, and a cell has the least
@@ -105,8 +108,8 @@ fn cells(pictures: usize, side: u32, levels: u32) -> usize {
 impl ShadowVolumes<Host> {
     /// Those of a light, for a shadow map of so many texels per side.
     ///
-    /// Takes time in proportion to the number of triangles and of cells that they
-    /// touch.
+    /// Takes time in proportion to the number of triangles and of the cells in the boxes
+    /// around them, and while it is at it at most 96 MiB.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory: 2 MiB for a cube.
@@ -128,8 +131,12 @@ impl ShadowVolumes<Host> {
             cell: f64::from(cell),
             side,
         };
-        let chunks = geometry.triangles().len().div_ceil(CHUNK);
-        let parts = cpu.map(chunks, |chunk| grid.of_triangles(geometry, chunk * CHUNK));
+        let triangles = geometry.triangles().len();
+        // A grid for each, of which the least is the same however triangles are divided.
+        let chunk = CHUNK.max(triangles.div_ceil(MOST_CHUNKS));
+        let parts = cpu.map(triangles.div_ceil(chunk), |number| {
+            grid.of_triangles(geometry, number * chunk, chunk)
+        });
         let scale = [
             geometry.bounds().min(),
             geometry.bounds().max(),
@@ -202,10 +209,10 @@ struct Grid<'a> {
 
 impl Grid<'_> {
     /// The least depths of some triangles.
-    fn of_triangles(&self, geometry: &Geometry, first: usize) -> Vec<f32> {
+    fn of_triangles(&self, geometry: &Geometry, first: usize, count: usize) -> Vec<f32> {
         let per_picture = (self.side as usize).pow(2);
         let mut near = vec![NOTHING; self.pictures.len() * per_picture];
-        for (index, triangle) in (first..).zip(&geometry.triangles()[first..]).take(CHUNK) {
+        for (index, triangle) in (first..).zip(&geometry.triangles()[first..]).take(count) {
             // What a shadow map is rendered from.
             if !matches!(geometry.caster(index), Caster::Solid | Caster::Masked(_)) {
                 continue;

@@ -10,7 +10,8 @@ pub(super) type Node = [f32; 2];
 /// Patches have at most two to this power of cells along a side.
 pub(super) const LARGEST_PATCH: u32 = 6;
 
-/// Most levels of a quadtree: of 65536 texels.
+/// Levels of a quadtree that there is room for: 65536 texels have 17, and a uniform has
+/// places by fours.
 pub(super) const MOST_LEVELS: usize = 20;
 
 /// Nothing is nearer to a light at a point than this, m, so that heights are finite.

@@ -58,7 +58,10 @@
 //! # Limits
 //!
 //! Within half a texel of the border of a picture heights are those of its last texels. Distances are
-//! at most 1e18 m.
+//! at most 1e18 m. Some software drivers end all loops of a shader after 65,535 turns, of
+//! which a ray takes about five for each texel that it crosses where nothing is flat, and
+//! the nodes of its evaluator for each run: maps of more than 8192 texels of hair or leaves
+//! may exceed that.
 
 mod build;
 #[cfg(feature = "wgpu")]

@@ -69,6 +69,22 @@ impl Eye {
         }
     }
 
+    /// What surfaces at distances from `nearest` to `farthest` metres along the rays of a
+    /// picture of `width` × `height` pixels are, whatever is in the air before them.
+    pub fn of_surfaces(
+        camera: &Camera,
+        [width, height]: [u32; 2],
+        [nearest, farthest]: [f32; 2],
+    ) -> Self {
+        Self {
+            position: camera.eye(),
+            corners: Some(camera.corners(width, height)),
+            depths: Interval::new(nearest, farthest),
+            lamp_spacing: Spacing::Angle,
+            sun_spacing: Spacing::Angle,
+        }
+    }
+
     fn view(&self, emitter: &Emitter) -> Result<ViewVolume, epipolar::Error> {
         let Interval { start, mut end } = self.depths;
         // The view volume refuses an end that is no distance.

@@ -59,8 +59,6 @@ pub struct Choice {
     pixels: Vec<u32>,
     /// One for each pixel of the picture.
     pub(super) mixtures: Vec<Mixture>,
-    /// The first of the rays that pixels have to themselves.
-    pub(super) samples: usize,
 }
 
 /// What is known of a pixel before its rays have numbers.
@@ -253,14 +251,12 @@ impl Choice {
             hits: Vec::new(),
             pixels: Vec::new(),
             mixtures: Vec::with_capacity(found.len()),
-            samples: 0,
         };
         let all = lines.iter().flat_map(Lines::samples);
         let corner = DVec2::from(area.from.map(f64::from));
         for (point, pixel) in all {
             choice.push(inputs, pixel, ray_through(surfaces, corner + point, pixel));
         }
-        choice.samples = choice.rays.len();
         for (pixel, found) in (0..).zip(found) {
             let mixture = match found {
                 Found::Dark => Mixture::one(NONE),
