@@ -62,11 +62,12 @@ impl Pair<'_> {
         let before = (first + 1) as f32 - ends[0];
         let after = ends[1] - last as f32;
         let whole = [self.first, self.second].map(|texel| lit_bits(texel, first + 1, last));
+        let between = blend(whole[0], whole[1], self.share);
         let [at_first, at_last] = [first, last].map(|bit| self.visibility(bit));
-        if at_first == 1.0 && at_last == 1.0 && whole == [last - first - 1; 2] {
+        if at_first == 1.0 && at_last == 1.0 && between == (last - first - 1) as f32 {
             return to - from;
         }
-        at_first * before + blend(whole[0], whole[1], self.share) + at_last * after
+        at_first * before + between + at_last * after
     }
 
     /// The first bit above `bit` at which one of the two texels changes, or
