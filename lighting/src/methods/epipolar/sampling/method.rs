@@ -98,7 +98,7 @@ impl<S: LightSources + Clone, E: Evaluators + Clone> Method for EpipolarSampling
     fn about(&self) -> About {
         About {
             name: "epipolar-sampling".into(),
-            title: "epipolar sampling of the picture",
+            title: "epipolar sampling",
             purpose: "what engines call light scattering with epipolar sampling: a few samples \
                  for each line towards a light, more where depth is discontinuous",
             paper: "Engelhardt and Dachsbacher, Epipolar Sampling for Shadows and Crepuscular \
