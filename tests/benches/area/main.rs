@@ -6,6 +6,7 @@
 //! those whose ids, in [`BENCHES`], have one of these words in them.
 
 mod grids;
+mod moving;
 
 use std::time::Instant;
 
@@ -30,7 +31,7 @@ use reference::oracle::area;
 use reference::oracle::image::Options;
 use reference::scenes::TestScene;
 
-const BENCHES: [(&str, fn()); 7] = [
+const BENCHES: [(&str, fn()); 8] = [
     ("64 grids of 128^3", grids::few),
     ("256 grids of 128^3", grids::many),
     ("maps", maps),
@@ -38,6 +39,7 @@ const BENCHES: [(&str, fn()); 7] = [
     ("hard", hard),
     ("baseline", baseline),
     ("froxels", froxels),
+    ("moving", moving::moving),
 ];
 
 /// Texels of a map and voxels along an axis.

@@ -102,9 +102,9 @@
 //!
 //! Lights are sampled anew in each frame, and nothing is kept from one to the next. While
 //! the light of `pergola` moves 1 cm a frame, the change from frame to frame errs by
-//! 0.33 % of the mean with 64 lights and by 0.19 % with 128, where a frame alone errs by
-//! 0.42 and 0.35 %: less than if frames were independent. With 16 lights and fewer it errs
-//! as frames that are.
+//! 0.34 % of the mean with 64 lights and by 0.19 % with 128, where a frame alone errs by
+//! 0.41 and 0.35 %: less than if frames were independent. With 16 lights and fewer it errs
+//! as frames that are (bench `area`, id `moving`).
 //!
 //! # Speed
 //!

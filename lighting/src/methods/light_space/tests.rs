@@ -133,6 +133,7 @@ fn fewer_steps_are_as_good_and_many_end_at_the_runs_of_the_map() {
         }
         let gain = gain.exp();
         println!("{kind}: {gain:.1}x; {found:.4?} equal {equal:.4?}");
+        println!("{kind}: {gain:.1} x, errors {found:.4?} of {counts:?} steps");
         assert!(gain > least, "{kind}: {gain}");
         assert!(found[11] < 1e-3, "{kind}: {found:?}");
     }
