@@ -204,6 +204,11 @@ pub(crate) struct Render {
 
     /// The method of the airlight, by its name or its title (see `crepuscular
     /// methods`) [default: exact x quadrature]
+    ///
+    /// Behind a name may stand how to do less work for the picture: `quarter` or `sixteenth` for
+    /// that part of the pixels, the others filled by those that see the same surface; `2x2` or
+    /// `3x3` before it for rays that share their work, where a method allows it; and `gaussian`
+    /// behind it for a filter that knows no surfaces.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["visibility", "airlight"])]
     pub(crate) method: Option<String>,
 

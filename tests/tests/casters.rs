@@ -123,7 +123,7 @@ fn maps_and_marches_see_masks_and_panes<B: Subject>(backend: &B) {
             ("translucent x gauss-1", 128),
         ] {
             let entry = registry.find(name).unwrap();
-            let Some(error) = error(backend, &scene, entry, MAP, quality, &truth) else {
+            let Some(error) = error(backend, &scene, &entry, MAP, quality, &truth) else {
                 continue;
             };
             println!("{}, {name}: {error:.4} of {effect:.4}", case.name);

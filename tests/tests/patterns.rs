@@ -394,6 +394,6 @@ fn default_error<B: Subject>(
     let inputs = inputs(test_scene, 64, &host);
     let registry = Registry::standard();
     let entry = registry.find("exact x quadrature").unwrap();
-    let picture = image(backend, inputs, entry, entry.about().usual).unwrap();
+    let picture = image(backend, inputs, &entry, entry.about().usual).unwrap();
     image_error(&picture.unwrap(), &test_scene.truth())
 }

@@ -250,6 +250,15 @@ fn methods_are_found_by_any_of_their_names() {
     let own = registry.pair("march", "gauss", Some(3)).unwrap();
     assert_eq!(own.about().name, "march x gauss-3");
     assert!(registry.pair("march", "no such thing", None).is_none());
+    let reduced = |name: &str| Some(registry.find(name)?.about().name.into_owned());
+    for name in [
+        "exact x gauss-8 quarter",
+        "march x midpoint 2x2 sixteenth gaussian",
+    ] {
+        assert_eq!(reduced(name).as_deref(), Some(name));
+    }
+    assert_eq!(reduced("constant 1/9").as_deref(), Some("constant 1/9"));
+    assert!(reduced("no such thing quarter").is_none() && reduced("quarter").is_none());
 }
 
 /// Threads change nothing, and neither does which methods ran before.

@@ -23,7 +23,7 @@ impl Chosen {
         let entry = match &args.method {
             Some(name) => {
                 let found = methods.find(name);
-                found.ok_or_else(|| unknown_method(methods, name))?.clone()
+                found.ok_or_else(|| unknown_method(methods, name))?
             }
             None => {
                 let visibility = args.visibility.as_deref().unwrap_or(VISIBILITY);

@@ -213,6 +213,12 @@ pub enum MethodError {
         /// What it may be.
         expected: String,
     },
+    /// A method was asked for on a backend on which it does not run.
+    #[error("{name} does not run on this backend")]
+    NotHere {
+        /// The method.
+        name: String,
+    },
     /// The [`Watch`](crate::Watch) wanted no more.
     #[error("stopped after {done} of {total} lights")]
     Stopped {

@@ -5,9 +5,13 @@ use std::sync::Arc;
 
 #[cfg(feature = "wgpu")]
 use gpu_backend::gpu::{Gpu, Queued, Recording};
-use gpu_backend::{Backend, Cpu};
+use gpu_backend::{Backend, BufferOf, Cpu};
 
-use super::{About, EvaluatorAbout, Method, RunOn, SourceAbout};
+use super::reduced::{Reduced, Reduction};
+use super::{
+    About, EvaluatorAbout, Frame, FrameInputs, LightFrameSurfaces, Method, MethodError, RunOn,
+    SourceAbout, Verdict, Work,
+};
 
 /// A method that runs on every backend of this build.
 ///
@@ -141,6 +145,17 @@ impl Entry {
         ])
     }
 
+    /// The same method with less work, where it runs itself: see
+    /// [`reduced`](super::reduced). Comparisons do not show it.
+    #[must_use]
+    pub fn reduced(&self, reduction: Reduction) -> Self {
+        let reduced = Reduced::new(self.clone(), reduction);
+        match self.runs_on_gpus() {
+            true => Self::everywhere(reduced),
+            false => Self::on_cpu(reduced),
+        }
+    }
+
     /// Whether it runs on GPUs; every method runs on the CPU.
     pub fn runs_on_gpus(&self) -> bool {
         #[cfg(feature = "wgpu")]
@@ -157,6 +172,65 @@ impl Entry {
         let visibility = self.pair.as_ref().map(|pair| pair.visibility);
         !filter.is_empty()
             && (visibility == Some(&filter) || name.contains(&filter) || title.contains(&filter))
+    }
+}
+
+impl Method for Entry {
+    fn about(&self) -> About {
+        self.method.about()
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        self.method.applies(inputs)
+    }
+
+    fn distinct<'q>(
+        &self,
+        inputs: &FrameInputs<'_>,
+        qualities: &'q [u32],
+    ) -> (&'q [u32], Option<&'static str>) {
+        self.method.distinct(inputs, qualities)
+    }
+
+    fn interleaves(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        self.method.interleaves(inputs)
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        self.method.notes(inputs)
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work {
+        self.method.work(inputs, quality)
+    }
+}
+
+impl Entry {
+    fn runs_on<B: MethodBackend>(&self) -> Result<&dyn RunOn<B>, MethodError> {
+        let missing = || MethodError::NotHere {
+            name: self.about().name.into_owned(),
+        };
+        self.on().ok_or_else(missing)
+    }
+}
+
+/// [`MethodError::NotHere`] on a backend on which the method does not run.
+impl<B: MethodBackend> RunOn<B> for Entry {
+    fn prepare(&self, frame: &Frame<'_, B>, quality: u32) -> Result<(), MethodError> {
+        self.runs_on()?.prepare(frame, quality)
+    }
+
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, B>,
+        quality: u32,
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), MethodError> {
+        self.runs_on()?.add_radiance(frame, quality, radiance)
+    }
+
+    fn surfaces(&self) -> Option<&dyn LightFrameSurfaces<B>> {
+        self.on().and_then(RunOn::surfaces)
     }
 }
 
@@ -257,15 +331,24 @@ impl Registry {
         all.filter(|entry| !entry.about().qualities.is_empty())
     }
 
-    /// The method of this name, or the only one that the name is a part of.
-    pub fn find(&self, name: &str) -> Option<&Entry> {
+    /// The method of this name, or the only one that the name is a part of. A name that
+    /// ends on a [reduction](Reduction::of_name) of any method is that too.
+    pub fn find(&self, name: &str) -> Option<Entry> {
         let name = name.trim().to_lowercase().replace('×', "x");
+        self.find_whole(&name).cloned().or_else(|| {
+            let (whole, reduction) = Reduction::of_name(&name);
+            let entry = (!reduction.is_none()).then(|| self.find_whole(whole))??;
+            Some(entry.reduced(reduction))
+        })
+    }
+
+    fn find_whole(&self, name: &str) -> Option<&Entry> {
         let exact = self.entries.iter().find(|entry| {
             let about = entry.about();
             about.name == name || about.title == name
         });
         exact.or_else(|| {
-            let mut matching = self.compared().filter(|entry| entry.matches(&name));
+            let mut matching = self.compared().filter(|entry| entry.matches(name));
             let first = matching.next()?;
             matching.next().is_none().then_some(first)
         })

@@ -313,8 +313,7 @@ impl Large {
         let registry = Registry::standard();
         let (cpu, store) = (Cpu::new(), Store::new());
         let frame = Frame::new(&cpu, inputs, &store).expect("memory").timed();
-        let method = registry.find(name).and_then(|entry| entry.on::<Cpu>());
-        let method = method.expect("a method");
+        let method = registry.find(name).expect("a method");
         method.prepare(&frame, quality).expect("a legal quality");
         let mut radiance = vec![[0.0; 4]; inputs.rays.len()];
         method

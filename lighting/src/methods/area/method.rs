@@ -341,11 +341,8 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 "a ninth of the points at a quarter of the pixels: the least work for soft light",
             )),
         ),
-        // The paper's own, and what its parts are worth, for those who ask.
+        // The paper's own, for those who ask.
         Entry::everywhere(filled),
-        Entry::everywhere(Reduced::new(runs, Reduction::QUARTER)),
-        Entry::everywhere(Reduced::new(imperfect, Reduction::WINDOWS_OF_3)),
-        Entry::everywhere(Reduced::new(imperfect, Reduction::QUARTER)),
     ]
 }
 

@@ -300,7 +300,7 @@ fn surfaces_have_the_shadows_of_the_same_voxels() {
 fn shadows_on_surfaces_do_not_depend_on_where_the_fog_is() {
     use super::tests::{SIZE, camera};
     use crate::Ray;
-    use crate::methods::{Frame, FrameInputs, Registry, Selection, Store};
+    use crate::methods::{Frame, FrameInputs, Registry, RunOn, Selection, Store};
     use crate::scene::{Bounds, Medium, PhaseFunction};
 
     let thin = Medium::new(Vec3::splat(1e-7), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
@@ -332,10 +332,8 @@ fn shadows_on_surfaces_do_not_depend_on_where_the_fog_is() {
             watch: &(),
         };
         let registry = Registry::standard();
-        let method = registry
-            .find("area-runs")
-            .and_then(|entry| entry.on::<Cpu>());
-        let surfaces = method.and_then(|method| method.surfaces()).unwrap();
+        let method = registry.find("area-runs").unwrap();
+        let surfaces = RunOn::<Cpu>::surfaces(&method).unwrap();
         let frame = Frame::new(&cpu, inputs, &store).unwrap();
         let mut radiance = vec![[0.0; 4]; points.len()];
         surfaces

@@ -6,11 +6,10 @@ use super::sampling::EpipolarSampling;
 use super::{BuildLineTrees, BuildMapBlocks, MapBlocks, MapRuns};
 use crate::Touching;
 use crate::methods::evaluators::Gauss;
-use crate::methods::reduced::{Reduced, Reduction};
 use crate::methods::registry::pairs;
 use crate::methods::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, PerLight, Role,
-    SourceAbout, SourceOn, Work,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
+    SourceOn, Work,
 };
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
@@ -122,8 +121,5 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         ]
     );
     all.push(Entry::everywhere(EpipolarSampling::new(Runs, Gauss, 8)));
-    // For those who ask.
-    let runs = PerLight::new(Runs, Gauss, None);
-    all.push(Entry::everywhere(Reduced::new(runs, Reduction::QUARTER)));
     all
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{March, Spacing};
 use crate::methods::evaluators::Midpoints;
-use crate::methods::reduced::{Filter, Reduced, Reduction, ShownAs};
+use crate::methods::reduced::{Reduced, Reduction, ShownAs};
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, PerLight, Role, SourceAbout,
@@ -128,13 +128,9 @@ fn reduced(march: Marches) -> Vec<Entry> {
         "the steps of a ray shared with its neighbours: as sharp along the ray as all of them",
         "Keller and Heidrich, Interleaved Sampling, EGWR 2001",
     );
-    let gaussian = Reduction::QUARTER.with_filter(Filter::Gaussian);
     vec![
         Entry::everywhere(Reduced::new(march.clone(), Reduction::QUARTER).shown_as(quarter)),
-        Entry::everywhere(Reduced::new(march.clone(), Reduction::WINDOWS_OF_2).shown_as(shared)),
-        // For those who ask.
-        Entry::everywhere(Reduced::new(march.clone(), Reduction::SIXTEENTH)),
-        Entry::everywhere(Reduced::new(march, gaussian)),
+        Entry::everywhere(Reduced::new(march, Reduction::WINDOWS_OF_2).shown_as(shared)),
     ]
 }
 

@@ -1,5 +1,7 @@
 //! Which pixels are sampled, and with which weight a sample counts by its place.
 
+use std::fmt;
+
 /// How much less work a picture is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Reduction {
@@ -107,6 +109,36 @@ impl Reduction {
         self.filter
     }
 
+    /// A name and the reduction that it ends on, as [`Display`](fmt::Display) writes it:
+    /// `hybrid x gauss-8 3x3 quarter` is a `3x3 quarter` of `hybrid x gauss-8`. A name that
+    /// ends on none is all of it, and [`Reduction::NONE`].
+    pub fn of_name(name: &str) -> (&str, Self) {
+        let (mut rest, mut reduction) = (name.trim_end(), Self::NONE);
+        // From the end: the filter, then blocks, then windows.
+        let last = |rest: &mut &str| -> Option<String> {
+            let (before, word) = rest.rsplit_once(' ')?;
+            let word = word.to_owned();
+            *rest = before.trim_end();
+            Some(word)
+        };
+        let mut shorter = rest;
+        if last(&mut shorter).as_deref() == Some("gaussian") {
+            (rest, reduction.filter) = (shorter, Filter::Gaussian);
+        }
+        shorter = rest;
+        if let Some(block) = last(&mut shorter).and_then(|word| block_of(&word)) {
+            (rest, reduction.block) = (shorter, block);
+        }
+        shorter = rest;
+        if let Some(window) = last(&mut shorter).and_then(|word| window_of(&word)) {
+            (rest, reduction.window) = (shorter, window);
+        }
+        match reduction.is_none() {
+            true => (name, Self::NONE),
+            false => (rest, reduction),
+        }
+    }
+
     /// Whether nothing is left out.
     pub fn is_none(self) -> bool {
         self.block == 1 && self.window == 1
@@ -117,6 +149,54 @@ impl Reduction {
         let side = f64::from(self.block * self.window);
         1.0 / (side * side)
     }
+}
+
+/// What a name of a reduced method ends on: `3x3 quarter`, `sixteenth gaussian`; nothing
+/// for [`Reduction::NONE`].
+impl fmt::Display for Reduction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let window = match self.window {
+            1 => String::new(),
+            n => format!("{n}x{n}"),
+        };
+        let block = match self.block {
+            1 => String::new(),
+            2 => "quarter".into(),
+            4 => "sixteenth".into(),
+            n => format!("1/{}", n * n),
+        };
+        let filter = match self.filter {
+            Filter::Gaussian if !self.is_none() => "gaussian",
+            _ => "",
+        };
+        let words = [window.as_str(), &block, filter];
+        let words: Vec<&str> = words.into_iter().filter(|word| !word.is_empty()).collect();
+        f.write_str(&words.join(" "))
+    }
+}
+
+/// Pixels along a side of the blocks that a word names.
+fn block_of(word: &str) -> Option<u32> {
+    (2..=MOST).find(|block| {
+        Reduction {
+            block: *block,
+            ..Reduction::NONE
+        }
+        .to_string()
+            == word
+    })
+}
+
+/// Samples along a side of the windows that a word names.
+fn window_of(word: &str) -> Option<u32> {
+    (2..=MOST).find(|window| {
+        Reduction {
+            window: *window,
+            ..Reduction::NONE
+        }
+        .to_string()
+            == word
+    })
 }
 
 /// The samples of a picture: the pixels of every `block`-th row and column, and those
@@ -250,6 +330,35 @@ mod tests {
     use super::*;
 
     const SIZES: [[u32; 2]; 6] = [[1, 1], [2, 1], [5, 7], [8, 4], [9, 9], [17, 3]];
+
+    #[test]
+    fn a_reduction_is_found_in_the_name_that_it_gives() {
+        for filter in [Filter::Bilateral, Filter::Gaussian] {
+            for block in 1..=MOST {
+                for window in 1..=MOST {
+                    let reduction = Reduction::new(block, window).unwrap().with_filter(filter);
+                    let name = format!("a x b-8 {reduction}");
+                    let expected = match reduction.is_none() {
+                        true => (name.as_str(), Reduction::NONE),
+                        false => ("a x b-8", reduction),
+                    };
+                    assert_eq!(Reduction::of_name(&name), expected);
+                }
+            }
+        }
+        for name in [
+            "",
+            "quarter",
+            "gaussian",
+            "a gaussian",
+            "a 9x9",
+            "a 2x3",
+            "a 1/1",
+            "a  b",
+        ] {
+            assert_eq!(Reduction::of_name(name), (name, Reduction::NONE));
+        }
+    }
 
     fn grids() -> impl Iterator<Item = Grid> {
         SIZES.into_iter().flat_map(|size| {

@@ -1,10 +1,8 @@
 //! A method with less work.
 
-use std::borrow::Cow;
-
 use gpu_backend::{BufferOf, Cpu};
 
-use super::{Choice, FillPicture, Filling, Filter, Reduction};
+use super::{Choice, FillPicture, Filling, Reduction};
 use crate::methods::{
     About, Frame, FrameInputs, LightFrameSurfaces, Method, MethodError, Role, RunOn, Verdict, Work,
 };
@@ -90,24 +88,6 @@ impl<M: Method> Reduced<M> {
     fn runs_as_it_is(&self, inputs: &FrameInputs<'_>) -> bool {
         self.reduction.is_none() || inputs.selection.pixels.is_some() || inputs.rays.is_empty()
     }
-
-    fn name(&self) -> Cow<'static, str> {
-        let mut name = self.inner.about().name.into_owned();
-        let (block, window) = (self.reduction.block(), self.reduction.window());
-        if window > 1 {
-            name += &format!(" {window}x{window}");
-        }
-        match block {
-            1 => {}
-            2 => name += " quarter",
-            4 => name += " sixteenth",
-            _ => name += &format!(" 1/{}", block * block),
-        }
-        if self.reduction.filter() == Filter::Gaussian {
-            name += " gaussian";
-        }
-        name.into()
-    }
 }
 
 impl<M: Method> Method for Reduced<M> {
@@ -126,7 +106,7 @@ impl<M: Method> Method for Reduced<M> {
                 ..inner
             },
             None => About {
-                name: self.name(),
+                name: format!("{} {}", inner.name, self.reduction).into(),
                 purpose: "a reduction of one's own",
                 qualities: &[],
                 quick: &[],

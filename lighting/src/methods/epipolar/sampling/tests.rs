@@ -147,14 +147,12 @@ fn picture_on(
 
 fn sampled(inputs: FrameInputs<'_>, quality: u32) -> Vec<[f32; 4]> {
     let all = Registry::standard();
-    let method = all.find("epipolar-sampling").unwrap().on::<Cpu>().unwrap();
-    picture(inputs, method, quality)
+    picture(inputs, &all.find("epipolar-sampling").unwrap(), quality)
 }
 
 fn exact(inputs: FrameInputs<'_>) -> Vec<[f32; 4]> {
     let all = Registry::standard();
-    let method = all.find("map-runs x gauss").unwrap().on::<Cpu>().unwrap();
-    picture(inputs, method, 8)
+    picture(inputs, &all.find("map-runs x gauss").unwrap(), 8)
 }
 
 /// Root mean square over the mean.
@@ -238,7 +236,7 @@ fn the_light_of_many_is_the_sum_of_that_of_each() {
 #[test]
 fn pictures_do_not_depend_on_threads() {
     let all = Registry::standard();
-    let method = all.find("epipolar-sampling").unwrap().on::<Cpu>().unwrap();
+    let method = &all.find("epipolar-sampling").unwrap();
     for (name, light) in lights() {
         with_view([48, 32], &[light], |inputs| {
             let one = picture_on(&Cpu::single_threaded(), inputs, method, 4);
