@@ -13,7 +13,9 @@
 use std::f32::consts::{LN_2, LOG2_E, PI};
 use std::hint::black_box;
 
-use airlight::{Evaluator, Exact, FrameTable, PhaseFunction, Segment, SunTable, Table};
+use airlight::{
+    Evaluator, Exact, FrameTable, Framed, PhaseFunction, Quadrature, Segment, SunTable, Table,
+};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use reference::random::Random;
 
@@ -216,15 +218,59 @@ fn evaluators(criterion: &mut Criterion) {
     }
 }
 
+/// Tables of a frame: how long they take to make, and the steps of rays all around, one
+/// by one and with one lookup for each, beside those of the table for all frames.
 fn frame(criterion: &mut Criterion) {
-    let exact = Exact::new(PhaseFunction::Isotropic).expect("no parameters");
-    let table = FrameTable::new(&exact, SIGMA_T, 2.0, 8.0, [512, 512]).expect("in range");
-    let distances: Vec<f32> = (0..=64).map(|i| i as f32 * 0.125).collect();
-    let mut steps = vec![0.0; 64];
+    let phase = PhaseFunction::Isotropic;
+    let (rows, distance) = (128, 2.0);
     let mut group = criterion.benchmark_group("frame table");
-    group.throughput(Throughput::Elements(64));
-    group.bench_function("64 steps of a ray", |bencher| {
-        bencher.iter(|| table.steps(black_box(0.7), &distances, &mut steps));
+    for rows in [64, 128, 256] {
+        group.bench_function(BenchmarkId::new("build", rows), |bencher| {
+            bencher.iter(|| FrameTable::new(&phase, SIGMA_T, black_box(distance), rows));
+        });
+    }
+    let table = FrameTable::new(&phase, SIGMA_T, distance, rows).expect("in range");
+    let all = Table::new(&phase, 64).expect("in range");
+    let rest = Quadrature::with_tolerance(phase, 1e-5).expect("in range");
+    let framed = Framed::new(table.clone(), rest);
+    let distance = f64::from(distance);
+    let (rays, count, length) = (64, 64, 0.125);
+    let angles = (0..rays).map(|i| (1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(rays)).acos());
+    let angles: Vec<f64> = angles.collect();
+    let steps: Vec<Segment> = (angles.iter())
+        .flat_map(|&gamma| {
+            (0..count).map(move |i| segment(distance, gamma, length * f64::from(i), length))
+        })
+        .collect();
+    let mut airlight = vec![0.0; steps.len()];
+    group.throughput(Throughput::Elements(steps.len() as u64));
+    let evaluators: [(&str, &dyn Evaluator); 2] = [("table", &all), ("one by one", &framed)];
+    for (name, evaluator) in evaluators {
+        let [largest, median] = errors(evaluator, phase, &steps);
+        println!("steps of a frame: {name}: largest error {largest:.1e}, median {median:.1e}");
+        group.bench_function(BenchmarkId::new("steps", name), |bencher| {
+            bencher.iter(|| evaluator.airlight_batch(SIGMA_T, black_box(&steps), &mut airlight));
+        });
+    }
+    group.bench_function(BenchmarkId::new("steps", "one lookup each"), |bencher| {
+        bencher.iter(|| {
+            let mut unknown = 0;
+            for (&gamma, airlight) in angles.iter().zip(airlight.chunks_mut(count as usize)) {
+                let (foot, h) = (distance * gamma.cos(), distance * gamma.sin());
+                let Some(ray) = table.ray(foot as f32, h as f32) else {
+                    continue;
+                };
+                let mut before = ray.at(0.0);
+                for (i, airlight) in airlight.iter_mut().enumerate() {
+                    let here = ray.at(length as f32 * (i + 1) as f32);
+                    let light = before.zip(here).and_then(|(a, b)| ray.between(&a, &b));
+                    unknown += u32::from(light.is_none());
+                    *airlight = light.unwrap_or(0.0);
+                    before = here;
+                }
+            }
+            unknown
+        });
     });
     group.finish();
 }

@@ -125,6 +125,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "march quarter x ",
             "march 2x2 x ",
             "march-merged x gauss-8",
+            "march-merged x frame-table-128",
             "equi-angular x gauss-1",
             "equi-angular-merged x gauss-8",
             "equi-angular-merged x table-64",

@@ -14,6 +14,7 @@
 //! | [`NODES`] | `air_nodes`, `air_next_node`: [`Quadrature::nodes`](crate::Quadrature::nodes) | `SCALED` |
 //! | [`QUADRATURE`] | `air_quadrature_airlight`: [`Quadrature`](crate::Quadrature) | `PHASE`, `NODES` |
 //! | [`SUN_TABLE`] | `air_sun_table_airlight`: [`SunTable`](crate::SunTable) | `NUMERIC` |
+//! | [`FRAME_TABLE`] | `air_frame_look_up`: [`FrameTable`](crate::FrameTable) | `SEGMENT` |
 //! | [`SURFACE`] | `air_lobe`, `air_gloss`: the tables of [`surface`](crate::surface) | |
 //!
 //! Each evaluator reaches its data through a function or two that its part names at
@@ -25,6 +26,7 @@
 //! | `TABLE` | `air_table_uniforms`, `air_table_cell` | [`Table::gpu_uniforms`](crate::Table::gpu_uniforms), an entry of [`Table::gpu_cells`](crate::Table::gpu_cells) |
 //! | `NODES` | `air_quadrature_uniforms`, `air_quadrature_entry` | [`Quadrature::gpu_uniforms`](crate::Quadrature::gpu_uniforms), an entry of [`Quadrature::gpu_entries`](crate::Quadrature::gpu_entries) |
 //! | `SUN_TABLE` | `air_sun_table_rows`, `air_sun_table_value` | [`SunTable::gpu_rows`](crate::SunTable::gpu_rows), an entry of [`SunTable::gpu_values`](crate::SunTable::gpu_values) |
+//! | `FRAME_TABLE` | `air_frame_cell` | an entry of [`FrameTable::gpu_cells`](crate::FrameTable::gpu_cells) |
 //! | `SURFACE` | `air_surface_coefficient` | an entry of [`LobeTable::coefficients`](crate::surface::LobeTable::coefficients) or [`GlossTable::coefficients`](crate::surface::GlossTable::coefficients) |
 //!
 //! An integrand of one's own takes its nodes from `NODES`:
@@ -72,6 +74,7 @@
 
 #[cfg(feature = "wgpu")]
 mod batch;
+mod frame_table;
 mod phase;
 mod quadrature;
 #[cfg(feature = "wgpu")]
@@ -83,6 +86,7 @@ mod tests;
 
 #[cfg(feature = "wgpu")]
 pub use batch::EvaluatorSlot;
+pub use frame_table::FrameTableRecord;
 pub use phase::PhaseRecord;
 pub use quadrature::QuadratureUniforms;
 pub use table::TableUniforms;
@@ -103,5 +107,7 @@ pub const NODES: &str = include_str!("nodes.wgsl");
 pub const QUADRATURE: &str = include_str!("quadrature.wgsl");
 /// `air_sun_table_airlight`.
 pub const SUN_TABLE: &str = include_str!("sun_table.wgsl");
+/// `air_frame_look_up`.
+pub const FRAME_TABLE: &str = include_str!("frame_table.wgsl");
 /// `air_lobe` and `air_gloss`.
 pub const SURFACE: &str = include_str!("surface.wgsl");

@@ -43,20 +43,36 @@ impl<E: airlight::Evaluator> Analytic<E> {
 
 impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
-        if let Some(segment) = path.segment(interval) {
-            return self.plain(path, &segment);
-        }
-        let Some(spot) = path.full_cone() else {
-            return self.fallback.radiance(path, interval);
-        };
-        path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
-            sum + if path.is_full(spot, piece) {
-                self.plain(path, &path.part(piece))
-            } else {
-                self.fallback.radiance(path, piece)
-            }
-        })
+        by_cone(
+            path,
+            interval,
+            |piece| self.plain(path, &path.part(piece)),
+            |piece| self.fallback.radiance(path, piece),
+        )
     }
+}
+
+/// The radiance of an interval by `plain` where the light shines alike in all
+/// directions from within the medium and does not fade, and by `rest` elsewhere.
+pub(super) fn by_cone(
+    path: &LightPath<'_>,
+    interval: Interval,
+    plain: impl Fn(Interval) -> Vec3,
+    rest: impl Fn(Interval) -> Vec3,
+) -> Vec3 {
+    if path.segment(interval).is_some() {
+        return plain(interval);
+    }
+    let Some(spot) = path.full_cone() else {
+        return rest(interval);
+    };
+    path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
+        sum + if path.is_full(spot, piece) {
+            plain(piece)
+        } else {
+            rest(piece)
+        }
+    })
 }
 
 impl<E: airlight::Evaluator> Analytic<E> {

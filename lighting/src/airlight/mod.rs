@@ -16,12 +16,14 @@ mod directional;
 mod equi_angular;
 mod lamp;
 mod midpoint;
+mod per_frame;
 mod quadrature;
 
 pub use analytic::Analytic;
 pub use directional::directional;
 pub use equi_angular::EquiAngular;
 pub use midpoint::Midpoint;
+pub use per_frame::PerFrame;
 pub use quadrature::Quadrature;
 
 #[cfg(feature = "shadow-map")]
@@ -131,6 +133,9 @@ mod tests {
             for nodes in [1, 4, 11] {
                 check(&EquiAngular::new(nodes).unwrap(), &paths, &parts);
             }
+            let rest = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
+            let of_eye = PerFrame::of_light(rest, Vec3::ZERO, light, &medium, 64).unwrap();
+            check(&of_eye, &paths, &parts);
         }
     }
 }

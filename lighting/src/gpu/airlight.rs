@@ -1,12 +1,12 @@
 //! Airlight evaluators in shaders.
 
 use airlight::Table;
-use airlight::gpu::{NODES, NUMERIC, SCALED, SEGMENT, TABLE};
+use airlight::gpu::{FRAME_TABLE, FrameTableRecord, NODES, NUMERIC, SCALED, SEGMENT, TABLE};
 use gpu_backend::gpu::{Argument, InShader};
 use gpu_backend::shader::Part;
 
 use super::AirlightSlot;
-use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
+use crate::airlight::{Analytic, EquiAngular, Midpoint, PerFrame, Quadrature};
 
 impl InShader<AirlightSlot> for Midpoint {
     fn part() -> Part {
@@ -50,11 +50,14 @@ impl InShader<AirlightSlot> for Quadrature {
     }
 }
 
+/// WGSL of what the evaluators of plain points have in common.
+const BY_CONE: &str = include_str!("by_cone.wgsl");
+
 impl InShader<AirlightSlot> for Analytic<Table> {
     fn part() -> Part {
         Part::new("light_analytic")
             .with(Quadrature::part())
-            .sources(&[TABLE, include_str!("analytic.wgsl")])
+            .sources(&[TABLE, BY_CONE, include_str!("analytic.wgsl")])
             .uniform("light_table", "air_Table")
             .read("light_table_cells", "array<vec4<u32>>")
     }
@@ -63,6 +66,33 @@ impl InShader<AirlightSlot> for Analytic<Table> {
         let mut arguments = self.fallback().arguments();
         arguments.push(Argument::uniform(self.evaluator().gpu_uniforms()));
         arguments.push(Argument::table(&self.evaluator().gpu_cells()));
+        arguments
+    }
+}
+
+impl InShader<AirlightSlot> for PerFrame {
+    fn part() -> Part {
+        Part::new("light_per_frame")
+            .with(Quadrature::part())
+            .sources(&[FRAME_TABLE, BY_CONE, include_str!("per_frame.wgsl")])
+            .uniform("light_frame_tables", "array<air_FrameTable, 3>")
+            .read("light_frame_cells", "array<vec4<f32>>")
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        let mut records = [FrameTableRecord::default(); 3];
+        let mut cells = Vec::new();
+        for (record, table) in records.iter_mut().zip(self.tables()) {
+            *record = table.gpu_record(cells.len() as u32);
+            cells.extend_from_slice(table.gpu_cells());
+        }
+        if cells.is_empty() {
+            // Buffers have a length.
+            cells.push([0.0; 4]);
+        }
+        let mut arguments = self.fallback().arguments();
+        arguments.push(Argument::uniform(records));
+        arguments.push(Argument::table(&cells));
         arguments
     }
 }

@@ -3,11 +3,11 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use airlight::{Exact, PhaseFunction, SunTable, Table};
+use airlight::{Exact, FrameTable, PhaseFunction, SunTable, Table};
 use gpu_backend::Backend;
 
 use super::{Frame, FrameInputs, MethodError, Verdict};
-use crate::airlight::{AirlightEvaluator, Analytic, EquiAngular, Midpoint, Quadrature};
+use crate::airlight::{AirlightEvaluator, Analytic, EquiAngular, Midpoint, PerFrame, Quadrature};
 use crate::path::full_cone;
 use crate::scene::Emitter;
 
@@ -60,6 +60,20 @@ pub trait Evaluators: Send + Sync + Debug {
             .get(Self::ABOUT.title, quality, Self::bytes, || {
                 self.make(phase, quality)
             })
+    }
+
+    /// The evaluator of a light in a frame, which only those need to tell apart that
+    /// belong to an eye or a light: else it is the [kept](Evaluators::kept) one.
+    ///
+    /// # Errors
+    /// Those of [`Evaluators::make`].
+    fn of_light<B: Backend>(
+        &self,
+        frame: &Frame<'_, B>,
+        _light: usize,
+        quality: u32,
+    ) -> Result<Arc<Self::Evaluator>, MethodError> {
+        self.kept(frame, quality)
     }
 }
 
@@ -248,6 +262,54 @@ impl Evaluators for Tables {
 
     fn bytes(evaluator: &Self::Evaluator) -> u64 {
         evaluator.evaluator().bytes() as u64
+    }
+
+    fn work(_: u32) -> f64 {
+        2.0
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        inputs.has_plain_points()
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        falls_back(inputs, Self::ABOUT.name)
+    }
+}
+
+/// A table for each light, made anew for every frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrameTables;
+
+impl Evaluators for FrameTables {
+    type Evaluator = PerFrame;
+
+    const ABOUT: EvaluatorAbout = EvaluatorAbout {
+        name: "frame-table",
+        title: "a table of the frame for each light",
+        unit: Some("rows"),
+        usual: [128, 128],
+    };
+
+    fn make(&self, phase: PhaseFunction, rows: u32) -> Result<PerFrame, MethodError> {
+        FrameTable::check_rows(rows).map_err(MethodError::resource("a table of the frame"))?;
+        Ok(PerFrame::new(fallback(phase)?))
+    }
+
+    fn of_light<B: Backend>(
+        &self,
+        frame: &Frame<'_, B>,
+        light: usize,
+        rows: u32,
+    ) -> Result<Arc<PerFrame>, MethodError> {
+        let inputs = &frame.inputs;
+        let rest = self.kept(frame, rows)?.fallback().clone();
+        frame.pass("table of the frame", || {
+            let (eye, emitter) = (inputs.camera.eye(), &inputs.emitters[light]);
+            PerFrame::of_light(rest, eye, emitter, inputs.medium, rows)
+                .map(Arc::new)
+                .map_err(MethodError::resource("a table of the frame"))
+        })
     }
 
     fn work(_: u32) -> f64 {

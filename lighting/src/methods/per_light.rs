@@ -309,7 +309,6 @@ where
         radiance: &mut BufferOf<B, [f32; 4]>,
     ) -> Result<(), MethodError> {
         let [quality, detail] = self.qualities(quality);
-        let evaluator = self.evaluators.kept(frame, detail)?;
         let touching = self.sources.about().touching;
         let inputs = &frame.inputs;
         let panes = match inputs.geometry.coatings().any_see_through() {
@@ -318,6 +317,7 @@ where
         };
         for (light, emitter) in frame.inputs.emitters.iter().enumerate() {
             let source = self.sources.source(frame, light, quality)?;
+            let evaluator = self.evaluators.of_light(frame, light, detail)?;
             let lit = LitRays {
                 touching,
                 panes: panes.as_ref(),

@@ -402,6 +402,7 @@ macro_rules! pairs {
             pairs!(@one $backends, $sources, $compared, Gauss),
             pairs!(@one $backends, $sources, $compared, Tolerances),
             pairs!(@one $backends, $sources, $compared, Tables),
+            pairs!(@one $backends, $sources, $compared, FrameTables),
             pairs!(@one on_cpu, $sources, $compared, Published),
             pairs!(@one on_cpu, $sources, $compared, Doubles),
         ]

@@ -62,21 +62,38 @@ impl Shape {
 /// one extinction, for batches: 0.5 per metre.
 pub fn easy(phase: impl Into<Phase>, count: usize) -> Vec<Case> {
     let phase = phase.into();
-    let halton = |index: usize, base: u32| halton(index as u32 + 1, base);
-    (0..count)
-        .filter_map(|i| {
-            let optical = 0.1 * 20.0_f64.powf(halton(i, 2));
-            // Away from the poles, where an f32 cosine would do no harm either.
-            let cos = 0.999 * (2.0 * halton(i, 3) - 1.0);
-            let shape = Shape {
-                distance: optical / 0.5,
-                optical,
-                direction: [cos, (1.0 - cos * cos).sqrt()],
-                part: [0.0, 0.3 * 10.0_f64.powf(halton(i, 5))],
-            };
-            shape.case(phase)
+    (0..count).filter_map(|i| ordinary(i).case(phase)).collect()
+}
+
+/// The first `count` parts of [`easy`], each divided into `steps` of equal length, as a
+/// march does.
+pub fn steps(phase: impl Into<Phase>, count: usize, steps: u32) -> Vec<Case> {
+    let phase = phase.into();
+    let shapes = (0..count).flat_map(|i| {
+        (0..steps).map(move |step| {
+            let whole = ordinary(i);
+            let length = whole.part[1] / f64::from(steps);
+            Shape {
+                part: [length * f64::from(step), length],
+                ..whole
+            }
         })
-        .collect()
+    });
+    shapes.filter_map(|shape| shape.case(phase)).collect()
+}
+
+/// The shapes of [`easy`].
+fn ordinary(index: usize) -> Shape {
+    let halton = |base: u32| halton(index as u32 + 1, base);
+    let optical = 0.1 * 20.0_f64.powf(halton(2));
+    // Away from the poles, where an f32 cosine would do no harm either.
+    let cos = 0.999 * (2.0 * halton(3) - 1.0);
+    Shape {
+        distance: optical / 0.5,
+        optical,
+        direction: [cos, (1.0 - cos * cos).sqrt()],
+        part: [0.0, 0.3 * 10.0_f64.powf(halton(5))],
+    }
 }
 
 /// Rays towards the light, past it and away from it, exactly and nearly; from
@@ -236,5 +253,10 @@ mod tests {
             easy.iter()
                 .all(|case| case.sigma_t == 0.5 && case.truth > 0.0)
         );
+        let steps = steps(Phase::Rayleigh, 5, 10);
+        for (whole, steps) in easy.iter().zip(steps.chunks(10)) {
+            let sum: f64 = steps.iter().map(|case| case.truth).sum();
+            assert!((sum / whole.truth - 1.0).abs() < 1e-5, "{sum}");
+        }
     }
 }

@@ -11,7 +11,8 @@ use reference::tolerances::Allowed;
 
 use crate::gpu::EvaluatorSlot;
 use crate::{
-    EvaluateAirlight, Evaluator, PhaseFunction, Quadrature, Segment, SunTable, Table, stiff,
+    EvaluateAirlight, Evaluator, FrameTable, Framed, PhaseFunction, Quadrature, Segment, SunTable,
+    Table, stiff,
 };
 
 /// The relative error that rounding may bring into an airlight behind an
@@ -194,6 +195,66 @@ fn quadratures_with_a_tolerance_agree_with_the_cpu_but_for_pieces_between_two_ru
     }
 }
 
+/// Runs and steps of rays from the eye of the table and from elsewhere. What one side
+/// looks up and the other one integrates is as far off as the table.
+#[test]
+fn tables_of_frames_agree_with_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    for phase in PHASES {
+        for (sigma_t, distance) in [(0.0, 3.0), (0.1, 2.0), (0.5, 4.0), (2.0, 5.0)] {
+            let rest = Quadrature::with_tolerance(phase, 1e-5).unwrap();
+            let table = FrameTable::new(&phase, sigma_t, distance, 128).unwrap();
+            let framed = Framed::new(table, rest);
+            let mut segments = Vec::new();
+            for i in 0..=60 {
+                let angle = PI * f64::from(i) / 60.0;
+                let (foot, h) = (distance * angle.cos() as f32, distance * angle.sin() as f32);
+                let h = if i == 60 { 0.0 } else { h };
+                for share in [0.0, 0.3, 0.99, 1.0, 1.4, 6.0] {
+                    let x = share * distance;
+                    for length in [0.01, 0.4, 2.0, f32::INFINITY] {
+                        let (s, length) = (x - foot, length * distance);
+                        segments.push(Segment { x, s, h, length });
+                    }
+                }
+                let (x, s) = (0.0, -foot - 1.0);
+                segments.push(Segment {
+                    x,
+                    s,
+                    h,
+                    length: 1.0,
+                });
+            }
+            let actual = evaluated(&gpu, &framed, sigma_t, &segments);
+            let mut elsewhere = 0;
+            for (segment, actual) in segments.iter().zip(actual) {
+                let expected = framed.airlight(sigma_t, segment);
+                if !expected.is_normal() {
+                    let is_alike = expected == f32::INFINITY && actual == f32::MAX;
+                    assert!(
+                        is_alike || actual < 1.001 * f32::MIN_POSITIVE,
+                        "{segment:?}"
+                    );
+                    continue;
+                }
+                let error = (f64::from(actual) / f64::from(expected) - 1.0).abs();
+                // A difference keeps 1/1024 of the digits of what is subtracted.
+                let lost = 1024.0 * f64::from(f32::EPSILON);
+                let allowed = lost + rounding(depth(sigma_t, segment));
+                elsewhere += usize::from(error > allowed);
+                assert!(
+                    error <= 0.03,
+                    "{phase:?} {sigma_t} {segment:?}: {expected} on the CPU, {actual} on the GPU"
+                );
+            }
+            assert!(
+                100 * elsewhere <= segments.len(),
+                "{phase:?} {sigma_t}: {elsewhere}"
+            );
+        }
+    }
+}
+
 /// Any f32 at all, ordinary ones more often than others.
 fn any_number() -> impl Strategy<Value = f32> {
     prop_oneof![
@@ -212,6 +273,9 @@ fn no_segment_gives_anything_but_a_number() {
         Quadrature::with_tolerance(PhaseFunction::CornetteShanks { g: -0.999_999_94 }, 1e-4)
             .unwrap();
     let sun_table = SunTable::new();
+    let framed = FrameTable::new(&PhaseFunction::Rayleigh, 1.0, 1.0, 16).unwrap();
+    let rest = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
+    let framed = Framed::new(framed, rest);
     let segment = [(); 4]
         .map(|()| any_number())
         .prop_map(|[x, s, h, length]| Segment { x, s, h, length });
@@ -223,6 +287,10 @@ fn no_segment_gives_anything_but_a_number() {
         let (sigma_t, segments) = input.new_tree(&mut runner).unwrap().current();
         for (name, results) in [
             ("table", evaluated(&gpu, &table, sigma_t, &segments)),
+            (
+                "table of a frame",
+                evaluated(&gpu, &framed, sigma_t, &segments),
+            ),
             (
                 "quadrature",
                 evaluated(&gpu, &quadrature, sigma_t, &segments),

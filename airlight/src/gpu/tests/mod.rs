@@ -11,7 +11,7 @@ use gpu_backend::testing::Shader;
 use super::batch::{self, Batch};
 use super::*;
 use crate::quadrature::profile;
-use crate::{Quadrature, Segment, SunTable, Table};
+use crate::{Framed, Quadrature, Segment, SunTable, Table};
 
 /// Stand for the bindings.
 const TABLE_DATA: &str = "
@@ -23,6 +23,8 @@ const QUADRATURE_DATA: &str = "
 const SUN_TABLE_DATA: &str = "
     fn air_sun_table_rows() -> f32 { return 1.0; }
     fn air_sun_table_value(index: u32) -> f32 { return f32(index); }";
+const FRAME_TABLE_DATA: &str = "
+    fn air_frame_cell(index: u32) -> vec4<f32> { return vec4(f32(index)); }";
 
 #[test]
 fn all_parts_are_fit_for_other_shaders() {
@@ -31,13 +33,28 @@ fn all_parts_are_fit_for_other_shaders() {
     let quadrature = [SCALED, PHASE, NODES, QUADRATURE, QUADRATURE_DATA];
     let nodes = [SCALED, NODES, QUADRATURE_DATA];
     let sun_table = [SUN_TABLE, SUN_TABLE_DATA];
-    let all = [SCALED, PHASE, TABLE, NODES, QUADRATURE, SUN_TABLE];
-    let data = [TABLE_DATA, QUADRATURE_DATA, SUN_TABLE_DATA];
+    let frame_table = [FRAME_TABLE, FRAME_TABLE_DATA];
+    let all = [
+        SCALED,
+        PHASE,
+        TABLE,
+        NODES,
+        QUADRATURE,
+        SUN_TABLE,
+        FRAME_TABLE,
+    ];
+    let data = [
+        TABLE_DATA,
+        QUADRATURE_DATA,
+        SUN_TABLE_DATA,
+        FRAME_TABLE_DATA,
+    ];
     for parts in [
         &table[..],
         &quadrature,
         &nodes,
         &sun_table,
+        &frame_table,
         &[all.as_slice(), &data].concat(),
     ] {
         let shader = Shader::new(&[&shared, parts].concat()).unwrap();
@@ -106,6 +123,22 @@ fn structures_and_constants_are_those_of_rust() {
     ] {
         assert_eq!(shader.values(name).unwrap(), [value], "{name}");
     }
+
+    let shader = Shader::new(&batch::shader::<Framed<Quadrature>>().unwrap().finish(1)).unwrap();
+    assert_same_layout!(
+        shader,
+        "air_FrameTable",
+        FrameTableRecord {
+            distance,
+            transmittance,
+            sigma_t,
+            rows,
+            cells,
+            first,
+            padding_a,
+            padding_b
+        }
+    );
 
     let shader = Shader::new(&batch::shader::<SunTable>().unwrap().finish(1)).unwrap();
     let side = shader.values("air_SUN_TABLE_SIDE").unwrap();

@@ -36,9 +36,9 @@ pub(in crate::methods) struct Marches {
 pub(super) const NO_ANGLE: &str = "a directional light has no equi-angular variable";
 
 /// Why steps in a picture are pointless for other lights.
-const NO_PICTURE: &str = "only a spotlight has a picture on one plane";
+pub(in crate::methods) const NO_PICTURE: &str = "only a spotlight has a picture on one plane";
 
-fn is_spot(emitter: &Emitter) -> bool {
+pub(in crate::methods) fn is_spot(emitter: &Emitter) -> bool {
     matches!(emitter, Emitter::Point(point) if matches!(point.emission(), Emission::Spot(_)))
 }
 
@@ -175,14 +175,24 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             Spacing::Distance,
             Touching::Joined
         ),
-        &[compared(
-            Role::Paper,
-            "gauss",
-            8,
-            "ray marching, lit runs merged",
-            "as ray marching, but the light of a lit run does not depend on the steps",
-            "Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008 (march between shadow bounds)",
-        )]
+        &[
+            compared(
+                Role::Paper,
+                "gauss",
+                8,
+                "ray marching, lit runs merged",
+                "as ray marching, but the light of a lit run does not depend on the steps",
+                "Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008 (march between shadow bounds)",
+            ),
+            compared(
+                Role::Variant,
+                "frame-table",
+                128,
+                "ray marching, lit runs merged, table of the frame",
+                "the same with two lookups for a run, in a table that each frame makes for each light",
+                "Wyman and Ramsey, Interactive Volumetric Shadows, RT 2008, section 3.4",
+            ),
+        ]
     ));
     all.extend(pairs!(
         sources(

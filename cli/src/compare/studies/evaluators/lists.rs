@@ -2,13 +2,17 @@
 
 use std::time::Instant;
 
-use airlight::{Evaluator, PhaseFunction, Segment};
-use reference::segments::{Case, easy, stiff};
+use airlight::{Evaluator, FrameTable, PhaseFunction, Segment};
+use reference::segments::{Case, easy, steps, stiff};
 
 use crate::compare::times::Times;
 
 /// Number of ordinary segments; the stiff list is about as long.
 const EASY: usize = 6000;
+
+/// Number of rays that are marched along, and of the steps of each.
+const RAYS: usize = 60;
+const STEPS: u32 = 100;
 
 /// Errors from this one on are all alike.
 pub(super) const WORST: f64 = 10.0;
@@ -47,6 +51,37 @@ impl List {
     /// Those at which evaluators break.
     pub(super) fn stiff(phase: PhaseFunction) -> Self {
         Self::of(&stiff(phase))
+    }
+
+    /// The steps of marches along the first of the ordinary segments.
+    pub(super) fn steps(phase: PhaseFunction) -> Self {
+        Self::of(&steps(phase, RAYS, STEPS))
+    }
+
+    /// The segments that are marched along, without their steps.
+    pub(super) fn marched(phase: PhaseFunction) -> Self {
+        Self::of(&easy(phase, RAYS))
+    }
+
+    /// The extinctions and the distances between eye and light, each pair once, for which
+    /// there are tables of a frame.
+    pub(super) fn frames(&self) -> Vec<[f32; 2]> {
+        let mut frames: Vec<[f32; 2]> = Vec::new();
+        for batch in &self.batches {
+            for Segment { x, s, h, .. } in &batch.segments {
+                let frame = [batch.sigma_t, (x - s).hypot(*h)];
+                let is_deep = frame[0] * frame[1] > FrameTable::DEEPEST;
+                let is_known = |other: &[f32; 2]| {
+                    other[0] == frame[0] && (other[1] / frame[1] - 1.0).abs() < 1e-5
+                };
+                // Parts from far away along the ray have lost the eye.
+                let has_eye = *x < 10.0 * frame[1];
+                if has_eye && !is_deep && !frames.iter().rev().any(is_known) {
+                    frames.push(frame);
+                }
+            }
+        }
+        frames
     }
 
     fn of(cases: &[Case]) -> Self {

@@ -155,7 +155,6 @@ where
         }
         let cpu = Cpu::new();
         let backend: &B = frame.backend;
-        let evaluator = self.evaluators.kept(frame, self.detail)?;
         let surfaces = frame.pass("discontinuities", || Ok(Surfaces::new(&cpu, inputs)))?;
         let tracer = match inputs.geometry.coatings().any_see_through() {
             true => Some(inputs.tracer()?),
@@ -174,6 +173,7 @@ where
                 .as_ref()
                 .and_then(|tracer| EyePanes::new(&cpu, tracer, &choice.rays));
             let source = self.sources.source(&part, light, 0)?;
+            let evaluator = self.evaluators.of_light(&part, light, self.detail)?;
             let mut gathered = backend.zeros::<[f32; 4]>(choice.rays.len())?;
             let lit = LitRays {
                 touching: self.sources.about().touching,

@@ -1,0 +1,214 @@
+//! What a table of a frame holds.
+
+use gpu_backend::Cpu;
+
+use super::FrameTable;
+use crate::{Phase, ScatteringAngle, gauss};
+
+/// Cubics of a row, of the near sheet and of the far one.
+type Row = [Vec<[f64; 4]>; 2];
+
+/// How far a cubic may be off in the middle of its cell, of the mean there: what
+/// two rows are off by in most places.
+const FOLLOWS: f64 = 1e-4;
+
+/// Stands for the first coefficient of a cubic that does not follow the mean, which is
+/// never negative.
+const UNKNOWN: f64 = -1.0;
+
+/// Nodes for the integral over half a cell.
+const NODES: u32 = 4;
+
+/// Stands for the tangents 0 and ∞ of the first and the last row.
+const FLATTEST: f64 = 1e-6;
+
+pub(super) fn table<P: Phase>(phase: &P, sigma_t: f32, distance: f32, rows: u32) -> FrameTable {
+    let depth = f64::from(sigma_t) * f64::from(distance);
+    let cells = rows / 4;
+    let rule = gauss::Rule::of(NODES);
+    let mut made: Vec<Option<Row>> = (0..rows).map(|_| None).collect();
+    Cpu::new().for_each_chunk(&mut made, 4, |first, chunk: &mut [Option<Row>]| {
+        for (i, row) in chunk.iter_mut().enumerate() {
+            let share = ((first + i) as f64 / f64::from(rows - 1)).powi(2);
+            let tangent = (share / (1.0 - share)).clamp(FLATTEST, 1.0 / FLATTEST);
+            *row = Some(Light::new(phase, depth, tangent).row(&rule, cells));
+        }
+    });
+    let single = |cubic: &[f64; 4]| cubic.map(|c| c as f32);
+    let sheet = |i: usize| made.iter().flatten().flat_map(move |row| &row[i]);
+    FrameTable {
+        cells: sheet(0).chain(sheet(1)).map(single).collect(),
+        rows,
+        cells_of_row: cells,
+        sigma_t,
+        distance,
+        transmittance: (-depth).exp() as f32,
+    }
+}
+
+/// The light along one ray, in units of the distance between eye and light.
+struct Light<'a, P> {
+    phase: &'a P,
+    /// σ_t D.
+    depth: f64,
+    /// tan(γ/2).
+    tangent: f64,
+    /// The largest tangent of half the angle at the light, and at the point: that of
+    /// both at `x = D`.
+    largest: f64,
+    /// Distance between ray and light, `D + x_F`, and `d + s` at `x = D`.
+    h: f64,
+    p: f64,
+    q_m: f64,
+}
+
+impl<'a, P: Phase> Light<'a, P> {
+    fn new(phase: &'a P, depth: f64, tangent: f64) -> Self {
+        let square = 1.0 + tangent * tangent;
+        let largest = 1.0 / (square.sqrt() + tangent);
+        let h = 2.0 * tangent / square;
+        Self {
+            phase,
+            depth,
+            tangent,
+            largest,
+            h,
+            p: 2.0 / square,
+            q_m: h / largest,
+        }
+    }
+
+    /// `2 f / (1 + t²)` without `e^{−σ_t D}`, for t = tan(φ/2).
+    fn near(&self, t: f64) -> f64 {
+        let v = self.tangent * t;
+        let angle = ScatteringAngle::from_half_tangent(self.tangent + t, 1.0 - v);
+        let way = 2.0 * v / (1.0 - v);
+        2.0 / (1.0 + t * t) * self.phase.value_f64(angle) * (-self.depth * way).exp()
+    }
+
+    /// The same for w = tan(ψ/2).
+    fn far(&self, w: f64) -> f64 {
+        let angle = ScatteringAngle::from_half_tangent(1.0, w);
+        let square = 1.0 + self.tangent * self.tangent;
+        let way = 2.0 * self.tangent * (1.0 - self.tangent * w) / (w * square);
+        let transmittance = if self.depth == 0.0 {
+            1.0
+        } else {
+            (-self.depth * way).exp()
+        };
+        2.0 / (1.0 + w * w) * self.phase.value_f64(angle) * transmittance
+    }
+
+    /// `tan(ψ/2)/h` at a position of the far sheet, and its slope: the position y is
+    /// `½ (q_m/q + (P + q_m)/(P + q))`.
+    fn far_position(&self, y: f64) -> [f64; 2] {
+        let Self { p, q_m, .. } = *self;
+        if y == 0.0 {
+            return [0.0, 2.0 / (2.0 * q_m + p)];
+        }
+        let b = 2.0 * y * p - 2.0 * q_m - p;
+        let root = (b * b + 8.0 * y * q_m * p).sqrt();
+        let q = if b > 0.0 {
+            2.0 * q_m * p / (b + root)
+        } else {
+            (root - b) / (4.0 * y)
+        };
+        let slope = -0.5 * (q_m / (q * q) + (p + q_m) / (p + q).powi(2));
+        [1.0 / q, -1.0 / (q * q * slope)]
+    }
+
+    fn row(&self, rule: &gauss::Rule, cells: u32) -> Row {
+        let near_density = |u: f64| self.near(u * self.largest);
+        let near = means(rule, cells, near_density, |u| [u, 1.0]);
+        let far_density = |z: f64| self.far(self.h * z);
+        [
+            near,
+            means(rule, cells, far_density, |y| self.far_position(y)),
+        ]
+    }
+}
+
+/// Cubics of the mean of a density over `[0, v]` in cells that are even in y, where
+/// `position` is v and its slope at y.
+fn means(
+    rule: &gauss::Rule,
+    cells: u32,
+    density: impl Fn(f64) -> f64,
+    position: impl Fn(f64) -> [f64; 2],
+) -> Vec<[f64; 4]> {
+    let width = 1.0 / f64::from(cells);
+    let between = |from: f64, to: f64| {
+        let nodes = rule.iter();
+        let sum: f64 = nodes
+            .map(|(t, weight)| weight * density(from + (to - from) * t))
+            .sum();
+        (to - from) * sum
+    };
+    // Mean and slope per cell, from the integral so far.
+    let state = |y: f64, sum: f64| {
+        let [v, slope] = position(y);
+        let mean = sum / v;
+        (v, [mean, (density(v) - mean) / v * slope * width])
+    };
+    let mut sum = 0.0;
+    let mut start = 0.0;
+    let mut known = [0.0; 2];
+    (0..cells)
+        .map(|cell| {
+            if cell == 0 {
+                // Through what is between: at 0 the density may have no slope.
+                let [one, two, v] = [1.0 / 3.0, 2.0 / 3.0, 1.0].map(|t| position(t * width)[0]);
+                let first = between(0.0, one);
+                let second = first + between(one, two);
+                sum = second + between(two, v);
+                (start, known) = state(width, sum);
+                let cubic = through(first / one, second / two, known);
+                let middle = position(0.5 * width)[0];
+                return checked(cubic, between(0.0, middle) / middle);
+            }
+            let y = f64::from(cell) * width;
+            let middle = position(y + 0.5 * width)[0];
+            sum += between(start, middle);
+            let mean = sum / middle;
+            sum += between(middle, position(y + width)[0]);
+            let (v, end) = state(y + width, sum);
+            let [from, rise] = known;
+            let [to, fall] = end;
+            (start, known) = (v, end);
+            let change = to - from;
+            let cubic = [
+                from,
+                rise,
+                3.0 * change - 2.0 * rise - fall,
+                rise + fall - 2.0 * change,
+            ];
+            checked(cubic, mean)
+        })
+        .collect()
+}
+
+/// Marked unless its value in the middle is `mean`, nearly.
+fn checked(cubic: [f64; 4], mean: f64) -> [f64; 4] {
+    let [a, b, c, d] = cubic;
+    let middle = a + 0.5 * (b + 0.5 * (c + 0.5 * d));
+    if (middle - mean).abs() <= FOLLOWS * mean {
+        cubic
+    } else {
+        [UNKNOWN, b, c, d]
+    }
+}
+
+/// The cubic on `[0, 1]` with these values at ⅓ and ⅔, and this value and slope at 1.
+fn through(one: f64, two: f64, [three, slope]: [f64; 2]) -> [f64; 4] {
+    // In r = 1 − t: three − slope r + a r² + b r³.
+    let excess = |value: f64, r: f64| (value - three + slope * r) / (r * r);
+    let (first, second) = (excess(one, 2.0 / 3.0), excess(two, 1.0 / 3.0));
+    let b = 3.0 * (first - second);
+    let a = second - b / 3.0;
+    [
+        three - slope + a + b,
+        slope - 2.0 * a - 3.0 * b,
+        a + 3.0 * b,
+        -b,
+    ]
+}

@@ -1,0 +1,289 @@
+//! Tables of one frame in scenes.
+
+use airlight::{Error, FramePoint, FrameRay, FrameTable};
+use glam::Vec3;
+
+use super::analytic::by_cone;
+use super::{AirlightEvaluator, Quadrature};
+use crate::path::full_cone;
+use crate::scene::{Emitter, Medium};
+use crate::{Interval, LightPath};
+
+/// The tables of [`airlight::FrameTable`] for one eye and one light, one for each
+/// extinction, and a quadrature for all else.
+///
+/// They serve lights that shine alike in all directions from within the medium and do
+/// not fade, and what of a ray lies in the full cone of a spotlight without a cookie.
+/// Parts that a table does not know (short ones behind much light, far ones in thick
+/// fog), rays from elsewhere, other lights and eyes more than
+/// [`FrameTable::DEEPEST`] mean free paths away get the quadrature: none is wrong, many
+/// are slow. In a box of fog the light of a part is as much stronger as the way of the
+/// ray to the box is clear.
+#[derive(Debug, Clone)]
+pub struct PerFrame {
+    /// None, one for all channels, or one for each.
+    tables: Vec<FrameTable>,
+    fallback: Quadrature,
+}
+
+/// What the tables hold for a position on a ray.
+type Points = [Option<FramePoint>; 3];
+
+impl PerFrame {
+    /// No tables: everything is the fallback's.
+    pub fn new(fallback: Quadrature) -> Self {
+        Self {
+            tables: Vec::new(),
+            fallback,
+        }
+    }
+
+    /// With the tables of a light as the eye sees it, of so many rows; without any if
+    /// they do not stand for the light or the eye. See [`FrameTable::new`].
+    ///
+    /// # Errors
+    /// [`Error::BadValue`] if the number of rows is out of range.
+    pub fn of_light(
+        fallback: Quadrature,
+        eye: Vec3,
+        light: &Emitter,
+        medium: &Medium,
+        rows: u32,
+    ) -> Result<Self, Error> {
+        // Bad numbers of rows are turned away whatever the light.
+        let phase = medium.phase();
+        FrameTable::check_rows(rows)?;
+        let Emitter::Point(point) = light else {
+            return Ok(Self::new(fallback));
+        };
+        let is_plain = point.is_plain() || full_cone(point, medium).is_some();
+        let is_immersed = (medium.bounds()).is_none_or(|bounds| bounds.contains(point.position()));
+        let distance = (point.position().as_dvec3() - eye.as_dvec3()).length() as f32;
+        let sigma_t = medium.sigma_t();
+        let depth = sigma_t.max_element() * distance;
+        let is_in_range = (1e-9..=1e9).contains(&distance) && depth <= FrameTable::DEEPEST;
+        if !(is_plain && is_immersed && is_in_range) {
+            return Ok(Self::new(fallback));
+        }
+        let channels = if sigma_t == Vec3::splat(sigma_t.x) {
+            1
+        } else {
+            3
+        };
+        let sigmas = sigma_t.to_array().into_iter().take(channels);
+        let tables = sigmas.map(|sigma| FrameTable::new(&phase, sigma, distance, rows));
+        Ok(Self {
+            tables: tables.collect::<Result<_, _>>()?,
+            fallback,
+        })
+    }
+
+    /// The tables: none, one for all channels of a grey medium, or three.
+    pub fn tables(&self) -> &[FrameTable] {
+        &self.tables
+    }
+
+    /// What is used where the tables do not know.
+    pub fn fallback(&self) -> &Quadrature {
+        &self.fallback
+    }
+
+    /// Size of the tables in bytes.
+    pub fn bytes(&self) -> usize {
+        self.tables.iter().map(FrameTable::bytes).sum()
+    }
+
+    fn rays(&self, path: &LightPath<'_>) -> [Option<FrameRay<'_>>; 3] {
+        let ray = |i: usize| self.tables.get(i)?.ray(path.foot(), path.h());
+        [ray(0), ray(1), ray(2)]
+    }
+
+    /// The radiance between two positions of a plain light; `None` where a table does
+    /// not know it.
+    fn between(
+        &self,
+        path: &LightPath<'_>,
+        rays: &[Option<FrameRay<'_>>; 3],
+        start: &Points,
+        end: &Points,
+    ) -> Option<Vec3> {
+        let channel = |i: usize| {
+            let (ray, start, end) = (rays[i]?, start[i]?, end[i]?);
+            let airlight = ray.between(&start, &end)?;
+            // The way to a box of fog is clear.
+            let clear = self.tables[i].sigma_t() * path.entry();
+            match clear > 0.0 {
+                false => Some(airlight),
+                true if clear <= FrameTable::DEEPEST => Some(airlight * clear.exp()),
+                true => None,
+            }
+        };
+        let red = channel(0)?;
+        let airlight = match self.tables.len() {
+            1 => Vec3::splat(red),
+            _ => Vec3::new(red, channel(1)?, channel(2)?),
+        };
+        Some(path.medium().sigma_s() * path.emitter().intensity() * airlight)
+    }
+
+    /// The radiance of a part in which the light shines alike in all directions.
+    fn plain(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
+        let rays = self.rays(path);
+        let [start, end] = [interval.start, interval.end].map(|x| points(&rays, x));
+        let known = (interval.start < interval.end)
+            .then(|| self.between(path, &rays, &start, &end))
+            .flatten();
+        known.unwrap_or_else(|| self.fallback.radiance(path, interval))
+    }
+}
+
+fn points(rays: &[Option<FrameRay<'_>>; 3], x: f32) -> Points {
+    rays.map(|ray| ray?.at(x))
+}
+
+impl AirlightEvaluator for PerFrame {
+    fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
+        if self.tables.is_empty() {
+            return self.fallback.radiance(path, interval);
+        }
+        by_cone(
+            path,
+            interval,
+            |piece| self.plain(path, piece),
+            |piece| self.fallback.radiance(path, piece),
+        )
+    }
+
+    /// A step that begins where the one before ended takes one lookup.
+    fn radiances(
+        &self,
+        paths: &[LightPath<'_>],
+        parts: &[(usize, Interval)],
+        radiances: &mut Vec<Vec3>,
+    ) {
+        let mut ray = None;
+        let mut last: Option<(f32, Points)> = None;
+        for &(index, interval) in parts {
+            let path = &paths[index];
+            let is_plain = !self.tables.is_empty() && path.segment(interval).is_some();
+            if !(is_plain && interval.start < interval.end) {
+                radiances.push(self.radiance(path, interval));
+                continue;
+            }
+            let rays = match &ray {
+                Some((of, rays)) if *of == index => rays,
+                _ => {
+                    last = None;
+                    &ray.insert((index, self.rays(path))).1
+                }
+            };
+            let start = match last {
+                Some((x, start)) if x == interval.start => start,
+                _ => points(rays, interval.start),
+            };
+            let end = points(rays, interval.end);
+            last = Some((interval.end, end));
+            let known = self.between(path, rays, &start, &end);
+            radiances.push(known.unwrap_or_else(|| self.fallback.radiance(path, interval)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+    use crate::Ray;
+    use crate::airlight::Analytic;
+    use crate::scene::{Bounds, Cone, Emission, PhaseFunction};
+
+    const PHASE: PhaseFunction = PhaseFunction::HenyeyGreenstein { g: 0.5 };
+
+    fn rays(eye: Vec3) -> Vec<Ray> {
+        (0..60)
+            .map(|i| {
+                let angle = 0.11 * i as f32;
+                let towards = Vec3::new(angle.sin(), 0.3 * (0.7 * angle).cos(), -angle.cos());
+                let length = if i % 4 == 0 { f32::INFINITY } else { 7.0 };
+                Ray::new(eye, towards, length).unwrap()
+            })
+            .collect()
+    }
+
+    /// Plain lights and spotlights in fog that ends and fog that does not, seen from the
+    /// eye of the tables and from elsewhere, from inside of the box and outside of it:
+    /// everything is as near double precision as the table.
+    #[test]
+    fn tables_of_a_frame_stand_for_every_ray() {
+        let sigma = Vec3::new(0.05, 0.1, 0.2);
+        let open = Medium::new(sigma, 0.2 * sigma, PHASE).unwrap();
+        let bounds = Bounds::new(Vec3::new(-3.0, -2.0, -9.0), Vec3::new(3.0, 2.5, -1.0)).unwrap();
+        let grey = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PHASE).unwrap();
+        let cone = Cone {
+            inner: 0.4,
+            outer: 0.6,
+        };
+        let down = Quat::from_rotation_x(-1.4);
+        let spot = Emission::spot(down, cone, None).unwrap();
+        let at = Vec3::new(0.2, 0.4, -4.0);
+        let rest = Quadrature::with_tolerance(PHASE, 1e-6).unwrap();
+        let double = Analytic::new(airlight::Exact::new(PHASE).unwrap(), rest.clone());
+        for emission in [Emission::Isotropic, spot] {
+            let light = Emitter::point(at, Vec3::new(1.0, 2.0, 3.0), f32::INFINITY, emission);
+            let light = light.unwrap();
+            for medium in [open, open.within(bounds), grey] {
+                let eye = Vec3::new(0.1, 0.0, 0.5);
+                let of_eye = PerFrame::of_light(rest.clone(), eye, &light, &medium, 256).unwrap();
+                let tables = if medium == grey { 1 } else { 3 };
+                assert_eq!(of_eye.tables().len(), tables);
+                let mut compared = 0;
+                for from in [eye, Vec3::new(0.0, 0.0, -3.0)] {
+                    for ray in rays(from) {
+                        let Some(path) = LightPath::new(&ray, &light, &medium) else {
+                            continue;
+                        };
+                        let path = path.off_the_light();
+                        let span = path.span();
+                        let middle = span.start + 0.3 * span.end.min(9.0);
+                        for part in [
+                            span,
+                            Interval::new(span.start, middle),
+                            Interval::new(middle, middle + 0.05),
+                            Interval::new(middle, span.end),
+                        ] {
+                            let truth = double.radiance(&path, part);
+                            let error = (of_eye.radiance(&path, part) / truth - 1.0).abs();
+                            let is_dark = truth.max_element() < 1e-20;
+                            assert!(is_dark || error.max_element() < 2e-3, "{part:?}: {error}");
+                            compared += 1;
+                        }
+                    }
+                }
+                assert!(compared > 20, "{compared}");
+            }
+        }
+    }
+
+    #[test]
+    fn lights_and_eyes_without_tables_are_integrated() {
+        let fog = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PHASE).unwrap();
+        let rest = Quadrature::with_tolerance(PHASE, 1e-4).unwrap();
+        let point = |emission| Emitter::point(Vec3::Z, Vec3::ONE, 9.0, emission).unwrap();
+        let surface = Emission::Cosine {
+            normal: Vec3::NEG_Z,
+        };
+        let of = |light: &Emitter, eye: Vec3| {
+            let made = PerFrame::of_light(rest.clone(), eye, light, &fog, 64).unwrap();
+            made.tables().len()
+        };
+        let plain = point(Emission::Isotropic);
+        assert_eq!(of(&plain, Vec3::ZERO), 1);
+        assert_eq!(of(&plain, Vec3::Z), 0);
+        assert_eq!(of(&plain, 1e3 * Vec3::Z), 0);
+        assert_eq!(of(&point(surface), Vec3::ZERO), 0);
+        let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
+        assert_eq!(of(&sun, Vec3::ZERO), 0);
+        assert!(PerFrame::of_light(rest, Vec3::ZERO, &sun, &fog, 7).is_err());
+    }
+}
