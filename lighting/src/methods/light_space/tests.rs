@@ -217,3 +217,78 @@ fn degenerate_pictures_are_marched_to_the_end() {
         }
     }
 }
+
+#[cfg(feature = "translucent")]
+mod through_curves {
+    use transmittance::{Filter, Stream};
+
+    use super::*;
+    use crate::scene::{Particle, Particles, Profile, Translucent};
+    use crate::translucent::{Casters as Blockers, TransmittanceMap};
+
+    /// Of the leaded window, with smoke below it or without.
+    fn curves(smoke: &[Translucent]) -> TransmittanceMap {
+        let window = window();
+        let blockers = Blockers::new(smoke, Some(&window));
+        let clear = Stream::<8>::new();
+        TransmittanceMap::build(&Cpu::new(), &blockers, &spot(), 256, &clear).unwrap()
+    }
+
+    fn smoke() -> Vec<Translucent> {
+        let puff = |x: f32, y: f32, radius: f32, sigma_t: f32| Particle {
+            centre: Vec3::new(x, y, 0.05),
+            radius,
+            sigma_t,
+        };
+        let puffs = vec![
+            puff(-0.2, -1.2, 0.3, 2.0),
+            puff(0.25, -1.7, 0.4, 1.0),
+            puff(0.0, -2.6, 0.5, 1.5),
+        ];
+        vec![Particles::new(puffs, Profile::Soft).unwrap().into()]
+    }
+
+    /// Where nothing is translucent, a curve is a step at the depth of the shadow map.
+    #[test]
+    fn a_map_of_what_is_opaque_is_the_depth_map() {
+        let depths = map();
+        let curves = curves(&[]).with_filter(Filter::Nearest);
+        for kind in ["across", "towards", "along"] {
+            let rays = rays(kind);
+            for spacing in [Spacing::Picture, Spacing::Distance] {
+                let of_depths = gathered(&rays, &March::new(&depths, 100, spacing), 1);
+                let of_curves = gathered(&rays, &March::new(&curves, 100, spacing), 1);
+                let pairs = of_depths.iter().zip(&of_curves);
+                let differ = pairs.filter(|(d, c)| (*d - *c).abs() > 1e-6 * d.abs());
+                // A sample on the edge of a triangle, as the two rasterise it.
+                let differ = differ.count();
+                println!("{kind} {spacing:?}: {differ} of {} differ", rays.len());
+                assert!(100 * differ <= rays.len(), "{kind}: {differ}");
+            }
+        }
+    }
+
+    /// Steps in the picture and steps of equal length end at the same picture. Those in
+    /// the picture come near it with fewer, in the mean over numbers of steps: what is
+    /// left at one of them is chance.
+    #[test]
+    fn light_space_and_world_space_have_one_limit() {
+        let curves = curves(&smoke());
+        let counts = [4_u32, 16, 64, 256];
+        for (kind, least) in [("across", 0.9), ("towards", 2.0), ("along", 2.0)] {
+            let rays = rays(kind);
+            let marched = |steps, spacing| gathered(&rays, &March::new(&curves, steps, spacing), 1);
+            let truth = marched(8192, Spacing::Picture);
+            let world = rmse(&marched(16384, Spacing::Distance), &truth);
+            let errors = |spacing| counts.map(|steps| rmse(&marched(steps, spacing), &truth));
+            let (picture, equal) = (errors(Spacing::Picture), errors(Spacing::Distance));
+            let ratios = equal.iter().zip(&picture);
+            let gain: f64 = ratios.map(|(equal, picture)| (equal / picture).ln()).sum();
+            let gain = (0.25 * gain).exp();
+            println!("{kind}: {picture:.4?} in the picture, {equal:.4?} equal, {gain:.1} x");
+            assert!(world < 1e-3, "{kind}: {world}");
+            assert!(picture[3] < 0.05 * picture[0], "{kind}: {picture:?}");
+            assert!(gain > least, "{kind}: {gain}");
+        }
+    }
+}

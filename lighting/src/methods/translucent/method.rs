@@ -8,7 +8,7 @@ use transmittance::{Packed, Stream};
 
 use super::{Casters, TransmittanceMap};
 use crate::Touching;
-use crate::methods::march::{March, STEPS, Spacing};
+use crate::methods::march::{March, NO_PICTURE, STEPS, Spacing, is_spot};
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
@@ -24,7 +24,11 @@ const MAX_MAP_BYTES: u64 = 1 << 27;
 
 /// A march through the map of transmittance of every light.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Curves;
+pub(super) struct Curves {
+    name: &'static str,
+    title: &'static str,
+    pub(super) spacing: Spacing,
+}
 
 /// Texels per side of each face of a map of transmittance beside shadow maps of
 /// `map` texels: a half of those, because a texel
@@ -67,8 +71,8 @@ pub(super) fn map(
 impl LightSources for Curves {
     fn about(&self) -> SourceAbout {
         SourceAbout {
-            name: "translucent",
-            title: "adaptive volumetric shadow map",
+            name: self.name,
+            title: self.title,
             quality: Some(STEPS),
             touching: Touching::Apart,
             is_sampled: true,
@@ -81,6 +85,9 @@ impl LightSources for Curves {
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         if inputs.translucent.is_empty() && !inputs.geometry.coatings().any_see_through() {
             return Verdict::Pointless("nothing in the scene is translucent".into());
+        }
+        if self.spacing == Spacing::Picture && !inputs.emitters.iter().any(is_spot) {
+            return Verdict::Pointless(NO_PICTURE.into());
         }
         Verdict::Applies
     }
@@ -112,22 +119,46 @@ impl SourceOn<Cpu> for Curves {
         steps: u32,
     ) -> Result<Self::Source, MethodError> {
         let map = map(&frame.inputs, light)?;
-        Ok(March::new(map, steps, Spacing::EquiAngular))
+        Ok(March::new(map, steps, self.spacing))
     }
 }
 
 pub(in crate::methods) fn methods() -> Vec<Entry> {
-    pairs!(
-        Curves,
-        &[Compared {
-            airlight: "gauss",
-            detail: Some(1),
+    let compared = |title, purpose, paper, role| Compared {
+        airlight: "gauss",
+        detail: Some(1),
+        title,
+        purpose,
+        paper,
+        qualities: (&[], &[], 0),
+        role,
+        is_baseline: false,
+    };
+    let mut all = pairs!(
+        Curves {
+            name: "translucent",
             title: "adaptive volumetric shadow map",
-            purpose: "hair, smoke and glass: a curve of 8 nodes per texel tells how much gets how far",
-            paper: "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010; nodes by least area instead of theirs",
-            qualities: (&[], &[], 0),
-            role: Role::Paper,
-            is_baseline: false,
-        }]
-    )
+            spacing: Spacing::EquiAngular,
+        },
+        &[compared(
+            "adaptive volumetric shadow map",
+            "hair, smoke and glass: a curve of 8 nodes per texel tells how much gets how far",
+            "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010; nodes by least area instead of theirs",
+            Role::Paper,
+        )]
+    );
+    all.extend(pairs!(
+        Curves {
+            name: "translucent-light-space",
+            title: "marching in a map of transmittance",
+            spacing: Spacing::Picture,
+        },
+        &[compared(
+            "marching in a map of transmittance",
+            "soft shadows of hair, smoke and glass in beams: steps as dense as texels",
+            "Gautron, Marvie and François, Volumetric Shadow Mapping, SIGGRAPH 2009 Talks (future work)",
+            Role::Variant,
+        )]
+    ));
+    all
 }

@@ -6,7 +6,7 @@ use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
 
 use super::method::{Curves, curve_resolution, map};
 use super::{Casters, TransmittanceMap};
-use crate::methods::march::{March, Spacing};
+use crate::methods::march::March;
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 
 /// The map of a light, where shaders look it up.
@@ -40,10 +40,6 @@ impl<E: Encode> SourceOn<Gpu<E>> for Curves {
         light: usize,
         steps: u32,
     ) -> Result<March<Arc<TransmittanceMap<GpuMemory>>>, MethodError> {
-        Ok(March::new(
-            uploaded(frame, light)?,
-            steps,
-            Spacing::EquiAngular,
-        ))
+        Ok(March::new(uploaded(frame, light)?, steps, self.spacing))
     }
 }
