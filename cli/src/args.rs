@@ -114,8 +114,8 @@ pub(crate) enum Command {
 /// precomputed-voxelized-shadows.csv what its name says. An interruption
 /// (Ctrl-C) during the studies ends them early, and what there is is reported.
 ///
-/// Errors are those of the airlight (surfaces are the same for all methods), in
-/// linear radiance, divided by the reference's mean radiance. They depend on the
+/// Errors are those of the airlight (surfaces, and what --ambient adds to all pictures,
+/// are the same for all methods), in linear radiance, divided by the reference's mean radiance. They depend on the
 /// scene, the size and the settings alone. When time is short, repetitions are dropped
 /// first, then qualities between the ends, then methods that are neither a paper's nor
 /// the baseline; FLIP and the errors of shadow maps by themselves may be missing too.
@@ -182,6 +182,9 @@ pub(crate) struct Compare {
     /// the curves, what was left out
     #[arg(long, conflicts_with = "plan")]
     pub(crate) json: bool,
+
+    #[command(flatten)]
+    pub(crate) fog: AmbientOption,
 
     #[command(flatten)]
     pub(crate) options: SceneOptions,
@@ -312,10 +315,23 @@ pub(crate) enum SurfaceScattering {
     Shadowed,
 }
 
+/// Even light from all around that the fog scatters into the eye.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Indirect light")]
+pub(crate) struct AmbientOption {
+    /// Even radiance from all around (one number, or R,G,B) that the fog scatters into
+    /// the eye, once and without shadows; surfaces do not reflect it
+    #[arg(long, value_name = "COLOUR", value_parser = parse::coefficient, allow_hyphen_values = true)]
+    pub(crate) ambient: Option<Vec3>,
+}
+
 /// Light that comes neither straight from a lamp nor out of the air before the surface.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Indirect light")]
 pub(crate) struct IndirectOptions {
+    #[command(flatten)]
+    pub(crate) fog: AmbientOption,
+
     /// Add the light that reaches surfaces by way of the fog, scattered once
     #[arg(long, value_enum, value_name = "WAY")]
     pub(crate) surface_scattering: Option<SurfaceScattering>,

@@ -6,12 +6,12 @@ use std::path::Path;
 use exr::prelude::{ReadChannels, ReadLayers};
 use gpu_backend::Cpu;
 use gpu_backend::gpu::Gpu;
-use lighting::environment::{Environment, EnvironmentError};
+use lighting::environment::{AddEnvironment, Ambient, Environment, EnvironmentError};
 use lighting::indirect::{self, FogShadows, Indirect, IndirectError, IndirectLight, LitView};
 use lighting::scene::PhaseFunction;
 use lighting::scene::view::View;
 
-use crate::args::{IndirectOptions, SurfaceScattering};
+use crate::args::{AmbientOption, IndirectOptions, SurfaceScattering};
 use crate::devices::Device;
 use crate::failure::Failure;
 use crate::file;
@@ -44,9 +44,11 @@ pub(crate) fn radiance(
         ),
         (environment, _) => environment,
     };
-    if environment.is_none() && options.surface_scattering.is_none() {
+    let ambient = options.fog.ambient;
+    if environment.is_none() && options.surface_scattering.is_none() && ambient.is_none() {
         return Ok(None);
     }
+    check_ambient(&options.fog, input)?;
     if options.surface_scattering.is_some() && input.scene.medium.is_none() {
         return Err(Failure::new(
             "--surface-scattering is light that fog scatters, and the scene has none",
@@ -59,6 +61,7 @@ pub(crate) fn radiance(
         }),
         nodes: NODES,
         environment: environment.as_ref(),
+        ambient: ambient.map(|radiance| radiance.to_array()),
         openness_rays: OPENNESS_RAYS,
     };
     let lit = LitView {
@@ -81,12 +84,43 @@ pub(crate) fn radiance(
     Ok(Some(indirect.radiance))
 }
 
+/// Turns an ambient light away that is none, or that there is no fog for.
+pub(crate) fn check_ambient(option: &AmbientOption, input: &Input) -> Result<(), Failure> {
+    match (option.ambient, &input.scene.medium) {
+        (None, _) => Ok(()),
+        (Some(_), None) => Err(Failure::new(
+            "--ambient is light that fog scatters, and the scene has none",
+        )),
+        (Some(radiance), Some(medium)) => Ambient::new(radiance.to_array(), medium)
+            .map(|_| ())
+            .map_err(|error| Failure::from(error).about("--ambient")),
+    }
+}
+
+/// The ambient light that the fog before everything scatters into the eye, one RGB0 per
+/// pixel; `None` if none is asked for.
+pub(crate) fn ambient(
+    option: &AmbientOption,
+    input: &Input,
+    view: &View,
+) -> Result<Option<Vec<[f32; 4]>>, Failure> {
+    check_ambient(option, input)?;
+    let (Some(radiance), Some(medium)) = (option.ambient, &input.scene.medium) else {
+        return Ok(None);
+    };
+    let ambient = Ambient::new(radiance.to_array(), medium)?;
+    let mut sum = vec![[0.0; 4]; view.rays().len()];
+    Cpu::new().add_ambient(&view.rays().to_vec(), &ambient, &mut sum)?;
+    Ok(Some(sum))
+}
+
 /// An error with the option that can set it right.
 fn named(error: IndirectError) -> Failure {
     let option = match &error {
         IndirectError::Environment(
             EnvironmentError::NoDistance | EnvironmentError::UnusedDistance,
         ) => "--environment-distance",
+        IndirectError::Environment(EnvironmentError::Ambient { .. }) => "--ambient",
         IndirectError::Environment(_) => "--environment",
         IndirectError::ShadowMap(_) => "--map",
         _ => "--surface-scattering",

@@ -1,5 +1,6 @@
-//! Light of a view that comes neither straight from a lamp nor out of the air before the
-//! surface: by way of the fog onto surfaces, and from an environment.
+//! Light of a view that comes neither straight from a lamp nor, scattered once, out of the
+//! air before the surface: by way of the fog onto surfaces, from an environment, and what
+//! the fog scatters of even light from all around.
 //!
 //! [`radiance`] puts [`surface_scattering`](crate::surface_scattering) and
 //! [`environment`](crate::environment) together, on any backend.
@@ -7,7 +8,7 @@
 use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Download, Error};
 
-use crate::environment::{AddEnvironment, Environment, EnvironmentError, EnvironmentMap};
+use crate::environment::{AddEnvironment, Ambient, Environment, EnvironmentError, EnvironmentMap};
 use crate::scene::trace::Tracer;
 use crate::scene::view::View;
 use crate::scene::{Geometry, Medium, Scene};
@@ -75,6 +76,9 @@ pub struct IndirectLight<'a> {
     pub nodes: u32,
     /// Light from all around, if there is any.
     pub environment: Option<&'a Environment>,
+    /// Radiance from all around that the fog before surfaces scatters into the eye, and
+    /// before the sky too unless an environment has its own halo there; see [`Ambient`].
+    pub ambient: Option<[f32; 3]>,
     /// Rays per surface that find out how much of the environment it sees, see
     /// [`surface::with_openness`]; 0 for all of it.
     pub openness_rays: u32,
@@ -171,6 +175,17 @@ pub fn radiance<B: LightSurfaces>(
         backend.add_environment_light(&points, &map, &mut sum)?;
         sky = Some(backend.download(&behind)?);
     }
+    let mut scattered = None;
+    if let (Some(radiance), Some(medium)) = (light.ambient, lit.medium) {
+        let mut ambient = Ambient::new(radiance, medium)?;
+        if light.environment.is_some() {
+            ambient = ambient.before_surfaces();
+        }
+        let rays = backend.upload(view.rays())?;
+        let mut sum = backend.zeros::<[f32; 4]>(view.rays().len())?;
+        backend.add_ambient(&rays, &ambient, &mut sum)?;
+        scattered = Some(backend.download(&sum)?);
+    }
     let mut radiance = backend.download(&sum)?;
     let of_panes = radiance.split_off(view.rays().len());
     let mut add = |pixel: usize, light: [f32; 4], share: Vec3| {
@@ -180,6 +195,9 @@ pub fn radiance<B: LightSurfaces>(
     };
     for ((pixel, _), light) in panes.iter().zip(of_panes) {
         add(*pixel, light, Vec3::ONE);
+    }
+    for (pixel, light) in scattered.into_iter().flatten().enumerate() {
+        add(pixel, light, Vec3::ONE);
     }
     for (pixel, light) in sky.into_iter().flatten().enumerate() {
         add(pixel, light, view.through_panes(pixel));

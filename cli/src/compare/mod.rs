@@ -35,7 +35,7 @@ use crate::input::describe_medium;
 use crate::output::PendingFolder;
 use crate::picture::Picture;
 use crate::print::{complain, note, print, summarise};
-use crate::{interrupt, progress, report, surfaces};
+use crate::{indirect, interrupt, progress, report, surfaces};
 use budget::Budget;
 use measure::{Job, Outcome, Truth, measure};
 use prepare::Prepared;
@@ -65,6 +65,7 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     }
     let folder = PendingFolder::create(&args.out, files::is_ours, files::PAGE, report::MARK)?;
     let prepared = Prepared::new(methods, args, budget.total())?;
+    indirect::check_ambient(&args.fog, &prepared.input)?;
     let dropped = dropped(methods, &args.methods, &prepared.selection);
     if !dropped.is_empty() && prepared.selection.candidates.is_empty() {
         return Err(Failure::new(format!(
@@ -172,6 +173,16 @@ fn compare(
     let Prepared { input, size, .. } = prepared;
     let map = args.options.map.unwrap_or(512);
     let surfaces = surfaces::radiance(&prepared.view, input, map)?;
+    let mut surfaces = Picture::new(*size, &surfaces);
+    let mut notes = prepared.notes();
+    if let Some(ambient) = indirect::ambient(&args.fog, input, &prepared.view)? {
+        surfaces = surfaces.plus(&Picture::new(*size, &ambient));
+        notes.push(
+            "surfaces have the ambient light that the fog before them scatters (--ambient); \
+             errors are those of the airlight alone"
+                .into(),
+        );
+    }
     let of_studies = studies.iter().flat_map(|study| &study.left_out);
     let mut left_out: Vec<_> = of_studies.cloned().collect();
     left_out.extend(prepared.selection.left_out.iter().cloned());
@@ -187,14 +198,14 @@ fn compare(
         size: *size,
         shadow_maps,
         floors: found.outcome.floors,
-        notes: prepared.notes(),
+        notes,
         ran: prepared.passes(),
         left_out,
         machine: machine(),
         backends: found.backends,
         reference: found.facts,
         pictures: Pictures {
-            surfaces: Picture::new(*size, &surfaces),
+            surfaces,
             airlight: found.airlight,
             methods: found.outcome.pictures,
         },

@@ -7,7 +7,7 @@ use gpu_backend::gpu::{
 };
 use gpu_backend::{Buffer, Error};
 
-use super::{AddEnvironment, EnvironmentMap};
+use super::{AddEnvironment, Ambient, EnvironmentMap};
 use crate::gather::check_lengths;
 use crate::gpu::scene::MediumRecord;
 use crate::gpu::{NUMERIC, PATH, SURFACE_POINT};
@@ -26,6 +26,19 @@ pub(super) struct Scene {
     pub(super) count: u32,
     pub(super) longest: f32,
     pub(super) distance: f32,
+}
+
+/// `Ambient` of `ambient.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(super) struct AmbientRecord {
+    pub(super) medium: MediumRecord,
+    pub(super) radiance: [f32; 3],
+    pub(super) count: u32,
+    pub(super) before_sky: u32,
+    pub(super) padding_a: u32,
+    pub(super) padding_b: u32,
+    pub(super) padding_c: u32,
 }
 
 /// Invocations per workgroup.
@@ -48,6 +61,14 @@ pub(super) const LIGHT: [&str; 7] = [
     SURFACE_POINT,
     include_str!("environment.wgsl"),
     include_str!("light.wgsl"),
+];
+
+pub(super) const AMBIENT: [&str; 5] = [
+    INDEX_WGSL,
+    NUMERIC,
+    PHASE,
+    PATH,
+    include_str!("ambient.wgsl"),
 ];
 
 impl EnvironmentMap<GpuMemory> {
@@ -121,6 +142,38 @@ impl<E: Encode> AddEnvironment for Gpu<E> {
                 Argument::write(radiance),
             ]],
             Workgroups::covering(points.len(), GROUP),
+        )
+    }
+
+    fn add_ambient(
+        &self,
+        rays: &GpuBuffer<Ray>,
+        ambient: &Ambient,
+        radiance: &mut GpuBuffer<[f32; 4]>,
+    ) -> Result<(), Error> {
+        check_lengths(rays.len(), radiance.len())?;
+        let record = AmbientRecord {
+            medium: MediumRecord::new(&ambient.medium),
+            radiance: ambient.radiance.into(),
+            count: rays.len() as u32,
+            before_sky: u32::from(ambient.before_sky),
+            padding_a: 0,
+            padding_b: 0,
+            padding_c: 0,
+        };
+        self.dispatch(
+            &Kernel {
+                label: "ambient light in fog",
+                parts: &AMBIENT,
+                entry: "add_ambient",
+                constants: &[],
+            },
+            &[&[
+                Argument::uniform(record),
+                Argument::read(rays),
+                Argument::write(radiance),
+            ]],
+            Workgroups::covering(rays.len(), GROUP),
         )
     }
 }

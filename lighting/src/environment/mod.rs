@@ -29,8 +29,10 @@
 //! # Limits
 //!
 //! The halo is that of fog that scatters evenly, whatever the phase function. Fog
-//! between the eye and a surface attenuates, but scatters no light of the environment
-//! into the eye. Surfaces see the share of the environment that their
+//! between the eye and a surface attenuates; what it scatters of the environment into
+//! the eye is a step of its own, for light that is even ([`Ambient`],
+//! [`AddEnvironment::add_ambient`]): nothing casts a shadow into it, and see-through
+//! surfaces hold back none of what the fog behind them scatters. Surfaces see the share of the environment that their
 //! [openness](SurfacePoint::openness) says, as if what covers them covered all
 //! directions alike.
 //!
@@ -49,6 +51,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod ambient;
 #[cfg(feature = "wgpu")]
 mod gpu;
 mod grid;
@@ -56,6 +59,7 @@ mod map;
 #[cfg(test)]
 mod tests;
 
+pub use ambient::Ambient;
 pub use map::EnvironmentMap;
 
 use glam::Vec3;
@@ -86,6 +90,12 @@ pub enum EnvironmentError {
     /// A radiance that is none.
     #[error("a texel of the environment is {value}, expected 0 to 1e20 in each channel")]
     Texel {
+        /// The channel that is wrong.
+        value: f32,
+    },
+    /// An ambient radiance that is none.
+    #[error("the ambient radiance is {value} in a channel, expected 0 to 1e20")]
+    Ambient {
         /// The channel that is wrong.
         value: f32,
     },
@@ -232,6 +242,19 @@ pub trait AddEnvironment: Backend {
         environment: &EnvironmentMap<Self::Memory>,
         radiance: &mut <Self::Memory as Memory>::Buffer<[f32; 4]>,
     ) -> Result<(), Error>;
+
+    /// Adds to `radiance` what the fog along every ray scatters of even light from all
+    /// around: [`Ambient::seen`]. The fourth component is left alone.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is
+    /// written then.
+    fn add_ambient(
+        &self,
+        rays: &<Self::Memory as Memory>::Buffer<Ray>,
+        ambient: &Ambient,
+        radiance: &mut <Self::Memory as Memory>::Buffer<[f32; 4]>,
+    ) -> Result<(), Error>;
 }
 
 /// Pixels per unit of work.
@@ -268,6 +291,21 @@ impl AddEnvironment for Cpu {
                     let irradiance = environment.irradiance(point.position(), point.normal());
                     add(sum, point.response() * point.openness() * irradiance);
                 }
+            }
+        });
+        Ok(())
+    }
+
+    fn add_ambient(
+        &self,
+        rays: &Vec<Ray>,
+        ambient: &Ambient,
+        radiance: &mut Vec<[f32; 4]>,
+    ) -> Result<(), Error> {
+        check_lengths(rays.len(), radiance.len())?;
+        self.for_each_chunk(radiance, CHUNK, |first, chunk: &mut [[f32; 4]]| {
+            for (sum, ray) in chunk.iter_mut().zip(&rays[first..]) {
+                add(sum, ambient.seen(ray));
             }
         });
         Ok(())

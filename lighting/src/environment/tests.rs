@@ -129,10 +129,80 @@ fn what_cannot_be_used_is_refused_by_name() {
     assert!(Environment::new(2, 2, vec![[0.0; 3]; 3]).is_err());
 }
 
+/// The integral of the definition, over directions by the phase function's own
+/// normalisation and along the ray by a midpoint rule in f64.
+#[test]
+fn ambient_light_is_the_integral_along_the_ray() {
+    let sigma_s = Vec3::new(0.02, 0.3, 0.0);
+    let open = Medium::new(sigma_s, Vec3::new(0.01, 0.0, 0.2), PhaseFunction::Rayleigh).unwrap();
+    let bounds = Bounds::new(Vec3::new(-2.0, -1.0, -6.0), Vec3::new(3.0, 1.0, -1.0)).unwrap();
+    let light = Vec3::new(2.0, 0.5, 7.0);
+    for (medium, ways) in [(open, [3.0, 40.0]), (open.within(bounds), [2.0, 5.0])] {
+        let ambient = Ambient::new(light.to_array(), &medium).unwrap();
+        for (length, way) in [3.0, 40.0].into_iter().zip(ways) {
+            let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, length).unwrap();
+            let seen = ambient.seen(&ray);
+            let steps = 4000;
+            let step = way / f64::from(steps);
+            for channel in 0..3 {
+                let (s, t) = (medium.sigma_s()[channel], medium.sigma_t()[channel]);
+                let sum: f64 = (0..steps)
+                    .map(|i| (-f64::from(t) * step * (f64::from(i) + 0.5)).exp() * step)
+                    .sum();
+                let truth = f64::from(s * light[channel]) * sum;
+                let error = (f64::from(seen[channel]) - truth).abs();
+                assert!(error <= 1e-5 * truth, "{channel}: {seen} {truth}");
+            }
+        }
+    }
+}
+
+/// A white furnace: fog that absorbs nothing before a wall as bright as what lights the
+/// fog is not to be seen.
+#[test]
+fn ambient_light_replaces_what_white_fog_hides() {
+    let white = Medium::new(
+        Vec3::new(0.001, 0.1, 5.0),
+        Vec3::ZERO,
+        PhaseFunction::HenyeyGreenstein { g: 0.8 },
+    )
+    .unwrap();
+    let ambient = Ambient::new([1.0; 3], &white).unwrap();
+    for length in [0.0, 1e-6, 0.1, 7.0, 1e4, f32::INFINITY] {
+        let Some(ray) = Ray::new(Vec3::ZERO, Vec3::X, length) else {
+            continue;
+        };
+        let wall = (-white.sigma_t() * length).exp();
+        let sum = ambient.seen(&ray) + wall;
+        assert!((sum - 1.0).abs().max_element() < 1e-6, "{length}: {sum}");
+    }
+}
+
+#[test]
+fn ambient_light_needs_fog_that_scatters() {
+    let ray = |length| Ray::new(Vec3::ZERO, Vec3::NEG_Z, length).unwrap();
+    let black = Medium::new(Vec3::ZERO, Vec3::splat(0.1), PhaseFunction::Isotropic).unwrap();
+    let vacuum = Medium::new(Vec3::ZERO, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+    let beside = Bounds::new(Vec3::splat(1.0), Vec3::splat(2.0)).unwrap();
+    for medium in [black, vacuum, fog().within(beside)] {
+        let ambient = Ambient::new([1.0; 3], &medium).unwrap();
+        for length in [1.0, f32::INFINITY] {
+            assert_eq!(ambient.seen(&ray(length)), Vec3::ZERO);
+        }
+    }
+    let surfaces = Ambient::new([1.0; 3], &fog()).unwrap().before_surfaces();
+    assert_eq!(surfaces.seen(&ray(f32::INFINITY)), Vec3::ZERO);
+    assert!(surfaces.seen(&ray(1e6)).min_element() > 0.5);
+    for value in [-1.0, f32::NAN, f32::INFINITY] {
+        let error = Ambient::new([0.0, value, 0.0], &fog()).unwrap_err();
+        assert!(matches!(error, EnvironmentError::Ambient { .. }));
+    }
+}
+
 #[cfg(feature = "wgpu")]
 #[test]
 fn shaders_compile_and_see_the_scene_as_it_is() {
-    use super::gpu::{LIGHT, SKY, Scene};
+    use super::gpu::{AMBIENT, AmbientRecord, LIGHT, SKY, Scene};
     use gpu_backend::assert_same_layout;
     use gpu_backend::testing::Shader;
 
@@ -154,4 +224,19 @@ fn shaders_compile_and_see_the_scene_as_it_is() {
             }
         );
     }
+
+    let shader = Shader::new(&AMBIENT).unwrap();
+    assert_same_layout!(
+        shader,
+        "Ambient",
+        AmbientRecord {
+            medium,
+            radiance,
+            count,
+            before_sky,
+            padding_a,
+            padding_b,
+            padding_c
+        }
+    );
 }

@@ -7,7 +7,7 @@ use crepuscular_tests::scenes;
 use crepuscular_tests::suite;
 use glam::{DVec3, Quat, Vec3};
 use gpu_backend::{Buffer, Cpu, Download};
-use lighting::environment::{Environment, EnvironmentMap};
+use lighting::environment::{Ambient, Environment, EnvironmentMap};
 use lighting::indirect::LightSurfaces;
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
@@ -252,6 +252,49 @@ fn skies() -> Vec<Ray> {
     points().iter().map(ray).collect()
 }
 
+fn fog_scatters_ambient_light_by_the_closed_form<B: LightSurfaces>(backend: &B) {
+    let lengths = [1e-4, 0.3, 2.0, 30.0, 1e4, f32::INFINITY];
+    let rays: Vec<Ray> = skies()
+        .iter()
+        .flat_map(|sky| lengths.map(|length| Ray::new(Vec3::ZERO, sky.direction(), length)))
+        .flatten()
+        .collect();
+    let light = [0.5, 2.0, 30.0];
+    for sigma in [0.0, 1e-6, 0.05, 3.0] {
+        let open = fog(sigma, PhaseFunction::HenyeyGreenstein { g: 0.6 });
+        for medium in [open, boxed(open)] {
+            let ambient = Ambient::new(light, &medium).unwrap();
+            for (ambient, before_sky) in [(ambient, true), (ambient.before_surfaces(), false)] {
+                let on_backend = backend.upload(&rays).unwrap();
+                let mut radiance = backend.zeros::<[f32; 4]>(rays.len()).unwrap();
+                backend
+                    .add_ambient(&on_backend, &ambient, &mut radiance)
+                    .unwrap();
+                let radiance = backend.download(&radiance).unwrap();
+                for (ray, found) in rays.iter().zip(radiance) {
+                    let end = ray.length();
+                    let way = medium.length_inside(ray.origin(), ray.direction(), end);
+                    let way = f64::from(way);
+                    for channel in 0..3 {
+                        let sigma_s = f64::from(medium.sigma_s()[channel]);
+                        let sigma_t = f64::from(medium.sigma_t()[channel]);
+                        let share = -(-sigma_t * way).exp_m1();
+                        let is_dark = sigma_s == 0.0 || (!before_sky && end.is_infinite());
+                        let truth = match is_dark {
+                            true => 0.0,
+                            false => sigma_s / sigma_t * share * f64::from(light[channel]),
+                        };
+                        let off = (f64::from(found[channel]) - truth).abs();
+                        // Rounding, and that of the way through the box.
+                        assert!(off <= 3e-6 * truth + 1e-12, "{ray:?}: {found:?} {truth}");
+                    }
+                    assert_eq!(found[3], 0.0);
+                }
+            }
+        }
+    }
+}
+
 fn an_environment_is_seen_through_fog_with_its_halo<B: LightSurfaces>(backend: &B) {
     for (sigma, distance) in [(0.01, 20.0), (0.05, 40.0)] {
         let medium = fog(sigma, PhaseFunction::Isotropic);
@@ -354,6 +397,7 @@ fn the_fourth_component_and_pixels_without_a_surface_are_left_alone<B: LightSurf
 crepuscular_tests::on_every_backend!(
     the_closed_form_is_the_integral_over_the_hemisphere,
     an_environment_is_seen_through_fog_with_its_halo,
+    fog_scatters_ambient_light_by_the_closed_form,
     surfaces_receive_the_light_of_an_environment,
     the_fourth_component_and_pixels_without_a_surface_are_left_alone,
 );

@@ -46,6 +46,7 @@ fn a_view_is_lit_by_the_sum_of_what_is_asked_for<B: LightSurfaces>(backend: &B) 
             scattering: None,
             nodes: 4,
             environment: None,
+            ambient: None,
             openness_rays: 8,
         };
         let of = |light| indirect::radiance(backend, &cpu, lit, light).unwrap();
@@ -65,6 +66,15 @@ fn a_view_is_lit_by_the_sum_of_what_is_asked_for<B: LightSurfaces>(backend: &B) 
             scattering: Some(FogShadows::None),
             ..environment
         };
+        let fogged = IndirectLight {
+            ambient: Some([0.1, 0.2, 0.3]),
+            ..none
+        };
+        let all = IndirectLight {
+            ambient: Some([0.1, 0.2, 0.3]),
+            ..both
+        };
+        let (fogged, all) = (of(fogged), of(all));
         assert!(of(none).radiance.iter().all(|light| *light == [0.0; 4]));
         let (fog, shadowed, environment, both) = (of(fog), of(shadowed), of(environment), of(both));
         assert_eq!((fog.in_closed_form, fog.by_quadrature), (1, 0));
@@ -81,6 +91,10 @@ fn a_view_is_lit_by_the_sum_of_what_is_asked_for<B: LightSurfaces>(backend: &B) 
             assert!(at(&environment) > 0.0 || hit.is_some());
             let sum = at(&fog) + at(&environment);
             assert!((at(&both) / sum - 1.0).abs() < 1e-5 || sum == 0.0);
+            // Fog is lit before everything, but for the sky that has its halo.
+            assert!(at(&fogged) > 0.0);
+            let before = if hit.is_some() { at(&fogged) } else { 0.0 };
+            assert!((at(&all) / (at(&both) + before) - 1.0).abs() < 1e-5);
             // Shadows only take away, but for what four nodes miss.
             assert!(at(&shadowed) <= at(&fog) + 0.02 * most);
         }
@@ -139,6 +153,7 @@ fn panes_are_lit_and_what_is_behind_is_seen_through_them<B: LightSurfaces>(backe
         scattering: None,
         nodes: 4,
         environment: None,
+        ambient: None,
         openness_rays: 16,
     };
     // Half of the light is reflected where the pane is, all of it comes from behind
