@@ -8,7 +8,8 @@ use gpu_backend::{Backend, BufferOf, Cpu};
 use super::{
     About, Evaluators, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
-use crate::{EyePanes, Gather, LitRays, Touching};
+use crate::culling::{self, PickPixels, RayTiles};
+use crate::{Emitter, EyePanes, Gather, Interleaving, LitRays, Ray, Touching};
 
 /// A kind of visibility source: how there is one for each light.
 ///
@@ -285,7 +286,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
 
 impl<B, S, E> RunOn<B> for PerLight<S, E>
 where
-    B: Backend + Gather<<S as SourceOn<B>>::Source, E::Evaluator>,
+    B: Backend + PickPixels + Gather<<S as SourceOn<B>>::Source, E::Evaluator>,
     S: SourceOn<B>,
     E: Evaluators,
 {
@@ -315,20 +316,76 @@ where
             true => EyePanes::new(&Cpu::new(), &*inputs.tracer()?, inputs.rays),
             false => None,
         };
-        for (light, emitter) in frame.inputs.emitters.iter().enumerate() {
+        let culled = Culled::new(inputs, panes.is_some());
+        for (light, emitter) in inputs.emitters.iter().enumerate() {
+            let reached = culled.as_ref().and_then(|culled| culled.reached(emitter));
+            let skipped = reached.as_ref().map_or(0, |r| inputs.rays.len() - r.len());
+            if skipped > 0 {
+                inputs.watch.gathered(skipped);
+            }
+            if skipped == inputs.rays.len() {
+                continue;
+            }
             let source = self.sources.source(frame, light, quality)?;
             let evaluator = self.evaluators.of_light(frame, light, detail)?;
-            let lit = LitRays {
-                touching,
-                panes: panes.as_ref(),
-                watch: frame.inputs.watch,
-                ..LitRays::new(&frame.rays, emitter, frame.inputs.medium)
+            let gather = |rays: &BufferOf<B, Ray>, radiance: &mut BufferOf<B, [f32; 4]>| {
+                let lit = LitRays {
+                    touching,
+                    panes: panes.as_ref(),
+                    watch: inputs.watch,
+                    ..LitRays::new(rays, emitter, inputs.medium)
+                };
+                frame.pass("gather", || {
+                    Ok(frame.backend.gather(&lit, &source, &*evaluator, radiance)?)
+                })
             };
-            frame.pass("gather", || {
-                Ok(frame.backend.gather(&lit, &source, &*evaluator, radiance)?)
-            })?;
+            match reached {
+                None => gather(&frame.rays, radiance)?,
+                Some(reached) => {
+                    let rays = reached.iter().map(|ray| inputs.rays[*ray as usize]);
+                    let rays = frame.backend.upload(&rays.collect::<Vec<_>>())?;
+                    let reached = frame.backend.upload(&reached)?;
+                    let mut some = frame.backend.pick(radiance, &reached)?;
+                    gather(&rays, &mut some)?;
+                    frame.backend.put_back(&some, &reached, radiance)?;
+                }
+            }
             self.sources.done(frame, source, quality);
         }
         Ok(())
+    }
+}
+
+/// The lights of a frame, each with the rays that it may reach.
+struct Culled(RayTiles);
+
+/// Fewer lights with bounds are not worth the tiles.
+const FEW: usize = 8;
+
+/// A light that may reach a larger share of the rays than this is gathered with all of
+/// them.
+const MOST: f64 = 0.75;
+
+impl Culled {
+    /// `None` where it is not worth it, or where rays have to keep their number.
+    fn new(inputs: &FrameInputs<'_>, has_panes: bool) -> Option<Self> {
+        let bounded = inputs
+            .emitters
+            .iter()
+            .filter(|emitter| culling::is_bounded(emitter));
+        let keeps_numbers = has_panes || inputs.selection.interleaving != Interleaving::NONE;
+        if keeps_numbers || bounded.count() < FEW {
+            return None;
+        }
+        let pixels = inputs.selection.pixels;
+        RayTiles::new(&Cpu::new(), inputs.rays, inputs.size, pixels).map(Self)
+    }
+
+    /// `None` for all rays.
+    fn reached(&self, emitter: &Emitter) -> Option<Vec<u32>> {
+        let most = MOST * self.0.rays() as f64;
+        self.0
+            .reached(emitter)
+            .filter(|rays| rays.len() as f64 <= most)
     }
 }

@@ -1,11 +1,12 @@
 //! Epipolar sampling around what finds the lit parts of rays.
 
-use gpu_backend::{Backend, BufferOf, Cpu};
+use gpu_backend::{BufferOf, Cpu};
 
 use super::choice::Choice;
 use super::fill::FillFromLines;
 use super::samples::Spacing;
 use super::surfaces::Surfaces;
+use crate::culling::PickPixels;
 use crate::methods::{
     About, Evaluators, Frame, FrameInputs, LightSources, Method, MethodError, PerLight, Role,
     RunOn, SourceOn, Verdict, Work,
@@ -134,7 +135,7 @@ impl<S: LightSources + Clone, E: Evaluators + Clone> Method for EpipolarSampling
 
 impl<B, S, E> RunOn<B> for EpipolarSampling<S, E>
 where
-    B: FillFromLines + Backend + Gather<<S as SourceOn<B>>::Source, E::Evaluator>,
+    B: FillFromLines + PickPixels + Gather<<S as SourceOn<B>>::Source, E::Evaluator>,
     S: SourceOn<B> + Clone,
     E: Evaluators + Clone,
 {

@@ -1,0 +1,80 @@
+//! Which rays of a picture a light may reach.
+//!
+//! A light with a range, or one that shines into a cone, reaches few of the rays of a
+//! picture. [`RayTiles`] puts the rays that start at one eye into tiles of 4 × 4 pixels,
+//! tiles into blocks of 4 × 4 tiles, and these once more, each in a cone around it, and
+//! finds the rays that a light may reach without asking every one of them. So the cost of
+//! a picture grows with the lights that reach its rays and not with those that there are.
+//!
+//! Based on: Olsson, Billeter and Assarsson, Clustered Deferred and Forward Shading, HPG
+//! 2012; and Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of
+//! Voxelized Shadows, I3D 2015, section 4, whose lights are culled by tiles.
+//!
+//! # How a cone meets a light
+//!
+//! The rays of a tile lie within an angle δ around its axis `t`. A point of any of them at
+//! the distance x from the eye is no farther than `κ x`, κ = 2 sin(δ/2), from the point
+//! `x t` of the axis. So a ray of the tile can only be lit at x if the light, grown by `κ x`
+//! on all sides, holds `x t`. For a ball of radius R around the light at `c`, and for a
+//! cone of half angle β around the axis `a` from `c` on, with `z = (x t − c) · a` and
+//! `r = |x t − c − z a|`, that is
+//!
+//! ```text
+//! |x t − c| ≤ R + κ x             r cos β ≤ z sin β + κ x
+//! ```
+//!
+//! both quadratic inequalities of x whose solutions are intervals, as distances from a
+//! line are convex. The part of the axis in both is where the tile may be lit; it is
+//! compared with how far the rays of the tile go, and its start with the length of each
+//! ray. No slices of depth are needed that way, and there is no list of lights that could
+//! overflow.
+//!
+//! # What is guaranteed
+//!
+//! No ray that a light reaches is ever left out. How many are kept for nothing depends on
+//! how large a light is beside a tile: 1.1 to 1.3 times as many as it reaches, where it
+//! covers a hundred pixels.
+//!
+//! Lights without end (suns, and lamps without a range) reach every ray.
+//!
+//! # In a picture
+//!
+//! [`PickPixels`] takes the light that those rays have gathered so far out of the picture,
+//! and puts it back when that of the next light has been added to it: each pixel sums up
+//! its lights in their order, so that culling changes no bit. Every
+//! [pair](crate::methods::PerLight) of a visibility and an evaluator gathers its lights so,
+//! where there are many.
+//!
+//! ```
+//! use glam::Vec3;
+//! use gpu_backend::Cpu;
+//! use lighting::culling::RayTiles;
+//! use lighting::scene::{Camera, Emission, Emitter};
+//! use lighting::Ray;
+//!
+//! let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, 1.0)?;
+//! let pixel = |i: u32| camera.direction((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5, 64, 32);
+//! let rays: Vec<Ray> = (0..64 * 32)
+//!     .map(|i| Ray::new(Vec3::ZERO, pixel(i), 20.0).expect("a sound ray"))
+//!     .collect();
+//! let tiles = RayTiles::new(&Cpu::new(), &rays, [64, 32], None).expect("rays from one eye");
+//!
+//! let at = Vec3::new(0.0, 0.0, -10.0);
+//! let lamp = Emitter::point(at, Vec3::ONE, 0.5, Emission::Isotropic)?;
+//! let reached = tiles.reached(&lamp).expect("a light with a range");
+//! assert!((10..100).contains(&reached.len()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+#[cfg(feature = "wgpu")]
+mod gpu;
+mod pick;
+mod reach;
+mod tiles;
+
+#[cfg(test)]
+mod tests;
+
+pub use pick::PickPixels;
+pub use reach::is_bounded;
+pub use tiles::RayTiles;
