@@ -5,7 +5,8 @@
 //! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields
 //!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]),
 //!    sampled from a shadow map (`visibility::March`), as it is or filtered
-//!    (`methods::prefiltered`) and where shadow volumes are (`methods::hybrid`), found in it run by run (`methods::epipolar`) or between the
+//!    (`methods::prefiltered`) and where shadow volumes are (`methods::hybrid`), with the
+//!    colours of a cookie (`methods::textured`), found in it run by run (`methods::epipolar`) or between the
 //!    faces of a mesh made from it (`methods::light_volumes`), read from a
 //!    voxelized shadow volume (`voxelized::VoxelShadow`) or walked through baked
 //!    shadows (`precomputed::BakedShadow`); [`visibility::Both`] joins two.

@@ -290,6 +290,20 @@ impl Emitter {
         }
     }
 
+    /// The same light without a pattern: at a point it shines alike in all directions, up
+    /// to its range, where it ends all at once. Parallel light has no pattern.
+    #[must_use]
+    pub fn bare(&self) -> Self {
+        match self {
+            Self::Point(point) => Self::Point(PointEmitter {
+                falloff: Falloff::Hard,
+                emission: Emission::Isotropic,
+                ..*point
+            }),
+            Self::Directional(sun) => Self::Directional(*sun),
+        }
+    }
+
     /// Parallel light that travels along `direction` (any length but 0).
     ///
     /// # Errors

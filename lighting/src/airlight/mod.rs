@@ -12,6 +12,7 @@
 
 mod analytic;
 mod cookie;
+mod daylight;
 mod directional;
 mod equi_angular;
 mod lamp;
@@ -20,6 +21,7 @@ mod per_frame;
 mod quadrature;
 
 pub use analytic::Analytic;
+pub use daylight::{Daylight, DaylightError};
 pub use directional::directional;
 pub use equi_angular::EquiAngular;
 pub use midpoint::Midpoint;

@@ -6,7 +6,7 @@ use gpu_backend::gpu::{Argument, InShader};
 use gpu_backend::shader::Part;
 
 use super::AirlightSlot;
-use crate::airlight::{Analytic, EquiAngular, Midpoint, PerFrame, Quadrature};
+use crate::airlight::{Analytic, Daylight, EquiAngular, Midpoint, PerFrame, Quadrature};
 
 impl InShader<AirlightSlot> for Midpoint {
     fn part() -> Part {
@@ -15,6 +15,18 @@ impl InShader<AirlightSlot> for Midpoint {
 
     fn arguments(&self) -> Vec<Argument<'_>> {
         Vec::new()
+    }
+}
+
+impl InShader<AirlightSlot> for Daylight {
+    fn part() -> Part {
+        Part::new("light_daylight")
+            .uniform("light_daylight_distance", "f32")
+            .source(include_str!("daylight.wgsl"))
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        vec![Argument::uniform(self.distance())]
     }
 }
 

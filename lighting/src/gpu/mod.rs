@@ -60,6 +60,8 @@ mod slots;
 #[cfg(test)]
 pub(crate) mod tests;
 
+#[cfg(feature = "shadow-map")]
+pub(crate) use slots::Shadows;
 pub use slots::{AirlightSlot, PointSlot, VisibilitySlot};
 
 /// Own trigonometry and exponentials.

@@ -40,6 +40,18 @@ impl Slot for Second {
     }
 }
 
+/// The source of shadows of a [`Textured`](crate::methods::textured::Textured) light.
+#[cfg(feature = "shadow-map")]
+pub(crate) struct Shadows;
+
+#[cfg(feature = "shadow-map")]
+impl Slot for Shadows {
+    fn glue(part: &str) -> String {
+        let names = ["Shadows", "shadows", "next_shadows"];
+        visibility(part, names.map(|name| format!("light_textured_{name}")))
+    }
+}
+
 fn visibility<S: std::fmt::Display>(part: &str, [cursor, start, next]: [S; 3]) -> String {
     format!(
         "

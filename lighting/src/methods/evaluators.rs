@@ -7,7 +7,9 @@ use airlight::{Exact, FrameTable, PhaseFunction, SunTable, Table};
 use gpu_backend::Backend;
 
 use super::{Frame, FrameInputs, MethodError, Verdict};
-use crate::airlight::{AirlightEvaluator, Analytic, EquiAngular, Midpoint, PerFrame, Quadrature};
+use crate::airlight::{
+    AirlightEvaluator, Analytic, Daylight, EquiAngular, Midpoint, PerFrame, Quadrature,
+};
 use crate::path::full_cone;
 use crate::scene::Emitter;
 
@@ -70,7 +72,7 @@ pub trait Evaluators: Send + Sync + Debug {
     fn of_light<B: Backend>(
         &self,
         frame: &Frame<'_, B>,
-        _light: usize,
+        _emitter: &Emitter,
         quality: u32,
     ) -> Result<Arc<Self::Evaluator>, MethodError> {
         self.kept(frame, quality)
@@ -299,13 +301,13 @@ impl Evaluators for FrameTables {
     fn of_light<B: Backend>(
         &self,
         frame: &Frame<'_, B>,
-        light: usize,
+        emitter: &Emitter,
         rows: u32,
     ) -> Result<Arc<PerFrame>, MethodError> {
         let inputs = &frame.inputs;
         let rest = self.kept(frame, rows)?.fallback().clone();
         frame.pass("table of the frame", || {
-            let (eye, emitter) = (inputs.camera.eye(), &inputs.emitters[light]);
+            let eye = inputs.camera.eye();
             PerFrame::of_light(rest, eye, emitter, inputs.medium, rows)
                 .map(Arc::new)
                 .map_err(MethodError::resource("a table of the frame"))
@@ -391,5 +393,29 @@ impl Evaluators for Published {
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         falls_back(inputs, Self::ABOUT.name)
+    }
+}
+
+/// The model of daylight, for lights at points too. Those who ask for it want its look:
+/// it leaves out what the light of a lamp depends on most.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Daylights;
+
+impl Evaluators for Daylights {
+    type Evaluator = Daylight;
+
+    const ABOUT: EvaluatorAbout = EvaluatorAbout {
+        name: "daylight",
+        title: "daylight, as strong as at a distance from the light",
+        unit: Some("metres"),
+        usual: [4, 4],
+    };
+
+    fn make(&self, _: PhaseFunction, metres: u32) -> Result<Daylight, MethodError> {
+        Daylight::new(metres as f32).map_err(MethodError::resource("daylight"))
+    }
+
+    fn work(_: u32) -> f64 {
+        1.0
     }
 }

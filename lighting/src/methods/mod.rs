@@ -103,6 +103,8 @@ pub mod raytraced_area;
 pub mod reduced;
 #[cfg(feature = "shadow-map")]
 pub mod slices;
+#[cfg(feature = "shadow-map")]
+pub mod textured;
 #[cfg(feature = "translucent")]
 pub mod translucent;
 pub mod unshadowed;

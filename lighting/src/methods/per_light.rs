@@ -23,6 +23,12 @@ pub trait LightSources: Send + Sync + Debug {
         Verdict::Applies
     }
 
+    /// What is left of a light for the evaluator to integrate: all of it, unless the
+    /// shares of this source have some of the light's pattern in them.
+    fn evaluated<'a>(&self, emitter: &'a Emitter) -> Cow<'a, Emitter> {
+        Cow::Borrowed(emitter)
+    }
+
     /// See [`Method::interleaves`].
     fn interleaves(&self) -> Verdict {
         Verdict::Impossible("rays cannot share what finds their lit parts".into())
@@ -164,6 +170,21 @@ impl<S: LightSources, E: Evaluators> PerLight<S, E> {
         }
     }
 
+    /// What the evaluator is told of a frame.
+    fn with_evaluated<R>(
+        &self,
+        inputs: &FrameInputs<'_>,
+        tell: impl FnOnce(&FrameInputs<'_>) -> R,
+    ) -> R {
+        let emitters = inputs.emitters.iter();
+        let emitters = emitters.map(|emitter| self.sources.evaluated(emitter));
+        let emitters: Vec<Emitter> = emitters.map(Cow::into_owned).collect();
+        tell(&FrameInputs {
+            emitters: &emitters,
+            ..*inputs
+        })
+    }
+
     /// Qualities of the source and of the evaluator.
     fn qualities(&self, quality: u32) -> [u32; 2] {
         match self.sources.about().quality {
@@ -214,7 +235,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
             inputs.translucent.is_empty() || self.sources.about().sees_translucent || is_baseline;
         self.sources
             .applies(inputs)
-            .and(|| self.evaluators.applies(inputs))
+            .and(|| self.with_evaluated(inputs, |inputs| self.evaluators.applies(inputs)))
             .and(|| {
                 match sees_all {
                 true => Verdict::Applies,
@@ -258,7 +279,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
     }
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
-        let mut notes = self.evaluators.notes(inputs);
+        let mut notes = self.with_evaluated(inputs, |inputs| self.evaluators.notes(inputs));
         notes.extend(self.sources.notes(inputs));
         if !inputs.translucent.is_empty() && !self.sources.about().sees_translucent {
             notes.push(format!(
@@ -318,7 +339,8 @@ where
         };
         let culled = Culled::new(inputs, panes.is_some());
         for (light, emitter) in inputs.emitters.iter().enumerate() {
-            let reached = culled.as_ref().and_then(|culled| culled.reached(emitter));
+            let emitter = self.sources.evaluated(emitter);
+            let reached = culled.as_ref().and_then(|culled| culled.reached(&emitter));
             let skipped = reached.as_ref().map_or(0, |r| inputs.rays.len() - r.len());
             if skipped > 0 {
                 inputs.watch.gathered(skipped);
@@ -327,13 +349,13 @@ where
                 continue;
             }
             let source = self.sources.source(frame, light, quality)?;
-            let evaluator = self.evaluators.of_light(frame, light, detail)?;
+            let evaluator = self.evaluators.of_light(frame, &emitter, detail)?;
             let gather = |rays: &BufferOf<B, Ray>, radiance: &mut BufferOf<B, [f32; 4]>| {
                 let lit = LitRays {
                     touching,
                     panes: panes.as_ref(),
                     watch: inputs.watch,
-                    ..LitRays::new(rays, emitter, inputs.medium)
+                    ..LitRays::new(rays, &emitter, inputs.medium)
                 };
                 frame.pass("gather", || {
                     Ok(frame.backend.gather(&lit, &source, &*evaluator, radiance)?)

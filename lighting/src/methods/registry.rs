@@ -284,6 +284,7 @@ impl Registry {
             .with_all(super::light_space::methods())
             .with_all(super::slices::methods())
             .with_all(super::hybrid::methods())
+            .with_all(super::textured::methods())
             .with_all(super::prefiltered::methods())
             .with_all(super::epipolar::methods())
             .with_all(super::light_volumes::methods())

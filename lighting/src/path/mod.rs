@@ -145,6 +145,15 @@ impl<'a> LightPath<'a> {
         Self { index, ..self }
     }
 
+    /// The same path, of which only what lies in `part` can be lit; `None` if that is
+    /// nothing.
+    #[cfg(feature = "shadow-map")]
+    pub(crate) fn within(self, part: Interval) -> Option<Self> {
+        let (start, end) = (self.span.start, self.span.end);
+        let span = Interval::new(start.max(part.start), end.min(part.end));
+        (span.start < span.end).then_some(Self { span, ..self })
+    }
+
     /// The number of the ray in its frame: what has been found out for each pixel
     /// beforehand, such as bounds of a shadow, is looked up by it. 0 for a ray by
     /// itself.

@@ -10,6 +10,8 @@ mod many_maps;
 mod maps;
 #[cfg(feature = "shadow-map")]
 mod scenes;
+#[cfg(feature = "shadow-map")]
+mod textured;
 #[cfg(feature = "translucent")]
 mod translucent;
 
@@ -24,7 +26,7 @@ use super::gather::shader;
 use super::scene::{self, EmitterRecord, MediumRecord, Scene};
 use super::*;
 use crate::Ray;
-use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
+use crate::airlight::{Analytic, Daylight, EquiAngular, Midpoint, Quadrature};
 use crate::visibility::Unshadowed;
 
 /// Stands for the entry point.
@@ -82,6 +84,7 @@ fn every_pair_compiles() {
     complete::<Unshadowed, EquiAngular>();
     complete::<Unshadowed, Quadrature>();
     complete::<Unshadowed, Analytic<Table>>();
+    complete::<Unshadowed, Daylight>();
 }
 
 #[cfg(feature = "shadow-map")]

@@ -105,7 +105,7 @@ fn choice(
 }
 
 /// The same where the frame is made.
-fn volumes<B: Backend>(
+pub(in crate::methods) fn volumes<B: Backend>(
     frame: &Frame<'_, B>,
     light: usize,
 ) -> Result<Arc<ShadowVolumes<B::Memory>>, MethodError> {

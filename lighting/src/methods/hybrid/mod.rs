@@ -75,12 +75,13 @@ pub(crate) mod gpu;
 mod method;
 mod picture;
 mod search;
+mod span;
 #[cfg(test)]
 mod tests;
 mod volumes;
 
 #[cfg(feature = "methods")]
-pub(super) use method::methods;
+pub(super) use method::{methods, volumes as volumes_of};
 
 use std::borrow::Borrow;
 use std::sync::Arc;

@@ -162,6 +162,7 @@ where
             false => None,
         };
         for (light, emitter) in inputs.emitters.iter().enumerate() {
+            let emitter = &*self.sources.evaluated(emitter);
             let choice = frame.pass("choice of samples", || {
                 Ok(Choice::new(&cpu, &surfaces, emitter, spacing))
             })?;
@@ -174,7 +175,7 @@ where
                 .as_ref()
                 .and_then(|tracer| EyePanes::new(&cpu, tracer, &choice.rays));
             let source = self.sources.source(&part, light, 0)?;
-            let evaluator = self.evaluators.of_light(&part, light, self.detail)?;
+            let evaluator = self.evaluators.of_light(&part, emitter, self.detail)?;
             let mut gathered = backend.zeros::<[f32; 4]>(choice.rays.len())?;
             let lit = LitRays {
                 touching: self.sources.about().touching,

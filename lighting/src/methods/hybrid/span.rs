@@ -1,0 +1,44 @@
+//! The part of a ray that may be in shadow.
+
+use gpu_backend::{Error, Host, Memory};
+
+use super::search::Line;
+use super::volumes::ShadowVolumes;
+use crate::shadow_map::ShadowMap;
+use crate::{Interval, Ray};
+
+impl<M: Memory> ShadowVolumes<M> {
+    /// Whether they are those of a map's light and size.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] if not.
+    pub(in crate::methods) fn go_with(&self, map: &ShadowMap<M>) -> Result<(), Error> {
+        let (expected, actual) = ((map.resolution(), map.faces().len()), self.size());
+        if expected == actual {
+            return Ok(());
+        }
+        Err(Error::LengthMismatch {
+            what: "the texels per side of a map with shadow volumes",
+            expected: expected.0 as usize * expected.1,
+            actual: actual.0 as usize * actual.1,
+        })
+    }
+}
+
+#[cfg(feature = "wgpu")]
+impl<M: Memory> ShadowVolumes<M> {
+    /// Cells along a side of the finest level.
+    pub(in crate::methods) fn cells_per_side(&self) -> u32 {
+        self.side()
+    }
+}
+
+impl ShadowVolumes<Host> {
+    /// From the front of the first volume to the back of the last one that a finite part of
+    /// a ray is in; `None` if it is in none. Volumes are told apart down to cells that the
+    /// ray crosses within the length `shortest`, m.
+    pub fn between(&self, ray: &Ray, part: Interval, shortest: f32) -> Option<Interval> {
+        let line = Line::new(ray, self.origin());
+        self.span(&line, part, shortest, &mut 0)
+    }
+}

@@ -1,0 +1,352 @@
+//! Textured spotlights: the colours of a cookie are pulled out of the integral, step by
+//! step, and what is left is the airlight of a bare point light.
+//!
+//! Based on: Wyman and Ramsey, Interactive Volumetric Shadows in Participating Media with
+//! Single-Scattering, RT 2008, sections 3.2 to 3.4.
+//!
+//! A ray is clipped to the cone of the light ([the distances](crate::LightPath::span) to the
+//! front and the back of its frustum), and what is inside is divided into short steps. With
+//! the intensity I of the bare light,
+//!
+//! ```text
+//! L = Σ_k V_k C_k A(x_k, x_{k+1}),    A(a, b) = ∫_a^b σ_s p(cos θ) I exp(−σ_t (x + d)) / d² dx
+//! ```
+//!
+//! * V_k, 0 or 1: whether the step is lit ([`ShadowSpans`], or any other source of shadows);
+//! * C_k: the colour of the cookie × the falloff at the rim of the cone × the window of a
+//!   light that fades, in the middle of the step ([`Textured`]);
+//! * A: the airlight of a point that shines alike in all directions, for which every
+//!   evaluator stands: the gather is given the [`bare`] light. So a table in closed form
+//!   ([`Analytic`](crate::airlight::Analytic)) applies to cookies too, where it would fall
+//!   back to a quadrature.
+//!
+//! # Three spans
+//!
+//! A ray is lit before the front of its first shadow volume and behind the back of its last
+//! one ([`ShadowVolumes`](super::hybrid::ShadowVolumes)), and the shadow map is not asked
+//! there. Between the two it is asked at steps of their own. Both kinds of steps have a rate
+//! of their own, as in the paper; but a step of shadows costs a lookup alone, since a lit run
+//! is divided for its colours, by the coarser steps. Where a lit step of shadows is next to
+//! a dark one the part between their middles is halved three times. The method of the list
+//! has two steps of shadows for one of colours, see below.
+//!
+//! # Where the steps are
+//!
+//! Parts of each ray's own span make surfaces of samples that bend at the border of the
+//! frustum, where the span changes steeply, and bends show. The paper therefore chooses "our
+//! sampling distance based on the angle between the spotlight direction and the ray
+//! direction"; the supplement that says how is lost. What follows is derived anew. Two
+//! things are wanted: the positions x_k(ω) on the ray of the direction ω must not depend on
+//! where the ray enters the frustum, and no ray may need more than about N steps. Both hold
+//! if x_k is the k-th of numbered surfaces that fill all of space, of which a ray takes those
+//! in the frustum.
+//!
+//! **Lengths** ([`Placement::Length`]) are closest to the words of the paper. The longest
+//! chord of a cone of the half angle α and the length R is R along its axis and 2 R sin α
+//! across. In a metric that counts lengths across as 1 / (2 sin α) of themselves, the beam is
+//! as wide as it is long, and no chord is longer than R by more than a sixth. An N-th of
+//! that, on a ray at the angle θ to the axis, is
+//!
+//! ```text
+//! Δx(θ) = R / N / √(cos² θ + sin² θ / (4 sin² α))
+//! ```
+//!
+//! and the surfaces x = k Δx(θ) are similar ellipsoids around the eye with the proportions
+//! of the beam, smooth for all θ. (Half-angle slices, after Kniss et al., 2003, to whom the
+//! paper compares its own steps, are Δx ∝ 1 / cos(θ/2), or 1 / sin(θ/2) where the light comes
+//! from the front. They take the shape of the beam into no account, and bend at a right
+//! angle.) R must be the same for all rays: it is an argument. Steps are no shorter than a
+//! 4 N-th of what is in the cone.
+//!
+//! **Angles** ([`Placement::Angle`]) are better, and what the method uses. Let ψ be the angle
+//! at the light between the directions to the eye and to a point of the ray. With h the
+//! distance between light and ray, s = x − x_F the distance behind the foot point and φ the
+//! angle to it,
+//!
+//! ```text
+//! tan φ = s / h,    ψ(x) = φ(x) − φ(0) = atan2(h x, h² − x_F s),    ψ(x_k) = k · 2α / N
+//! ```
+//!
+//! The surfaces are cones around the line through eye and light with their apex at the
+//! light: within each plane through that line, rays of light. In the cookie they are fixed
+//! curves around the picture of the eye. So neighbouring rays look up neighbouring places,
+//! no chord of a cone is seen under more than 2α from its apex, and a ray takes at most N
+//! steps and the two that the border cuts. Shadows are bounded by rays of light, too, so
+//! that surfaces run along them, as the paper asks for. Steps are short where the
+//! light is strong: ∫ ds / d² is the same for each step of a ray. The step is rotated, not
+//! computed from angles: cos and sin of φ_{k+1} follow from those of φ_k, and x_k = x_F + h
+//! tan φ_k. A ray through the light is one step before it and one behind it; in parallel
+//! light steps are equal parts of the ray.
+//!
+//! Steps are cut at the ends of a span and at the rim, and a part of a step is sampled in its
+//! own middle.
+//!
+//! # Mip levels
+//!
+//! Both ends of a step are seen in the cookie some texels apart; with T texels, the colour is
+//! a blend of the levels around log₂ T − 1 ([`MipCookie`]): one level finer than the step,
+//! as a level that is as coarse as the step blurs across the ray as much as along it. The
+//! table below shows both.
+//!
+//! # Options
+//!
+//! * [`blurred`]: section 3.3's blurred image of the light, in place of light that scatters
+//!   more than once. It is off by default: method `textured-blurred`, whose Gaussian is a
+//!   thirty-second of the cookie wide. It keeps the mean of all texels.
+//! * [`Outside::Lit`]: light outside of the frustum, for a light whose shadow map covers a
+//!   frustum only; as in figure 7 of the paper, without shadows.
+//! * [`Daylight`](crate::airlight::Daylight): the airlight of Hoffman and Preetham that the
+//!   paper takes for coloured lights (`textured x daylight-4`). No comparison shows it: it is
+//!   another model, and its distance to single scattering says nothing about steps.
+//!
+//! # How it departs from the paper besides
+//!
+//! Shadow volumes are those of coarse stand-ins in the pictures of the light, see
+//! [`hybrid`](super::hybrid). F′ is not rendered for each frame; a table is one of the phase
+//! function. Scattering at a low resolution is a method around any other,
+//! `methods::reduced`.
+//!
+//! # Error and cost
+//!
+//! The colour is of second order in a step, until texels are shorter than one: then it is the
+//! mip level's blur. Ends of shadows are of first order, an eighth of a step at most. The
+//! source is asked for h, the distance between light and ray, by the gather, which takes no
+//! less than 1e-4 of the distance between eye and light: closer rays, a pixel or none, are
+//! darker than with an evaluator that knows the cone.
+
+mod beam;
+mod cookie;
+#[cfg(feature = "wgpu")]
+pub(crate) mod gpu;
+mod lattice;
+#[cfg(feature = "methods")]
+mod method;
+mod spans;
+#[cfg(test)]
+mod tests;
+
+#[cfg(feature = "methods")]
+pub(super) use method::methods;
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use glam::{DVec2, Vec3};
+use gpu_backend::{Host, Memory};
+
+pub use cookie::{MipCookie, blurred};
+pub use lattice::Placement;
+pub use spans::ShadowSpans;
+
+use beam::Beam;
+use lattice::{Lattice, Steps, spot_of};
+
+use crate::airlight::far_end;
+use crate::scene::{PointEmitter, SpotEmission};
+use crate::visibility::Share;
+use crate::{Emitter, Interval, LightPath, LitInterval, VisibilitySource};
+
+/// What is outside of the cone of a spotlight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Outside {
+    /// Nothing: it is a spotlight.
+    #[default]
+    Dark,
+    /// Light without shadows and without a colour: the cone is the part of a light that
+    /// has a shadow map, and a cookie. Its border does not dim then.
+    Lit,
+}
+
+/// A textured spotlight: the shares of its light are the colours of its cookie, dimmed by
+/// the rim of the cone, step by step, where a source of shadows says that it is lit.
+///
+/// The light that is gathered must be the [`bare`] one, which has neither
+/// cone nor cookie. Other lights than spotlights have no colours to be pulled out; they
+/// are divided into steps all the same.
+#[derive(Debug)]
+pub struct Textured<V, M: Memory> {
+    shadows: V,
+    light: Emitter,
+    cookie: Option<Arc<MipCookie<M>>>,
+    steps: Steps,
+    finer: f32,
+    outside: Outside,
+}
+
+impl<V, M: Memory> Textured<V, M> {
+    /// A light with its cookie, if it has one, and a source of its shadows, which is asked
+    /// about what of a ray is in the cone. Steps are so long that there are `steps` of them
+    /// (0 counts as 1) across the beam.
+    ///
+    /// The cookie may be any: a [`blurred`] one, say. That of the light itself is not
+    /// looked at.
+    pub fn new(
+        shadows: V,
+        light: &Emitter,
+        cookie: Option<Arc<MipCookie<M>>>,
+        steps: u32,
+        placement: Placement,
+    ) -> Self {
+        Self {
+            shadows,
+            light: light.clone(),
+            cookie,
+            steps: Steps::new(light, steps, placement),
+            finer: 1.0,
+            outside: Outside::Dark,
+        }
+    }
+
+    /// The same with a mip level that is so many levels finer than a step is long in the
+    /// cookie: 1 unless another is asked for. 0 is as coarse as the step; with 32 the cookie
+    /// is looked up as it is.
+    #[must_use]
+    pub fn with_finer_levels(self, finer: f32) -> Self {
+        Self { finer, ..self }
+    }
+
+    /// The same with something else outside of the cone.
+    #[must_use]
+    pub fn with_outside(self, outside: Outside) -> Self {
+        Self { outside, ..self }
+    }
+
+    /// The source of the shadows.
+    pub fn shadows(&self) -> &V {
+        &self.shadows
+    }
+}
+
+/// What is to be gathered in place of a light: a spotlight without cone and cookie,
+/// undiminished up to its range; any other light as it is.
+pub fn bare(light: &Emitter) -> Cow<'_, Emitter> {
+    match spot_of(light) {
+        Some(_) => Cow::Owned(light.bare()),
+        None => Cow::Borrowed(light),
+    }
+}
+
+/// What of a path is not cut off: up to ten mean free paths to the sky.
+fn within_reach(path: &LightPath<'_>) -> Interval {
+    let Interval { start, end } = path.span();
+    Interval::new(start, end.min(start + far_end(path.medium())))
+}
+
+impl<V: VisibilitySource> Textured<V, Host> {
+    /// `None` for a light without a cone.
+    fn spot(&self) -> Option<(&PointEmitter, &SpotEmission)> {
+        match (&self.light, spot_of(&self.light)) {
+            (Emitter::Point(point), Some(spot)) => Some((point, spot)),
+            _ => None,
+        }
+    }
+
+    /// The share of the light that comes through the cone, in the mean over a step.
+    fn colour(&self, beam: &Beam<'_>, [start, middle, end]: [f64; 3]) -> Vec3 {
+        let rim = match self.outside {
+            Outside::Dark => beam.rim(middle),
+            Outside::Lit => 1.0,
+        };
+        let share = Vec3::splat((rim * beam.window(middle)) as f32);
+        let Some(cookie) = &self.cookie else {
+            return share;
+        };
+        let size = cookie.size().map(f64::from);
+        let across = (beam.uv(end) - beam.uv(start)) * DVec2::from(size);
+        let texels = across.length() * (-f64::from(self.finer)).exp2();
+        share * cookie.sample(beam.uv(middle), texels)
+    }
+
+    /// Where the rim of the cone begins and ends along a ray.
+    fn rim(&self, path: &LightPath<'_>, cone: &LightPath<'_>) -> [f32; 2] {
+        let mut rim = [f32::INFINITY; 2];
+        if self.outside == Outside::Dark {
+            // All others are the medium's.
+            let kinks = cone
+                .kinks()
+                .filter(|x| path.kinks().all(|other| other != *x));
+            for (rim, kink) in rim.iter_mut().zip(kinks) {
+                *rim = kink;
+            }
+        }
+        rim
+    }
+}
+
+/// Divides a lit run into steps, and at two positions besides.
+fn divide<S: Share>(
+    (lattice, foot): (&Lattice, f32),
+    run: &LitInterval<S>,
+    kinks: [f32; 2],
+    colour: impl Fn([f64; 3]) -> Vec3,
+    lit: &mut Vec<LitInterval<Vec3>>,
+) {
+    let Interval { mut start, end } = run.interval;
+    let mut marks = lattice.behind(start);
+    let mut mark = start;
+    while start < end {
+        while !(mark > start) {
+            mark = marks.advance();
+        }
+        let kinks = kinks.into_iter().filter(|kink| *kink > start);
+        let to = kinks.fold(mark.min(end), f32::min);
+        let step = [start, lattice.middle(start, to), to];
+        let visibility = run.visibility * colour(step.map(|x| f64::from(x) - f64::from(foot)));
+        if !visibility.is_dark() {
+            lit.push(LitInterval {
+                interval: Interval::new(start, to),
+                visibility,
+            });
+        }
+        start = to;
+    }
+}
+
+impl<V: VisibilitySource> VisibilitySource for Textured<V, Host> {
+    type Share = Vec3;
+
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<Vec3>>) {
+        let whole = within_reach(path);
+        let none = [f32::INFINITY; 2];
+        let foot = path.foot();
+        let mut runs = Vec::new();
+        let Some((point, spot)) = self.spot() else {
+            let lattice = self.steps.of_path(path, whole);
+            self.shadows.lit_intervals(path, &mut runs);
+            for run in &runs {
+                divide((&lattice, foot), run, none, |_| Vec3::ONE, lit);
+            }
+            return;
+        };
+        let beam = Beam::new(path, point, spot);
+        let lattice = self.steps.of_path(path, whole);
+        let outside = |start: f32, end: f32, lit: &mut _| {
+            let run = LitInterval::<f32>::unshadowed(start, end);
+            if self.outside == Outside::Lit {
+                let colour = |[_, middle, _]: [f64; 3]| Vec3::splat(beam.window(middle) as f32);
+                divide((&lattice, foot), &run, none, colour, lit);
+            }
+        };
+        let cone = LightPath::new(path.ray(), &self.light, path.medium());
+        let inside = cone.and_then(|cone| Some((cone, path.within(cone.span())?.within(whole)?)));
+        let Some((cone, inside)) = inside else {
+            outside(whole.start, whole.end, lit);
+            return;
+        };
+        let Interval { start, end } = inside.span();
+        outside(whole.start, start, lit);
+        self.shadows.lit_intervals(&inside, &mut runs);
+        let lattice = self.steps.of_path(path, inside.span());
+        let rim = self.rim(path, &cone);
+        for run in &runs {
+            divide(
+                (&lattice, foot),
+                run,
+                rim,
+                |step| self.colour(&beam, step),
+                lit,
+            );
+        }
+        outside(end, whole.end, lit);
+    }
+}

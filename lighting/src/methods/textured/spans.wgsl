@@ -1,0 +1,125 @@
+// Visibility: a shadow map that is asked between the front of the first shadow volume and
+// the back of the last one; the shader's side of `ShadowSpans`.
+//
+// Needs hybrid.wgsl and what it needs, lattice.wgsl, the slot of what is asked,
+//   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
+// and the variable
+//   light_spans: light_Steps
+
+// See `spans.rs`.
+const light_spans_HALVINGS: u32 = 3u;
+
+struct light_spans_Cursor {
+    lattice: light_Lattice,
+    end: f32,
+    // What the map is asked about.
+    asked: vec2<f32>,
+    // Start of the next step, and the number of the position before it.
+    at: f32,
+    number: f32,
+    was_lit: bool,
+    // Where the run that is open begins.
+    lit_from: f32,
+    // Where it was known last whether there is light, if it was.
+    knows: bool,
+    last: f32,
+}
+
+fn light_spans_asked(path: light_Path, whole: vec2<f32>) -> vec2<f32> {
+    if light_hybrid.side == 0u {
+        return whole;
+    }
+    var line = light_hybrid_line(path);
+    let step = (whole.y - whole.x) / light_spans.count;
+    let ends = whole - line.foot;
+    let front = light_hybrid_first(line, ends, step);
+    if front == light_FAR {
+        return whole.xx;
+    }
+    line.direction = -line.direction;
+    let back = light_hybrid_first(line, vec2(-ends.y, -front), step);
+    if back == light_FAR {
+        return whole.xx;
+    }
+    let margins = vec2(light_hybrid_past(line, front), light_hybrid_past(line, back))
+        + light_hybrid_PAST * abs(line.foot);
+    let asked = vec2(front - margins.x, margins.y - back) + line.foot;
+    return clamp(asked, whole.xx, whole.yy);
+}
+
+fn light_spans_cursor(path: light_Path) -> light_spans_Cursor {
+    var cursor: light_spans_Cursor;
+    cursor.end = min(path.end, path.start + light_medium().far_end);
+    cursor.asked = light_spans_asked(path, vec2(path.start, cursor.end));
+    cursor.lattice = light_lattice(light_spans, path, cursor.asked);
+    cursor.at = cursor.asked.x;
+    cursor.number = light_lattice_number(cursor.lattice, path, cursor.at);
+    cursor.was_lit = true;
+    cursor.lit_from = path.start;
+    cursor.knows = cursor.asked.x > path.start;
+    cursor.last = cursor.asked.x;
+    return cursor;
+}
+
+fn light_spans_is_lit(path: light_Path, x: f32) -> bool {
+    return light_point_visibility(path.origin + x * path.direction).x > 0.0;
+}
+
+// Where the light changes between two positions.
+fn light_spans_border(path: light_Path, first: f32, second: f32, was_lit: bool) -> f32 {
+    var before = first;
+    var after = second;
+    for (var i = 0u; i < light_spans_HALVINGS; i++) {
+        let x = 0.5 * (before + after);
+        if light_spans_is_lit(path, x) == was_lit {
+            before = x;
+        } else {
+            after = x;
+        }
+    }
+    return 0.5 * (before + after);
+}
+
+fn light_spans_next_lit(cursor: ptr<function, light_spans_Cursor>, path: light_Path) -> light_Lit {
+    let asked = (*cursor).asked;
+    while (*cursor).at < asked.y {
+        let start = (*cursor).at;
+        (*cursor).number += 1.0;
+        let mark = light_lattice_position((*cursor).lattice, path, (*cursor).number);
+        let end = min(mark, asked.y);
+        if !(start < end) {
+            continue;
+        }
+        (*cursor).at = end;
+        let middle = light_lattice_middle((*cursor).lattice, path, start, end);
+        let was_lit = (*cursor).was_lit;
+        let is_lit = light_spans_is_lit(path, middle);
+        // A ray that begins in shadow has no border there.
+        var border = start;
+        if is_lit != was_lit && (*cursor).knows {
+            border = light_spans_border(path, (*cursor).last, middle, was_lit);
+        }
+        (*cursor).knows = true;
+        (*cursor).last = middle;
+        (*cursor).was_lit = is_lit;
+        if is_lit == was_lit {
+            continue;
+        }
+        if is_lit {
+            (*cursor).lit_from = border;
+        } else if (*cursor).lit_from < border {
+            return light_lit((*cursor).lit_from, border, 1.0);
+        }
+    }
+    if !(*cursor).was_lit && asked.x < asked.y && asked.y < (*cursor).end {
+        (*cursor).lit_from = light_spans_border(path, (*cursor).last, asked.y, false);
+        (*cursor).was_lit = true;
+    }
+    if (*cursor).was_lit && (*cursor).lit_from < (*cursor).end {
+        let run = light_lit((*cursor).lit_from, (*cursor).end, 1.0);
+        // There is no more.
+        (*cursor).lit_from = (*cursor).end;
+        return run;
+    }
+    return light_dark();
+}
