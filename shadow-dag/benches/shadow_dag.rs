@@ -15,7 +15,7 @@ use gpu_backend::{Cpu, Download};
 use scenes::Maps;
 use shadow_dag::{
     Builder, DepthSource, FilterSize, Form, Mesh, Query, RayRecord, Resolution, Rule, ShadowDag,
-    TileRect,
+    Surfaces, TileRect,
 };
 
 fn city(side: u32) -> Mesh {
@@ -65,6 +65,31 @@ fn bake(c: &mut Criterion) {
             });
         }
     }
+    group.finish();
+}
+
+/// What comes before a bake of many triangles, beside the whole of it.
+fn sort(c: &mut Criterion) {
+    let mut group = c.benchmark_group("sort");
+    group.sample_size(10);
+    let resolution = Resolution::new(8192).expect("a power of two");
+    let (positions, indices) = scenes::hills(474);
+    let light = scenes::sun().expect("a sound light");
+    group.throughput(Throughput::Elements(indices.len() as u64));
+    let id = |what: &str| BenchmarkId::new(what, indices.len());
+    let sorted = || Surfaces::new(&positions[..], &indices[..]).expect("sound triangles");
+    group.bench_function(id("solids"), |b| b.iter(sorted));
+    let surfaces = sorted();
+    group.bench_function(id("seen from a sun"), |b| {
+        b.iter(|| surfaces.seen_from(light, resolution));
+    });
+    let cpu = Cpu::new();
+    group.bench_function(id("and baked"), |b| {
+        b.iter(|| {
+            let mesh = sorted().seen_from(light, resolution);
+            Builder::new().bake(&cpu, &mesh).expect("baked")
+        });
+    });
     group.finish();
 }
 
@@ -223,5 +248,5 @@ fn backends(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, build, bake, floor, ask, backends);
+criterion_group!(benches, build, bake, sort, floor, ask, backends);
 criterion_main!(benches);

@@ -1,9 +1,14 @@
 //! What tells one bake from another.
 
 use glam::Vec3;
+use gpu_backend::Cpu;
 
 use crate::pool::{SALT, fold};
 use crate::{LightSpace, Slices};
+
+/// Positions or triangles whose hashes become one word, so that threads can
+/// share the work.
+const RUN: usize = 1 << 14;
 
 /// A hash of 64 bits of a sequence of words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,18 +32,25 @@ impl Identity {
 
     /// Of triangles in the space of a light.
     pub(crate) fn of_triangles(
+        cpu: &Cpu,
         light: &LightSpace,
         positions: &[Vec3],
         indices: &[[u32; 3]],
     ) -> Self {
         let lengths = [positions.len() as u64, indices.len() as u64];
-        let corners = positions.iter().flat_map(|position| {
-            let [x, y, z] = position.to_array().map(f32::to_bits);
-            [u64::from(x) | u64::from(y) << 32, u64::from(z)]
+        let words = |[a, b, c]: [u32; 3]| [u64::from(a) | u64::from(b) << 32, u64::from(c)];
+        let runs_of = |count: usize, item: &(dyn Fn(usize) -> [u32; 3] + Sync)| {
+            cpu.map(count.div_ceil(RUN), |run| {
+                (run * RUN..count.min((run + 1) * RUN))
+                    .flat_map(|i| words(item(i)))
+                    .fold(Self::new(), Self::with)
+                    .value()
+            })
+        };
+        let corners = runs_of(positions.len(), &|i| {
+            positions[i].to_array().map(f32::to_bits)
         });
-        let triangles = indices
-            .iter()
-            .flat_map(|&[a, b, c]| [u64::from(a) | u64::from(b) << 32, u64::from(c)]);
+        let triangles = runs_of(indices.len(), &|i| indices[i]);
         let words = lengths.into_iter().chain(corners).chain(triangles);
         words.fold(Self::of_light(light), Self::with)
     }

@@ -8,7 +8,7 @@ use shadow_dag::{DepthSource, Error, Exits, LightSpace, Mesh, Resolution, Surfac
 
 /// The sun over ground that spans 0…1 along x and y; no face is parallel to
 /// an axis of its space.
-fn sun() -> Result<LightSpace, Error> {
+pub(crate) fn sun() -> Result<LightSpace, Error> {
     let middle = DVec3::new(0.5, 0.5, 0.0);
     let view: DMat4 = look_at_mat4(middle + DVec3::new(0.2, -0.54, 0.82), middle, DVec3::Y);
     LightSpace::orthographic(view, 1.4, 1.4, 0.3, 1.7)
@@ -106,8 +106,15 @@ pub(crate) fn posts(resolution: Resolution) -> Result<[Mesh; 2], Error> {
     Ok([sun()?, lamp].map(|light| surfaces.seen_from(light, resolution)))
 }
 
-/// Fractal noise over a plane, closed underneath, of `2 · cells²` triangles.
+/// [`hills`] under a sun.
 pub(crate) fn landscape(resolution: Resolution, cells: u32) -> Result<Mesh, Error> {
+    let (positions, indices) = hills(cells);
+    Triangles { positions, indices }.mesh(resolution)
+}
+
+/// Fractal noise over a plane, closed underneath, of `4 · cells · (cells + 2)`
+/// triangles.
+pub(crate) fn hills(cells: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let mut scene = Triangles::default();
     let corner =
         |x: u32, y: u32, octave: u64| noise(octave << 48 ^ u64::from(x) << 24 ^ u64::from(y)) - 0.5;
@@ -157,7 +164,7 @@ pub(crate) fn landscape(resolution: Resolution, cells: u32) -> Result<Mesh, Erro
                 .extend([[a, a + under, b + under], [a, b + under, b]]);
         }
     }
-    scene.mesh(resolution)
+    (scene.positions, scene.indices)
 }
 
 /// Enter and exit slices in memory.

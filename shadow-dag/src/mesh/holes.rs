@@ -4,6 +4,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4};
+use gpu_backend::Cpu;
 
 use super::ONE;
 
@@ -36,24 +37,25 @@ struct Mask {
 }
 
 impl Masks {
-    pub(super) fn new(holes: Arc<dyn Holes>) -> Self {
-        Self {
-            holes,
-            all: Vec::new(),
-        }
-    }
-
-    /// Adds a triangle, given by homogeneous coordinates `(X, Y, depth, W)` over the
-    /// map; returns its number.
-    pub(super) fn push(&mut self, triangle: u32, corners: [DVec4; 3]) -> u32 {
-        // A ray meets the triangle in the mixture of the corners that it is
-        // itself; the weights are determinants.
-        let [a, b, c] = corners.map(|p| DVec3::new(p.x, p.y, p.w));
-        self.all.push(Mask {
-            triangle,
-            weights: [b.cross(c), c.cross(a), a.cross(b)],
+    /// Of triangles by their numbers; `corners` are homogeneous coordinates
+    /// `(X, Y, depth, W)` over the map.
+    pub(super) fn new(
+        cpu: &Cpu,
+        holes: Arc<dyn Holes>,
+        triangles: &[u32],
+        corners: impl Fn(u32) -> [DVec4; 3] + Sync + Send,
+    ) -> Self {
+        let all = cpu.map(triangles.len(), |number| {
+            let triangle = triangles[number];
+            // A ray meets the triangle in the mixture of the corners that it is
+            // itself; the weights are determinants.
+            let [a, b, c] = corners(triangle).map(|p| DVec3::new(p.x, p.y, p.w));
+            Mask {
+                triangle,
+                weights: [b.cross(c), c.cross(a), a.cross(b)],
+            }
         });
-        self.all.len() as u32 - 1
+        Self { holes, all }
     }
 
     /// Whether the triangle of a number has a hole over a point of the grid.

@@ -8,11 +8,14 @@ mod clip;
 mod closed;
 mod footprint;
 mod holes;
+mod sorted;
 mod surfaces;
 mod texels;
 mod triangle;
+mod weld;
 
 use glam::Vec3;
+use gpu_backend::Cpu;
 
 use crate::depths::{DepthSource, Exits, TileRect};
 use crate::footprint::{Content, Footprints};
@@ -23,6 +26,7 @@ use footprint::Part;
 pub(crate) use footprint::Scratch;
 pub use holes::Holes;
 use holes::Masks;
+use sorted::{PARTS, Parts, runs};
 pub use surfaces::Surfaces;
 #[cfg(feature = "wgpu")]
 pub(crate) use triangle::Kind;
@@ -39,7 +43,7 @@ pub struct Mesh {
     pub(crate) light: LightSpace,
     pub(crate) triangles: Vec<Triangle>,
     /// Numbers of the triangles over each bin, row by row.
-    bins: Vec<Vec<u32>>,
+    pub(crate) bins: Vec<Vec<u32>>,
     /// Of triangles with holes, if there are any.
     masks: Option<Masks>,
     watertightness: Watertightness,
@@ -83,46 +87,61 @@ impl Mesh {
         Surfaces::new(positions, indices).map(|surfaces| surfaces.seen_from(light, resolution))
     }
 
-    fn of(surfaces: &Surfaces<'_>, light: LightSpace, resolution: Resolution) -> Self {
+    pub(crate) fn of(
+        cpu: &Cpu,
+        surfaces: &Surfaces<'_>,
+        light: LightSpace,
+        resolution: Resolution,
+    ) -> Self {
         let positions: &[Vec3] = bytemuck::cast_slice(&surfaces.positions);
-        let points: Vec<_> = (positions.iter())
-            .map(|position| light.homogeneous(position.as_dvec3().extend(1.0)))
-            .collect();
+        let indices: &[[u32; 3]] = &surfaces.indices;
+        let corners = |triangle: usize| {
+            indices[triangle]
+                .map(|corner| light.homogeneous(positions[corner as usize].as_dvec3().extend(1.0)))
+        };
+        let holed: Vec<u32> = match &surfaces.holes {
+            Some((has_holes, _)) => (0..)
+                .zip(has_holes)
+                .filter(|(_, has)| **has)
+                .map(|(triangle, _)| triangle)
+                .collect(),
+            None => Vec::new(),
+        };
         let setup = triangle::Setup::new(&light);
-        let mut triangles = Vec::with_capacity(surfaces.indices.len());
-        let holes = surfaces.holes.as_ref();
-        let mut masks = holes.map(|(_, holes)| Masks::new(holes.clone()));
-        for (index, corners) in surfaces.indices.iter().enumerate() {
-            let corners = corners.map(|corner| points[corner as usize]);
-            let before = triangles.len();
-            setup.triangles(corners, surfaces.closed[index], &mut triangles);
-            if let Some((has_holes, _)) = holes
-                && let Some(masks) = &mut masks
-                && has_holes[index]
-            {
-                let mask = masks.push(index as u32, corners);
-                for part in &mut triangles[before..] {
-                    part.cover(mask);
+        let cover = |index: usize, triangle: Triangle| match holed.binary_search(&(index as u32)) {
+            Ok(mask) => triangle.covered(mask as u32),
+            Err(_) => triangle,
+        };
+        let whole = cpu.map(indices.len(), |index| {
+            let triangle = setup.whole(corners(index), surfaces.closed[index]);
+            triangle.map(|triangle| cover(index, triangle))
+        });
+        // The others come last. Their order makes no difference to anything.
+        let mut others = Vec::new();
+        let mut triangles: Vec<Triangle> = (whole.into_iter().enumerate())
+            .filter_map(|(index, triangle)| {
+                if triangle.is_none() {
+                    others.push(index);
                 }
+                triangle
+            })
+            .collect();
+        let parts = runs(cpu, others.len(), |run| {
+            let mut parts = Vec::new();
+            for &index in &others[run] {
+                let clipped = setup.clipped(corners(index), surfaces.closed[index]);
+                parts.extend(clipped.map(|triangle| cover(index, triangle)));
             }
-        }
-        let mut bins = vec![Vec::new(); (BINS * BINS) as usize];
-        for (number, triangle) in (0..).zip(&triangles) {
-            let cell = |at: i32| (at.clamp(0, ONE - 1) / (ONE / BINS as i32)) as u32;
-            let [low, high] = triangle.bounds();
-            let hits = high[0] >= 0 && high[1] >= 0 && low[0] < ONE && low[1] < ONE;
-            for y in cell(low[1])..=cell(high[1]) {
-                for x in cell(low[0])..=cell(high[0]) {
-                    let bin = |x: u32| x as i32 * (ONE / BINS as i32);
-                    let size = ONE / BINS as i32;
-                    if hits && triangle.meets([bin(x), bin(y)], [bin(x) + size, bin(y) + size]) {
-                        bins[(y * BINS + x) as usize].push(number);
-                    }
-                }
-            }
-        }
-        let mut identity = Identity::of_triangles(&light, positions, &surfaces.indices);
-        if let Some((has_holes, holes)) = holes {
+            parts
+        });
+        triangles.extend(parts.into_iter().flatten());
+        let masks = surfaces.holes.as_ref().map(|(_, holes)| {
+            Masks::new(cpu, holes.clone(), &holed, |triangle| {
+                corners(triangle as usize)
+            })
+        });
+        let mut identity = Identity::of_triangles(cpu, &light, positions, indices);
+        if let Some((has_holes, holes)) = &surfaces.holes {
             for &has_holes in has_holes {
                 identity = identity.with(u64::from(has_holes));
             }
@@ -131,8 +150,8 @@ impl Mesh {
         Self {
             resolution,
             light,
+            bins: bins(cpu, &triangles),
             triangles,
-            bins,
             masks,
             watertightness: surfaces.watertightness(),
             identity,
@@ -178,6 +197,43 @@ impl Mesh {
             list.dedup();
         }
     }
+}
+
+/// Numbers of the triangles over each bin, row by row.
+fn bins(cpu: &Cpu, triangles: &[Triangle]) -> Vec<Vec<u32>> {
+    // One part for each row of bins.
+    const { assert!(BINS as usize <= PARTS) };
+    let size = ONE / BINS as i32;
+    let rows = Parts::new(
+        cpu,
+        triangles.len(),
+        |number, rows: &mut [Vec<[u32; 2]>]| {
+            let triangle = &triangles[number];
+            let cell = |at: i32| (at.clamp(0, ONE - 1) / size) as u32;
+            let [low, high] = triangle.bounds();
+            if high[0] < 0 || high[1] < 0 || low[0] >= ONE || low[1] >= ONE {
+                return;
+            }
+            let [first, last] = [low, high].map(|corner| corner.map(cell));
+            for y in first[1]..=last[1] {
+                for x in first[0]..=last[0] {
+                    let [left, top] = [x, y].map(|at| at as i32 * size);
+                    // One that is within a bin meets it.
+                    if first == last || triangle.meets([left, top], [left + size, top + size]) {
+                        rows[y as usize].push([x, number as u32]);
+                    }
+                }
+            }
+        },
+    );
+    let rows = cpu.map(BINS as usize, |row| {
+        let mut bins = vec![Vec::new(); BINS as usize];
+        for &[x, number] in rows.part(row) {
+            bins[x as usize].push(number);
+        }
+        bins
+    });
+    rows.into_iter().flatten().collect()
 }
 
 impl DepthSource for Mesh {

@@ -4,8 +4,10 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::Vec3;
+use gpu_backend::Cpu;
 
 use super::closed::Components;
+use super::sorted::runs;
 use super::{Holes, Mesh, Watertightness};
 use crate::{Error, LightSpace, Resolution};
 
@@ -26,7 +28,7 @@ pub struct Surfaces<'a> {
     pub(crate) positions: Cow<'a, [[f32; 3]]>,
     pub(crate) indices: Cow<'a, [[u32; 3]]>,
     /// Whether each triangle belongs to a solid.
-    pub(super) closed: Vec<bool>,
+    pub(crate) closed: Vec<bool>,
     /// Whether each triangle has holes, and where; `None` if none has.
     pub(super) holes: Option<(Vec<bool>, Arc<dyn Holes>)>,
     watertightness: Watertightness,
@@ -40,7 +42,9 @@ impl<'a> Surfaces<'a> {
     ///
     /// Vertices at the same position count as one, so that triangles may bring
     /// corners of their own. [`Surfaces::watertightness`] tells which parts
-    /// turned out not to be solids. Takes a time of `n log n`.
+    /// turned out not to be solids. Takes a time of `n log n`, shared (feature
+    /// `rayon`) by the threads of rayon's global pool, or of the one that the
+    /// caller is running in.
     ///
     /// # Errors
     /// [`Error::NotFinite`] for a coordinate that is not finite,
@@ -49,29 +53,43 @@ impl<'a> Surfaces<'a> {
         positions: impl Into<Cow<'a, [[f32; 3]]>>,
         indices: impl Into<Cow<'a, [[u32; 3]]>>,
     ) -> Result<Self, Error> {
-        let (positions, indices) = (positions.into(), indices.into());
-        let finite = |position: &[f32; 3]| position.iter().all(|x| x.is_finite());
-        if let Some(vertex) = positions.iter().position(|position| !finite(position)) {
+        Self::sorted(&Cpu::new(), positions.into(), indices.into())
+    }
+
+    /// [`Surfaces::new`] on these threads.
+    pub(crate) fn sorted(
+        cpu: &Cpu,
+        positions: Cow<'a, [[f32; 3]]>,
+        indices: Cow<'a, [[u32; 3]]>,
+    ) -> Result<Self, Error> {
+        let first = |len: usize, is_bad: &(dyn Fn(usize) -> bool + Sync)| {
+            let found = runs(cpu, len, |mut run| run.find(|&i| is_bad(i)));
+            found.into_iter().flatten().next()
+        };
+        let endless = |vertex: usize| !positions[vertex].iter().all(|x| x.is_finite());
+        if let Some(vertex) = first(positions.len(), &endless) {
             return Err(Error::NotFinite {
                 vertex,
                 position: positions[vertex],
             });
         }
-        for (triangle, corners) in indices.iter().enumerate() {
-            let vertices = positions.len();
-            if let Some(&vertex) = corners.iter().find(|&&corner| corner as usize >= vertices) {
-                return Err(Error::NoSuchVertex {
-                    triangle,
-                    vertex,
-                    vertices,
-                });
-            }
+        let vertices = positions.len();
+        let missing = |corner: &u32| *corner as usize >= vertices;
+        let named = |triangle: usize| indices[triangle].iter().copied().find(missing);
+        if let Some(triangle) = first(indices.len(), &|triangle| named(triangle).is_some())
+            && let Some(vertex) = named(triangle)
+        {
+            return Err(Error::NoSuchVertex {
+                triangle,
+                vertex,
+                vertices,
+            });
         }
         let points: &[Vec3] = bytemuck::cast_slice(&positions);
         let Components {
             closed,
             watertightness,
-        } = Components::new(points, &indices, |_| false);
+        } = Components::new(cpu, points, &indices, |_| false);
         Ok(Self {
             positions,
             indices,
@@ -97,7 +115,9 @@ impl<'a> Surfaces<'a> {
         let Components {
             closed,
             watertightness,
-        } = Components::new(points, &self.indices, |triangle| has_holes[triangle]);
+        } = Components::new(&Cpu::new(), points, &self.indices, |triangle| {
+            has_holes[triangle]
+        });
         Self {
             closed,
             holes: Some((has_holes, holes)),
@@ -114,8 +134,9 @@ impl<'a> Surfaces<'a> {
     /// The triangles as a light sees them, for a grid of `resolution`.
     ///
     /// Parts of triangles in front of a perspective light's near distance are
-    /// cut off; what is inside of a solid there begins in shadow.
+    /// cut off; what is inside of a solid there begins in shadow. Uses the
+    /// threads that [`Surfaces::new`] does.
     pub fn seen_from(&self, light: LightSpace, resolution: Resolution) -> Mesh {
-        Mesh::of(self, light, resolution)
+        Mesh::of(&Cpu::new(), self, light, resolution)
     }
 }

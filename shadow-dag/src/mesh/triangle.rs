@@ -26,7 +26,7 @@ pub(crate) enum Kind {
 
 /// A triangle on the grid. Depths are of a kind that is linear over the map
 /// and grows with the distance: the depth itself, or −1/distance.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Triangle {
     /// Corners, the area at their left side or zero.
     corners: [[i32; 2]; 3],
@@ -59,9 +59,9 @@ impl Triangle {
         ]
     }
 
-    /// Gives it the holes of this number.
-    pub(crate) fn cover(&mut self, mask: u32) {
-        self.mask = mask;
+    /// The same with the holes of this number.
+    pub(crate) fn covered(self, mask: u32) -> Self {
+        Self { mask, ..self }
     }
 
     /// The number of its holes, if it has any.
@@ -229,9 +229,24 @@ impl Setup {
         }
     }
 
-    /// Appends what is left of a triangle, given by homogeneous coordinates
-    /// `(X, Y, depth, W)`.
-    pub(crate) fn triangles(&self, corners: [DVec4; 3], closed: bool, out: &mut Vec<Triangle>) {
+    /// A triangle, given by homogeneous coordinates `(X, Y, depth, W)`; none
+    /// if it has to be clipped, or is nowhere.
+    pub(crate) fn whole(&self, corners: [DVec4; 3], closed: bool) -> Option<Triangle> {
+        let inside = |p: &DVec4| {
+            let axis = |x: f64| x + GUARD * p.w >= 0.0 && (1.0 + GUARD) * p.w - x >= 0.0;
+            self.near.is_none_or(|near| p.w - near >= 0.0) && axis(p.x) && axis(p.y)
+        };
+        (corners.iter().all(inside))
+            .then(|| self.triangle(corners, closed))
+            .flatten()
+    }
+
+    /// What is left of a triangle within the range of numbers.
+    pub(crate) fn clipped(
+        &self,
+        corners: [DVec4; 3],
+        closed: bool,
+    ) -> impl Iterator<Item = Triangle> {
         let mut polygon = corners.to_vec();
         if let Some(near) = self.near {
             clip(&mut polygon, |p| p.w - near);
@@ -240,10 +255,10 @@ impl Setup {
             clip(&mut polygon, |p| p[axis] + GUARD * p.w);
             clip(&mut polygon, |p| (1.0 + GUARD) * p.w - p[axis]);
         }
-        for i in 2..polygon.len() {
+        (2..polygon.len()).filter_map(move |i| {
             let corners = [polygon[0], polygon[i - 1], polygon[i]];
-            out.extend(self.triangle(corners, closed));
-        }
+            self.triangle(corners, closed)
+        })
     }
 
     fn triangle(&self, corners: [DVec4; 3], closed: bool) -> Option<Triangle> {

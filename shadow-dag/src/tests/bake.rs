@@ -11,7 +11,7 @@ use crate::{
     Rule,
 };
 
-fn threads(number: usize) -> Cpu {
+pub(crate) fn threads(number: usize) -> Cpu {
     #[cfg(feature = "rayon")]
     if number > 1 {
         return Cpu::with_threads(number).unwrap();

@@ -4,7 +4,9 @@ use glam::dcamera::rh::view::look_at_mat4;
 use glam::{DMat4, DQuat, DVec3, IVec3, UVec2, Vec3};
 use gpu_backend::Cpu;
 use proptest::prelude::*;
+use reference::random::Random;
 
+use super::bake::threads;
 use super::build::no_two_equal;
 use crate::{
     Builder, DepthSource, Error, Holes, LightSpace, Mesh, Resolution, Rule, ShadowDag, Surfaces,
@@ -518,4 +520,55 @@ fn a_solid_with_a_hole_encloses_nothing() {
         (masked.parts, masked.open_parts, masked.open_edges),
         (1, 1, 0)
     );
+}
+
+#[test]
+fn any_number_of_threads_sorts_triangles_alike() {
+    // Solids, one of them inside out, and others with a triangle missing; some
+    // beside the map, and enough of them for several runs of triangles.
+    let mut random = Random::new(7);
+    let mut next = || f64::from(random.unit()) - 0.5;
+    let solids: Vec<Solid> = (0..3000)
+        .map(|_| Solid {
+            centre: DVec3::new(next(), next(), next()) * 3.0,
+            half: DVec3::new(next(), next(), next()).abs() * 0.1 + 0.001,
+            turn: DQuat::from_rotation_x(6.0 * next()),
+        })
+        .collect();
+    let soup = Soup::of(&solids);
+    let mut indices = soup.indices.clone();
+    (indices[..12].iter_mut()).for_each(|corners| corners.swap(1, 2));
+    for triangle in (50..2000).rev().step_by(100) {
+        indices.remove(triangle);
+    }
+    let positions: &[[f32; 3]] = bytemuck::cast_slice(&soup.positions);
+    let resolution = Resolution::new(512).unwrap();
+    let sorted = |cpu: &Cpu| Surfaces::sorted(cpu, positions.into(), indices[..].into()).unwrap();
+    let alone = sorted(&Cpu::single_threaded());
+    let watertightness = alone.watertightness();
+    assert_eq!(
+        (watertightness.open_parts, watertightness.inverted_parts),
+        (20, 1)
+    );
+    assert_eq!(
+        (watertightness.parts, watertightness.open_edges),
+        (3000, 60)
+    );
+    let holes = Arc::new(Beyond(0.5));
+    let holed = (alone.clone()).with_holes(&[3, 20_000, 30_001], holes);
+    for number in [1, 2, 5] {
+        let cpu = threads(number);
+        let together = sorted(&cpu);
+        assert_eq!(together.closed, alone.closed);
+        assert_eq!(together.watertightness(), watertightness);
+        for light in lights() {
+            for surfaces in [&alone, &holed] {
+                let [found, expected] = [&cpu, &Cpu::single_threaded()]
+                    .map(|cpu| Mesh::of(cpu, surfaces, light, resolution));
+                assert!(found.triangles == expected.triangles);
+                assert_eq!(found.bins, expected.bins);
+                assert_eq!(found.identity(), expected.identity());
+            }
+        }
+    }
 }
