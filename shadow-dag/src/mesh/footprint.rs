@@ -281,7 +281,7 @@ impl Footprints for Scratch<'_> {
                 first: low,
                 step: self.step(),
             };
-            (self.texels).resolve(mesh, list, centres, slice, side, texels);
+            (self.texels).resolve(mesh, list, centres, slice, texels);
             return Content::Texels;
         }
         Content::Quarters(self.quarters(level, part))

@@ -155,6 +155,28 @@ impl Triangle {
             .clamp(self.range[0], self.range[1])
     }
 
+    /// [`Triangle::depth`] of 8×8 samples from `first` on, one each `step`;
+    /// number `8 y + x`.
+    pub(crate) fn depth_rows(&self, first: [i32; 2], step: i32) -> [f64; 64] {
+        let along = |axis: usize, number: i32| {
+            self.slope[axis] * f64::from(first[axis] + number * step - self.corners[0][axis])
+        };
+        let numbers = [0, 1, 2, 3, 4, 5, 6, 7];
+        let columns = numbers.map(|x| self.depth + along(0, x));
+        let [least, most] = self.range;
+        let mut depths = [0.0; 64];
+        for (row, y) in depths.chunks_exact_mut(8).zip(numbers) {
+            let down = along(1, y);
+            for (depth, column) in row.iter_mut().zip(columns) {
+                // What `clamp` does, in a form that is done to several at once.
+                let plane = column + down;
+                let raised = if plane < least { least } else { plane };
+                *depth = if raised > most { most } else { raised };
+            }
+        }
+        depths
+    }
+
     /// True if all samples of the box from `low` to `high` belong to the
     /// triangle, for sure.
     pub(crate) fn fills(&self, low: [i32; 2], high: [i32; 2]) -> bool {
