@@ -420,6 +420,8 @@ pub(crate) enum NodeForm {
     /// As few bits as each level needs: 0.26 to 0.33 of the size for closed
     /// scenes, 0.39 to 0.47 for open ones
     Packed,
+    /// For storing: about half of the packed size; packed again when it is read
+    Compressed,
 }
 
 /// Say what is in a file of precomputed shadows, and whether it is sound

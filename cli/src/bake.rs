@@ -64,11 +64,12 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     spinner.finish_and_clear();
     run_bake(&mut bake, &stop, part.as_deref())?;
     let spinner = progress::spinner("putting tiles together");
-    let form = match args.form {
-        NodeForm::Plain => Form::Plain,
-        NodeForm::Packed => Form::Packed,
+    let set = bake.finish()?;
+    let content = match args.form {
+        NodeForm::Plain => set.to_form(Form::Plain)?.to_bytes(),
+        NodeForm::Packed => set.to_form(Form::Packed)?.to_bytes(),
+        NodeForm::Compressed => set.compress(),
     };
-    let content = bake.finish()?.to_form(form)?.to_bytes();
     let written = file.finish(&content)?;
     if let Some(part) = &part {
         checkpoint::remove(part)?;

@@ -14,7 +14,7 @@ pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
     let name = args.file.display().to_string();
     let about = |failure: Failure| failure.about(&name);
     let file = file::read(&args.file).map_err(|error| about(error.into()))?;
-    let set = ShadowSet::from_bytes(&file).map_err(|error| about(error.into()))?;
+    let set = ShadowSet::read(&file).map_err(|error| about(error.into()))?;
     let lights = set.lights().len();
     let grids: Vec<Grid> = set.grids().map(Grid::of).collect::<Result<_, _>>()?;
     let text = if args.json {
@@ -38,7 +38,7 @@ struct Grid {
 }
 
 impl Grid {
-    fn of(grid: &ShadowDag<&[u8]>) -> Result<Self, Failure> {
+    fn of<B: AsRef<[u8]>>(grid: &ShadowDag<B>) -> Result<Self, Failure> {
         let other = match grid.form() {
             Form::Plain => Form::Packed,
             Form::Packed => Form::Plain,

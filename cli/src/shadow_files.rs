@@ -23,7 +23,7 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure>
         let name = path.display().to_string();
         let about = |failure: Failure| failure.about(&name);
         let file = file::read(path).map_err(|error| about(error.into()))?;
-        let set = ShadowSet::from_bytes(&file).map_err(|error| about(error.into()))?;
+        let set = ShadowSet::read(&file).map_err(|error| about(error.into()))?;
         let lights = BakedShadow::of_set(&set).map_err(|error| about(error.into()))?;
         let mut found = false;
         for baked in &lights {

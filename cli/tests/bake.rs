@@ -37,6 +37,14 @@ fn a_bake_is_one_file_that_inspect_understands() {
     let read = |name: &str| std::fs::read(place.path().join(name)).unwrap();
     assert_eq!(read("a.cpvs"), read("c.cpvs"));
     assert!(2 * read("a.cpvs").len() < read("b.cpvs").len());
+    bake("d.cpvs", &["--form", "compressed"]);
+    assert!(read("d.cpvs").len() < read("a.cpvs").len());
+    // What it says of a file is of what it is decoded to.
+    let inspected = |name| {
+        let text = succeeds(place.path(), &["inspect", name]);
+        text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(inspected("d.cpvs"), inspected("a.cpvs"));
 
     let text = succeeds(place.path(), &["inspect", "a.cpvs"]);
     for what in [

@@ -160,6 +160,28 @@ fn ask(c: &mut Criterion) {
     group.finish();
 }
 
+/// What a compressed file costs to write and to read, beside a packed one.
+fn files(c: &mut Criterion) {
+    let mut group = c.benchmark_group("file");
+    group.sample_size(10);
+    let side = 8192;
+    let dag = Builder::new()
+        .bake(&Cpu::new(), &city(side))
+        .expect("baked");
+    let packed = dag.to_form(Form::Packed).expect("packed");
+    let compressed = packed.compress();
+    group.throughput(Throughput::Bytes(packed.as_bytes().len() as u64));
+    group.bench_function(BenchmarkId::new("compress", side), |b| {
+        b.iter(|| packed.compress());
+    });
+    for (name, file) in [("packed", packed.as_bytes()), ("compressed", &compressed)] {
+        group.bench_function(BenchmarkId::new(format!("read {name}"), side), |b| {
+            b.iter(|| ShadowDag::read(file).expect("read"));
+        });
+    }
+    group.finish();
+}
+
 /// Questions in batches, where the nodes are.
 fn batches<B: Query + Download>(c: &mut Criterion, name: &str, backend: &B) {
     let mut group = c.benchmark_group("batch");
@@ -248,5 +270,5 @@ fn backends(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, build, bake, sort, floor, ask, backends);
+criterion_group!(benches, build, bake, sort, floor, files, ask, backends);
 criterion_main!(benches);

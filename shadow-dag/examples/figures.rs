@@ -85,6 +85,18 @@ fn maps(mesh: &Mesh) -> Result<(), Box<dyn Error>> {
 fn sizes(plain: &ShadowDag, edges: usize) -> Result<(), Box<dyn Error>> {
     let packed = plain.to_form(Form::Packed)?;
     let bytes = [plain.sizes().file, packed.sizes().file];
+    let start = Instant::now();
+    let compressed = packed.compress();
+    let compressing = start.elapsed();
+    let start = Instant::now();
+    let read = ShadowDag::read(&compressed)?;
+    println!(
+        "    compressed {} ({:.3} of packed) in {compressing:.2?}, read in {:.2?} to {}",
+        compressed.len(),
+        compressed.len() as f64 / bytes[1] as f64,
+        start.elapsed(),
+        read.sizes().file,
+    );
     let texels = (plain.resolution().side() as usize).pow(2);
     println!(
         "    plain {} packed {} ({:.3}); {:.1} and {:.1} bits per edge; 1/{:.0} of a 16-bit map",
@@ -111,6 +123,7 @@ fn bake(mut mesh: Mesh, most: u32) -> Result<(), Box<dyn Error>> {
             dag.sizes().file,
             packed.sizes().file,
         );
+        println!("    compressed {}", packed.compress().len());
     }
     Ok(())
 }

@@ -117,14 +117,16 @@ impl<B> ShadowDag<B> {
 }
 
 impl<B: AsRef<[u8]>> ShadowDag<B> {
-    /// Takes the bytes of a file for shadows, where they are.
+    /// Takes the bytes of a file for shadows, where they are. Compressed ones
+    /// have to be [read](ShadowDag::read) instead.
     ///
     /// Reads all of them once: afterwards no query can fail, whatever they
     /// are. Memory that is needed beside them is at most a small part of their
     /// length, or 128 kB.
     ///
     /// # Errors
-    /// [`FileError`] if they are not a whole and consistent file.
+    /// [`FileError`] if they are not a whole and consistent file, and
+    /// [`FileError::Compressed`] if they are compressed.
     pub fn from_bytes(bytes: B) -> Result<Self, FileError> {
         let layout = Layout::read(bytes.as_ref())?;
         file::validate(bytes.as_ref(), &layout)?;

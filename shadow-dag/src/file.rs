@@ -11,7 +11,7 @@ use crate::pool::{Children, LIT, Reference, SHADOWED, is_mixed};
 use crate::{Error, LightSpace};
 
 /// Puts the checksum into a complete file.
-fn seal(bytes: &mut [u8]) {
+pub(crate) fn seal(bytes: &mut [u8]) {
     let checksum = crc32fast::hash(&bytes[CHECKED..]);
     bytes[CHECKED - 4..CHECKED].copy_from_slice(&checksum.to_le_bytes());
 }
@@ -239,13 +239,19 @@ fn packed(graph: &Graph) -> (Stored, Vec<u64>, Vec<u8>) {
     (Stored::Packed { shapes, levels }, masks, payload)
 }
 
-/// Checks everything that a query relies on.
-pub(crate) fn validate(bytes: &[u8], layout: &Layout) -> Result<(), FileError> {
+/// Checks that a file is as it was written.
+pub(crate) fn check_sum(bytes: &[u8]) -> Result<(), FileError> {
     let found = crc32fast::hash(&bytes[CHECKED..]);
     let expected = load_u32(bytes, CHECKED - 4);
     if found != expected {
         return Err(FileError::Checksum { found, expected });
     }
+    Ok(())
+}
+
+/// Checks everything that a query relies on.
+pub(crate) fn validate(bytes: &[u8], layout: &Layout) -> Result<(), FileError> {
+    check_sum(bytes)?;
     match &layout.stored {
         Stored::Plain(levels) => validate_plain(bytes, levels, layout.mask_count),
         Stored::Packed { shapes, levels } => {

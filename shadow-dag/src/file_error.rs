@@ -13,6 +13,13 @@ pub enum FileError {
     /// Another version wrote them.
     #[error("version {0} of the format, expected 1")]
     Version(u32),
+    /// They are compressed, which no question can be asked of.
+    #[error("a compressed file: decode it with ShadowDag::read or ShadowSet::read")]
+    Compressed,
+    /// Compressed nodes that cannot be: more of them than such a file can have,
+    /// or not the masks that its head announces.
+    #[error("the compressed nodes are damaged, or more than a file of this length can hold")]
+    Code,
     /// The end is missing.
     #[error("{given} bytes, expected at least {expected}: the file is cut off")]
     Truncated {

@@ -5,7 +5,8 @@
 //! ```text
 //!   0  magic "CPVSDAG\0"
 //!   8  version (u32), CRC-32 of all that follows (u32)
-//!  16  form (u32: 0 plain, 1 packed), log₂ of the resolution, root, masks
+//!  16  form (u32: 0 plain, 1 packed, 2 compressed), log₂ of the resolution,
+//!      root, masks
 //!  32  light (u32: 0 unknown, 1 parallel, 2 perspective), 0 (u32)
 //!  40  16 f64: from the world to the space of the light, by columns
 //! 168  2 f64: near and far, 0 but for a perspective light
@@ -18,6 +19,9 @@
 //!      packed: the shapes, 4 bytes each; the bits of each level, filled up
 //!      to bytes; 8 bytes 0
 //! ```
+//!
+//! Compressed nodes and masks are what `compressed` makes of them, from byte 184
+//! to the end.
 
 use crate::bytes::BIT_PADDING;
 use crate::bytes::{load_u32, load_u64};
@@ -31,7 +35,7 @@ pub(crate) const VERSION: u32 = 1;
 /// Where the part begins that the checksum covers.
 pub(crate) const CHECKED: usize = 16;
 /// Where what depends on the form begins.
-const FORM: usize = 184;
+pub(crate) const FORM: usize = 184;
 
 /// A level of plain nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,7 +140,88 @@ pub(crate) enum Stored {
     },
 }
 
-/// The head of a file.
+/// What every file begins with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Head {
+    pub(crate) form: u32,
+    pub(crate) resolution: Resolution,
+    pub(crate) root: Reference,
+    pub(crate) light: Option<LightSpace>,
+    pub(crate) mask_count: u32,
+}
+
+/// The forms of files, by their numbers.
+pub(crate) mod form {
+    pub(crate) const PLAIN: u32 = 0;
+    pub(crate) const PACKED: u32 = 1;
+    pub(crate) const COMPRESSED: u32 = 2;
+}
+
+fn bad_header(what: &'static str, value: u32) -> FileError {
+    FileError::Header {
+        what,
+        value: u64::from(value),
+    }
+}
+
+impl Head {
+    /// Reads it from the beginning of a file.
+    pub(crate) fn read(bytes: &[u8]) -> Result<Self, FileError> {
+        let magic = bytes.get(..8).unwrap_or(bytes);
+        if magic != &MAGIC[..magic.len()] {
+            return Err(FileError::Magic);
+        }
+        if bytes.len() < FORM {
+            return Err(FileError::Truncated {
+                given: bytes.len() as u64,
+                expected: FORM as u64,
+            });
+        }
+        let version = load_u32(bytes, 8);
+        if version != VERSION {
+            return Err(FileError::Version(version));
+        }
+        let log2 = load_u32(bytes, 20);
+        let resolution = Resolution::from_log2(log2)
+            .ok_or(bad_header("the logarithm of the resolution", log2))?;
+        Ok(Self {
+            form: load_u32(bytes, 16),
+            resolution,
+            root: load_u32(bytes, 24),
+            light: read_light(bytes)?,
+            mask_count: load_u32(bytes, 28),
+        })
+    }
+
+    /// The bytes of it, but for the checksum.
+    pub(crate) fn write(&self) -> Vec<u8> {
+        let mut head = MAGIC.to_vec();
+        let numbers = [
+            VERSION,
+            0,
+            self.form,
+            self.resolution.log2(),
+            self.root,
+            self.mask_count,
+        ];
+        head.extend(numbers.into_iter().flat_map(u32::to_le_bytes));
+        write_light(self.light.as_ref(), &mut head);
+        head
+    }
+
+    /// # Errors
+    /// [`FileError::Header`] unless the root suits a coarsest level of `roots`
+    /// nodes. A single node is number 0 in any form.
+    pub(crate) fn check_root(&self, roots: u32) -> Result<(), FileError> {
+        let fits = match self.root {
+            LIT | SHADOWED => roots == 0,
+            root => root == 0 && roots == 1,
+        };
+        fits.then_some(()).ok_or(bad_header("the root", self.root))
+    }
+}
+
+/// What stands where in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Layout {
     pub(crate) resolution: Resolution,
@@ -180,34 +265,24 @@ impl Layout {
     /// Reads the head and checks that everything it announces is there. The
     /// checksum and the nodes are not looked at.
     pub(crate) fn read(bytes: &[u8]) -> Result<Self, FileError> {
+        let head = Head::read(bytes)?;
         let mut place = Place {
-            at: 0,
+            at: FORM as u64,
             len: bytes.len() as u64,
         };
-        let magic = bytes.get(..8).unwrap_or(bytes);
-        if magic != &MAGIC[..magic.len()] {
-            return Err(FileError::Magic);
-        }
-        place.take(FORM as u64, 1)?;
-        let version = load_u32(bytes, 8);
-        if version != VERSION {
-            return Err(FileError::Version(version));
-        }
-        let bad = |what, value: u32| FileError::Header {
-            what,
-            value: u64::from(value),
-        };
-        let log2 = load_u32(bytes, 20);
-        let resolution =
-            Resolution::from_log2(log2).ok_or(bad("the logarithm of the resolution", log2))?;
-        let root = load_u32(bytes, 24);
-        let mask_count = load_u32(bytes, 28);
-        let light = read_light(bytes)?;
+        let Head {
+            resolution,
+            root,
+            light,
+            mask_count,
+            ..
+        } = head;
         let levels = resolution.root_level() + 1;
-        let (masks, stored) = match load_u32(bytes, 16) {
-            0 => read_plain(bytes, &mut place, levels, mask_count)?,
-            1 => read_packed(bytes, &mut place, levels, mask_count)?,
-            form => return Err(bad("the form", form)),
+        let (masks, stored) = match head.form {
+            form::PLAIN => read_plain(bytes, &mut place, levels, mask_count)?,
+            form::PACKED => read_packed(bytes, &mut place, levels, mask_count)?,
+            form::COMPRESSED => return Err(FileError::Compressed),
+            form => return Err(bad_header("the form", form)),
         };
         if place.at != place.len {
             return Err(FileError::TooLong {
@@ -215,18 +290,10 @@ impl Layout {
                 expected: place.at,
             });
         }
-        let roots = match &stored {
+        head.check_root(match &stored {
             Stored::Plain(levels) => levels[levels.len() - 1].nodes,
             Stored::Packed { levels, .. } => levels[levels.len() - 1].nodes(),
-        };
-        // A single node is number 0 in either form.
-        let fits = match root {
-            LIT | SHADOWED => roots == 0,
-            root => root == 0 && roots == 1,
-        };
-        if !fits {
-            return Err(bad("the root", root));
-        }
+        })?;
         Ok(Self {
             resolution,
             root,
@@ -239,18 +306,17 @@ impl Layout {
 
     /// The numbers of the head as they stand in a file, but for the checksum.
     pub(crate) fn write(&self) -> Vec<u8> {
-        let mut head = MAGIC.to_vec();
-        let mut put = |number: u32| head.extend(number.to_le_bytes());
-        put(VERSION);
-        put(0);
-        put(match self.stored {
-            Stored::Plain(_) => 0,
-            Stored::Packed { .. } => 1,
-        });
-        put(self.resolution.log2());
-        put(self.root);
-        put(self.mask_count);
-        write_light(self.light.as_ref(), &mut head);
+        let head = Head {
+            form: match self.stored {
+                Stored::Plain(_) => form::PLAIN,
+                Stored::Packed { .. } => form::PACKED,
+            },
+            resolution: self.resolution,
+            root: self.root,
+            light: self.light,
+            mask_count: self.mask_count,
+        };
+        let mut head = head.write();
         let mut put = |number: u32| head.extend(number.to_le_bytes());
         match &self.stored {
             Stored::Plain(levels) => {

@@ -65,7 +65,9 @@
 //! * [`Form`] is how nodes are stored: plain, or packed into 0.25 to 0.33 of the
 //!   bytes for closed scenes and 0.38 to 0.49 for open ones. Either is a file
 //!   as it lies in memory; [`ShadowDag::from_bytes`] uses it in place and
-//!   believes nothing that it has not checked. [`ShadowDag::sizes`] says where
+//!   believes nothing that it has not checked. For storing,
+//!   [`ShadowDag::compress`] takes about half of the packed bytes, and
+//!   [`ShadowDag::read`] packs them again. [`ShadowDag::sizes`] says where
 //!   the bytes are. A [`ShadowSet`] is a file of the shadows of several lights.
 //!
 //! # Limits
@@ -91,6 +93,7 @@ mod bytes;
 mod chain;
 mod checkpoint;
 mod column;
+mod compressed;
 mod dag;
 mod depths;
 mod error;
@@ -111,6 +114,7 @@ mod patches;
 mod pool;
 mod progress;
 mod query;
+mod range_coder;
 mod region;
 mod resident;
 mod resolution;

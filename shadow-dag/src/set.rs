@@ -15,6 +15,7 @@
 //! What begins with "CPVSCUBE" is an earlier form of the same: one light of six
 //! grids, whose lengths follow the magic at once. It is still read.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 use crate::bytes::{load_u32, load_u64};
@@ -140,30 +141,42 @@ impl<B: AsRef<[u8]>> ShadowSet<B> {
     /// Those of `out`.
     pub fn write(&self, mut out: impl Write) -> io::Result<()> {
         if self.grids().count() > 1 {
-            out.write_all(&self.head())?;
+            out.write_all(&self.head(self.grids().map(|grid| grid.as_bytes().len())))?;
         }
         (self.grids()).try_for_each(|grid| out.write_all(grid.as_bytes()))
     }
 
     /// The file of the set, see [`ShadowSet::write`].
     pub fn to_bytes(&self) -> Vec<u8> {
-        let head = (self.grids().count() > 1).then(|| self.head());
-        let grids = self.grids().map(ShadowDag::as_bytes);
-        head.iter()
-            .map(Vec::as_slice)
-            .chain(grids)
-            .collect::<Vec<_>>()
-            .concat()
+        self.joined(self.grids().map(ShadowDag::as_bytes).collect())
     }
 
-    fn head(&self) -> Vec<u8> {
+    /// The file of the set with compressed grids, see [`ShadowDag::compress`].
+    /// [`ShadowSet::read`] reads it.
+    pub fn compress(&self) -> Vec<u8> {
+        let grids: Vec<Vec<u8>> = self.grids().map(ShadowDag::compress).collect();
+        self.joined(grids.iter().map(Vec::as_slice).collect())
+    }
+
+    /// The file of the set with these as its grids.
+    fn joined(&self, grids: Vec<&[u8]>) -> Vec<u8> {
+        match grids.as_slice() {
+            [grid] => grid.to_vec(),
+            _ => {
+                let mut file = self.head(grids.iter().map(|grid| grid.len()));
+                file.extend(grids.into_iter().flatten());
+                file
+            }
+        }
+    }
+
+    fn head(&self, lengths: impl Iterator<Item = usize>) -> Vec<u8> {
         let mut checked = Vec::new();
         checked.extend((self.lights.len() as u32).to_le_bytes());
         checked.extend([0; 4]);
         let counts = self.lights.iter().map(|grids| grids.len() as u32);
         checked.extend(counts.flat_map(u32::to_le_bytes));
-        let lengths = self.grids().map(|grid| grid.as_bytes().len() as u64);
-        checked.extend(lengths.flat_map(u64::to_le_bytes));
+        checked.extend(lengths.flat_map(|length| (length as u64).to_le_bytes()));
         let mut head = MAGIC.to_vec();
         head.extend(VERSION.to_le_bytes());
         head.extend(crc32fast::hash(&checked).to_le_bytes());
@@ -179,21 +192,40 @@ impl<'a> ShadowSet<&'a [u8]> {
     /// # Errors
     /// [`SetError`] if they are not a whole and consistent file.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, SetError> {
-        if bytes.starts_with(&MAGIC) {
-            return read_set(bytes);
-        }
-        if bytes.starts_with(&CUBE) {
-            let lengths = read_lengths(bytes, CUBE.len(), 6)?;
-            return read_grids(bytes, CUBE.len() + 6 * 8, &[6], &lengths);
-        }
-        if checkpoint::is_one(bytes) {
-            return Err(SetError::Unfinished);
-        }
-        match ShadowDag::from_bytes(bytes) {
-            Ok(grid) => Self::new(vec![vec![grid]]),
-            Err(FileError::Magic) => Err(SetError::Magic),
-            Err(error) => Err(SetError::Grid { grid: 0, error }),
-        }
+        read_file(bytes, ShadowDag::from_bytes)
+    }
+}
+
+impl<'a> ShadowSet<Cow<'a, [u8]>> {
+    /// [`ShadowSet::from_bytes`] of a file whose grids may be compressed; see
+    /// [`ShadowDag::read`].
+    ///
+    /// # Errors
+    /// [`SetError`] if they are not a whole and consistent file.
+    pub fn read(bytes: &'a [u8]) -> Result<Self, SetError> {
+        read_file(bytes, ShadowDag::read)
+    }
+}
+
+/// The set in a file of any kind; `read` reads a grid.
+fn read_file<'a, B>(
+    bytes: &'a [u8],
+    read: impl Fn(&'a [u8]) -> Result<ShadowDag<B>, FileError>,
+) -> Result<ShadowSet<B>, SetError> {
+    if bytes.starts_with(&MAGIC) {
+        return read_set(bytes, read);
+    }
+    if bytes.starts_with(&CUBE) {
+        let lengths = read_lengths(bytes, CUBE.len(), 6)?;
+        return read_grids(bytes, CUBE.len() + 6 * 8, &[6], &lengths, read);
+    }
+    if checkpoint::is_one(bytes) {
+        return Err(SetError::Unfinished);
+    }
+    match read(bytes) {
+        Ok(grid) => ShadowSet::new(vec![vec![grid]]),
+        Err(FileError::Magic) => Err(SetError::Magic),
+        Err(error) => Err(SetError::Grid { grid: 0, error }),
     }
 }
 
@@ -204,7 +236,10 @@ fn truncated(bytes: &[u8], expected: u64) -> SetError {
     })
 }
 
-fn read_set(bytes: &[u8]) -> Result<ShadowSet<&[u8]>, SetError> {
+fn read_set<'a, B>(
+    bytes: &'a [u8],
+    read: impl Fn(&'a [u8]) -> Result<ShadowDag<B>, FileError>,
+) -> Result<ShadowSet<B>, SetError> {
     if bytes.len() < COUNTS {
         return Err(truncated(bytes, COUNTS as u64));
     }
@@ -232,7 +267,7 @@ fn read_set(bytes: &[u8]) -> Result<ShadowSet<&[u8]>, SetError> {
             expected,
         }));
     }
-    read_grids(bytes, first, &counts, &found)
+    read_grids(bytes, first, &counts, &found, read)
 }
 
 /// The lengths of `count` grids, which stand from byte `at` on.
@@ -246,12 +281,13 @@ fn read_lengths(bytes: &[u8], at: usize, count: u64) -> Result<Vec<u64>, SetErro
 }
 
 /// The grids of all lights, which stand from byte `first` on.
-fn read_grids<'a>(
+fn read_grids<'a, B>(
     bytes: &'a [u8],
     first: usize,
     counts: &[u32],
     lengths: &[u64],
-) -> Result<ShadowSet<&'a [u8]>, SetError> {
+    read: impl Fn(&'a [u8]) -> Result<ShadowDag<B>, FileError>,
+) -> Result<ShadowSet<B>, SetError> {
     let end = (lengths.iter()).fold(first as u64, |at, length| at.saturating_add(*length));
     let given = bytes.len() as u64;
     if end > given {
@@ -271,8 +307,7 @@ fn read_grids<'a>(
         for _ in 0..count {
             // All of them together are as long as what is left.
             let (own, after) = rest.split_at(lengths[grid] as usize);
-            let read = ShadowDag::from_bytes(own);
-            grids.push(read.map_err(|error| SetError::Grid { grid, error })?);
+            grids.push(read(own).map_err(|error| SetError::Grid { grid, error })?);
             rest = after;
             grid += 1;
         }

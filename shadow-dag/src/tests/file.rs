@@ -45,6 +45,15 @@ fn turn<B: AsRef<[u8]> + Clone>(dag: &ShadowDag<B>) -> Result<(), TestCaseError>
     Ok(())
 }
 
+/// The file of shadows: plain, packed or compressed.
+fn in_form(dag: &ShadowDag, form: usize) -> Vec<u8> {
+    match form {
+        0 => dag.to_form(Form::Plain).unwrap().into_bytes(),
+        1 => dag.to_form(Form::Packed).unwrap().into_bytes(),
+        _ => dag.compress(),
+    }
+}
+
 /// A file with the checksum that its content has.
 fn seal(bytes: &mut [u8]) {
     if bytes.len() > 16 {
@@ -60,7 +69,7 @@ proptest! {
     fn bytes_of_any_kind_are_answered_or_an_error(
         head in prop_oneof![Just(0_usize), Just(8), Just(12), Just(16)],
         log2 in prop_oneof![Just(3_u32), 3..=20_u32, any::<u32>()],
-        form in 0..3_u32,
+        form in 0..4_u32,
         counts in proptest::collection::vec(
             prop_oneof![Just(0_u32), 0..4_u32, Just(u32::MAX - 1), any::<u32>()], 0..60),
         rest in proptest::collection::vec(any::<u8>(), 0..300),
@@ -75,7 +84,7 @@ proptest! {
         bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
         bytes.extend(rest);
         seal(&mut bytes);
-        if let Ok(read) = ShadowDag::from_bytes(&bytes) {
+        if let Ok(read) = ShadowDag::read(&bytes) {
             ask(&read);
             turn(&read)?;
         }
@@ -84,13 +93,13 @@ proptest! {
     #[test]
     fn damaged_files_with_a_true_checksum_are_answered_or_an_error(
         map in prop_oneof![maps::arbitrary(8), maps::noise(8), maps::arbitrary(16)],
-        packed: bool,
+        form in 0..3_usize,
         flips in proptest::collection::vec((any::<prop::sample::Index>(), 0..8_u32), 1..5),
         cut in proptest::option::weighted(0.2, any::<prop::sample::Index>()),
     ) {
-        let form = if packed { Form::Packed } else { Form::Plain };
-        let dag = Builder::new().build(&Cpu::new(), &map).unwrap().to_form(form).unwrap();
-        let mut bytes = dag.into_bytes();
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+        let good = in_form(&dag, form);
+        let mut bytes = good;
         for (at, bit) in flips {
             let at = at.index(bytes.len());
             bytes[at] ^= 1 << bit;
@@ -99,7 +108,7 @@ proptest! {
             bytes.truncate(cut.index(bytes.len()));
         }
         seal(&mut bytes);
-        if let Ok(read) = ShadowDag::from_bytes(&bytes) {
+        if let Ok(read) = ShadowDag::read(&bytes) {
             ask(&read);
             turn(&read)?;
         }
@@ -119,6 +128,13 @@ proptest! {
         prop_assert_eq!((plain.form(), packed.form()), (Form::Plain, Form::Packed));
         prop_assert!(packed.to_form(Form::Plain).unwrap().as_bytes() == plain.as_bytes());
         prop_assert!(packed.to_form(Form::Packed).unwrap().as_bytes() == packed.as_bytes());
+        for dag in [&plain, &packed] {
+            let compressed = dag.compress();
+            let read = ShadowDag::read(&compressed).unwrap();
+            prop_assert!(read.as_bytes() == packed.as_bytes());
+            prop_assert!(read.compress() == compressed);
+            prop_assert_eq!(read.light(), dag.light());
+        }
         for dag in [plain, packed] {
             // At any alignment, borrowed.
             let mut bytes = vec![0; shift];
@@ -132,14 +148,14 @@ proptest! {
     #[test]
     fn damaged_files_are_errors_and_never_panic(
         map in maps::arbitrary(32),
-        packed: bool,
+        form in 0..3_usize,
         changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
         cut in proptest::option::of(any::<prop::sample::Index>()),
         resealed: bool,
     ) {
-        let form = if packed { Form::Packed } else { Form::Plain };
-        let dag = Builder::new().build(&Cpu::new(), &map).unwrap().to_form(form).unwrap();
-        let mut bytes = dag.as_bytes().to_vec();
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+        let good = in_form(&dag, form);
+        let mut bytes = good.clone();
         for (at, value) in changes {
             let at = at.index(bytes.len());
             bytes[at] = value;
@@ -150,9 +166,9 @@ proptest! {
         if resealed {
             seal(&mut bytes);
         }
-        match ShadowDag::from_bytes(&bytes) {
+        match ShadowDag::read(&bytes) {
             Ok(read) => {
-                prop_assert!(resealed || bytes == dag.as_bytes());
+                prop_assert!(resealed || bytes == good);
                 ask(&read);
             }
             Err(error) => prop_assert!(!error.to_string().is_empty()),
@@ -162,19 +178,19 @@ proptest! {
     #[test]
     fn words_in_the_head_and_in_nodes_are_not_believed(
         map in maps::arbitrary(32),
-        packed: bool,
+        form in 0..3_usize,
         at in any::<prop::sample::Index>(),
         value in prop_oneof![
             Just(u32::MAX), Just(u32::MAX - 1), Just(u32::MAX - 2), Just(0), Just(1 << 31), any::<u32>(),
         ],
     ) {
-        let form = if packed { Form::Packed } else { Form::Plain };
-        let dag = Builder::new().build(&Cpu::new(), &map).unwrap().to_form(form).unwrap();
-        let mut bytes = dag.as_bytes().to_vec();
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+        let good = in_form(&dag, form);
+        let mut bytes = good;
         let at = 4 * at.index(bytes.len() / 4);
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
         seal(&mut bytes);
-        if let Ok(read) = ShadowDag::from_bytes(&bytes) {
+        if let Ok(read) = ShadowDag::read(&bytes) {
             ask(&read);
         }
     }
@@ -182,7 +198,7 @@ proptest! {
     #[test]
     fn bytes_that_change_while_they_are_mapped_give_answers_but_no_panic(
         map in maps::arbitrary(32),
-        packed: bool,
+        form in 0..2_usize,
         noise in proptest::collection::vec(any::<u8>(), 64),
     ) {
         use std::cell::RefCell;
@@ -194,9 +210,9 @@ proptest! {
                 *self.0.borrow()
             }
         }
-        let form = if packed { Form::Packed } else { Form::Plain };
-        let dag = Builder::new().build(&Cpu::new(), &map).unwrap().to_form(form).unwrap();
-        let bytes: &'static [u8] = dag.as_bytes().to_vec().leak();
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+        let good = in_form(&dag, form);
+        let bytes: &'static [u8] = good.leak();
         let shared = Rc::new(RefCell::new(bytes));
         let read = ShadowDag::from_bytes(Shared(shared.clone())).unwrap();
         let mut changed = bytes.to_vec();
@@ -291,4 +307,64 @@ fn errors_say_what_is_wrong() {
     let last = bytes.len() - 1;
     bytes[last] ^= 1;
     assert!(matches!(read(&bytes), FileError::Checksum { .. }));
+}
+
+#[test]
+fn compressed_files_are_smaller_and_have_to_be_decoded() {
+    let map = maps::named(64).remove(0).1;
+    let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+    let packed = dag.to_form(Form::Packed).unwrap();
+    let compressed = dag.compress();
+    assert!(compressed.len() < packed.as_bytes().len());
+    let error = ShadowDag::from_bytes(&compressed).unwrap_err();
+    assert_eq!(error, FileError::Compressed);
+    assert!(error.to_string().contains("ShadowDag::read"));
+    let mut damaged = compressed.clone();
+    damaged[186] ^= 1;
+    assert!(matches!(
+        ShadowDag::read(&damaged),
+        Err(FileError::Checksum { .. })
+    ));
+    // Not as many masks as are announced.
+    damaged = compressed;
+    damaged[28] ^= 1;
+    seal(&mut damaged);
+    assert_eq!(ShadowDag::read(&damaged).unwrap_err(), FileError::Code);
+    damaged[24..28].copy_from_slice(&7_u32.to_le_bytes());
+    seal(&mut damaged);
+    assert!(matches!(
+        ShadowDag::read(&damaged),
+        Err(FileError::Header { value: 7, .. })
+    ));
+}
+
+#[test]
+fn few_bytes_never_decode_to_many_nodes() {
+    let map = maps::named(16).remove(3).1;
+    let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+    let mut decoded = 0;
+    for byte in 0..=u8::MAX {
+        for count in [0, 1, 40, 400] {
+            let mut bytes = dag.compress()[..184].to_vec();
+            // The finest grid, with a root that is a node.
+            bytes[20..24].copy_from_slice(&20_u32.to_le_bytes());
+            bytes[24..28].fill(0);
+            bytes.resize(184 + count, byte);
+            for masks in 0..3_u32 {
+                bytes[28..32].copy_from_slice(&masks.to_le_bytes());
+                seal(&mut bytes);
+                match ShadowDag::read(&bytes) {
+                    Ok(read) => {
+                        let levels = read.sizes().levels;
+                        let nodes = levels.iter().map(|level| level.nodes as usize);
+                        assert!(nodes.sum::<usize>() <= 2 * count + 18);
+                        ask(&read);
+                        decoded += 1;
+                    }
+                    Err(error) => assert_eq!(error, FileError::Code),
+                }
+            }
+        }
+    }
+    assert!(decoded > 0);
 }

@@ -168,6 +168,26 @@ fn lights_without_grids_are_errors() {
 }
 
 #[test]
+fn compressed_sets_come_back_packed() {
+    let set = baked();
+    let packed = set.to_form(Form::Packed).unwrap().to_bytes();
+    let compressed = set.compress();
+    assert!(compressed.len() < packed.len());
+    let read = ShadowSet::read(&compressed).unwrap();
+    assert!(read.to_bytes() == packed);
+    assert!(ShadowSet::read(&packed).unwrap().to_bytes() == packed);
+    let error = ShadowSet::from_bytes(&compressed).unwrap_err();
+    let expected = SetError::Grid {
+        grid: 0,
+        error: FileError::Compressed,
+    };
+    assert_eq!(error, expected);
+    for length in (0..compressed.len()).step_by(7) {
+        assert!(ShadowSet::read(&compressed[..length]).is_err(), "{length}");
+    }
+}
+
+#[test]
 fn sets_come_back_from_files() {
     for set in [baked(), baked().to_form(Form::Packed).unwrap()] {
         let file = set.to_bytes();
