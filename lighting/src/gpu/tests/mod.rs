@@ -157,7 +157,7 @@ fn hybrids_compile_with_every_evaluator_and_count_as_the_cpu_does() {
     use gpu_backend::gpu::GpuMemory;
 
     use crate::methods::hybrid::Hybrid;
-    use crate::methods::hybrid::gpu::{CONSTANTS, HybridRecord};
+    use crate::methods::hybrid::gpu::{CONSTANTS, CellsRecord, FAR, HybridRecord};
     use crate::shadow_map::ShadowMap;
 
     type Source = Hybrid<ShadowMap<GpuMemory>, GpuMemory>;
@@ -172,6 +172,26 @@ fn hybrids_compile_with_every_evaluator_and_count_as_the_cpu_does() {
             steps,
             cell,
             side,
+            by_span,
+            has_shadow,
+            has_light,
+            padding_a,
+            padding_b
+        }
+    );
+    let far = Shader::new(&FAR).unwrap();
+    assert_same_layout!(
+        far,
+        "Cells",
+        CellsRecord {
+            pictures,
+            cell,
+            side,
+            margin,
+            level,
+            factor,
+            more,
+            most,
             padding
         }
     );

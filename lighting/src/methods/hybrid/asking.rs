@@ -4,14 +4,20 @@ use std::ops::Range;
 
 use gpu_backend::Host;
 
+use super::Spread;
+use super::lit_volumes::LitVolumes;
 use super::search::Line;
 use super::volumes::ShadowVolumes;
 use crate::airlight::far_end;
 use crate::{Interval, LightPath};
 
-/// Lit steps in a row after which the next volume is looked for: about what that costs,
+/// Steps in a row that are alike after which the next volume is looked for: about what that costs,
 /// so that no more than as much again is lost.
 pub(super) const LEAP: u32 = 24;
+
+/// Cells that are no longer than this share of a step of a whole ray are not divided where
+/// steps are spread over spans, whose ends it then is that they may be off by.
+pub(super) const SHORT: f32 = 0.25;
 
 /// The part of a path that steps are spread over: up to ten mean free paths to the sky.
 pub(super) fn whole(path: &LightPath<'_>) -> Interval {
@@ -19,52 +25,139 @@ pub(super) fn whole(path: &LightPath<'_>) -> Interval {
     Interval::new(start, end.min(start + far_end(path.medium())))
 }
 
+/// The length along a ray down to which volumes are told apart.
+fn shortest(whole: Interval, count: u32, spread: Spread) -> f32 {
+    let step = (f64::from(whole.end) - f64::from(whole.start)) / f64::from(count);
+    match spread {
+        Spread::Ray => step as f32,
+        Spread::Span => SHORT * step as f32,
+    }
+}
+
 /// Steps of equal length.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
-    start: f32,
+    part: Interval,
     step: f64,
     count: u32,
 }
 
 impl Steps {
-    pub(super) fn new(whole: Interval, count: u32) -> Self {
+    pub(super) fn new(part: Interval, count: u32) -> Self {
         Self {
-            start: whole.start,
-            step: (f64::from(whole.end) - f64::from(whole.start)) / f64::from(count),
+            part,
+            step: (f64::from(part.end) - f64::from(part.start)) / f64::from(count),
             count,
         }
     }
 
+    /// The middle of a step; behind the last one the end of all.
     pub(super) fn middle(&self, number: u32) -> f32 {
-        self.start + ((f64::from(number) + 0.5) * self.step) as f32
+        if number >= self.count {
+            return self.part.end;
+        }
+        self.part.start + ((f64::from(number) + 0.5) * self.step) as f32
+    }
+
+    /// The middle of the step before; before the first one the start of all.
+    pub(super) fn before(&self, number: u32) -> f32 {
+        match number.checked_sub(1) {
+            Some(before) => self.middle(before),
+            None => self.part.start,
+        }
     }
 
     /// The numbers of those with their middles in a part.
     fn within(&self, part: Interval) -> Range<u32> {
-        let number = |x: f32| (f64::from(x) - f64::from(self.start)) / self.step;
+        let number = |x: f32| (f64::from(x) - f64::from(self.part.start)) / self.step;
         // Conversions saturate.
         let first = (number(part.start) - 0.5).ceil() as u32;
         let end = (number(part.end) + 0.5).floor() as u32;
-        first..end.min(self.count)
+        first.min(self.count)..end.min(self.count)
     }
 }
 
-/// The steps that a map is asked about, one after the other; all others are lit.
+/// The volumes of a light: outside of those of shadow all is lit, outside of those of
+/// light all is dark.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Volumes<'a> {
+    /// Of shadow.
+    pub shadow: Option<&'a ShadowVolumes<Host>>,
+    /// Of light.
+    pub light: Option<&'a LitVolumes<Host>>,
+}
+
+/// What is known of a ray.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    /// The part that is to be asked about; empty if all is known.
+    part: Interval,
+    /// Whether what lies before and behind that part is lit.
+    outside: [bool; 2],
+}
+
+impl Known {
+    fn all(whole: Interval, is_lit: bool) -> Self {
+        Self {
+            part: Interval::new(whole.start, whole.start),
+            outside: [is_lit; 2],
+        }
+    }
+
+    fn new(
+        volumes: Volumes<'_>,
+        line: &Line,
+        whole: Interval,
+        shortest: f32,
+        cells: &mut u32,
+    ) -> Self {
+        let mut part = whole;
+        if let Some(volumes) = volumes.shadow {
+            match volumes.span(line, whole, shortest, cells) {
+                Some(span) => part = span,
+                None => return Self::all(whole, true),
+            }
+        }
+        let mut outside = [true; 2];
+        let Some(volumes) = volumes.light.map(LitVolumes::search) else {
+            return Self { part, outside };
+        };
+        // What is lit before or behind the shadows is in volumes of light.
+        if part.start <= whole.start {
+            match volumes.front(line, part, shortest, cells) {
+                Some(front) => part = Interval::new(front, part.end),
+                None => return Self::all(whole, false),
+            }
+            outside[0] = part.start <= whole.start;
+        }
+        if part.end >= whole.end {
+            let back = volumes.back(line, part, shortest, cells);
+            part = Interval::new(part.start, back.unwrap_or(part.start));
+            outside[1] = part.end >= whole.end;
+        }
+        Self { part, outside }
+    }
+}
+
+/// The steps that a map is asked about, one after the other; what all others are is known.
 ///
-/// Between the front of the first shadow volume and the back of the last one every step
-/// is asked about, until so many in a row were lit that it pays to look for where the
-/// next volume begins.
+/// Between the first and the last position that may be lit as well as dark, every step is
+/// asked about, until so many in a row were alike that it pays to look for where the
+/// next volume of the other kind begins.
 #[derive(Debug)]
 pub(super) struct Asking<'a> {
-    volumes: Option<&'a ShadowVolumes<Host>>,
+    volumes: Volumes<'a>,
     line: Line,
     whole: Interval,
+    /// Cells that are no longer than this along the ray are not divided.
+    shortest: f32,
     pub(super) steps: Steps,
+    outside: [bool; 2],
     next: u32,
-    /// From here on all are lit.
+    /// From here on none is asked about.
     end: u32,
-    lit_in_a_row: u32,
+    was_lit: bool,
+    alike: u32,
     leap: u32,
     /// Cells that were looked at.
     pub(super) cells: u32,
@@ -74,27 +167,34 @@ impl<'a> Asking<'a> {
     pub(super) fn new(
         path: &LightPath<'_>,
         origin: glam::Vec3,
-        volumes: Option<&'a ShadowVolumes<Host>>,
-        count: u32,
+        volumes: Volumes<'a>,
+        (count, spread): (u32, Spread),
     ) -> Self {
         let whole = whole(path);
         let line = Line::new(path.ray(), origin);
-        let steps = Steps::new(whole, count);
+        let shortest = shortest(whole, count, spread);
         let mut cells = 0;
-        let asked = match volumes {
-            None => 0..count,
-            Some(volumes) => volumes
-                .span(&line, whole, steps.step as f32, &mut cells)
-                .map_or(0..0, |span| steps.within(span)),
+        let Known { part, outside } = Known::new(volumes, &line, whole, shortest, &mut cells);
+        let is_known = part.start >= part.end;
+        let steps = match spread {
+            Spread::Span if !is_known => Steps::new(part, count),
+            _ => Steps::new(whole, count),
+        };
+        let asked = match spread {
+            Spread::Span if !is_known => 0..count,
+            _ => steps.within(part),
         };
         Self {
             volumes,
             line,
             whole,
+            shortest,
             steps,
+            outside,
             next: asked.start,
-            end: asked.end,
-            lit_in_a_row: 0,
+            end: asked.end.max(asked.start),
+            was_lit: outside[0],
+            alike: 0,
             leap: LEAP,
             cells,
         }
@@ -104,9 +204,31 @@ impl<'a> Asking<'a> {
         self.whole
     }
 
-    /// The step after the last that may be in shadow: it is lit.
-    pub(super) fn end(&self) -> u32 {
-        self.end
+    /// What steps are spread over; nothing if none are asked about.
+    pub(super) fn part(&self) -> Interval {
+        let start = self.steps.part.start;
+        match self.next < self.end {
+            true => self.steps.part,
+            false => Interval::new(start, start),
+        }
+    }
+
+    /// Whether what lies before the first step that is asked about is lit.
+    pub(super) fn is_lit_before(&self) -> bool {
+        self.outside[0]
+    }
+
+    /// Whether anything lies before a step.
+    pub(super) fn is_anything_before(&self, number: u32) -> bool {
+        number > 0 || self.steps.part.start > self.whole.start
+    }
+
+    /// The step behind the last that is asked about, and whether it is lit; `None` if
+    /// nothing is behind that.
+    pub(super) fn behind(&self) -> Option<(u32, bool)> {
+        let Steps { part, count, .. } = self.steps;
+        let is_behind = self.end < count || part.end < self.whole.end;
+        is_behind.then_some((self.end, self.outside[1]))
     }
 
     /// The number of the next step, and whether it is lit.
@@ -118,20 +240,34 @@ impl<'a> Asking<'a> {
         self.next += 1;
         let x = self.steps.middle(number);
         let now_lit = is_lit(x);
-        self.lit_in_a_row = if now_lit { self.lit_in_a_row + 1 } else { 0 };
-        if self.lit_in_a_row >= self.leap
-            && let Some(volumes) = self.volumes
-        {
-            let rest = Interval::new(x, self.whole.end);
-            let shortest = self.steps.step as f32;
-            let front = volumes.front(&self.line, rest, shortest, &mut self.cells);
-            let first = front.map_or(self.end, |x| self.steps.within(Interval::new(x, x)).start);
-            if first < self.next + LEAP {
-                self.leap = self.leap.saturating_mul(2);
-            }
-            self.next = self.next.max(first).min(self.end);
-            self.lit_in_a_row = 0;
+        self.alike = if now_lit == self.was_lit {
+            self.alike + 1
+        } else {
+            1
+        };
+        self.was_lit = now_lit;
+        if self.alike >= self.leap {
+            self.leap(x);
         }
         Some((number, now_lit))
+    }
+
+    /// Past what is known to be as the step whose middle is `x`.
+    fn leap(&mut self, x: f32) {
+        let others = match self.was_lit {
+            true => self.volumes.shadow.map(ShadowVolumes::search),
+            false => self.volumes.light.map(LitVolumes::search),
+        };
+        let Some(others) = others else {
+            return;
+        };
+        let rest = Interval::new(x, self.whole.end);
+        let front = others.front(&self.line, rest, self.shortest, &mut self.cells);
+        let first = front.map_or(self.end, |x| self.steps.within(Interval::new(x, x)).start);
+        if first < self.next + LEAP {
+            self.leap = self.leap.saturating_mul(2);
+        }
+        self.next = self.next.max(first).min(self.end);
+        self.alike = 0;
     }
 }

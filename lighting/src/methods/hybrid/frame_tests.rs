@@ -8,6 +8,8 @@ use crate::methods::{Frame, FrameInputs, Registry, Selection, Store};
 use crate::scene::{Camera, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
 use crate::{Emitter, Ray};
 
+const HYBRID: &str = "hybrid x gauss-8";
+
 /// Balls of triangles above a floor.
 fn geometry() -> Geometry {
     let mut random = Random::new(5);
@@ -54,6 +56,7 @@ fn rays([width, height]: [u32; 2]) -> Vec<Ray> {
 
 /// The light along rays, which are those of some pixels of a picture.
 fn picture(
+    name: &str,
     cpu: &Cpu,
     emitters: &[Emitter],
     size: [u32; 2],
@@ -81,9 +84,10 @@ fn picture(
         watch: &(),
     };
     let registry = Registry::standard();
-    let hybrid = registry.find("hybrid x gauss-8").unwrap();
+    let hybrid = registry.find(name).unwrap();
     for note in hybrid.method().notes(&inputs) {
-        assert!(note.contains("is marched then"), "{note}");
+        let is_known = note.contains("is marched then") || note.contains("mostly in shadow");
+        assert!(is_known && !note.contains("  "), "{note}");
     }
     let frame = Frame::new(cpu, inputs, &store).unwrap();
     let mut radiance = vec![[0.0; 4]; rays.len()];
@@ -97,8 +101,8 @@ fn picture(
 fn the_light_of_several_lights_is_the_sum_of_theirs() {
     let (size, cpu) = ([16, 9], Cpu::new());
     let rays = rays(size);
-    let all = picture(&cpu, &lights(), size, &rays, None);
-    let each = lights().map(|light| picture(&cpu, &[light], size, &rays, None));
+    let all = picture(HYBRID, &cpu, &lights(), size, &rays, None);
+    let each = lights().map(|light| picture(HYBRID, &cpu, &[light], size, &rays, None));
     for (i, all) in all.iter().enumerate() {
         for channel in 0..3 {
             let sum: f32 = each.iter().map(|light| light[i][channel]).sum();
@@ -111,9 +115,16 @@ fn the_light_of_several_lights_is_the_sum_of_theirs() {
 fn pictures_of_any_size_do_not_depend_on_threads() {
     for size in [[1, 1], [1, 11], [7, 13], [40, 30]] {
         let rays = rays(size);
-        let one = picture(&Cpu::single_threaded(), &lights(), size, &rays, None);
+        let one = picture(
+            HYBRID,
+            &Cpu::single_threaded(),
+            &lights(),
+            size,
+            &rays,
+            None,
+        );
         let cpu = Cpu::with_threads(3).unwrap();
-        assert_eq!(picture(&cpu, &lights(), size, &rays, None), one);
+        assert_eq!(picture(HYBRID, &cpu, &lights(), size, &rays, None), one);
         assert!(one.iter().flatten().all(|light| light.is_finite()));
         assert!(one.iter().all(|light| light[0] > 0.0));
     }
@@ -122,12 +133,14 @@ fn pictures_of_any_size_do_not_depend_on_threads() {
 /// To the last bit, whatever was decided for so few rays.
 #[test]
 fn rays_of_some_pixels_have_the_light_of_these() {
+    // Steps of spans depend on what was decided.
+    let name = "hybrid-rays x gauss-8";
     let (size, cpu) = ([20, 12], Cpu::new());
     let all = rays(size);
-    let whole = picture(&cpu, &lights(), size, &all, None);
+    let whole = picture(name, &cpu, &lights(), size, &all, None);
     let pixels = [3, 200, 17, 18, 18, 239];
     let some: Vec<Ray> = pixels.iter().map(|i| all[*i as usize]).collect();
-    let part = picture(&cpu, &lights(), size, &some, Some(&pixels));
+    let part = picture(name, &cpu, &lights(), size, &some, Some(&pixels));
     for (pixel, light) in pixels.iter().zip(part) {
         assert_eq!(light, whole[*pixel as usize]);
     }

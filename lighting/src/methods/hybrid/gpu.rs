@@ -3,13 +3,19 @@
 use std::borrow::Borrow;
 
 use bytemuck::{Pod, Zeroable};
-use gpu_backend::gpu::{Argument, GpuMemory, InShader};
+use gpu_backend::gpu::{
+    Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, InShader, Kernel, Workgroups,
+};
 use gpu_backend::shader::Part;
+use gpu_backend::{Backend, Error};
 
-use super::Hybrid;
+use super::cells::{Cells, NOTHING};
+use super::lit_volumes::{allowance, margin};
 #[cfg(test)]
 use super::search;
-use crate::gpu::{PointSlot, VisibilitySlot};
+use super::{BuildLitVolumes, Hybrid, LitVolumes, Spread};
+use crate::gpu::scene::PicturesRecord;
+use crate::gpu::{FACE, PLACE, PointSlot, VisibilitySlot};
 use crate::shadow_map::ShadowMap;
 
 /// `light_Hybrid` of `hybrid.wgsl`.
@@ -19,17 +25,22 @@ pub(crate) struct HybridRecord {
     pub(crate) steps: u32,
     pub(crate) cell: u32,
     pub(crate) side: u32,
-    pub(crate) padding: u32,
+    pub(crate) by_span: u32,
+    pub(crate) has_shadow: u32,
+    pub(crate) has_light: u32,
+    pub(crate) padding_a: u32,
+    pub(crate) padding_b: u32,
 }
 
 /// The constants of `hybrid.wgsl`, as the CPU has them.
 #[cfg(test)]
-pub(crate) const CONSTANTS: [(&str, f64); 6] = [
+pub(crate) const CONSTANTS: [(&str, f64); 7] = [
     ("light_hybrid_PAST", search::PAST),
     ("light_hybrid_MOST_PICTURES", search::MOST_PICTURES as f64),
     ("light_hybrid_MOST_TURNS", search::MOST_TURNS as f64),
     ("light_hybrid_START", search::START as f64),
     ("light_hybrid_HALVINGS", super::HALVINGS as f64),
+    ("light_hybrid_SHORT", super::asking::SHORT as f64),
     ("light_hybrid_LEAP", super::asking::LEAP as f64),
 ];
 
@@ -41,6 +52,7 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for Hybrid<P, Gpu
             .with(points)
             .uniform("light_hybrid", "light_Hybrid")
             .read("light_hybrid_near", "array<f32>")
+            .read("light_hybrid_far", "array<f32>")
             .source(include_str!("hybrid.wgsl"))
     }
 
@@ -50,17 +62,78 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for Hybrid<P, Gpu
 
     fn arguments(&self) -> Vec<Argument<'_>> {
         let mut arguments = InShader::<PointSlot>::arguments(self.map());
-        let volumes = self.volumes();
+        let (shadow, light) = (self.volumes(), self.lit_volumes());
+        let cells = shadow.map(|volumes| &volumes.cells);
+        let cells = cells.or(light.map(|volumes| &volumes.cells));
         arguments.push(Argument::uniform(HybridRecord {
             steps: self.steps(),
-            cell: volumes.map_or(0, |volumes| volumes.cell()),
-            side: volumes.map_or(0, |volumes| volumes.side()),
-            padding: 0,
+            cell: cells.map_or(0, |cells| cells.cell),
+            side: cells.map_or(0, |cells| cells.side),
+            by_span: u32::from(self.spread() == Spread::Span),
+            has_shadow: u32::from(shadow.is_some()),
+            has_light: u32::from(light.is_some()),
+            padding_a: 0,
+            padding_b: 0,
         }));
-        arguments.push(match volumes {
-            Some(volumes) => Argument::read(volumes.near()),
+        let values = [shadow.map(|v| v.near()), light.map(|v| v.far())];
+        arguments.extend(values.map(|values| match values {
+            Some(values) => Argument::read(values),
             None => Argument::table::<f32>(&[]),
-        });
+        }));
         arguments
+    }
+}
+
+/// `Cells` of `far.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(crate) struct CellsRecord {
+    pub(crate) pictures: PicturesRecord,
+    pub(crate) cell: u32,
+    pub(crate) side: u32,
+    pub(crate) margin: u32,
+    pub(crate) level: u32,
+    pub(crate) factor: f32,
+    pub(crate) more: f32,
+    pub(crate) most: f32,
+    pub(crate) padding: u32,
+}
+
+/// The shader that finds how far light gets.
+pub(crate) const FAR: [&str; 4] = [INDEX_WGSL, FACE, PLACE, include_str!("far.wgsl")];
+
+impl<E: Encode> BuildLitVolumes for Gpu<E> {
+    fn lit_volumes(&self, map: &ShadowMap<GpuMemory>) -> Result<LitVolumes<GpuMemory>, Error> {
+        let cells = Cells::new(map.faces(), map.resolution());
+        let mut far: GpuBuffer<f32> = self.zeros(cells.len())?;
+        let [factor, more] = allowance(&map.faces()[0]);
+        for level in 0..=cells.top() {
+            let width = (cells.side >> level) as usize;
+            self.dispatch(
+                &Kernel {
+                    label: "volumes of light",
+                    parts: &FAR,
+                    entry: if level == 0 { "find_far" } else { "raise_far" },
+                    constants: &[],
+                },
+                &[&[
+                    Argument::uniform(CellsRecord {
+                        pictures: PicturesRecord::new(map.faces(), map.resolution()),
+                        cell: cells.cell,
+                        side: cells.side,
+                        margin: margin(&cells),
+                        level,
+                        factor,
+                        more,
+                        most: NOTHING,
+                        padding: 0,
+                    }),
+                    Argument::read(map.depth()),
+                    Argument::write(&mut far),
+                ]],
+                Workgroups::covering(cells.pictures.len() * width * width, 64),
+            )?;
+        }
+        Ok(LitVolumes { cells, far })
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use gpu_backend::{Backend, Cpu, Host};
 
-use super::{Choice, Hybrid, ShadowVolumes};
+use super::{BuildLitVolumes, Choice, Hybrid, LitVolumes, ShadowVolumes, Spread, Volumes};
 use crate::Touching;
 use crate::methods::march::STEPS;
 use crate::methods::registry::pairs;
@@ -12,17 +12,21 @@ use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
     SourceOn, Work,
 };
-use crate::shadow_map::{RenderShadowMap, ShadowMap};
+use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 
 /// A march within the shadow volumes of every light.
 #[derive(Debug, Clone, Copy)]
-struct Hybrids;
+struct Hybrids {
+    name: &'static str,
+    title: &'static str,
+    spread: Spread,
+}
 
 impl LightSources for Hybrids {
     fn about(&self) -> SourceAbout {
         SourceAbout {
-            name: "hybrid",
-            title: "march between shadow volumes",
+            name: self.name,
+            title: self.title,
             quality: Some(STEPS),
             touching: Touching::Joined,
             is_sampled: false,
@@ -33,27 +37,38 @@ impl LightSources for Hybrids {
     }
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
-        let steps = STEPS.usual;
-        let all = 0..inputs.emitters.len();
-        let marched: Vec<Choice> = all
-            .filter_map(|light| choice(inputs, light, steps).ok()?)
-            .filter(|choice| !choice.is_worth_it())
+        let (steps, total) = (STEPS.usual, inputs.emitters.len());
+        let choices: Vec<(Known, Choice)> = (0..total)
+            .filter_map(|light| choice(inputs, light, (steps, self.spread)).ok()?)
             .collect();
-        if marched.is_empty() {
-            return Vec::new();
-        }
-        let mean = |value: fn(&Choice) -> f64| {
-            let sum: f64 = marched.iter().map(value).sum();
-            sum / marched.len() as f64
+        let of = |known: fn(Known) -> bool| -> Vec<Choice> {
+            let all = choices.iter().filter(|(which, _)| known(*which));
+            all.map(|(_, choice)| *choice).collect()
         };
-        vec![format!(
-            "of {steps} steps shadow volumes would save {:.0} and cost as much as {:.0}: all of \
-             each ray is marched then ({} of {})",
-            mean(Choice::saved),
-            mean(Choice::cost),
-            marched.len(),
-            inputs.emitters.len()
-        )]
+        let mean = |all: &[Choice], value: fn(&Choice) -> f64| {
+            all.iter().map(value).sum::<f64>() / all.len() as f64
+        };
+        let mut notes = Vec::new();
+        let marched = of(|known| known == Known::NOTHING);
+        if !marched.is_empty() {
+            notes.push(format!(
+                "of {steps} steps shadow volumes would save {:.0} and cost as much as {:.0}: all \
+                 of each ray is marched then ({} of {total})",
+                mean(&marched, Choice::saved),
+                mean(&marched, Choice::cost),
+                marched.len(),
+            ));
+        }
+        let lit = of(|known| known.light);
+        if !lit.is_empty() {
+            notes.push(format!(
+                "mostly in shadow: outside of volumes of light all is dark, and of {steps} steps \
+                 {:.0} are asked about ({} of {total})",
+                mean(&lit, |choice| choice.asked),
+                lit.len(),
+            ));
+        }
+        notes
     }
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
@@ -87,21 +102,90 @@ fn on_host(
     })
 }
 
-/// What the volumes of a light do for the rays of a frame.
+/// Texels per side of the map from which it is decided whether volumes of light are of
+/// use: a GPU's cannot be looked at.
+const COARSE: u32 = 256;
+
+/// Volumes of light of a coarse map, on the host.
+fn coarse(inputs: &FrameInputs<'_>, light: usize) -> Result<Arc<LitVolumes<Host>>, MethodError> {
+    let resolution = inputs.map.min(COARSE);
+    let key = Coarse(OfLight { light, resolution });
+    let what = "coarse volumes of light";
+    inputs.host.get(what, key, LitVolumes::bytes, || {
+        let cpu = Cpu::new();
+        let casters = Casters::upload(&cpu, inputs.geometry)?;
+        let map = cpu
+            .shadow_map(&casters, &inputs.emitters[light], resolution)
+            .map_err(MethodError::resource("a shadow map"))?;
+        Ok(cpu.lit_volumes(&map)?)
+    })
+}
+
+/// Those of a light by which it is decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Coarse(OfLight);
+
+/// Which volumes of a light are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Known {
+    shadow: bool,
+    light: bool,
+}
+
+impl Known {
+    const NOTHING: Self = Self {
+        shadow: false,
+        light: false,
+    };
+}
+
+/// Which volumes of a light are best for the rays of a frame, and what they do: those of
+/// light are considered where those of shadow leave most of the rays open, and most of that
+/// is dark. If none is of use, what those of shadow would do.
 fn choice(
     inputs: &FrameInputs<'_>,
     light: usize,
-    steps: u32,
-) -> Result<Option<Choice>, MethodError> {
-    let volumes = on_host(inputs, light)?;
+    steps: (u32, Spread),
+) -> Result<Option<(Known, Choice)>, MethodError> {
+    let shadows = on_host(inputs, light)?;
     let emitter = &inputs.emitters[light];
-    Ok(Choice::new(
-        &volumes,
-        inputs.rays,
-        emitter,
-        inputs.medium,
-        steps,
-    ))
+    let of = |volumes: Volumes<'_>| {
+        Choice::new(
+            &shadows,
+            volumes,
+            inputs.rays,
+            emitter,
+            inputs.medium,
+            steps,
+        )
+    };
+    let shadow = Some(&*shadows);
+    let Some(first) = of(Volumes {
+        shadow,
+        light: None,
+    }) else {
+        return Ok(None);
+    };
+    let known = |shadow, light| Known { shadow, light };
+    let mut best = (known(true, false), first);
+    let is_open = first.asked > 0.5 * first.as_short;
+    if is_open && first.dark > 0.5 * first.asked {
+        let lit = coarse(inputs, light)?;
+        for shadow in [shadow, None] {
+            let choice = of(Volumes {
+                shadow,
+                light: Some(&*lit),
+            });
+            let Some(choice) = choice else { continue };
+            if choice.cost_at(&first) < best.1.cost_at(&first) {
+                best = (known(shadow.is_some(), true), choice);
+            }
+        }
+    }
+    Ok(Some(match best.1.is_worth_it() {
+        true => best,
+        false => (Known::NOTHING, first),
+    }))
 }
 
 /// The same where the frame is made.
@@ -120,12 +204,24 @@ pub(in crate::methods) fn volumes<B: Backend>(
     })
 }
 
-impl<B: RenderShadowMap> SourceOn<B> for Hybrids {
+/// The volumes of light of a shadow map where the frame is made.
+fn lit_volumes<B: RenderShadowMap + BuildLitVolumes>(
+    frame: &Frame<'_, B>,
+    light: usize,
+) -> Result<Arc<LitVolumes<B::Memory>>, MethodError> {
+    let resolution = frame.inputs.map;
+    let key = OfLight { light, resolution };
+    let what = "volumes of light";
+    frame.store.get(what, key, LitVolumes::bytes, || {
+        Ok(frame.backend.lit_volumes(&*frame.shadow_map(light)?)?)
+    })
+}
+
+impl<B: RenderShadowMap + BuildLitVolumes> SourceOn<B> for Hybrids {
     type Source = Hybrid<Arc<ShadowMap<B::Memory>>, B::Memory>;
 
-    fn prepare(&self, frame: &Frame<'_, B>, light: usize, _: u32) -> Result<(), MethodError> {
-        volumes(frame, light)?;
-        frame.shadow_map(light).map(|_| ())
+    fn prepare(&self, frame: &Frame<'_, B>, light: usize, steps: u32) -> Result<(), MethodError> {
+        self.source(frame, light, steps).map(|_| ())
     }
 
     fn source(
@@ -134,12 +230,18 @@ impl<B: RenderShadowMap> SourceOn<B> for Hybrids {
         light: usize,
         steps: u32,
     ) -> Result<Self::Source, MethodError> {
-        let is_worth_it = choice(&frame.inputs, light, steps)?.is_some_and(|c| c.is_worth_it());
-        let volumes = match is_worth_it {
+        let choice = choice(&frame.inputs, light, (steps, self.spread))?;
+        let known = choice.map_or(Known::NOTHING, |(known, _)| known);
+        let shadows = match known.shadow {
             true => Some(volumes(frame, light)?),
             false => None,
         };
-        Ok(Hybrid::new(frame.shadow_map(light)?, volumes, steps)?)
+        let hybrid = Hybrid::new(frame.shadow_map(light)?, shadows, steps)?;
+        let hybrid = hybrid.spread_over(self.spread);
+        Ok(match known.light {
+            true => hybrid.with_lit_volumes(lit_volumes(frame, light)?)?,
+            false => hybrid,
+        })
     }
 }
 
@@ -154,8 +256,12 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         role,
         is_baseline: false,
     };
-    pairs!(
-        Hybrids,
+    let mut all = pairs!(
+        Hybrids {
+            name: "hybrid",
+            title: "march between shadow volumes",
+            spread: Spread::Span,
+        },
         &[
             compared(
                 Role::Paper,
@@ -179,5 +285,14 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 "lights with a cookie: a lit run is divided at its texels",
             ),
         ]
-    )
+    );
+    all.extend(pairs!(
+        Hybrids {
+            name: "hybrid-rays",
+            title: "march between volumes, steps of rays",
+            spread: Spread::Ray,
+        },
+        &[]
+    ));
+    all
 }

@@ -1,8 +1,10 @@
-//! Where a ray first may be in shadow.
+//! Where a ray first may be in shadow, or in the light.
 
 use glam::{DVec3, Vec3};
 use gpu_backend::Host;
 
+use super::cells::Cells;
+use super::lit_volumes::LitVolumes;
 use super::picture::Picture;
 use super::volumes::ShadowVolumes;
 use crate::shadow_map::line::cube_face;
@@ -84,7 +86,32 @@ struct Sight<'a> {
     depth: [f64; 2],
 }
 
+/// What is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sought {
+    /// What is farther away than the value of its cell.
+    Shadow,
+    /// What is no farther away than that, or in no picture.
+    Light,
+}
+
+/// Volumes of shadow or of light, and how they are looked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search<'a> {
+    cells: &'a Cells,
+    values: &'a [f32],
+    sought: Sought,
+}
+
 impl ShadowVolumes<Host> {
+    pub(super) fn search(&self) -> Search<'_> {
+        Search {
+            cells: &self.cells,
+            values: &self.near,
+            sought: Sought::Shadow,
+        }
+    }
+
     /// The part of `whole` outside of which a ray is in no shadow volume; `None` if it is
     /// in none at all. Volumes are told apart down to cells that are as long as
     /// `shortest` along the ray. Adds the number of cells that were looked at.
@@ -95,16 +122,67 @@ impl ShadowVolumes<Host> {
         shortest: f32,
         cells: &mut u32,
     ) -> Option<Interval> {
-        let [start, end] = [whole.start, whole.end].map(|x| f64::from(x) - line.foot);
-        let shortest = f64::from(shortest);
-        let front = self.first(line, [start, end], shortest, cells)?;
-        let back = -self.first(&line.reversed(), [-end, -front], shortest, cells)?;
-        let [front, back] = [front - line.margin(front), back + line.margin(back)];
-        let at = |s: f64| ((s + line.foot) as f32).clamp(whole.start, whole.end);
-        Some(Interval::new(at(front), at(back)))
+        self.search().span(line, whole, shortest, cells)
     }
 
-    /// Where a part of a ray comes to the first shadow volume.
+    /// Whether a point is in a shadow volume of the finest level.
+    pub(super) fn contains(&self, point: Vec3) -> bool {
+        let Cells {
+            origin,
+            pictures,
+            cell,
+            side,
+            ..
+        } = &self.cells;
+        let v = (point - *origin).as_dvec3();
+        let index = match pictures.len() {
+            1 => 0,
+            _ => cube_face(v),
+        };
+        let picture = &pictures[index];
+        let at = picture.of_point(v);
+        let cell = [at.x, at.y].map(|t| t / (at.z * f64::from(*cell)));
+        let width = f64::from(*side);
+        if !(at.z > 0.0 && cell.iter().all(|t| (0.0..width).contains(t))) {
+            return false;
+        }
+        let depth = match picture.is_central() {
+            true => v.length(),
+            false => v.dot(picture.forward()),
+        };
+        let index = self.cells.index(index, 0, cell.map(|t| t as u32));
+        depth > f64::from(self.near[index])
+    }
+}
+
+impl LitVolumes<Host> {
+    pub(super) fn search(&self) -> Search<'_> {
+        Search {
+            cells: &self.cells,
+            values: &self.far,
+            sought: Sought::Light,
+        }
+    }
+}
+
+impl Search<'_> {
+    /// The part of `whole` outside of which a ray is in no volume; `None` if it is in none
+    /// at all. Volumes are told apart down to cells that are as long as `shortest` along
+    /// the ray. Adds the number of cells that were looked at.
+    pub(super) fn span(
+        &self,
+        line: &Line,
+        whole: Interval,
+        shortest: f32,
+        cells: &mut u32,
+    ) -> Option<Interval> {
+        let front = self.front(line, whole, shortest, cells)?;
+        let rest = Interval::new(front, whole.end);
+        let back = self.back(line, rest, shortest, cells)?;
+        Some(Interval::new(front, back))
+    }
+
+    /// Where a part of a ray comes to the first volume.
     pub(super) fn front(
         &self,
         line: &Line,
@@ -118,29 +196,21 @@ impl ShadowVolumes<Host> {
         Some((front as f32).clamp(part.start, part.end))
     }
 
-    /// Whether a point is in a shadow volume of the finest level.
-    pub(super) fn contains(&self, point: Vec3) -> bool {
-        let v = (point - self.origin()).as_dvec3();
-        let pictures = self.pictures();
-        let index = match pictures.len() {
-            1 => 0,
-            _ => cube_face(v),
-        };
-        let picture = &pictures[index];
-        let at = picture.of_point(v);
-        let cell = [at.x, at.y].map(|t| t / (at.z * f64::from(self.cell())));
-        let width = f64::from(self.side());
-        if !(at.z > 0.0 && cell.iter().all(|t| (0.0..width).contains(t))) {
-            return false;
-        }
-        let depth = match picture.is_central() {
-            true => v.length(),
-            false => v.dot(picture.forward()),
-        };
-        depth > f64::from(self.near_of(index, 0, cell.map(|t| t as u32)))
+    /// Where it leaves the last one.
+    pub(super) fn back(
+        &self,
+        line: &Line,
+        part: Interval,
+        shortest: f32,
+        cells: &mut u32,
+    ) -> Option<f32> {
+        let ends = [part.end, part.start].map(|x| line.foot - f64::from(x));
+        let back = -self.first(&line.reversed(), ends, f64::from(shortest), cells)?;
+        let back = back + line.margin(back) + line.foot;
+        Some((back as f32).clamp(part.start, part.end))
     }
 
-    /// The first position of a part of a line that may be in shadow.
+    /// The first position of a part of a line that may be in a volume.
     fn first(
         &self,
         line: &Line,
@@ -148,7 +218,11 @@ impl ShadowVolumes<Host> {
         shortest: f64,
         cells: &mut u32,
     ) -> Option<f64> {
-        let pictures = self.pictures();
+        let Cells {
+            pictures,
+            resolution,
+            ..
+        } = self.cells;
         let mut s = start;
         for _ in 0..MOST_PICTURES {
             if !(s < end) {
@@ -160,14 +234,29 @@ impl ShadowVolumes<Host> {
                 _ => cube_face(line.base + past * line.direction),
             };
             let sight = Sight::new(&pictures[index], index, line);
-            let [from, to] = sight.inside(f64::from(self.resolution()), [s, end]);
+            // What is on the border of a picture may be rounded to either side: a texel
+            // around it belongs to it. Light may be in neighbours' alone, so that
+            // these overlap, and in what is outside of a single one.
+            let texel = match (self.sought, pictures.len()) {
+                (Sought::Light, 1) => -1.0,
+                _ => 1.0,
+            };
+            let from = match self.sought {
+                Sought::Shadow => s,
+                Sought::Light => start,
+            };
+            let [from, to] = sight.inside(f64::from(*resolution), texel, [from, end]);
+            let is_small = *resolution <= 2;
+            if texel < 0.0 && (is_small || !(from <= s && s < to)) {
+                return Some(s);
+            }
             if from < to
                 && let Some(found) = self.first_in(line, &sight, [from, to], shortest, cells)
             {
                 return Some(found);
             }
             if pictures.len() == 1 {
-                return None;
+                return (texel < 0.0 && to < end).then_some(to);
             }
             s = to.max(past);
         }
@@ -186,15 +275,15 @@ impl ShadowVolumes<Host> {
         let Sight { at, slope, .. } = *sight;
         // Which border of a cell comes next: texels rise or fall all along the line.
         let next = [0, 1].map(|i| u32::from(slope[i] * at.z - at[i] * slope.z >= 0.0));
-        let finest = f64::from(self.cell());
-        let mut level = self.top().saturating_sub(START);
+        let finest = f64::from(self.cells.cell);
+        let mut level = self.cells.top().saturating_sub(START);
         let mut s = start;
         for _ in 0..MOST_TURNS {
             if !(s < end) {
                 return None;
             }
             *cells += 1;
-            let width = self.side() >> level;
+            let width = self.cells.side >> level;
             let size = finest * f64::from(1_u32 << level);
             let here = at + s * slope;
             let scale = 1.0 / (here.z * size);
@@ -215,12 +304,13 @@ impl ShadowVolumes<Host> {
             };
             let [x, y] = [border(0), border(1)];
             let exit = x.min(y).min(end);
-            let near = f64::from(self.near_of(sight.index, level, cell));
-            let Some(entry) = sight.entry(line, near, s, exit) else {
+            let value = self.values[self.cells.index(sight.index, level, cell)];
+            let entry = sight.entry(line, self.sought, f64::from(value), [s, exit]);
+            let Some(entry) = entry else {
                 s = exit + line.past(exit);
                 let crossed = usize::from(y < x);
                 // Past the border of the coarser cell too?
-                if (cell[crossed] + next[crossed]) % 2 == 0 && level < self.top() {
+                if (cell[crossed] + next[crossed]) % 2 == 0 && level < self.cells.top() {
                     level += 1;
                 }
                 continue;
@@ -247,14 +337,13 @@ impl<'a> Sight<'a> {
         }
     }
 
-    /// The part within the picture, and a texel around it: what is on its border may be
-    /// rounded to either side.
-    fn inside(&self, resolution: f64, [mut start, mut end]: [f64; 2]) -> [f64; 2] {
+    /// The part within the picture, and so many texels around it.
+    fn inside(&self, resolution: f64, texels: f64, [mut start, mut end]: [f64; 2]) -> [f64; 2] {
         let [p, d] = [self.at, self.slope];
-        let last = resolution + 1.0;
+        let last = resolution + texels;
         for (p, d) in [
-            (p.x + p.z, d.x + d.z),
-            (p.y + p.z, d.y + d.z),
+            (p.x + texels * p.z, d.x + texels * d.z),
+            (p.y + texels * p.z, d.y + texels * d.z),
             (last * p.z - p.x, last * d.z - d.x),
             (last * p.z - p.y, last * d.z - d.y),
         ] {
@@ -270,21 +359,27 @@ impl<'a> Sight<'a> {
         [start, end]
     }
 
-    /// The first position from `s` to `exit` that is farther away than `near`.
+    /// The first position from `s` to `exit` that is farther away than `value`, or no
+    /// farther.
     #[inline]
-    fn entry(&self, line: &Line, near: f64, s: f64, exit: f64) -> Option<f64> {
+    fn entry(&self, line: &Line, sought: Sought, value: f64, [s, exit]: [f64; 2]) -> Option<f64> {
         if self.picture.is_central() {
-            let square = near.max(0.0) * near.max(0.0) - line.h2;
-            if s * s > square {
-                return Some(s);
+            let square = value.max(0.0) * value.max(0.0) - line.h2;
+            match sought {
+                Sought::Shadow if s * s > square => Some(s),
+                Sought::Shadow => (exit * exit > square).then(|| square.sqrt().clamp(s, exit)),
+                Sought::Light if s * s <= square => Some(s),
+                // Where the ray comes as close as that.
+                Sought::Light => (s < 0.0 && square >= 0.0 && -square.sqrt() <= exit)
+                    .then(|| (-square.sqrt()).clamp(s, exit)),
             }
-            (exit * exit > square).then(|| square.sqrt().clamp(s, exit))
         } else {
             let [base, slope] = self.depth;
-            if base + s * slope > near {
+            let is_in = |s: f64| (base + s * slope > value) == (sought == Sought::Shadow);
+            if is_in(s) {
                 return Some(s);
             }
-            (base + exit * slope > near).then(|| ((near - base) / slope).clamp(s, exit))
+            is_in(exit).then(|| ((value - base) / slope).clamp(s, exit))
         }
     }
 }

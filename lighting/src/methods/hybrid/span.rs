@@ -8,17 +8,18 @@ use crate::shadow_map::ShadowMap;
 use crate::{Interval, Ray};
 
 impl<M: Memory> ShadowVolumes<M> {
-    /// Whether they are those of a map's light and size.
+    /// Whether they have the texels per side and the faces of a map; its light is not
+    /// looked at.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] if not.
     pub(in crate::methods) fn go_with(&self, map: &ShadowMap<M>) -> Result<(), Error> {
-        let (expected, actual) = ((map.resolution(), map.faces().len()), self.size());
+        let (expected, actual) = ((map.resolution(), map.faces().len()), self.cells.of_map());
         if expected == actual {
             return Ok(());
         }
         Err(Error::LengthMismatch {
-            what: "the texels per side of a map with shadow volumes",
+            what: "the texels per side of a map with shadow volumes, times its faces",
             expected: expected.0 as usize * expected.1,
             actual: actual.0 as usize * actual.1,
         })
@@ -29,7 +30,7 @@ impl<M: Memory> ShadowVolumes<M> {
 impl<M: Memory> ShadowVolumes<M> {
     /// Cells along a side of the finest level.
     pub(in crate::methods) fn cells_per_side(&self) -> u32 {
-        self.side()
+        self.cells.side
     }
 }
 
@@ -38,7 +39,7 @@ impl ShadowVolumes<Host> {
     /// a ray is in; `None` if it is in none. Volumes are told apart down to cells that the
     /// ray crosses within the length `shortest`, m.
     pub fn between(&self, ray: &Ray, part: Interval, shortest: f32) -> Option<Interval> {
-        let line = Line::new(ray, self.origin());
+        let line = Line::new(ray, self.cells.origin);
         self.span(&line, part, shortest, &mut 0)
     }
 }

@@ -1,27 +1,13 @@
 //! Shadow volumes of what stands for the casters: one of each cell of a light's
 //! pictures.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
+use super::cells::{Cells, DEPTH, NOTHING, POSITION};
 use super::picture::{Picture, Square};
 use crate::scene::{Caster, Emitter, Geometry};
 use crate::shadow_map::faces;
-
-/// Texels along a side of the finest cells, at least.
-const LEAST_CELL: u32 = 8;
-
-/// Finest cells along a side of a picture, at most.
-const MOST_CELLS: u32 = 256;
-
-/// The depth of cells without a caster, m: farther than anything, and its square is a
-/// number.
-const NOTHING: f32 = 1e18;
-
-/// What the roundings of a depth add up to, relative to it, and what those of a
-/// position do, relative to the largest coordinate: a few times 2⁻²⁴ each.
-const DEPTH: f64 = 4e-6;
-const POSITION: f64 = 1e-6;
 
 /// Triangles that are added to a grid of their own.
 const CHUNK: usize = 1 << 14;
@@ -41,51 +27,20 @@ const MOST_CHUNKS: usize = 64;
 /// the map say, and depths are bounds. Masked triangles count as solid.
 #[derive(Debug)]
 pub struct ShadowVolumes<M: Memory> {
-    origin: Vec3,
-    pictures: Vec<Picture>,
-    /// Texels per side of the map.
-    resolution: u32,
-    /// Texels per side of a finest cell.
-    cell: u32,
-    /// Finest cells per side, a power of two.
-    side: u32,
+    pub(super) cells: Cells,
     /// Depths, the finest level first; each picture by picture, row by row.
-    near: M::Buffer<f32>,
+    pub(super) near: M::Buffer<f32>,
 }
 
 impl<M: Memory> ShadowVolumes<M> {
-    /// Of all pictures.
-    pub(super) fn origin(&self) -> Vec3 {
-        self.origin
-    }
-
-    pub(super) fn pictures(&self) -> &[Picture] {
-        &self.pictures
-    }
-
-    /// Texels per side and pictures of the shadow map that they go with.
-    pub(super) fn size(&self) -> (u32, usize) {
-        (self.resolution, self.pictures.len())
-    }
-
-    /// Texels per side of that.
+    /// Texels per side of the shadow map that they go with.
     pub fn resolution(&self) -> u32 {
-        self.resolution
+        self.cells.resolution
     }
 
     /// Texels per side of a cell of the finest level.
     pub fn cell(&self) -> u32 {
-        self.cell
-    }
-
-    /// Cells per side of the finest level.
-    pub(super) fn side(&self) -> u32 {
-        self.side
-    }
-
-    /// The coarsest level, a single cell for each picture.
-    pub(super) fn top(&self) -> u32 {
-        self.side.ilog2()
+        self.cells.cell
     }
 
     /// Least distances, in the memory of the backend.
@@ -95,14 +50,8 @@ impl<M: Memory> ShadowVolumes<M> {
 
     /// Memory used, bytes.
     pub fn bytes(&self) -> u64 {
-        4 * cells(self.pictures.len(), self.side, self.top() + 1) as u64
+        4 * self.cells.len() as u64
     }
-}
-
-/// Cells of so many levels.
-fn cells(pictures: usize, side: u32, levels: u32) -> usize {
-    let all = (0..levels).map(|level| ((side >> level) as usize).pow(2));
-    pictures * all.sum::<usize>()
 }
 
 impl ShadowVolumes<Host> {
@@ -120,17 +69,8 @@ impl ShadowVolumes<Host> {
         resolution: u32,
     ) -> Result<Self, Error> {
         let faces = faces(geometry.bounds(), emitter);
-        let cell = resolution.div_ceil(MOST_CELLS).max(LEAST_CELL);
-        let cell = cell.next_power_of_two();
-        let side = resolution.div_ceil(cell).next_power_of_two();
-        let pictures: Vec<Picture> = faces.iter().map(|f| Picture::new(f, resolution)).collect();
-        let finest = faces.len() * (side as usize).pow(2);
-        let grid = Grid {
-            origin: faces[0].origin,
-            pictures: &pictures,
-            cell: f64::from(cell),
-            side,
-        };
+        let cells = Cells::new(&faces, resolution);
+        let grid = Grid { cells: &cells };
         let triangles = geometry.triangles().len();
         // A grid for each, of which the least is the same however triangles are divided.
         let chunk = CHUNK.max(triangles.div_ceil(MOST_CHUNKS));
@@ -140,37 +80,18 @@ impl ShadowVolumes<Host> {
         let scale = [
             geometry.bounds().min(),
             geometry.bounds().max(),
-            grid.origin,
+            cells.origin,
         ];
         let scale = scale.map(|v| v.abs().max_element()).into_iter();
         let margin = POSITION * f64::from(scale.fold(0.0, f32::max));
-        let mut near = cpu.zeros::<f32>(cells(faces.len(), side, side.ilog2() + 1))?;
-        for (index, depth) in near[..finest].iter_mut().enumerate() {
+        let mut near = cpu.zeros::<f32>(cells.len())?;
+        for (index, depth) in near[..cells.finest()].iter_mut().enumerate() {
             let least = parts.iter().map(|part| part[index]);
             let least = f64::from(least.fold(NOTHING, f32::min));
             *depth = (least - DEPTH * least.abs() - margin) as f32;
         }
-        let mut from = 0;
-        for level in 1..=side.ilog2() {
-            let width = (side >> level) as usize;
-            let (fine, coarse) = near[from..].split_at_mut(faces.len() * 4 * width * width);
-            for (index, depth) in coarse[..faces.len() * width * width].iter_mut().enumerate() {
-                // Rows of all pictures are one after the other.
-                let (row, column) = (index / width, index % width);
-                let first = 2 * row * 2 * width + 2 * column;
-                let four = [0, 1, 2 * width, 2 * width + 1].map(|cell| fine[first + cell]);
-                *depth = four.into_iter().fold(NOTHING, f32::min);
-            }
-            from += fine.len();
-        }
-        Ok(Self {
-            origin: grid.origin,
-            pictures,
-            resolution,
-            cell,
-            side,
-            near,
-        })
+        cells.fill(&mut near, f32::min);
+        Ok(Self { cells, near })
     }
 
     /// The same on another backend.
@@ -179,46 +100,32 @@ impl ShadowVolumes<Host> {
     /// [`Error::TooLarge`] if they do not fit there.
     pub fn upload<B: Backend>(&self, backend: &B) -> Result<ShadowVolumes<B::Memory>, Error> {
         Ok(ShadowVolumes {
-            origin: self.origin,
-            pictures: self.pictures.clone(),
-            resolution: self.resolution,
-            cell: self.cell,
-            side: self.side,
+            cells: self.cells.clone(),
             near: backend.upload(&self.near)?,
         })
-    }
-
-    /// The cell of a picture at a level.
-    #[inline]
-    pub(super) fn near_of(&self, picture: usize, level: u32, [column, row]: [u32; 2]) -> f32 {
-        let width = self.side >> level;
-        let before = 4 * (self.side * self.side - width * width) / 3;
-        let all = before as usize * self.pictures.len();
-        let rows = picture * width as usize + row as usize;
-        self.near[all + rows * width as usize + column as usize]
     }
 }
 
 /// The finest cells of all pictures, in the making.
 struct Grid<'a> {
-    origin: Vec3,
-    pictures: &'a [Picture],
-    cell: f64,
-    side: u32,
+    cells: &'a Cells,
 }
 
 impl Grid<'_> {
     /// The least depths of some triangles.
     fn of_triangles(&self, geometry: &Geometry, first: usize, count: usize) -> Vec<f32> {
-        let per_picture = (self.side as usize).pow(2);
-        let mut near = vec![NOTHING; self.pictures.len() * per_picture];
+        let Cells {
+            origin, pictures, ..
+        } = self.cells;
+        let per_picture = (self.cells.side as usize).pow(2);
+        let mut near = vec![NOTHING; pictures.len() * per_picture];
         for (index, triangle) in (first..).zip(&geometry.triangles()[first..]).take(count) {
             // What a shadow map is rendered from.
             if !matches!(geometry.caster(index), Caster::Solid | Caster::Masked(_)) {
                 continue;
             }
-            let corners = triangle.map(|corner| (corner - self.origin).as_dvec3());
-            for (picture, near) in self.pictures.iter().zip(near.chunks_exact_mut(per_picture)) {
+            let corners = triangle.map(|corner| (corner - *origin).as_dvec3());
+            for (picture, near) in pictures.iter().zip(near.chunks_exact_mut(per_picture)) {
                 self.add(picture, &corners, near);
             }
         }
@@ -230,17 +137,17 @@ impl Grid<'_> {
             return;
         };
         let border = picture.margin();
-        let last = f64::from(self.side - 1);
-        let cell = |texel: f64| (texel / self.cell).floor();
+        let (size, side) = (f64::from(self.cells.cell), self.cells.side as usize);
+        let last = f64::from(self.cells.side - 1);
+        let cell = |texel: f64| (texel / size).floor();
         let Square { low, high } = all.wider(border);
-        if high.min_element() < 0.0 || low.max_element() >= self.cell * (last + 1.0) {
+        if high.min_element() < 0.0 || low.max_element() >= size * (last + 1.0) {
             return;
         }
         // Conversions of what is clamped to the cells there are.
         let [from, to] = [low, high].map(|at| [at.x, at.y].map(|t| cell(t).clamp(0.0, last)));
         let [from, to] = [from, to].map(|at| at.map(|t| t as usize));
         let is_small = to[0] - from[0] <= 1 && to[1] - from[1] <= 1;
-        let side = self.side as usize;
         let cells = |row: usize| row * side + from[0]..=row * side + to[0];
         if is_small {
             let depth = picture.least_depth(corners, all);
@@ -256,7 +163,7 @@ impl Grid<'_> {
         };
         for row in from[1]..=to[1] {
             for (column, near) in (from[0]..).zip(&mut near[cells(row)]) {
-                let square = Square::new([column, row], self.cell).wider(border);
+                let square = Square::new([column, row], size).wider(border);
                 if let Some(depth) = plane.least_depth(picture, square) {
                     *near = near.min(depth);
                 }

@@ -1,0 +1,141 @@
+//! Volumes that hold all light: outside of them all is dark.
+
+use glam::DVec3;
+use gpu_backend::{Backend, Cpu, Error, Host, Memory};
+
+use super::cells::{Cells, DEPTH, NOTHING, POSITION};
+use crate::scene::raster::{Face, Rays};
+use crate::shadow_map::ShadowMap;
+use crate::shadow_map::line::cube_face;
+
+/// Volumes outside of which all is dark, by a shadow map.
+///
+/// In each cell of the pictures of a light, of eight texels or any larger power of two,
+/// it is what lies before the farthest texel: the inverse of
+/// [`ShadowVolumes`](super::ShadowVolumes). In a room with a window they are a shaft
+/// behind the window.
+///
+/// A sample that the map has lit is never outside of them. Cells are as far as
+/// the texels around them, too, and depths are bounds, for what roundings do to a
+/// position; in a cube of pictures also as far as what borders on them in others. What is
+/// in no picture is lit.
+#[derive(Debug)]
+pub struct LitVolumes<M: Memory> {
+    pub(super) cells: Cells,
+    pub(super) far: M::Buffer<f32>,
+}
+
+/// Makes the volumes of light of shadow maps.
+pub trait BuildLitVolumes: Backend {
+    /// Those of a map. Takes little more than one look at each of its texels.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if they do not fit into memory: 2 MiB for a cube.
+    fn lit_volumes(&self, map: &ShadowMap<Self::Memory>)
+    -> Result<LitVolumes<Self::Memory>, Error>;
+}
+
+impl<M: Memory> LitVolumes<M> {
+    /// Texels per side of the shadow map that they go with.
+    pub fn resolution(&self) -> u32 {
+        self.cells.resolution
+    }
+
+    /// Greatest distances, in the memory of the backend.
+    pub fn far(&self) -> &M::Buffer<f32> {
+        &self.far
+    }
+
+    /// Memory used, bytes.
+    pub fn bytes(&self) -> u64 {
+        4 * self.cells.len() as u64
+    }
+}
+
+impl LitVolumes<Host> {
+    /// The same on another backend.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if they do not fit there.
+    pub fn upload<B: Backend>(&self, backend: &B) -> Result<LitVolumes<B::Memory>, Error> {
+        Ok(LitVolumes {
+            cells: self.cells.clone(),
+            far: backend.upload(&self.far)?,
+        })
+    }
+}
+
+/// Texels around a cell that count as its own.
+pub(super) fn margin(cells: &Cells) -> u32 {
+    let margins = cells.pictures.iter().map(|picture| picture.margin());
+    margins.fold(1.0, f64::max).ceil() as u32
+}
+
+/// What is added to depths of a map, as a factor and in metres: positions are where the
+/// light is, or within the picture, and as deep as the texel.
+pub(super) fn allowance(face: &Face) -> [f32; 2] {
+    let reach = match face.rays {
+        Rays::Parallel {
+            half_width,
+            half_height,
+        } => half_width + half_height,
+        Rays::Central { .. } => 0.0,
+    };
+    let scale = f64::from(face.origin.abs().max_element() + reach);
+    [(1.0 + DEPTH + POSITION) as f32, (POSITION * scale) as f32]
+}
+
+/// The direction of the middle of a texel, which may be outside of the picture.
+fn direction(face: &Face, tan: f32, resolution: u32, [column, row]: [i64; 2]) -> DVec3 {
+    let at = |texel: i64| f64::from(tan) * ((2 * texel + 1) as f64 / f64::from(resolution) - 1.0);
+    let [right, up, forward] = [face.right, face.up, face.forward].map(|v| v.as_dvec3());
+    forward + at(column) * right - at(row) * up
+}
+
+impl BuildLitVolumes for Cpu {
+    fn lit_volumes(&self, map: &ShadowMap<Host>) -> Result<LitVolumes<Host>, Error> {
+        let cells = Cells::new(map.faces(), map.resolution());
+        let (side, n) = (cells.side as usize, i64::from(map.resolution()));
+        let margin = i64::from(margin(&cells));
+        let texels = |cell: usize| {
+            let from = cell as i64 * i64::from(cells.cell) - margin;
+            let to = (cell + 1) as i64 * i64::from(cells.cell) + margin;
+            from.max(-margin)..to.min(n + margin)
+        };
+        let depth = |face: usize, [column, row]: [i64; 2]| -> f32 {
+            let inside = |texel: i64| (0..n).contains(&texel);
+            if inside(column) && inside(row) {
+                let index = (face as i64 * n + row) * n + column;
+                return map.depth()[index as usize];
+            }
+            match map.faces()[face].rays {
+                Rays::Central { tan } if map.faces().len() > 1 => {
+                    let v = direction(&map.faces()[face], tan, map.resolution(), [column, row]);
+                    let other = cube_face(v);
+                    let at = cells.pictures[other].of_point(v);
+                    // Conversions saturate.
+                    let [x, y] = [at.x, at.y].map(|t| ((t / at.z) as i64).min(n - 1));
+                    map.depth()[((other as i64 * n + y) * n + x) as usize]
+                }
+                _ => 0.0,
+            }
+        };
+        let [factor, more] = allowance(&map.faces()[0]);
+        let mut far = self.zeros::<f32>(cells.len())?;
+        let finest = cells.finest();
+        self.for_each_chunk(&mut far[..finest], side, |first, chunk| {
+            let (face, row) = (first / side / side, first / side % side);
+            for (column, far) in chunk.iter_mut().enumerate() {
+                let mut greatest = 0.0_f32;
+                for row in texels(row) {
+                    for column in texels(column) {
+                        greatest = greatest.max(depth(face, [column, row]));
+                    }
+                }
+                *far = (greatest.min(NOTHING) * factor + more).min(NOTHING);
+            }
+        });
+        cells.fill(&mut far, f32::max);
+        Ok(LitVolumes { cells, far })
+    }
+}
