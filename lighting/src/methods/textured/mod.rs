@@ -28,7 +28,7 @@
 //! of their own, as in the paper; but a step of shadows costs a lookup alone, since a lit run
 //! is divided for its colours, by the coarser steps. Where a lit step of shadows is next to
 //! a dark one the part between their middles is halved three times. The method of the list
-//! has two steps of shadows for one of colours, see below.
+//! has two steps of shadows for one of colours.
 //!
 //! # Where the steps are
 //!
@@ -110,9 +110,26 @@
 //!
 //! The colour is of second order in a step, until texels are shorter than one: then it is the
 //! mip level's blur. Ends of shadows are of first order, an eighth of a step at most. The
-//! source is asked for h, the distance between light and ray, by the gather, which takes no
-//! less than 1e-4 of the distance between eye and light: closer rays, a pixel or none, are
-//! darker than with an evaluator that knows the cone.
+//! error relative to the mean, in `textured-spot` at 320 × 180 (a cookie of 64² texels, a
+//! light in view, a map of 1024²), against the exact integral over the cookie behind the
+//! exact runs of the map (`lighting/examples/cookies.rs`):
+//!
+//! | steps | 8 | 16 | 32 | 64 | 128 |
+//! |---|---|---|---|---|---|
+//! | march x midpoint | 91 % | 52 % | 15 % | 3.2 % | 0.83 % |
+//! | light-space x gauss-1 | 83 % | 36 % | 7.8 % | 2.2 % | 0.52 % |
+//! | uniform in the span, one level finer | 50 % | 26 % | 13 % | 3.6 % | 0.82 % |
+//! | lengths by the angle to the axis, one level finer | 101 % | 97 % | 92 % | 88 % | 83 % |
+//! | angles at the light, no mip level | 107 % | 33 % | 12 % | 1.7 % | 0.59 % |
+//! | angles at the light, mip = step | 59 % | 37 % | 16 % | 1.7 % | 0.59 % |
+//! | angles at the light, one level finer | 44 % | 22 % | 12 % | 1.7 % | 0.59 % |
+//!
+//! Steps of equal length do not resolve the beam next to a light in view, whose rays make up
+//! most of this error. With few steps the finer mip level halves the error.
+//!
+//! The gather takes the distance between light and ray for no less than 1e-4 of that between
+//! eye and light. Closer rays, a pixel or none, are darker than with an evaluator that knows
+//! the cone.
 
 mod beam;
 mod cookie;

@@ -218,7 +218,7 @@ fn light_converges_to_that_of_the_exact_cookie_behind_the_runs_of_the_map() {
         for aim in [
             Vec3::new(4e-3, 0.0, 0.0),
             Vec3::new(0.0, 0.0, 0.1),
-            eye - Vec3::Y,
+            eye + Vec3::new(0.02, -1.0, 0.0),
         ] {
             rays.extend(Ray::new(eye, aim - eye, 12.0));
         }
@@ -477,6 +477,8 @@ fn light_outside_of_the_cone_goes_on_without_a_border() {
     let source = shaded
         .textured(50, Placement::Angle)
         .with_outside(Outside::Lit);
+    let rays = self::rays(Vec3::new(5.0, -2.0, 1.0), 0.45, 12.0);
+    let truth = gathered(&LitRays::new(&rays, &bare, &medium), &Unshadowed, &exact);
     let found = textured(&rays, (&shaded.light, &medium), &source);
     let pairs = || found.iter().zip(&truth);
     assert!(pairs().all(|(f, t)| f[0] <= 1.001 * t[0]));
