@@ -74,13 +74,15 @@ use crate::{Error, Evaluator, Phase, Segment};
 /// | 128 | 128 KiB | 1.0 ms | 7.4e-4 | 2.4e-3 | 9.5e-4 | 2.6e-3 | 1.5e-3 | 2.6e-3 | 2.2e-2 | 2.4e-2 |
 /// | 256 | 512 KiB | 2.9 ms | 1.8e-4 | 2.0e-3 | 2.3e-4 | 2.0e-3 | 3.7e-4 | 2.0e-3 | 3.7e-3 | 4.1e-3 |
 ///
-/// Medians are 5 to 100 times smaller, and next to the light, down to 1e-4 rad, errors
-/// of runs are a quarter. They come from the distance between rows, and fall with its
-/// square. What the steps keep comes from the digits that a difference loses. Refused
-/// are, with 128 rows, none of these at an optical distance of 0.1, a sixth of the runs
-/// and a twelfth of the steps at 2, and at 8 half of the runs and a third of the steps,
-/// which are far behind more light or in the dark. (Build times are of two threads of a
-/// server's processor.)
+/// Medians are at least 3 times smaller. Within a few degrees of the light runs err by a
+/// quarter of that, and steps in the cells next to those that are refused by up to twice
+/// as much. Errors of runs come from the distance between rows, and fall with its square;
+/// what steps keep comes from the digits that a difference loses.
+///
+/// With 128 rows nothing of these is refused at optical distances of 0.1 and 0.5, a sixth
+/// of the runs and a twelfth of the steps at 2, and at 8 more than half and a third: they
+/// lie in the dark behind much light. (Build times are of two threads of a server's
+/// processor.)
 ///
 /// ```
 /// use airlight::{Evaluator, FrameTable, PhaseFunction, Quadrature, Segment};
