@@ -92,7 +92,7 @@ impl Level {
             return at.checked_sub(axis + 1).filter(|_| axis < 2);
         }
         let bit = [4, 2, 1][axis];
-        (at & bit != 0).then(|| at & !bit)
+        (at & bit != 0).then_some(at & !bit)
     }
 
     fn children<C: Coder>(&mut self, coder: &mut C, wanted: Children) -> Children {
