@@ -21,12 +21,13 @@ use lighting::methods::epipolar::MapRuns;
 use lighting::methods::hybrid::ShadowVolumes;
 use lighting::methods::textured::{MipCookie, Placement, ShadowSpans, Textured, bare};
 use lighting::scene::procedural::Embedded;
+use lighting::scene::trace::Tracer;
+use lighting::scene::view::View;
 use lighting::scene::{Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene, Texture};
 use lighting::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 use lighting::visibility::{March, Spacing};
 use lighting::{AirlightEvaluator, Emitter, Gather, LitRays, Ray, VisibilitySource};
 use reference::random::noise;
-use reference::scenes::TestScene;
 
 /// Texels per side of shadow maps.
 const MAP: u32 = 1024;
@@ -196,17 +197,16 @@ fn windows() -> Result<Vec<Case>, Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let scene = TestScene::new(Embedded::TexturedSpot, 320, 180);
-    let [light] = &scene.emitters[..] else {
-        return Err("not one light".into());
-    };
-    let fog = (&scene.geometry, scene.medium);
-    let mut cases = vec![Case::new(
-        "textured-spot",
-        (light.clone(), 12.0),
-        fog,
-        scene.rays.clone(),
-    )?];
+    let cpu = Cpu::new();
+    let mut scene = Embedded::TexturedSpot.build(1);
+    let geometry = Geometry::new(&scene)?;
+    scene.complete(geometry.bounds())?;
+    let camera = scene.camera.ok_or("no camera")?;
+    let view = View::new(&cpu, &camera, &Tracer::new(&geometry), 320, 180)?;
+    let light = scene.lights[0].emitters(1)?.remove(0);
+    let fog = (&geometry, scene.medium.ok_or("no medium")?);
+    let rays = view.rays().to_vec();
+    let mut cases = vec![Case::new("textured-spot", (light, 12.0), fog, rays)?];
     cases.extend(windows()?);
     for case in &cases {
         let exact = Quadrature::with_tolerance(case.medium.phase(), 1e-5)?;

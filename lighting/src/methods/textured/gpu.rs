@@ -147,6 +147,7 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for ShadowSpans<P
             // The search for volumes.
             .uniform("light_hybrid", "light_Hybrid")
             .read("light_hybrid_near", "array<f32>")
+            .read("light_hybrid_far", "array<f32>")
             .source(include_str!("../hybrid/hybrid.wgsl"))
             .uniform("light_spans", "light_Steps")
             .source(include_str!("lattice.wgsl"))
@@ -164,12 +165,15 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for ShadowSpans<P
             steps: self.steps().count,
             cell: volumes.map_or(0, |volumes| volumes.cell()),
             side: volumes.map_or(0, |volumes| volumes.cells_per_side()),
+            has_shadow: u32::from(volumes.is_some()),
             ..HybridRecord::zeroed()
         }));
         arguments.push(match volumes {
             Some(volumes) => Argument::read(volumes.near()),
             None => Argument::table::<f32>(&[]),
         });
+        // Volumes of light are not looked for.
+        arguments.push(Argument::table::<f32>(&[]));
         arguments.push(Argument::uniform(StepsRecord::new(self.steps())));
         arguments
     }

@@ -29,22 +29,17 @@ fn light_spans_asked(path: light_Path, whole: vec2<f32>) -> vec2<f32> {
     if light_hybrid.side == 0u {
         return whole;
     }
-    var line = light_hybrid_line(path);
+    let line = light_hybrid_line(path);
     let step = (whole.y - whole.x) / light_spans.count;
-    let ends = whole - line.foot;
-    let front = light_hybrid_first(line, ends, step);
+    let front = light_hybrid_front(line, false, whole, step);
     if front == light_FAR {
         return whole.xx;
     }
-    line.direction = -line.direction;
-    let back = light_hybrid_first(line, vec2(-ends.y, -front), step);
+    let back = light_hybrid_back(line, false, vec2(front, whole.y), step);
     if back == light_FAR {
         return whole.xx;
     }
-    let margins = vec2(light_hybrid_past(line, front), light_hybrid_past(line, back))
-        + light_hybrid_PAST * abs(line.foot);
-    let asked = vec2(front - margins.x, margins.y - back) + line.foot;
-    return clamp(asked, whole.xx, whole.yy);
+    return vec2(front, back);
 }
 
 fn light_spans_cursor(path: light_Path) -> light_spans_Cursor {
