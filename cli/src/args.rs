@@ -110,12 +110,13 @@ pub(crate) enum Command {
 /// each method as EXR files. A run that measured nothing returns 1. Studies measure one
 /// algorithm each, beside the methods: airlight.csv has evaluators of airlight, voxels.csv
 /// voxelized shadow volumes, area-lights.csv area lights as many of them, curves.csv
-/// curves of transmittance, and
-/// precomputed-voxelized-shadows.csv what its name says. An interruption
+/// curves of transmittance, precomputed-voxelized-shadows.csv what its name says, and
+/// marching.csv marches between shadow volumes, on meshes of its own. An interruption
 /// (Ctrl-C) during the studies ends them early, and what there is is reported.
 ///
 /// Errors are those of the airlight (surfaces, and what --ambient adds to all pictures,
-/// are the same for all methods), in linear radiance, divided by the reference's mean radiance. They depend on the
+/// are the same for all methods), in linear radiance, divided by the reference's mean
+/// radiance. They depend on the
 /// scene, the size and the settings alone. When time is short, repetitions are dropped
 /// first, then qualities between the ends, then methods that are neither a paper's nor
 /// the baseline; FLIP and the errors of shadow maps by themselves may be missing too.
@@ -184,7 +185,7 @@ pub(crate) struct Compare {
     pub(crate) json: bool,
 
     #[command(flatten)]
-    pub(crate) fog: AmbientOption,
+    pub(crate) ambient: AmbientOption,
 
     #[command(flatten)]
     pub(crate) options: SceneOptions,
@@ -208,10 +209,10 @@ pub(crate) struct Render {
     /// The method of the airlight, by its name or its title (see `crepuscular
     /// methods`) [default: exact x quadrature]
     ///
-    /// Behind a name may stand how to do less work for the picture: `quarter` or `sixteenth` for
-    /// that part of the pixels, the others filled by those that see the same surface; `2x2` or
-    /// `3x3` before it for rays that share their work, where a method allows it; and `gaussian`
-    /// behind it for a filter that knows no surfaces.
+    /// A name may end on a reduction of the work. `2x2` or `3x3` lets neighbouring rays share
+    /// lights or steps, where the method allows it; `quarter` or `sixteenth`, after that,
+    /// gathers that part of the pixels and fills the others from pixels that see the same
+    /// surface; `gaussian`, last, fills with a 3 x 3 Gaussian that ignores surfaces.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["visibility", "airlight"])]
     pub(crate) method: Option<String>,
 
@@ -315,12 +316,13 @@ pub(crate) enum SurfaceScattering {
     Shadowed,
 }
 
-/// Even light from all around that the fog scatters into the eye.
+/// Uniform light from all directions that the fog scatters into the eye.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Indirect light")]
 pub(crate) struct AmbientOption {
-    /// Even radiance from all around (one number, or R,G,B) that the fog scatters into
-    /// the eye, once and without shadows; surfaces do not reflect it
+    /// Uniform radiance from all directions (one number, or R,G,B) that the fog scatters into
+    /// the eye once, without shadows. Surfaces do not reflect it; an environment takes its place
+    /// before the sky
     #[arg(long, value_name = "COLOUR", value_parser = parse::coefficient, allow_hyphen_values = true)]
     pub(crate) ambient: Option<Vec3>,
 }
@@ -330,7 +332,7 @@ pub(crate) struct AmbientOption {
 #[command(next_help_heading = "Indirect light")]
 pub(crate) struct IndirectOptions {
     #[command(flatten)]
-    pub(crate) fog: AmbientOption,
+    pub(crate) ambient: AmbientOption,
 
     /// Add the light that reaches surfaces by way of the fog, scattered once
     #[arg(long, value_enum, value_name = "WAY")]
@@ -420,7 +422,8 @@ pub(crate) enum NodeForm {
     /// As few bits as each level needs: 0.26 to 0.33 of the size for closed
     /// scenes, 0.39 to 0.47 for open ones
     Packed,
-    /// For storing: about half of the packed size; packed again when it is read
+    /// For storing: about half of the packed size for closed scenes; packed again when it is
+    /// read
     Compressed,
 }
 

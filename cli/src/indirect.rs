@@ -44,11 +44,11 @@ pub(crate) fn radiance(
         ),
         (environment, _) => environment,
     };
-    let ambient = options.fog.ambient;
+    let ambient = options.ambient.ambient;
     if environment.is_none() && options.surface_scattering.is_none() && ambient.is_none() {
         return Ok(None);
     }
-    check_ambient(&options.fog, input)?;
+    check_ambient(&options.ambient, input)?;
     if options.surface_scattering.is_some() && input.scene.medium.is_none() {
         return Err(Failure::new(
             "--surface-scattering is light that fog scatters, and the scene has none",

@@ -61,11 +61,13 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     let facts = RunFacts::now(command);
     check_names(methods, &args.methods)?;
     if args.plan {
-        return print(&Prepared::new(methods, args, budget.total())?.describe());
+        let prepared = Prepared::new(methods, args, budget.total())?;
+        indirect::check_ambient(&args.ambient, &prepared.input)?;
+        return print(&prepared.describe());
     }
     let folder = PendingFolder::create(&args.out, files::is_ours, files::PAGE, report::MARK)?;
     let prepared = Prepared::new(methods, args, budget.total())?;
-    indirect::check_ambient(&args.fog, &prepared.input)?;
+    indirect::check_ambient(&args.ambient, &prepared.input)?;
     let dropped = dropped(methods, &args.methods, &prepared.selection);
     if !dropped.is_empty() && prepared.selection.candidates.is_empty() {
         return Err(Failure::new(format!(
@@ -175,7 +177,7 @@ fn compare(
     let surfaces = surfaces::radiance(&prepared.view, input, map)?;
     let mut surfaces = Picture::new(*size, &surfaces);
     let mut notes = prepared.notes();
-    if let Some(ambient) = indirect::ambient(&args.fog, input, &prepared.view)? {
+    if let Some(ambient) = indirect::ambient(&args.ambient, input, &prepared.view)? {
         surfaces = surfaces.plus(&Picture::new(*size, &ambient));
         notes.push(
             "surfaces have the ambient light that the fog before them scatters (--ambient); \

@@ -368,7 +368,7 @@ impl From<f64> for Cell {
 }
 
 impl Key {
-    pub(crate) fn new(slot: usize) -> Self {
+    pub(crate) const fn new(slot: usize) -> Self {
         Self {
             slot,
             dashed: false,

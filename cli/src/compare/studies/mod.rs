@@ -11,6 +11,7 @@
 mod area_lights;
 mod curves;
 mod evaluators;
+mod marching;
 mod precomputed_shadows;
 mod voxel_grids;
 
@@ -28,12 +29,13 @@ use crate::failure::Failure;
 use crate::parse::Size;
 
 /// All studies, in the order in which they are carried out and reported.
-pub(crate) const STUDIES: [Kind; 5] = [
+pub(crate) const STUDIES: [Kind; 6] = [
     evaluators::KIND,
     voxel_grids::KIND,
     area_lights::KIND,
     curves::KIND,
     precomputed_shadows::KIND,
+    marching::KIND,
 ];
 
 /// One study, before it is carried out.

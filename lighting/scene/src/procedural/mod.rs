@@ -30,6 +30,7 @@ mod random;
 mod screen;
 mod smoke;
 mod stage;
+mod stand_ins;
 mod stiff;
 #[cfg(test)]
 mod tests;
@@ -37,6 +38,7 @@ mod textured_spot;
 mod translucent;
 
 pub use smoke::{Puff, smoke_puffs};
+pub use stand_ins::StandIn;
 pub use translucent::{ponytail, smoke_grid, smoke_particles};
 
 use crate::Scene;
