@@ -15,14 +15,22 @@ pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
     let about = |failure: Failure| failure.about(&name);
     let file = file::read(&args.file).map_err(|error| about(error.into()))?;
     let set = ShadowSet::read(&file).map_err(|error| about(error.into()))?;
+    // What was read whole but is not usable in place.
+    let is_compressed = ShadowSet::from_bytes(file.as_slice()).is_err();
     let lights = set.lights().len();
     let grids: Vec<Grid> = set.grids().map(Grid::of).collect::<Result<_, _>>()?;
     let text = if args.json {
         let grids: Vec<Value> = grids.iter().map(Grid::json).collect();
-        let file = json!({"file": name, "bytes": file.len(), "lights": lights, "grids": grids});
+        let file = json!({
+            "file": name,
+            "bytes": file.len(),
+            "compressed": is_compressed,
+            "lights": lights,
+            "grids": grids,
+        });
         format!("{file:#}\n")
     } else {
-        describe(&name, file.len(), lights, &grids)
+        describe(&name, (file.len(), is_compressed), lights, &grids)
     };
     print(&text)
 }
@@ -134,7 +142,12 @@ impl Grid {
     }
 }
 
-fn describe(name: &str, size: usize, lights: usize, grids: &[Grid]) -> String {
+fn describe(
+    name: &str,
+    (size, is_compressed): (usize, bool),
+    lights: usize,
+    grids: &[Grid],
+) -> String {
     let mut sides: Vec<u32> = grids.iter().map(|grid| grid.side).collect();
     sides.dedup();
     let sides: Vec<String> = sides.iter().map(|side| format!("{side}³")).collect();
@@ -142,12 +155,16 @@ fn describe(name: &str, size: usize, lights: usize, grids: &[Grid]) -> String {
         1 => String::new(),
         lights => format!(" of {}", count(lights, "light")),
     };
+    let compressed = if is_compressed { " compressed" } else { "" };
     let mut text = format!(
-        "{name}: {}{of_lights} of {} voxels, {}, sound\n",
+        "{name}: {}{of_lights} of {} voxels, {}{compressed}, sound\n",
         count(grids.len(), "grid"),
         sides.join(", "),
         bytes(size as u64)
     );
+    if is_compressed {
+        text += "what follows is of the packed form that it is decoded to\n";
+    }
     for (index, grid) in grids.iter().enumerate() {
         if grids.len() > 1 {
             text += &format!("\ngrid {index}\n");

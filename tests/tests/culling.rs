@@ -63,6 +63,16 @@ fn random_view(random: &mut Random, count: usize) -> (Camera, Vec<Ray>, Vec<Emit
     (camera, rays, lights)
 }
 
+/// Lights that reach less than three quarters of the rays.
+fn culled_of(rays: &[Ray], width: u32, emitters: &[Emitter]) -> usize {
+    let tiles = RayTiles::new(&Cpu::new(), rays, width, None).unwrap();
+    let is_culled = |light: &&Emitter| {
+        let reached = tiles.reached(light);
+        reached.is_some_and(|reached| 4 * reached.len() < 3 * rays.len())
+    };
+    emitters.iter().filter(is_culled).count()
+}
+
 fn bits(picture: &[[f32; 4]]) -> Vec<[u32; 4]> {
     picture
         .iter()
@@ -87,6 +97,7 @@ fn random_lights_that_are_culled_give_the_same_bits<B: Subject>(backend: &B) {
         .unwrap();
     let airlight = EquiAngular::new(3).unwrap();
     let mut random = Random::new(5);
+    let mut culled_lights = 0;
     for set in 0..sets {
         let (camera, rays, emitters) = random_view(&mut random, 8 + set % 9);
         let hits = vec![None; rays.len()];
@@ -119,7 +130,9 @@ fn random_lights_that_are_culled_give_the_same_bits<B: Subject>(backend: &B) {
             bits(&culled) == bits(&backend.download(&whole).unwrap()),
             "set {set}"
         );
+        culled_lights += culled_of(&rays, SIZE[0], &emitters);
     }
+    assert!(culled_lights > 2 * sets, "{culled_lights}");
 }
 
 /// Spotlights above a city, all and alone, and those of half of the pixels.
@@ -143,6 +156,7 @@ fn shadowed_lights_that_are_culled_give_the_same_bits<B: Subject>(backend: &B) {
         },
         ..of_all
     };
+    assert!(culled_of(&scene.rays, scene.size[0], &scene.emitters) > 6);
     let maps = maps(backend, &scene, 64);
     let one = EquiAngular::new(1).unwrap();
     for inputs in [of_all, of_some] {
@@ -182,7 +196,7 @@ fn spots(scene: &TestScene, count: usize) -> Vec<Emitter> {
 #[test]
 fn few_lights_are_tested_for_nothing() {
     let scene = TestScene::new(Embedded::City, 480, 270);
-    let tiles = RayTiles::new(&Cpu::new(), &scene.rays, scene.size, None).unwrap();
+    let tiles = RayTiles::new(&Cpu::new(), &scene.rays, scene.size[0], None).unwrap();
     let (mut tested, mut reached) = (0, 0);
     for light in spots(&scene, 165) {
         let rays = tiles.reached(&light).unwrap();

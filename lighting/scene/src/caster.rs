@@ -144,6 +144,12 @@ impl<'a> Coating<'a> {
         is_constant.then(|| self.transmittance(0.0, 0.0))
     }
 
+    /// True if no texel of the texture and no corner is so opaque that any of the triangle is
+    /// covered: all light passes.
+    pub fn covers_nothing(&self) -> bool {
+        self.coat.is_hole(self.corners)
+    }
+
     /// True if the same share passes in all colour channels, wherever it is asked.
     pub fn is_grey(&self) -> bool {
         let is_grey = |color: Vec4| color.x == color.y && color.y == color.z;
@@ -249,8 +255,8 @@ pub(crate) struct Coat {
     texture: Option<Texture>,
     /// Its red multiplies the transmission.
     transmission_texture: Option<Texture>,
-    /// The smallest opacity of the texture.
-    least: f32,
+    /// The smallest and the greatest opacity of the texture.
+    opacities: [f32; 2],
     /// Whether all colour channels pass alike, but for vertex colours.
     is_grey: bool,
 }
@@ -281,7 +287,7 @@ impl Coat {
             transmission: material.transmission,
             texture: None,
             transmission_texture: None,
-            least: 1.0,
+            opacities: [1.0; 2],
             is_grey: material.transmission == 0.0 || is_grey(&material.base_color),
         })
     }
@@ -290,14 +296,17 @@ impl Coat {
     pub(crate) fn with_texture(self, material: &Material) -> Self {
         let texture = material.base_color_texture.clone();
         let alpha = texture.as_ref().and_then(Texture::alpha);
-        let least = alpha.map_or(1.0, |alpha| alpha.iter().copied().fold(1.0, f32::min));
+        let opacities = alpha.map_or([1.0; 2], |alpha| {
+            let all = alpha.iter().copied();
+            [all.clone().fold(1.0, f32::min), all.fold(0.0, f32::max)]
+        });
         let is_colourless = texture
             .as_ref()
             .is_none_or(|texture| texture.texels().iter().all(is_grey));
         Self {
             is_grey: self.is_grey && (self.transmission == 0.0 || is_colourless),
             texture,
-            least,
+            opacities,
             ..self
         }
     }
@@ -325,8 +334,18 @@ impl Coat {
     /// True if a triangle with these corners is solid everywhere.
     pub(crate) fn is_solid(&self, corners: &Corners) -> bool {
         let vertices = corners.colors.map(|c| c.w);
-        let least = self.opacity * self.least * vertices.into_iter().fold(f32::MAX, f32::min);
+        let least = self.opacity * self.opacities[0];
+        let least = least * vertices.into_iter().fold(f32::MAX, f32::min);
         self.transmission == 0.0 && self.coverage(|| least.clamp(0.0, 1.0)) == 1.0
+    }
+
+    /// True if a triangle with these corners is a hole everywhere.
+    fn is_hole(&self, corners: &Corners) -> bool {
+        let vertices = corners.colors.map(|c| c.w);
+        let most = self.opacity * self.opacities[1];
+        let most = most * vertices.into_iter().fold(0.0, f32::max);
+        // What is interpolated may be rounded up.
+        self.coverage(|| ((1.0 + 1e-6) * most).clamp(0.0, 1.0)) == 0.0
     }
 
     /// This coat on a triangle with these corners.
@@ -376,6 +395,27 @@ mod tests {
 
     fn geometry(scene: &Scene) -> Geometry {
         Geometry::new(scene).unwrap()
+    }
+
+    #[test]
+    fn only_what_is_a_hole_everywhere_covers_nothing() {
+        for (opacity, cutoff, nothing) in [
+            (0.4, 0.5, true),
+            (0.5, 0.5, false),
+            (1.0, 0.5, false),
+            (0.0, 0.0, false),
+        ] {
+            let geometry = geometry(&card(Material {
+                base_color_texture: Some(half(Wrap::Clamp, Filter::Nearest)),
+                opacity,
+                alpha: AlphaMode::Mask { cutoff },
+                ..Material::default()
+            }));
+            match geometry.caster(0) {
+                Caster::Masked(coating) => assert_eq!(coating.covers_nothing(), nothing),
+                other => assert!(cutoff == 0.0 && other == Caster::Solid),
+            }
+        }
     }
 
     #[test]

@@ -42,8 +42,10 @@
 //! [`PickPixels`] takes the light that those rays have gathered so far out of the picture,
 //! and puts it back when that of the next light has been added to it: each pixel sums up
 //! its lights in their order, so that culling changes no bit. Every
-//! [pair](crate::methods::PerLight) of a visibility and an evaluator gathers its lights so,
-//! where there are many.
+//! [pair](crate::methods::PerLight) of a visibility and an evaluator gathers its lights so
+//! from eight lights with a range or a cone on; not where surfaces are see-through or rays
+//! share work, which goes by the numbers of rays, and not a light that may reach more than
+//! three quarters of the rays.
 //!
 //! ```
 //! use glam::Vec3;
@@ -57,7 +59,7 @@
 //! let rays: Vec<Ray> = (0..64 * 32)
 //!     .map(|i| Ray::new(Vec3::ZERO, pixel(i), 20.0).expect("a sound ray"))
 //!     .collect();
-//! let tiles = RayTiles::new(&Cpu::new(), &rays, [64, 32], None).expect("rays from one eye");
+//! let tiles = RayTiles::new(&Cpu::new(), &rays, 64, None).expect("rays from one eye");
 //!
 //! let at = Vec3::new(0.0, 0.0, -10.0);
 //! let lamp = Emitter::point(at, Vec3::ONE, 0.5, Emission::Isotropic)?;

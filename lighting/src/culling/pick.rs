@@ -5,7 +5,7 @@ use gpu_backend::{Backend, BufferOf, Cpu, Error};
 /// A backend that takes pixels out of a picture and puts them back: every backend of this
 /// workspace.
 pub trait PickPixels: Backend {
-    /// The pixels `which` of a picture, in their order.
+    /// The pixels `which` of a picture, in their order; black beyond it.
     ///
     /// # Errors
     /// Those of [`Backend::zeros`].
@@ -15,7 +15,8 @@ pub trait PickPixels: Backend {
         which: &BufferOf<Self, u32>,
     ) -> Result<BufferOf<Self, [f32; 4]>, Error>;
 
-    /// Writes `pixels[i]` to `picture[which[i]]`. No number is there twice.
+    /// Writes `pixels[i]` to `picture[which[i]]`, and nowhere beyond the picture. No number
+    /// is there twice.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] if there are not as many pixels as numbers; nothing is
@@ -39,7 +40,6 @@ pub(super) fn check(pixels: usize, which: usize) -> Result<(), Error> {
     })
 }
 
-/// Numbers beyond the picture are black, and written nowhere.
 impl PickPixels for Cpu {
     fn pick(&self, picture: &Vec<[f32; 4]>, which: &Vec<u32>) -> Result<Vec<[f32; 4]>, Error> {
         let pixel = |i: &u32| picture.get(*i as usize).copied().unwrap_or_default();

@@ -154,6 +154,9 @@ impl Quadratic {
 
 /// The roots of `a x² + 2 b x + c`, the lesser first, as far as there are any.
 fn roots([a, b, c]: [f64; 3], discriminant: f64) -> [f64; 2] {
+    if a == 0.0 {
+        return [-0.5 * c / b; 2];
+    }
     let root = discriminant.max(0.0).sqrt();
     // No difference of numbers that are alike.
     let sum = if b > 0.0 { -b - root } else { -b + root };

@@ -75,7 +75,7 @@ fn light(random: &mut Random, rays: &[Ray]) -> Emitter {
 }
 
 fn tiles(rays: &[Ray]) -> RayTiles {
-    RayTiles::new(&Cpu::new(), rays, [WIDTH, HEIGHT], None).unwrap()
+    RayTiles::new(&Cpu::new(), rays, WIDTH, None).unwrap()
 }
 
 /// Marks of the rays that a light really reaches.
@@ -123,8 +123,7 @@ fn pixels_may_come_in_any_order() {
     random.shuffle(&mut pixels);
     pixels.truncate(300);
     let some: Vec<Ray> = pixels.iter().map(|pixel| all[*pixel as usize]).collect();
-    let size = [WIDTH, HEIGHT];
-    let tiles = RayTiles::new(&Cpu::new(), &some, size, Some(&pixels)).unwrap();
+    let tiles = RayTiles::new(&Cpu::new(), &some, WIDTH, Some(&pixels)).unwrap();
     for _ in 0..100 {
         let light = light(&mut random, &all);
         let found = tiles.reached(&light).unwrap();
@@ -138,7 +137,7 @@ fn pixels_may_come_in_any_order() {
 fn what_has_no_tiles_or_no_bounds_says_so() {
     let cpu = Cpu::new();
     let ray = |x: f32| Ray::new(Vec3::X * x, Vec3::Y, 1.0).unwrap();
-    let new = |rays: &[Ray], pixels| RayTiles::new(&cpu, rays, [2, 1], pixels);
+    let new = |rays: &[Ray], pixels| RayTiles::new(&cpu, rays, 2, pixels);
     assert!(new(&[], None).is_none());
     assert!(new(&[ray(0.0), ray(1.0)], None).is_none());
     assert!(new(&[ray(0.0)], Some(&[0, 1])).is_none());
@@ -159,9 +158,8 @@ fn tiles_do_not_depend_on_threads() {
     let mut random = Random::new(3);
     let rays = rays(&mut random);
     let light = light(&mut random, &rays);
-    let size = [WIDTH, HEIGHT];
     let on = |cpu: Cpu| {
-        RayTiles::new(&cpu, &rays, size, None)
+        RayTiles::new(&cpu, &rays, WIDTH, None)
             .unwrap()
             .reached(&light)
     };

@@ -48,17 +48,13 @@ struct Tile {
 }
 
 impl RayTiles {
-    /// The rays of a picture of `width` × `height` pixels; `pixels` has the pixel of each
-    /// if they are not those of all pixels, row by row.
+    /// The rays of a picture that is `width` pixels wide; `pixels` has the pixel of each, row
+    /// by row, if they are not those of all pixels. Pixels below the picture are as good as
+    /// others.
     ///
     /// `None` if they do not all start at one eye, there are none, or there are more or less
     /// `pixels` than rays.
-    pub fn new(
-        cpu: &Cpu,
-        rays: &[Ray],
-        [width, _]: [u32; 2],
-        pixels: Option<&[u32]>,
-    ) -> Option<Self> {
+    pub fn new(cpu: &Cpu, rays: &[Ray], width: u32, pixels: Option<&[u32]>) -> Option<Self> {
         let eye = rays.first()?.origin();
         let is_sound = rays.iter().all(|ray| ray.origin() == eye)
             && pixels.is_none_or(|pixels| pixels.len() == rays.len());

@@ -125,6 +125,13 @@ pub trait Method: Send + Sync + Debug {
         Verdict::Impossible("its rays cannot share its work".into())
     }
 
+    /// Whether it does what its name says where the rays are those of
+    /// [some pixels](super::Selection::pixels) alone, which is what
+    /// [reductions](super::reduced) of the pixels ask of it.
+    fn takes_some_pixels(&self) -> Verdict {
+        Verdict::Applies
+    }
+
     /// What should be said of its picture of a frame: what it leaves out, or does in
     /// another way than its name says.
     fn notes(&self, _inputs: &FrameInputs<'_>) -> Vec<String> {
@@ -215,7 +222,7 @@ pub enum MethodError {
     },
     /// A method was asked for on a backend on which it does not run.
     #[error("{name} does not run on this backend")]
-    NotHere {
+    UnsupportedBackend {
         /// The method.
         name: String,
     },

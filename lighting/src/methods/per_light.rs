@@ -400,7 +400,7 @@ impl Culled {
             return None;
         }
         let pixels = inputs.selection.pixels;
-        RayTiles::new(&Cpu::new(), inputs.rays, inputs.size, pixels).map(Self)
+        RayTiles::new(&Cpu::new(), inputs.rays, inputs.size[0], pixels).map(Self)
     }
 
     /// `None` for all rays.

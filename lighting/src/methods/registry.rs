@@ -146,9 +146,13 @@ impl Entry {
     }
 
     /// The same method with less work, where it runs itself: see
-    /// [`reduced`](super::reduced). Comparisons do not show it.
+    /// [`reduced`](super::reduced). Comparisons do not show it. With [`Reduction::NONE`] it is
+    /// the method.
     #[must_use]
     pub fn reduced(&self, reduction: Reduction) -> Self {
+        if reduction.is_none() {
+            return self.clone();
+        }
         let reduced = Reduced::new(self.clone(), reduction);
         match self.runs_on_gpus() {
             true => Self::everywhere(reduced),
@@ -196,6 +200,10 @@ impl Method for Entry {
         self.method.interleaves(inputs)
     }
 
+    fn takes_some_pixels(&self) -> Verdict {
+        self.method.takes_some_pixels()
+    }
+
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         self.method.notes(inputs)
     }
@@ -207,14 +215,14 @@ impl Method for Entry {
 
 impl Entry {
     fn runs_on<B: MethodBackend>(&self) -> Result<&dyn RunOn<B>, MethodError> {
-        let missing = || MethodError::NotHere {
+        let missing = || MethodError::UnsupportedBackend {
             name: self.about().name.into_owned(),
         };
         self.on().ok_or_else(missing)
     }
 }
 
-/// [`MethodError::NotHere`] on a backend on which the method does not run.
+/// [`MethodError::UnsupportedBackend`] on a backend on which the method does not run.
 impl<B: MethodBackend> RunOn<B> for Entry {
     fn prepare(&self, frame: &Frame<'_, B>, quality: u32) -> Result<(), MethodError> {
         self.runs_on()?.prepare(frame, quality)
@@ -332,26 +340,35 @@ impl Registry {
         all.filter(|entry| !entry.about().qualities.is_empty())
     }
 
-    /// The method of this name, or the only one that the name is a part of. A name that
-    /// ends on a [reduction](Reduction::of_name) of any method is that too.
+    /// The method of this name, or the only one that the name is a part of. If there is none
+    /// and the name ends on a [reduction](Reduction::of_name), the method that is called by
+    /// the rest, reduced; a method that is reduced already cannot be once more.
     pub fn find(&self, name: &str) -> Option<Entry> {
         let name = name.trim().to_lowercase().replace('×', "x");
         self.find_whole(&name).cloned().or_else(|| {
             let (whole, reduction) = Reduction::of_name(&name);
-            let entry = (!reduction.is_none()).then(|| self.find_whole(whole))??;
-            Some(entry.reduced(reduction))
+            let is_reduced = |name: &str| !Reduction::of_name(name).1.is_none();
+            if reduction.is_none() || is_reduced(whole) {
+                return None;
+            }
+            let entry = self.find_called(whole)?;
+            (!is_reduced(&entry.about().name)).then(|| entry.reduced(reduction))
         })
     }
 
     fn find_whole(&self, name: &str) -> Option<&Entry> {
-        let exact = self.entries.iter().find(|entry| {
-            let about = entry.about();
-            about.name == name || about.title == name
-        });
-        exact.or_else(|| {
+        self.find_called(name).or_else(|| {
             let mut matching = self.compared().filter(|entry| entry.matches(name));
             let first = matching.next()?;
             matching.next().is_none().then_some(first)
+        })
+    }
+
+    /// The method of this name or title.
+    fn find_called(&self, name: &str) -> Option<&Entry> {
+        self.entries.iter().find(|entry| {
+            let about = entry.about();
+            about.name == name || about.title == name
         })
     }
 

@@ -24,7 +24,8 @@ const MOST_CHUNKS: usize = 64;
 ///
 /// A shadow, whether the map's or an exact one, is never outside of these volumes: cells
 /// are those that a triangle touches or comes within a texel of, whatever the samples of
-/// the map say, and depths are bounds. Masked triangles count as solid.
+/// the map say, and depths are bounds. Masked triangles count as solid, but for those
+/// that are a hole everywhere.
 #[derive(Debug)]
 pub struct ShadowVolumes<M: Memory> {
     pub(super) cells: Cells,
@@ -121,7 +122,12 @@ impl Grid<'_> {
         let mut near = vec![NOTHING; pictures.len() * per_picture];
         for (index, triangle) in (first..).zip(&geometry.triangles()[first..]).take(count) {
             // What a shadow map is rendered from.
-            if !matches!(geometry.caster(index), Caster::Solid | Caster::Masked(_)) {
+            let casts = match geometry.caster(index) {
+                Caster::Solid => true,
+                Caster::Masked(coating) => !coating.covers_nothing(),
+                _ => false,
+            };
+            if !casts {
                 continue;
             }
             let corners = triangle.map(|corner| (corner - *origin).as_dvec3());

@@ -119,10 +119,21 @@ impl<M: Method> Method for Reduced<M> {
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         self.inner
             .applies(inputs)
+            .and(|| match self.reduction.is_none() {
+                true => Verdict::Applies,
+                false => self.inner.takes_some_pixels(),
+            })
             .and(|| match self.reduction.window() {
                 1 => Verdict::Applies,
                 _ => self.inner.interleaves(inputs),
             })
+    }
+
+    fn takes_some_pixels(&self) -> Verdict {
+        match self.reduction.is_none() {
+            true => self.inner.takes_some_pixels(),
+            false => Verdict::Impossible("the neighbours of a pixel are not known then".into()),
+        }
     }
 
     fn distinct<'q>(

@@ -118,6 +118,10 @@ impl<S: LightSources + Clone, E: Evaluators + Clone> Method for EpipolarSampling
         self.whole.applies(inputs)
     }
 
+    fn takes_some_pixels(&self) -> Verdict {
+        Verdict::Impossible("its samples are those of lines through a whole picture".into())
+    }
+
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         self.whole.notes(inputs)
     }
