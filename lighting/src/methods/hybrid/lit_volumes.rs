@@ -1,8 +1,11 @@
 //! Volumes that hold all light: outside of them all is dark.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
+use super::ShadowVolumes;
 use super::cells::{Cells, DEPTH, NOTHING, POSITION};
 use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::ShadowMap;
@@ -53,6 +56,36 @@ impl<M: Memory> LitVolumes<M> {
 }
 
 impl LitVolumes<Host> {
+    /// What those of a map are like, without the map: as if casters filled each cell of
+    /// the finest level in which there is one, between the least depths of the cells
+    /// around it.
+    ///
+    /// They tell what volumes of light would save, and no more: light that passes between
+    /// casters within a cell is outside of them.
+    pub(super) fn estimated(shadows: &ShadowVolumes<Host>) -> Self {
+        let cells = shadows.cells.clone();
+        let (side, pictures) = (cells.side as usize, cells.pictures.len());
+        let used = cells.resolution.div_ceil(cells.cell) as usize;
+        let around = |at: usize| at.saturating_sub(1)..(at + 2).min(used);
+        let mut far = vec![0.0; cells.len()];
+        for (row, far) in far.chunks_exact_mut(side).enumerate().take(pictures * side) {
+            let (picture, row) = (row / side, row % side);
+            if row >= used {
+                continue;
+            }
+            let greatest = |columns: Range<usize>| {
+                let rows = around(row).map(|row| (picture * side + row) * side);
+                let near = rows.flat_map(|row| &shadows.near[row..][columns.clone()]);
+                near.copied().fold(f32::NEG_INFINITY, f32::max)
+            };
+            for (column, far) in far[..used].iter_mut().enumerate() {
+                *far = greatest(around(column));
+            }
+        }
+        cells.fill(&mut far, f32::max);
+        Self { cells, far }
+    }
+
     /// The same on another backend.
     ///
     /// # Errors
@@ -125,13 +158,33 @@ impl BuildLitVolumes for Cpu {
         let finest = cells.finest();
         self.for_each_chunk(&mut far[..finest], side, |first, chunk| {
             let (face, row) = (first / side / side, first / side % side);
+            let mut each = Vec::new();
             for (column, far) in chunk.iter_mut().enumerate() {
+                let columns = texels(column);
+                let start = columns.start.clamp(0, n);
+                let inside = start..columns.end.clamp(start, n);
+                each.clear();
+                each.resize((inside.end - inside.start) as usize, 0.0_f32);
                 let mut greatest = 0.0_f32;
                 for row in texels(row) {
-                    for column in texels(column) {
+                    // What is in the picture at once, without a look at where it is.
+                    let at_once = match (0..n).contains(&row) {
+                        true => inside.clone(),
+                        false => columns.start..columns.start,
+                    };
+                    if !at_once.is_empty() {
+                        let first = ((face as i64 * n + row) * n + at_once.start) as usize;
+                        for (greatest, depth) in each.iter_mut().zip(&map.depth()[first..]) {
+                            *greatest = greatest.max(*depth);
+                        }
+                    }
+                    let before = columns.start..at_once.start;
+                    let behind = at_once.end.max(columns.start)..columns.end;
+                    for column in before.chain(behind) {
                         greatest = greatest.max(depth(face, [column, row]));
                     }
                 }
+                greatest = each.iter().copied().fold(greatest, f32::max);
                 *far = (greatest.min(NOTHING) * factor + more).min(NOTHING);
             }
         });

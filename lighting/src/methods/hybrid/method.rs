@@ -12,7 +12,7 @@ use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
     SourceOn, Work,
 };
-use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap};
+use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
 /// A march within the shadow volumes of every light.
 #[derive(Debug, Clone, Copy)]
@@ -102,28 +102,27 @@ fn on_host(
     })
 }
 
-/// Texels per side of the map from which it is decided whether volumes of light are of
-/// use: a GPU's cannot be looked at.
-const COARSE: u32 = 256;
+/// What it costs to make volumes of light, for each texel of the map, in steps: measured on
+/// a CPU.
+const TEXEL: f64 = 0.1;
 
-/// Volumes of light of a coarse map, on the host.
-fn coarse(inputs: &FrameInputs<'_>, light: usize) -> Result<Arc<LitVolumes<Host>>, MethodError> {
-    let resolution = inputs.map.min(COARSE);
-    let key = Coarse(OfLight { light, resolution });
-    let what = "coarse volumes of light";
+/// What volumes of light are like, on the host.
+fn estimated(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+    shadows: &ShadowVolumes<Host>,
+) -> Result<Arc<LitVolumes<Host>>, MethodError> {
+    let resolution = inputs.map;
+    let key = Estimated(OfLight { light, resolution });
+    let what = "estimated volumes of light";
     inputs.host.get(what, key, LitVolumes::bytes, || {
-        let cpu = Cpu::new();
-        let casters = Casters::upload(&cpu, inputs.geometry)?;
-        let map = cpu
-            .shadow_map(&casters, &inputs.emitters[light], resolution)
-            .map_err(MethodError::resource("a shadow map"))?;
-        Ok(cpu.lit_volumes(&map)?)
+        Ok(LitVolumes::estimated(shadows))
     })
 }
 
 /// Those of a light by which it is decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Coarse(OfLight);
+struct Estimated(OfLight);
 
 /// Which volumes of a light are looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,8 +139,8 @@ impl Known {
 }
 
 /// Which volumes of a light are best for the rays of a frame, and what they do: those of
-/// light are considered where those of shadow leave most of the rays open, and most of that
-/// is dark. If none is of use, what those of shadow would do.
+/// light are considered where the dark steps among those of shadow could pay for them in
+/// this frame. If none is of use, what those of shadow would do.
 fn choice(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -168,16 +167,22 @@ fn choice(
     };
     let known = |shadow, light| Known { shadow, light };
     let mut best = (known(true, false), first);
-    let is_open = first.asked > 0.5 * first.as_short;
-    if is_open && first.dark > 0.5 * first.asked {
-        let lit = coarse(inputs, light)?;
+    // What volumes of light cost, for each of the rays.
+    let texels = f64::from(inputs.map).powi(2) * shadows.cells.pictures.len() as f64;
+    let made = TEXEL * texels / inputs.rays.len() as f64;
+    if first.dark > made {
+        let lit = estimated(inputs, light, &shadows)?;
         for shadow in [shadow, None] {
             let choice = of(Volumes {
                 shadow,
                 light: Some(&*lit),
             });
             let Some(choice) = choice else { continue };
-            if choice.cost_at(&first) < best.1.cost_at(&first) {
+            let least = match best.0.light {
+                true => best.1.cost_at(&first),
+                false => best.1.cost_at(&first) - made,
+            };
+            if choice.cost_at(&first) < least {
                 best = (known(shadow.is_some(), true), choice);
             }
         }

@@ -94,9 +94,10 @@
 //! # Which volumes are looked for
 //!
 //! That is decided for each light before a frame, by some of its rays ([`Choice`]). Volumes
-//! of light are considered where those of shadow leave most of the rays open, and most of
-//! that is dark: a coarse map, rendered on the host for either backend, tells what they
-//! would do. Where steps are so few, or spans so long, that looking for volumes costs more
+//! of light are considered where the dark steps among those of shadow could pay for them in
+//! this frame. What they would do is estimated without a look at the map, which may be in
+//! the memory of a GPU: as if casters filled each cell of the volumes of shadow in which
+//! there is one. Where steps are so few, or spans so long, that looking for volumes costs more
 //! than it saves, all of every ray is marched: more steps of whole rays would then reach the
 //! same error in less time. As some of the rays of a frame decide, those of some of its
 //! pixels may be divided in another way than all of them.

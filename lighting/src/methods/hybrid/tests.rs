@@ -333,6 +333,16 @@ fn in_a_dark_room_the_map_is_asked_in_the_shaft_of_the_window_alone() {
     assert!(of_shadow.dark > 0.5 * of_shadow.asked, "{of_shadow:?}");
     assert!(of_light.is_worth_it(), "{of_light:?}");
     assert!(of_light.cost_at(&of_shadow) < of_shadow.cost_at(&of_shadow));
+    // What is estimated without the map is not far from it.
+    let estimated = choice(Volumes {
+        shadow: None,
+        light: Some(&LitVolumes::estimated(&shadows)),
+    });
+    let [cost, expected] = [estimated, of_light].map(|choice| choice.cost_at(&of_shadow));
+    assert!(
+        (cost - expected).abs() < 0.25 * expected,
+        "{cost}, {expected}"
+    );
 }
 
 /// To the last bit, which is what makes leaving out safe.

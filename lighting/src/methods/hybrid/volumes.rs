@@ -120,14 +120,15 @@ impl Grid<'_> {
         } = self.cells;
         let per_picture = (self.cells.side as usize).pow(2);
         let mut near = vec![NOTHING; pictures.len() * per_picture];
+        let all_solid = geometry.all_solid();
         for (index, triangle) in (first..).zip(&geometry.triangles()[first..]).take(count) {
             // What a shadow map is rendered from.
-            let casts = match geometry.caster(index) {
+            let casts = || match geometry.caster(index) {
                 Caster::Solid => true,
                 Caster::Masked(coating) => !coating.covers_nothing(),
                 _ => false,
             };
-            if !casts {
+            if !(all_solid || casts()) {
                 continue;
             }
             let corners = triangle.map(|corner| (corner - *origin).as_dvec3());
@@ -144,15 +145,16 @@ impl Grid<'_> {
         };
         let border = picture.margin();
         let (size, side) = (f64::from(self.cells.cell), self.cells.side as usize);
+        // Exact: a power of two.
+        let per_texel = size.recip();
         let last = f64::from(self.cells.side - 1);
-        let cell = |texel: f64| (texel / size).floor();
         let Square { low, high } = all.wider(border);
         if high.min_element() < 0.0 || low.max_element() >= size * (last + 1.0) {
             return;
         }
-        // Conversions of what is clamped to the cells there are.
-        let [from, to] = [low, high].map(|at| [at.x, at.y].map(|t| cell(t).clamp(0.0, last)));
-        let [from, to] = [from, to].map(|at| at.map(|t| t as usize));
+        // Conversions round down what is clamped to the cells there are.
+        let cell = |texel: f64| (texel * per_texel).clamp(0.0, last) as usize;
+        let [from, to] = [low, high].map(|at| [cell(at.x), cell(at.y)]);
         let is_small = to[0] - from[0] <= 1 && to[1] - from[1] <= 1;
         let cells = |row: usize| row * side + from[0]..=row * side + to[0];
         if is_small {
