@@ -290,6 +290,17 @@ impl Emitter {
         }
     }
 
+    /// What a spotlight sends out; `None` for any other light.
+    pub fn spot(&self) -> Option<&SpotEmission> {
+        match self {
+            Self::Point(point) => match point.emission() {
+                Emission::Spot(spot) => Some(spot),
+                _ => None,
+            },
+            Self::Directional(_) => None,
+        }
+    }
+
     /// The same light without a pattern: at a point it shines alike in all directions, up
     /// to its range, where it ends all at once. Parallel light has no pattern.
     #[must_use]

@@ -166,8 +166,20 @@ impl Texture {
     /// The next coarser mip level: half as many texels along each side, rounded up,
     /// each the mean of what it covers. It is opaque.
     pub fn halved(&self) -> Self {
-        let [width, height] = [self.width, self.height].map(|side| side.div_ceil(2));
-        let (columns, rows) = (halves(self.width), halves(self.height));
+        self.halved_along([true, true])
+    }
+
+    /// The same as [`halved`](Self::halved) with half as many texels in each row, in each
+    /// column, or both.
+    pub fn halved_along(&self, [rows, columns]: [bool; 2]) -> Self {
+        let texels = |side, is_halved| match is_halved {
+            true => halves(side),
+            false => (0..side as usize)
+                .map(|texel| [Some((texel, 1.0)), None, None])
+                .collect(),
+        };
+        let (columns, rows) = (texels(self.width, rows), texels(self.height, columns));
+        let [width, height] = [&columns, &rows].map(|side| side.len() as u32);
         let texels = rows.iter().flat_map(|row| {
             columns.iter().map(move |column| {
                 let mut sum = glam::DVec3::ZERO;
@@ -377,6 +389,17 @@ mod tests {
         let row = |y: f32| (y * y % 7.0 + 2.0 / 3.0 * ((y + 1.0) * (y + 1.0) % 7.0)) * 0.6;
         let expected = (row(0.0) + 0.5 * row(5.0)) / 1.5;
         assert!((half.texels()[0].x - expected).abs() < 1e-5);
+        for (along, size) in [
+            ([true, false], (3, 3)),
+            ([false, true], (5, 2)),
+            ([false, false], (5, 3)),
+        ] {
+            let part = texture.halved_along(along);
+            assert_eq!((part.width(), part.height()), size);
+            let rest = part.halved_along(along.map(|is_halved| !is_halved));
+            let off = rest.texels().iter().zip(half.texels());
+            assert!(off.map(|(a, b)| (*a - *b).length()).fold(0.0, f32::max) < 1e-5);
+        }
         let mut smallest = texture;
         for _ in 0..4 {
             smallest = smallest.halved();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{March, Spacing};
+use crate::Touching;
 use crate::methods::evaluators::Midpoints;
 use crate::methods::reduced::{Reduced, Reduction, ShownAs};
 use crate::methods::registry::pairs;
@@ -10,9 +11,7 @@ use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, PerLight, Role, SourceAbout,
     SourceOn, SourceQuality, Verdict, Work,
 };
-use crate::scene::Emission;
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
-use crate::{Emitter, Touching};
 
 /// Of all that goes along rays in steps.
 pub(in crate::methods) const STEPS: SourceQuality = SourceQuality {
@@ -38,10 +37,6 @@ pub(super) const NO_ANGLE: &str = "a directional light has no equi-angular varia
 /// Why steps in a picture are pointless for other lights.
 pub(in crate::methods) const NO_PICTURE: &str = "only a spotlight has a picture on one plane";
 
-pub(in crate::methods) fn is_spot(emitter: &Emitter) -> bool {
-    matches!(emitter, Emitter::Point(point) if matches!(point.emission(), Emission::Spot(_)))
-}
-
 impl LightSources for Marches {
     fn about(&self) -> SourceAbout {
         SourceAbout {
@@ -60,7 +55,9 @@ impl LightSources for Marches {
         if self.spacing == Spacing::EquiAngular && inputs.has_only_suns() {
             return Verdict::Pointless(NO_ANGLE.into());
         }
-        if self.spacing == Spacing::Picture && !inputs.emitters.iter().any(is_spot) {
+        if self.spacing == Spacing::Picture
+            && inputs.emitters.iter().all(|light| light.spot().is_none())
+        {
             return Verdict::Pointless(NO_PICTURE.into());
         }
         Verdict::Applies

@@ -6,7 +6,7 @@ pub(crate) mod gpu;
 mod method;
 
 #[cfg(feature = "methods")]
-pub(super) use method::{Marches, NO_PICTURE, STEPS, is_spot, methods};
+pub(super) use method::{Marches, NO_PICTURE, STEPS, methods};
 
 use crate::airlight::far_end;
 use crate::path::{Arc, Turns, axis_of};

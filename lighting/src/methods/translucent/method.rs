@@ -8,7 +8,7 @@ use transmittance::{Packed, Stream};
 
 use super::{Casters, TransmittanceMap};
 use crate::Touching;
-use crate::methods::march::{March, NO_PICTURE, STEPS, Spacing, is_spot};
+use crate::methods::march::{March, NO_PICTURE, STEPS, Spacing};
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
@@ -86,7 +86,9 @@ impl LightSources for Curves {
         if inputs.translucent.is_empty() && !inputs.geometry.coatings().any_see_through() {
             return Verdict::Pointless("nothing in the scene is translucent".into());
         }
-        if self.spacing == Spacing::Picture && !inputs.emitters.iter().any(is_spot) {
+        if self.spacing == Spacing::Picture
+            && inputs.emitters.iter().all(|light| light.spot().is_none())
+        {
             return Verdict::Pointless(NO_PICTURE.into());
         }
         Verdict::Applies
