@@ -25,6 +25,10 @@ pub trait LightSources: Send + Sync + Debug {
 
     /// What is left of a light for the evaluator to integrate: all of it, unless the
     /// shares of this source have some of the light's pattern in them.
+    ///
+    /// A source that has another light evaluated has to yield nothing where the light
+    /// itself does not reach, beyond its range or outside of its cone: rays that the light
+    /// does not reach are left out.
     fn evaluated<'a>(&self, emitter: &'a Emitter) -> Cow<'a, Emitter> {
         Cow::Borrowed(emitter)
     }
@@ -339,8 +343,8 @@ where
         };
         let culled = Culled::new(inputs, panes.is_some());
         for (light, emitter) in inputs.emitters.iter().enumerate() {
+            let reached = culled.as_ref().and_then(|culled| culled.reached(emitter));
             let emitter = self.sources.evaluated(emitter);
-            let reached = culled.as_ref().and_then(|culled| culled.reached(&emitter));
             let skipped = reached.as_ref().map_or(0, |r| inputs.rays.len() - r.len());
             if skipped > 0 {
                 inputs.watch.gathered(skipped);
