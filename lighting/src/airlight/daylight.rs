@@ -26,14 +26,14 @@ use crate::{Emitter, Interval, LightPath};
 /// `(d / D)² exp(σ_t d)`, at 12 m in fog of 0.05 / m, with D = 4 m, by a factor of 16.
 ///
 /// Exact for a sun in fog without bounds, and in a box its way through the fog counts, as
-/// in [`directional()`](super::directional). Costs an exponential for each colour and an
+/// in [`directional()`](super::directional). Costs two exponentials per colour and
 /// interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Daylight {
     distance: f32,
 }
 
-/// A distance of which nothing can be made.
+/// A distance outside of 1e-6 m to 1e9 m.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("distance of daylight: {0} m, expected 1e-6 to 1e9")]
 pub struct DaylightError(pub f32);

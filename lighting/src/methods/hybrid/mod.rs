@@ -88,7 +88,8 @@
 //!   are halved.
 //! * Casters that count as a texture are left out.
 //! * Lights with a cookie need no steps for their colours, which an evaluator integrates
-//!   ([`Quadrature`](crate::airlight::Quadrature)).
+//!   ([`Quadrature`](crate::airlight::Quadrature)); [`textured`](super::textured) takes
+//!   them, as the paper does.
 //! * Scattering at a low resolution is a method around any other, `methods::reduced`.
 //!
 //! # Which volumes are looked for
