@@ -59,26 +59,25 @@
 //!
 //! | scene | error | steps of rays | steps of spans |
 //! |---|---|---|---|
-//! | `smoke` | 2 % | 2.1 (2.7) | 2.3 (3.0) |
-//! | | 0.5 % | 2.9 (3.5) | 3.2 (3.8) |
-//! | `city` | 2 % | 2.2 (3.7) | 3.1 (7.1) |
-//! | | 0.5 % | 5.6 (7.6) | 10.3 (19.7) |
-//! | `coil` | 2 % | 2.7 (3.1) | 3.4 (3.9) |
-//! | | 0.5 % | 6.6 (7.2) | 8.1 (8.8) |
-//! | `landscape` | 2 % | 0.4 (1.3) | 0.4 (1.3) |
-//! | | 0.5 % | 1.2 (3.4) | 1.2 (3.3) |
-//! | `fence` | 5 % | 29 (32) | 47 (53) |
-//! | dark room with a window | 2 % | | 14 (16) |
-//! | | 0.5 % | | 15 (16) |
+//! | `smoke` | 2 % | 2.6 (3.1) | 2.2 (3.1) |
+//! | | 0.5 % | 3.3 (3.8) | 3.3 (3.8) |
+//! | `city` | 2 % | 2.2 (3.7) | 2.9 (6.6) |
+//! | | 0.5 % | 5.8 (8.1) | 10.3 (18.6) |
+//! | `coil` | 2 % | 3.0 (3.6) | 3.4 (4.2) |
+//! | | 0.5 % | 9.3 (11.3) | 9.1 (11.5) |
+//! | `landscape` | 2 % | 0.4 (1.4) | 0.4 (1.4) |
+//! | | 0.5 % | 1.4 (3.8) | 1.5 (3.6) |
+//! | `fence` | 5 % | 30 (32) | 51 (56) |
+//! | dark room with a window | 2 % | 14 (17) | 15 (16) |
+//! | | 0.5 % | 42 (47) | 36 (39) |
 //!
-//! In `smoke` volumes of light are considered, and not used: the coarse map for that is not
-//! in the table, and leaves 1.5 of the 2.3 and 2.0 of the 3.2 with the time to make it.
+//! Two runs of the same differ by up to a tenth, what is made first by more.
 //!
 //! A third of the rays or more go to the sky in all of these but the room. The lamp is in
 //! view in `fence`, where midpoints need thousands of steps. A frame of `landscape` takes a
 //! few milliseconds, less than its volumes, which pay over several frames. With the
 //! cookie of `textured-spot` nearly all of the time is spent on its texels (`quadrature`):
-//! 1.1 at 2 %, 2.2 (2.4) at 0.5 %.
+//! 1.1 at 2 %, 2.3 (2.4) at 0.5 %.
 //!
 //! # How it departs from the paper besides
 //!
@@ -103,7 +102,7 @@
 //! same error in less time. As some of the rays of a frame decide, those of some of its
 //! pixels may be divided in another way than all of them.
 //!
-//! At equal numbers of steps a frame takes longer than that of a march, two to three times
+//! At equal numbers of steps a frame takes longer than that of a march, two to four times
 //! as long at 4 to 32 steps of `fence`: the hybrid searches, halves borders and integrates
 //! each lit run with several nodes. The errors there are a twentieth to a hundredth of the
 //! march's.
