@@ -9,11 +9,10 @@ use reference::tolerances::Allowed;
 use super::agreement::{allowed, gathered, without_borders};
 use super::complete;
 use super::scenes::{casters, lights, media, rays};
-use crate::airlight::{Analytic, Daylight, EquiAngular, Midpoint, Quadrature};
+use crate::airlight::{Analytic, Daylight, EquiAngular, Midpoint, PerFrame, Quadrature};
 use crate::methods::hybrid::ShadowVolumes;
 use crate::methods::textured::gpu::{CONSTANTS, StepsRecord, TexturedRecord};
 use crate::methods::textured::{MipCookie, Outside, Placement, ShadowSpans, Textured, bare};
-use crate::scene::Emission;
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 use crate::visibility::Unshadowed;
 use crate::{AirlightEvaluator, Emitter, Gather};
@@ -25,6 +24,7 @@ fn textured_lights_compile_with_every_evaluator_and_see_their_data_as_it_is() {
     complete::<OnGpu, Midpoint>();
     complete::<OnGpu, Quadrature>();
     complete::<OnGpu, Analytic<airlight::Table>>();
+    complete::<OnGpu, PerFrame>();
     complete::<OnGpu, Daylight>();
     complete::<Textured<Unshadowed, GpuMemory>, Midpoint>();
     complete::<ShadowSpans<Arc<ShadowMap<GpuMemory>>, GpuMemory>, Midpoint>();
@@ -71,13 +71,7 @@ fn textured_lights_compile_with_every_evaluator_and_see_their_data_as_it_is() {
 }
 
 fn cookie(light: &Emitter) -> Option<MipCookie<Host>> {
-    let Emitter::Point(point) = light else {
-        return None;
-    };
-    match point.emission() {
-        Emission::Spot(spot) => spot.texture().map(MipCookie::new),
-        _ => None,
-    }
+    light.spot()?.texture().map(MipCookie::new)
 }
 
 /// Rays that differ are few: those of which a lookup is on the border of a texel.
@@ -130,7 +124,7 @@ where
 }
 
 #[test]
-fn textured_lights_agree_but_for_lookups_on_the_border_of_a_texel() {
+fn textured_lights_agree_but_for_few_rays() {
     let share = share_of_rays_that_differ(
         Placement::Angle,
         Outside::Dark,

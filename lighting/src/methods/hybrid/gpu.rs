@@ -44,6 +44,23 @@ pub(crate) const CONSTANTS: [(&str, f64); 7] = [
     ("light_hybrid_LEAP", super::asking::LEAP as f64),
 ];
 
+/// What volumes hold, of either kind.
+const STORED: &str = "
+fn light_hybrid_stored(of_light: bool, index: u32) -> f32 {
+    if of_light {
+        return light_hybrid_far[index];
+    }
+    return light_hybrid_near[index];
+}
+";
+
+/// What volumes of shadow hold, for who looks for no others.
+pub(crate) const STORED_SHADOW: &str = "
+fn light_hybrid_stored(of_light: bool, index: u32) -> f32 {
+    return light_hybrid_near[index];
+}
+";
+
 impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for Hybrid<P, GpuMemory> {
     fn part() -> Part {
         let points = <ShadowMap<GpuMemory> as InShader<PointSlot>>::part();
@@ -53,6 +70,7 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for Hybrid<P, Gpu
             .uniform("light_hybrid", "light_Hybrid")
             .read("light_hybrid_near", "array<f32>")
             .read("light_hybrid_far", "array<f32>")
+            .source(STORED)
             .source(include_str!("hybrid.wgsl"))
     }
 

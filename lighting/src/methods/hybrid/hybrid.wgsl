@@ -3,11 +3,12 @@
 //
 // Needs the parts face.wgsl, place.wgsl and map.wgsl, the slot of what is asked,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
-// and the variables
+// the variable
 //   light_hybrid: light_Hybrid
-//   light_hybrid_near: array<f32>, least depths, the finest level first, each picture
-//       by picture, row by row; nothing without volumes of shadow
-//   light_hybrid_far: array<f32>, the same of greatest depths of light
+// and
+//   fn light_hybrid_stored(of_light: bool, index: u32) -> f32, the least depths of shadow or
+//       the greatest ones of light, the finest level first, each picture by picture, row by
+//       row; only called for volumes that there are
 
 struct light_Hybrid {
     steps: u32,
@@ -102,11 +103,7 @@ fn light_hybrid_value(of_light: bool, picture: u32, level: u32, cell: vec2<u32>)
     let side = light_hybrid.side;
     let width = side >> level;
     let before = 4u * (side * side - width * width) / 3u * light_map.face_count;
-    let index = before + (picture * width + cell.y) * width + cell.x;
-    if of_light {
-        return light_hybrid_far[index];
-    }
-    return light_hybrid_near[index];
+    return light_hybrid_stored(of_light, before + (picture * width + cell.y) * width + cell.x);
 }
 
 // The first position from `s` to `exit` that is farther away than `value`, or no farther

@@ -129,8 +129,8 @@ impl MipCookie<Host> {
 /// section 3.3 of the paper has it, ad hoc. `width` is the standard deviation of a
 /// Gaussian as a share of each side.
 ///
-/// The image is halved until few texels are as wide, and it goes on mirrored at its
-/// borders, so that no light is lost: all texels have the mean that they had, to rounding.
+/// Each side is halved until few of its texels are as wide, and the image goes on mirrored
+/// at its borders, so that no light is lost: all texels have the mean that they had, to rounding.
 ///
 /// # Errors
 /// [`SceneError::BadValue`] unless the width is from 0, which blurs nothing, to 1.
@@ -146,8 +146,12 @@ pub fn blurred(cookie: &Texture, width: f32) -> Result<Texture, SceneError> {
     let width = f64::from(width);
     let mut image = cookie.clone();
     let wide = |side: u32| width * f64::from(side);
-    while wide(image.width().min(image.height())) > BLUR_TEXELS {
-        image = image.halved();
+    loop {
+        let too_wide = [image.width(), image.height()].map(|side| wide(side) > BLUR_TEXELS);
+        if too_wide == [false; 2] {
+            break;
+        }
+        image = image.halved_along(too_wide);
     }
     let size = [image.width(), image.height()].map(|side| side as usize);
     let texels: Vec<_> = image.texels().iter().map(|t| t.as_dvec3()).collect();

@@ -55,7 +55,7 @@ fn with_inputs<R>(
 fn picture(name: &str, emitters: &[Emitter], pixels: Option<&[u32]>, cpu: &Cpu) -> Vec<[f32; 4]> {
     with_inputs(emitters, pixels, |inputs| {
         let store = Store::<Host>::new();
-        let entry = Registry::standard().find(name).unwrap().clone();
+        let entry = Registry::standard().find(name).unwrap();
         let frame = Frame::new(cpu, inputs, &store).unwrap();
         let mut radiance = vec![[0.0; 4]; inputs.rays.len()];
         let method = entry.on::<Cpu>().unwrap();
@@ -105,7 +105,8 @@ fn rays_of_some_pixels_have_the_light_of_these_on_any_number_of_threads() {
     }
 }
 
-/// Lights without a cookie have the light that the march between volumes gives them.
+/// Lights without a cookie have the light that a march of as many steps finds, to the error
+/// of both.
 #[test]
 fn other_lights_are_what_they_are_to_other_methods() {
     let lights = &lights()[1..];

@@ -10,11 +10,11 @@ use gpu_backend::shader::Part;
 use super::cookie::{Level, MOST_LEVELS};
 #[cfg(test)]
 use super::lattice;
-use super::lattice::{Placement, Steps, spot_of};
+use super::lattice::{Placement, Steps};
 use super::{Outside, ShadowSpans, Textured};
 use crate::Emitter;
 use crate::gpu::{PointSlot, Shadows, VisibilitySlot};
-use crate::methods::hybrid::gpu::HybridRecord;
+use crate::methods::hybrid::gpu::{HybridRecord, STORED_SHADOW};
 use crate::shadow_map::ShadowMap;
 
 /// `light_Steps` of `lattice.wgsl`.
@@ -34,7 +34,7 @@ impl StepsRecord {
         let count = steps.count as f32;
         let (placement, length) = match steps.placement {
             Placement::Angle => (0, 0.0),
-            Placement::Length { reach } => (1, reach.min(f32::MAX) / count),
+            Placement::Length { reach } => (1, reach / count),
             Placement::Span => (2, 0.0),
         };
         Self {
@@ -71,7 +71,9 @@ pub(crate) struct TexturedRecord {
 
 /// The constants of the shaders, as the CPU has them.
 #[cfg(test)]
-pub(crate) const CONSTANTS: [(&str, f64); 3] = [
+pub(crate) const CONSTANTS: [(&str, f64); 5] = [
+    ("light_steps_THROUGH", lattice::THROUGH),
+    ("light_steps_AT_THE_LIGHT", lattice::AT_THE_LIGHT),
     ("light_steps_LEAST_STEP", lattice::LEAST_STEP),
     ("light_steps_MOST_BEAMS", lattice::MOST_BEAMS),
     ("light_spans_HALVINGS", super::spans::HALVINGS as f64),
@@ -85,7 +87,7 @@ impl<V> Textured<V, GpuMemory> {
             is_open: u32::from(self.outside == Outside::Lit),
             ..TexturedRecord::zeroed()
         };
-        if let (Emitter::Point(point), Some(spot)) = (&self.light, spot_of(&self.light)) {
+        if let (Emitter::Point(point), Some(spot)) = (&self.light, self.light.spot()) {
             record.is_spot = 1;
             record.axis = spot.axis();
             record.right = spot.rotation() * Vec3::X;
@@ -147,7 +149,7 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for ShadowSpans<P
             // The search for volumes.
             .uniform("light_hybrid", "light_Hybrid")
             .read("light_hybrid_near", "array<f32>")
-            .read("light_hybrid_far", "array<f32>")
+            .source(STORED_SHADOW)
             .source(include_str!("../hybrid/hybrid.wgsl"))
             .uniform("light_spans", "light_Steps")
             .source(include_str!("lattice.wgsl"))
@@ -172,8 +174,6 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for ShadowSpans<P
             Some(volumes) => Argument::read(volumes.near()),
             None => Argument::table::<f32>(&[]),
         });
-        // Volumes of light are not looked for.
-        arguments.push(Argument::table::<f32>(&[]));
         arguments.push(Argument::uniform(StepsRecord::new(self.steps())));
         arguments
     }

@@ -3,7 +3,6 @@
 use glam::{DVec2, DVec3};
 
 use crate::path::axis_of;
-use crate::scene::{Emission, SpotEmission};
 use crate::{Emitter, Interval, LightPath};
 
 /// Which surfaces the ends of steps lie on; see the [module](super).
@@ -18,7 +17,8 @@ pub enum Placement {
     /// long: on each ray steps are equally long, and their length follows from the angle
     /// between ray and axis.
     Length {
-        /// Length of the beam, m.
+        /// Length of the beam, m. What is not above 0, NaN included, counts as 0: steps are
+        /// as short as they may be.
         reach: f32,
     },
     /// None that neighbouring rays share: each ray divides its own part of the beam into
@@ -44,16 +44,33 @@ pub(super) struct Steps {
 /// Angles are not divided further than this: an `f32` has no more digits.
 const LEAST_TURN: f64 = 1e-6;
 
+/// Steps across the beam, at most: shaders number them by an `f32`, which counts to 2²⁴.
+pub(super) const MOST_STEPS: u32 = 1 << 20;
+
+/// Rays that pass the light closer than this share of the distance between it and the eye,
+/// or than this many metres, run through it: a hair more than
+/// [`LightPath::off_the_light`] leaves between them.
+pub(super) const THROUGH: f64 = 1.001e-4;
+pub(super) const AT_THE_LIGHT: f64 = 1.001e-12;
+
 /// Steps are no shorter than this share of the distance from the eye, and rays take no
 /// more than so many times as many as there are across the beam, however short the reach.
 pub(super) const LEAST_STEP: f64 = 1e-6;
 pub(super) const MOST_BEAMS: f64 = 4.0;
 
 impl Steps {
-    /// So many steps (0 counts as 1) across the beam of a light.
+    /// So many steps (0 counts as 1, and more than [`MOST_STEPS`] as these) across the beam
+    /// of a light.
     pub(super) fn new(light: &Emitter, count: u32, placement: Placement) -> Self {
-        let count = count.max(1);
-        let (half, axis, stretch) = match spot_of(light) {
+        let count = count.clamp(1, MOST_STEPS);
+        let placement = match placement {
+            // NaN is neither more nor less.
+            Placement::Length { reach } => Placement::Length {
+                reach: reach.max(0.0).min(f32::MAX),
+            },
+            other => other,
+        };
+        let (half, axis, stretch) = match light.spot() {
             Some(spot) => {
                 let versine = f64::from(spot.outer_versine());
                 let sine2 = versine * (2.0 - versine);
@@ -78,12 +95,13 @@ impl Steps {
         match (self.placement, path.emitter()) {
             (Placement::Angle, Emitter::Point(_)) => {
                 let (foot, h) = (f64::from(path.foot()), f64::from(path.h()));
-                // At the light itself there is no angle: any will do.
-                let eye = DVec2::new(h, -foot).try_normalize().unwrap_or(DVec2::Y);
+                if h <= (THROUGH * foot.hypot(h)).max(AT_THE_LIGHT) {
+                    return Lattice::Through { foot };
+                }
                 Lattice::Turns {
                     foot,
                     h,
-                    eye,
+                    eye: DVec2::new(h, -foot).normalize(),
                     turn: self.turn,
                 }
             }
@@ -105,17 +123,6 @@ impl Steps {
     }
 }
 
-/// What of a light is a spotlight.
-pub(super) fn spot_of(light: &Emitter) -> Option<&SpotEmission> {
-    match light {
-        Emitter::Point(point) => match point.emission() {
-            Emission::Spot(spot) => Some(spot),
-            _ => None,
-        },
-        Emitter::Directional(_) => None,
-    }
-}
-
 /// Numbered positions along a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Lattice {
@@ -128,6 +135,8 @@ pub(super) enum Lattice {
         eye: DVec2,
         turn: f64,
     },
+    /// At the light alone, on a ray through it, all of which is at two angles.
+    Through { foot: f64 },
     /// At equal distances.
     Equal { from: f64, step: f64 },
 }
@@ -142,6 +151,7 @@ impl Lattice {
                 // difference of the two.
                 (h * x).atan2(h * h - foot * (x - foot)) / turn
             }
+            Self::Through { foot } => f64::from(u8::from(x >= foot)),
             Self::Equal { from, step } => (x - from) / step,
         };
         number.floor().max(0.0)
@@ -152,7 +162,7 @@ impl Lattice {
         let number = self.number(x);
         let (turned, turn) = match *self {
             Self::Turns { turn, .. } => (DVec2::from_angle(number * turn), DVec2::from_angle(turn)),
-            Self::Equal { .. } => (DVec2::X, DVec2::X),
+            Self::Through { .. } | Self::Equal { .. } => (DVec2::X, DVec2::X),
         };
         Marks {
             lattice: *self,
@@ -162,7 +172,8 @@ impl Lattice {
         }
     }
 
-    /// The middle of a step or of a part of it: half of its angle or of its length.
+    /// The middle of a step or of a part of it: half of its angle, or of its length where
+    /// that has none.
     pub(super) fn middle(&self, start: f32, end: f32) -> f32 {
         let [a, b] = [start, end].map(f64::from);
         let x = match *self {
@@ -172,12 +183,8 @@ impl Lattice {
                 // The bisector of two directions meets the ray by the ratio of distances.
                 foot + (a * d_b + b * d_a) / (d_a + d_b)
             }
-            Self::Equal { .. } => 0.5 * (a + b),
+            Self::Through { .. } | Self::Equal { .. } => 0.5 * (a + b),
         };
-        // Two ends at the light are one.
-        if x.is_nan() {
-            return start;
-        }
         (x as f32).clamp(start, end)
     }
 }
@@ -209,6 +216,10 @@ impl Marks {
                     false => f32::INFINITY,
                 }
             }
+            Lattice::Through { foot } => match self.number <= 1.0 {
+                true => foot as f32,
+                false => f32::INFINITY,
+            },
             Lattice::Equal { from, step } => (from + self.number * step) as f32,
         }
     }

@@ -7,6 +7,13 @@ const light_steps_LENGTH: u32 = 1u;
 // See `lattice.rs`.
 const light_steps_LEAST_STEP: f32 = 1e-6;
 const light_steps_MOST_BEAMS: f32 = 4.0;
+const light_steps_THROUGH: f32 = 1.001e-4;
+const light_steps_AT_THE_LIGHT: f32 = 1.001e-12;
+
+// Values of `kind`.
+const light_lattice_EQUAL: u32 = 0u;
+const light_lattice_TURNS: u32 = 1u;
+const light_lattice_THROUGH: u32 = 2u;
 
 struct light_Steps {
     axis: vec3<f32>,
@@ -22,12 +29,12 @@ struct light_Steps {
 
 // Numbered positions along a ray.
 struct light_Lattice {
-    is_turning: bool,
+    kind: u32,
     // At equal distances.
     from_here: f32,
     step: f32,
     // At equal angles: the direction from the light to the eye, along that to the foot
-    // point and along the ray.
+    // point and along the ray. On a ray through the light there is a position at it alone.
     eye: vec2<f32>,
     turn: f32,
 }
@@ -35,34 +42,41 @@ struct light_Lattice {
 // The steps of a ray, of which those within `part` are wanted.
 fn light_lattice(steps: light_Steps, path: light_Path, part: vec2<f32>) -> light_Lattice {
     var lattice: light_Lattice;
-    let length = part.y - part.x;
+    let whole = part.y - part.x;
     if steps.placement == light_steps_ANGLE && light_emitter().kind == light_POINT {
-        lattice.is_turning = true;
-        lattice.turn = steps.turn;
         let eye = vec2(path.h, -path.foot);
-        let d = sqrt(dot(eye, eye));
-        // At the light itself there is no angle: any will do.
-        lattice.eye = select(vec2(0.0, 1.0), eye / max(d, 1e-30), d > 0.0);
+        let d = length(eye);
+        if path.h <= max(light_steps_THROUGH * d, light_steps_AT_THE_LIGHT) {
+            lattice.kind = light_lattice_THROUGH;
+            return lattice;
+        }
+        lattice.kind = light_lattice_TURNS;
+        lattice.turn = steps.turn;
+        lattice.eye = eye / d;
         return lattice;
     }
     lattice.from_here = part.x;
-    lattice.step = length / steps.count;
+    // No number of steps of 0 m is enough.
+    lattice.step = max(whole / steps.count, 1e-30);
     if steps.placement == light_steps_LENGTH {
         let aside = cross(path.direction, steps.axis);
         let step = steps.length / sqrt(1.0 + steps.stretch * dot(aside, aside));
         let least = max(
             light_steps_LEAST_STEP * part.y,
-            length / (light_steps_MOST_BEAMS * steps.count),
+            whole / (light_steps_MOST_BEAMS * steps.count),
         );
         lattice.from_here = 0.0;
-        lattice.step = max(step, least);
+        lattice.step = max(max(step, least), 1e-30);
     }
     return lattice;
 }
 
 // The number of the last position that is not behind the distance x, to rounding.
 fn light_lattice_number(lattice: light_Lattice, path: light_Path, x: f32) -> f32 {
-    if lattice.is_turning {
+    if lattice.kind == light_lattice_THROUGH {
+        return select(0.0, 1.0, x >= path.foot);
+    }
+    if lattice.kind == light_lattice_TURNS {
         // The angle between the directions to the eye and to x, without a difference of
         // the two.
         let across = path.h * x;
@@ -74,7 +88,10 @@ fn light_lattice_number(lattice: light_Lattice, path: light_Path, x: f32) -> f32
 
 // A position; light_FAR if there is none.
 fn light_lattice_position(lattice: light_Lattice, path: light_Path, number: f32) -> f32 {
-    if !lattice.is_turning {
+    if lattice.kind == light_lattice_THROUGH {
+        return select(light_FAR, path.foot, number <= 1.0);
+    }
+    if lattice.kind == light_lattice_EQUAL {
         return lattice.from_here + number * lattice.step;
     }
     let angle = number * lattice.turn;
@@ -93,9 +110,10 @@ fn light_lattice_position(lattice: light_Lattice, path: light_Path, number: f32)
     return path.foot + path.h * (along / towards);
 }
 
-// The middle of a step or of a part of it: half of its angle or of its length.
+// The middle of a step or of a part of it: half of its angle, or of its length where that
+// has none.
 fn light_lattice_middle(lattice: light_Lattice, path: light_Path, start: f32, end: f32) -> f32 {
-    if !lattice.is_turning {
+    if lattice.kind != light_lattice_TURNS {
         return clamp(0.5 * start + 0.5 * end, start, end);
     }
     let a = start - path.foot;
@@ -103,10 +121,6 @@ fn light_lattice_middle(lattice: light_Lattice, path: light_Path, start: f32, en
     let d_a = sqrt(a * a + path.h * path.h);
     let d_b = sqrt(b * b + path.h * path.h);
     let sum = d_a + d_b;
-    // Two ends at the light are one.
-    if !(sum > 0.0) {
-        return start;
-    }
     // The bisector of two directions meets the ray by the ratio of distances.
     return clamp(path.foot + (a * (d_b / sum) + b * (d_a / sum)), start, end);
 }

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::lattice::spot_of;
 use super::{MipCookie, Placement, ShadowSpans, Textured, bare, blurred};
 use crate::methods::evaluators::Daylights;
 use crate::methods::hybrid::volumes_of;
@@ -53,7 +52,7 @@ impl TexturedLights {
         frame: &Frame<'_, B>,
         light: usize,
     ) -> Result<Option<Arc<MipCookie<B::Memory>>>, MethodError> {
-        let spot = spot_of(&frame.inputs.emitters[light]);
+        let spot = frame.inputs.emitters[light].spot();
         let Some(texture) = spot.and_then(|spot| spot.texture()) else {
             return Ok(None);
         };
@@ -89,7 +88,8 @@ impl LightSources for TexturedLights {
     }
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        let has_cookie = |light| spot_of(light).is_some_and(|spot| spot.texture().is_some());
+        let has_cookie =
+            |light: &Emitter| light.spot().is_some_and(|spot| spot.texture().is_some());
         match inputs.emitters.iter().any(has_cookie) {
             true => Verdict::Applies,
             false => Verdict::Pointless(NO_COOKIE.into()),
@@ -108,7 +108,7 @@ impl LightSources for TexturedLights {
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
         let map = inputs.map_work();
         let texels = inputs.emitters.iter().filter_map(|light| {
-            let cookie = spot_of(light)?.texture()?;
+            let cookie = light.spot()?.texture()?;
             Some(f64::from(cookie.width()) * f64::from(cookie.height()))
         });
         let texels = 4.0 / 3.0 * texels.sum::<f64>();

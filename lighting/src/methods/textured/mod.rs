@@ -75,8 +75,9 @@
 //! that surfaces run along them, as the paper asks for. Steps are short where the
 //! light is strong: ∫ ds / d² is the same for each step of a ray. The step is rotated, not
 //! computed from angles: cos and sin of φ_{k+1} follow from those of φ_k, and x_k = x_F + h
-//! tan φ_k. A ray through the light is one step before it and one behind it; in parallel
-//! light steps are equal parts of the ray.
+//! tan φ_k. A ray through the light, or within 1e-4 of its distance, is one step before it
+//! and one behind it, each sampled in the middle of its length; in parallel light steps are
+//! equal parts of the ray.
 //!
 //! Steps are cut at the ends of a span and at the rim, and a part of a step is sampled in its
 //! own middle.
@@ -86,7 +87,7 @@
 //! Both ends of a step are seen in the cookie some texels apart; with T texels, the colour is
 //! a blend of the levels around log₂ T − 1 ([`MipCookie`]): one level finer than the step,
 //! as a level that is as coarse as the step blurs across the ray as much as along it. The
-//! table below shows both.
+//! [table of errors](#error-and-cost) has both.
 //!
 //! # Options
 //!
@@ -109,7 +110,7 @@
 //! # Error and cost
 //!
 //! The colour is of second order in a step, until texels are shorter than one: then it is the
-//! mip level's blur. Ends of shadows are of first order, an eighth of a step at most. The
+//! mip level's blur. Ends of shadows are of first order, within 1/16 of a step of shadows. The
 //! error relative to the mean, in `textured-spot` at 320 × 180 (a cookie of 64² texels, a
 //! light in view, a map of 1024²), against the exact integral over the cookie behind the
 //! exact runs of the map (`lighting/examples/cookies.rs`):
@@ -156,7 +157,7 @@ pub use lattice::Placement;
 pub use spans::ShadowSpans;
 
 use beam::Beam;
-use lattice::{Lattice, Steps, spot_of};
+use lattice::{Lattice, Steps};
 
 use crate::airlight::far_end;
 use crate::scene::{PointEmitter, SpotEmission};
@@ -193,7 +194,7 @@ pub struct Textured<V, M: Memory> {
 impl<V, M: Memory> Textured<V, M> {
     /// A light with its cookie, if it has one, and a source of its shadows, which is asked
     /// about what of a ray is in the cone. Steps are so long that there are `steps` of them
-    /// (0 counts as 1) across the beam.
+    /// across the beam: 1 to 2²⁰, others count as the nearest of these.
     ///
     /// The cookie may be any: a [`blurred`] one, say. That of the light itself is not
     /// looked at.
@@ -216,9 +217,13 @@ impl<V, M: Memory> Textured<V, M> {
 
     /// The same with a mip level that is so many levels finer than a step is long in the
     /// cookie: 1 unless another is asked for. 0 is as coarse as the step; with 32 the cookie
-    /// is looked up as it is.
+    /// is looked up as it is. Other numbers count as the nearest of these two, and NaN as 1.
     #[must_use]
     pub fn with_finer_levels(self, finer: f32) -> Self {
+        let finer = match finer.is_nan() {
+            true => 1.0,
+            false => finer.clamp(0.0, 32.0),
+        };
         Self { finer, ..self }
     }
 
@@ -237,7 +242,7 @@ impl<V, M: Memory> Textured<V, M> {
 /// What is to be gathered in place of a light: a spotlight without cone and cookie,
 /// undiminished up to its range; any other light as it is.
 pub fn bare(light: &Emitter) -> Cow<'_, Emitter> {
-    match spot_of(light) {
+    match light.spot() {
         Some(_) => Cow::Owned(light.bare()),
         None => Cow::Borrowed(light),
     }
@@ -252,7 +257,7 @@ fn within_reach(path: &LightPath<'_>) -> Interval {
 impl<V: VisibilitySource> Textured<V, Host> {
     /// `None` for a light without a cone.
     fn spot(&self) -> Option<(&PointEmitter, &SpotEmission)> {
-        match (&self.light, spot_of(&self.light)) {
+        match (&self.light, self.light.spot()) {
             (Emitter::Point(point), Some(spot)) => Some((point, spot)),
             _ => None,
         }

@@ -29,8 +29,8 @@ pub struct ShadowSpans<P, M: Memory> {
 
 impl<P: Borrow<ShadowMap<M>>, M: Memory> ShadowSpans<P, M> {
     /// For the map of a light, and the light's volumes; without any the map is asked all
-    /// along the ray. Steps are so long that there are `steps` of them (0 counts as 1)
-    /// across the beam.
+    /// along the ray. Steps are so long that there are `steps` of them across the beam:
+    /// 1 to 2²⁰, others count as the nearest of these.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] if the volumes go with a map of another size.

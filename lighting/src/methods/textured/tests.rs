@@ -90,7 +90,7 @@ impl Lamp {
     fn new(light: Emitter, geometry: &Geometry) -> Self {
         let cpu = Cpu::new();
         let casters = Casters::upload(&cpu, geometry).unwrap();
-        let cookie = spot_of(&light).and_then(|spot| spot.texture());
+        let cookie = light.spot().and_then(|spot| spot.texture());
         Self {
             map: cpu.shadow_map(&casters, &light, MAP).unwrap(),
             volumes: Arc::new(ShadowVolumes::new(&cpu, geometry, &light, MAP).unwrap()),
@@ -410,6 +410,76 @@ fn a_beam_has_as_many_steps_as_were_asked_for() {
     }
 }
 
+/// Moved off the light as a gather does it, which must not make a turn of half a circle of
+/// what has no angle.
+#[test]
+fn rays_through_the_light_are_a_step_before_it_and_one_behind_it() {
+    let medium = fog();
+    for outer in [1e-3, 0.02, 0.45, 1.4] {
+        let light = spot(outer, None);
+        let bare = bare(&light);
+        let steps = 100;
+        let source: Textured<_, Host> =
+            Textured::new(Unshadowed, &light, None, steps, Placement::Angle);
+        // Distances of the eye along the axis, and how far rays pass the light in parts of
+        // them.
+        for eye in [0.0, 1e-6, 0.3, 4.0, -0.3, -4.0] {
+            for aside in [0.0, 1e-6, 0.5e-4, 0.99e-4, 1.01e-4, 3e-4] {
+                for aim in [Vec3::Y, -Vec3::Y] {
+                    let origin = eye * Vec3::Y + eye * aside * Vec3::X;
+                    let ray = Ray::new(origin, aim, 7.0).unwrap();
+                    let path = LightPath::new(&ray, &bare, &medium).unwrap();
+                    let path = path.off_the_light();
+                    let mut marks = source.steps.of_path(&path, path.span()).behind(0.0);
+                    let marks: Vec<f32> = std::iter::from_fn(|| Some(marks.advance()))
+                        .take_while(|x| *x < 7.0)
+                        .collect();
+                    if aside < 1e-4 {
+                        let is_ahead = 0.0 < path.foot() && path.foot() < 7.0;
+                        assert_eq!(marks.len(), usize::from(is_ahead), "{eye} {aside} {aim}");
+                        assert!(marks.iter().all(|mark| *mark == path.foot()));
+                    }
+                    let mut lit = Vec::new();
+                    source.lit_intervals(&path, &mut lit);
+                    // Two more where the rim begins and ends.
+                    let most = if aside < 1e-4 { 4 } else { steps as usize + 4 };
+                    assert!(
+                        lit.len() <= most,
+                        "{outer} {eye} {aside} {aim}: {}",
+                        lit.len()
+                    );
+                    // What looks along the axis from the light on is lit.
+                    let is_lit = aside == 0.0 && aim == -Vec3::Y;
+                    assert!(!is_lit || !lit.is_empty(), "{outer} {eye}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn numbers_that_make_no_steps_count_as_the_nearest_that_do() {
+    let light = spot(0.45, None);
+    let steps = |count, placement| Steps::new(&light, count, placement);
+    let angle = Placement::Angle;
+    assert_eq!(steps(0, angle), steps(1, angle));
+    assert_eq!(steps(u32::MAX, angle), steps(1 << 20, angle));
+    assert_ne!(steps((1 << 20) - 1, angle), steps(1 << 20, angle));
+    let length = |reach| steps(10, Placement::Length { reach });
+    for none in [f32::NAN, -1.0, f32::NEG_INFINITY] {
+        assert_eq!(length(none), length(0.0));
+    }
+    assert_eq!(length(f32::INFINITY), length(f32::MAX));
+    let finer = |finer| {
+        let source: Textured<_, Host> = Textured::new(Unshadowed, &light, None, 10, angle);
+        source.with_finer_levels(finer).finer
+    };
+    assert_eq!(
+        [f32::NAN, -2.0, 0.5, f32::INFINITY].map(finer),
+        [1.0, 0.0, 0.5, 32.0]
+    );
+}
+
 #[test]
 fn rays_through_the_light_and_eyes_at_it_have_finite_light() {
     let medium = fog();
@@ -535,6 +605,29 @@ fn a_blur_loses_no_light() {
             assert!(variance(&image) <= 1.0001 * variance(&cookie));
         }
         assert_eq!(blurred(&cookie, 0.0).unwrap().texels(), cookie.texels());
+    }
+    // However long a side is, few of its texels are as wide as the blur, and few are summed
+    // for each.
+    for (width, height) in [(1, 65536), (65536, 1), (3, 20000), (500, 2)] {
+        let texels = (0..width * height).map(|i| Vec3::splat(noise(u64::from(i))));
+        let cookie = Texture::new(width, height, texels.collect()).unwrap();
+        for blur in [0.01, 1.0] {
+            let image = blurred(&cookie, blur).unwrap();
+            let sides = [image.width(), image.height()];
+            assert!(
+                sides.iter().all(|side| blur * *side as f32 <= 4.0),
+                "{sides:?}"
+            );
+            // And no side has fewer than it needs.
+            let halved = [width, height].into_iter().zip(sides);
+            let mut halved = halved.filter(|(before, after)| before > after);
+            assert!(
+                halved.all(|(_, side)| blur * side as f32 >= 2.0),
+                "{sides:?}"
+            );
+            let off = (image.mean() - cookie.mean()).abs().max_element();
+            assert!(off <= 1e-5 * cookie.mean().x, "{width} x {height}: {off}");
+        }
     }
     let wide = blurred(&window(64), 0.3).unwrap();
     assert!(wide.width() < 64);
