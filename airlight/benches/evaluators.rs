@@ -231,8 +231,8 @@ fn frame(criterion: &mut Criterion) {
     }
     let table = FrameTable::new(&phase, SIGMA_T, distance, rows).expect("in range");
     let all = Table::new(&phase, 64).expect("in range");
-    let rest = Quadrature::with_tolerance(phase, 1e-5).expect("in range");
-    let framed = Framed::new(table.clone(), rest);
+    let fallback = Quadrature::with_tolerance(phase, 1e-5).expect("in range");
+    let framed = Framed::new(table.clone(), fallback);
     let distance = f64::from(distance);
     let (rays, count, length) = (64, 64, 0.125);
     let angles = (0..rays).map(|i| (1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(rays)).acos());

@@ -5,16 +5,27 @@ use gpu_backend::Cpu;
 use super::FrameTable;
 use crate::{Phase, ScatteringAngle, gauss};
 
-/// Cubics of a row, of the near sheet and of the far one.
-type Row = [Vec<[f64; 4]>; 2];
+/// Cells of a row, of the near sheet and of the far one.
+type Row = [Vec<Cell>; 2];
+
+/// A cubic, and whether it follows the mean that it stands for.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    cubic: [f64; 4],
+    follows: bool,
+}
 
 /// How far a cubic may be off in the middle of its cell, of the mean there: what
 /// two rows are off by in most places.
 const FOLLOWS: f64 = 1e-4;
 
-/// Stands for the first coefficient of a cubic that does not follow the mean, which is
-/// never negative.
-const UNKNOWN: f64 = -1.0;
+/// How far the density that a cubic stands for may be off at a quarter and three
+/// quarters of its cell, where it is off most.
+const SLOPES_FOLLOW: f64 = 5e-3;
+
+/// How far the mean of two rows may be off half way between them, of the mean there,
+/// and of the light of a short step there.
+const ACROSS: f64 = 5e-3;
 
 /// Nodes for the integral over half a cell.
 const NODES: u32 = 4;
@@ -26,18 +37,41 @@ pub(super) fn table<P: Phase>(phase: &P, sigma_t: f32, distance: f32, rows: u32)
     let depth = f64::from(sigma_t) * f64::from(distance);
     let cells = rows / 4;
     let rule = gauss::Rule::of(NODES);
-    let mut made: Vec<Option<Row>> = (0..rows).map(|_| None).collect();
-    Cpu::new().for_each_chunk(&mut made, 4, |first, chunk: &mut [Option<Row>]| {
+    // Rows, and between each two of them what the middle should be.
+    let lights = 2 * rows - 1;
+    let light = |i: usize| {
+        let share = (i as f64 / f64::from(lights - 1)).powi(2);
+        let tangent = (share / (1.0 - share)).clamp(FLATTEST, 1.0 / FLATTEST);
+        Light::new(phase, depth, tangent)
+    };
+    let mut made: Vec<Option<Row>> = (0..lights).map(|_| None).collect();
+    Cpu::new().for_each_chunk(&mut made, 8, |first, chunk: &mut [Option<Row>]| {
         for (i, row) in chunk.iter_mut().enumerate() {
-            let share = ((first + i) as f64 / f64::from(rows - 1)).powi(2);
-            let tangent = (share / (1.0 - share)).clamp(FLATTEST, 1.0 / FLATTEST);
-            *row = Some(Light::new(phase, depth, tangent).row(&rule, cells));
+            *row = Some(light(first + i).row(&rule, cells));
         }
     });
-    let single = |cubic: &[f64; 4]| cubic.map(|c| c as f32);
-    let sheet = |i: usize| made.iter().flatten().flat_map(move |row| &row[i]);
+    let made: Vec<Row> = made.into_iter().flatten().collect();
+    let sheet = |sheet: usize| {
+        let (made, light) = (&made, &light);
+        (0..made.len()).step_by(2).flat_map(move |i| {
+            let row = &made[i][sheet];
+            let next = made.get(i + 1).zip(made.get(i + 2));
+            let lever = light(i + 1);
+            row.iter().enumerate().map(move |(cell, above)| {
+                let is_known = next.is_none_or(|(middle, below)| {
+                    let levers = [0.0, 0.5, 1.0].map(|t| {
+                        let y = (cell as f64 + t) / f64::from(cells);
+                        f64::from(cells) * lever.lever(sheet, y)
+                    });
+                    let [middle, below] = [middle, below].map(|row| &row[sheet][cell]);
+                    above.follows && below.follows && is_between(above, below, middle, levers)
+                });
+                marked(above.cubic, is_known)
+            })
+        })
+    };
     FrameTable {
-        cells: sheet(0).chain(sheet(1)).map(single).collect(),
+        cells: sheet(0).chain(sheet(1)).collect(),
         rows,
         cells_of_row: cells,
         sigma_t,
@@ -117,6 +151,16 @@ impl<'a, P: Phase> Light<'a, P> {
         [1.0 / q, -1.0 / (q * q * slope)]
     }
 
+    /// What a slope of the mean at a position of a sheet counts for in the density there:
+    /// `v dy/dv`.
+    fn lever(&self, sheet: usize, y: f64) -> f64 {
+        if sheet == 0 {
+            return y;
+        }
+        let [v, slope] = self.far_position(y);
+        v / slope
+    }
+
     fn row(&self, rule: &gauss::Rule, cells: u32) -> Row {
         let near_density = |u: f64| self.near(u * self.largest);
         let near = means(rule, cells, near_density, |u| [u, 1.0]);
@@ -135,7 +179,7 @@ fn means(
     cells: u32,
     density: impl Fn(f64) -> f64,
     position: impl Fn(f64) -> [f64; 2],
-) -> Vec<[f64; 4]> {
+) -> Vec<Cell> {
     let width = 1.0 / f64::from(cells);
     let between = |from: f64, to: f64| {
         let nodes = rule.iter();
@@ -149,6 +193,18 @@ fn means(
         let [v, slope] = position(y);
         let mean = sum / v;
         (v, [mean, (density(v) - mean) / v * slope * width])
+    };
+    let densities_follow = |cubic: [f64; 4], y: f64| {
+        [0.25, 0.75].into_iter().all(|t| {
+            let [v, slope] = position(y + t * width);
+            let ([mean, rise], truth) = (at(cubic, t), density(v));
+            (mean + rise * v / (slope * width) - truth).abs() <= SLOPES_FOLLOW * truth
+        })
+    };
+    let cell_of = |cubic: [f64; 4], y: f64, mean: f64| {
+        let mut cell = checked(cubic, mean);
+        cell.follows &= densities_follow(cubic, y);
+        cell
     };
     let mut sum = 0.0;
     let mut start = 0.0;
@@ -164,7 +220,7 @@ fn means(
                 (start, known) = state(width, sum);
                 let cubic = through(first / one, second / two, known);
                 let middle = position(0.5 * width)[0];
-                return checked(cubic, between(0.0, middle) / middle);
+                return cell_of(cubic, 0.0, between(0.0, middle) / middle);
             }
             let y = f64::from(cell) * width;
             let middle = position(y + 0.5 * width)[0];
@@ -182,20 +238,49 @@ fn means(
                 3.0 * change - 2.0 * rise - fall,
                 rise + fall - 2.0 * change,
             ];
-            checked(cubic, mean)
+            cell_of(cubic, y, mean)
         })
         .collect()
 }
 
-/// Marked unless its value in the middle is `mean`, nearly.
-fn checked(cubic: [f64; 4], mean: f64) -> [f64; 4] {
-    let [a, b, c, d] = cubic;
-    let middle = a + 0.5 * (b + 0.5 * (c + 0.5 * d));
-    if (middle - mean).abs() <= FOLLOWS * mean {
-        cubic
-    } else {
-        [UNKNOWN, b, c, d]
+/// Follows if its value in the middle is `mean`, nearly.
+fn checked(cubic: [f64; 4], mean: f64) -> Cell {
+    let [middle, _] = at(cubic, 0.5);
+    // Lookups tell cells that are not known by the sign of the first coefficient.
+    let follows = cubic[0] >= 0.0 && (middle - mean).abs() <= FOLLOWS * mean;
+    Cell { cubic, follows }
+}
+
+/// Whether the mean of two cubics is the one half way between them, nearly, at both ends
+/// and in the middle, and so are the densities, for which slopes count with the `levers`.
+fn is_between(above: &Cell, below: &Cell, middle: &Cell, levers: [f64; 3]) -> bool {
+    let mean = [0, 1, 2, 3].map(|i| 0.5 * (above.cubic[i] + below.cubic[i]));
+    let is_near = |found: f64, truth: f64| (found - truth).abs() <= ACROSS * truth;
+    let agree = [0.0, 0.5, 1.0].into_iter().zip(levers).all(|(t, lever)| {
+        let ([found, slope], [truth, rise]) = (at(mean, t), at(middle.cubic, t));
+        // Where a sheet begins there may be no light.
+        lever == 0.0
+            || is_near(found, truth) && is_near(found + lever * slope, truth + lever * rise)
+    });
+    middle.follows && agree
+}
+
+/// A cubic and its slope.
+fn at([a, b, c, d]: [f64; 4], t: f64) -> [f64; 2] {
+    [
+        a + t * (b + t * (c + t * d)),
+        b + t * (2.0 * c + 3.0 * t * d),
+    ]
+}
+
+/// The first coefficient is negative unless the light between this row and the next one is
+/// known; its size stays what it is, for the row before.
+fn marked(cubic: [f64; 4], is_known: bool) -> [f32; 4] {
+    let mut cubic = cubic.map(|c| c as f32);
+    if !is_known {
+        cubic[0] = -cubic[0].abs().max(f32::MIN_POSITIVE);
     }
+    cubic
 }
 
 /// The cubic on `[0, 1]` with these values at ⅓ and ⅔, and this value and slope at 1.

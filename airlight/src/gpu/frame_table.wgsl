@@ -27,6 +27,9 @@ const air_FRAME_ELSEWHERE: f32 = 0.0000152587890625;
 // What the table does not know. No airlight is negative.
 const air_FRAME_UNKNOWN: f32 = -1.0;
 
+// Differences are less, or are not finite.
+const air_FRAME_LARGEST: f32 = 3e38;
+
 // Squares of what is farther away, in the distance of the light, are not taken.
 const air_FRAME_FAR: f32 = 1e9;
 
@@ -43,6 +46,9 @@ struct air_FrameRay {
 // Per unit of σ_s I, in 1/(m sr), of a part of a ray from the eye of the table;
 // air_FRAME_UNKNOWN where the table cannot know it.
 fn air_frame_look_up(table: air_FrameTable, segment: air_Segment) -> f32 {
+    if table.rows == 0u || !(table.distance > 0.0) {
+        return air_FRAME_UNKNOWN;
+    }
     let foot = segment.x - segment.s;
     let h = segment.h;
     // Not below, so that what is no number is refused, too.
@@ -56,8 +62,12 @@ fn air_frame_look_up(table: air_FrameTable, segment: air_Segment) -> f32 {
         return air_FRAME_UNKNOWN;
     }
     let ray = air_frame_ray(table, foot, h);
-    let start = air_frame_point(table, ray, segment.x, segment.s);
     let length = min(segment.length, 2.0 * far);
+    // The light itself.
+    if h == 0.0 && segment.x <= foot && foot <= segment.x + length {
+        return air_FRAME_UNKNOWN;
+    }
+    let start = air_frame_point(table, ray, segment.x, segment.s);
     let end = air_frame_point(table, ray, segment.x + length, segment.s + length);
     if start.y < 0.0 || end.y < 0.0 {
         return air_FRAME_UNKNOWN;
@@ -68,8 +78,8 @@ fn air_frame_look_up(table: air_FrameTable, segment: air_Segment) -> f32 {
         difference = -difference;
         larger = start.y;
     } else if end.x == 1.0 {
-        // Through the light.
-        if h == 0.0 && foot > 0.0 {
+        // Past the light.
+        if !(ray.q_m > 0.0) {
             return air_FRAME_UNKNOWN;
         }
         let near = air_frame_mean(table, ray, 0u, 1.0);
@@ -80,7 +90,8 @@ fn air_frame_look_up(table: air_FrameTable, segment: air_Segment) -> f32 {
         larger = (near + behind) / ray.q_m;
         difference = (near / ray.q_m - start.y) + (behind / ray.q_m - end.y);
     }
-    if !(difference >= air_FRAME_LEAST * larger && difference > 0.0) {
+    let is_finite = difference < air_FRAME_LARGEST;
+    if !(difference >= air_FRAME_LEAST * larger && difference > 0.0 && is_finite) {
         return air_FRAME_UNKNOWN;
     }
     return table.transmittance * difference;
@@ -131,10 +142,12 @@ fn air_frame_mean(table: air_FrameTable, ray: air_FrameRay, sheet: u32, position
     let along = at - f32(cell);
     let index = table.first + (sheet * table.rows + ray.row) * cells + cell;
     let above = air_frame_cell(index);
-    let below = air_frame_cell(index + cells);
-    if above.x < 0.0 || below.x < 0.0 {
+    var below = air_frame_cell(index + cells);
+    // The sign of a row says whether what follows it is known.
+    if above.x < 0.0 {
         return air_FRAME_UNKNOWN;
     }
+    below.x = abs(below.x);
     let cubic = mix(above, below, ray.across);
     return max(cubic.x + along * (cubic.y + along * (cubic.z + along * cubic.w)), 0.0);
 }

@@ -53,24 +53,24 @@ impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
 }
 
 /// The radiance of an interval by `plain` where the light shines alike in all
-/// directions from within the medium and does not fade, and by `rest` elsewhere.
+/// directions from within the medium and does not fade, and by `fallback` elsewhere.
 pub(super) fn by_cone(
     path: &LightPath<'_>,
     interval: Interval,
     plain: impl Fn(Interval) -> Vec3,
-    rest: impl Fn(Interval) -> Vec3,
+    fallback: impl Fn(Interval) -> Vec3,
 ) -> Vec3 {
     if path.segment(interval).is_some() {
         return plain(interval);
     }
     let Some(spot) = path.full_cone() else {
-        return rest(interval);
+        return fallback(interval);
     };
     path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
         sum + if path.is_full(spot, piece) {
             plain(piece)
         } else {
-            rest(piece)
+            fallback(piece)
         }
     })
 }

@@ -135,8 +135,8 @@ mod tests {
             for nodes in [1, 4, 11] {
                 check(&EquiAngular::new(nodes).unwrap(), &paths, &parts);
             }
-            let rest = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
-            let of_eye = PerFrame::of_light(rest, Vec3::ZERO, light, &medium, 64).unwrap();
+            let fallback = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
+            let of_eye = PerFrame::of_light(fallback, Vec3::ZERO, light, &medium, 64).unwrap();
             check(&of_eye, &paths, &parts);
         }
     }

@@ -12,13 +12,19 @@ use crate::{Interval, LightPath};
 /// The tables of [`airlight::FrameTable`] for one eye and one light, one for each
 /// extinction, and a quadrature for all else.
 ///
-/// They serve lights that shine alike in all directions from within the medium and do
-/// not fade, and what of a ray lies in the full cone of a spotlight without a cookie.
-/// Parts that a table does not know (short ones behind much light, far ones in thick
-/// fog), rays from elsewhere, other lights and eyes more than
-/// [`FrameTable::DEEPEST`] mean free paths away get the quadrature: none is wrong, many
-/// are slow. In a box of fog the light of a part is as much stronger as the way of the
-/// ray to the box is clear.
+/// The tables serve point lights inside the medium that shine alike in all directions and
+/// do not fade, and, of a spotlight without a cookie, the part of a ray in its full cone.
+/// In a box of fog their light is scaled by what the clear way to the box does not absorb.
+///
+/// Everything else goes to the quadrature: other lights, rays from other eyes, media of
+/// another extinction, lights more than [`FrameTable::DEEPEST`] mean free paths from the
+/// eye, and parts that a table does not know, such as short ones behind much light, far
+/// ones in thick fog, and directions in which a phase function is too sharp for the rows.
+/// So the answer is right within the errors of [`FrameTable`] and of the quadrature, but
+/// where the tables do not serve it takes as long as the quadrature.
+///
+/// The phase function is not compared: that of the medium which is evaluated must be that
+/// of the tables and of the quadrature.
 #[derive(Debug, Clone)]
 pub struct PerFrame {
     /// None, one for all channels, or one for each.
@@ -94,7 +100,15 @@ impl PerFrame {
     }
 
     fn rays(&self, path: &LightPath<'_>) -> [Option<FrameRay<'_>>; 3] {
-        let ray = |i: usize| self.tables.get(i)?.ray(path.foot(), path.h());
+        let sigma_t = path.medium().sigma_t();
+        let is_grey = sigma_t == Vec3::splat(sigma_t.x);
+        let ray = |i: usize| {
+            let table = self.tables.get(i)?;
+            let is_of_table = table.sigma_t() == sigma_t[i] && (is_grey || self.tables.len() > 1);
+            is_of_table
+                .then(|| table.ray(path.foot(), path.h()))
+                .flatten()
+        };
         [ray(0), ray(1), ray(2)]
     }
 
@@ -227,14 +241,15 @@ mod tests {
         let down = Quat::from_rotation_x(-1.4);
         let spot = Emission::spot(down, cone, None).unwrap();
         let at = Vec3::new(0.2, 0.4, -4.0);
-        let rest = Quadrature::with_tolerance(PHASE, 1e-6).unwrap();
-        let double = Analytic::new(airlight::Exact::new(PHASE).unwrap(), rest.clone());
+        let fallback = Quadrature::with_tolerance(PHASE, 1e-6).unwrap();
+        let double = Analytic::new(airlight::Exact::new(PHASE).unwrap(), fallback.clone());
         for emission in [Emission::Isotropic, spot] {
             let light = Emitter::point(at, Vec3::new(1.0, 2.0, 3.0), f32::INFINITY, emission);
             let light = light.unwrap();
             for medium in [open, open.within(bounds), grey] {
                 let eye = Vec3::new(0.1, 0.0, 0.5);
-                let of_eye = PerFrame::of_light(rest.clone(), eye, &light, &medium, 256).unwrap();
+                let of_eye =
+                    PerFrame::of_light(fallback.clone(), eye, &light, &medium, 256).unwrap();
                 let tables = if medium == grey { 1 } else { 3 };
                 assert_eq!(of_eye.tables().len(), tables);
                 let mut compared = 0;
@@ -268,13 +283,13 @@ mod tests {
     #[test]
     fn lights_and_eyes_without_tables_are_integrated() {
         let fog = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PHASE).unwrap();
-        let rest = Quadrature::with_tolerance(PHASE, 1e-4).unwrap();
+        let fallback = Quadrature::with_tolerance(PHASE, 1e-4).unwrap();
         let point = |emission| Emitter::point(Vec3::Z, Vec3::ONE, 9.0, emission).unwrap();
         let surface = Emission::Cosine {
             normal: Vec3::NEG_Z,
         };
         let of = |light: &Emitter, eye: Vec3| {
-            let made = PerFrame::of_light(rest.clone(), eye, light, &fog, 64).unwrap();
+            let made = PerFrame::of_light(fallback.clone(), eye, light, &fog, 64).unwrap();
             made.tables().len()
         };
         let plain = point(Emission::Isotropic);
@@ -284,6 +299,36 @@ mod tests {
         assert_eq!(of(&point(surface), Vec3::ZERO), 0);
         let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
         assert_eq!(of(&sun, Vec3::ZERO), 0);
-        assert!(PerFrame::of_light(rest, Vec3::ZERO, &sun, &fog, 7).is_err());
+        assert!(PerFrame::of_light(fallback, Vec3::ZERO, &sun, &fog, 7).is_err());
+    }
+
+    /// Media of another extinction are the fallback's, in any channel.
+    #[test]
+    fn tables_are_not_asked_for_other_media() {
+        let fallback = Quadrature::with_tolerance(PHASE, 1e-4).unwrap();
+        let light = Emitter::point(Vec3::NEG_Z, Vec3::ONE, f32::INFINITY, Emission::Isotropic);
+        let light = light.unwrap();
+        let sigmas = [
+            Vec3::splat(0.1),
+            Vec3::splat(0.2),
+            Vec3::new(0.1, 0.1, 0.2),
+            Vec3::new(0.1, 0.2, 0.2),
+        ];
+        let media = sigmas.map(|sigma| Medium::new(sigma, Vec3::ZERO, PHASE).unwrap());
+        let ray = Ray::new(Vec3::ZERO, Vec3::new(1.0, 0.0, -1.0), 5.0).unwrap();
+        let part = Interval::new(0.0, 2.0);
+        for (i, of_tables) in media.iter().enumerate() {
+            let tables = PerFrame::of_light(fallback.clone(), Vec3::ZERO, &light, of_tables, 64);
+            let tables = tables.unwrap();
+            for (j, medium) in media.iter().enumerate() {
+                let path = LightPath::new(&ray, &light, medium).unwrap();
+                let found = tables.radiance(&path, part);
+                let is_of_fallback = found == fallback.radiance(&path, part);
+                assert_eq!(is_of_fallback, i != j, "{i} {j}");
+                let mut steps = Vec::new();
+                tables.radiances(&[path], &[(0, part)], &mut steps);
+                assert_eq!(steps, [found], "{i} {j}");
+            }
+        }
     }
 }

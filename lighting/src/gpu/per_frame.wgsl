@@ -18,10 +18,10 @@ fn light_per_frame_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32>
 
 fn light_plain_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     let medium = light_medium();
-    var airlight = vec3(light_frame_airlight(0u, path, start, end));
+    var airlight = vec3(light_frame_airlight(0u, medium.sigma_t.x, path, start, end));
     if !all(medium.sigma_t == vec3(medium.sigma_t.x)) {
-        airlight.y = light_frame_airlight(1u, path, start, end);
-        airlight.z = light_frame_airlight(2u, path, start, end);
+        airlight.y = light_frame_airlight(1u, medium.sigma_t.y, path, start, end);
+        airlight.z = light_frame_airlight(2u, medium.sigma_t.z, path, start, end);
     }
     if any(airlight < vec3(0.0)) {
         return light_smooth_quadrature(path, start, end);
@@ -29,12 +29,18 @@ fn light_plain_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     return medium.sigma_s * light_emitter().intensity * airlight;
 }
 
-// That of a channel; negative where its table does not know.
-fn light_frame_airlight(channel: u32, path: light_Path, start: f32, end: f32) -> f32 {
+// That of a channel; negative where its table does not know, or is for another extinction.
+fn light_frame_airlight(
+    channel: u32,
+    sigma_t: f32,
+    path: light_Path,
+    start: f32,
+    end: f32,
+) -> f32 {
     let table = light_frame_tables[channel];
     // The way to a box of fog is clear.
     let clear = table.sigma_t * path.entry;
-    if table.rows == 0u || clear > light_FRAME_DEEPEST {
+    if table.rows == 0u || table.sigma_t != sigma_t || clear > light_FRAME_DEEPEST {
         return air_FRAME_UNKNOWN;
     }
     // Of the whole ray, from the eye on.

@@ -64,8 +64,8 @@ pub trait Evaluators: Send + Sync + Debug {
             })
     }
 
-    /// The evaluator of a light in a frame, which only those need to tell apart that
-    /// belong to an eye or a light: else it is the [kept](Evaluators::kept) one.
+    /// The evaluator of one light in a frame. Override it where it depends on the eye or
+    /// the light; the default is [`kept`](Evaluators::kept).
     ///
     /// # Errors
     /// Those of [`Evaluators::make`].
@@ -305,10 +305,10 @@ impl Evaluators for FrameTables {
         rows: u32,
     ) -> Result<Arc<PerFrame>, MethodError> {
         let inputs = &frame.inputs;
-        let rest = self.kept(frame, rows)?.fallback().clone();
+        let fallback = self.kept(frame, rows)?.fallback().clone();
         frame.pass("table of the frame", || {
             let eye = inputs.camera.eye();
-            PerFrame::of_light(rest, eye, emitter, inputs.medium, rows)
+            PerFrame::of_light(fallback, eye, emitter, inputs.medium, rows)
                 .map(Arc::new)
                 .map_err(MethodError::resource("a table of the frame"))
         })

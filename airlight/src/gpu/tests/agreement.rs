@@ -202,9 +202,9 @@ fn tables_of_frames_agree_with_the_cpu() {
     let Some(gpu) = testing::gpu() else { return };
     for phase in PHASES {
         for (sigma_t, distance) in [(0.0, 3.0), (0.1, 2.0), (0.5, 4.0), (2.0, 5.0)] {
-            let rest = Quadrature::with_tolerance(phase, 1e-5).unwrap();
+            let fallback = Quadrature::with_tolerance(phase, 1e-5).unwrap();
             let table = FrameTable::new(&phase, sigma_t, distance, 128).unwrap();
-            let framed = Framed::new(table, rest);
+            let framed = Framed::new(table, fallback);
             let mut segments = Vec::new();
             for i in 0..=60 {
                 let angle = PI * f64::from(i) / 60.0;
@@ -274,8 +274,8 @@ fn no_segment_gives_anything_but_a_number() {
             .unwrap();
     let sun_table = SunTable::new();
     let framed = FrameTable::new(&PhaseFunction::Rayleigh, 1.0, 1.0, 16).unwrap();
-    let rest = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
-    let framed = Framed::new(framed, rest);
+    let fallback = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
+    let framed = Framed::new(framed, fallback);
     let segment = [(); 4]
         .map(|()| any_number())
         .prop_map(|[x, s, h, length]| Segment { x, s, h, length });

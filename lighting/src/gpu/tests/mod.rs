@@ -15,8 +15,8 @@ mod textured;
 #[cfg(feature = "translucent")]
 mod translucent;
 
-use ::airlight::Table;
 use ::airlight::gpu::PHASE;
+use ::airlight::{FrameTable, Table};
 use glam::Vec3;
 use gpu_backend::assert_same_layout;
 use gpu_backend::gpu::InShader;
@@ -26,7 +26,7 @@ use super::gather::shader;
 use super::scene::{self, EmitterRecord, MediumRecord, Scene};
 use super::*;
 use crate::Ray;
-use crate::airlight::{Analytic, Daylight, EquiAngular, Midpoint, Quadrature};
+use crate::airlight::{Analytic, Daylight, EquiAngular, Midpoint, PerFrame, Quadrature};
 use crate::visibility::Unshadowed;
 
 /// Stands for the entry point.
@@ -85,6 +85,9 @@ fn every_pair_compiles() {
     complete::<Unshadowed, Quadrature>();
     complete::<Unshadowed, Analytic<Table>>();
     complete::<Unshadowed, Daylight>();
+    let per_frame = complete::<Unshadowed, PerFrame>();
+    let deepest = per_frame.values("light_FRAME_DEEPEST").unwrap();
+    assert_eq!(deepest, [f64::from(FrameTable::DEEPEST)]);
 }
 
 #[cfg(feature = "shadow-map")]
@@ -301,6 +304,8 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
         complete::<V, EquiAngular>();
         complete::<V, Quadrature>();
         complete::<V, Analytic<Table>>();
+        complete::<V, PerFrame>();
+        complete::<V, Daylight>();
     }
 
     with_every_evaluator::<Unshadowed>();
