@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use gpu_backend::gpu::GpuMemory;
 use gpu_backend::{Cpu, Host, assert_same_layout, testing};
 use reference::tolerances::Allowed;
@@ -15,7 +16,7 @@ use crate::methods::textured::gpu::{CONSTANTS, StepsRecord, TexturedRecord};
 use crate::methods::textured::{MipCookie, Outside, Placement, ShadowSpans, Textured, bare};
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap};
 use crate::visibility::Unshadowed;
-use crate::{AirlightEvaluator, Emitter, Gather};
+use crate::{AirlightEvaluator, Emitter, Gather, Ray};
 
 type OnGpu = Textured<ShadowSpans<Arc<ShadowMap<GpuMemory>>, GpuMemory>, GpuMemory>;
 
@@ -141,6 +142,44 @@ fn other_steps_and_light_outside_of_the_cone_agree_too() {
         let share = share_of_rays_that_differ(placement, Outside::Lit, &airlight);
         println!("{placement:?}: {share:.6} of rays differ");
         assert!(share <= Allowed::GpuHybridRays.error(), "{share}");
+    }
+}
+
+/// A step before the light and one behind it, of which the colours are compared.
+#[test]
+fn rays_through_the_light_agree() {
+    let Some(gpu) = testing::gpu() else {
+        return;
+    };
+    let cpu = Cpu::new();
+    let airlight = EquiAngular::new(2).unwrap();
+    for (name, light) in lights() {
+        let Emitter::Point(point) = &light else {
+            continue;
+        };
+        let axis = light.spot().map_or(Vec3::NEG_Y, |spot| spot.axis());
+        let rays: Vec<Ray> = [-3.0, -0.5, 0.0, 0.5, 2.0]
+            .into_iter()
+            .flat_map(|eye| [1.0, -1.0].map(|towards| (eye, towards * axis)))
+            .map(|(eye, aim)| Ray::new(point.position() + eye * axis, aim, 5.0).unwrap())
+            .collect();
+        let cookie = cookie(&light).map(Arc::new);
+        let cookie_there = cookie.as_ref().map(|c| Arc::new(c.upload(&gpu).unwrap()));
+        let here = Textured::new(Unshadowed, &light, cookie, 50, Placement::Angle);
+        let there = Textured::new(Unshadowed, &light, cookie_there, 50, Placement::Angle);
+        let bare = bare(&light);
+        for (_, medium) in media() {
+            let scale = gathered(&cpu, &rays, &bare, &medium, (&Unshadowed, &airlight));
+            let expected = gathered(&cpu, &rays, &bare, &medium, (&here, &airlight));
+            let actual = gathered(&gpu, &rays, &bare, &medium, (&there, &airlight));
+            for i in 0..rays.len() {
+                for c in 0..3 {
+                    let (e, g) = (expected[i][c], actual[i][c]);
+                    let scale = scale[i][c].max(e);
+                    assert!((e - g).abs() <= 0.03 * scale, "{name} {i}: {e} {g}");
+                }
+            }
+        }
     }
 }
 
