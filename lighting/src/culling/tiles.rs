@@ -19,7 +19,7 @@ const PLACE: u32 = 2 * SIDE.ilog2();
 /// block.
 fn place_of([x, y]: [u32; 2]) -> u64 {
     let largest = SIDE.pow(LEVELS as u32);
-    let mut place = u64::from(y / largest) << 32 | u64::from(x / largest);
+    let mut place = (u64::from(y / largest) << 26) | u64::from(x / largest);
     for level in (1..LEVELS as u32).rev() {
         let [column, row] = [x, y].map(|i| u64::from(i / SIDE.pow(level) % SIDE));
         place = (place << PLACE) | (row * u64::from(SIDE) + column);
