@@ -39,7 +39,9 @@ fn truth(scene: &TestScene) -> Reference {
 fn error(inputs: FrameInputs<'_>, truth: &Reference, method: &str, quality: u32) -> ImageError {
     let registry = Registry::standard();
     let entry = registry.find(method).unwrap();
-    let image = image(&Cpu::new(), inputs, entry, quality).unwrap().unwrap();
+    let image = image(&Cpu::new(), inputs, &entry, quality)
+        .unwrap()
+        .unwrap();
     let error = image_error(&image, truth);
     println!("{method} {quality}: {:.5} {:.4}", error.rmse, error.max);
     error
@@ -168,7 +170,7 @@ fn traced_rays_and_runs_are_unbiased_and_converge_faster_than_independent_ones()
         );
         let registry = Registry::standard();
         let entry = registry.find(method).unwrap();
-        let image = image(&Cpu::new(), inputs, entry, counts[1])
+        let image = image(&Cpu::new(), inputs, &entry, counts[1])
             .unwrap()
             .unwrap();
         let sum = |pixel: &[f32; 4]| f64::from(pixel[0] + pixel[1] + pixel[2]);

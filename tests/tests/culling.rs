@@ -92,9 +92,7 @@ fn random_lights_that_are_culled_give_the_same_bits<B: Subject>(backend: &B) {
     )
     .unwrap();
     let geometry = shapes::nothing();
-    let method: Entry = Registry::standard()
-        .pair("unshadowed", "gauss", Some(3))
-        .unwrap();
+    let method: Entry = Registry::standard().pair("none", "gauss", Some(3)).unwrap();
     let airlight = EquiAngular::new(3).unwrap();
     let mut random = Random::new(5);
     let mut culled_lights = 0;

@@ -123,7 +123,7 @@ fn clip_to_half_space(v: DVec3, w: DVec3, normal: DVec3) -> Option<(f64, f64)> {
 /// Where the line `v + x w` runs inside the cone of all `p` with
 /// `p·axis ≥ cos |p|`, for 0 ≤ cos < 1. The cone is convex, so this is one
 /// interval, possibly unbounded.
-fn clip_to_cone(v: DVec3, w: DVec3, axis: DVec3, cos: f64) -> Option<(f64, f64)> {
+pub(super) fn clip_to_cone(v: DVec3, w: DVec3, axis: DVec3, cos: f64) -> Option<(f64, f64)> {
     let inside = |x: f64| {
         let p = v + x * w;
         p.dot(axis) >= cos * p.length()

@@ -8,7 +8,7 @@ mod depths;
 mod lanes;
 
 use airlight::Segment;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 #[cfg(any(test, feature = "shadow-map"))]
 pub(crate) use arc::Arc;
@@ -143,6 +143,19 @@ impl<'a> LightPath<'a> {
     #[must_use]
     pub fn with_index(self, index: u32) -> Self {
         Self { index, ..self }
+    }
+
+    /// What of the span is in the cone of all directions from the light whose cosine to an
+    /// axis is at least `cos`: of the path as it is, which may be
+    /// [moved off the light](LightPath::off_the_light).
+    #[cfg(feature = "shadow-map")]
+    pub(crate) fn in_cone(&self, axis: DVec3, cos: f64) -> Option<Interval> {
+        let foot = f64::from(self.h) * self.to_foot.as_dvec3();
+        let direction = self.ray.direction().as_dvec3().normalize();
+        let (start, end) = clip::clip_to_cone(foot, direction, axis, cos)?;
+        let at = |s: f64| (s + f64::from(self.foot)) as f32;
+        let part = Interval::new(self.span.start.max(at(start)), self.span.end.min(at(end)));
+        (part.start < part.end).then_some(part)
     }
 
     /// The same path, of which only what lies in `part` can be lit; `None` if that is

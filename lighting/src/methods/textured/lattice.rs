@@ -142,6 +142,11 @@ pub(super) enum Lattice {
 }
 
 impl Lattice {
+    /// Whether the ray runs through the light.
+    pub(super) fn is_through_the_light(&self) -> bool {
+        matches!(self, Self::Through { .. })
+    }
+
     /// The number of the last position that is not behind the distance `x`, to rounding.
     fn number(&self, x: f32) -> f64 {
         let x = f64::from(x);

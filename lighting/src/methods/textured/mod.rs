@@ -160,6 +160,7 @@ use beam::Beam;
 use lattice::{Lattice, Steps};
 
 use crate::airlight::far_end;
+use crate::path::axis_of;
 use crate::scene::{PointEmitter, SpotEmission};
 use crate::visibility::Share;
 use crate::{Emitter, Interval, LightPath, LitInterval, VisibilitySource};
@@ -279,6 +280,16 @@ impl<V: VisibilitySource> Textured<V, Host> {
         share * cookie.sample(beam.uv(middle), texels)
     }
 
+    /// The same for a path that is moved off the light.
+    fn rim_of_moved(&self, path: &LightPath<'_>, spot: &SpotEmission) -> [f32; 2] {
+        let full = f64::from(spot.outer_versine()) - f64::from(spot.rim());
+        match self.outside == Outside::Dark && full > 0.0 {
+            true => path.in_cone(axis_of(spot), 1.0 - full),
+            false => None,
+        }
+        .map_or([f32::INFINITY; 2], |full| [full.start, full.end])
+    }
+
     /// Where the rim of the cone begins and ends along a ray.
     fn rim(&self, path: &LightPath<'_>, cone: &LightPath<'_>) -> [f32; 2] {
         let mut rim = [f32::INFINITY; 2];
@@ -350,7 +361,16 @@ impl<V: VisibilitySource> VisibilitySource for Textured<V, Host> {
             }
         };
         let cone = LightPath::new(path.ray(), &self.light, path.medium());
-        let inside = cone.and_then(|cone| Some((cone, path.within(cone.span())?.within(whole)?)));
+        let inside = cone.and_then(|cone| {
+            let mut inside = path.within(cone.span())?.within(whole)?;
+            if lattice.is_through_the_light() {
+                // What is moved off the light is not in the cone from the light on.
+                inside = inside.within(
+                    inside.in_cone(axis_of(spot), 1.0 - f64::from(spot.outer_versine()))?,
+                )?;
+            }
+            Some((cone, inside))
+        });
         let Some((cone, inside)) = inside else {
             outside(whole.start, whole.end, lit);
             return;
@@ -359,7 +379,10 @@ impl<V: VisibilitySource> VisibilitySource for Textured<V, Host> {
         outside(whole.start, start, lit);
         self.shadows.lit_intervals(&inside, &mut runs);
         let lattice = self.steps.of_path(path, inside.span());
-        let rim = self.rim(path, &cone);
+        let rim = match lattice.is_through_the_light() {
+            true => self.rim_of_moved(&inside, spot),
+            false => self.rim(path, &cone),
+        };
         for run in &runs {
             divide(
                 (&lattice, foot),
