@@ -252,7 +252,7 @@ fn methods_are_found_by_any_of_their_names() {
     assert!(registry.pair("march", "no such thing", None).is_none());
     let reduced = |name: &str| Some(registry.find(name)?.about().name.into_owned());
     for name in [
-        "exact x gauss-8 quarter",
+        "hybrid x gauss-8 quarter",
         "march x midpoint 2x2 sixteenth gaussian",
     ] {
         assert_eq!(reduced(name).as_deref(), Some(name));

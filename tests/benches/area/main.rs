@@ -16,7 +16,7 @@ use gpu_backend::{Cpu, Host};
 use lighting::airlight::EquiAngular;
 use lighting::area::{GatherMany, LightVolumes, ManyLights};
 use lighting::methods::reduced::{Choice, FillPicture, Filling, Reduction};
-use lighting::methods::{Frame, FrameInputs, Registry, Store};
+use lighting::methods::{Frame, FrameInputs, Registry, RunOn, Store};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Hit;
 use lighting::scene::{Instance, Pattern};

@@ -64,9 +64,13 @@ impl Steps {
     pub(super) fn new(light: &Emitter, count: u32, placement: Placement) -> Self {
         let count = count.clamp(1, MOST_STEPS);
         let placement = match placement {
-            // NaN is neither more nor less.
+            // NaN is not more.
             Placement::Length { reach } => Placement::Length {
-                reach: reach.max(0.0).min(f32::MAX),
+                reach: if reach > 0.0 {
+                    reach.min(f32::MAX)
+                } else {
+                    0.0
+                },
             },
             other => other,
         };
