@@ -8,7 +8,7 @@ mod depths;
 mod lanes;
 
 use airlight::Segment;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 #[cfg(any(test, feature = "shadow-map"))]
 pub(crate) use arc::Arc;
@@ -149,7 +149,7 @@ impl<'a> LightPath<'a> {
     /// axis is at least `cos`: of the path as it is, which may be
     /// [moved off the light](LightPath::off_the_light).
     #[cfg(feature = "shadow-map")]
-    pub(crate) fn in_cone(&self, axis: DVec3, cos: f64) -> Option<Interval> {
+    pub(crate) fn in_cone(&self, axis: glam::DVec3, cos: f64) -> Option<Interval> {
         let foot = f64::from(self.h) * self.to_foot.as_dvec3();
         let direction = self.ray.direction().as_dvec3().normalize();
         let (start, end) = clip::clip_to_cone(foot, direction, axis, cos)?;

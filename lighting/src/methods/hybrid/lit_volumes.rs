@@ -1,11 +1,8 @@
 //! Volumes that hold all light: outside of them all is dark.
 
-use std::ops::Range;
-
 use glam::DVec3;
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
-use super::ShadowVolumes;
 use super::cells::{Cells, DEPTH, NOTHING, POSITION};
 use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::ShadowMap;
@@ -62,7 +59,8 @@ impl LitVolumes<Host> {
     ///
     /// They tell what volumes of light would save, and no more: light that passes between
     /// casters within a cell is outside of them.
-    pub(super) fn estimated(shadows: &ShadowVolumes<Host>) -> Self {
+    #[cfg(any(feature = "methods", test))]
+    pub(super) fn estimated(shadows: &super::ShadowVolumes<Host>) -> Self {
         let cells = shadows.cells.clone();
         let (side, pictures) = (cells.side as usize, cells.pictures.len());
         let used = cells.resolution.div_ceil(cells.cell) as usize;
@@ -73,7 +71,7 @@ impl LitVolumes<Host> {
             if row >= used {
                 continue;
             }
-            let greatest = |columns: Range<usize>| {
+            let greatest = |columns: std::ops::Range<usize>| {
                 let rows = around(row).map(|row| (picture * side + row) * side);
                 let near = rows.flat_map(|row| &shadows.near[row..][columns.clone()]);
                 near.copied().fold(f32::NEG_INFINITY, f32::max)

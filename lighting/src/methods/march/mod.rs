@@ -5,8 +5,10 @@ pub(crate) mod gpu;
 #[cfg(feature = "methods")]
 mod method;
 
+#[cfg(all(feature = "methods", feature = "translucent"))]
+pub(super) use method::NO_PICTURE;
 #[cfg(feature = "methods")]
-pub(super) use method::{Marches, NO_PICTURE, STEPS, methods};
+pub(super) use method::{Marches, STEPS, methods};
 
 use crate::airlight::far_end;
 use crate::path::{Arc, Turns, axis_of};

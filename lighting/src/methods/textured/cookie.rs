@@ -6,6 +6,7 @@ use gpu_backend::{Backend, Error, Host, Memory};
 use crate::scene::{SceneError, Texture};
 
 /// Levels, at most: those of a side of 2³¹ texels.
+#[cfg(feature = "wgpu")]
 pub(super) const MOST_LEVELS: usize = 32;
 
 /// Texels of one standard deviation in which a blur is made, at most: coarser levels do
