@@ -170,9 +170,9 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
         bar.finish_and_clear();
         return Ok(study);
     };
-    steps::measure(&registry, &ball, subject.quick, (&mut study, limit))?;
-    bar.inc(1);
     reductions::measure(&registry, &ball, (&mut study, limit))?;
+    bar.inc(1);
+    steps::measure(&registry, &ball, subject.quick, (&mut study, limit))?;
     bar.finish_and_clear();
     study.introduction = format!(
         "The scene plays no part here. Meshes like those of the paper stand in fog, with a lamp \
