@@ -145,9 +145,10 @@ fn other_steps_and_light_outside_of_the_cone_agree_too() {
     }
 }
 
-/// A step before the light and one behind it. Each backend moves such a ray off the light in
-/// a direction of its own, in which a step is of another length in the cookie, so that its
-/// mip level differs by a fraction of one; where the light begins it must not differ.
+/// A step before the light and one behind it. A ray through the light but for roundings is
+/// moved off it to a side that the roundings decide, which differ between the backends. In a
+/// plain cone no side differs from another; the colours of a cookie do, at the rim, where
+/// the moved ray meets the light.
 #[test]
 fn rays_through_the_light_agree() {
     let Some(gpu) = testing::gpu() else {
@@ -166,6 +167,7 @@ fn rays_through_the_light_agree() {
             .map(|(eye, aim)| Ray::new(point.position() + eye * axis, aim, 5.0).unwrap())
             .collect();
         let cookie = cookie(&light).map(Arc::new);
+        let allowed = if cookie.is_some() { 0.1 } else { 0.03 };
         let cookie_there = cookie.as_ref().map(|c| Arc::new(c.upload(&gpu).unwrap()));
         let here = Textured::new(Unshadowed, &light, cookie, 50, Placement::Angle);
         let there = Textured::new(Unshadowed, &light, cookie_there, 50, Placement::Angle);
@@ -178,7 +180,7 @@ fn rays_through_the_light_agree() {
                 for c in 0..3 {
                     let (e, g) = (expected[i][c], actual[i][c]);
                     let scale = scale[i][c].max(e);
-                    assert!((e - g).abs() <= 0.1 * scale, "{name} {i}: {e} {g}");
+                    assert!((e - g).abs() <= allowed * scale, "{name} {i}: {e} {g}");
                 }
             }
         }

@@ -186,14 +186,14 @@ pub struct Hybrid<P, M: Memory> {
     spread: Spread,
 }
 
-/// Makes sure that volumes go with a map.
+/// Makes sure that volumes have the texels per side and the faces of a map.
 fn check<M: Memory>(cells: &Cells, map: &ShadowMap<M>) -> Result<(), Error> {
     let (expected, actual) = ((map.resolution(), map.faces().len()), cells.of_map());
     if expected == actual {
         return Ok(());
     }
     Err(Error::LengthMismatch {
-        what: "the texels per side of a map with shadow volumes",
+        what: "the texels per side of a map with volumes, times its faces",
         expected: expected.0 as usize * expected.1,
         actual: actual.0 as usize * actual.1,
     })

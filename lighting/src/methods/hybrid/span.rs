@@ -2,6 +2,7 @@
 
 use gpu_backend::{Error, Host, Memory};
 
+use super::check;
 use super::search::Line;
 use super::volumes::ShadowVolumes;
 use crate::shadow_map::ShadowMap;
@@ -14,15 +15,7 @@ impl<M: Memory> ShadowVolumes<M> {
     /// # Errors
     /// [`Error::LengthMismatch`] if not.
     pub(in crate::methods) fn go_with(&self, map: &ShadowMap<M>) -> Result<(), Error> {
-        let (expected, actual) = ((map.resolution(), map.faces().len()), self.cells.of_map());
-        if expected == actual {
-            return Ok(());
-        }
-        Err(Error::LengthMismatch {
-            what: "the texels per side of a map with shadow volumes, times its faces",
-            expected: expected.0 as usize * expected.1,
-            actual: actual.0 as usize * actual.1,
-        })
+        check(&self.cells, map)
     }
 }
 

@@ -126,11 +126,11 @@ impl Reduction {
             (rest, reduction.filter) = (shorter, Filter::Gaussian);
         }
         shorter = rest;
-        if let Some(block) = last(&mut shorter).and_then(|word| block_of(&word)) {
+        if let Some(block) = last(&mut shorter).and_then(|word| side_of(&word, blocks)) {
             (rest, reduction.block) = (shorter, block);
         }
         shorter = rest;
-        if let Some(window) = last(&mut shorter).and_then(|word| window_of(&word)) {
+        if let Some(window) = last(&mut shorter).and_then(|word| side_of(&word, windows)) {
             (rest, reduction.window) = (shorter, window);
         }
         match reduction.is_none() {
@@ -175,28 +175,25 @@ impl fmt::Display for Reduction {
     }
 }
 
-/// Pixels along a side of the blocks that a word names.
-fn block_of(word: &str) -> Option<u32> {
-    (2..=MOST).find(|block| {
-        Reduction {
-            block: *block,
-            ..Reduction::NONE
-        }
-        .to_string()
-            == word
-    })
+/// The side of which `of` makes a reduction with this name.
+fn side_of(word: &str, of: fn(u32) -> Reduction) -> Option<u32> {
+    (2..=MOST).find(|side| of(*side).to_string() == word)
 }
 
-/// Samples along a side of the windows that a word names.
-fn window_of(word: &str) -> Option<u32> {
-    (2..=MOST).find(|window| {
-        Reduction {
-            window: *window,
-            ..Reduction::NONE
-        }
-        .to_string()
-            == word
-    })
+/// Blocks alone.
+fn blocks(block: u32) -> Reduction {
+    Reduction {
+        block,
+        ..Reduction::NONE
+    }
+}
+
+/// Windows alone.
+fn windows(window: u32) -> Reduction {
+    Reduction {
+        window,
+        ..Reduction::NONE
+    }
 }
 
 /// The samples of a picture: the pixels of every `block`-th row and column, and those
