@@ -123,3 +123,8 @@ pub trait Evaluator: Sync {
         }
     }
 }
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -87,3 +87,8 @@ pub use resolution::Resolution;
 pub use space::{Coordinates, EyeRay, LightRay, Phi, Space};
 pub use spacing::Spacing;
 pub use view::ViewVolume;
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -144,3 +144,8 @@ pub trait Download: Backend {
     /// Any error of the work that is still outstanding.
     fn wait(&self) -> Result<(), Error>;
 }
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -119,5 +119,5 @@ pub use visibility::{LitInterval, VisibilitySource};
 
 /// The README's example is a test.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
+#[doc = include_str!("../README.md")]
 pub struct Readme;

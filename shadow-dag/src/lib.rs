@@ -151,3 +151,8 @@ pub use set::{SetError, ShadowSet};
 pub use set_bake::SetBake;
 pub use sizes::{LevelSize, Sizes};
 pub use slices::{Logarithmic, Slices};
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

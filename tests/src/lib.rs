@@ -13,3 +13,8 @@ pub mod frames;
 pub mod map_cases;
 pub mod scenes;
 pub mod suite;
+
+/// The workspace README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;

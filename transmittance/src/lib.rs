@@ -123,3 +123,8 @@ pub use source::{Lists, SegmentLists, Source, Tile};
 pub use stored::Stored;
 pub use stream::Stream;
 pub use transmittance_map::{BuildMap, QueryMap, TransmittanceMap};
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

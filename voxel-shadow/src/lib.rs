@@ -104,3 +104,8 @@ pub use runs::{LitInterval, Run, Runs};
 pub use shadow::{RayShadow, Sampling, ShadowVolume};
 pub use triangles::{Holes, RectifyMasked, RectifyTriangles};
 pub use weights::Weights;
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -3,8 +3,8 @@
 //! Based on: C. Münstermann, S. Krumpen, R. Klein, C. Peters, "Moment-Based
 //! Order-Independent Transparency", ACM SIGGRAPH Symposium on Interactive 3D
 //! Graphics and Games 2018. Departures: segments are integrated analytically,
-//! where the paper has surfaces only; and the polynomial's roots come from a
-//! bracketing solver that works for every number of moments.
+//! where the paper has surfaces only; and all but two of the polynomial's roots come
+//! from one iteration that works for every number of moments.
 //!
 //! Of all distributions of optical depth that have the stored moments, the
 //! least and the most that any of them puts in front of a depth `z` belong to
@@ -15,9 +15,6 @@
 use super::{OPAQUE_ENOUGH, Range};
 use crate::numeric::exp_neg;
 use crate::{Accumulate, BlockerSegment, Error, Evaluate};
-
-/// Most rows of the Hankel matrix: 8 moments make 5.
-const ROWS: usize = 5;
 
 /// Share of the interval between the bounds that counts; what the paper uses.
 const OVERESTIMATION: f64 = 0.25;
@@ -135,7 +132,11 @@ impl MomentCurve {
             moments[k] = own + (fixed[k] - own) * share;
         }
         let z = 2.0 * self.range.share(depth) - 1.0;
-        let [least, most] = cumulated(&moments, count / 2 + 1, z);
+        let [least, most] = match count {
+            4 => cumulated::<3>(&moments, z),
+            6 => cumulated::<4>(&moments, z),
+            _ => cumulated::<5>(&moments, z),
+        };
         [
             (total * (least - share)).max(0.0),
             (total * (most + share)).min(total),
@@ -151,23 +152,28 @@ impl Evaluate for MomentCurve {
 
 /// The least and the most that a distribution with these moments can have up
 /// to `z`.
-fn cumulated(moments: &[f64; 9], rows: usize, z: f64) -> [f64; 2] {
-    let factor = Cholesky::new(moments, rows);
-    let polynomial = factor.solve(powers(z));
+fn cumulated<const ROWS: usize>(moments: &[f64; 9], z: f64) -> [f64; 2] {
+    let factor = Cholesky::<ROWS>::new(moments);
+    let own = factor.forward(powers(z));
     // ẑᵀB⁻¹x̂ as a polynomial in x: what the roots of are the other atoms.
+    let polynomial = factor.backward(own);
     let mut least = 0.0;
-    let (roots, found) = roots(&polynomial, rows - 1);
-    for &root in &roots[..found] {
-        if root < z {
-            least += factor.weight(root);
+    for root in &roots(&polynomial)[..ROWS - 1] {
+        // Where blockers are symmetric about z, an atom has gone to infinity. What is
+        // far outside of [−1, 1] weighs next to nothing.
+        if *root < z && *root > -FARTHEST {
+            least += factor.weight(factor.forward(powers(*root)));
         }
     }
     let least = least.clamp(0.0, 1.0);
-    [least, (least + factor.weight(z)).min(1.0)]
+    [least, (least + factor.weight(own)).min(1.0)]
 }
 
+/// Where atoms weigh nothing any more.
+const FARTHEST: f64 = 1e6;
+
 /// `1, z, z², …`
-fn powers(z: f64) -> [f64; ROWS] {
+fn powers<const ROWS: usize>(z: f64) -> [f64; ROWS] {
     let mut powers = [1.0; ROWS];
     for k in 1..ROWS {
         powers[k] = powers[k - 1] * z;
@@ -176,146 +182,131 @@ fn powers(z: f64) -> [f64; ROWS] {
 }
 
 /// `B = L D Lᵀ` of a Hankel matrix.
-struct Cholesky {
-    rows: usize,
+struct Cholesky<const ROWS: usize> {
     lower: [[f64; ROWS]; ROWS],
-    diagonal: [f64; ROWS],
+    /// 1 over the diagonal of D.
+    inverse: [f64; ROWS],
 }
 
-impl Cholesky {
-    fn new(moments: &[f64; 9], rows: usize) -> Self {
-        let mut lower = [[0.0; ROWS]; ROWS];
-        let mut diagonal = [1.0; ROWS];
-        for i in 0..rows {
-            for j in 0..=i {
-                let known: f64 = (0..j)
-                    .map(|k| lower[i][k] * lower[j][k] * diagonal[k])
-                    .sum();
-                let rest = moments[i + j] - known;
-                if i == j {
-                    // The mixed-in distribution keeps this above 0 but for
-                    // rounding.
-                    diagonal[i] = rest.max(1e-14);
-                    lower[i][i] = 1.0;
-                } else {
-                    lower[i][j] = rest / diagonal[j];
+impl<const ROWS: usize> Cholesky<ROWS> {
+    #[inline]
+    fn new(moments: &[f64; 9]) -> Self {
+        // Row by row with `scaled = L D`, so that each row takes one division.
+        let (mut lower, mut scaled) = ([[0.0; ROWS]; ROWS], [[0.0; ROWS]; ROWS]);
+        let mut inverse = [1.0; ROWS];
+        for i in 0..ROWS {
+            let mut diagonal = moments[2 * i];
+            for j in 0..i {
+                let mut rest = moments[i + j];
+                for k in 0..j {
+                    rest -= scaled[i][k] * lower[j][k];
                 }
+                scaled[i][j] = rest;
+                lower[i][j] = rest * inverse[j];
+                diagonal -= rest * lower[i][j];
             }
+            // The mixed-in distribution keeps this above 0 but for rounding.
+            inverse[i] = diagonal.max(1e-14).recip();
         }
-        Self {
-            rows,
-            lower,
-            diagonal,
-        }
+        Self { lower, inverse }
     }
 
     /// `L⁻¹ x`.
-    fn forward(&self, x: [f64; ROWS]) -> [f64; ROWS] {
-        let mut y = x;
-        for i in 0..self.rows {
+    #[inline]
+    fn forward(&self, mut x: [f64; ROWS]) -> [f64; ROWS] {
+        for i in 1..ROWS {
             for k in 0..i {
-                y[i] -= self.lower[i][k] * y[k];
+                x[i] -= self.lower[i][k] * x[k];
             }
         }
-        y
+        x
     }
 
-    /// `B⁻¹ x`.
-    fn solve(&self, x: [f64; ROWS]) -> [f64; ROWS] {
-        let mut y = self.forward(x);
-        for i in (0..self.rows).rev() {
-            y[i] /= self.diagonal[i];
-            for k in i + 1..self.rows {
+    /// `B⁻¹ x` from `L⁻¹ x`.
+    #[inline]
+    fn backward(&self, mut y: [f64; ROWS]) -> [f64; ROWS] {
+        for i in (0..ROWS).rev() {
+            y[i] *= self.inverse[i];
+            for k in i + 1..ROWS {
                 y[i] -= self.lower[k][i] * y[k];
             }
         }
         y
     }
 
-    /// The largest weight that an atom at `z` can have: `1 / ẑᵀB⁻¹ẑ`.
-    fn weight(&self, z: f64) -> f64 {
-        let y = self.forward(powers(z));
-        let sum: f64 = (0..self.rows).map(|i| y[i] * y[i] / self.diagonal[i]).sum();
-        sum.recip()
+    /// The largest weight that an atom at `z` can have, `1 / ẑᵀB⁻¹ẑ`, from `L⁻¹ ẑ`.
+    #[inline]
+    fn weight(&self, y: [f64; ROWS]) -> f64 {
+        let squares = y.iter().zip(&self.inverse).map(|(y, inverse)| y * y * inverse);
+        squares.sum::<f64>().recip()
     }
 }
 
-/// The real roots of a polynomial of the given degree, in order, where all are
-/// real and lie apart; and how many were found.
+/// The roots of a polynomial with real roots that lie apart, coefficients from the
+/// constant on, in no order; the first `ROWS − 1` entries. Roots at infinity are
+/// infinite or NaN.
 ///
-/// Between two roots of a polynomial lies one of its derivative, so that those
-/// of the derivative bracket them.
-fn roots(polynomial: &[f64; ROWS], degree: usize) -> ([f64; ROWS], usize) {
-    let mut roots = [0.0; ROWS];
-    let mut found = 0;
-    // Where blockers are symmetric about z, an atom has gone to infinity.
-    let Some(degree) = (1..=degree).rev().find(|&k| polynomial[k] != 0.0) else {
-        return (roots, found);
-    };
-    let leading = polynomial[degree];
-    // Cauchy's bound. Atoms far outside of [−1, 1] weigh next to nothing.
-    let largest = polynomial[..degree]
-        .iter()
-        .fold(0.0_f64, |m, c| m.max((c / leading).abs()));
-    let bound = (1.0 + largest).min(1e6);
-    let mut derivative = [0.0; ROWS];
-    for k in 1..=degree {
-        derivative[k - 1] = k as f64 * polynomial[k];
-    }
-    let (turns, count) = self::roots(&derivative, degree - 1);
-    let mut left = -bound;
-    for turn in turns[..count].iter().copied().chain([bound]) {
-        let (low, high) = (
-            horner(polynomial, degree, left),
-            horner(polynomial, degree, turn),
-        );
-        if (low <= 0.0) != (high <= 0.0) {
-            roots[found] = root_between(polynomial, &derivative, degree, [left, turn]);
-            found += 1;
+/// One root after the other by [`laguerre`] from 0 on, which finds the small ones
+/// first: dividing by those is stable. The last two in closed form.
+fn roots<const ROWS: usize>(polynomial: &[f64; ROWS]) -> [f64; ROWS] {
+    let mut roots = [f64::NAN; ROWS];
+    let mut rest = *polynomial;
+    let mut degree = ROWS - 1;
+    while degree > 2 {
+        let root = laguerre(&rest[..=degree]);
+        roots[degree - 1] = root;
+        // Synthetic division from the leading coefficient on.
+        let mut carried = 0.0;
+        for coefficient in rest[..=degree].iter_mut().rev() {
+            carried = carried * root + std::mem::replace(coefficient, carried);
         }
-        left = turn;
+        degree -= 1;
     }
-    (roots, found)
+    // Without the difference of near equals.
+    let [c, b, a] = [rest[0], rest[1], rest[2]];
+    let sum = b + (b * b - 4.0 * a * c).max(0.0).sqrt().copysign(b);
+    roots[0] = -0.5 * sum / a;
+    roots[1] = -2.0 * c / sum;
+    if ROWS > 3 {
+        // What the divisions have rounded.
+        for root in &mut roots[..ROWS - 1] {
+            let [value, slope, _] = values(polynomial, *root);
+            let change = value / slope;
+            *root -= if change.abs() < 1e-3 { change } else { 0.0 };
+        }
+    }
+    roots
 }
 
-/// The value of a polynomial of the given degree.
-fn horner(polynomial: &[f64; ROWS], degree: usize, x: f64) -> f64 {
-    let terms = polynomial[..=degree].iter().rev();
-    terms.fold(0.0, |sum, coefficient| sum * x + coefficient)
-}
-
-/// The root in a bracket at whose ends the signs differ: Newton's steps, and
-/// halves of the bracket where those leave it or do not get on.
-fn root_between(
-    polynomial: &[f64; ROWS],
-    derivative: &[f64; ROWS],
-    degree: usize,
-    bracket: [f64; 2],
-) -> f64 {
-    let [mut low, mut high] = bracket;
-    let rising = horner(polynomial, degree, low) <= 0.0;
-    let mut x = 0.5 * (low + high);
-    let mut last = high - low;
-    // Halving alone takes 75 steps from 2e6 to an ULP of 1; every other step
-    // halves at least something.
-    for _ in 0..150 {
-        let value = horner(polynomial, degree, x);
-        if (value <= 0.0) == rising {
-            low = x;
-        } else {
-            high = x;
+/// A root of a polynomial all roots of which are real, next to 0: Laguerre's steps,
+/// which converge from everywhere, with the third power of the error.
+fn laguerre(polynomial: &[f64]) -> f64 {
+    let degree = (polynomial.len() - 1) as f64;
+    let mut x = 0.0;
+    // Four or five are enough for roots that lie apart.
+    for _ in 0..32 {
+        let [value, slope, bend] = values(polynomial, x);
+        let square = (degree - 1.0) * ((degree - 1.0) * slope * slope - degree * value * bend);
+        let step = degree * value / (slope + square.max(0.0).sqrt().copysign(slope));
+        if !step.is_finite() {
+            break;
         }
-        let newton = x - value / horner(derivative, degree - 1, x);
-        let next = if low < newton && newton < high && (newton - x).abs() < 0.5 * last {
-            newton
-        } else {
-            0.5 * (low + high)
-        };
-        last = (next - x).abs();
-        x = next;
-        if last <= f64::EPSILON * x.abs().max(f64::EPSILON) {
+        x -= step;
+        if step.abs() <= 1e-10 * x.abs() {
             break;
         }
     }
     x
+}
+
+/// A polynomial and its first two derivatives at `x`.
+#[inline]
+fn values(polynomial: &[f64], x: f64) -> [f64; 3] {
+    let (mut value, mut slope, mut half) = (0.0, 0.0, 0.0);
+    for coefficient in polynomial.iter().rev() {
+        half = half * x + slope;
+        slope = slope * x + value;
+        value = value * x + coefficient;
+    }
+    [value, slope, 2.0 * half]
 }
