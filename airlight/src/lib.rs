@@ -40,7 +40,7 @@
 //!
 //! | item | what |
 //! |---|---|
-//! | [`PhaseFunction`], [`Phase`] | isotropic, Henyey-Greenstein, Rayleigh, Schlick, Cornette-Shanks, one's own |
+//! | [`PhaseFunction`], [`Phase`] | isotropic, Henyey-Greenstein with one or two lobes, Rayleigh, Schlick, Cornette-Shanks, droplets of fog, one's own |
 //! | [`Emission`] | spotlights, surfaces that emit, lights of limited range |
 //! | [`directional`] | sunlight in closed form; daylight after Hoffman and Preetham |
 //! | [`surface`] | light that reaches a surface by way of the fog |

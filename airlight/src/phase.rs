@@ -82,29 +82,115 @@ pub enum PhaseFunction {
         /// Asymmetry; the mean cosine is `3 g (4 + g²) / (5 (2 + g²))`.
         g: f32,
     },
+    /// `w H(g₀) + (1 − w) H(g₁)` of two functions of Henyey and Greenstein: a
+    /// forward and a backward lobe, as dust and clouds have them. Kattawar, A
+    /// three-parameter analytic phase function for multiple scattering
+    /// calculations, 1975.
+    DoubleHenyeyGreenstein {
+        /// Mean cosine of each lobe, |g| < 1.
+        g: [f32; 2],
+        /// The share `w` of the first lobe, 0 to 1.
+        weight: f32,
+    },
+    /// `(1 − w) H(g) + w D(g_D, α)` of Henyey and Greenstein's function and
+    /// Draine's,
+    ///
+    /// ```text
+    /// D = (1 − g²) (1 + α cos² θ) / (4π (1 + α (1 + 2 g²)/3) (1 + g² − 2 g cos θ)^{3/2})
+    /// ```
+    ///
+    /// which near the [droplets](PhaseFunction::droplets) of fog. Jendersie and
+    /// d'Eon, An approximate Mie scattering function for fog and cloud rendering,
+    /// 2023.
+    HenyeyGreensteinDraine {
+        /// Mean cosine of Henyey and Greenstein's function, |g| < 1.
+        g: f32,
+        /// Asymmetry `g_D` of Draine's, |g_D| < 1.
+        draine_g: f32,
+        /// `α`, 0 to 1e6: 0 is Henyey and Greenstein's function once more, 1 that of
+        /// Cornette and Shanks.
+        alpha: f32,
+        /// The share `w` of Draine's function, 0 to 1.
+        weight: f32,
+    },
 }
 
 impl PhaseFunction {
-    /// The same function, if its parameter is in range.
+    /// Fog of droplets of water with a `diameter` of 5 to 50 µm: the fit of
+    /// Jendersie and d'Eon to Mie's theory for visible light, as
+    /// [`HenyeyGreensteinDraine`](PhaseFunction::HenyeyGreensteinDraine). The glory,
+    /// the bow and the diffraction rings are left out.
     ///
     /// # Errors
-    /// [`Error::BadValue`] unless -1 < g < 1 and -1 < k < 1.
-    pub fn checked(self) -> Result<Self, Error> {
-        let (what, value) = match self {
-            Self::Isotropic | Self::Rayleigh => return Ok(self),
-            Self::HenyeyGreenstein { g } => ("g of the Henyey-Greenstein phase function", g),
-            Self::Schlick { k } => ("k of the Schlick phase function", k),
-            Self::CornetteShanks { g } => ("g of the Cornette-Shanks phase function", g),
-        };
-        if value.abs() < 1.0 {
-            Ok(self)
-        } else {
-            let expected = "a number between -1 and 1, both excluded";
-            Err(Error::bad_value(what, value, expected))
+    /// [`Error::BadValue`] for any other diameter.
+    pub fn droplets(diameter: f32) -> Result<Self, Error> {
+        if !(5.0..=50.0).contains(&diameter) {
+            let what = "the diameter of droplets";
+            return Err(Error::bad_value(what, diameter, "5 to 50 micrometres"));
         }
+        // The constants are those of the paper's equations 4 to 7.
+        let d = f64::from(diameter);
+        Ok(Self::HenyeyGreensteinDraine {
+            g: (-0.099_056_7 / (d - 1.671_54)).exp() as f32,
+            draine_g: (-2.206_79 / (d + 3.910_29) - 0.428_934).exp() as f32,
+            alpha: (3.624_89 - 8.292_88 / (d + 5.528_25)).exp() as f32,
+            weight: (-0.599_085 / (d - 0.641_583) - 0.665_888).exp() as f32,
+        })
     }
 
-    /// p(cos θ) in 1/sr, for a parameter in range, to a few units of the last
+    /// The same function, if its parameters are in range.
+    ///
+    /// # Errors
+    /// [`Error::BadValue`] unless every g and k is between -1 and 1, weights are
+    /// from 0 to 1 and `alpha` from 0 to 1e6.
+    pub fn checked(self) -> Result<Self, Error> {
+        let asymmetry = |what, value: f32| {
+            if value.abs() < 1.0 {
+                return Ok(());
+            }
+            let expected = "a number between -1 and 1, both excluded";
+            Err(Error::bad_value(what, value, expected))
+        };
+        let share = |what, value: f32| {
+            if (0.0..=1.0).contains(&value) {
+                return Ok(());
+            }
+            Err(Error::bad_value(what, value, "a share from 0 to 1"))
+        };
+        match self {
+            Self::Isotropic | Self::Rayleigh => {}
+            Self::HenyeyGreenstein { g } => {
+                asymmetry("g of the Henyey-Greenstein phase function", g)?;
+            }
+            Self::Schlick { k } => asymmetry("k of the Schlick phase function", k)?,
+            Self::CornetteShanks { g } => {
+                asymmetry("g of the Cornette-Shanks phase function", g)?;
+            }
+            Self::DoubleHenyeyGreenstein { g, weight } => {
+                for g in g {
+                    asymmetry("g of a double Henyey-Greenstein phase function", g)?;
+                }
+                share("the weight of the first lobe of a phase function", weight)?;
+            }
+            Self::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            } => {
+                asymmetry("g of a Henyey-Greenstein and Draine phase function", g)?;
+                asymmetry("g of the Draine phase function", draine_g)?;
+                share("the weight of the Draine phase function", weight)?;
+                if !(0.0..=1e6).contains(&alpha) {
+                    let what = "alpha of the Draine phase function";
+                    return Err(Error::bad_value(what, alpha, "a number from 0 to 1e6"));
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    /// p(cos θ) in 1/sr, for parameters in range, to a few units of the last
     /// digit at every angle.
     pub fn value<T: Real>(self, angle: ScatteringAngle<T>) -> T {
         let one = T::from(1.0);
@@ -130,6 +216,26 @@ impl PhaseFunction {
                 let rayleigh = (one + cos * cos) / (T::from(2.0) + g * g);
                 T::of(3.0 / (8.0 * PI)) * rayleigh * henyey_greenstein(g, angle)
             }
+            Self::DoubleHenyeyGreenstein { g, weight } => {
+                let [first, second] = g.map(|g| henyey_greenstein(T::from(g), angle));
+                let weight = T::from(weight);
+                T::of(0.25 / PI) * (weight * first + (one - weight) * second)
+            }
+            Self::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            } => {
+                let (weight, cos) = (T::from(weight), angle.cos());
+                let (alpha, draine_g) = (T::from(alpha), T::from(draine_g));
+                let norm =
+                    one + alpha * (one + T::from(2.0) * draine_g * draine_g) * T::of(1.0 / 3.0);
+                let across = (one + alpha * cos * cos) / norm;
+                let draine = across * henyey_greenstein(draine_g, angle);
+                let forward = henyey_greenstein(T::from(g), angle);
+                T::of(0.25 / PI) * ((one - weight) * forward + weight * draine)
+            }
         }
     }
 
@@ -144,6 +250,42 @@ impl PhaseFunction {
                 let g = f64::from(g);
                 (0.6 * g * (4.0 + g * g) / (2.0 + g * g)) as f32
             }
+            Self::DoubleHenyeyGreenstein { g, weight } => {
+                let ([first, second], weight) = (g.map(f64::from), f64::from(weight));
+                (weight * first + (1.0 - weight) * second) as f32
+            }
+            Self::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            } => {
+                let [g, draine_g, alpha, weight] = [g, draine_g, alpha, weight].map(f64::from);
+                let square = draine_g * draine_g;
+                let draine = draine_g * (1.0 + alpha * (3.0 + 2.0 * square) / 5.0)
+                    / (1.0 + alpha * (1.0 + 2.0 * square) / 3.0);
+                ((1.0 - weight) * g + weight * draine) as f32
+            }
+        }
+    }
+
+    /// The asymmetries of its Henyey–Greenstein factors that have any weight.
+    fn lobes(self) -> [f32; 2] {
+        let (g, weight) = match self {
+            Self::DoubleHenyeyGreenstein { g, weight } => (g, weight),
+            Self::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                weight,
+                ..
+            } => ([draine_g, g], weight),
+            Self::HenyeyGreenstein { g } | Self::CornetteShanks { g } => return [g, g],
+            Self::Isotropic | Self::Rayleigh | Self::Schlick { .. } => return [0.0; 2],
+        };
+        match weight {
+            0.0 => [g[1]; 2],
+            1.0 => [g[0]; 2],
+            _ => g,
         }
     }
 }
@@ -159,22 +301,17 @@ impl Phase for PhaseFunction {
 
     fn peaks(&self) -> [f64; 2] {
         // Where the functions of tan(θ/2) have their poles.
-        let (eccentricity, width) = match *self {
-            Self::Isotropic | Self::Rayleigh => return [1.0, 1.0],
-            Self::HenyeyGreenstein { g } | Self::CornetteShanks { g } => {
-                let g = f64::from(g);
-                (g, (1.0 - g.abs()) / (1.0 + g.abs()))
-            }
-            Self::Schlick { k } => {
-                let k = f64::from(k);
-                (k, ((1.0 - k.abs()) / (1.0 + k.abs())).sqrt())
-            }
-        };
-        if eccentricity >= 0.0 {
-            [width, 1.0]
-        } else {
-            [1.0, width]
+        if let Self::Schlick { k } = *self {
+            let k = f64::from(k);
+            let width = ((1.0 - k.abs()) / (1.0 + k.abs())).sqrt();
+            return if k >= 0.0 { [width, 1.0] } else { [1.0, width] };
         }
+        let mut peaks = [1.0_f64; 2];
+        for g in self.lobes().map(f64::from) {
+            let side = usize::from(g < 0.0);
+            peaks[side] = peaks[side].min((1.0 - g.abs()) / (1.0 + g.abs()));
+        }
+        peaks
     }
 
     fn steepness(&self) -> f64 {
@@ -187,6 +324,8 @@ impl Phase for PhaseFunction {
             Self::Schlick { k } if k > 0.0 => 4.0,
             Self::Schlick { k } if k < 0.0 => 3.0,
             Self::CornetteShanks { g } if g > 0.0 => 2.0,
+            // Beside its peak Draine's factor falls by as much as 1 + α.
+            Self::HenyeyGreensteinDraine { .. } => 4.0,
             _ => 1.0,
         }
     }
@@ -196,6 +335,7 @@ impl Phase for PhaseFunction {
             Self::Isotropic | Self::HenyeyGreenstein { g: 0.0 } | Self::Schlick { k: 0.0 } => {
                 Some(0.25 / PI)
             }
+            Self::DoubleHenyeyGreenstein { .. } if self.lobes() == [0.0; 2] => Some(0.25 / PI),
             _ => None,
         }
     }
@@ -270,6 +410,18 @@ mod tests {
             parameter().prop_map(|k| PhaseFunction::Schlick { k }),
             parameter().prop_map(|g| PhaseFunction::CornetteShanks { g }),
             (-1e-3_f32..1e-3).prop_map(|k| PhaseFunction::Schlick { k }),
+            (parameter(), parameter(), 0.0_f32..=1.0).prop_map(|(a, b, weight)| {
+                PhaseFunction::DoubleHenyeyGreenstein { g: [a, b], weight }
+            }),
+            (parameter(), parameter(), -9.0_f32..9.0, 0.0_f32..=1.0).prop_map(
+                |(g, draine_g, log, weight)| PhaseFunction::HenyeyGreensteinDraine {
+                    g,
+                    draine_g,
+                    alpha: log.exp(),
+                    weight,
+                }
+            ),
+            (5.0_f32..=50.0).prop_map(|d| PhaseFunction::droplets(d).unwrap()),
         ]
     }
 
@@ -321,7 +473,85 @@ mod tests {
     }
 
     #[test]
+    fn mixtures_of_one_lobe_are_that_lobe() {
+        for tangent in [0.0, 0.1, 0.7, 1.0, 5.0, 1e6] {
+            let angle = ScatteringAngle::from_half_tangent(tangent, 1.0);
+            let near = |a: PhaseFunction, b: PhaseFunction| {
+                let (a, b): (f64, f64) = (a.value(angle), b.value(angle));
+                assert!((a / b - 1.0).abs() < 1e-14, "{a} {b}");
+            };
+            let double = |g, weight| PhaseFunction::DoubleHenyeyGreenstein { g, weight };
+            let single = PhaseFunction::HenyeyGreenstein { g: 0.6 };
+            near(double([0.6, -0.9], 1.0), single);
+            near(double([-0.9, 0.6], 0.0), single);
+            near(double([0.6, 0.6], 0.3), single);
+            let draine = |draine_g, alpha, weight| PhaseFunction::HenyeyGreensteinDraine {
+                g: 0.6,
+                draine_g,
+                alpha,
+                weight,
+            };
+            near(draine(-0.3, 8.0, 0.0), single);
+            near(draine(0.6, 0.0, 0.5), single);
+            near(
+                draine(0.7, 1.0, 1.0),
+                PhaseFunction::CornetteShanks { g: 0.7 },
+            );
+            near(draine(0.0, 1.0, 1.0), PhaseFunction::Rayleigh);
+        }
+        let even = PhaseFunction::DoubleHenyeyGreenstein {
+            g: [0.0, 0.5],
+            weight: 1.0,
+        };
+        assert_eq!((even.constant(), even.peaks()), (Some(0.25 / PI), [1.0; 2]));
+    }
+
+    #[test]
+    fn larger_droplets_scatter_more_sharply_forward() {
+        let forward = ScatteringAngle::from_cos(1.0_f64);
+        let (mut height, mut mean) = (0.0, 0.0);
+        for diameter in [5.0, 8.0, 13.0, 21.0, 34.0, 50.0] {
+            let phase = PhaseFunction::droplets(diameter).unwrap();
+            assert_eq!(phase.checked(), Ok(phase));
+            assert!(phase.value(forward) > height && phase.mean_cosine() > mean);
+            (height, mean) = (phase.value(forward), phase.mean_cosine());
+        }
+        // Mie's theory has 0.85 to 0.87 for the droplets of clouds.
+        assert!((0.84..0.9).contains(&mean), "{mean}");
+        for diameter in [4.9, 50.1, f32::NAN] {
+            let error = PhaseFunction::droplets(diameter).unwrap_err();
+            assert!(error.to_string().contains("micrometres"), "{error}");
+        }
+    }
+
+    #[test]
     fn parameters_out_of_range_are_named() {
+        for (g, weight, cause) in [
+            ([0.0, 1.0], 0.5, "double Henyey-Greenstein"),
+            ([f32::NAN, 0.0], 0.5, "is NaN"),
+            ([0.0; 2], -0.1, "weight"),
+            ([0.0; 2], f32::NAN, "weight"),
+        ] {
+            let phase = PhaseFunction::DoubleHenyeyGreenstein { g, weight };
+            let error = phase.checked().unwrap_err().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
+        for (g, draine_g, alpha, weight, cause) in [
+            (1.0, 0.0, 1.0, 0.5, "g of a Henyey-Greenstein and Draine"),
+            (0.0, -1.0, 1.0, 0.5, "g of the Draine"),
+            (0.0, 0.0, -1.0, 0.5, "alpha"),
+            (0.0, 0.0, f32::INFINITY, 0.5, "alpha"),
+            (0.0, 0.0, 1.0, 1.5, "weight"),
+        ] {
+            let phase = PhaseFunction::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            };
+            let error = phase.checked().unwrap_err().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
         for bad in [1.0, -1.0, 2.0, f32::NAN, f32::INFINITY] {
             assert!(
                 PhaseFunction::HenyeyGreenstein { g: bad }

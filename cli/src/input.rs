@@ -338,6 +338,9 @@ fn phase_function(options: &MediumOptions, old: PhaseFunction) -> Result<PhaseFu
         PhaseFunction::HenyeyGreenstein { g } => (Phase::Hg, Some(g)),
         PhaseFunction::CornetteShanks { g } => (Phase::CornetteShanks, Some(g)),
         PhaseFunction::Schlick { k } => (Phase::Schlick, Some(k)),
+        // Those with several parameters cannot be named by one option.
+        PhaseFunction::DoubleHenyeyGreenstein { .. }
+        | PhaseFunction::HenyeyGreensteinDraine { .. } => (Phase::Hg, None),
     };
     let kind = match (options.phase, options.g) {
         (None, None) => return Ok(old),
@@ -407,5 +410,16 @@ pub(crate) fn describe_phase(phase: PhaseFunction) -> String {
         PhaseFunction::HenyeyGreenstein { g } => format!("Henyey-Greenstein, g = {g}"),
         PhaseFunction::CornetteShanks { g } => format!("Cornette-Shanks, g = {g}"),
         PhaseFunction::Schlick { k } => format!("Schlick, k = {k}"),
+        PhaseFunction::DoubleHenyeyGreenstein { g: [a, b], weight } => {
+            format!("double Henyey-Greenstein, g = {a} and {b}, weight {weight}")
+        }
+        PhaseFunction::HenyeyGreensteinDraine {
+            g,
+            draine_g,
+            alpha,
+            weight,
+        } => format!(
+            "Henyey-Greenstein, g = {g}, and Draine, g = {draine_g}, alpha = {alpha}, weight {weight}"
+        ),
     }
 }

@@ -78,8 +78,8 @@ use crate::{Error, Evaluator, Phase, Segment};
 ///
 /// The light is checked half way between rows when the table is made, and what is off by
 /// more than 5e-3 there is refused, so that sharper phase functions cost knowledge, not
-/// accuracy: for Henyey-Greenstein from −0.99 to 0.999 all that is known is within 1e-2 of
-/// the truth. Where nothing is refused, errors of runs come from the distance between rows
+/// accuracy: for Henyey-Greenstein from −0.99 to 0.999, and for droplets of fog, all that
+/// is known is within 1e-2 of the truth. Where nothing is refused, errors of runs come from the distance between rows
 /// and fall with its square; elsewhere, from the cells next to those that are refused.
 ///
 /// Of the runs and steps of the table, with 128 rows, at optical distances of 0.1 and 0.5

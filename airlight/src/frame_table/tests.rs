@@ -142,8 +142,16 @@ fn all_around() -> [Vec<Segment>; 2] {
 /// the light and away from it.
 #[test]
 fn peaks_that_rows_cannot_follow_are_refused() {
-    for g in [-0.99, -0.97, -0.9, 0.97, 0.99, 0.999] {
-        let phase = PhaseFunction::HenyeyGreenstein { g };
+    let henyey =
+        [-0.99, -0.97, -0.9, 0.97, 0.99, 0.999].map(|g| PhaseFunction::HenyeyGreenstein { g });
+    let mixed = [
+        PhaseFunction::droplets(10.0).unwrap(),
+        PhaseFunction::DoubleHenyeyGreenstein {
+            g: [0.97, -0.9],
+            weight: 0.6,
+        },
+    ];
+    for phase in henyey.into_iter().chain(mixed) {
         let exact = Exact::new(phase).unwrap();
         for (depth, rows) in [
             (0.1_f32, 128),
@@ -169,9 +177,9 @@ fn peaks_that_rows_cannot_follow_are_refused() {
             }
             for (name, list, allowed) in [("runs", &runs, 1e-2), ("steps", &steps, 1e-2)] {
                 let (error, refused) = measured(&table, &exact, list);
-                println!("{g} {depth} {rows} {name}: {error:.1e}, {refused:.2} refused");
-                assert!(error <= allowed, "{g} {depth} {rows} {name}: {error}");
-                assert!(refused < 1.0, "{g} {depth} {rows} {name}");
+                println!("{phase:?} {depth} {rows} {name}: {error:.1e}, {refused:.2} refused");
+                assert!(error <= allowed, "{phase:?} {depth} {rows} {name}: {error}");
+                assert!(refused < 1.0, "{phase:?} {depth} {rows} {name}");
             }
         }
     }

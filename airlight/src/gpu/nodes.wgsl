@@ -12,9 +12,9 @@
 //   fn air_quadrature_entry(index: u32) -> vec4<f32>
 
 struct air_Quadrature {
-    // The first two arguments of air_phase.
+    // The second and the first argument of air_phase.
+    phase_parameters: vec4<f32>,
     phase_kind: u32,
-    phase_parameter: f32,
     // Rules by growing number of nodes, an entry each: the most that a piece
     // may span, and the number of nodes. Behind them the nodes of all rules in
     // the same order: a position from 0 to 1 and a weight.
@@ -35,6 +35,7 @@ struct air_Quadrature {
     plain_rules: u32,
     // What it was made for, 0 for a given number of nodes.
     tolerance: f32,
+    padding: u32,
 }
 
 // What the integrand has besides the phase function and the extinction, over

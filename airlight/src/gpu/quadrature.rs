@@ -6,10 +6,11 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct QuadratureUniforms {
-    /// Which phase function, as in [`PhaseRecord`](super::PhaseRecord).
+    /// The parameters of the phase function, as in
+    /// [`PhaseRecord`](super::PhaseRecord).
+    pub phase_parameters: [f32; 4],
+    /// Which phase function.
     pub phase_kind: u32,
-    /// Its parameter.
-    pub phase_parameter: f32,
     /// Number of rules.
     pub rules: u32,
     /// Optical depth after which nothing that counts is left.
@@ -30,6 +31,8 @@ pub struct QuadratureUniforms {
     pub plain_rules: u32,
     /// The tolerance, 0 for a given number of nodes.
     pub tolerance: f32,
+    /// Nothing.
+    pub padding: u32,
 }
 
 #[cfg(feature = "wgpu")]

@@ -15,7 +15,7 @@ fn air_quadrature_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
         }
         let phase = air_phase(
             quadrature.phase_kind,
-            quadrature.phase_parameter,
+            quadrature.phase_parameters,
             node.one_minus_cos,
             node.one_plus_cos,
         );

@@ -11,8 +11,8 @@ impl Quadrature {
         let [front, behind] = self.peaks.map(|peak| peak.max(SHARPEST) as f32);
         let phase = PhaseRecord::from(self.phase);
         QuadratureUniforms {
+            phase_parameters: phase.parameters,
             phase_kind: phase.kind,
-            phase_parameter: phase.parameter,
             rules: self.rules.len() as u32,
             opacity: self.opacity as f32,
             far: self.far as f32,
@@ -23,6 +23,7 @@ impl Quadrature {
             fade: FADE as f32,
             plain_rules: self.plain as u32,
             tolerance: self.tolerance,
+            padding: 0,
         }
     }
 

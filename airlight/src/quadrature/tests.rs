@@ -5,7 +5,7 @@ use crate::Exact;
 use crate::stiff;
 
 /// Functions without a peak, and with sharp ones.
-const PHASES: [PhaseFunction; 14] = [
+const PHASES: [PhaseFunction; 17] = [
     PhaseFunction::Isotropic,
     PhaseFunction::Rayleigh,
     PhaseFunction::HenyeyGreenstein { g: 0.6 },
@@ -20,10 +20,26 @@ const PHASES: [PhaseFunction; 14] = [
     PhaseFunction::CornetteShanks { g: 0.99 },
     PhaseFunction::CornetteShanks { g: -0.8 },
     PhaseFunction::CornetteShanks { g: -0.99 },
+    PhaseFunction::DoubleHenyeyGreenstein {
+        g: [0.85, -0.6],
+        weight: 0.7,
+    },
+    PhaseFunction::HenyeyGreensteinDraine {
+        g: 0.988,
+        draine_g: 0.55,
+        alpha: 21.0,
+        weight: 0.48,
+    },
+    PhaseFunction::HenyeyGreensteinDraine {
+        g: -0.3,
+        draine_g: -0.9,
+        alpha: 250.0,
+        weight: 0.9,
+    },
 ];
 
 /// The sharpest peaks for which tolerances are promised.
-const SHARPEST: [PhaseFunction; 7] = [
+const SHARPEST: [PhaseFunction; 9] = [
     PhaseFunction::HenyeyGreenstein { g: 0.9999 },
     PhaseFunction::HenyeyGreenstein { g: -0.9999 },
     PhaseFunction::Schlick { k: 0.9999 },
@@ -31,6 +47,16 @@ const SHARPEST: [PhaseFunction; 7] = [
     PhaseFunction::Schlick { k: -0.999 },
     PhaseFunction::CornetteShanks { g: 0.9999 },
     PhaseFunction::CornetteShanks { g: -0.9999 },
+    PhaseFunction::DoubleHenyeyGreenstein {
+        g: [0.9999, -0.9999],
+        weight: 0.5,
+    },
+    PhaseFunction::HenyeyGreensteinDraine {
+        g: 0.9979,
+        draine_g: 0.625,
+        alpha: 32.3,
+        weight: 0.5,
+    },
 ];
 
 /// The largest relative error over the stiff cases, and where.

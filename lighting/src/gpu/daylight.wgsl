@@ -22,6 +22,6 @@ fn light_daylight_airlight(path: light_Path, start: f32, whole_end: f32) -> vec3
     let irradiance = emitter.intensity * factor
         / (light_daylight_distance * light_daylight_distance);
     return medium.sigma_s * irradiance
-        * air_phase_from_foot(medium.phase, medium.phase_parameter, s, path.h)
+        * air_phase_from_foot(medium.phase, medium.phase_parameters, s, path.h)
         * light_directional_piece(medium, start - path.entry, 1.0, start, end);
 }

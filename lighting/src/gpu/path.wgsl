@@ -49,15 +49,16 @@ struct light_CookieLevel {
 
 struct light_Medium {
     sigma_s: vec3<f32>,
-    // A kind of phase function of `airlight`, and its parameter.
+    // A kind of phase function of `airlight`.
     phase: u32,
     sigma_t: vec3<f32>,
-    phase_parameter: f32,
+    // Where methods that need an end cut off a ray to the sky.
+    far_end: f32,
     low: vec3<f32>,
     bounded: u32,
     high: vec3<f32>,
-    // Where methods that need an end cut off a ray to the sky.
-    far_end: f32,
+    padding: u32,
+    phase_parameters: vec4<f32>,
 }
 
 struct light_Ray {
@@ -405,7 +406,7 @@ fn light_cookie_in(level: light_CookieLevel, uv: vec2<f32>) -> vec3<f32> {
 fn light_sun_phase(path: light_Path) -> f32 {
     let cos = -dot(path.direction, light_emitter().position);
     let medium = light_medium();
-    return air_phase(medium.phase, medium.phase_parameter, 1.0 - cos, 1.0 + cos);
+    return air_phase(medium.phase, medium.phase_parameters, 1.0 - cos, 1.0 + cos);
 }
 
 // How far sunlight has travelled inside the medium to the position x.
@@ -450,6 +451,6 @@ fn light_scattered(path: light_Path, x: f32, s: f32, from_light: vec4<f32>) -> v
     let optical_length = eye_leg + light_length_inside(point, -from_light.xyz, from_light.w);
     return medium.sigma_s * emitter.intensity
         * light_window_at(emitter, from_light.w)
-        * air_phase_from_foot(medium.phase, medium.phase_parameter, s, path.h)
+        * air_phase_from_foot(medium.phase, medium.phase_parameters, s, path.h)
         * exp(-medium.sigma_t * optical_length);
 }

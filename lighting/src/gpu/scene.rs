@@ -35,11 +35,12 @@ pub(crate) struct MediumRecord {
     pub(super) sigma_s: Vec3,
     pub(super) phase: u32,
     pub(super) sigma_t: Vec3,
-    pub(super) phase_parameter: f32,
+    pub(super) far_end: f32,
     pub(super) low: Vec3,
     pub(super) bounded: u32,
     pub(super) high: Vec3,
-    pub(super) far_end: f32,
+    pub(super) padding: u32,
+    pub(super) phase_parameters: [f32; 4],
 }
 
 /// `Scene` of `gather.wgsl`.
@@ -120,11 +121,12 @@ impl MediumRecord {
             sigma_s: medium.sigma_s(),
             phase: phase.kind,
             sigma_t: medium.sigma_t(),
-            phase_parameter: phase.parameter,
+            far_end: far_end(medium),
             low,
             bounded: u32::from(medium.bounds().is_some()),
             high,
-            far_end: far_end(medium),
+            padding: 0,
+            phase_parameters: phase.parameters,
         }
     }
 }

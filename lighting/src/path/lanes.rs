@@ -271,6 +271,21 @@ impl Angles {
             PhaseFunction::CornetteShanks { g } => {
                 of(0.375) / (2.0 + g * g) * self.rayleigh() * self.henyey_greenstein(g)
             }
+            PhaseFunction::DoubleHenyeyGreenstein { g, weight } => {
+                let [first, second] = g.map(|g| self.henyey_greenstein(g));
+                of(0.25) * (weight * first + (1.0 - weight) * second)
+            }
+            PhaseFunction::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            } => {
+                let norm = 1.0 + alpha * (1.0 + 2.0 * draine_g * draine_g) / 3.0;
+                let across = (1.0 + alpha * (self.rayleigh() - 1.0)) / norm;
+                let draine = across * self.henyey_greenstein(draine_g);
+                of(0.25) * ((1.0 - weight) * self.henyey_greenstein(g) + weight * draine)
+            }
         }
     }
 
@@ -350,6 +365,11 @@ mod tests {
             PhaseFunction::Schlick { k: 0.8 },
             PhaseFunction::Schlick { k: -0.5 },
             PhaseFunction::CornetteShanks { g: 0.6 },
+            PhaseFunction::DoubleHenyeyGreenstein {
+                g: [0.8, -0.4],
+                weight: 0.7,
+            },
+            PhaseFunction::droplets(10.0).unwrap(),
         ];
         let emissions = [
             Emission::Isotropic,

@@ -91,7 +91,7 @@ fn light_cone_window(cone: light_Cone, side: vec3<f32>) -> vec2<f32> {
 // The phase function of the angle whose half has this sine and cosine.
 fn light_phase_of_half(sin: f32, cos: f32) -> f32 {
     let medium = light_medium();
-    return air_phase(medium.phase, medium.phase_parameter, 2.0 * sin * sin, 2.0 * cos * cos);
+    return air_phase(medium.phase, medium.phase_parameters, 2.0 * sin * sin, 2.0 * cos * cos);
 }
 
 fn light_surface_quadrature_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {

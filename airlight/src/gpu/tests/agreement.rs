@@ -135,13 +135,23 @@ where
     );
 }
 
-const PHASES: [PhaseFunction; 6] = [
+const PHASES: [PhaseFunction; 8] = [
     PhaseFunction::Isotropic,
     PhaseFunction::Rayleigh,
     PhaseFunction::HenyeyGreenstein { g: 0.9 },
     PhaseFunction::HenyeyGreenstein { g: -0.9 },
     PhaseFunction::Schlick { k: 0.9 },
     PhaseFunction::CornetteShanks { g: -0.7 },
+    PhaseFunction::DoubleHenyeyGreenstein {
+        g: [0.85, -0.6],
+        weight: 0.7,
+    },
+    PhaseFunction::HenyeyGreensteinDraine {
+        g: 0.9,
+        draine_g: 0.55,
+        alpha: 21.0,
+        weight: 0.48,
+    },
 ];
 
 #[test]

@@ -100,8 +100,8 @@ fn structures_and_constants_are_those_of_rust() {
         shader,
         "air_Quadrature",
         QuadratureUniforms {
+            phase_parameters,
             phase_kind,
-            phase_parameter,
             rules,
             opacity,
             far,
@@ -111,7 +111,8 @@ fn structures_and_constants_are_those_of_rust() {
             growth,
             fade,
             plain_rules,
-            tolerance
+            tolerance,
+            padding
         }
     );
     for (name, value) in [

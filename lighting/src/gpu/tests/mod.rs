@@ -422,11 +422,12 @@ fn structures_and_constants_are_those_of_rust() {
             sigma_s,
             phase,
             sigma_t,
-            phase_parameter,
+            far_end,
             low,
             bounded,
             high,
-            far_end,
+            padding,
+            phase_parameters,
         }
     );
     assert_same_layout!(

@@ -76,7 +76,7 @@ fn light_scattered_at(direction: vec3<f32>, point: vec3<f32>, least_square: f32)
         return vec3(0.0);
     }
     let cos = clamp(-dot(direction, travel), -1.0, 1.0);
-    let phase = air_phase(medium.phase, medium.phase_parameter, 1.0 - cos, 1.0 + cos);
+    let phase = air_phase(medium.phase, medium.phase_parameters, 1.0 - cos, 1.0 + cos);
     if injection.extinction != 0u {
         factor *= exp(-medium.sigma_t * leg);
     }

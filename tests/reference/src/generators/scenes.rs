@@ -83,6 +83,16 @@ pub fn phase(peak: f32) -> impl Strategy<Value = PhaseFunction> {
         2 => (-peak..=peak).prop_map(|g| PhaseFunction::HenyeyGreenstein { g }),
         1 => (-peak..=peak).prop_map(|g| PhaseFunction::CornetteShanks { g }),
         1 => (-peak..=peak).prop_map(|k| PhaseFunction::Schlick { k }),
+        1 => (-peak..=peak, -peak..=peak, 0.0_f32..=1.0)
+            .prop_map(|(a, b, weight)| PhaseFunction::DoubleHenyeyGreenstein { g: [a, b], weight }),
+        1 => (-peak..=peak, -peak..=peak, 0.0_f32..=50.0, 0.0_f32..=1.0).prop_map(
+            |(g, draine_g, alpha, weight)| PhaseFunction::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            }
+        ),
     ]
 }
 

@@ -24,6 +24,25 @@ pub enum Phase {
         /// The asymmetry of the first factor.
         g: f64,
     },
+    /// The weighted mean of two of Henyey and Greenstein's, 0 ≤ weight ≤ 1.
+    Double {
+        /// Mean cosines.
+        g: [f64; 2],
+        /// Share of the first.
+        weight: f64,
+    },
+    /// The weighted mean of Henyey and Greenstein's and Draine's, which is the
+    /// former times `(1 + α cos² θ) / (1 + α (1 + 2g²)/3)`.
+    Draine {
+        /// Mean cosine of the former.
+        g: f64,
+        /// Asymmetry of Draine's.
+        draine_g: f64,
+        /// How much more is scattered along the line of the light than across it.
+        alpha: f64,
+        /// Share of Draine's.
+        weight: f64,
+    },
 }
 
 impl Phase {
@@ -49,6 +68,23 @@ impl Phase {
                 let peak = Self::HenyeyGreenstein { g }.at(sin2, cos2);
                 1.5 * peak * (1.0 + (cos2 - sin2).powi(2)) / (2.0 + g * g)
             }
+            Self::Double { g, weight } => {
+                let [a, b] = g.map(|g| Self::HenyeyGreenstein { g }.at(sin2, cos2));
+                weight * a + (1.0 - weight) * b
+            }
+            Self::Draine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            } => {
+                let plain = Self::HenyeyGreenstein { g }.at(sin2, cos2);
+                let peak = Self::HenyeyGreenstein { g: draine_g }.at(sin2, cos2);
+                // The mean of cos² θ over the peak is (1 + 2g²)/3.
+                let mean = (1.0 + 2.0 * draine_g * draine_g) / 3.0;
+                let factor = (1.0 + alpha * (cos2 - sin2).powi(2)) / (1.0 + alpha * mean);
+                (1.0 - weight) * plain + weight * peak * factor
+            }
         }
     }
 }
@@ -63,6 +99,21 @@ impl From<airlight::PhaseFunction> for Phase {
             PhaseFunction::HenyeyGreenstein { g } => Self::HenyeyGreenstein { g: g.into() },
             PhaseFunction::Schlick { k } => Self::Schlick { k: k.into() },
             PhaseFunction::CornetteShanks { g } => Self::CornetteShanks { g: g.into() },
+            PhaseFunction::DoubleHenyeyGreenstein { g, weight } => Self::Double {
+                g: g.map(f64::from),
+                weight: weight.into(),
+            },
+            PhaseFunction::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            } => Self::Draine {
+                g: g.into(),
+                draine_g: draine_g.into(),
+                alpha: alpha.into(),
+                weight: weight.into(),
+            },
         }
     }
 }
@@ -80,6 +131,16 @@ mod tests {
             Phase::HenyeyGreenstein { g: -0.5 },
             Phase::Schlick { k: 0.7 },
             Phase::CornetteShanks { g: -0.6 },
+            Phase::Double {
+                g: [0.8, -0.4],
+                weight: 0.3,
+            },
+            Phase::Draine {
+                g: 0.8,
+                draine_g: -0.5,
+                alpha: 20.0,
+                weight: 0.6,
+            },
         ] {
             let steps = 100_000;
             let total: f64 = (0..steps)
