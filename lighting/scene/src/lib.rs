@@ -1,5 +1,6 @@
 //! What a scene is: meshes and their instances, hair and smoke, a camera,
-//! lights, a medium; and what can be said about it without any light transport.
+//! lights, what fills the air; and what can be said about it without any light
+//! transport.
 //!
 //! The fields of a [`Scene`] are plain data. [`Geometry`] is the checked
 //! world-space form of its triangles, [`Emitter`] the checked form of its
@@ -29,9 +30,10 @@
 //! | [`raster`] | | scan conversion of triangles as a light sees them |
 //! | [`statistics`] | | what makes a scene hard for a shadow map, in numbers |
 //! | `trace` | `trace` | a BVH: the first surface along a ray, and whether there is any |
+//! | `gpu` | `wgsl` | what media take from a ray, for shaders |
 //! | `view` | `trace` | the rays of a picture and what they meet |
 //! | `procedural` | `procedural` | scenes that need no file |
-//! | `load` | `gltf`, `ply`, `obj`, `hair`, `vol` | scene files |
+//! | `load` | `gltf`, `ply`, `obj`, `hair`, `vol`, `nvdb` | scene files |
 //!
 //! # Conventions
 //!
@@ -44,17 +46,23 @@ mod caster;
 mod coating_line;
 mod coatings;
 mod complete;
+mod cubic;
 mod emitter;
 mod geometry;
+#[cfg(feature = "wgsl")]
+pub mod gpu;
+mod height_fog;
 mod light;
 #[cfg(any(
     feature = "gltf",
     feature = "ply",
     feature = "obj",
     feature = "hair",
-    feature = "vol"
+    feature = "vol",
+    feature = "nvdb"
 ))]
 pub mod load;
+mod media;
 mod medium;
 #[cfg(feature = "procedural")]
 pub mod procedural;
@@ -79,13 +87,15 @@ pub use emitter::{
     DirectionalEmitter, Emission, Emitter, Falloff, MOST_COOKIE_LINES, PointEmitter, SpotEmission,
 };
 pub use geometry::{Appearance, Geometry, MAX_TRIANGLES, Source};
+pub use height_fog::HeightFog;
 pub use light::{AreaLight, AreaShape, Cone, DirectionalLight, Light, PointLight, SpotLight};
+pub use media::{Media, MediaPart, MediaPiece, MediaPieces, Scattering};
 pub use medium::{Bounds, Medium, PhaseFunction, ScatteringAngle};
 pub use ray::{Interval, Ray};
 pub use texture::{Filter, Sampler, Texture, Wrap};
 pub use translucent::{
-    DensityGrid, Interpolation, MAX_SAMPLES, Particle, Particles, Piece, Profile, StrandPoint,
-    Strands, Translucent,
+    CellSpan, CellWalk, DensityGrid, Interpolation, MAX_SAMPLES, Particle, Particles, Piece,
+    Profile, StrandPoint, Strands, Translucent,
 };
 pub use virtual_lights::{AreaEmitters, Pattern};
 
@@ -123,6 +133,9 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// What fills the air; `None` is a vacuum.
     pub medium: Option<Medium>,
+    /// Fog that thins out with altitude, on top of all else: part of [`Media`].
+    /// Whatever takes a [`Medium`] alone passes over it.
+    pub height_fog: Option<HeightFog>,
 }
 
 impl Scene {

@@ -30,21 +30,8 @@ impl Medium {
         phase: PhaseFunction,
     ) -> Result<Self, SceneError> {
         let [sigma_s, sigma_a] = [sigma_s.into(), sigma_a.into()].map(Vec3::from_array);
-        let coefficient = |what, value: Vec3| {
-            let sound = |sigma: &f32| *sigma == 0.0 || (1e-15..=1e15).contains(sigma);
-            if value.to_array().iter().all(sound) {
-                Ok(())
-            } else {
-                Err(SceneError::bad_value(
-                    "medium",
-                    what,
-                    value,
-                    "coefficients of 0, or of 1e-15 to 1e15 per metre",
-                ))
-            }
-        };
-        coefficient("sigma_s", sigma_s)?;
-        coefficient("sigma_a", sigma_a)?;
+        check_coefficients("medium", "sigma_s", sigma_s)?;
+        check_coefficients("medium", "sigma_a", sigma_a)?;
         phase.checked()?;
         Ok(Self {
             sigma_s,
@@ -109,6 +96,20 @@ impl Medium {
                 .map_or(0.0, Interval::length),
         }
     }
+}
+
+/// Scattering or absorption coefficients of a medium.
+pub(crate) fn check_coefficients(
+    owner: &'static str,
+    what: &'static str,
+    value: Vec3,
+) -> Result<(), SceneError> {
+    let is_sound = |sigma: &f32| *sigma == 0.0 || (1e-15..=1e15).contains(sigma);
+    if value.to_array().iter().all(is_sound) {
+        return Ok(());
+    }
+    let expected = "coefficients of 0, or of 1e-15 to 1e15 per metre";
+    Err(SceneError::bad_value(owner, what, value, expected))
 }
 
 /// An axis-aligned box.

@@ -1,9 +1,11 @@
 //! Smoke as numbers on a grid.
 
-use glam::{DVec3, Vec3};
+use glam::{Affine3A, DMat3, DVec3, Vec3};
 
-use super::check_extinction;
-use crate::{Bounds, SceneError};
+use super::cell_walk::{CellSpan, CellWalk};
+use super::{check_colour, check_extinction};
+use crate::cubic::Cubic;
+use crate::{Bounds, PhaseFunction, SceneError};
 
 /// The largest number of samples of a grid: 2²⁸, which is 1 GiB.
 pub const MAX_SAMPLES: u64 = 1 << 28;
@@ -19,14 +21,32 @@ pub enum Interpolation {
     Linear,
 }
 
-/// An extinction coefficient that varies over a box; nothing outside.
+/// A medium whose density varies over a box; nothing outside.
+///
+/// At a density `d` the extinction coefficient of a colour channel is
+/// `scale × tint × d`, 1/m, and the scattering coefficient is the albedo times
+/// that. A new grid has a tint and an albedo of 1 in every channel, scatters
+/// evenly in all directions, emits nothing, and lies where its box is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DensityGrid {
+    local_bounds: Bounds,
+    transform: Affine3A,
     bounds: Bounds,
+    /// World position of the corner from which cells are counted.
+    corner: DVec3,
+    /// From world offsets to that corner to cells.
+    cells_per_metre: DMat3,
     resolution: [u32; 3],
     density: Vec<f32>,
     scale: f32,
     interpolation: Interpolation,
+    tint: Vec3,
+    albedo: Vec3,
+    /// One per sample, or empty.
+    albedo_samples: Vec<Vec3>,
+    /// One per sample, or empty.
+    emission: Vec<Vec3>,
+    phase: PhaseFunction,
 }
 
 impl DensityGrid {
@@ -54,30 +74,167 @@ impl DensityGrid {
                 "1 to 2^28 samples",
             ));
         }
-        if density.len() as u64 != count {
-            return Err(SceneError::LengthMismatch {
-                owner: "density grid".into(),
-                what: "the list of densities",
-                actual: density.len(),
-                expected: count as usize,
-            });
-        }
-        check_extinction(|| "density grid".into(), "scale", scale)?;
+        check_length("the list of densities", density.len(), count as usize)?;
+        check_extinction(|| OWNER.into(), "scale", scale)?;
         for (index, &value) in density.iter().enumerate() {
-            check_extinction(|| format!("density grid, sample {index}"), "density", value)?;
+            check_extinction(|| format!("{OWNER}, sample {index}"), "density", value)?;
         }
-        Ok(Self {
+        let mut grid = Self {
+            local_bounds: bounds,
+            transform: Affine3A::IDENTITY,
             bounds,
+            corner: DVec3::ZERO,
+            cells_per_metre: DMat3::IDENTITY,
             resolution,
             density,
             scale,
             interpolation,
+            tint: Vec3::ONE,
+            albedo: Vec3::ONE,
+            albedo_samples: Vec::new(),
+            emission: Vec::new(),
+            phase: PhaseFunction::Isotropic,
+        };
+        grid.place(DMat3::IDENTITY, DVec3::ZERO);
+        Ok(grid)
+    }
+
+    /// Fills in what follows from the place of the box.
+    fn place(&mut self, turn: DMat3, shift: DVec3) {
+        let (min, max) = (self.local_bounds.min(), self.local_bounds.max());
+        let cells = DVec3::from_array(self.cells().map(f64::from));
+        let per_metre = cells / (max.as_dvec3() - min.as_dvec3());
+        self.corner = turn * min.as_dvec3() + shift;
+        self.cells_per_metre = DMat3::from_diagonal(per_metre) * turn.inverse();
+    }
+
+    /// The same grid with its box rotated, scaled, sheared and moved by
+    /// `transform`, from the space of its box to the world's; replaces an
+    /// earlier transform. Extinction stays per metre of the world.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] for a transform that is not finite, flattens the
+    /// box or moves a corner of it beyond 1e9 m.
+    pub fn with_transform(mut self, transform: Affine3A) -> Result<Self, SceneError> {
+        let columns = [
+            transform.matrix3.x_axis,
+            transform.matrix3.y_axis,
+            transform.matrix3.z_axis,
+        ]
+        .map(|axis| Vec3::from(axis).as_dvec3());
+        let turn = DMat3::from_cols(columns[0], columns[1], columns[2]);
+        let shift = Vec3::from(transform.translation).as_dvec3();
+        let size: f64 = columns.iter().map(|axis| axis.length()).product();
+        // Below this, the digits of f32 do not tell the volume from none.
+        if !(transform.is_finite() && turn.determinant().abs() > 1e-6 * size) {
+            return Err(SceneError::bad_value(
+                OWNER,
+                "transform",
+                transform,
+                "finite numbers that do not flatten the box",
+            ));
+        }
+        if transform == Affine3A::IDENTITY {
+            self.bounds = self.local_bounds;
+        } else {
+            let corners = self.local_bounds.corners();
+            let corners = corners.map(|corner| (turn * corner.as_dvec3() + shift).as_vec3());
+            let least = corners.into_iter().fold(Vec3::INFINITY, Vec3::min);
+            let greatest = corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max);
+            // Single precision rounds corners to either side.
+            let margin = f32::EPSILON * least.abs().max(greatest.abs());
+            self.bounds = Bounds::new(least - margin, greatest + margin)?;
+        }
+        self.transform = transform;
+        self.place(turn, shift);
+        Ok(self)
+    }
+
+    /// The same grid with an extinction of its own in each colour channel: a
+    /// factor on the scale, linear RGB.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] unless all three are from 0 to 1e6.
+    pub fn with_tint(self, tint: Vec3) -> Result<Self, SceneError> {
+        check_colour(|| OWNER.into(), "tint", tint, 1e6, "numbers from 0 to 1e6")?;
+        Ok(Self { tint, ..self })
+    }
+
+    /// The same grid with an albedo: the share of what is extinguished that is
+    /// scattered, linear RGB. It multiplies the albedo of samples, if there is
+    /// one.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] unless all three are from 0 to 1.
+    pub fn with_albedo(self, albedo: Vec3) -> Result<Self, SceneError> {
+        check_colour(|| OWNER.into(), "albedo", albedo, 1.0, "shares from 0 to 1")?;
+        Ok(Self { albedo, ..self })
+    }
+
+    /// The same grid with an albedo for each sample, interpolated like the
+    /// density; none if the list is empty.
+    ///
+    /// # Errors
+    /// [`SceneError::LengthMismatch`] unless there is one per sample,
+    /// [`SceneError::BadValue`] unless all are from 0 to 1.
+    pub fn with_albedo_samples(self, albedo: Vec<Vec3>) -> Result<Self, SceneError> {
+        self.check_samples("the list of albedos", albedo.len())?;
+        for (index, &value) in albedo.iter().enumerate() {
+            let owner = || format!("{OWNER}, sample {index}");
+            check_colour(owner, "albedo", value, 1.0, "shares from 0 to 1")?;
+        }
+        Ok(Self {
+            albedo_samples: albedo,
+            ..self
         })
     }
 
-    /// Where it is.
+    /// The same grid with an emission for each sample: the radiance that comes
+    /// from a metre of it, linear RGB, interpolated like the density; none if the
+    /// list is empty.
+    ///
+    /// # Errors
+    /// [`SceneError::LengthMismatch`] unless there is one per sample,
+    /// [`SceneError::BadValue`] unless all are from 0 to 1e15.
+    pub fn with_emission(self, emission: Vec<Vec3>) -> Result<Self, SceneError> {
+        self.check_samples("the list of emissions", emission.len())?;
+        for (index, &value) in emission.iter().enumerate() {
+            let owner = || format!("{OWNER}, sample {index}");
+            check_colour(owner, "emission", value, 1e15, "numbers from 0 to 1e15")?;
+        }
+        Ok(Self { emission, ..self })
+    }
+
+    /// The same grid with another phase function.
+    ///
+    /// # Errors
+    /// [`SceneError::PhaseFunction`] if its parameters are out of range.
+    pub fn with_phase(self, phase: PhaseFunction) -> Result<Self, SceneError> {
+        let phase = phase.checked()?;
+        Ok(Self { phase, ..self })
+    }
+
+    fn check_samples(&self, what: &'static str, actual: usize) -> Result<(), SceneError> {
+        if actual == 0 {
+            return Ok(());
+        }
+        check_length(what, actual, self.density.len())
+    }
+
+    /// An axis-aligned box of the world around all of it: the box itself unless
+    /// a transform rotates it.
     pub fn bounds(&self) -> Bounds {
         self.bounds
+    }
+
+    /// The box in its own space, before the [transform](DensityGrid::transform).
+    pub fn local_bounds(&self) -> Bounds {
+        self.local_bounds
+    }
+
+    /// From the space of the box to the world.
+    pub fn transform(&self) -> Affine3A {
+        self.transform
     }
 
     /// Samples along x, y and z.
@@ -95,6 +252,34 @@ impl DensityGrid {
         self.scale
     }
 
+    /// The factor on the extinction of each colour channel.
+    pub fn tint(&self) -> Vec3 {
+        self.tint
+    }
+
+    /// The albedo of all of it; see also
+    /// [`albedo_samples`](DensityGrid::albedo_samples).
+    pub fn albedo(&self) -> Vec3 {
+        self.albedo
+    }
+
+    /// The albedo of each sample, in the order of the densities; empty if they
+    /// have none of their own.
+    pub fn albedo_samples(&self) -> &[Vec3] {
+        &self.albedo_samples
+    }
+
+    /// The emission of each sample, in the order of the densities; empty if there
+    /// is none.
+    pub fn emission(&self) -> &[Vec3] {
+        &self.emission
+    }
+
+    /// How scattered light spreads over directions.
+    pub fn phase(&self) -> PhaseFunction {
+        self.phase
+    }
+
     /// What lies between samples.
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
@@ -105,7 +290,7 @@ impl DensityGrid {
     /// # Errors
     /// [`SceneError::BadValue`] unless it is from 0 to 1e15.
     pub fn with_scale(self, scale: f32) -> Result<Self, SceneError> {
-        check_extinction(|| "density grid".into(), "scale", scale)?;
+        check_extinction(|| OWNER.into(), "scale", scale)?;
         Ok(Self { scale, ..self })
     }
 
@@ -122,43 +307,180 @@ impl DensityGrid {
         }
     }
 
-    /// The extinction coefficient at `place` of a cell, 1/m: each coordinate of
-    /// `place` from 0 to 1 across the cell.
+    /// A point of the world in cells, counted from the corner of the grid: within
+    /// 0 to [`cells`](DensityGrid::cells) inside of the box.
+    pub fn in_cells(&self, point: DVec3) -> DVec3 {
+        self.cells_per_metre * (point - self.corner)
+    }
+
+    /// World position of the corner from which cells are counted, and the matrix
+    /// that takes world offsets from it to cells.
+    pub fn cell_space(&self) -> (DVec3, DMat3) {
+        (self.corner, self.cells_per_metre)
+    }
+
+    /// The cells on the line `origin + t direction`, t from `from` to `to`, from
+    /// front to back, each where the line runs through it for some length. Both
+    /// ends may be infinite.
+    ///
+    /// A line along a face that two cells share counts as being in one of them.
+    pub fn cells_along(&self, origin: DVec3, direction: DVec3, from: f64, to: f64) -> CellWalk {
+        let start = self.in_cells(origin);
+        CellWalk::new(
+            start,
+            self.cells_per_metre * direction,
+            self.cells(),
+            from,
+            to,
+        )
+    }
+
+    /// The samples around `place` of a cell, each coordinate from 0 to 1 across
+    /// the cell, weighted: of the numbers that `sample` returns for their indices.
+    fn interpolate<T>(&self, cell: [u32; 3], place: DVec3, sample: impl Fn(usize) -> T) -> T
+    where
+        T: std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
+        T: Copy,
+    {
+        let at = self.corners(cell);
+        match self.interpolation {
+            Interpolation::Constant => sample(at[0]),
+            Interpolation::Linear => {
+                let mix = |a: T, b: T, t: f64| a + (b - a) * t;
+                let row = |i: usize| mix(sample(at[i]), sample(at[i + 1]), place.x);
+                let slice = |i: usize| mix(row(i), row(i + 2), place.y);
+                mix(slice(0), slice(4), place.z)
+            }
+        }
+    }
+
+    /// Indices of the samples at the corners of a cell: number i is that with the
+    /// greater coordinate on the axes whose bits are set in i. A single sample
+    /// along an axis is its own neighbour, and so is a voxel.
+    fn corners(&self, cell: [u32; 3]) -> [usize; 8] {
+        let [nx, ny, _] = self.resolution.map(|count| count as usize);
+        std::array::from_fn(|i| {
+            let [x, y, z] = std::array::from_fn(|axis| {
+                let index = cell[axis] as usize;
+                match self.interpolation {
+                    Interpolation::Constant => index,
+                    Interpolation::Linear => {
+                        (index + (i >> axis & 1)).min(self.resolution[axis] as usize - 1)
+                    }
+                }
+            });
+            (z * ny + y) * nx + x
+        })
+    }
+
+    /// The extinction coefficient at `place` of a cell where the tint is 1, 1/m:
+    /// each coordinate of `place` from 0 to 1 across the cell.
     ///
     /// # Panics
     /// If there is no such cell.
     pub fn extinction(&self, cell: [u32; 3], place: DVec3) -> f64 {
-        let [nx, ny, _] = self.resolution.map(|count| count as usize);
-        let sample = |x: usize, y: usize, z: usize| f64::from(self.density[(z * ny + y) * nx + x]);
-        let [x, y, z] = cell.map(|index| index as usize);
-        let density = match self.interpolation {
-            Interpolation::Constant => sample(x, y, z),
-            Interpolation::Linear => {
-                // A single sample along an axis is its own neighbour.
-                let next =
-                    |axis: usize, index: usize| (index + 1).min(self.resolution[axis] as usize - 1);
-                let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-                let row =
-                    |y: usize, z: usize| mix(sample(x, y, z), sample(next(0, x), y, z), place.x);
-                let slice = |z: usize| mix(row(y, z), row(next(1, y), z), place.y);
-                mix(slice(z), slice(next(2, z)), place.z)
-            }
-        };
+        let density = self.interpolate(cell, place, |index| f64::from(self.density[index]));
         f64::from(self.scale) * density
     }
 
-    /// The extinction coefficient at a point, 1/m; 0 outside of the box.
-    pub fn extinction_at(&self, point: Vec3) -> f32 {
-        let (min, max) = (self.bounds.min().as_dvec3(), self.bounds.max().as_dvec3());
-        let share = (point.as_dvec3() - min) / (max - min);
-        if !(share.cmpge(DVec3::ZERO).all() && share.cmple(DVec3::ONE).all()) {
-            return 0.0;
+    /// The albedo at `place` of a cell.
+    ///
+    /// # Panics
+    /// If there is no such cell.
+    pub fn albedo_in(&self, cell: [u32; 3], place: DVec3) -> DVec3 {
+        let albedo = self.albedo.as_dvec3();
+        if self.albedo_samples.is_empty() {
+            return albedo;
         }
-        let cells = self.cells();
-        let place = share * DVec3::from_array(cells.map(f64::from));
-        let cell = [0, 1, 2].map(|axis| (place[axis] as u32).min(cells[axis] - 1));
-        self.extinction(cell, place - DVec3::from_array(cell.map(f64::from))) as f32
+        let sample = |index: usize| self.albedo_samples[index].as_dvec3();
+        albedo * self.interpolate(cell, place, sample)
     }
+
+    /// The emission at `place` of a cell, radiance per metre.
+    ///
+    /// # Panics
+    /// If there is no such cell.
+    pub fn emission_in(&self, cell: [u32; 3], place: DVec3) -> DVec3 {
+        if self.emission.is_empty() {
+            return DVec3::ZERO;
+        }
+        self.interpolate(cell, place, |index| self.emission[index].as_dvec3())
+    }
+
+    /// The extinction along the span of a cell where the tint is 1, 1/m.
+    ///
+    /// Along a line the product of three linear functions is a cubic; its
+    /// coefficients are means of the density at corners of the box between the
+    /// two ends, which lies in the cell: none is negative.
+    pub(crate) fn cubic(&self, span: &CellSpan) -> Cubic {
+        let scale = f64::from(self.scale);
+        let at = self.corners(span.cell);
+        if self.interpolation == Interpolation::Constant {
+            return Cubic::constant(scale * f64::from(self.density[at[0]]));
+        }
+        let corner = at.map(|index| f64::from(self.density[index]));
+        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+        let ends = [span.entry, span.exit];
+        let value = |i: usize| {
+            let (x, y, z) = (ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
+            let row = |i: usize| mix(corner[i], corner[i + 1], x);
+            mix(mix(row(0), row(2), y), mix(row(4), row(6), y), z)
+        };
+        let third = 1.0 / 3.0;
+        Cubic([
+            scale * value(0),
+            scale * third * (value(1) + value(2) + value(4)),
+            scale * third * (value(3) + value(5) + value(6)),
+            scale * value(7),
+        ])
+    }
+
+    /// The optical depth of the span of a cell where the tint is 1, for a line
+    /// whose direction is a unit vector: exact but for rounding.
+    ///
+    /// # Panics
+    /// If there is no such cell.
+    pub fn optical_depth(&self, span: &CellSpan) -> f64 {
+        self.cubic(span).mean() * (span.to - span.from)
+    }
+
+    /// The cell that a point of the world is in, and where in the cell; `None`
+    /// outside of the box.
+    pub fn cell_at(&self, point: DVec3) -> Option<([u32; 3], DVec3)> {
+        // What a point on a face may be off by rounding.
+        const ROUNDING: f64 = 1e-12;
+        let place = self.in_cells(point);
+        let cells = self.cells();
+        let size = DVec3::from_array(cells.map(f64::from));
+        let slack = ROUNDING * size;
+        if !(place.cmpge(-slack).all() && place.cmple(size + slack).all()) {
+            return None;
+        }
+        let cell = [0, 1, 2].map(|axis| (place[axis] as u32).min(cells[axis] - 1));
+        let place = place - DVec3::from_array(cell.map(f64::from));
+        Some((cell, place.clamp(DVec3::ZERO, DVec3::ONE)))
+    }
+
+    /// The extinction coefficient at a point where the tint is 1, 1/m; 0 outside
+    /// of the box.
+    pub fn extinction_at(&self, point: Vec3) -> f32 {
+        let found = self.cell_at(point.as_dvec3());
+        found.map_or(0.0, |(cell, place)| self.extinction(cell, place) as f32)
+    }
+}
+
+const OWNER: &str = "density grid";
+
+fn check_length(what: &'static str, actual: usize, expected: usize) -> Result<(), SceneError> {
+    if actual == expected {
+        return Ok(());
+    }
+    Err(SceneError::LengthMismatch {
+        owner: OWNER.into(),
+        what,
+        actual,
+        expected,
+    })
 }
 
 #[cfg(test)]

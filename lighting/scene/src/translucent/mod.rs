@@ -1,9 +1,11 @@
 //! What lets a part of the light through: hair, smoke, puffs.
 
+mod cell_walk;
 mod grid;
 mod particles;
 mod strands;
 
+pub use cell_walk::{CellSpan, CellWalk};
 pub use grid::{DensityGrid, Interpolation, MAX_SAMPLES};
 pub use particles::{Particle, Particles, Profile};
 pub use strands::{Piece, StrandPoint, Strands};
@@ -15,8 +17,8 @@ use super::{Bounds, SceneError};
 /// Something that takes a share of the light that meets it.
 ///
 /// It casts shadows onto surfaces, into the air and onto itself; see the module
-/// `translucent`. It extinguishes only: what it scatters is up to whoever draws
-/// it.
+/// `translucent`. What smoke scatters and emits itself is told by
+/// [`Media`](crate::Media).
 #[derive(Debug, Clone, PartialEq)]
 pub enum Translucent {
     /// Hair, fur, grass.
@@ -128,4 +130,19 @@ fn check_extinction(
         value,
         "a number from 0 to 1e15",
     ))
+}
+
+/// Linear RGB of a limited range.
+fn check_colour(
+    owner: impl FnOnce() -> String,
+    what: &'static str,
+    colour: Vec3,
+    most: f32,
+    expected: &'static str,
+) -> Result<(), SceneError> {
+    let is_within = |channel: &f32| (0.0..=most).contains(channel);
+    if colour.to_array().iter().all(is_within) {
+        return Ok(());
+    }
+    Err(SceneError::bad_value(owner(), what, colour, expected))
 }

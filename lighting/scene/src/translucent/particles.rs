@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::{around, check_extinction, check_position, check_size};
-use crate::{Bounds, SceneError};
+use super::{around, check_colour, check_extinction, check_position, check_size};
+use crate::{Bounds, PhaseFunction, SceneError};
 
 /// A ball of denser air.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,11 +27,14 @@ pub enum Profile {
 }
 
 /// Balls, each of which looks the same from all sides. Where they overlap,
-/// extinctions add up.
+/// extinctions add up. New ones have an albedo of 1 and scatter evenly in all
+/// directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Particles {
     all: Vec<Particle>,
     profile: Profile,
+    albedo: Vec3,
+    phase: PhaseFunction,
 }
 
 impl Particles {
@@ -57,7 +60,42 @@ impl Particles {
             check_size(owner, "radius", particle.radius)?;
             check_extinction(owner, "sigma_t", particle.sigma_t)?;
         }
-        Ok(Self { all, profile })
+        Ok(Self {
+            all,
+            profile,
+            albedo: Vec3::ONE,
+            phase: PhaseFunction::Isotropic,
+        })
+    }
+
+    /// The same with an albedo: the share of what is extinguished that is
+    /// scattered, linear RGB.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] unless all three are from 0 to 1.
+    pub fn with_albedo(self, albedo: Vec3) -> Result<Self, SceneError> {
+        let owner = || "particles".into();
+        check_colour(owner, "albedo", albedo, 1.0, "shares from 0 to 1")?;
+        Ok(Self { albedo, ..self })
+    }
+
+    /// The same with another phase function.
+    ///
+    /// # Errors
+    /// [`SceneError::PhaseFunction`] if its parameters are out of range.
+    pub fn with_phase(self, phase: PhaseFunction) -> Result<Self, SceneError> {
+        let phase = phase.checked()?;
+        Ok(Self { phase, ..self })
+    }
+
+    /// The share of what is extinguished that is scattered, linear RGB.
+    pub fn albedo(&self) -> Vec3 {
+        self.albedo
+    }
+
+    /// How scattered light spreads over directions.
+    pub fn phase(&self) -> PhaseFunction {
+        self.phase
     }
 
     /// All of them.

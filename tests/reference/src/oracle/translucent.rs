@@ -12,7 +12,7 @@
 //! each times the mean transmittance at two of its points. Parts are short where
 //! the shadows of casters can be, and whole elsewhere.
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use scene::{DensityGrid, Emitter, Geometry, Interpolation, Medium, Profile, Ray, Translucent};
 
@@ -20,7 +20,7 @@ use super::airlight::{Airlight, Tolerance, reach};
 use super::image::Reference;
 use super::shades::Shades;
 use super::visibility::{Blockers, Search};
-use super::{Fog, Lamp, Line, Span};
+use super::{Fog, Lamp, Line, Phase, Span};
 
 /// Hair and smoke in f64.
 #[derive(Debug, Clone, Default)]
@@ -45,13 +45,19 @@ struct Ball {
     radius: f64,
     sigma_t: f64,
     profile: Profile,
+    albedo: DVec3,
+    phase: Phase,
 }
 
 /// A density grid.
 #[derive(Debug, Clone)]
 struct SmokeBox {
+    /// In the space of the box.
     min: DVec3,
     max: DVec3,
+    /// From the world to that space.
+    turn: DMat3,
+    shift: DVec3,
     samples: DensityGrid,
 }
 
@@ -79,13 +85,11 @@ impl Translucency {
                             radius: ball.radius.into(),
                             sigma_t: ball.sigma_t.into(),
                             profile: particles.profile(),
+                            albedo: particles.albedo().as_dvec3(),
+                            phase: particles.phase().into(),
                         }));
                 }
-                Translucent::Grid(grid) => translucency.boxes.push(SmokeBox {
-                    min: grid.bounds().min().as_dvec3(),
-                    max: grid.bounds().max().as_dvec3(),
-                    samples: grid.clone(),
-                }),
+                Translucent::Grid(grid) => translucency.boxes.push(SmokeBox::new(grid)),
             }
         }
         translucency
@@ -127,7 +131,8 @@ impl Translucency {
         let ribbons = self.ribbons.iter().map(Ribbon::ball_around);
         let balls = self.balls.iter().map(|ball| (ball.centre, ball.radius));
         let boxes = self.boxes.iter().map(|smoke| {
-            let (min, max) = (smoke.min, smoke.max);
+            let bounds = smoke.samples.bounds();
+            let (min, max) = (bounds.min().as_dvec3(), bounds.max().as_dvec3());
             (0.5 * (min + max), 0.5 * min.distance(max))
         });
         ribbons.chain(balls).chain(boxes)
@@ -142,20 +147,96 @@ impl Translucency {
                 (offset.normalize_or_zero(), offset.length())
             }
         };
-        let mut passed = 1.0;
-        for ribbon in &self.ribbons {
-            if ribbon.is_crossed(point, towards, distance) {
-                passed *= ribbon.passed;
+        let depth = self.optical_depths_of(point, towards, distance, |_| DVec3::ONE);
+        self.passed(point, towards, distance) * (-depth.x).exp()
+    }
+
+    /// Share of light that strands let pass over `distance` from a point.
+    pub fn passed(&self, point: DVec3, towards: DVec3, distance: f64) -> f64 {
+        let crossed = self.ribbons.iter();
+        let crossed = crossed.filter(|ribbon| ribbon.is_crossed(point, towards, distance));
+        crossed.map(|ribbon| ribbon.passed).product()
+    }
+
+    /// The optical depth of grids and particles over `distance` from a point.
+    pub fn optical_depths(&self, point: DVec3, towards: DVec3, distance: f64) -> DVec3 {
+        self.optical_depths_of(point, towards, distance, |smoke| {
+            smoke.samples.tint().as_dvec3()
+        })
+    }
+
+    fn optical_depths_of(
+        &self,
+        point: DVec3,
+        towards: DVec3,
+        distance: f64,
+        tint: impl Fn(&SmokeBox) -> DVec3,
+    ) -> DVec3 {
+        let balls = self.balls.iter();
+        let mut depth = DVec3::splat(
+            balls
+                .map(|ball| ball.optical_depth(point, towards, distance))
+                .sum(),
+        );
+        for smoke in &self.boxes {
+            depth += tint(smoke) * smoke.optical_depth(point, towards, distance);
+        }
+        depth
+    }
+
+    /// Scattering coefficients times phase functions of half angles, and what is emitted
+    /// per metre, at a point.
+    pub fn source(&self, point: DVec3, sin2: f64, cos2: f64) -> (DVec3, DVec3) {
+        let (mut scattering, mut emission) = (DVec3::ZERO, DVec3::ZERO);
+        for ball in &self.balls {
+            let share2 = (point - ball.centre).length_squared() / (ball.radius * ball.radius);
+            if share2 < 1.0 {
+                let density = match ball.profile {
+                    Profile::Constant => ball.sigma_t,
+                    Profile::Soft => ball.sigma_t * (1.0 - share2),
+                };
+                scattering += ball.albedo * (density * ball.phase.at(sin2, cos2));
             }
         }
-        let mut tau = 0.0;
+        for smoke in &self.boxes {
+            let local = smoke.turn * (point - smoke.shift);
+            if local.cmplt(smoke.min).any() || local.cmpgt(smoke.max).any() {
+                continue;
+            }
+            let grid = &smoke.samples;
+            let extinction = f64::from(grid.scale()) * smoke.density(local);
+            let mut albedo = grid.albedo().as_dvec3();
+            if !grid.albedo_samples().is_empty() {
+                albedo *= smoke.mean(local, |index| grid.albedo_samples()[index].as_dvec3());
+            }
+            let phase = Phase::from(grid.phase()).at(sin2, cos2);
+            scattering += albedo * grid.tint().as_dvec3() * (extinction * phase);
+            if !grid.emission().is_empty() {
+                emission += smoke.mean(local, |index| grid.emission()[index].as_dvec3());
+            }
+        }
+        (scattering, emission)
+    }
+
+    /// Whether anything emits light.
+    pub fn emits(&self) -> bool {
+        let mut boxes = self.boxes.iter();
+        boxes.any(|smoke| !smoke.samples.emission().is_empty())
+    }
+
+    /// Appends where along a line the coefficients of grids and particles have a kink.
+    pub fn edges(&self, line: &Line, edges: &mut Vec<f64>) {
         for ball in &self.balls {
-            tau += ball.optical_depth(point, towards, distance);
+            let (middle, offset) = line.nearest(ball.centre);
+            let half2 = ball.radius * ball.radius - offset.length_squared();
+            if half2 > 0.0 {
+                edges.extend([middle - half2.sqrt(), middle + half2.sqrt()]);
+            }
         }
         for smoke in &self.boxes {
-            tau += smoke.optical_depth(point, towards, distance);
+            let origin = smoke.turn * (line.origin - smoke.shift);
+            smoke.crossings(origin, smoke.turn * line.direction, line.length, edges);
         }
-        passed * (-tau).exp()
     }
 }
 
@@ -222,14 +303,39 @@ impl Ball {
 }
 
 impl SmokeBox {
+    fn new(grid: &DensityGrid) -> Self {
+        let matrix = grid.transform().matrix3;
+        let [x, y, z] = [0, 1, 2].map(|axis| Vec3::from(matrix.col(axis)).as_dvec3());
+        Self {
+            min: grid.local_bounds().min().as_dvec3(),
+            max: grid.local_bounds().max().as_dvec3(),
+            turn: DMat3::from_cols(x, y, z).inverse(),
+            shift: Vec3::from(grid.transform().translation).as_dvec3(),
+            samples: grid.clone(),
+        }
+    }
+
     fn optical_depth(&self, point: DVec3, towards: DVec3, distance: f64) -> f64 {
+        let (point, towards) = (self.turn * (point - self.shift), self.turn * towards);
+        let mut crossings = Vec::new();
+        self.crossings(point, towards, distance, &mut crossings);
+        crossings.sort_by(f64::total_cmp);
+        let density = |t: f64| self.density(point + t * towards);
+        let parts = crossings.windows(2);
+        let sum: f64 = parts.map(|ends| gauss(ends[0], ends[1], density)).sum();
+        f64::from(self.samples.scale()) * sum
+    }
+
+    /// Appends where a path in the space of the box, of this length, enters and leaves it,
+    /// and where it crosses from one cell to another.
+    fn crossings(&self, point: DVec3, towards: DVec3, distance: f64, crossings: &mut Vec<f64>) {
         let (mut from, mut to) = (0.0_f64, distance);
         for axis in 0..3 {
             let low = self.min[axis] - point[axis];
             let high = self.max[axis] - point[axis];
             if towards[axis] == 0.0 {
                 if low > 0.0 || high < 0.0 {
-                    return 0.0;
+                    return;
                 }
                 continue;
             }
@@ -238,10 +344,9 @@ impl SmokeBox {
             to = to.min(a.max(b));
         }
         if from >= to {
-            return 0.0;
+            return;
         }
-        // Where the path crosses from one cell to another.
-        let mut crossings = vec![from, to];
+        crossings.extend([from, to]);
         for axis in 0..3 {
             let samples = self.samples.resolution()[axis];
             let cells = match self.samples.interpolation() {
@@ -257,19 +362,19 @@ impl SmokeBox {
                 }
             }
         }
-        crossings.sort_by(f64::total_cmp);
-        let density = |t: f64| self.density(point + t * towards);
-        let parts = crossings.windows(2);
-        let sum: f64 = parts.map(|ends| gauss(ends[0], ends[1], density)).sum();
-        f64::from(self.samples.scale()) * sum
     }
 
     fn density(&self, point: DVec3) -> f64 {
-        let [nx, ny, nz] = self.samples.resolution().map(|count| count as usize);
+        let density = |index: usize| DVec3::splat(f64::from(self.samples.density()[index]));
+        self.mean(point, density).x
+    }
+
+    /// The mean of what `value` tells of samples, weighted by hat functions around them, at
+    /// a point in the space of the box.
+    fn mean(&self, point: DVec3, value: impl Fn(usize) -> DVec3) -> DVec3 {
+        let counts = self.samples.resolution().map(|count| count as usize);
         let share = (point - self.min) / (self.max - self.min);
-        let value =
-            |x: usize, y: usize, z: usize| f64::from(self.samples.density()[x + nx * (y + ny * z)]);
-        let counts = [nx, ny, nz];
+        let value = |x: usize, y: usize, z: usize| value(x + counts[0] * (y + counts[1] * z));
         match self.samples.interpolation() {
             Interpolation::Constant => {
                 let cell = |axis: usize| {
@@ -286,7 +391,7 @@ impl SmokeBox {
                     let last = (first + 1).min(counts[axis] - 1);
                     [(first, 1.0 - at.fract()), (last, at.fract())]
                 };
-                let mut sum = 0.0;
+                let mut sum = DVec3::ZERO;
                 for (x, wx) in hats(0) {
                     for (y, wy) in hats(1) {
                         for (z, wz) in hats(2) {

@@ -1,0 +1,165 @@
+//! One medium on one piece of a line.
+
+use glam::DVec3;
+
+use super::{Ball, depth};
+use crate::cubic::Cubic;
+use crate::{CellSpan, DensityGrid, HeightFog, Medium, PhaseFunction, Profile};
+
+/// What a medium does to light at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scattering {
+    /// Extinction coefficient, 1/m.
+    pub extinction: DVec3,
+    /// Scattering coefficient, 1/m.
+    pub scattering: DVec3,
+    /// Radiance that is emitted per metre.
+    pub emission: DVec3,
+    /// How scattered light spreads over directions.
+    pub phase: PhaseFunction,
+}
+
+/// One medium on one [piece](super::MediaPiece) of a line.
+#[derive(Debug, Clone, Copy)]
+pub struct MediaPart<'a> {
+    profile: Along,
+    /// Extinction and scattering where the profile is 1; without the albedo of
+    /// samples.
+    extinction: DVec3,
+    scattering: DVec3,
+    phase: PhaseFunction,
+    /// What has an albedo or an emission for each sample.
+    samples: Option<(&'a DensityGrid, CellSpan)>,
+}
+
+/// How a coefficient changes along a piece.
+#[derive(Debug, Clone, Copy)]
+enum Along {
+    Cubic(Cubic),
+    /// From the height `y` on, rising by `slope` per metre.
+    Height {
+        fog: HeightFog,
+        y: f64,
+        slope: f64,
+    },
+}
+
+impl<'a> MediaPart<'a> {
+    pub(super) fn even(medium: &Medium) -> Self {
+        Self {
+            profile: Along::Cubic(Cubic::constant(1.0)),
+            extinction: medium.sigma_t().as_dvec3(),
+            scattering: medium.sigma_s().as_dvec3(),
+            phase: medium.phase(),
+            samples: None,
+        }
+    }
+
+    pub(super) fn height(fog: &HeightFog, y: f64, slope: f64) -> Self {
+        Self {
+            profile: Along::Height {
+                fog: *fog,
+                y,
+                slope,
+            },
+            extinction: fog.sigma_t().as_dvec3(),
+            scattering: fog.sigma_s().as_dvec3(),
+            phase: fog.phase(),
+            samples: None,
+        }
+    }
+
+    pub(super) fn cell(grid: &'a DensityGrid, span: CellSpan) -> Self {
+        let has_samples = !(grid.albedo_samples().is_empty() && grid.emission().is_empty());
+        let extinction = grid.tint().as_dvec3();
+        // The albedo of samples comes with that of the grid.
+        let albedo = match grid.albedo_samples() {
+            [] => grid.albedo().as_dvec3(),
+            _ => DVec3::ONE,
+        };
+        Self {
+            profile: Along::Cubic(grid.cubic(&span)),
+            extinction,
+            scattering: albedo * extinction,
+            phase: grid.phase(),
+            samples: has_samples.then_some((grid, span)),
+        }
+    }
+
+    /// Of a ball whose chord ends `half` before and behind `middle`, between `from`
+    /// and `to`.
+    pub(super) fn ball(ball: &Ball<'_>, half: f64, middle: f64, from: f64, to: f64) -> Self {
+        let cubic = match ball.of.profile() {
+            Profile::Constant => Cubic::constant(ball.sigma_t),
+            Profile::Soft => {
+                // (h² − t²) / R² by its polar form h² − s t: positive within the
+                // chord.
+                let (a, b) = (from - middle, to - middle);
+                let polar = |s: f64, t: f64| (half * half - s * t).max(0.0);
+                let scale = ball.sigma_t / (ball.radius * ball.radius);
+                Cubic::quadratic([polar(a, a), polar(a, b), polar(b, b)].map(|q| scale * q))
+            }
+        };
+        Self {
+            profile: Along::Cubic(cubic),
+            extinction: DVec3::ONE,
+            scattering: ball.of.albedo().as_dvec3(),
+            phase: ball.of.phase(),
+            samples: None,
+        }
+    }
+
+    /// How scattered light spreads over directions.
+    pub fn phase(&self) -> PhaseFunction {
+        self.phase
+    }
+
+    /// True if it neither extinguishes nor emits.
+    pub(super) fn is_nothing(&self) -> bool {
+        let has_no_density = match self.profile {
+            Along::Cubic(cubic) => cubic.0 == [0.0; 4],
+            Along::Height { .. } => false,
+        };
+        (has_no_density || self.extinction == DVec3::ZERO)
+            && self
+                .samples
+                .is_none_or(|(grid, _)| grid.emission().is_empty())
+    }
+
+    /// The coefficients at `x` metres behind the start of a piece of `length`.
+    pub(super) fn at(&self, x: f64, length: f64) -> Scattering {
+        let share = share(x, length);
+        let profile = match self.profile {
+            Along::Cubic(cubic) => cubic.value(share),
+            Along::Height { fog, y, slope } => fog.density(y + slope * x),
+        };
+        let mut point = Scattering {
+            extinction: depth(self.extinction, profile),
+            scattering: depth(self.scattering, profile),
+            emission: DVec3::ZERO,
+            phase: self.phase,
+        };
+        if let Some((grid, span)) = self.samples {
+            let place = span.entry * (1.0 - share) + span.exit * share;
+            if !grid.albedo_samples().is_empty() {
+                point.scattering *= grid.albedo_in(span.cell, place);
+            }
+            point.emission = grid.emission_in(span.cell, place);
+        }
+        point
+    }
+
+    /// The optical depth of the first `x` metres of a piece of `length`.
+    pub(super) fn depth_to(&self, x: f64, length: f64) -> DVec3 {
+        let profile = match self.profile {
+            // An endless piece lies in even fog alone.
+            Along::Cubic(cubic) => cubic.up_to(share(x, length)).mean() * x,
+            Along::Height { fog, y, slope } => fog.column(y, slope, x),
+        };
+        depth(self.extinction, profile)
+    }
+}
+
+fn share(x: f64, length: f64) -> f64 {
+    if length.is_finite() { x / length } else { 0.0 }
+}

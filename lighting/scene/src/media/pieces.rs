@@ -1,0 +1,274 @@
+//! The pieces of a line on which all coefficients are polynomials or exponentials.
+
+use std::iter::Peekable;
+
+use glam::DVec3;
+
+use super::{Ball, Media, MediaPart, Scattering};
+use crate::{CellWalk, DensityGrid, Medium};
+
+/// The pieces of a line through [`Media`], from front to back: see
+/// [`Media::along`].
+///
+/// They follow each other without gaps, those where there is nothing included. Each
+/// borrows the memory of this, so that a ray allocates once: hence
+/// [`advance`](MediaPieces::advance) in a loop in the place of an iterator.
+#[derive(Debug)]
+pub struct MediaPieces<'a> {
+    media: &'a Media<'a>,
+    origin: DVec3,
+    direction: DVec3,
+    at: f64,
+    end: f64,
+    depth: DVec3,
+    /// Where the homogeneous medium is.
+    even: Option<(f64, f64, Medium)>,
+    grids: Vec<(&'a DensityGrid, Peekable<CellWalk>)>,
+    /// By where they begin, and how many of them have been met.
+    chords: Vec<Chord<'a>>,
+    met: usize,
+    /// Those that the line is in.
+    open: Vec<Chord<'a>>,
+    parts: Vec<MediaPart<'a>>,
+}
+
+/// The part of a line in a ball.
+#[derive(Debug, Clone, Copy)]
+struct Chord<'a> {
+    ball: &'a Ball<'a>,
+    middle: f64,
+    half: f64,
+}
+
+impl<'a> Chord<'a> {
+    fn new(ball: &'a Ball<'a>, origin: DVec3, direction: DVec3) -> Option<Self> {
+        let offset = ball.centre - origin;
+        // A cross product keeps the digits next to the centre.
+        let aside2 = direction.cross(offset).length_squared();
+        let half2 = ball.radius * ball.radius - aside2;
+        (half2 > 0.0).then(|| Self {
+            ball,
+            middle: offset.dot(direction),
+            half: half2.sqrt(),
+        })
+    }
+
+    fn start(&self) -> f64 {
+        self.middle - self.half
+    }
+
+    fn end(&self) -> f64 {
+        self.middle + self.half
+    }
+}
+
+impl<'a> MediaPieces<'a> {
+    pub(super) fn new(
+        media: &'a Media<'a>,
+        origin: DVec3,
+        direction: DVec3,
+        from: f64,
+        to: f64,
+    ) -> Self {
+        let even = media.medium.and_then(|medium| {
+            let (start, end) = match medium.bounds() {
+                None => (from, to),
+                Some(bounds) => {
+                    let corners = [bounds.min(), bounds.max()].map(|corner| corner.as_dvec3());
+                    clip(corners, origin, direction, from, to)?
+                }
+            };
+            Some((start, end, medium))
+        });
+        let grids = media.grids.iter().map(|&grid| {
+            let walk = grid.cells_along(origin, direction, from, to);
+            (grid, walk.peekable())
+        });
+        let mut chords: Vec<_> = media
+            .balls
+            .iter()
+            .filter_map(|ball| Chord::new(ball, origin, direction))
+            .filter(|chord| chord.end() > from && chord.start() < to)
+            .collect();
+        chords.sort_by(|a, b| a.start().total_cmp(&b.start()));
+        Self {
+            media,
+            origin,
+            direction,
+            at: from,
+            end: to,
+            depth: DVec3::ZERO,
+            even,
+            grids: grids.collect(),
+            chords,
+            met: 0,
+            open: Vec::new(),
+            parts: Vec::new(),
+        }
+    }
+
+    /// The next piece, `None` at the end of the line.
+    pub fn advance(&mut self) -> Option<MediaPiece<'_>> {
+        let start = self.at;
+        if !(start < self.end) {
+            return None;
+        }
+        let mut end = self.end;
+        let inside = |from: f64, to: f64, end: &mut f64| {
+            let next = if from > start { from } else { to };
+            if next > start {
+                *end = end.min(next);
+            }
+            from <= start && start < to
+        };
+        self.parts.clear();
+        if let Some((from, to, medium)) = &self.even
+            && inside(*from, *to, &mut end)
+        {
+            self.parts.push(MediaPart::even(medium));
+        }
+        if let Some(fog) = &self.media.height_fog {
+            let slope = self.direction.y;
+            let part = MediaPart::height(fog, self.origin.y + start * slope, slope);
+            self.parts.push(part);
+        }
+        for (_, walk) in &mut self.grids {
+            while walk.next_if(|span| span.to <= start).is_some() {}
+            if let Some(span) = walk.peek() {
+                inside(span.from, span.to, &mut end);
+            }
+        }
+        self.open.retain(|chord| chord.end() > start);
+        while let Some(chord) = self.chords.get(self.met)
+            && chord.start() <= start
+        {
+            if chord.end() > start {
+                self.open.push(*chord);
+            }
+            self.met += 1;
+        }
+        if let Some(next) = self.chords.get(self.met) {
+            end = end.min(next.start());
+        }
+        for chord in &self.open {
+            end = end.min(chord.end());
+        }
+        // Now that it is known where the piece ends, what is on it.
+        for (grid, walk) in &mut self.grids {
+            if let Some(span) = walk.peek()
+                && span.from <= start
+            {
+                self.parts
+                    .push(MediaPart::cell(grid, span.part(start, end)));
+            }
+        }
+        for chord in &self.open {
+            let (middle, half) = (chord.middle, chord.half);
+            self.parts
+                .push(MediaPart::ball(chord.ball, half, middle, start, end));
+        }
+        self.parts.retain(|part| !part.is_nothing());
+        self.at = end;
+        let piece = MediaPiece {
+            start,
+            end,
+            depth_before: self.depth,
+            parts: &self.parts,
+        };
+        self.depth += piece.optical_depth();
+        Some(piece)
+    }
+}
+
+/// A piece of a line, on which each medium's coefficients are those of one
+/// polynomial or exponential. Distances are those of the line, m.
+#[derive(Debug, Clone, Copy)]
+pub struct MediaPiece<'a> {
+    start: f64,
+    end: f64,
+    depth_before: DVec3,
+    parts: &'a [MediaPart<'a>],
+}
+
+impl<'a> MediaPiece<'a> {
+    /// Where it starts.
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
+    /// Where it ends; may be infinite.
+    pub fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// The optical depth of all pieces in front of it.
+    pub fn depth_before(&self) -> DVec3 {
+        self.depth_before
+    }
+
+    /// True if there is no medium on it.
+    pub fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+
+    /// The media on it.
+    pub fn parts(&self) -> &'a [MediaPart<'a>] {
+        self.parts
+    }
+
+    /// The optical depth of this piece.
+    pub fn optical_depth(&self) -> DVec3 {
+        self.own_depth_to(self.end)
+    }
+
+    /// The optical depth from the start of the line to `t`, which is on this piece.
+    pub fn depth_to(&self, t: f64) -> DVec3 {
+        self.depth_before + self.own_depth_to(t)
+    }
+
+    /// The optical depth from the start of this piece to `t` on it.
+    pub fn own_depth_to(&self, t: f64) -> DVec3 {
+        let length = self.end - self.start;
+        let depths = self
+            .parts
+            .iter()
+            .map(|part| part.depth_to(t - self.start, length));
+        depths.sum()
+    }
+
+    /// The coefficients of one of its [parts](MediaPiece::parts) at `t`, which is on
+    /// this piece.
+    pub fn scattering(&self, part: &MediaPart<'_>, t: f64) -> Scattering {
+        part.at(t - self.start, self.end - self.start)
+    }
+
+    /// The extinction coefficient at `t` on this piece, 1/m.
+    pub fn extinction(&self, t: f64) -> DVec3 {
+        let parts = self.parts.iter();
+        parts.map(|part| self.scattering(part, t).extinction).sum()
+    }
+}
+
+/// The part of a line in a box, `None` if it is empty or a point.
+fn clip(
+    [min, max]: [DVec3; 2],
+    origin: DVec3,
+    direction: DVec3,
+    mut from: f64,
+    mut to: f64,
+) -> Option<(f64, f64)> {
+    for axis in 0..3 {
+        let (low, high) = (min[axis] - origin[axis], max[axis] - origin[axis]);
+        let slope = direction[axis];
+        if slope == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = (low / slope, high / slope);
+        from = from.max(a.min(b));
+        to = to.min(a.max(b));
+    }
+    (from < to).then_some((from, to))
+}
