@@ -68,7 +68,7 @@ fn files_that_are_no_scenes_are_refused() {
         (
             "text.txt",
             b"hello",
-            "neither glTF, GLB, PLY, OBJ, HAIR nor VOL",
+            "neither glTF, GLB, PLY, OBJ, HAIR, VOL nor NanoVDB",
         ),
         ("text.ply", b"hello\n", "\"ply\""),
         ("text.gltf", b"hello", "malformed"),

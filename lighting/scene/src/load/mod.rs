@@ -1,9 +1,9 @@
 //! Scene files: glTF 2.0 and GLB (feature `gltf`), PLY (`ply`), OBJ (`obj`), HAIR
-//! (`hair`) and VOL (`vol`).
+//! (`hair`), VOL (`vol`) and NanoVDB (`nvdb`).
 //!
 //! [`scene_from_path`] reads a file and whatever it refers to;
-//! `gltf_from_slice`, `ply_from_slice`, `obj_from_slice`, `hair_from_slice` and
-//! `vol_from_slice` do not touch the file system.
+//! `gltf_from_slice`, `ply_from_slice`, `obj_from_slice`, `hair_from_slice`,
+//! `vol_from_slice` and `nvdb_from_slice` do not touch the file system.
 //! Whatever is ignored or assumed is told in [`Loaded::notes`]. A scene that
 //! brings no camera or no light keeps none: see
 //! [`Scene::complete`](crate::Scene::complete).
@@ -65,8 +65,10 @@
 //!
 //! `sigma_s` and `sigma_a` are in 1/m, per colour channel or one number for
 //! all; one that is missing is 0. `phase` is `isotropic` (also if it is
-//! missing), `rayleigh`, `henyey-greenstein` or `cornette-shanks` with a `g`, or
-//! `schlick` with a `k`. Without a `box` the medium is everywhere.
+//! missing), `rayleigh`, `henyey-greenstein` or `cornette-shanks` with a `g`,
+//! `schlick` with a `k`, `double-henyey-greenstein` with two numbers `g` and the
+//! `weight` of the first, or `droplets` of fog with a `diameter` in micrometres, 5 to
+//! 50. Without a `box` the medium is everywhere.
 //!
 //! `{"castsShadow": false}` in the extras of a node (for it and all below it),
 //! of a mesh or of a material makes [instances](crate::Instance::no_shadow) that
@@ -121,7 +123,19 @@
 //! 1), in one channel or as the mean of three; trilinear, the outer samples on
 //! the faces of the box. A density is an extinction coefficient per unit of
 //! length of the file; see
-//! [`DensityGrid::with_scale`](crate::DensityGrid::with_scale).
+//! [`DensityGrid::with_scale`](crate::DensityGrid::with_scale). The ratio of three
+//! channels, taken over all of the grid, becomes its
+//! [tint](crate::DensityGrid::tint). Files of colours that go with one of densities,
+//! an albedo or an emission, are read by `vol_colours_from_slice`.
+//!
+//! # NanoVDB
+//!
+//! Fog volumes of the type `float` (not quantised), as they are in memory or
+//! compressed by ZIP: the grid called `density`, or else the first. Between voxels
+//! the density is trilinear, and it falls to 0 over one voxel around the box of
+//! those that are there; the grid is dense here, however sparse the file is. The
+//! file's transform becomes that of the grid. A density is an extinction
+//! coefficient per unit of length of the file, as for VOL.
 
 #[cfg(test)]
 mod damage;
@@ -133,6 +147,8 @@ mod hair;
 #[cfg(any(feature = "gltf", feature = "obj"))]
 mod image;
 mod limits;
+#[cfg(feature = "nvdb")]
+mod nvdb;
 #[cfg(feature = "obj")]
 mod obj;
 mod options;
@@ -144,7 +160,7 @@ mod ply;
 mod polygon;
 #[cfg(feature = "vol")]
 mod vol;
-#[cfg(any(feature = "hair", feature = "vol"))]
+#[cfg(any(feature = "hair", feature = "vol", feature = "nvdb"))]
 mod words;
 
 use std::path::Path;
@@ -155,13 +171,15 @@ pub use gltf::gltf_from_slice;
 #[cfg(feature = "hair")]
 pub use hair::hair_from_slice;
 pub use limits::{MAX_DECODED_BYTES, MAX_FILE_BYTES, read_regular};
+#[cfg(feature = "nvdb")]
+pub use nvdb::nvdb_from_slice;
 #[cfg(feature = "obj")]
 pub use obj::obj_from_slice;
 pub use options::{LoadOptions, UpAxis};
 #[cfg(feature = "ply")]
 pub use ply::ply_from_slice;
 #[cfg(feature = "vol")]
-pub use vol::vol_from_slice;
+pub use vol::{VolColours, vol_colours_from_slice, vol_from_slice};
 
 use glam::DVec3;
 
@@ -184,7 +202,7 @@ pub struct Loaded {
     pub offset: DVec3,
 }
 
-/// Reads a glTF, GLB, PLY, OBJ, HAIR or VOL file, told apart by their first
+/// Reads a glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB file, told apart by their first
 /// bytes, and the files that it refers to, relative to its folder. OBJ files,
 /// which begin with anything, are told by their name. The scene is named like
 /// the file.
@@ -203,6 +221,7 @@ pub fn scene_from_path(path: &Path, options: &LoadOptions) -> Result<Loaded, Loa
         Format::Obj => from_obj(&bytes, options, open)?,
         Format::Hair => from_hair(&bytes, options)?,
         Format::Vol => from_vol(&bytes, options)?,
+        Format::Nvdb => from_nvdb(&bytes, options)?,
     };
     if let Some(stem) = path.file_stem() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
@@ -241,6 +260,7 @@ reader!("ply", "PLY", from_ply, ply_from_slice, ());
 reader!("obj", "OBJ", from_obj, obj_from_slice, (open));
 reader!("hair", "HAIR", from_hair, hair_from_slice, ());
 reader!("vol", "VOL", from_vol, vol_from_slice, ());
+reader!("nvdb", "NanoVDB", from_nvdb, nvdb_from_slice, ());
 
 enum Format {
     Gltf,
@@ -248,6 +268,7 @@ enum Format {
     Obj,
     Hair,
     Vol,
+    Nvdb,
 }
 
 impl Format {
@@ -270,6 +291,9 @@ impl Format {
         if bytes.starts_with(b"VOL") {
             return Ok(Self::Vol);
         }
+        if bytes.starts_with(b"NanoVDB") {
+            return Ok(Self::Nvdb);
+        }
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("gltf" | "glb") => Ok(Self::Gltf),
@@ -277,8 +301,9 @@ impl Format {
             Some("obj") => Ok(Self::Obj),
             Some("hair") => Ok(Self::Hair),
             Some("vol") => Ok(Self::Vol),
+            Some("nvdb") => Ok(Self::Nvdb),
             _ => Err(LoadError::Unsupported(
-                "a file that is neither glTF, GLB, PLY, OBJ, HAIR nor VOL".into(),
+                "a file that is neither glTF, GLB, PLY, OBJ, HAIR, VOL nor NanoVDB".into(),
             )),
         }
     }

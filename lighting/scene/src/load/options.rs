@@ -2,7 +2,13 @@
 
 use std::path::PathBuf;
 
-#[cfg(any(feature = "ply", feature = "obj", feature = "hair", feature = "vol"))]
+#[cfg(any(
+    feature = "ply",
+    feature = "obj",
+    feature = "hair",
+    feature = "vol",
+    feature = "nvdb"
+))]
 use glam::DMat3;
 
 use super::LoadError;
@@ -16,10 +22,10 @@ pub struct LoadOptions {
     /// A folder from which, with all below it, a scene file may take buffers and
     /// images too. Paths are those in the file, relative to its own folder.
     pub assets: Option<PathBuf>,
-    /// Length of the unit of PLY, OBJ, HAIR and VOL files, m; 1e-9 to 1e9. glTF
+    /// Length of the unit of PLY, OBJ, HAIR, VOL and NanoVDB files, m; 1e-9 to 1e9. glTF
     /// is in metres, and any other unit is an error there.
     pub unit: f64,
-    /// The axis that points up in PLY, OBJ, HAIR and VOL files. It is +Y in
+    /// The axis that points up in PLY, OBJ, HAIR, VOL and NanoVDB files. It is +Y in
     /// glTF, and any other is an error there.
     pub up: UpAxis,
 }
@@ -85,7 +91,13 @@ impl LoadOptions {
 
 impl UpAxis {
     /// From the file's axes to the scene's.
-    #[cfg(any(feature = "ply", feature = "obj", feature = "hair", feature = "vol"))]
+    #[cfg(any(
+        feature = "ply",
+        feature = "obj",
+        feature = "hair",
+        feature = "vol",
+        feature = "nvdb"
+    ))]
     pub(super) fn rotation(self) -> DMat3 {
         let columns = match self {
             Self::X => [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
@@ -100,7 +112,13 @@ impl UpAxis {
 mod tests {
     use super::*;
 
-    #[cfg(any(feature = "ply", feature = "obj", feature = "hair", feature = "vol"))]
+    #[cfg(any(
+        feature = "ply",
+        feature = "obj",
+        feature = "hair",
+        feature = "vol",
+        feature = "nvdb"
+    ))]
     #[test]
     fn the_up_axis_becomes_y_without_mirroring() {
         use glam::DVec3;

@@ -1,5 +1,6 @@
 //! Mitsuba's VOL files, version 3.
 
+use glam::{DVec3, Vec3};
 use half::f16;
 
 use super::limits::{Budget, Notes};
@@ -15,74 +16,36 @@ use crate::{Bounds, DensityGrid, Interpolation, MAX_SAMPLES, Scene};
 /// [`LoadError::Unsupported`], [`LoadError::TooLarge`]; [`LoadError::Scene`]
 /// for a box or a density that [`Bounds::new`] or [`DensityGrid::new`] refuses.
 pub fn vol_from_slice(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
-    options.check()?;
-    let what = "the header of a VOL file";
-    let mut words = Words::new(bytes);
-    let [magic @ .., version] = words.item::<4>(what)?;
-    if magic != *b"VOL" {
-        return Err(LoadError::not_understood(
-            "the start of the file",
-            &magic,
-            "\"VOL\"",
-        ));
+    let mut samples = Samples::read(bytes, options)?;
+    let mut tint = Vec3::ONE;
+    if samples.channels == 3 {
+        let (colours, _) = samples.values.as_chunks::<3>();
+        let mut sums = DVec3::ZERO;
+        for colour in colours {
+            sums += Vec3::from(*colour).as_dvec3();
+        }
+        let mean = sums.element_sum() / 3.0;
+        if mean > 0.0 && mean.is_finite() {
+            tint = (sums / mean).as_vec3();
+        }
+        let of_colour = |[r, g, b]: &[f32; 3]| (r + g + b) / 3.0;
+        samples.values = colours.iter().map(of_colour).collect();
+        samples.notes.add(
+            "the density is the mean of the three channels, and their ratio is that of all of the grid",
+        );
     }
-    if version != 3 {
-        return Err(LoadError::Unsupported(format!("VOL version {version}")));
-    }
-    let encoding = Encoding::of(words.u32(what)?)?;
-    let resolution = [words.u32(what)?, words.u32(what)?, words.u32(what)?];
-    let channels = words.u32(what)?;
-    if channels != 1 && channels != 3 {
-        return Err(LoadError::bad_value(
-            "the number of VOL channels",
-            channels,
-            "1 or 3",
-        ));
-    }
-    let bounds = Bounds::new(vec3(words.item(what)?), vec3(words.item(what)?))?;
-    let samples = resolution
-        .into_iter()
-        .fold(1_u64, |product, count| product.saturating_mul(count.into()));
-    if samples == 0 {
-        let [x, y, z] = resolution;
-        return Err(LoadError::bad_value(
-            "the resolution of a VOL grid",
-            format!("{x} x {y} x {z}"),
-            "at least one sample along each axis",
-        ));
-    }
-    if samples > MAX_SAMPLES {
-        let [x, y, z] = resolution;
-        return Err(LoadError::TooLarge {
-            what: format!("a VOL grid of {x} x {y} x {z}"),
-            bytes: samples.saturating_mul(4),
-            limit: 4 * MAX_SAMPLES,
-        });
-    }
-    let values = encoding.values(&mut words, samples * u64::from(channels))?;
-    let mut notes = Notes::default();
-    let density = if channels == 3 {
-        notes.add("the density is the mean of the three channels");
-        let (colours, _) = values.as_chunks::<3>();
-        colours.iter().map(|[r, g, b]| (r + g + b) / 3.0).collect()
-    } else {
-        values
-    };
-    if words.available() > 0 {
-        notes.add(format!(
-            "{} bytes after the last density ignored",
-            words.available()
-        ));
-    }
-    let placement = options.unit * options.up.rotation();
-    let [a, b] = [bounds.min(), bounds.max()].map(|p| (placement * p.as_dvec3()).as_vec3());
-    let bounds = Bounds::new(a.min(b), a.max(b))?;
-    let (resolution, density) = turned(options.up, resolution, density);
+    let Samples {
+        bounds,
+        resolution,
+        values,
+        notes,
+        ..
+    } = samples;
     // Optical depths stay what they are in the file.
     let scale = (1.0 / options.unit) as f32;
-    let grid = DensityGrid::new(bounds, resolution, density, scale, Interpolation::Linear)?;
+    let grid = DensityGrid::new(bounds, resolution, values, scale, Interpolation::Linear)?;
     let scene = Scene {
-        translucent: vec![grid.into()],
+        translucent: vec![grid.with_tint(tint)?.into()],
         ..Scene::default()
     };
     Ok(Loaded {
@@ -92,22 +55,151 @@ pub fn vol_from_slice(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, Loa
     })
 }
 
+/// The colours in a VOL file that goes with one of densities: its albedo, or its
+/// emission.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VolColours {
+    /// Samples along x, y and z.
+    pub resolution: [u32; 3],
+    /// Linear RGB, x fastest: what
+    /// [`DensityGrid::with_albedo_samples`] and [`DensityGrid::with_emission`] take of a
+    /// grid of the same resolution.
+    pub colours: Vec<Vec3>,
+    /// Where they are; that of the densities counts.
+    pub bounds: Bounds,
+    /// What was ignored, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Reads a VOL file of colours, one of a single channel as greys, turned like the
+/// densities that [`vol_from_slice`] reads with the same options. Their unit stays: an
+/// emission per unit of length of the file has to be divided by
+/// [`LoadOptions::unit`].
+///
+/// # Errors
+/// Those of [`vol_from_slice`], but for negative numbers, which
+/// [`DensityGrid`] refuses.
+pub fn vol_colours_from_slice(
+    bytes: &[u8],
+    options: &LoadOptions,
+) -> Result<VolColours, LoadError> {
+    let samples = Samples::read(bytes, options)?;
+    let colours = match samples.channels {
+        3 => {
+            let (colours, _) = samples.values.as_chunks::<3>();
+            colours.iter().map(|colour| Vec3::from(*colour)).collect()
+        }
+        _ => samples.values.into_iter().map(Vec3::splat).collect(),
+    };
+    Ok(VolColours {
+        resolution: samples.resolution,
+        colours,
+        bounds: samples.bounds,
+        notes: samples.notes.into_vec(),
+    })
+}
+
+/// A VOL file in the axes and the unit of the scene.
+#[derive(Debug)]
+struct Samples {
+    bounds: Bounds,
+    resolution: [u32; 3],
+    /// 1 or 3, next to each other.
+    channels: usize,
+    values: Vec<f32>,
+    notes: Notes,
+}
+
+impl Samples {
+    fn read(bytes: &[u8], options: &LoadOptions) -> Result<Self, LoadError> {
+        options.check()?;
+        let what = "the header of a VOL file";
+        let mut words = Words::new(bytes);
+        let [magic @ .., version] = words.item::<4>(what)?;
+        if magic != *b"VOL" {
+            return Err(LoadError::not_understood(
+                "the start of the file",
+                &magic,
+                "\"VOL\"",
+            ));
+        }
+        if version != 3 {
+            return Err(LoadError::Unsupported(format!("VOL version {version}")));
+        }
+        let encoding = Encoding::of(words.u32(what)?)?;
+        let resolution = [words.u32(what)?, words.u32(what)?, words.u32(what)?];
+        let channels = words.u32(what)?;
+        if channels != 1 && channels != 3 {
+            return Err(LoadError::bad_value(
+                "the number of VOL channels",
+                channels,
+                "1 or 3",
+            ));
+        }
+        let bounds = Bounds::new(vec3(words.item(what)?), vec3(words.item(what)?))?;
+        let samples = resolution
+            .into_iter()
+            .fold(1_u64, |product, count| product.saturating_mul(count.into()));
+        if samples == 0 {
+            let [x, y, z] = resolution;
+            return Err(LoadError::bad_value(
+                "the resolution of a VOL grid",
+                format!("{x} x {y} x {z}"),
+                "at least one sample along each axis",
+            ));
+        }
+        if samples > MAX_SAMPLES {
+            let [x, y, z] = resolution;
+            return Err(LoadError::TooLarge {
+                what: format!("a VOL grid of {x} x {y} x {z}"),
+                bytes: samples.saturating_mul(4),
+                limit: 4 * MAX_SAMPLES,
+            });
+        }
+        let values = encoding.values(&mut words, samples * u64::from(channels))?;
+        let mut notes = Notes::default();
+        if words.available() > 0 {
+            notes.add(format!(
+                "{} bytes after the last sample ignored",
+                words.available()
+            ));
+        }
+        let placement = options.unit * options.up.rotation();
+        let [a, b] = [bounds.min(), bounds.max()].map(|p| (placement * p.as_dvec3()).as_vec3());
+        let channels = channels as usize;
+        let (resolution, values) = turned(options.up, resolution, channels, values);
+        Ok(Self {
+            bounds: Bounds::new(a.min(b), a.max(b))?,
+            resolution,
+            channels,
+            values,
+            notes,
+        })
+    }
+}
+
 /// The samples in the order of the scene's axes, x fastest.
-fn turned(up: UpAxis, resolution: [u32; 3], density: Vec<f32>) -> ([u32; 3], Vec<f32>) {
+fn turned(
+    up: UpAxis,
+    resolution: [u32; 3],
+    channels: usize,
+    values: Vec<f32>,
+) -> ([u32; 3], Vec<f32>) {
     let [x, y, z] = resolution.map(|count| count as usize);
     // For each axis of the scene its length and the samples that a step along it
     // is in the file, with the sample at the origin of the scene's box.
     let (lengths, steps, start) = match up {
-        UpAxis::Y => return (resolution, density),
+        UpAxis::Y => return (resolution, values),
         UpAxis::X => ([y, x, z], [-(x as isize), 1, (x * y) as isize], x * (y - 1)),
         UpAxis::Z => ([x, z, y], [1, (x * y) as isize, -(x as isize)], x * (y - 1)),
     };
-    let mut ordered = Vec::with_capacity(density.len());
+    let mut ordered = Vec::with_capacity(values.len());
     for k in 0..lengths[2] as isize {
         for j in 0..lengths[1] as isize {
             for i in 0..lengths[0] as isize {
                 let at = start as isize + i * steps[0] + j * steps[1] + k * steps[2];
-                ordered.push(density[at as usize]);
+                let first = channels * at as usize;
+                ordered.extend_from_slice(&values[first..first + channels]);
             }
         }
     }
@@ -152,8 +244,6 @@ impl Encoding {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
     use crate::Translucent;
 
@@ -232,6 +322,46 @@ mod tests {
         let coloured = file(1, 3, &f32s(18));
         assert_eq!(grid(&coloured).density()[..2], [0.5, 2.0]);
         assert!(read(&coloured).unwrap().notes[0].contains("mean"));
+        // The sums of the channels are 22.5, 25.5 and 28.5.
+        let ratio = Vec3::new(22.5, 25.5, 28.5) / 25.5;
+        assert!(grid(&coloured).tint().abs_diff_eq(ratio, 1e-6));
+    }
+
+    #[test]
+    fn colours_of_another_file_belong_to_the_samples_of_the_grid() {
+        for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
+            let options = LoadOptions {
+                up,
+                ..LoadOptions::default()
+            };
+            let read = |file: &[u8]| vol_colours_from_slice(file, &options).unwrap();
+            let [colours, greys] = [read(&file(1, 3, &f32s(18))), read(&file(1, 1, &f32s(6)))];
+            let mut densities = vol_from_slice(&file(1, 1, &f32s(6)), &options).unwrap();
+            let Translucent::Grid(grid) = densities.scene.translucent.remove(0) else {
+                panic!("a grid");
+            };
+            assert_eq!(colours.resolution, grid.resolution());
+            assert_eq!(colours.bounds, grid.bounds());
+            for ((colour, grey), &density) in colours
+                .colours
+                .iter()
+                .zip(&greys.colours)
+                .zip(grid.density())
+            {
+                // Sample i has the density i/2 in one file and 3 i/2 as red in the other.
+                assert_eq!((colour.x, grey.x), (3.0 * density, density));
+                assert_eq!((colour.y, grey.y), (3.0 * density + 0.5, density));
+            }
+            assert!(grid.clone().with_emission(colours.colours).is_ok());
+            assert!(grid.with_albedo_samples(greys.colours).is_err());
+        }
+    }
+
+    #[test]
+    fn damaged_colours_never_panic() {
+        crate::load::damage::survives(&file(2, 3, &[60; 36]), |damaged| {
+            drop(vol_colours_from_slice(damaged, &LoadOptions::default()));
+        });
     }
 
     #[test]

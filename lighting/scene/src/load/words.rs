@@ -44,6 +44,23 @@ impl<'a> Words<'a> {
         Ok(u32::from_le_bytes(self.item(what)?))
     }
 
+    /// Whether the bytes that have not been read start with these.
+    #[cfg(feature = "nvdb")]
+    pub(super) fn starts_with(&self, start: &[u8]) -> bool {
+        self.rest.starts_with(start)
+    }
+
+    /// The next `length` bytes.
+    #[cfg(feature = "nvdb")]
+    pub(super) fn bytes(&mut self, what: &str, length: u64) -> Result<&'a [u8], LoadError> {
+        if length > self.rest.len() as u64 {
+            return Err(LoadError::truncated(what, length, self.rest.len()));
+        }
+        let (bytes, rest) = self.rest.split_at(length as usize);
+        self.rest = rest;
+        Ok(bytes)
+    }
+
     /// Passes over some bytes.
     #[cfg(feature = "hair")]
     pub(super) fn skip(&mut self, what: &str, bytes: u64) -> Result<(), LoadError> {
@@ -52,6 +69,7 @@ impl<'a> Words<'a> {
 }
 
 /// Three numbers from their bytes.
+#[cfg(any(feature = "hair", feature = "vol"))]
 pub(super) fn vec3(bytes: [u8; 12]) -> glam::Vec3 {
     let (numbers, _) = bytes.as_chunks::<4>();
     let number = |axis: usize| f32::from_le_bytes(numbers[axis]);

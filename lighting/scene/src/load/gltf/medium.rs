@@ -23,11 +23,11 @@ pub(super) fn medium(extras: &Extras, offset: DVec3) -> Result<Option<Medium>, L
         return Err(bad("", value, "an object"));
     };
     for name in fields.keys() {
-        if !["sigma_s", "sigma_a", "phase", "g", "k", "box"].contains(&name.as_str()) {
+        if !FIELDS.contains(&name.as_str()) {
             return Err(LoadError::bad_value(
                 "a field of \"medium\" in the extras",
                 printable(name),
-                "sigma_s, sigma_a, phase, g, k or box",
+                "sigma_s, sigma_a, phase, g, k, weight, diameter or box",
             ));
         }
     }
@@ -42,9 +42,11 @@ pub(super) fn medium(extras: &Extras, offset: DVec3) -> Result<Option<Medium>, L
             .filter(|sigma| sigma.min_element() >= 0.0)
             .ok_or_else(|| bad(name, value, "one number or three, finite, not negative")),
     };
-    let medium = Medium::new(coefficient("sigma_s")?, coefficient("sigma_a")?, {
-        phase(fields.get("phase"), fields.get("g"), fields.get("k"))?
-    })?;
+    let medium = Medium::new(
+        coefficient("sigma_s")?,
+        coefficient("sigma_a")?,
+        phase(value)?,
+    )?;
     let Some(value) = fields.get("box") else {
         return Ok(Some(medium));
     };
@@ -64,59 +66,81 @@ pub(super) fn medium(extras: &Extras, offset: DVec3) -> Result<Option<Medium>, L
     }
 }
 
-fn phase(
-    name: Option<&Value>,
-    g: Option<&Value>,
-    k: Option<&Value>,
-) -> Result<PhaseFunction, LoadError> {
-    let unasked = |field, value: Option<&Value>| match value {
-        Some(value) => Err(bad(field, value, "nothing with this phase function")),
-        None => Ok(()),
-    };
-    let parameter = |field, value: Option<&Value>| {
-        let value = value.unwrap_or(&Value::Null);
-        match number(value) {
-            Some(parameter) if parameter.abs() < 1.0 => Ok(parameter),
-            _ => Err(bad(
-                field,
-                value,
-                "a number between -1 and 1, both excluded",
-            )),
+const FIELDS: [&str; 8] = [
+    "sigma_s", "sigma_a", "phase", "g", "k", "weight", "diameter", "box",
+];
+
+fn phase(fields: &Value) -> Result<PhaseFunction, LoadError> {
+    let name = fields.get("phase");
+    // Parameters that the function does not have.
+    let only = |own: &[&str]| {
+        for field in ["g", "k", "weight", "diameter"] {
+            if let (false, Some(value)) = (own.contains(&field), fields.get(field)) {
+                return Err(bad(field, value, "nothing with this phase function"));
+            }
         }
+        Ok(())
+    };
+    let value = |field| fields.get(field).unwrap_or(&Value::Null);
+    let is_asymmetry = |parameter: &f32| parameter.abs() < 1.0;
+    let parameter = |field| {
+        let expected = "a number between -1 and 1, both excluded";
+        let parameter = number(value(field)).filter(is_asymmetry);
+        parameter.ok_or_else(|| bad(field, value(field), expected))
     };
     match name.map_or(Some("isotropic"), Value::as_str) {
         Some("isotropic") => {
-            unasked("g", g)?;
-            unasked("k", k)?;
+            only(&[])?;
             Ok(PhaseFunction::Isotropic)
         }
         Some("rayleigh") => {
-            unasked("g", g)?;
-            unasked("k", k)?;
+            only(&[])?;
             Ok(PhaseFunction::Rayleigh)
         }
         Some("henyey-greenstein") => {
-            unasked("k", k)?;
-            Ok(PhaseFunction::HenyeyGreenstein {
-                g: parameter("g", g)?,
-            })
+            only(&["g"])?;
+            Ok(PhaseFunction::HenyeyGreenstein { g: parameter("g")? })
         }
         Some("cornette-shanks") => {
-            unasked("k", k)?;
-            Ok(PhaseFunction::CornetteShanks {
-                g: parameter("g", g)?,
-            })
+            only(&["g"])?;
+            Ok(PhaseFunction::CornetteShanks { g: parameter("g")? })
         }
         Some("schlick") => {
-            unasked("g", g)?;
-            Ok(PhaseFunction::Schlick {
-                k: parameter("k", k)?,
-            })
+            only(&["k"])?;
+            Ok(PhaseFunction::Schlick { k: parameter("k")? })
+        }
+        Some("double-henyey-greenstein") => {
+            only(&["g", "weight"])?;
+            let g = match value("g").as_array().map(Vec::as_slice) {
+                Some([first, second]) => number(first).zip(number(second)),
+                _ => None,
+            };
+            let g = g.filter(|(first, second)| is_asymmetry(first) && is_asymmetry(second));
+            let weight = number(value("weight")).filter(|weight| (0.0..=1.0).contains(weight));
+            match (g, weight) {
+                (None, _) => Err(bad(
+                    "g",
+                    value("g"),
+                    "two numbers between -1 and 1, both excluded",
+                )),
+                (_, None) => Err(bad("weight", value("weight"), "a number from 0 to 1")),
+                (Some((first, second)), Some(weight)) => {
+                    let g = [first, second];
+                    Ok(PhaseFunction::DoubleHenyeyGreenstein { g, weight })
+                }
+            }
+        }
+        Some("droplets") => {
+            only(&["diameter"])?;
+            let phase = number(value("diameter")).map(PhaseFunction::droplets);
+            phase
+                .and_then(Result::ok)
+                .ok_or_else(|| bad("diameter", value("diameter"), "a number from 5 to 50"))
         }
         _ => Err(bad(
             "phase",
             name.unwrap_or(&Value::Null),
-            "\"isotropic\", \"rayleigh\", \"henyey-greenstein\", \"cornette-shanks\" or \"schlick\"",
+            "\"isotropic\", \"rayleigh\", \"henyey-greenstein\", \"cornette-shanks\", \"schlick\", \"double-henyey-greenstein\" or \"droplets\"",
         )),
     }
 }

@@ -385,6 +385,17 @@ fn the_medium_comes_from_the_extras() {
             r#"{"sigma_s":1,"phase":"schlick","k":-0.5}"#,
             PhaseFunction::Schlick { k: -0.5 },
         ),
+        (
+            r#"{"sigma_s":1,"phase":"double-henyey-greenstein","g":[0.8,-0.3],"weight":0.75}"#,
+            PhaseFunction::DoubleHenyeyGreenstein {
+                g: [0.8, -0.3],
+                weight: 0.75,
+            },
+        ),
+        (
+            r#"{"sigma_s":1,"phase":"droplets","diameter":12}"#,
+            PhaseFunction::droplets(12.0).unwrap(),
+        ),
     ] {
         let medium = with_extras(extras).unwrap().scene.medium.unwrap();
         assert_eq!(medium.phase(), phase);
@@ -458,6 +469,24 @@ fn a_bad_medium_is_refused_by_field() {
         (r#"{"sigma_s":1,"g":0.5}"#, "medium.g"),
         (r#"{"sigma_s":1,"phase":"schlick","g":0.5}"#, "medium.g"),
         (r#"{"sigma_s":1,"phase":"schlick","k":2}"#, "medium.k"),
+        (r#"{"sigma_s":1,"phase":"droplets"}"#, "medium.diameter"),
+        (
+            r#"{"sigma_s":1,"phase":"droplets","diameter":4}"#,
+            "medium.diameter",
+        ),
+        (
+            r#"{"sigma_s":1,"phase":"double-henyey-greenstein","g":0.5,"weight":0.5}"#,
+            "medium.g",
+        ),
+        (
+            r#"{"sigma_s":1,"phase":"double-henyey-greenstein","g":[0.5,1],"weight":0.5}"#,
+            "medium.g",
+        ),
+        (
+            r#"{"sigma_s":1,"phase":"double-henyey-greenstein","g":[0.5,0]}"#,
+            "medium.weight",
+        ),
+        (r#"{"sigma_s":1,"weight":0.5}"#, "medium.weight"),
         (r#"{"sigma_s":1,"box":[0,1]}"#, "medium.box"),
         (r#"{"sigma_s":1,"box":[[0,0,0],[1,0,1]]}"#, "medium.box"),
         (
