@@ -60,6 +60,12 @@ impl Fog {
         Some(part)
     }
 
+    /// Whether a point lies in the medium.
+    pub fn contains(&self, point: DVec3) -> bool {
+        self.corners
+            .is_none_or(|[low, high]| point.cmpge(low).all() && point.cmple(high).all())
+    }
+
     /// How much of the way from a light at `from` to the point `to`, which
     /// lies in the medium, runs through it: between 0 and 1.
     pub fn share_inside(&self, from: DVec3, to: DVec3) -> f64 {

@@ -17,6 +17,7 @@
 //! | `area` | `scene` | the same of area lights | adaptive cubature over the light of the image of each of its points |
 //! | `map_runs` | `scene` | which parts of a ray does a shadow map show lit? | its texels, one by one |
 //! | `surface` | `scene` | how much light does a surface receive by way of the fog? what is seen of an environment? | nested adaptive quadrature |
+//! | `media` | `scene` | how much light comes along a ray through smoke and fog that are not uniform? | adaptive quadrature with exact optical depths |
 //! | `translucent` | `scene` | how much gets through hair and smoke? | the exact transmittance to a point, and the image behind them |
 
 #[cfg(feature = "scene")]
@@ -38,6 +39,8 @@ mod lamp;
 mod line;
 #[cfg(feature = "scene")]
 pub mod map_runs;
+#[cfg(feature = "scene")]
+pub mod media;
 mod phase;
 pub mod quadrature;
 pub mod segment;
