@@ -129,6 +129,9 @@ fn any_phase() -> impl Strategy<Value = PhaseFunction> {
         parameter().prop_map(|g| PhaseFunction::HenyeyGreenstein { g }),
         parameter().prop_map(|k| PhaseFunction::Schlick { k }),
         parameter().prop_map(|g| PhaseFunction::CornetteShanks { g }),
+        (parameter(), parameter(), 0.0_f32..=1.0)
+            .prop_map(|(a, b, weight)| PhaseFunction::DoubleHenyeyGreenstein { g: [a, b], weight }),
+        (5.0_f32..=50.0).prop_map(|diameter| PhaseFunction::droplets(diameter).unwrap()),
     ]
 }
 

@@ -108,6 +108,11 @@ fn the_error_bound_holds_for_every_phase_function_and_size() -> Result<(), Error
         PhaseFunction::HenyeyGreenstein { g: -0.95 },
         PhaseFunction::Schlick { k: 0.9 },
         PhaseFunction::CornetteShanks { g: 0.8 },
+        PhaseFunction::DoubleHenyeyGreenstein {
+            g: [0.85, -0.6],
+            weight: 0.7,
+        },
+        PhaseFunction::droplets(10.0)?,
     ];
     for phase in functions {
         let exact = Exact::new(phase)?;
@@ -434,6 +439,11 @@ fn short_parts_anywhere_are_within_the_bound() -> Result<(), Error> {
         PhaseFunction::HenyeyGreenstein { g: -0.95 },
         PhaseFunction::Schlick { k: 0.9 },
         PhaseFunction::CornetteShanks { g: 0.8 },
+        PhaseFunction::DoubleHenyeyGreenstein {
+            g: [0.85, -0.6],
+            weight: 0.7,
+        },
+        PhaseFunction::droplets(10.0)?,
     ] {
         let exact = Exact::new(phase)?;
         for kibibytes in [8, 64, 128] {
