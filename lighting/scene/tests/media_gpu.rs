@@ -1,5 +1,7 @@
 //! Optical depths in shaders against those of the CPU.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+
 use glam::{Affine3A, Quat, Vec3};
 use gpu_backend::gpu::{Argument, INDEX_WGSL, Kernel, Workgroups};
 use gpu_backend::{Backend, Download, testing};

@@ -20,6 +20,10 @@ use super::{Bounds, SceneError};
 /// `translucent`. What smoke scatters and emits itself is told by
 /// [`Media`](crate::Media).
 #[derive(Debug, Clone, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a scene has a few of them, each of which owns far more"
+)]
 pub enum Translucent {
     /// Hair, fur, grass.
     Strands(Strands),

@@ -135,7 +135,7 @@ impl Source for FaceBlockers<'_> {
                 }
                 Layer::Grid(grid, texels) => {
                     if let Some(texels) = texels.within(tile) {
-                        grid::segments(grid, view, texels, put);
+                        grid::segments(grid, view, texels, self.channel, put);
                     }
                 }
                 Layer::Particles(particles, bins) => {

@@ -2,19 +2,20 @@
 //! texel.
 //!
 //! Along a ray the extinction in a cell is constant or, between the samples of
-//! a trilinear grid, a polynomial of degree 3, whose integral two Gauss nodes
-//! give exactly.
+//! a trilinear grid, a polynomial of degree 3, whose integral is exact.
 
 use transmittance::BlockerSegment;
 
 use super::view::{Texels, View};
 use crate::scene::DensityGrid;
 
-/// Calls `put` with what the grid takes from each of the texels.
+/// Calls `put` with what the grid takes from each of the texels in one colour
+/// channel.
 pub(super) fn segments(
     grid: &DensityGrid,
     view: &View,
     texels: Texels,
+    channel: usize,
     put: &mut dyn FnMut([usize; 2], BlockerSegment),
 ) {
     let least = if view.is_parallel() {
@@ -22,10 +23,11 @@ pub(super) fn segments(
     } else {
         0.0
     };
+    let tint = f64::from(grid.tint()[channel]);
     texels.for_each(|x, y| {
         let (start, direction) = view.world_ray(x, y);
         for span in grid.cells_along(start, direction, least, f64::INFINITY) {
-            let tau = grid.optical_depth(&span);
+            let tau = tint * grid.optical_depth(&span);
             // Finite depths in order, and a sum of what is positive.
             if tau > 0.0
                 && let Ok(segment) =

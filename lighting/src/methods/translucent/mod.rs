@@ -114,12 +114,20 @@ impl<'a> Casters<'a> {
         }
     }
 
-    /// Colour channels that differ: 3 if see-through triangles colour the light that
-    /// goes through them, else 1.
+    /// Colour channels that differ: 3 if see-through triangles or grids with a tint
+    /// colour the light that goes through them, else 1.
     pub fn channels(&self) -> usize {
         let panes = self.triangles.panes();
         let is_coloured = panes.is_some_and(|geometry| geometry.coatings().any_coloured());
-        if is_coloured { 3 } else { 1 }
+        let is_tinted = |caster: &Translucent| match caster {
+            Translucent::Grid(grid) => grid.tint() != Vec3::splat(grid.tint().x),
+            Translucent::Strands(_) | Translucent::Particles(_) => false,
+        };
+        if is_coloured || self.translucent.iter().any(is_tinted) {
+            3
+        } else {
+            1
+        }
     }
 
     /// A box around all of them, `None` if there is nothing.

@@ -1,6 +1,6 @@
 //! What maps must say of casters whose shadows are known.
 
-use glam::{DVec3, Vec3};
+use glam::{Affine3A, DVec3, Quat, Vec3};
 use gpu_backend::{Cpu, Host};
 use transmittance::baseline::{Captured, Uncompressed};
 use transmittance::{BlockerSegment, Evaluate, Filter, Source, Stream, Tile};
@@ -8,8 +8,8 @@ use transmittance::{BlockerSegment, Evaluate, Filter, Source, Stream, Tile};
 use super::{Casters, TransmittanceMap};
 use crate::Emitter;
 use crate::scene::{
-    Bounds, DensityGrid, Emission, Geometry, Interpolation, Mesh, Particle, Particles, Profile,
-    Scene, StrandPoint, Strands, Translucent,
+    Bounds, DensityGrid, Emission, Geometry, Interpolation, Media, Mesh, Particle, Particles,
+    Profile, Scene, StrandPoint, Strands, Translucent,
 };
 
 type Exact = TransmittanceMap<Host, Uncompressed>;
@@ -63,6 +63,32 @@ fn slope() -> Translucent {
     DensityGrid::new(bounds, [5, 4, 3], density, 0.2, Interpolation::Linear)
         .unwrap()
         .into()
+}
+
+#[test]
+fn a_rotated_and_tinted_grid_takes_from_each_colour_what_rays_through_it_tell() {
+    let Translucent::Grid(grid) = slope() else {
+        panic!("a grid");
+    };
+    let turn = Affine3A::from_rotation_translation(Quat::from_rotation_z(0.4), Vec3::Y);
+    let tint = Vec3::new(1.0, 0.5, 0.0);
+    let grid = grid.with_transform(turn).unwrap().with_tint(tint).unwrap();
+    let casters = [grid.into()];
+    let blockers = Casters::new(&casters, None);
+    assert_eq!(blockers.channels(), 3);
+    let map = exact(&blockers, &sun(Vec3::NEG_Y), 256);
+    let media = Media::new(None, None, &casters);
+    for (x, z) in [(-0.5, 0.1), (0.0, 0.0), (0.4, -0.6)] {
+        for y in [-1.0_f32, 1.2, 1.7, 4.0] {
+            let point = Vec3::new(x, y, z);
+            let depth = media.optical_depth(point.as_dvec3(), DVec3::Y, 0.0, 9.0);
+            let expected = (-depth).exp().as_vec3();
+            // Between the texels, over which it changes by some hundredths.
+            let off = (map.transmittance(point) - expected).abs().max_element();
+            assert!(off < 0.02, "{point}: {off}");
+            assert_eq!(map.transmittance(point).z, 1.0);
+        }
+    }
 }
 
 #[test]

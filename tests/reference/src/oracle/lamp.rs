@@ -75,6 +75,17 @@ impl Lamp {
             }),
         }
     }
+
+    /// The unit vector from a point to the light, and how far away it is.
+    pub fn seen_from(&self, point: DVec3) -> (DVec3, f64) {
+        match self {
+            Self::Sun(sun) => (sun.toward, f64::INFINITY),
+            Self::Point(lamp) => {
+                let offset = lamp.position - point;
+                (offset.normalize_or_zero(), offset.length())
+            }
+        }
+    }
 }
 
 impl PointLamp {

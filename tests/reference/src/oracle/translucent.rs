@@ -138,17 +138,19 @@ impl Translucency {
         ribbons.chain(balls).chain(boxes)
     }
 
-    /// Share of the light of `lamp` that gets as far as `point`, from 0 to 1.
+    /// Share of the light of `lamp` that gets as far as `point`, from 0 to 1, where grids
+    /// have no tint; see also [`transmittances`](Translucency::transmittances).
     pub fn transmittance(&self, lamp: &Lamp, point: DVec3) -> f64 {
-        let (towards, distance) = match lamp {
-            Lamp::Sun(sun) => (sun.toward, f64::INFINITY),
-            Lamp::Point(lamp) => {
-                let offset = lamp.position - point;
-                (offset.normalize_or_zero(), offset.length())
-            }
-        };
+        let (towards, distance) = lamp.seen_from(point);
         let depth = self.optical_depths_of(point, towards, distance, |_| DVec3::ONE);
         self.passed(point, towards, distance) * (-depth.x).exp()
+    }
+
+    /// The same in each colour channel.
+    pub fn transmittances(&self, lamp: &Lamp, point: DVec3) -> DVec3 {
+        let (towards, distance) = lamp.seen_from(point);
+        let depth = self.optical_depths(point, towards, distance);
+        self.passed(point, towards, distance) * (-depth).exp()
     }
 
     /// Share of light that strands let pass over `distance` from a point.
@@ -485,11 +487,11 @@ impl World {
                 let light = airlight.total(Tolerance::relative(1e-6));
                 let [first, middle, last] = [0.25, 0.5, 0.75].map(|share| {
                     let x = sampled.start + share * (sampled.end - sampled.start);
-                    translucency.transmittance(lamp, line.at(x))
+                    translucency.transmittances(lamp, line.at(x))
                 });
                 let mean = 0.5 * (first + last);
                 sum += mean * light.value;
-                bound += (mean - middle).abs() * light.value.max_element() + light.bound;
+                bound += ((mean - middle).abs() * light.value).max_element() + light.bound;
             };
             shades.cut(&lit, self.parts, far(self.fog.sigma_t), visit);
         }
