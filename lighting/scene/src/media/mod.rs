@@ -10,6 +10,7 @@ pub use pieces::{MediaPiece, MediaPieces};
 
 use glam::DVec3;
 
+use crate::cubic::Cubic;
 use crate::{
     DensityGrid, HeightFog, Interval, Medium, Particle, Particles, Profile, Ray, Scene, Translucent,
 };
@@ -72,6 +73,21 @@ impl<'a> Ball<'a> {
             sigma_t: particle.sigma_t.into(),
             of,
         })
+    }
+
+    /// The extinction between two distances on a line whose chord ends `half` before and
+    /// behind `middle`, 1/m.
+    fn cubic(&self, half: f64, middle: f64, from: f64, to: f64) -> Cubic {
+        match self.of.profile() {
+            Profile::Constant => Cubic::constant(self.sigma_t),
+            Profile::Soft => {
+                // (h² − t²) / R² by its polar form h² − s t: positive within the chord.
+                let (a, b) = (from - middle, to - middle);
+                let polar = |s: f64, t: f64| (half * half - s * t).max(0.0);
+                let scale = self.sigma_t / (self.radius * self.radius);
+                Cubic::quadratic([polar(a, a), polar(a, b), polar(b, b)].map(|q| scale * q))
+            }
+        }
     }
 
     /// Extinction at a point, 1/m.
@@ -219,10 +235,26 @@ impl<'a> Media<'a> {
     /// ordinary scenes. Infinite along an endless way through fog; 0 if `to` is not
     /// above `from`.
     pub fn optical_depth(&self, origin: DVec3, direction: DVec3, from: f64, to: f64) -> DVec3 {
-        let mut pieces = self.along(origin, direction, from, to);
         let mut sum = DVec3::ZERO;
-        while let Some(piece) = pieces.advance() {
-            sum = piece.depth_before() + piece.optical_depth();
+        if !(from < to) {
+            return sum;
+        }
+        if let Some(medium) = &self.medium
+            && let Some((start, end)) = pieces::inside(medium, origin, direction, from, to)
+        {
+            sum += depth(medium.sigma_t().as_dvec3(), end - start);
+        }
+        if let Some(fog) = &self.height_fog {
+            let y = origin.y + from * direction.y;
+            sum += fog.optical_depth(y, direction.y, to - from);
+        }
+        for grid in &self.grids {
+            let cells = grid.cells_along(origin, direction, from, to);
+            let depth: f64 = cells.map(|span| grid.optical_depth(&span)).sum();
+            sum += grid.tint().as_dvec3() * depth;
+        }
+        for ball in &self.balls {
+            sum += DVec3::splat(pieces::depth_of_ball(ball, origin, direction, from, to));
         }
         sum
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Ball, depth};
 use crate::cubic::Cubic;
-use crate::{CellSpan, DensityGrid, HeightFog, Medium, PhaseFunction, Profile};
+use crate::{CellSpan, DensityGrid, HeightFog, Medium, PhaseFunction};
 
 /// What a medium does to light at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,19 +89,8 @@ impl<'a> MediaPart<'a> {
     /// Of a ball whose chord ends `half` before and behind `middle`, between `from`
     /// and `to`.
     pub(super) fn ball(ball: &Ball<'_>, half: f64, middle: f64, from: f64, to: f64) -> Self {
-        let cubic = match ball.of.profile() {
-            Profile::Constant => Cubic::constant(ball.sigma_t),
-            Profile::Soft => {
-                // (h² − t²) / R² by its polar form h² − s t: positive within the
-                // chord.
-                let (a, b) = (from - middle, to - middle);
-                let polar = |s: f64, t: f64| (half * half - s * t).max(0.0);
-                let scale = ball.sigma_t / (ball.radius * ball.radius);
-                Cubic::quadratic([polar(a, a), polar(a, b), polar(b, b)].map(|q| scale * q))
-            }
-        };
         Self {
-            profile: Along::Cubic(cubic),
+            profile: Along::Cubic(ball.cubic(half, middle, from, to)),
             extinction: DVec3::ONE,
             scattering: ball.of.albedo().as_dvec3(),
             phase: ball.of.phase(),

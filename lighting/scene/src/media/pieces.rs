@@ -71,13 +71,7 @@ impl<'a> MediaPieces<'a> {
         to: f64,
     ) -> Self {
         let even = media.medium.and_then(|medium| {
-            let (start, end) = match medium.bounds() {
-                None => (from, to),
-                Some(bounds) => {
-                    let corners = [bounds.min(), bounds.max()].map(|corner| corner.as_dvec3());
-                    clip(corners, origin, direction, from, to)?
-                }
-            };
+            let (start, end) = inside(&medium, origin, direction, from, to)?;
             Some((start, end, medium))
         });
         let grids = media.grids.iter().map(|&grid| {
@@ -247,6 +241,39 @@ impl<'a> MediaPiece<'a> {
         let parts = self.parts.iter();
         parts.map(|part| self.scattering(part, t).extinction).sum()
     }
+}
+
+/// The part of a line in the homogeneous medium, `None` if it is empty.
+pub(super) fn inside(
+    medium: &Medium,
+    origin: DVec3,
+    direction: DVec3,
+    from: f64,
+    to: f64,
+) -> Option<(f64, f64)> {
+    let Some(bounds) = medium.bounds() else {
+        return Some((from, to));
+    };
+    let corners = [bounds.min(), bounds.max()].map(|corner| corner.as_dvec3());
+    clip(corners, origin, direction, from, to)
+}
+
+/// The optical depth of a ball between two distances.
+pub(super) fn depth_of_ball(
+    ball: &Ball<'_>,
+    origin: DVec3,
+    direction: DVec3,
+    from: f64,
+    to: f64,
+) -> f64 {
+    let Some(chord) = Chord::new(ball, origin, direction) else {
+        return 0.0;
+    };
+    let (from, to) = (from.max(chord.start()), to.min(chord.end()));
+    if from >= to {
+        return 0.0;
+    }
+    ball.cubic(chord.half, chord.middle, from, to).mean() * (to - from)
 }
 
 /// The part of a line in a box, `None` if it is empty or a point.

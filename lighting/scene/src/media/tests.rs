@@ -449,6 +449,8 @@ fn pieces_tell_what_is_at_their_points() {
             sum = piece.depth_to(end);
         }
         assert_eq!(end, 18.0);
+        let whole = all.optical_depth(origin, direction, 0.5, 18.0);
+        assert!(whole.abs_diff_eq(sum, 1e-12 * whole.max_element()));
     }
 }
 
@@ -491,8 +493,9 @@ fn endless_rays_end_in_what_is_endless() {
             .optical_depth(origin, up, 0.0, f64::INFINITY)
             .is_finite()
     );
+    let all = Media::new(Some(&medium), Some(&fog), &casters);
     for (from, to) in [(1.0, 1.0), (2.0, 1.0), (0.0, f64::NAN)] {
-        assert_eq!(smoke.optical_depth(origin, up, from, to), DVec3::ZERO);
+        assert_eq!(all.optical_depth(origin, up, from, to), DVec3::ZERO);
     }
 }
 
