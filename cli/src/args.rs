@@ -9,6 +9,7 @@ use clap_complete::Shell;
 use glam::Vec3;
 use lighting::methods::Registry;
 use lighting::scene::Bounds;
+use shadow_dag::Share;
 
 use crate::devices::BackendName;
 use crate::parse::{self, Size, Square};
@@ -29,6 +30,8 @@ Examples:
       Bluish haze that scatters forward, 64 equi-angular samples per ray.
   crepuscular bake city --resolution 16384 -o city.cpvs
       Precompute the shadows of a light; `inspect city.cpvs` says what came out.
+  crepuscular bake street.glb --light all --texel 1cm -o street.cpvs
+      Precompute those of all lights, each as finely as what it shines on asks for.
   crepuscular render city --shadows city.cpvs -o city.png
       Render with them, on surfaces and in the air.
 
@@ -94,6 +97,7 @@ pub(crate) enum Command {
     Compare(Compare),
     Render(Render),
     Bake(Bake),
+    Merge(Merge),
     Inspect(Inspect),
     Methods(Methods),
     Scenes(Scenes),
@@ -355,10 +359,10 @@ pub(crate) struct IndirectOptions {
     pub(crate) environment_distance: Option<f32>,
 }
 
-/// Precompute the shadows that a scene casts from one light
+/// Precompute the shadows that a scene casts from its lights
 ///
-/// Writes compact precomputed voxelized shadows: one grid where a single picture
-/// holds all casters (a sun, a spotlight of up to 75 degrees half angle, a light
+/// Writes compact precomputed voxelized shadows: one grid for a light where a single
+/// picture holds all casters (a sun, a spotlight of up to 75 degrees half angle, a light
 /// far enough outside of the scene), six otherwise. Closed solids compress best; parts
 /// with holes are baked as surfaces, and the output says so.
 ///
@@ -371,10 +375,11 @@ pub(crate) struct Bake {
     /// A glTF, GLB, PLY or OBJ file, or the name of an embedded scene
     pub(crate) scene: String,
 
-    /// The light: its number, from 0, its name, or its kind if there is only one of it
-    /// (point, spot, directional) [default: the only light]
-    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
-    pub(crate) light: Option<String>,
+    /// A light: its number, from 0, its name, or its kind if there is only one of it
+    /// (point, spot, directional); any number of times, in the order of the file. "all" is
+    /// every light but area lights [default: the only light]
+    #[arg(long, value_name = "NAME|INDEX|all", allow_hyphen_values = true)]
+    pub(crate) light: Vec<String>,
 
     /// Voxels along each axis of a grid: a power of two from 8 to 1048576
     #[arg(
@@ -385,11 +390,26 @@ pub(crate) struct Bake {
     )]
     pub(crate) resolution: u32,
 
+    /// Give each light the least resolution, up to --resolution, at which nine in ten of the
+    /// texels on what it shines on are at most this wide: metres, or with a unit, such as 1cm
+    #[arg(long, value_name = "LENGTH", value_parser = parse::length, allow_hyphen_values = true)]
+    pub(crate) texel: Option<f64>,
+
+    /// How far surfaces are moved along their normal to be clear of their own shadow, beyond
+    /// half the width of a filter, in texels
+    #[arg(long, value_name = "TEXELS", default_value = "1", value_parser = parse::bias, allow_hyphen_values = true)]
+    pub(crate) bias: f32,
+
+    /// Only one part of so many, such as 2/8, for `merge` to join with the others: tiles of
+    /// all grids are shared out evenly
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true)]
+    pub(crate) part: Option<Share>,
+
     /// File to write
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 
-    /// Go on where an interrupted bake of the same scene, light and resolution
+    /// Go on where an interrupted bake of the same scene, lights, resolution and part
     /// ended
     #[arg(long)]
     pub(crate) resume: bool,
@@ -412,6 +432,25 @@ pub(crate) struct Bake {
 
     #[command(flatten)]
     pub(crate) file: FileOptions,
+}
+
+/// Join the parts of a bake
+///
+/// Takes the files that `bake --part` wrote, all of one bake and in any order, and writes
+/// the file that one bake would have written.
+#[derive(Debug, Args)]
+pub(crate) struct Merge {
+    /// The files of all parts
+    #[arg(required = true, value_name = "PARTS")]
+    pub(crate) parts: Vec<PathBuf>,
+
+    /// File to write
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+
+    /// How nodes are stored
+    #[arg(long, value_enum, default_value = "packed")]
+    pub(crate) form: NodeForm,
 }
 
 /// How nodes of precomputed shadows are stored.

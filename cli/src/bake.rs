@@ -1,4 +1,4 @@
-//! Baking the shadows of one light into a file.
+//! Baking the shadows of lights into a file.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -6,10 +6,12 @@ use std::time::{Duration, Instant};
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::precomputed::{self, Builder, Form, Resolution, Watertightness};
-use lighting::scene::Light;
+use lighting::precomputed::{
+    self, Builder, Form, LightGrids, Resolution, ShadowSet, Watertightness, light_grids,
+};
 use lighting::scene::load::printable;
-use shadow_dag::SetBake;
+use lighting::scene::{Geometry, Light};
+use shadow_dag::{SetBake, Surfaces};
 
 use crate::args::{Bake, MediumOptions, NodeForm, SceneOptions};
 use crate::checkpoint;
@@ -25,14 +27,15 @@ const PAUSE: Duration = Duration::from_secs(10);
 
 /// Runs `crepuscular bake`.
 pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
-    let resolution = Resolution::new(args.resolution)
+    let most = Resolution::new(args.resolution)
         .map_err(|error| Failure::from(error).about("--resolution"))?;
     // An interruption is heard from the time on at which the file is begun.
     let stop = interrupt::flag()?;
     let file = PendingFile::beside(&args.output, &[Path::new(&args.scene)])?;
     let clock = Instant::now();
     let mut input = Input::load(&args.scene, &scene_options(args))?;
-    let emitter = emitter(&input.scene.lights, args.light.as_deref())?;
+    let (emitters, notes) = emitters(&input.scene.lights, &args.light)?;
+    input.notes.extend(notes);
     let part = file.is_regular().then(|| checkpoint::path(&args.output));
     let saved = match &part {
         Some(part) if args.resume => checkpoint::read(part)?,
@@ -53,40 +56,118 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     }
 
     let spinner = progress::spinner("sorting triangles");
-    let emitters = std::slice::from_ref(&emitter);
-    let mut bake = precomputed::bake(&input.geometry, emitters, resolution, Builder::new())?;
+    let surfaces = precomputed::surfaces(&input.geometry)?;
+    let grids = grids(&input.geometry, &surfaces, &emitters, (most, args.texel))?;
+    let lights = (grids.into_iter())
+        .map(|grids| LightGrids {
+            bias: args.bias,
+            ..grids
+        })
+        .collect();
+    let form = match args.form {
+        NodeForm::Plain => Form::Plain,
+        NodeForm::Packed | NodeForm::Compressed => Form::Packed,
+    };
+    let share = args.part.unwrap_or_default();
+    let mut bake = (SetBake::new(Builder::new(), surfaces, lights)?)
+        .form(form)
+        .share(share);
     if let (Some(saved), Some(part)) = (saved, &part) {
         let resumed = bake.resume(&saved);
         resumed.map_err(|error| Failure::from(error).about(&part.display().to_string()))?;
     }
     let watertightness = bake.watertightness();
-    let (_, grids) = bake.grid();
     spinner.finish_and_clear();
     run_bake(&mut bake, &stop, part.as_deref())?;
-    let spinner = progress::spinner("putting tiles together");
-    let set = bake.finish()?;
-    let content = match args.form {
-        NodeForm::Plain => set.to_form(Form::Plain)?.to_bytes(),
-        NodeForm::Packed => set.to_form(Form::Packed)?.to_bytes(),
-        NodeForm::Compressed => set.compress(),
+    let sizes = describe_grids(bake.lights());
+    let (written, result) = if args.part.is_some() {
+        let tiles = bake.progress().tiles;
+        let written = file.finish_with(|out| bake.save(out))?;
+        let what = format!("part {share} of {sizes}, {}", count(tiles, "tile"));
+        (written, what)
+    } else {
+        let spinner = progress::spinner("putting grids together");
+        let set = bake.finish()?;
+        let content = content(&set, args.form)?;
+        let written = file.finish(&content)?;
+        spinner.finish_and_clear();
+        (
+            written,
+            format!("{sizes} in {}", describe_size(&set, &content)),
+        )
     };
-    let written = file.finish(&content)?;
     if let Some(part) = &part {
         checkpoint::remove(part)?;
     }
-    spinner.finish_and_clear();
     input.notes.extend(describe_watertightness(watertightness));
     note(&input.notes);
-    let maps = 2.0 * f64::from(args.resolution).powi(2) * grids as f64;
     written.summarise(&format!(
-        "{}: {} of {}³ voxels in {}, 1/{} of 16-bit shadow maps; {}",
+        "{}: {result}; {}",
         args.output.display(),
-        count(grids, "grid"),
-        args.resolution,
-        bytes(content.len() as u64),
-        significant(maps / content.len() as f64),
         seconds(clock.elapsed().as_secs_f64())
     ))
+}
+
+/// The file of a set whose grids are in the form that `form` asks for.
+pub(crate) fn content(set: &ShadowSet, form: NodeForm) -> Result<Vec<u8>, Failure> {
+    Ok(match form {
+        NodeForm::Plain | NodeForm::Packed => set.to_bytes(),
+        NodeForm::Compressed => set.compress(),
+    })
+}
+
+/// The grids of each light, as finely as `texel` asks for, but at most `most`.
+fn grids(
+    geometry: &Geometry,
+    surfaces: &Surfaces<'_>,
+    emitters: &[Emitter],
+    (most, texel): (Resolution, Option<f64>),
+) -> Result<Vec<LightGrids>, Failure> {
+    let cpu = Cpu::new();
+    let grids = cpu.map(emitters.len(), |light| {
+        let grids = light_grids(geometry, &emitters[light], most)?;
+        let Some(texel) = texel else {
+            return Ok(grids);
+        };
+        let resolution = surfaces.fineness(&cpu, &grids.spaces, texel, most)?;
+        light_grids(geometry, &emitters[light], resolution)
+    });
+    let grids = grids
+        .into_iter()
+        .collect::<Result<Vec<_>, shadow_dag::Error>>();
+    Ok(grids?)
+}
+
+/// How many grids there are, of how many lights, and how fine they are.
+pub(crate) fn describe_grids(lights: &[LightGrids]) -> String {
+    let sides = |side: fn(u32, u32) -> u32| {
+        let sides = lights.iter().map(|light| light.resolution.side());
+        sides.reduce(side).unwrap_or(0)
+    };
+    let (least, most) = (sides(u32::min), sides(u32::max));
+    let voxels = if least == most {
+        format!("{most}³ voxels")
+    } else {
+        format!("{least}³ to {most}³ voxels")
+    };
+    let grids = lights.iter().map(|light| light.spaces.len()).sum();
+    let of_lights = match lights.len() {
+        1 => String::new(),
+        lights => format!(" of {}", count(lights, "light")),
+    };
+    format!("{}{of_lights} of {voxels}", count(grids, "grid"))
+}
+
+/// How large the file of a set is, by itself and beside shadow maps.
+pub(crate) fn describe_size(set: &ShadowSet, content: &[u8]) -> String {
+    let maps = set
+        .grids()
+        .map(|grid| 2.0 * f64::from(grid.resolution().side()).powi(2));
+    format!(
+        "{}, 1/{} of 16-bit shadow maps",
+        bytes(content.len() as u64),
+        significant(maps.sum::<f64>() / content.len() as f64)
+    )
 }
 
 /// The scene without anything that a bake does not ask for.
@@ -102,8 +183,49 @@ fn scene_options(args: &Bake) -> SceneOptions {
     }
 }
 
-/// The light that `name` stands for.
-fn emitter(lights: &[Light], name: Option<&str>) -> Result<Emitter, Failure> {
+/// The lights that are asked for, and what is to be said about them.
+fn emitters(lights: &[Light], names: &[String]) -> Result<(Vec<Emitter>, Vec<String>), Failure> {
+    let is_area = |light: &Light| matches!(light, Light::Area(_));
+    let mut notes = Vec::new();
+    let wanted: Vec<usize> = if names.iter().any(|name| name == "all") {
+        let (soft, hard): (Vec<_>, Vec<_>) =
+            (0..lights.len()).partition(|&index| is_area(&lights[index]));
+        if !soft.is_empty() {
+            notes.push(format!(
+                "{} left out, whose shadows are soft; a grid holds those of a point",
+                count(soft.len(), "area light")
+            ));
+        }
+        if hard.is_empty() {
+            return Err(Failure::new("--light all: there are no lights to bake"));
+        }
+        hard
+    } else if names.is_empty() {
+        vec![index(lights, None)?]
+    } else {
+        let found = names.iter().map(|name| index(lights, Some(name)));
+        found.collect::<Result<_, _>>()?
+    };
+    let mut emitters = Vec::with_capacity(wanted.len());
+    for (at, &index) in wanted.iter().enumerate() {
+        if is_area(&lights[index]) {
+            return Err(Failure::new(format!(
+                "light {index} is an area light, whose shadows are soft; a grid holds those of a point"
+            )));
+        }
+        if wanted[..at].contains(&index) {
+            return Err(Failure::new(format!(
+                "--light: light {index} is asked for twice"
+            )));
+        }
+        // All others are one emitter.
+        emitters.extend(lights[index].emitters(1)?);
+    }
+    Ok((emitters, notes))
+}
+
+/// The number of the light that `name` stands for.
+fn index(lights: &[Light], name: Option<&str>) -> Result<usize, Failure> {
     let list = || {
         let names = lights.iter().enumerate();
         let names: Vec<String> = names
@@ -120,15 +242,13 @@ fn emitter(lights: &[Light], name: Option<&str>) -> Result<Emitter, Failure> {
         };
         format!("the lights are {}{more}", names.join(", "))
     };
-    let index = match (name, lights) {
-        (None, [_]) => 0,
-        (None, _) => {
-            return Err(Failure::new(format!(
-                "there are {}, choose one (--light): {}",
-                count(lights.len(), "light"),
-                list()
-            )));
-        }
+    match (name, lights) {
+        (None, [_]) => Ok(0),
+        (None, _) => Err(Failure::new(format!(
+            "there are {}, choose one or all (--light): {}",
+            count(lights.len(), "light"),
+            list()
+        ))),
         (Some(name), _) => {
             let is_meant = |light: &Light| {
                 let is_sun = name == "sun" && light.kind() == "directional";
@@ -149,17 +269,9 @@ fn emitter(lights: &[Light], name: Option<&str>) -> Result<Emitter, Failure> {
                     _ => format!("there are {matching} of them"),
                 };
                 Failure::new(format!("--light {name}: {why}; {}", list()))
-            })?
+            })
         }
-    };
-    if matches!(lights[index], Light::Area(_)) {
-        return Err(Failure::new(format!(
-            "light {index} is an area light, whose shadows are soft; a grid holds those of a point"
-        )));
     }
-    // All others are one emitter.
-    let mut emitters = lights[index].emitters(1)?;
-    Ok(emitters.swap_remove(0))
 }
 
 /// What the bake says about the scene.
@@ -202,9 +314,10 @@ impl From<shadow_dag::Error> for Ended {
 /// Makes all tiles of all grids, with checkpoints at `part`, if there is a place for
 /// them.
 fn run_bake(bake: &mut SetBake<'_>, stop: &AtomicBool, part: Option<&Path>) -> Result<(), Failure> {
-    let what = match bake.grid() {
-        (_, 1) => "shadows",
-        _ => "shadows, of several grids",
+    let what = match bake.lights() {
+        [light] if light.spaces.len() == 1 => "shadows",
+        [_] => "shadows, of several grids",
+        _ => "shadows, of several lights",
     };
     let bar = progress::bar(what, bake.progress().tiles as u64);
     let ended = bake.run(
@@ -251,9 +364,11 @@ mod tests {
         };
         let input = Input::load("city", &options).unwrap();
         let resolution = Resolution::new(64).unwrap();
-        let emitters = [emitter(&input.scene.lights, None).unwrap()];
-        let begin =
-            || precomputed::bake(&input.geometry, &emitters, resolution, Builder::new()).unwrap();
+        let (emitters, _) = emitters(&input.scene.lights, &[]).unwrap();
+        let begin = || {
+            let lights = vec![light_grids(&input.geometry, &emitters[0], resolution).unwrap()];
+            precomputed::bake(&input.geometry, lights, Builder::new()).unwrap()
+        };
         let mut bake = begin();
         let (asked, never) = (AtomicBool::new(true), AtomicBool::new(false));
         bake.advance(&Cpu::new(), usize::MAX, &never, |_| {})

@@ -1,7 +1,9 @@
 //! What is in a file of precomputed voxelized shadows.
 
+use std::ops::Range;
+
 use serde_json::{Value, json};
-use shadow_dag::{Form, LevelSize, ShadowDag, ShadowSet, Sizes, Slices};
+use shadow_dag::{Form, LevelSize, LightEntry, ShadowDag, ShadowSet, Sizes, Slices};
 
 use crate::args::Inspect;
 use crate::failure::Failure;
@@ -17,7 +19,8 @@ pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
     let set = ShadowSet::read(&file).map_err(|error| about(error.into()))?;
     // What was read whole but is not usable in place.
     let is_compressed = ShadowSet::from_bytes(file.as_slice()).is_err();
-    let lights = set.lights().len();
+    let entries = LightEntry::directory(&file).map_err(|error| about(error.into()))?;
+    let lights = lights(&set, entries.as_deref());
     let grids: Vec<Grid> = set.grids().map(Grid::of).collect::<Result<_, _>>()?;
     let text = if args.json {
         let grids: Vec<Value> = grids.iter().map(Grid::json).collect();
@@ -25,14 +28,69 @@ pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
             "file": name,
             "bytes": file.len(),
             "compressed": is_compressed,
-            "lights": lights,
+            "lights": lights.len(),
+            "directory": lights.iter().map(Light::json).collect::<Vec<_>>(),
             "grids": grids,
         });
         format!("{file:#}\n")
     } else {
-        describe(&name, (file.len(), is_compressed), lights, &grids)
+        describe(&name, (file.len(), is_compressed), &lights, &grids)
     };
     print(&text)
+}
+
+/// A light of the file.
+struct Light {
+    /// The numbers of its grids.
+    grids: Range<usize>,
+    side: u32,
+    bias: f32,
+    /// Where its grids are in the file, if there is a directory that says so.
+    bytes: Option<Range<u64>>,
+}
+
+/// Those of a set, with what the directory of its file says of them, if it has one.
+fn lights<B>(set: &ShadowSet<B>, entries: Option<&[LightEntry]>) -> Vec<Light> {
+    let mut first = 0;
+    let light = |(index, grids): (usize, &[ShadowDag<B>])| {
+        let own = first..first + grids.len();
+        first = own.end;
+        Light {
+            grids: own,
+            side: grids[0].resolution().side(),
+            bias: set.bias(index),
+            bytes: entries.and_then(|entries| Some(entries.get(index)?.bytes.clone())),
+        }
+    };
+    set.lights().enumerate().map(light).collect()
+}
+
+impl Light {
+    fn json(&self) -> Value {
+        let bytes = self.bytes.as_ref().map(|bytes| [bytes.start, bytes.end]);
+        json!({
+            "first_grid": self.grids.start,
+            "grids": self.grids.len(),
+            "side": self.side,
+            "bias": self.bias,
+            "bytes": bytes,
+        })
+    }
+
+    fn describe(&self) -> String {
+        let grids = match self.grids.len() {
+            1 => format!("grid {}", self.grids.start),
+            _ => format!("grids {} to {}", self.grids.start, self.grids.end - 1),
+        };
+        let place = match &self.bytes {
+            Some(at) => format!(", {} from byte {} on", bytes(at.end - at.start), at.start),
+            None => String::new(),
+        };
+        format!(
+            "{grids} of {}³ voxels, bias {}{place}",
+            self.side, self.bias
+        )
+    }
 }
 
 /// What there is to say about a grid.
@@ -145,13 +203,14 @@ impl Grid {
 fn describe(
     name: &str,
     (size, is_compressed): (usize, bool),
-    lights: usize,
+    lights: &[Light],
     grids: &[Grid],
 ) -> String {
     let mut sides: Vec<u32> = grids.iter().map(|grid| grid.side).collect();
+    sides.sort_unstable();
     sides.dedup();
     let sides: Vec<String> = sides.iter().map(|side| format!("{side}³")).collect();
-    let of_lights = match lights {
+    let of_lights = match lights.len() {
         1 => String::new(),
         lights => format!(" of {}", count(lights, "light")),
     };
@@ -164,6 +223,11 @@ fn describe(
     );
     if is_compressed {
         text += "what follows is of the packed form that it is decoded to\n";
+    }
+    if lights.len() > 1 || lights.iter().any(|light| light.bytes.is_some()) {
+        for (index, light) in lights.iter().enumerate() {
+            text += &format!("light {index}: {}\n", light.describe());
+        }
     }
     for (index, grid) in grids.iter().enumerate() {
         if grids.len() > 1 {

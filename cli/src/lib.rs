@@ -27,6 +27,7 @@ mod interrupt;
 mod list;
 mod manual;
 mod maps;
+mod merge;
 mod output;
 mod parse;
 mod picture;
@@ -72,6 +73,7 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
         Command::Compare(args) => compare::run(methods, &args, &words),
         Command::Render(args) => render::run(methods, &args),
         Command::Bake(args) => bake::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Methods(args) => list::methods(methods, &args),
         Command::Scenes(args) => list::scenes(&args),

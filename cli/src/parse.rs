@@ -130,6 +130,29 @@ pub(crate) fn unit(text: &str) -> Result<f64, String> {
     Ok(metres)
 }
 
+/// A length above 0 in metres, or with a unit behind the number: `1cm`.
+pub(crate) fn length(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let units = [("mm", 0.001), ("cm", 0.01), ("m", 1.0)];
+    let (number, metres) = (units.iter())
+        .find_map(|(name, metres)| Some((text.strip_suffix(name)?, *metres)))
+        .unwrap_or((text, 1.0));
+    let length = number.trim().parse::<f64>().map(|number| number * metres);
+    match length {
+        Ok(length) if length > 0.0 && length < f64::INFINITY => Ok(length),
+        _ => Err("expected a length above 0, such as 1cm, 5mm or 0.02 (metres)".into()),
+    }
+}
+
+/// A number of texels from 0.
+pub(crate) fn bias(text: &str) -> Result<f32, String> {
+    let bias = finite(text)?;
+    if bias >= 0.0 {
+        return Ok(bias);
+    }
+    Err("expected a number of texels from 0".into())
+}
+
 /// A coefficient per channel: one number, or three separated by commas.
 pub(crate) fn coefficient(text: &str) -> Result<Vec3, String> {
     let numbers = numbers(text)?;
@@ -246,6 +269,18 @@ mod tests {
         );
         assert!(["0", "nan", "1"].iter().all(|t| tolerance(t).is_err()));
         assert!(["1", "-1", "nan"].iter().all(|t| mean_cosine(t).is_err()));
+    }
+
+    #[test]
+    fn lengths_have_units() {
+        for (text, metres) in [("1cm", 0.01), ("5 mm", 0.005), ("0.02", 0.02), ("2m", 2.0)] {
+            assert_eq!(length(text), Ok(metres), "{text}");
+        }
+        for bad in ["", "cm", "0", "-1cm", "nan", "inf", "1km", "1 2"] {
+            assert!(length(bad).is_err(), "{bad}");
+        }
+        assert_eq!(bias("0"), Ok(0.0));
+        assert!(bias("-0.5").is_err() && bias("nan").is_err());
     }
 
     #[test]

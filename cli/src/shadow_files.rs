@@ -1,8 +1,10 @@
 //! Precomputed shadows of a picture's lights, from files.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use gpu_backend::Cpu;
 use lighting::methods::{Entry, Registry};
 use lighting::precomputed::{BakedShadow, Form, ShadowSet, light_spaces};
 
@@ -19,6 +21,7 @@ pub(crate) type Shadows = Vec<Option<Shadow>>;
 /// The shadows of each emitter, where a file has them, as plain nodes.
 pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure> {
     let mut shadows = vec![None; input.emitters.len()];
+    let mut spaces = BTreeMap::new();
     for path in files {
         let name = path.display().to_string();
         let about = |failure: Failure| failure.about(&name);
@@ -28,9 +31,14 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure>
         let mut found = false;
         for baked in &lights {
             let resolution = baked.grids()[0].resolution();
-            for (emitter, shadow) in input.emitters.iter().zip(&mut shadows) {
-                let spaces = light_spaces(&input.geometry, emitter, resolution);
-                if spaces.is_ok_and(|spaces| baked.fits(&spaces)) {
+            // Those of all emitters at a resolution are asked for again and again.
+            let spaces = spaces.entry(resolution).or_insert_with(|| {
+                Cpu::new().map(input.emitters.len(), |light| {
+                    light_spaces(&input.geometry, &input.emitters[light], resolution).ok()
+                })
+            });
+            for (spaces, shadow) in spaces.iter().zip(&mut shadows) {
+                if spaces.as_ref().is_some_and(|spaces| baked.fits(spaces)) {
                     *shadow = Some(Arc::new(baked.to_form(Form::Plain)?));
                     found = true;
                 }

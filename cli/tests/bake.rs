@@ -72,6 +72,107 @@ fn a_bake_is_one_file_that_inspect_understands() {
 }
 
 #[test]
+fn all_lights_are_one_file() {
+    let place = tempfile::tempdir().unwrap();
+    let bake = |out: &str, more: &[&str]| {
+        let arguments = ["bake", "stiff", "--resolution", "256", "-o", out];
+        succeeds(place.path(), &[&arguments, more].concat())
+    };
+    let text = bake("all.cpvs", &["--light", "all"]);
+    assert!(text.contains("grids of 2 lights of 256³ voxels"), "{text}");
+    bake("each.cpvs", &["--light", "0", "--light", "1"]);
+    bake("one.cpvs", &["--light", "1", "--bias", "2.5"]);
+    let read = |name: &str| std::fs::read(place.path().join(name)).unwrap();
+    assert!(read("all.cpvs") == read("each.cpvs"));
+
+    let inspect = |name: &str| -> serde_json::Value {
+        let text = succeeds(place.path(), &["inspect", name, "--json"]);
+        serde_json::from_str(&text).unwrap()
+    };
+    let (all, one) = (inspect("all.cpvs"), inspect("one.cpvs"));
+    assert_eq!((&all["lights"], &one["lights"]), (&2.into(), &1.into()));
+    let [first, second] = [0, 1].map(|light| &all["directory"][light]);
+    assert_eq!(first["bytes"][1], second["bytes"][0]);
+    assert_eq!(second["bytes"][1], read("all.cpvs").len());
+    assert_eq!(second["first_grid"], first["grids"]);
+    assert_eq!(
+        (&first["bias"], &one["directory"][0]["bias"]),
+        (&1.0.into(), &2.5.into())
+    );
+    let text = succeeds(place.path(), &["inspect", "all.cpvs"]);
+    assert!(text.contains("light 1: grid"), "{text}");
+
+    let picture = [
+        "render",
+        "stiff",
+        "--size",
+        "24x14",
+        "--shadows",
+        "all.cpvs",
+        "-o",
+        "a.png",
+    ];
+    let text = succeeds(place.path(), &picture);
+    assert!(text.ends_with("precomputed shadows\n"), "{text}");
+
+    // A light is as fine as what it shines on asks for.
+    bake("coarse.cpvs", &["--light", "all", "--texel", "10m"]);
+    let coarse = inspect("coarse.cpvs");
+    for light in 0..2 {
+        let side = &coarse["directory"][light]["side"];
+        assert!((8..256).contains(&side.as_u64().unwrap()), "{side}");
+    }
+    bake("fine.cpvs", &["--light", "all", "--texel", "0.001mm"]);
+    assert!(read("all.cpvs") == read("fine.cpvs"));
+}
+
+#[test]
+fn parts_of_a_bake_are_merged_to_the_same_bytes() {
+    let place = tempfile::tempdir().unwrap();
+    let bake = |scene: &'static str, out: &'static str, more: &[&'static str]| {
+        let arguments = [
+            "bake",
+            scene,
+            "--light",
+            "all",
+            "--resolution",
+            "256",
+            "-o",
+            out,
+        ];
+        succeeds(place.path(), &[&arguments, more].concat())
+    };
+    bake("stiff", "whole.cpvs", &[]);
+    for (part, out) in [("1/3", "a"), ("2/3", "b"), ("3/3", "c"), ("2/4", "other")] {
+        let text = bake("stiff", out, &["--part", part]);
+        assert!(text.contains(&format!("part {part} of")), "{text}");
+    }
+    bake("fence", "fence", &["--part", "2/3"]);
+    succeeds(place.path(), &["merge", "c", "a", "b", "-o", "merged.cpvs"]);
+    let read = |name: &str| std::fs::read(place.path().join(name)).unwrap();
+    assert!(read("merged.cpvs") == read("whole.cpvs"));
+    bake("stiff", "small.cpvs", &["--form", "compressed"]);
+    let small = ["merge", "a", "b", "c", "--form", "compressed", "-o", "d"];
+    succeeds(place.path(), &small);
+    assert!(read("d") == read("small.cpvs"));
+
+    for (parts, cause) in [
+        (&["a", "c"][..], "1 of 3 parts missing: 2"),
+        (&["a", "b", "c", "b"], "b and b are both part 2/3"),
+        (&["a", "other", "c"], "of another bake"),
+        (&["a", "fence", "c"], "of another bake"),
+        (&["a", "whole.cpvs"], "whole.cpvs: not a checkpoint"),
+        (&["a", "nowhere"], "nowhere"),
+    ] {
+        let arguments = [&["merge"], parts, &["-o", "out.cpvs"]].concat();
+        fails(place.path(), &arguments, cause);
+    }
+    fails(place.path(), &["inspect", "a"], "merge its parts");
+    let replacing = ["merge", "a", "b", "c", "-o", "a"];
+    fails(place.path(), &replacing, "would replace what is read");
+}
+
+#[test]
 fn holes_are_reported() {
     let place = tempfile::tempdir().unwrap();
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
@@ -100,12 +201,22 @@ fn what_is_wrong_with_a_bake_is_said_before_it_begins() {
         (&["--light", "1"], "the lights are 0 directional"),
         (&["--light", "spot"], "there is no such light"),
         (&["--light", "-1"], "--light"),
+        (&["--light", "0", "--light", "sun"], "asked for twice"),
+        (&["--texel", "0cm"], "--texel"),
+        (&["--bias", "-1"], "--bias"),
+        (&["--part", "4/3"], "--part"),
+        (&["--part", "half"], "--part"),
         (&["--form", "round"], "round"),
     ] {
         fails(place.path(), &bake("city", more), cause);
     }
     fails(place.path(), &bake("area-light", &[]), "area light");
-    fails(place.path(), &bake("stiff", &[]), "choose one (--light)");
+    fails(
+        place.path(),
+        &bake("area-light", &["--light", "all"]),
+        "no lights to bake",
+    );
+    fails(place.path(), &bake("stiff", &[]), "choose one or all");
     fails(
         place.path(),
         &bake("stiff", &["--light", "point"]),

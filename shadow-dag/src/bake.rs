@@ -11,7 +11,7 @@ use crate::identity::Identity;
 use crate::mesh::{BINS, Scratch};
 use crate::progress::Progress;
 use crate::tiles::{Plan, Tiles, Watch};
-use crate::{Builder, DepthSource, Error, Form, LightSpace, Mesh, Rule, ShadowDag};
+use crate::{Builder, DepthSource, Error, Form, LightSpace, Mesh, Resolution, Rule, ShadowDag};
 
 /// Shadows in the making, tile by tile of the map.
 ///
@@ -55,7 +55,6 @@ pub struct Bake<'a> {
 
 enum Source<'a> {
     Mesh(&'a Mesh),
-    OwnMesh(Box<Mesh>),
     Maps(&'a dyn DepthSource),
 }
 
@@ -72,7 +71,7 @@ impl<'a> Bake<'a> {
     /// What [`Builder::bake`] does, with nothing done yet: 64×64 tiles, or
     /// those of [`Bake::of_depths`] for other rules than [`Rule::Aligned`].
     pub fn of_mesh(builder: Builder, mesh: &'a Mesh) -> Self {
-        let tiles = Tiles::new(builder.plan_of_mesh(mesh));
+        let tiles = Tiles::new(builder.plan_of(mesh));
         Self {
             source: Source::Mesh(mesh),
             light: mesh.light(),
@@ -124,10 +123,13 @@ impl<'a> Bake<'a> {
         mut observe: impl FnMut(Progress) + Send,
     ) -> Result<Progress, Error> {
         let observe = &mut observe;
-        let watch = Watch { stop, observe };
+        let watch = Watch {
+            stop,
+            pause: &|| false,
+            observe,
+        };
         match &self.source {
             Source::Mesh(mesh) => self.tiles.bake(cpu, most.max(1), watch, mesh)?,
-            Source::OwnMesh(mesh) => self.tiles.bake(cpu, most.max(1), watch, mesh)?,
             Source::Maps(casters) => self.tiles.read(cpu, most.max(1), watch, *casters)?,
         }
         Ok(self.progress())
@@ -163,39 +165,18 @@ impl<'a> Bake<'a> {
     }
 }
 
-impl Bake<'static> {
-    /// [`Bake::of_mesh`] of a mesh that it keeps.
-    pub(crate) fn of_own_mesh(builder: Builder, mesh: Mesh) -> Self {
-        let Bake {
-            light,
-            tiles,
-            identity,
-            ..
-        } = Bake::of_mesh(builder, &mesh);
-        Self {
-            source: Source::OwnMesh(Box::new(mesh)),
-            light,
-            tiles,
-            identity,
-        }
-    }
-}
-
 /// Shadow casters cut into tiles. Another version of this crate, or of a rule, may
 /// choose other nodes.
 fn identity(casters: Identity, tiles: &Tiles) -> Identity {
     let plan = tiles.plan;
-    let rule = match plan.rule {
-        Rule::Sintorn2014 => 2014,
-        Rule::Kampe2015 => 2015 << 8 | 1,
-        Rule::Aligned => 1,
-    };
+    let words = [u64::from(plan.resolution.log2()), plan.level as u64];
+    of_rule(words.into_iter().fold(casters, Identity::with), plan.rule)
+}
+
+/// The same made by a rule and by this version of the crate.
+pub(crate) fn of_rule(casters: Identity, rule: Rule) -> Identity {
     let version = env!("CARGO_PKG_VERSION").bytes().map(u64::from);
-    let words = [rule, u64::from(plan.resolution.log2()), plan.level as u64];
-    words
-        .into_iter()
-        .chain(version)
-        .fold(casters, Identity::with)
+    version.fold(casters.with(rule.number().into()), Identity::with)
 }
 
 impl Builder {
@@ -220,8 +201,12 @@ impl Builder {
     }
 
     /// The tiles in which a mesh is baked.
-    pub(crate) fn plan_of_mesh(&self, mesh: &Mesh) -> Plan {
-        let resolution = mesh.resolution();
+    pub(crate) fn plan_of(&self, mesh: &Mesh) -> Plan {
+        self.plan_of_mesh(mesh.resolution())
+    }
+
+    /// The tiles in which meshes are baked at a resolution.
+    pub(crate) fn plan_of_mesh(&self, resolution: Resolution) -> Plan {
         if self.rule != Rule::Aligned {
             return self.plan_of_maps(resolution);
         }

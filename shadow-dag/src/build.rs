@@ -57,6 +57,7 @@ impl Builder {
         let mut tiles = Tiles::new(self.plan_of_maps(casters.resolution()));
         let watch = Watch {
             stop: &AtomicBool::new(false),
+            pause: &|| false,
             observe: &mut |_| {},
         };
         tiles.read(cpu, usize::MAX, watch, casters)?;

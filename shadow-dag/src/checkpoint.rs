@@ -11,11 +11,10 @@ use crate::file_error::FileError;
 use crate::identity::Identity;
 use crate::interval::Interval;
 use crate::pool::{Pool, is_mixed};
+use crate::share::Share;
 use crate::tiles::{Finished, Plan, Tiles};
 
 const MAGIC: [u8; 8] = *b"CPVSPART";
-/// What checkpoints of several grids begin with.
-pub(crate) const SET_MAGIC: [u8; 8] = *b"CPVSGRID";
 const VERSION: u32 = 1;
 
 /// Why bytes are no checkpoint of a bake.
@@ -38,13 +37,13 @@ pub enum CheckpointError {
         /// The one to be resumed.
         expected: u64,
     },
-    /// They have as many finished grids as the bake is to make, or more.
-    #[error("the checkpoint is of another bake: {found} grids are finished, of {grids}")]
-    Grids {
-        /// Grids that are finished.
-        found: u64,
-        /// Grids that the bake is to make.
-        grids: usize,
+    /// They are another part of the bake.
+    #[error("the checkpoint is of part {found}, expected {expected}")]
+    OtherPart {
+        /// The part that they are of.
+        found: Share,
+        /// The one to be resumed.
+        expected: Share,
     },
     /// A finished grid is of another bake.
     #[error("the checkpoint is of another bake: grid {grid} is of another light or resolution")]
@@ -72,9 +71,9 @@ pub(crate) fn damaged(what: &'static str) -> CheckpointError {
     CheckpointError::Damaged { what }
 }
 
-/// True if bytes begin like a checkpoint, of one grid or several.
+/// True if bytes begin like a checkpoint of one grid.
 pub(crate) fn is_one(bytes: &[u8]) -> bool {
-    bytes.starts_with(&MAGIC) || bytes.starts_with(&SET_MAGIC)
+    bytes.starts_with(&MAGIC)
 }
 
 /// What tiles begin with.
@@ -151,25 +150,25 @@ pub(crate) fn save(tiles: &Tiles, identity: Identity, out: impl Write) -> io::Re
 }
 
 /// Takes bytes from the front.
-struct Bytes<'a>(&'a [u8]);
+pub(crate) struct Bytes<'a>(pub(crate) &'a [u8]);
 
 impl Bytes<'_> {
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], CheckpointError> {
+    pub(crate) fn take<const N: usize>(&mut self) -> Result<[u8; N], CheckpointError> {
         let (first, rest) = self.0.split_first_chunk().ok_or(damaged("it is cut off"))?;
         self.0 = rest;
         Ok(*first)
     }
 
-    fn word(&mut self) -> Result<u32, CheckpointError> {
+    pub(crate) fn word(&mut self) -> Result<u32, CheckpointError> {
         self.take().map(u32::from_le_bytes)
     }
 
-    fn long(&mut self) -> Result<u64, CheckpointError> {
+    pub(crate) fn long(&mut self) -> Result<u64, CheckpointError> {
         self.take().map(u64::from_le_bytes)
     }
 
     /// A number of things of `size` bytes that are all still to come.
-    fn count(&self, count: u64, size: u64) -> Result<usize, CheckpointError> {
+    pub(crate) fn count(&self, count: u64, size: u64) -> Result<usize, CheckpointError> {
         if count.saturating_mul(size) <= self.0.len() as u64 {
             Ok(count as usize)
         } else {
@@ -206,11 +205,12 @@ pub(crate) fn load(
             expected: identity.value(),
         });
     }
-    let mut tiles = Tiles::new(plan);
     let columns = bytes.long()?;
-    if columns != tiles.columns.len() as u64 || u64::from(level) != plan.level as u64 {
+    if columns != plan.tiles() as u64 || u64::from(level) != plan.level as u64 {
         return Err(damaged("it has another number of tiles"));
     }
+    bytes.count(columns, 4)?;
+    let mut tiles = Tiles::new(plan);
     // A pool takes at least the words that say how much is in it.
     let pools = bytes.long()?;
     let pools = bytes.count(pools, 4 * (plan.resolution.root_level() as u64 + 2))?;

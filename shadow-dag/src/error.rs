@@ -69,6 +69,9 @@ pub enum Error {
         /// All tiles.
         tiles: usize,
     },
+    /// A rebuild that does not follow the grid as it is.
+    #[error("the rebuild was begun before another one was put in place")]
+    Outdated,
     /// The source of depths failed.
     #[error("the depths of the tile at ({x}, {y}) could not be read")]
     Source {

@@ -26,17 +26,17 @@ impl Identity {
         Self(fold(self.0 ^ word, SALT[1]).wrapping_add(self.0.rotate_left(32)))
     }
 
+    /// The one with this value.
+    pub(crate) fn of_value(value: u64) -> Self {
+        Self(value)
+    }
+
     pub(crate) fn value(self) -> u64 {
         self.0
     }
 
-    /// Of triangles in the space of a light.
-    pub(crate) fn of_triangles(
-        cpu: &Cpu,
-        light: &LightSpace,
-        positions: &[Vec3],
-        indices: &[[u32; 3]],
-    ) -> Self {
+    /// Of triangles.
+    pub(crate) fn of_triangles(cpu: &Cpu, positions: &[Vec3], indices: &[[u32; 3]]) -> Self {
         let lengths = [positions.len() as u64, indices.len() as u64];
         let words = |[a, b, c]: [u32; 3]| [u64::from(a) | u64::from(b) << 32, u64::from(c)];
         let runs_of = |count: usize, item: &(dyn Fn(usize) -> [u32; 3] + Sync)| {
@@ -52,7 +52,7 @@ impl Identity {
         });
         let triangles = runs_of(indices.len(), &|i| indices[i]);
         let words = lengths.into_iter().chain(corners).chain(triangles);
-        words.fold(Self::of_light(light), Self::with)
+        words.fold(Self::new(), Self::with)
     }
 
     /// Of the space of a light.

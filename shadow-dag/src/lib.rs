@@ -47,7 +47,10 @@
 //!   light cost little either way.
 //! * A [`Bake`] is the same work tile by tile: it can be watched and stopped,
 //!   what is finished can be saved, and another process can resume it. A
-//!   [`SetBake`] does so for the grids of several lights.
+//!   [`SetBake`] does so for the grids of several lights, all tiles in one queue; a
+//!   [`Share`] of it can be baked elsewhere, and [`ShadowSet::merge`] joins the parts.
+//! * A [`KeptGrid`] follows a scene in which something moves: a [`Rebuild`] makes the
+//!   tiles that changed, over several frames.
 //! * [`ShadowDag`] answers: [single voxels](ShadowDag::is_lit),
 //!   [filtered shadows](ShadowDag::filter) of any width,
 //!   [lit parts of a ray](ShadowDag::lit_intervals), the
@@ -72,7 +75,7 @@
 //!
 //! # Limits
 //!
-//! One light for each grid, one static scene. Shadows are hard but for the filter, and a
+//! One light for each grid, one scene that is static or changes now and then. Shadows are hard but for the filter, and a
 //! surface is known to half a voxel. Voxels inside of closed solids have no
 //! meaning. What lies beside the map, or in front of its first slice, counts
 //! as lit.
@@ -99,6 +102,7 @@ mod depths;
 mod error;
 mod file;
 mod file_error;
+mod fineness;
 mod footprint;
 mod form;
 #[cfg(feature = "wgsl")]
@@ -108,6 +112,7 @@ mod identity;
 mod interval;
 mod layout;
 mod light_space;
+mod merge;
 mod mesh;
 mod nodes;
 mod patches;
@@ -115,12 +120,15 @@ mod pool;
 mod progress;
 mod query;
 mod range_coder;
+mod rebuild;
 mod region;
 mod resident;
 mod resolution;
 mod rule;
 mod set;
 mod set_bake;
+mod set_checkpoint;
+mod share;
 mod sizes;
 mod slices;
 #[cfg(test)]
@@ -141,14 +149,17 @@ pub use error::Error;
 pub use file_error::FileError;
 pub use form::Form;
 pub use light_space::LightSpace;
+pub use merge::MergeError;
 pub use mesh::{Holes, Mesh, Surfaces, Watertightness};
 pub use progress::Progress;
 pub use query::{FilterSize, LitIntervals, Query, Ray, RayRecord, Visibility};
+pub use rebuild::{KeptGrid, Rebuild};
 pub use resident::{Resident, ResidentDag};
 pub use resolution::Resolution;
 pub use rule::Rule;
-pub use set::{SetError, ShadowSet};
-pub use set_bake::SetBake;
+pub use set::{LightEntry, SetError, ShadowSet};
+pub use set_bake::{LightGrids, SetBake};
+pub use share::Share;
 pub use sizes::{LevelSize, Sizes};
 pub use slices::{Logarithmic, Slices};
 

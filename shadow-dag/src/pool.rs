@@ -213,6 +213,61 @@ impl Pool {
         names
     }
 
+    /// A pool of what the nodes `roots` of `level` need, and what the nodes of that
+    /// level are called there; any number for those that are not.
+    pub(crate) fn pruned(
+        &self,
+        level: usize,
+        roots: impl Iterator<Item = Reference>,
+    ) -> (Self, Vec<Reference>) {
+        let none_of = |level: &Table<Children>| vec![false; level.items().len()];
+        let mut needed: Vec<Vec<bool>> = self.levels[..=level].iter().map(none_of).collect();
+        let mut masks = vec![false; self.masks.items().len()];
+        for root in roots {
+            needed[level][root as usize] = true;
+        }
+        for at in (0..=level).rev() {
+            let (below, own) = needed.split_at_mut(at);
+            let below = below.last_mut().unwrap_or(&mut masks);
+            let nodes = self.levels[at].items().iter().zip(&own[0]);
+            for (children, _) in nodes.filter(|(_, needed)| **needed) {
+                for &child in children.iter().filter(|child| is_mixed(**child)) {
+                    below[child as usize] = true;
+                }
+            }
+        }
+        let mut pool = Self {
+            masks: Table::default(),
+            levels: vec![Table::default(); self.levels.len()],
+        };
+        let mut names: Vec<Reference> = (self.masks.items().iter().zip(masks))
+            .map(|(&mask, needed)| if needed { pool.masks.insert(mask) } else { LIT })
+            .collect();
+        for (at, needed) in needed.into_iter().enumerate() {
+            let rename = |child: Reference| match names.get(child as usize) {
+                Some(&name) if is_mixed(child) => name,
+                _ => child,
+            };
+            let nodes = self.levels[at].items().iter().zip(needed);
+            names = nodes
+                .map(|(children, needed)| {
+                    if needed {
+                        pool.levels[at].insert(children.map(rename))
+                    } else {
+                        LIT
+                    }
+                })
+                .collect();
+        }
+        (pool, names)
+    }
+
+    /// How much is in it.
+    pub(crate) fn len(&self) -> usize {
+        let nodes = self.levels.iter().map(|level| level.items().len());
+        self.masks.items().len() + nodes.sum::<usize>()
+    }
+
     /// # Errors
     /// [`Error::TooManyNodes`] if a level ran out of numbers.
     pub(crate) fn check(&self) -> Result<(), Error> {

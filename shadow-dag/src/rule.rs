@@ -35,6 +35,23 @@ pub enum Rule {
     Aligned,
 }
 
+impl Rule {
+    /// What stands for it in files.
+    pub(crate) fn number(self) -> u32 {
+        match self {
+            Self::Sintorn2014 => 2014,
+            Self::Kampe2015 => 2015 << 8 | 1,
+            Self::Aligned => 1,
+        }
+    }
+
+    /// What a number stands for.
+    pub(crate) fn of_number(number: u32) -> Option<Self> {
+        let all = [Self::Sintorn2014, Self::Kampe2015, Self::Aligned];
+        all.into_iter().find(|rule| rule.number() == number)
+    }
+}
+
 /// The enter and exit slices of an 8×8 tile, texel `8 y + x`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tile {

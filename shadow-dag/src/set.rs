@@ -1,36 +1,49 @@
 //! The shadows of several lights as one file.
 //!
 //! One grid is a file by itself, see `layout`. Several are put one after the
-//! other behind a head; all numbers are little-endian.
+//! other behind a directory; all numbers are little-endian.
 //!
 //! ```text
 //!   0  magic "CPVSSET\0"
-//!   8  version (u32), CRC-32 of the rest of the head (u32)
-//!  16  lights (u32), 0 (u32)
-//!  24  the number of grids of each light (u32 each)
+//!   8  version (u32), CRC-32 of the rest of the directory (u32)
+//!  16  lights (u32), grids of all of them (u32)
+//!  24  of each light (32 bytes): its first grid, how many it has, log2 of its
+//!      resolution (u32 each), its bias (f32), where its grids begin and end (u64
+//!      each, bytes from the beginning of the file)
 //!   …  the length of each grid in bytes (u64 each)
 //!   …  the grids, light by light
 //! ```
 //!
-//! What begins with "CPVSCUBE" is an earlier form of the same: one light of six
-//! grids, whose lengths follow the magic at once. It is still read.
+//! Two earlier forms of the same are still read. Version 1 has the number of grids
+//! of each light (u32 each) in place of the second part of the directory, and a 0
+//! in place of the number of all of them. What begins with "CPVSCUBE" is one light
+//! of six grids, whose lengths follow the magic at once.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
+use std::ops::Range;
+
+use gpu_backend::Cpu;
 
 use crate::bytes::{load_u32, load_u64};
+use crate::error::same_length;
 use crate::file_error::FileError;
 use crate::form::Form;
-use crate::{Error, ShadowDag, checkpoint};
+use crate::set_bake::LightGrids;
+use crate::{Error, Resolution, ShadowDag, checkpoint, set_checkpoint};
 
 const MAGIC: [u8; 8] = *b"CPVSSET\0";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// The version without resolutions, biases and places of lights.
+const COUNTED: u32 = 1;
 /// Six grids of one light.
 const CUBE: [u8; 8] = *b"CPVSCUBE";
 /// Where the part of the head begins that its checksum covers.
 const CHECKED: usize = 16;
-/// Where the numbers of grids begin.
-const COUNTS: usize = 24;
+/// Where the lights of the directory begin.
+const LIGHTS: usize = 24;
+/// Bytes that each of them takes.
+const LIGHT: usize = 32;
 
 /// Why bytes or grids are no set of shadows.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -41,17 +54,27 @@ pub enum SetError {
         "not a file of shadows: it begins with none of {MAGIC:?}, {CUBE:?} and those of one grid"
     )]
     Magic,
-    /// They are what an unfinished bake left.
-    #[error("a checkpoint of a bake that is not finished, not its shadows; resume the bake first")]
+    /// They are what an unfinished bake left, or a part of one.
+    #[error(
+        "a checkpoint or a part of a bake, not its shadows; resume the bake or merge its parts first"
+    )]
     Unfinished,
     /// There are no lights, or one of them has no grid.
     #[error(
         "light {0} has no grid; a set has at least one light, and each of them at least one grid"
     )]
     NoGrid(usize),
-    /// The head is not sound.
+    /// The directory is not sound.
     #[error(transparent)]
     Head(FileError),
+    /// The directory says something of a light that is not so.
+    #[error("the directory is wrong about light {light}: {what}")]
+    Directory {
+        /// Which light, from 0.
+        light: usize,
+        /// What is wrong.
+        what: &'static str,
+    },
     /// A grid is not sound.
     #[error("grid {grid}: {error}")]
     Grid {
@@ -82,6 +105,21 @@ pub enum SetError {
 #[derive(Debug, Clone)]
 pub struct ShadowSet<B = Vec<u8>> {
     lights: Vec<Vec<ShadowDag<B>>>,
+    /// Of each light.
+    biases: Vec<f32>,
+}
+
+/// What the directory of a file says of a light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightEntry {
+    /// Its grids.
+    pub grids: usize,
+    /// Voxels along each axis of each of them.
+    pub resolution: Resolution,
+    /// See [`ShadowSet::bias`].
+    pub bias: f32,
+    /// Where its grids are in the file, one after the other.
+    pub bytes: Range<u64>,
 }
 
 impl<B> ShadowSet<B> {
@@ -93,13 +131,39 @@ impl<B> ShadowSet<B> {
         let empty = lights.iter().position(Vec::is_empty);
         match empty.or(lights.is_empty().then_some(0)) {
             Some(light) => Err(SetError::NoGrid(light)),
-            None => Ok(Self { lights }),
+            None => Ok(Self {
+                biases: vec![LightGrids::BIAS; lights.len()],
+                lights,
+            }),
         }
     }
 
-    /// The same of lights that are known to have grids.
-    pub(crate) fn of_checked(lights: Vec<Vec<ShadowDag<B>>>) -> Self {
-        Self { lights }
+    /// The grids of lights that have been [checked](LightGrids::check).
+    pub(crate) fn of_lights(lights: &[LightGrids], grids: Vec<ShadowDag<B>>) -> Self {
+        let mut grids = grids.into_iter();
+        let own = |light: &LightGrids| grids.by_ref().take(light.spaces.len()).collect();
+        Self {
+            lights: lights.iter().map(own).collect(),
+            biases: lights.iter().map(|light| light.bias).collect(),
+        }
+    }
+
+    /// How far beyond half a filter's width a point on a surface is to be moved
+    /// along its normal, in voxels, before it is asked about in the grids of a light.
+    /// [`LightGrids::BIAS`] unless another was chosen, and of a light that is not there.
+    pub fn bias(&self, light: usize) -> f32 {
+        self.biases.get(light).copied().unwrap_or(LightGrids::BIAS)
+    }
+
+    /// The same with other biases, one for each light.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if there are more or fewer than lights; [`Error::BadValue`]
+    /// for one that is negative or not finite.
+    pub fn with_biases(self, biases: Vec<f32>) -> Result<Self, Error> {
+        same_length("biases", self.lights.len(), biases.len())?;
+        LightGrids::check_biases(biases.iter().copied())?;
+        Ok(Self { biases, ..self })
     }
 
     /// The grids of each light.
@@ -125,24 +189,26 @@ impl<B: AsRef<[u8]>> ShadowSet<B> {
     /// [`Error::TooManyNodes`] if the plain form of a level is too long for
     /// its references.
     pub fn to_form(&self, form: Form) -> Result<ShadowSet, Error> {
-        let convert = |grids: &Vec<ShadowDag<B>>| {
-            let converted = grids.iter().map(|grid| grid.to_form(form));
-            converted.collect::<Result<Vec<_>, _>>()
-        };
-        let lights = self.lights.iter().map(convert);
+        let grids: Vec<_> = self.grids().map(ShadowDag::borrowed).collect();
+        let converted = Cpu::new().map(grids.len(), |grid| grids[grid].to_form(form));
+        let mut converted = converted.into_iter();
+        let lights = (self.lights.iter())
+            .map(|grids| converted.by_ref().take(grids.len()).collect())
+            .collect::<Result<_, _>>()?;
         Ok(ShadowSet {
-            lights: lights.collect::<Result<_, _>>()?,
+            lights,
+            biases: self.biases.clone(),
         })
     }
 
-    /// Writes the file of the set: that of the grid if there is only one.
+    /// Writes the file of the set: that of the grid if there is only one, with a
+    /// bias of 1.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn write(&self, mut out: impl Write) -> io::Result<()> {
-        if self.grids().count() > 1 {
-            out.write_all(&self.head(self.grids().map(|grid| grid.as_bytes().len())))?;
-        }
+        let lengths: Vec<usize> = self.grids().map(|grid| grid.as_bytes().len()).collect();
+        out.write_all(&self.head(&lengths))?;
         (self.grids()).try_for_each(|grid| out.write_all(grid.as_bytes()))
     }
 
@@ -154,29 +220,41 @@ impl<B: AsRef<[u8]>> ShadowSet<B> {
     /// The file of the set with compressed grids, see [`ShadowDag::compress`].
     /// [`ShadowSet::read`] reads it.
     pub fn compress(&self) -> Vec<u8> {
-        let grids: Vec<Vec<u8>> = self.grids().map(ShadowDag::compress).collect();
+        let grids: Vec<_> = self.grids().map(ShadowDag::borrowed).collect();
+        let grids = Cpu::new().map(grids.len(), |grid| grids[grid].compress());
         self.joined(grids.iter().map(Vec::as_slice).collect())
     }
 
     /// The file of the set with these as its grids.
     fn joined(&self, grids: Vec<&[u8]>) -> Vec<u8> {
-        match grids.as_slice() {
-            [grid] => grid.to_vec(),
-            _ => {
-                let mut file = self.head(grids.iter().map(|grid| grid.len()));
-                file.extend(grids.into_iter().flatten());
-                file
-            }
-        }
+        let lengths: Vec<usize> = grids.iter().map(|grid| grid.len()).collect();
+        let mut file = self.head(&lengths);
+        file.extend(grids.into_iter().flatten());
+        file
     }
 
-    fn head(&self, lengths: impl Iterator<Item = usize>) -> Vec<u8> {
+    /// What stands in front of grids of these lengths: nothing if a single one says
+    /// all by itself.
+    fn head(&self, lengths: &[usize]) -> Vec<u8> {
+        if lengths.len() == 1 && self.biases == [LightGrids::BIAS] {
+            return Vec::new();
+        }
+        let first = LIGHTS + LIGHT * self.lights.len() + 8 * lengths.len();
         let mut checked = Vec::new();
         checked.extend((self.lights.len() as u32).to_le_bytes());
-        checked.extend([0; 4]);
-        let counts = self.lights.iter().map(|grids| grids.len() as u32);
-        checked.extend(counts.flat_map(u32::to_le_bytes));
-        checked.extend(lengths.flat_map(|length| (length as u64).to_le_bytes()));
+        checked.extend((lengths.len() as u32).to_le_bytes());
+        let (mut grid, mut begin) = (0, first as u64);
+        for (grids, bias) in self.lights.iter().zip(&self.biases) {
+            let own = &lengths[grid..grid + grids.len()];
+            let end = begin + own.iter().map(|length| *length as u64).sum::<u64>();
+            let log2 = grids[0].resolution().log2();
+            let words = [grid as u32, grids.len() as u32, log2, bias.to_bits()];
+            checked.extend(words.into_iter().flat_map(u32::to_le_bytes));
+            checked.extend([begin, end].into_iter().flat_map(u64::to_le_bytes));
+            (grid, begin) = (grid + grids.len(), end);
+        }
+        let lengths = lengths.iter().map(|length| *length as u64);
+        checked.extend(lengths.flat_map(u64::to_le_bytes));
         let mut head = MAGIC.to_vec();
         head.extend(VERSION.to_le_bytes());
         head.extend(crc32fast::hash(&checked).to_le_bytes());
@@ -208,24 +286,51 @@ impl<'a> ShadowSet<Cow<'a, [u8]>> {
 }
 
 /// The set in a file of any kind; `read` reads a grid.
-fn read_file<'a, B>(
+fn read_file<'a, B: Send>(
     bytes: &'a [u8],
-    read: impl Fn(&'a [u8]) -> Result<ShadowDag<B>, FileError>,
+    read: impl Fn(&'a [u8]) -> Result<ShadowDag<B>, FileError> + Sync + Send,
 ) -> Result<ShadowSet<B>, SetError> {
     if bytes.starts_with(&MAGIC) {
-        return read_set(bytes, read);
+        let directory = Directory::read(bytes)?;
+        return directory.grids(bytes, read);
     }
     if bytes.starts_with(&CUBE) {
-        let lengths = read_lengths(bytes, CUBE.len(), 6)?;
-        return read_grids(bytes, CUBE.len() + 6 * 8, &[6], &lengths, read);
+        let directory = Directory {
+            lengths: read_lengths(bytes, CUBE.len(), 6)?,
+            first: CUBE.len() + 6 * 8,
+            lights: vec![Listed {
+                grids: 6,
+                said: None,
+            }],
+        };
+        return directory.grids(bytes, read);
     }
-    if checkpoint::is_one(bytes) {
+    if checkpoint::is_one(bytes) || set_checkpoint::is_one(bytes) {
         return Err(SetError::Unfinished);
     }
     match read(bytes) {
         Ok(grid) => ShadowSet::new(vec![vec![grid]]),
         Err(FileError::Magic) => Err(SetError::Magic),
         Err(error) => Err(SetError::Grid { grid: 0, error }),
+    }
+}
+
+impl LightEntry {
+    /// What the beginning of a file says of its lights, so that the grids of one
+    /// can be read without those of the others. `None` of a file without a directory:
+    /// of a single grid, or in an earlier form.
+    ///
+    /// The bytes must reach to the end of the directory; what is behind is not looked
+    /// at, and may still turn out not to be sound.
+    ///
+    /// # Errors
+    /// [`SetError`] if the directory is cut off or not sound.
+    pub fn directory(bytes: &[u8]) -> Result<Option<Vec<Self>>, SetError> {
+        if !bytes.starts_with(&MAGIC) {
+            return Ok(None);
+        }
+        let lights = Directory::read(bytes)?.lights.into_iter();
+        Ok(lights.map(|light| light.said).collect())
     }
 }
 
@@ -236,38 +341,156 @@ fn truncated(bytes: &[u8], expected: u64) -> SetError {
     })
 }
 
-fn read_set<'a, B>(
-    bytes: &'a [u8],
-    read: impl Fn(&'a [u8]) -> Result<ShadowDag<B>, FileError>,
-) -> Result<ShadowSet<B>, SetError> {
-    if bytes.len() < COUNTS {
-        return Err(truncated(bytes, COUNTS as u64));
+/// What stands in front of the grids.
+struct Directory {
+    lights: Vec<Listed>,
+    /// Of all grids.
+    lengths: Vec<u64>,
+    /// Where they begin.
+    first: usize,
+}
+
+/// A light of the directory.
+struct Listed {
+    grids: usize,
+    /// What else is said of it.
+    said: Option<LightEntry>,
+}
+
+impl Directory {
+    fn read(bytes: &[u8]) -> Result<Self, SetError> {
+        if bytes.len() < LIGHTS {
+            return Err(truncated(bytes, LIGHTS as u64));
+        }
+        let version = load_u32(bytes, 8);
+        let size = match version {
+            COUNTED => 4,
+            VERSION => LIGHT,
+            _ => return Err(SetError::Head(FileError::Version(version))),
+        };
+        let lights = u64::from(load_u32(bytes, CHECKED));
+        let end = LIGHTS as u64 + size as u64 * lights;
+        if end > bytes.len() as u64 {
+            return Err(truncated(bytes, end));
+        }
+        let end = end as usize;
+        let places = (LIGHTS..end).step_by(size);
+        let counts: Vec<u32> = places
+            .clone()
+            .map(|at| load_u32(bytes, if version == COUNTED { at } else { at + 4 }))
+            .collect();
+        let grids: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+        let lengths = read_lengths(bytes, end, grids)?;
+        let first = end + 8 * lengths.len();
+        let (checksum, expected) = (crc32fast::hash(&bytes[CHECKED..first]), load_u32(bytes, 12));
+        if checksum != expected {
+            return Err(SetError::Head(FileError::Checksum {
+                found: checksum,
+                expected,
+            }));
+        }
+        let mut lights = Vec::with_capacity(counts.len());
+        if version == COUNTED {
+            lights.extend(counts.iter().map(|&count| Listed {
+                grids: count as usize,
+                said: None,
+            }));
+        } else {
+            if u64::from(load_u32(bytes, CHECKED + 4)) != grids {
+                return Err(SetError::Head(FileError::Header {
+                    what: "the number of all grids",
+                    value: load_u32(bytes, CHECKED + 4).into(),
+                }));
+            }
+            let (mut grid, mut begin) = (0_usize, first as u64);
+            for (light, (at, &count)) in places.zip(&counts).enumerate() {
+                let wrong = |what| SetError::Directory { light, what };
+                let own = &lengths[grid..grid + count as usize];
+                let bias = f32::from_bits(load_u32(bytes, at + 12));
+                let resolution = Resolution::from_log2(load_u32(bytes, at + 8));
+                let end = (own.iter()).fold(begin, |at, length| at.saturating_add(*length));
+                let range = load_u64(bytes, at + 16)..load_u64(bytes, at + 24);
+                if load_u32(bytes, at) as usize != grid {
+                    return Err(wrong("its grids do not follow those of the light before"));
+                }
+                if range != (begin..end) {
+                    return Err(wrong("its grids are elsewhere"));
+                }
+                if !(bias >= 0.0 && bias < f32::INFINITY) {
+                    return Err(wrong("its bias is no finite number from 0"));
+                }
+                let entry = LightEntry {
+                    grids: count as usize,
+                    resolution: resolution.ok_or(wrong("there is no such resolution"))?,
+                    bias,
+                    bytes: range,
+                };
+                lights.push(Listed {
+                    grids: count as usize,
+                    said: Some(entry),
+                });
+                (grid, begin) = (grid + count as usize, end);
+            }
+        }
+        Ok(Self {
+            lights,
+            lengths,
+            first,
+        })
     }
-    let version = load_u32(bytes, 8);
-    if version != VERSION {
-        return Err(SetError::Head(FileError::Version(version)));
+
+    /// The grids themselves; `read` reads one.
+    fn grids<'a, B: Send>(
+        &self,
+        bytes: &'a [u8],
+        read: impl Fn(&'a [u8]) -> Result<ShadowDag<B>, FileError> + Sync + Send,
+    ) -> Result<ShadowSet<B>, SetError> {
+        let first = self.first as u64;
+        let end = (self.lengths.iter()).fold(first, |at, length| at.saturating_add(*length));
+        let given = bytes.len() as u64;
+        if end > given {
+            return Err(truncated(bytes, end));
+        }
+        if end < given {
+            return Err(SetError::Head(FileError::TooLong {
+                given,
+                expected: end,
+            }));
+        }
+        let mut rest = &bytes[self.first..];
+        let own: Vec<&[u8]> = (self.lengths.iter())
+            .map(|&length| {
+                // All of them together are as long as what is left.
+                let (own, after) = rest.split_at(length as usize);
+                rest = after;
+                own
+            })
+            .collect();
+        let grids = Cpu::new().map(own.len(), |grid| {
+            read(own[grid]).map_err(|error| SetError::Grid { grid, error })
+        });
+        let mut grids = grids.into_iter();
+        let mut lights = Vec::with_capacity(self.lights.len());
+        for (light, listed) in self.lights.iter().enumerate() {
+            let own: Vec<ShadowDag<B>> =
+                (grids.by_ref().take(listed.grids)).collect::<Result<_, _>>()?;
+            if let Some(entry) = &listed.said
+                && own.iter().any(|grid| grid.resolution() != entry.resolution)
+            {
+                let what = "a grid is of another resolution";
+                return Err(SetError::Directory { light, what });
+            }
+            lights.push(own);
+        }
+        let mut set = ShadowSet::new(lights)?;
+        for (bias, listed) in set.biases.iter_mut().zip(&self.lights) {
+            *bias = listed
+                .said
+                .as_ref()
+                .map_or(LightGrids::BIAS, |said| said.bias);
+        }
+        Ok(set)
     }
-    let lights = u64::from(load_u32(bytes, CHECKED));
-    let lengths = COUNTS as u64 + 4 * lights;
-    if lengths > bytes.len() as u64 {
-        return Err(truncated(bytes, lengths));
-    }
-    let lengths = lengths as usize;
-    let counts: Vec<u32> = (COUNTS..lengths)
-        .step_by(4)
-        .map(|at| load_u32(bytes, at))
-        .collect();
-    let grids = counts.iter().map(|&count| u64::from(count)).sum();
-    let found = read_lengths(bytes, lengths, grids)?;
-    let first = lengths + 8 * found.len();
-    let (checksum, expected) = (crc32fast::hash(&bytes[CHECKED..first]), load_u32(bytes, 12));
-    if checksum != expected {
-        return Err(SetError::Head(FileError::Checksum {
-            found: checksum,
-            expected,
-        }));
-    }
-    read_grids(bytes, first, &counts, &found, read)
 }
 
 /// The lengths of `count` grids, which stand from byte `at` on.
@@ -278,40 +501,4 @@ fn read_lengths(bytes: &[u8], at: usize, count: u64) -> Result<Vec<u64>, SetErro
     }
     let places = (at..end as usize).step_by(8);
     Ok(places.map(|at| load_u64(bytes, at)).collect())
-}
-
-/// The grids of all lights, which stand from byte `first` on.
-fn read_grids<'a, B>(
-    bytes: &'a [u8],
-    first: usize,
-    counts: &[u32],
-    lengths: &[u64],
-    read: impl Fn(&'a [u8]) -> Result<ShadowDag<B>, FileError>,
-) -> Result<ShadowSet<B>, SetError> {
-    let end = (lengths.iter()).fold(first as u64, |at, length| at.saturating_add(*length));
-    let given = bytes.len() as u64;
-    if end > given {
-        return Err(truncated(bytes, end));
-    }
-    if end < given {
-        return Err(SetError::Head(FileError::TooLong {
-            given,
-            expected: end,
-        }));
-    }
-    let mut rest = &bytes[first..];
-    let mut grid = 0;
-    let mut lights = Vec::with_capacity(counts.len());
-    for &count in counts {
-        let mut grids = Vec::with_capacity(count as usize);
-        for _ in 0..count {
-            // All of them together are as long as what is left.
-            let (own, after) = rest.split_at(lengths[grid] as usize);
-            grids.push(read(own).map_err(|error| SetError::Grid { grid, error })?);
-            rest = after;
-            grid += 1;
-        }
-        lights.push(grids);
-    }
-    ShadowSet::new(lights)
 }

@@ -1,48 +1,105 @@
-//! Baking the grids of several lights, one after the other.
+//! Baking the grids of several lights.
 //!
-//! A checkpoint is a head, the number of finished grids and the length of each
-//! as little-endian numbers of 64 bits, those grids, and what [`Bake::save`]
-//! writes of the next. Both of those bring checks of their own.
+//! Grids are baked side by side. A thread that has nothing left to do in one helps
+//! in another, so none is idle before the last tiles of all; and what is done once
+//! for a grid, looking at all triangles and putting tiles together, one thread does
+//! while others make tiles.
 
 use std::io::{self, Write};
+use std::ops::Range;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use gpu_backend::Cpu;
 
-use crate::checkpoint::{CheckpointError, SET_MAGIC, damaged};
+use crate::checkpoint::CheckpointError;
 use crate::progress::Progress;
 use crate::set::ShadowSet;
-use crate::{Bake, Builder, Error, LightSpace, Resolution, ShadowDag, Surfaces, Watertightness};
-
-/// Parts in which [`SetBake::run`] makes the tiles of a grid, with a look at
-/// the clock after each.
-const ROUNDS: usize = 64;
+use crate::set_checkpoint::{State, Task};
+use crate::share::Share;
+use crate::tiles::{Plan, Tiles, Watch, lock};
+use crate::{Builder, Error, Form, LightSpace, Mesh, Resolution, Surfaces, Watertightness};
 
 /// Checkpoints of [`SetBake::run`] may take one part in so many of the time.
 const SHARE: u32 = 20;
 
-/// The grids of several lights in the making, tile by tile and grid by grid.
+/// The grids that a light is to have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightGrids {
+    /// Where they are; at least one.
+    pub spaces: Vec<LightSpace>,
+    /// Voxels along each axis of each of them.
+    pub resolution: Resolution,
+    /// What [`ShadowSet::bias`] tells, in voxels.
+    pub bias: f32,
+}
+
+impl LightGrids {
+    /// The bias of lights that are given no other: surface and point are known to half
+    /// a voxel each.
+    pub const BIAS: f32 = 1.0;
+
+    /// Grids with the usual bias.
+    pub fn new(spaces: Vec<LightSpace>, resolution: Resolution) -> Self {
+        Self {
+            spaces,
+            resolution,
+            bias: Self::BIAS,
+        }
+    }
+
+    /// # Errors
+    /// [`Error::Length`] if there is no light, or one without grids;
+    /// [`Error::BadValue`] for a bias that is none.
+    pub(crate) fn check(lights: &[Self]) -> Result<(), Error> {
+        if lights.is_empty() || lights.iter().any(|light| light.spaces.is_empty()) {
+            return Err(Error::Length {
+                what: "grids of a light",
+                given: 0,
+                expected: 1,
+            });
+        }
+        Self::check_biases(lights.iter().map(|light| light.bias))
+    }
+
+    /// # Errors
+    /// [`Error::BadValue`] for a bias that is none.
+    pub(crate) fn check_biases(mut biases: impl Iterator<Item = f32>) -> Result<(), Error> {
+        match biases.find(|bias| !(*bias >= 0.0 && *bias < f32::INFINITY)) {
+            Some(bias) => Err(Error::bad_value("a bias", bias, "a finite number from 0")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The grids of several lights in the making, or a [part](SetBake::share) of them.
 ///
-/// [`SetBake::run`] makes all of them and hands out checkpoints on its way;
-/// [`SetBake::advance`] goes on by as much as it is told. As with a [`Bake`] the
-/// result has the same bytes however often it was interrupted, and on any
-/// number of threads.
+/// All tiles of all grids are one queue for all threads. [`SetBake::run`] makes all
+/// of them and hands out checkpoints on its way; [`SetBake::advance`] goes on by as
+/// much as it is told. As with a [`Bake`](crate::Bake) the result has the same bytes
+/// however often it was interrupted, and on any number of threads.
+///
+/// Triangles are checked and sorted once for all lights; each grid takes those that
+/// it may show. At any time about as many grids are unfinished as there are threads.
 ///
 /// ```
 /// # use std::sync::atomic::AtomicBool;
 /// # use std::time::Duration;
 /// # use glam::DMat4;
 /// # use gpu_backend::Cpu;
-/// # use shadow_dag::{Builder, LightSpace, Resolution, SetBake, Surfaces};
+/// # use shadow_dag::{Builder, LightGrids, LightSpace, Resolution, SetBake, Surfaces};
 /// # let corners = [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0]];
 /// # let surfaces = || Surfaces::new(&corners[..], &[[0, 1, 2]][..]);
 /// # let sun = LightSpace::orthographic(DMat4::IDENTITY, 2.0, 2.0, 0.0, 2.0)?;
 /// # let lamp = LightSpace::perspective(DMat4::IDENTITY, 1.0, 0.1, 2.0)?;
-/// let resolution = Resolution::new(256)?;
-/// let begin = || SetBake::new(Builder::new(), surfaces()?, resolution, vec![vec![sun], vec![lamp]]);
+/// let lights = || -> Result<_, shadow_dag::Error> {
+///     let fine = LightGrids::new(vec![sun], Resolution::new(256)?);
+///     Ok(vec![fine, LightGrids::new(vec![lamp], Resolution::new(128)?)])
+/// };
+/// let begin = || SetBake::new(Builder::new(), surfaces()?, lights()?);
 /// let never = AtomicBool::new(false);
-/// // Half of the tiles of the first grid, then the rest somewhere else.
+/// // A few tiles, then the rest somewhere else.
 /// let mut bake = begin()?;
 /// bake.advance(&Cpu::new(), 512, &never, |_| {})?;
 /// let mut checkpoint = Vec::new();
@@ -61,16 +118,23 @@ const SHARE: u32 = 20;
 /// ```
 #[derive(Debug)]
 pub struct SetBake<'a> {
-    builder: Builder,
     surfaces: Surfaces<'a>,
-    resolution: Resolution,
-    /// The number of grids of each light.
-    counts: Vec<usize>,
-    /// Where the grids of all lights are.
-    spaces: Vec<LightSpace>,
-    finished: Vec<ShadowDag>,
-    /// Of the next grid; also of the last once all of its tiles are finished.
-    current: Bake<'static>,
+    task: Task,
+    form: Form,
+    /// Those of all lights.
+    grids: Vec<Grid>,
+}
+
+/// A grid in the making.
+#[derive(Debug)]
+struct Grid {
+    space: LightSpace,
+    plan: Plan,
+    /// The tiles that are to be made here.
+    own: Range<usize>,
+    state: State,
+    /// What the light sees, once there was a tile to make and until there is none.
+    mesh: Option<Box<Mesh>>,
 }
 
 impl<'a> SetBake<'a> {
@@ -78,38 +142,45 @@ impl<'a> SetBake<'a> {
     /// nothing done yet.
     ///
     /// # Errors
-    /// [`Error::Length`] if there is no light, or one without grids.
+    /// [`Error::Length`] if there is no light, or one without grids;
+    /// [`Error::BadValue`] for a bias that is negative or not finite.
     pub fn new(
         builder: Builder,
         surfaces: Surfaces<'a>,
-        resolution: Resolution,
-        lights: Vec<Vec<LightSpace>>,
+        lights: Vec<LightGrids>,
     ) -> Result<Self, Error> {
-        let counts: Vec<usize> = lights.iter().map(Vec::len).collect();
-        let spaces = lights.concat();
-        let Some(first) = spaces.first().filter(|_| !counts.contains(&0)) else {
-            return Err(Error::Length {
-                what: "grids of a light",
-                given: 0,
-                expected: 1,
-            });
+        LightGrids::check(&lights)?;
+        let task = Task {
+            rule: builder.rule,
+            surfaces: surfaces.identity(),
+            lights,
+            share: Share::default(),
         };
-        let mesh = surfaces.seen_from(*first, resolution);
         Ok(Self {
-            builder,
-            resolution,
-            counts,
-            finished: Vec::with_capacity(spaces.len()),
-            current: Bake::of_own_mesh(builder, mesh),
             surfaces,
-            spaces,
+            form: Form::Plain,
+            grids: Grid::waiting(&task),
+            task,
         })
     }
 
-    /// The bake of one of the grids, with nothing done yet.
-    fn bake(&self, grid: usize) -> Bake<'static> {
-        let mesh = self.surfaces.seen_from(self.spaces[grid], self.resolution);
-        Bake::of_own_mesh(self.builder, mesh)
+    /// The form that grids are given when they are finished; plain by default.
+    /// They change it on the threads that bake.
+    #[must_use]
+    pub fn form(self, form: Form) -> Self {
+        Self { form, ..self }
+    }
+
+    /// Only this part of the bake, with nothing done yet. What [`SetBake::save`]
+    /// writes of it when it is complete, [`ShadowSet::merge`] joins with the others.
+    #[must_use]
+    pub fn share(self, share: Share) -> Self {
+        let task = Task { share, ..self.task };
+        Self {
+            grids: Grid::waiting(&task),
+            task,
+            ..self
+        }
     }
 
     /// How much of the surfaces encloses something.
@@ -117,61 +188,101 @@ impl<'a> SetBake<'a> {
         self.surfaces.watertightness()
     }
 
-    /// How far all grids are together.
+    /// How far all grids are together, or the part of them that is baked here.
     pub fn progress(&self) -> Progress {
-        let Progress { finished, tiles } = self.current.progress();
-        Progress {
-            finished: tiles * self.finished.len() + finished,
-            tiles: tiles * self.spaces.len(),
-        }
+        let nothing = Progress {
+            finished: 0,
+            tiles: 0,
+        };
+        self.grids.iter().fold(nothing, |all, grid| {
+            let Progress { finished, tiles } = grid.progress();
+            Progress {
+                finished: all.finished + finished,
+                tiles: all.tiles + tiles,
+            }
+        })
     }
 
-    /// The grid that is being made, and how many there are.
-    pub fn grid(&self) -> (usize, usize) {
-        (self.finished.len(), self.spaces.len())
+    /// The grids of each light.
+    pub fn lights(&self) -> &[LightGrids] {
+        &self.task.lights
     }
 
-    /// Makes the next `most` tiles (0 counts as 1) of one grid, or all of it
-    /// if there are fewer left, and says how far the bake is then. The next
-    /// call goes on with the next grid.
+    /// Makes `most` tiles more (0 counts as 1), or all if there are fewer left,
+    /// and says how far the bake is then.
     ///
-    /// `observe` and `stop` are those of [`Bake::advance`]; numbers are those of
-    /// all grids.
+    /// `observe` and `stop` are those of [`Bake::advance`](crate::Bake::advance);
+    /// numbers are those of all grids.
     ///
     /// # Errors
-    /// As for [`Bake::advance`].
+    /// As for [`Bake::advance`](crate::Bake::advance).
     pub fn advance(
         &mut self,
         cpu: &Cpu,
         most: usize,
         stop: &AtomicBool,
-        mut observe: impl FnMut(Progress) + Send,
+        observe: impl FnMut(Progress) + Send,
     ) -> Result<Progress, Error> {
-        if self.current.progress().is_complete() && self.finished.len() + 1 < self.spaces.len() {
-            let next = self.bake(self.finished.len() + 1);
-            let done = std::mem::replace(&mut self.current, next);
-            match done.finish() {
-                Ok(grid) => self.finished.push(grid),
-                Err(error) => {
-                    // Grids and their numbers stay together.
-                    self.current = self.bake(self.finished.len());
-                    return Err(error);
-                }
+        self.go_on(cpu, most, None, stop, observe)
+    }
+
+    /// The same, which begins no more tiles from a time on, but at least one.
+    fn go_on(
+        &mut self,
+        cpu: &Cpu,
+        most: usize,
+        until: Option<Instant>,
+        stop: &AtomicBool,
+        observe: impl FnMut(Progress) + Send,
+    ) -> Result<Progress, Error> {
+        let Progress { finished, tiles } = self.progress();
+        let mut left = most.max(1);
+        let mut jobs = Vec::new();
+        for grid in &mut self.grids {
+            let missing = grid.missing();
+            if missing > 0 && left > 0 {
+                jobs.push(Mutex::new((grid, missing.min(left))));
+                left -= missing.min(left);
             }
         }
-        let Progress { finished, tiles } = self.progress();
-        let before = finished - self.current.progress().finished;
-        let made = self.current.advance(cpu, most, stop, |progress| {
-            observe(Progress {
-                finished: before + progress.finished,
-                tiles,
-            });
+        let begun = AtomicBool::new(false);
+        let is_late = || until.is_some_and(|until| Instant::now() >= until);
+        let watched = Mutex::new((finished, observe));
+        let (surfaces, form) = (&self.surfaces, self.form);
+        let made = cpu.map(jobs.len(), |job| {
+            if stop.load(Ordering::Relaxed) || (begun.load(Ordering::Relaxed) && is_late()) {
+                return Ok(());
+            }
+            // No other job is of this grid.
+            let (grid, most) = &mut *lock(&jobs[job]);
+            let watch = Watch {
+                stop,
+                pause: &|| begun.swap(true, Ordering::Relaxed) && is_late(),
+                observe: &mut |_| {
+                    let (finished, observe) = &mut *lock(&watched);
+                    *finished += 1;
+                    observe(Progress {
+                        finished: *finished,
+                        tiles,
+                    });
+                },
+            };
+            grid.advance(cpu, surfaces, form, *most, watch)
         });
-        match made {
-            Ok(_) => Ok(self.progress()),
-            Err(Error::Cancelled { .. }) => Err(self.progress().cancelled()),
-            Err(error) => Err(error),
+        drop(jobs);
+        let progress = self.progress();
+        for result in made {
+            match result {
+                // Its numbers are those of one grid.
+                Ok(()) | Err(Error::Cancelled { .. }) => {}
+                error => error?,
+            }
         }
+        let wanted = most.max(1).min(tiles - finished);
+        if stop.load(Ordering::Relaxed) && progress.finished < finished + wanted {
+            return Err(progress.cancelled());
+        }
+        Ok(progress)
     }
 
     /// Makes all that is missing.
@@ -191,22 +302,21 @@ impl<'a> SetBake<'a> {
         mut observe: impl FnMut(Progress) + Send,
         mut save: impl FnMut(&Self) -> Result<(), E>,
     ) -> Result<(), E> {
-        let round = self.current.progress().tiles.div_ceil(ROUNDS);
         let mut wait = pause;
-        let mut clock = Instant::now();
         while !self.progress().is_complete() {
-            match self.advance(cpu, round, stop, &mut observe) {
+            // None is beyond all clocks.
+            let until = Instant::now().checked_add(wait);
+            match self.go_on(cpu, usize::MAX, until, stop, &mut observe) {
                 Err(Error::Cancelled { .. }) => break,
                 result => result?,
             };
             if stop.load(Ordering::Relaxed) {
                 break;
             }
-            if clock.elapsed() >= wait && !self.progress().is_complete() {
-                clock = Instant::now();
+            if !self.progress().is_complete() {
+                let clock = Instant::now();
                 save(self)?;
                 wait = pause.max(clock.elapsed() * SHARE);
-                clock = Instant::now();
             }
         }
         if stop.load(Ordering::Relaxed) {
@@ -216,92 +326,120 @@ impl<'a> SetBake<'a> {
         Ok(())
     }
 
-    /// Writes what is finished: the grids, and about 36 bytes for each node so
-    /// far of the next.
+    /// Writes what is finished: grids, and of those that are not about 36 bytes
+    /// for each node so far.
     ///
     /// # Errors
     /// Those of `out`.
-    pub fn save(&self, mut out: impl Write) -> io::Result<()> {
-        out.write_all(&SET_MAGIC)?;
-        out.write_all(&(self.finished.len() as u64).to_le_bytes())?;
-        for grid in &self.finished {
-            out.write_all(&(grid.as_bytes().len() as u64).to_le_bytes())?;
-        }
-        for grid in &self.finished {
-            out.write_all(grid.as_bytes())?;
-        }
-        self.current.save(out)
+    pub fn save(&self, out: impl Write) -> io::Result<()> {
+        let states = self.grids.iter().map(|grid| &grid.state);
+        self.task.save(states, out)
     }
 
     /// Takes over what is finished of a checkpoint in place of its own.
     ///
     /// # Errors
     /// [`CheckpointError`] if the bytes are no checkpoint of this bake: same
-    /// surfaces, lights, resolution, rule and version of this crate. Nothing is
-    /// taken from them then.
+    /// surfaces, lights, resolutions, biases, rule, part and version of this crate.
+    /// Nothing is taken from them then.
     pub fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
-        let (finished, tiles) = self.read(checkpoint)?;
-        let mut next = self.bake(finished.len());
-        next.resume(tiles)?;
-        self.finished = finished;
-        self.current = next;
+        let (task, states) = Task::load(checkpoint)?;
+        let [found, expected] = [&task, &self.task].map(|task| task.identity().value());
+        if found != expected {
+            return Err(CheckpointError::Foreign { found, expected });
+        }
+        if task.share != self.task.share {
+            return Err(CheckpointError::OtherPart {
+                found: task.share,
+                expected: self.task.share,
+            });
+        }
+        for (grid, state) in self.grids.iter_mut().zip(states) {
+            grid.state = state;
+        }
         Ok(())
     }
 
-    /// The grids of a checkpoint, and what there is of the next.
-    fn read<'c>(
-        &self,
-        checkpoint: &'c [u8],
-    ) -> Result<(Vec<ShadowDag>, &'c [u8]), CheckpointError> {
-        let cut_off = || damaged("it is cut off");
-        let rest = checkpoint
-            .strip_prefix(&SET_MAGIC)
-            .ok_or(CheckpointError::Magic)?;
-        let (count, mut rest) = rest.split_first_chunk().ok_or_else(cut_off)?;
-        // The last grid is never among the finished ones.
-        let count = u64::from_le_bytes(*count);
-        if count >= self.spaces.len() as u64 {
-            return Err(CheckpointError::Grids {
-                found: count,
-                grids: self.spaces.len(),
-            });
-        }
-        let mut lengths = Vec::new();
-        for _ in 0..count {
-            let (length, after) = rest.split_first_chunk().ok_or_else(cut_off)?;
-            lengths.push(u64::from_le_bytes(*length));
-            rest = after;
-        }
-        let mut grids = Vec::new();
-        for (grid, (length, space)) in lengths.into_iter().zip(&self.spaces).enumerate() {
-            let length = usize::try_from(length).map_err(|_| cut_off())?;
-            let (bytes, after) = rest.split_at_checked(length).ok_or_else(cut_off)?;
-            let read = ShadowDag::from_bytes(bytes.to_vec());
-            let read = read.map_err(|error| CheckpointError::Grid { grid, error })?;
-            if read.light() != Some(space) || read.resolution() != self.resolution {
-                return Err(CheckpointError::OtherGrid { grid });
-            }
-            grids.push(read);
-            rest = after;
-        }
-        Ok((grids, rest))
-    }
-
-    /// Puts the tiles of the last grid together, and the grids.
+    /// Puts the grids together.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] if not all tiles are finished,
-    /// [`Error::TooManyNodes`].
-    pub fn finish(mut self) -> Result<ShadowSet, Error> {
-        let progress = self.progress();
-        if !progress.is_complete() {
-            return Err(progress.cancelled());
+    /// [`Error::Cancelled`] if not all tiles of all grids are finished, and so for
+    /// a part of a bake; [`Error::TooManyNodes`].
+    pub fn finish(self) -> Result<ShadowSet, Error> {
+        let finished = self.progress().finished;
+        let tiles = self.grids.iter().map(|grid| grid.plan.tiles()).sum();
+        let mut dags = Vec::with_capacity(self.grids.len());
+        for Grid { space, state, .. } in self.grids {
+            let dag = state.into_grid(&space, self.form)?;
+            dags.push(dag.ok_or_else(|| Progress { finished, tiles }.cancelled())?);
         }
-        self.finished.push(self.current.finish()?);
-        let mut grids = self.finished.into_iter();
-        let lights = (self.counts.iter())
-            .map(|count| grids.by_ref().take(*count).collect())
-            .collect();
-        Ok(ShadowSet::of_checked(lights))
+        Ok(ShadowSet::of_lights(&self.task.lights, dags))
+    }
+}
+
+impl Grid {
+    fn waiting(task: &Task) -> Vec<Self> {
+        (task.grids().zip(task.shares()))
+            .map(|((space, plan), own)| Self {
+                space,
+                plan,
+                own,
+                state: State::Waiting,
+                mesh: None,
+            })
+            .collect()
+    }
+
+    fn progress(&self) -> Progress {
+        match &self.state {
+            State::Tiles(made) => made.progress(),
+            State::Waiting => Progress {
+                finished: 0,
+                tiles: self.own.len(),
+            },
+            State::Finished(_) => Progress {
+                finished: self.own.len(),
+                tiles: self.own.len(),
+            },
+        }
+    }
+
+    /// Tiles that are still to be made.
+    fn missing(&self) -> usize {
+        let Progress { finished, tiles } = self.progress();
+        tiles - finished
+    }
+
+    /// Makes up to `most` tiles, and the grid from all of them.
+    fn advance(
+        &mut self,
+        cpu: &Cpu,
+        surfaces: &Surfaces<'_>,
+        form: Form,
+        most: usize,
+        watch: Watch<'_>,
+    ) -> Result<(), Error> {
+        let mut tiles = match std::mem::replace(&mut self.state, State::Waiting) {
+            State::Tiles(tiles) => tiles,
+            State::Waiting => Tiles::new(self.plan),
+            State::Finished(_) => return Ok(()),
+        };
+        tiles.wanted = self.own.clone().collect();
+        let (space, resolution) = (self.space, self.plan.resolution);
+        let mesh =
+            (self.mesh).get_or_insert_with(|| Box::new(Mesh::of(cpu, surfaces, space, resolution)));
+        let made = tiles.bake(cpu, most, watch, mesh);
+        let is_complete = tiles.progress().is_complete();
+        if is_complete {
+            self.mesh = None;
+        }
+        if made.is_err() || !is_complete || self.own.len() < self.plan.tiles() {
+            self.state = State::Tiles(tiles);
+            return made;
+        }
+        if let Some(dag) = State::Tiles(tiles).into_grid(&self.space, form)? {
+            self.state = State::Finished(dag);
+        }
+        Ok(())
     }
 }

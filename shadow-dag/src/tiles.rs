@@ -34,6 +34,11 @@ impl Plan {
         self.resolution.side() >> (3 + self.level)
     }
 
+    /// All tiles.
+    pub(crate) fn tiles(&self) -> usize {
+        (self.width() as usize).pow(2)
+    }
+
     /// The texels of a tile, by column and row.
     pub(crate) fn tile(&self, x: u32, y: u32) -> TileRect {
         let side = 8 << self.level;
@@ -65,8 +70,11 @@ pub(crate) enum Finished {
 #[derive(Debug)]
 pub(crate) struct Tiles {
     pub(crate) plan: Plan,
-    /// Row by row; none for those that are still to be made.
+    /// Row by row; none for those that are not made.
     pub(crate) columns: Vec<Option<Finished>>,
+    /// Those that are to be made, in order; all unless others are known or made
+    /// elsewhere.
+    pub(crate) wanted: Vec<usize>,
     /// Nodes by who made them: every thread has a pool of its own that lives
     /// through many tiles.
     pub(crate) pools: Vec<Pool>,
@@ -77,6 +85,8 @@ pub(crate) struct Tiles {
 /// Who is told about tiles, and can call a halt.
 pub(crate) struct Watch<'a> {
     pub(crate) stop: &'a AtomicBool,
+    /// Asked before each tile whether to leave it for later.
+    pub(crate) pause: &'a (dyn Fn() -> bool + Sync),
     pub(crate) observe: &'a mut (dyn FnMut(Progress) + Send),
 }
 
@@ -125,15 +135,17 @@ impl<S: Footprints> Footprints for Stoppable<'_, S> {
 
 /// A thread that panicked does so again where its work is collected; what it
 /// held is not looked at.
-fn lock<T: ?Sized>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poison| poison.into_inner())
 }
 
 impl Tiles {
     pub(crate) fn new(plan: Plan) -> Self {
+        let tiles = plan.tiles();
         Self {
             plan,
-            columns: vec![None; (plan.width() as usize).pow(2)],
+            columns: vec![None; tiles],
+            wanted: (0..tiles).collect(),
             pools: Vec::new(),
             patches: Vec::new(),
         }
@@ -141,14 +153,20 @@ impl Tiles {
 
     pub(crate) fn progress(&self) -> Progress {
         Progress {
-            finished: self.columns.iter().flatten().count(),
-            tiles: self.columns.len(),
+            finished: self.wanted.len() - self.missing().count(),
+            tiles: self.wanted.len(),
         }
+    }
+
+    /// Those that are to be made and are not.
+    fn missing(&self) -> impl Iterator<Item = usize> {
+        let wanted = self.wanted.iter().copied();
+        wanted.filter(|&tile| self.columns[tile].is_none())
     }
 
     /// Makes the columns of the next `most` tiles. `scratch` is the memory
     /// that a thread needs, `part` prepares it for one tile, by column and
-    /// row. What was finished before an error or a stop is kept.
+    /// row. What was finished before an error, a stop or a pause is kept.
     ///
     /// # Errors
     /// [`Error::Cancelled`] once `stop` is set, and what `part` returns.
@@ -156,21 +174,24 @@ impl Tiles {
         &mut self,
         cpu: &Cpu,
         most: usize,
-        Watch { stop, observe }: Watch<'_>,
+        Watch {
+            stop,
+            pause,
+            observe,
+        }: Watch<'_>,
         scratch: impl Fn() -> S + Sync + Send,
         part: impl Fn(&mut S, u32, u32) -> Result<S::Part, Error> + Sync + Send,
     ) -> Result<(), Error> {
+        let Progress { finished, tiles } = self.progress();
+        let wanted: Vec<usize> = self.missing().take(most).collect();
         let Self {
             plan,
             columns,
+            wanted: _,
             pools,
             patches,
         } = self;
         let plan = *plan;
-        let wanted = (0..columns.len()).filter(|&tile| columns[tile].is_none());
-        let wanted: Vec<usize> = wanted.take(most).collect();
-        let before = columns.iter().flatten().count();
-        let tiles = columns.len();
 
         let worker = |(number, (pool, patches))| Worker {
             number,
@@ -186,9 +207,9 @@ impl Tiles {
             .into_iter()
             .zip(std::mem::take(patches));
         let idle = Mutex::new(Vec::from_iter(before_this.enumerate().map(worker)));
-        let watched = Mutex::new((before, observe));
+        let watched = Mutex::new((finished, observe));
         let found = cpu.map(wanted.len(), |index| {
-            if stop.load(Ordering::Relaxed) {
+            if stop.load(Ordering::Relaxed) || pause() {
                 return Ok(None);
             }
             let waiting = lock(&idle).pop();
@@ -221,11 +242,11 @@ impl Tiles {
             patches.push(worker.patches);
         }
         let mut failed = Ok(());
-        let mut stopped = false;
+        let mut left_out = false;
         for (&tile, column) in wanted.iter().zip(found) {
             match column {
                 Ok(column) => {
-                    stopped |= column.is_none();
+                    left_out |= column.is_none();
                     columns[tile] = column;
                 }
                 Err(error) => failed = failed.and(Err(error)),
@@ -233,7 +254,7 @@ impl Tiles {
         }
         failed?;
         self.pools.iter().try_for_each(Pool::check)?;
-        if stopped {
+        if left_out && stop.load(Ordering::Relaxed) {
             return Err(self.progress().cancelled());
         }
         Ok(())
@@ -244,41 +265,99 @@ impl Tiles {
     ///
     /// # Errors
     /// [`Error::Cancelled`] if tiles are missing, [`Error::TooManyNodes`].
-    pub(crate) fn graph(self) -> Result<Graph, Error> {
-        let progress = self.progress();
-        let Self {
-            plan,
-            columns,
-            pools,
-            patches: _,
-        } = self;
-        let Some(parts) = columns.into_iter().collect::<Option<Vec<Finished>>>() else {
-            return Err(progress.cancelled());
-        };
-        let mut pools = pools.into_iter();
-        let mut pool = pools.next().unwrap_or_else(|| Pool::new(plan.resolution));
-        pool.check()?;
+    pub(crate) fn graph(mut self) -> Result<Graph, Error> {
+        self.unite()?;
+        self.united_graph()
+    }
+
+    /// Brings the nodes of all columns into one pool.
+    ///
+    /// # Errors
+    /// [`Error::TooManyNodes`]; the columns stay sound.
+    pub(crate) fn unite(&mut self) -> Result<(), Error> {
+        self.pools.iter().try_for_each(Pool::check)?;
+        self.patches.clear();
+        let mut pools = std::mem::take(&mut self.pools).into_iter();
+        let mut pool = pools
+            .next()
+            .unwrap_or_else(|| Pool::new(self.plan.resolution));
         let mut names: Vec<Vec<Reference>> = vec![Vec::new()];
-        for other in pools {
-            other.check()?;
-            names.push(pool.absorb(&other).swap_remove(plan.level));
+        names.extend(pools.map(|other| pool.absorb(&other).swap_remove(self.plan.level)));
+        for column in self.columns.iter_mut().flatten() {
+            let Finished::Runs { pool, runs, .. } = column else {
+                continue;
+            };
+            // Those of the first pool keep theirs.
+            if *pool > 0 {
+                for run in runs.iter_mut().filter(|run| is_mixed(run.node)) {
+                    run.node = names[*pool][run.node as usize];
+                }
+                *pool = 0;
+            }
         }
+        self.pools.push(pool);
+        self.pools[0].check()
+    }
+
+    /// The graph of all tiles, whose nodes are in one pool.
+    ///
+    /// # Errors
+    /// As for [`Tiles::graph`].
+    pub(crate) fn united_graph(&mut self) -> Result<Graph, Error> {
+        if self.columns.iter().any(Option::is_none) {
+            let tiles = self.columns.len();
+            let finished = self.columns.iter().flatten().count();
+            return Err(Progress { finished, tiles }.cancelled());
+        }
+        let plan = self.plan;
         let mut whole = Whole {
-            columns: plan.columns(),
-            pool,
+            work: plan.columns(),
+            pool: &mut self.pools[0],
             width: plan.width(),
             level: plan.level,
-            parts,
-            names,
+            parts: &self.columns,
         };
-        let resolution = plan.resolution;
-        let root = whole.column(resolution.root_level(), 0, 0);
-        let first = whole
-            .columns
-            .expand(resolution.root_level(), root, &mut whole.pool);
-        let root = whole.columns.pop(first)[0].node;
+        let root_level = plan.resolution.root_level();
+        let root = whole.column(root_level, 0, 0);
+        let first = whole.work.expand(root_level, root, whole.pool);
+        let root = whole.work.pop(first)[0].node;
         whole.pool.check()?;
-        Ok(Graph::collect(resolution, &whole.pool, root))
+        Ok(Graph::collect(plan.resolution, &*whole.pool, root))
+    }
+
+    /// Takes over what others have of the same grid, in place of what there is.
+    pub(crate) fn take_over(&mut self, others: Self) {
+        let known = self.pools.len();
+        self.pools.extend(others.pools);
+        for (column, other) in self.columns.iter_mut().zip(others.columns) {
+            match other {
+                None => {}
+                Some(Finished::Runs { pool, runs, bounds }) => {
+                    let pool = known + pool;
+                    *column = Some(Finished::Runs { pool, runs, bounds });
+                }
+                uniform => *column = uniform,
+            }
+        }
+    }
+
+    /// Leaves out nodes that no column needs. All are in one pool.
+    pub(crate) fn prune(&mut self) {
+        let level = self.plan.level;
+        let runs = |column: &Finished| match column {
+            Finished::Runs { runs, .. } => runs.clone(),
+            Finished::Uniform(_) => Vec::new(),
+        };
+        let nodes = (self.columns.iter().flatten().flat_map(runs)).map(|run| run.node);
+        let (pool, names) = self.pools[0].pruned(level, nodes.filter(|node| is_mixed(*node)));
+        for column in self.columns.iter_mut().flatten() {
+            if let Finished::Runs { runs, .. } = column {
+                for run in runs.iter_mut().filter(|run| is_mixed(run.node)) {
+                    run.node = names[run.node as usize];
+                }
+            }
+        }
+        self.pools[0] = pool;
     }
 }
 
@@ -310,38 +389,32 @@ impl<S: Footprints> Worker<S> {
     }
 }
 
-/// The levels above the columns of the threads.
+/// The levels above the columns of the tiles.
 #[derive(Debug)]
-struct Whole {
-    columns: Columns,
-    pool: Pool,
+struct Whole<'a> {
+    work: Columns,
+    pool: &'a mut Pool,
     /// Columns along each side.
     width: u32,
     level: usize,
-    parts: Vec<Finished>,
-    /// What the nodes of each worker are called in `pool`; nothing for the
-    /// first, who made it.
-    names: Vec<Vec<Reference>>,
+    parts: &'a [Option<Finished>],
 }
 
-impl Whole {
+impl Whole<'_> {
     fn column(&mut self, level: usize, x: u32, y: u32) -> Column {
         if level > self.level {
-            let first = self.columns.top();
+            let first = self.work.top();
             let quarters = [(0, 0), (1, 0), (0, 1), (1, 1)]
                 .map(|(dx, dy)| self.column(level - 1, 2 * x + dx, 2 * y + dy));
-            return self.columns.merge(level, quarters, first, &mut self.pool);
+            return self.work.merge(level, quarters, first, self.pool);
         }
         match &self.parts[(y * self.width + x) as usize] {
-            Finished::Uniform(interval) => Column::Uniform(*interval),
-            Finished::Runs { pool, runs, bounds } => {
-                let names = &self.names[*pool];
-                let rename = |run: &Run| match names.get(run.node as usize) {
-                    Some(&node) if is_mixed(run.node) => Run { node, ..*run },
-                    _ => *run,
-                };
-                self.columns.push(runs.iter().map(rename), *bounds)
+            Some(Finished::Runs { runs, bounds, .. }) => {
+                self.work.push(runs.iter().copied(), *bounds)
             }
+            Some(Finished::Uniform(interval)) => Column::Uniform(*interval),
+            // None is missing, which was looked at before.
+            None => Column::Uniform(Interval { enter: 0, exit: 0 }),
         }
     }
 }

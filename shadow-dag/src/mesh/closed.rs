@@ -6,6 +6,7 @@ use glam::Vec3;
 use gpu_backend::Cpu;
 
 use super::Watertightness;
+use super::cull::Extents;
 use super::sorted::{PARTS, Parts};
 use super::weld::first_at;
 
@@ -14,6 +15,7 @@ use super::weld::first_at;
 pub(crate) struct Components {
     /// Whether each triangle belongs to a part that is closed.
     pub(crate) closed: Vec<bool>,
+    pub(super) extents: Extents,
     pub(crate) watertightness: Watertightness,
 }
 
@@ -177,8 +179,10 @@ impl Components {
                 open[part] = true;
             }
         }
+        let closed = cpu.map(indices.len(), |triangle| !open[part_of(triangle)]);
         Self {
-            closed: cpu.map(indices.len(), |triangle| !open[part_of(triangle)]),
+            extents: Extents::new(cpu, positions, indices, &closed, part_of),
+            closed,
             watertightness,
         }
     }

@@ -55,6 +55,14 @@ const WORTH: f64 = 4.0;
 /// it: many times the rounding of its coordinates, and nothing to a slice.
 const NEAR_ROUNDING: f64 = 1e-9;
 
+/// The depth, of the kind that triangles have, at which the last slice ends.
+fn last(light: &LightSpace) -> f64 {
+    match light.slices() {
+        Slices::Linear => 1.0,
+        Slices::Logarithmic(ends) => -1.0 / ends.far(),
+    }
+}
+
 /// The slice behind a depth of the kind that triangles have.
 fn slice(light: &LightSpace, resolution: Resolution, depth: f64) -> u32 {
     let slices = light.slices();
@@ -184,7 +192,8 @@ impl<'a> Scratch<'a> {
     fn gap(&self, part: Part, sample: [i32; 2]) -> Option<Interval> {
         let slice = |depth| slice(&self.mesh.light, self.mesh.resolution, depth);
         let front = |kind: Kind| kind == Kind::Front;
-        let (mut first, mut end) = (f64::INFINITY, f64::INFINITY);
+        // What is behind the last slice is not looked at: it may have been left out.
+        let (mut first, mut end) = (f64::INFINITY, last(&self.mesh.light));
         for &(kind, [least, _]) in &self.ranges {
             first = first.min(least);
             if !front(kind) {

@@ -6,6 +6,7 @@
 
 mod clip;
 mod closed;
+mod cull;
 mod footprint;
 mod holes;
 mod sorted;
@@ -14,13 +15,13 @@ mod texels;
 mod triangle;
 mod weld;
 
-use glam::Vec3;
 use gpu_backend::Cpu;
 
 use crate::depths::{DepthSource, Exits, TileRect};
 use crate::footprint::{Content, Footprints};
 use crate::identity::Identity;
 use crate::rule::Tile;
+use crate::tiles::Plan;
 use crate::{Error, LightSpace, Resolution};
 use footprint::Part;
 pub(crate) use footprint::Scratch;
@@ -93,44 +94,52 @@ impl Mesh {
         light: LightSpace,
         resolution: Resolution,
     ) -> Self {
-        let positions: &[Vec3] = bytemuck::cast_slice(&surfaces.positions);
-        let indices: &[[u32; 3]] = &surfaces.indices;
-        let corners = |triangle: usize| {
-            indices[triangle]
-                .map(|corner| light.homogeneous(positions[corner as usize].as_dvec3().extend(1.0)))
-        };
+        let corners = surfaces.corners(&light);
+        let seen = surfaces.extents.seen(cpu, &light, &corners);
+        Self::of_these(cpu, surfaces, &seen, light, resolution)
+    }
+
+    /// Of the triangles with these numbers, in order.
+    pub(crate) fn of_these(
+        cpu: &Cpu,
+        surfaces: &Surfaces<'_>,
+        seen: &[u32],
+        light: LightSpace,
+        resolution: Resolution,
+    ) -> Self {
+        let corners = surfaces.corners(&light);
         let holed: Vec<u32> = match &surfaces.holes {
-            Some((has_holes, _)) => (0..)
-                .zip(has_holes)
-                .filter(|(_, has)| **has)
-                .map(|(triangle, _)| triangle)
+            Some((has_holes, _)) => (seen.iter().copied())
+                .filter(|&triangle| has_holes[triangle as usize])
                 .collect(),
             None => Vec::new(),
         };
         let setup = triangle::Setup::new(&light);
-        let cover = |index: usize, triangle: Triangle| match holed.binary_search(&(index as u32)) {
+        let cover = |number: u32, triangle: Triangle| match holed.binary_search(&number) {
             Ok(mask) => triangle.covered(mask as u32),
             Err(_) => triangle,
         };
-        let whole = cpu.map(indices.len(), |index| {
-            let triangle = setup.whole(corners(index), surfaces.closed[index]);
-            triangle.map(|triangle| cover(index, triangle))
+        let closed = |number: u32| surfaces.closed[number as usize];
+        let whole = cpu.map(seen.len(), |at| {
+            let number = seen[at];
+            let triangle = setup.whole(corners(number as usize), closed(number));
+            triangle.map(|triangle| cover(number, triangle))
         });
         // The others come last. Their order makes no difference to anything.
         let mut others = Vec::new();
-        let mut triangles: Vec<Triangle> = (whole.into_iter().enumerate())
-            .filter_map(|(index, triangle)| {
+        let mut triangles: Vec<Triangle> = (whole.into_iter().zip(seen))
+            .filter_map(|(triangle, &number)| {
                 if triangle.is_none() {
-                    others.push(index);
+                    others.push(number);
                 }
                 triangle
             })
             .collect();
         let parts = runs(cpu, others.len(), |run| {
             let mut parts = Vec::new();
-            for &index in &others[run] {
-                let clipped = setup.clipped(corners(index), surfaces.closed[index]);
-                parts.extend(clipped.map(|triangle| cover(index, triangle)));
+            for &number in &others[run] {
+                let clipped = setup.clipped(corners(number as usize), closed(number));
+                parts.extend(clipped.map(|triangle| cover(number, triangle)));
             }
             parts
         });
@@ -140,13 +149,6 @@ impl Mesh {
                 corners(triangle as usize)
             })
         });
-        let mut identity = Identity::of_triangles(cpu, &light, positions, indices);
-        if let Some((has_holes, holes)) = &surfaces.holes {
-            for &has_holes in has_holes {
-                identity = identity.with(u64::from(has_holes));
-            }
-            holes.describe(&mut |word| identity = identity.with(word));
-        }
         Self {
             resolution,
             light,
@@ -154,7 +156,7 @@ impl Mesh {
             triangles,
             masks,
             watertightness: surfaces.watertightness(),
-            identity,
+            identity: Identity::of_light(&light).with(surfaces.identity().value()),
         }
     }
 
@@ -177,6 +179,25 @@ impl Mesh {
     /// What tells it from other meshes, at any resolution.
     pub(crate) fn identity(&self) -> Identity {
         self.identity
+    }
+
+    /// What is over each tile of a plan: the same of two meshes only if they have the
+    /// same columns there. With triangles that have holes it is the whole scene.
+    pub(crate) fn over_tiles(&self, plan: &Plan) -> Vec<Identity> {
+        let light = Identity::of_light(&self.light);
+        let mut list = Vec::new();
+        let mut identity = |tile: usize| {
+            let (x, y) = (tile as u32 % plan.width(), tile as u32 / plan.width());
+            self.over(plan.tile(x, y), &mut list);
+            // Sums do not depend on the order.
+            let sum = list.iter().fold(0_u64, |sum, &number| {
+                let triangle = &self.triangles[number as usize];
+                let of_holes = triangle.mask().map_or(0, |_| self.identity.value());
+                sum.wrapping_add(triangle.identity().with(of_holes).value())
+            });
+            light.with(list.len() as u64).with(sum)
+        };
+        (0..plan.tiles()).map(&mut identity).collect()
     }
 
     /// The triangles over a square of the map, each once.

@@ -3,12 +3,14 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec4, Vec3};
 use gpu_backend::Cpu;
 
 use super::closed::Components;
+use super::cull::Extents;
 use super::sorted::runs;
 use super::{Holes, Mesh, Watertightness};
+use crate::identity::Identity;
 use crate::{Error, LightSpace, Resolution};
 
 /// The triangles of a scene as shadow casters: checked once, and sorted into
@@ -29,9 +31,13 @@ pub struct Surfaces<'a> {
     pub(crate) indices: Cow<'a, [[u32; 3]]>,
     /// Whether each triangle belongs to a solid.
     pub(crate) closed: Vec<bool>,
+    /// Which of them a light can leave out.
+    pub(super) extents: Extents,
     /// Whether each triangle has holes, and where; `None` if none has.
     pub(super) holes: Option<(Vec<bool>, Arc<dyn Holes>)>,
     watertightness: Watertightness,
+    /// What tells them from others.
+    identity: Identity,
 }
 
 impl<'a> Surfaces<'a> {
@@ -88,12 +94,15 @@ impl<'a> Surfaces<'a> {
         let points: &[Vec3] = bytemuck::cast_slice(&positions);
         let Components {
             closed,
+            extents,
             watertightness,
         } = Components::new(cpu, points, &indices, |_| false);
         Ok(Self {
+            identity: Identity::of_triangles(cpu, points, &indices),
             positions,
             indices,
             closed,
+            extents,
             holes: None,
             watertightness,
         })
@@ -114,12 +123,20 @@ impl<'a> Surfaces<'a> {
         let points: &[Vec3] = bytemuck::cast_slice(&self.positions);
         let Components {
             closed,
+            extents,
             watertightness,
         } = Components::new(&Cpu::new(), points, &self.indices, |triangle| {
             has_holes[triangle]
         });
+        let mut identity = Identity::of_triangles(&Cpu::new(), points, &self.indices);
+        for &has_holes in &has_holes {
+            identity = identity.with(u64::from(has_holes));
+        }
+        holes.describe(&mut |word| identity = identity.with(word));
         Self {
             closed,
+            extents,
+            identity,
             holes: Some((has_holes, holes)),
             watertightness,
             ..self
@@ -131,7 +148,25 @@ impl<'a> Surfaces<'a> {
         self.watertightness
     }
 
+    /// The corners of triangles in the space of a light.
+    pub(super) fn corners(&self, light: &LightSpace) -> impl Fn(usize) -> [DVec4; 3] + Sync + Send {
+        let positions: &[Vec3] = bytemuck::cast_slice(&self.positions);
+        let (indices, light) = (&self.indices, *light);
+        move |triangle| {
+            indices[triangle]
+                .map(|corner| light.homogeneous(positions[corner as usize].as_dvec3().extend(1.0)))
+        }
+    }
+
+    /// What tells them from others.
+    pub(crate) fn identity(&self) -> Identity {
+        self.identity
+    }
+
     /// The triangles as a light sees them, for a grid of `resolution`.
+    ///
+    /// Only those are taken that may change the grid: beside the map and behind the
+    /// last slice there is nothing to see.
     ///
     /// Parts of triangles in front of a perspective light's near distance are
     /// cut off; what is inside of a solid there begins in shadow. Uses the

@@ -3,6 +3,7 @@
 use glam::{DVec3, DVec4};
 
 use super::clip::clip;
+use crate::identity::Identity;
 use crate::{LightSpace, Slices};
 
 /// The width of the map in steps of the grid to which vertices are snapped:
@@ -62,6 +63,17 @@ impl Triangle {
     /// The same with the holes of this number.
     pub(crate) fn covered(self, mask: u32) -> Self {
         Self { mask, ..self }
+    }
+
+    /// What tells it from others but for its holes.
+    pub(crate) fn identity(&self) -> Identity {
+        let corners = self.corners.as_flattened().iter();
+        let corners = corners.map(|&at| u64::from(at as u32));
+        let depths = [self.depth, self.slope[0], self.slope[1]];
+        let depths = depths.into_iter().chain(self.range).map(f64::to_bits);
+        let kinds = [self.kind as u64, u64::from(self.thin)];
+        let words = corners.chain(depths).chain(kinds);
+        words.fold(Identity::new(), Identity::with)
     }
 
     /// The number of its holes, if it has any.

@@ -283,9 +283,19 @@ impl FilterSize {
     /// The offset is in whole voxels, and the normal of any length; without
     /// one (zero or not finite) there is no offset.
     pub fn bias(self, position: impl Into<[f64; 3]>, normal: impl Into<[f32; 3]>) -> IVec3 {
+        self.bias_beyond(0.0, position, normal)
+    }
+
+    /// The same, `beyond` voxels farther along the normal.
+    pub fn bias_beyond(
+        self,
+        beyond: f32,
+        position: impl Into<[f64; 3]>,
+        normal: impl Into<[f32; 3]>,
+    ) -> IVec3 {
         let position = DVec3::from_array(position.into());
         let normal = Vec3::from_array(normal.into());
-        let offset = normal.normalize_or_zero() * (0.5 * self.width() as f32);
+        let offset = normal.normalize_or_zero() * (0.5 * self.width() as f32 + beyond);
         // Conversions saturate.
         let floor = position.floor().as_ivec3();
         let step = offset.round().as_ivec3();

@@ -522,6 +522,86 @@ fn a_solid_with_a_hole_encloses_nothing() {
     );
 }
 
+/// Lights that leave much of the scene out: narrow ones, and ones that end in it.
+fn bounded_lights() -> Vec<LightSpace> {
+    let from = |eye: DVec3| look_at_mat4(eye, DVec3::ZERO, DVec3::Y);
+    let slanted = from(DVec3::new(1.0, 2.0, 0.7));
+    let inside = from(DVec3::new(0.1, 0.2, 0.15));
+    vec![
+        LightSpace::orthographic(slanted, 0.3, 0.5, 0.5, 4.0).unwrap(),
+        LightSpace::orthographic(slanted, 1.6, 1.4, 0.5, 2.3).unwrap(),
+        LightSpace::orthographic(inside, 0.8, 0.8, -0.3, 0.1).unwrap(),
+        LightSpace::perspective(slanted, 0.2, 1.0, 5.0).unwrap(),
+        LightSpace::perspective(slanted, 0.7, 1.0, 2.2).unwrap(),
+        LightSpace::perspective(inside, 2.0, 0.05, 0.4).unwrap(),
+        LightSpace::perspective(inside, 1.0, 0.01, 0.15).unwrap(),
+    ]
+}
+
+proptest! {
+    #![proptest_config(reference::property::cases(100))]
+
+    #[test]
+    fn what_a_light_leaves_out_changes_no_bit(
+        solids in proptest::collection::vec(solid(), 0..60),
+        scale in 1.0_f64..4.0,
+        removed in proptest::collection::vec(any::<prop::sample::Index>(), 0..20),
+        light in proptest::sample::select([bounded_lights(), lights().to_vec()].concat()),
+        rule in proptest::sample::select(vec![Rule::Aligned, Rule::Aligned, Rule::Kampe2015]),
+    ) {
+        let solids: Vec<Solid> = solids
+            .into_iter()
+            .map(|solid| Solid { centre: solid.centre * scale, ..solid })
+            .collect();
+        let mut soup = Soup::of(&solids);
+        for triangle in removed {
+            if !soup.indices.is_empty() {
+                soup.indices.swap_remove(triangle.index(soup.indices.len()));
+            }
+        }
+        let cpu = Cpu::new();
+        let positions: &[[f32; 3]] = bytemuck::cast_slice(&soup.positions);
+        let surfaces = Surfaces::new(positions, &soup.indices[..]).unwrap();
+        let resolution = Resolution::new(128).unwrap();
+        let all: Vec<u32> = (0..soup.indices.len() as u32).collect();
+        let builder = Builder::new().rule(rule);
+        let bake = |mesh: &Mesh| builder.bake(&cpu, mesh).unwrap();
+        let without = bake(&Mesh::of_these(&cpu, &surfaces, &all, light, resolution));
+        let with = bake(&surfaces.seen_from(light, resolution));
+        prop_assert!(with.as_bytes() == without.as_bytes());
+    }
+}
+
+#[test]
+fn a_light_leaves_out_what_is_beside_and_behind_its_grid() {
+    // Cubes in a row away from a light at the origin, in one that ends among them.
+    let row = |step: f64| {
+        let solids: Vec<Solid> = (1..=40)
+            .map(|i| Solid {
+                centre: DVec3::new(0.0, 0.0, -step * f64::from(i)),
+                half: DVec3::splat(0.25),
+                turn: DQuat::IDENTITY,
+            })
+            .collect();
+        Soup::of(&solids)
+    };
+    let light = LightSpace::perspective(DMat4::IDENTITY, 1.0, 0.5, 10.0).unwrap();
+    let sun = LightSpace::orthographic(DMat4::IDENTITY, 2.0, 2.0, 0.0, 10.0).unwrap();
+    for light in [light, sun] {
+        let behind = row(1.0).mesh(64, light).triangles.len();
+        assert!((12 * 9..=12 * 13).contains(&behind), "{behind}");
+        assert_eq!(
+            row(-1.0).mesh(64, light).triangles.len(),
+            if light == sun { 12 * 40 } else { 0 }
+        );
+    }
+    let away = row(1.0).mesh(
+        64,
+        LightSpace::perspective(DMat4::from_rotation_y(1.6), 1.0, 0.5, 10.0).unwrap(),
+    );
+    assert_eq!(away.triangles.len(), 0);
+}
+
 #[test]
 fn any_number_of_threads_sorts_triangles_alike() {
     // Solids, one of them inside out, and others with a triangle missing; some

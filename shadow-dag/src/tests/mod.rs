@@ -9,6 +9,7 @@ pub(crate) mod mesh;
 mod planes;
 mod queries;
 mod rays;
+mod rebuild;
 mod set;
 
 #[cfg(feature = "wgpu")]

@@ -12,7 +12,7 @@ use crate::mesh::{Mesh, Scratch};
 use crate::patches::Patch;
 use crate::rule::Tile;
 use crate::tiles::{Tiles, Watch};
-use crate::{Bake, Builder, LightSpace, Resolution};
+use crate::{Bake, Builder, DepthSource, LightSpace, Resolution};
 
 /// A sun over everything within 0.5 of the origin, whose rays come from `from`.
 fn sun(from: DVec3) -> LightSpace {
@@ -141,10 +141,11 @@ impl<'a> Footprints for Counted<'a> {
 /// How many footprints a bake on one thread looks at.
 fn looks(mesh: &Mesh) -> usize {
     let count = AtomicUsize::new(0);
-    let plan = Builder::new().plan_of_mesh(mesh);
+    let plan = Builder::new().plan_of_mesh(mesh.resolution());
     let stop = AtomicBool::new(false);
     let watch = Watch {
         stop: &stop,
+        pause: &|| false,
         observe: &mut |_| {},
     };
     let scratch = || Counted(Scratch::new(mesh, true), &count);

@@ -85,6 +85,7 @@ pub(super) use method::methods;
 pub use method::{FROM_FILE, PRECOMPUTED, share_precomputed};
 pub use shadow::{BakedError, BakedShadow, FilteredShadow, bake, surfaces};
 pub use shadow_dag::{
-    Builder, Error, FilterSize, Form, Resolution, SetError, ShadowSet, Surfaces, Watertightness,
+    Builder, Error, FilterSize, Form, LightGrids, Resolution, SetError, ShadowSet, Surfaces,
+    Watertightness,
 };
-pub use space::light_spaces;
+pub use space::{light_grids, light_spaces};

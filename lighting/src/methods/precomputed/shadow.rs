@@ -7,11 +7,11 @@ use std::sync::atomic::AtomicBool;
 use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Host, Memory};
 use shadow_dag::{
-    Builder, Error, FilterSize, Form, Holes, LightSpace, ResidentDag, Resolution, SetBake,
-    ShadowDag, ShadowSet, Surfaces, Watertightness,
+    Builder, Error, FilterSize, Form, Holes, LightGrids, LightSpace, ResidentDag, Resolution,
+    SetBake, ShadowDag, ShadowSet, Slices, Surfaces, Watertightness,
 };
 
-use super::space::light_spaces;
+use super::space::light_grids;
 use crate::scene::{AlphaMode, Caster, Geometry, Sampler};
 use crate::shadow_map::Masked;
 use crate::visibility::{SurfaceShadow, product};
@@ -47,7 +47,7 @@ pub enum BakedError {
 ///
 /// There is one grid where a single picture holds all casters: for a sun, a
 /// spotlight of up to 75° half angle and a light far enough outside of the
-/// scene. There are six otherwise, see [`light_spaces`]. All of them lie in one
+/// scene. There are six otherwise, see [`light_spaces`](super::light_spaces). All of them lie in one
 /// buffer.
 ///
 /// In the memory of the CPU they are a [`VisibilitySource`];
@@ -58,6 +58,8 @@ pub enum BakedError {
 #[derive(Debug)]
 pub struct BakedShadow<M: Memory = Host> {
     grids: Vec<ResidentDag<M>>,
+    /// See [`ShadowSet::bias`].
+    bias: f32,
 }
 
 impl<M: Memory> Clone for BakedShadow<M> {
@@ -65,6 +67,7 @@ impl<M: Memory> Clone for BakedShadow<M> {
     fn clone(&self) -> Self {
         Self {
             grids: self.grids.clone(),
+            bias: self.bias,
         }
     }
 }
@@ -149,21 +152,18 @@ impl Holes for MaskHoles {
     }
 }
 
-/// A bake of the grids that each of `emitters` needs in a scene, with nothing
-/// done yet: it can be watched, stopped, saved and resumed. [`BakedShadow::of_set`]
-/// takes what comes out.
+/// A bake of these grids in a scene, those of [`light_grids`] for one light each, with
+/// nothing done yet: it can be watched, stopped, saved, resumed and shared out.
+/// [`BakedShadow::of_set`] takes what comes out.
 ///
 /// # Errors
-/// Those of [`light_spaces`]; [`Error::Length`] without emitters.
-pub fn bake<'a>(
-    geometry: &'a Geometry,
-    emitters: &[Emitter],
-    resolution: Resolution,
+/// Those of [`SetBake::new`].
+pub fn bake(
+    geometry: &Geometry,
+    lights: Vec<LightGrids>,
     builder: Builder,
-) -> Result<SetBake<'a>, Error> {
-    let spaces = (emitters.iter()).map(|emitter| light_spaces(geometry, emitter, resolution));
-    let spaces = spaces.collect::<Result<_, _>>()?;
-    SetBake::new(builder, surfaces(geometry)?, resolution, spaces)
+) -> Result<SetBake<'_>, Error> {
+    SetBake::new(builder, surfaces(geometry)?, lights)
 }
 
 impl BakedShadow {
@@ -173,7 +173,7 @@ impl BakedShadow {
     /// [`bake`] does the same with breaks, and for several lights.
     ///
     /// # Errors
-    /// Those of [`light_spaces`], and [`Error::TooManyNodes`].
+    /// Those of [`light_spaces`](super::light_spaces), and [`Error::TooManyNodes`].
     pub fn bake(
         cpu: &Cpu,
         geometry: &Geometry,
@@ -181,22 +181,22 @@ impl BakedShadow {
         resolution: Resolution,
         builder: Builder,
     ) -> Result<(Self, Watertightness), Error> {
-        let mut bake = bake(geometry, std::slice::from_ref(emitter), resolution, builder)?;
+        let grids = light_grids(geometry, emitter, resolution)?;
+        let mut bake = bake(geometry, vec![grids], builder)?;
         let watertightness = bake.watertightness();
-        while !bake.progress().is_complete() {
-            bake.advance(cpu, usize::MAX, &AtomicBool::new(false), |_| {})?;
-        }
+        bake.advance(cpu, usize::MAX, &AtomicBool::new(false), |_| {})?;
         let grids = bake.finish()?.into_lights().concat();
-        Ok((Self::resident(&grids)?, watertightness))
+        let bias = LightGrids::BIAS;
+        Ok((Self::resident(&grids, bias)?, watertightness))
     }
 
-    fn resident<B: AsRef<[u8]>>(grids: &[ShadowDag<B>]) -> Result<Self, Error> {
+    fn resident<B: AsRef<[u8]>>(grids: &[ShadowDag<B>], bias: f32) -> Result<Self, Error> {
         let grids = ShadowDag::upload_all(grids, &Cpu::single_threaded())?;
-        Ok(Self { grids })
+        Ok(Self { grids, bias })
     }
 
     /// The shadows of a light from copies of its grids. They answer in any
-    /// order, but only in that of [`light_spaces`] do they
+    /// order, but only in that of [`light_spaces`](super::light_spaces) do they
     /// [fit](BakedShadow::fits) a light.
     ///
     /// # Errors
@@ -217,7 +217,7 @@ impl BakedShadow {
                 side,
                 expected,
             }),
-            None => Ok(Self::resident(grids)?),
+            None => Ok(Self::resident(grids, LightGrids::BIAS)?),
         }
     }
 
@@ -227,14 +227,22 @@ impl BakedShadow {
     /// # Errors
     /// As for [`BakedShadow::new`].
     pub fn of_set<B: AsRef<[u8]>>(set: &ShadowSet<B>) -> Result<Vec<Self>, BakedError> {
-        set.lights().map(Self::new).collect()
+        let lights = set.lights().enumerate();
+        lights
+            .map(|(light, grids)| {
+                let bias = set.bias(light);
+                Self::new(grids).map(|shadow| Self { bias, ..shadow })
+            })
+            .collect()
     }
 
     /// The file of these shadows alone, see [`ShadowSet::write`].
     pub fn to_bytes(&self) -> Vec<u8> {
         let grids = self.grids.iter().map(ShadowDag::borrowed).collect();
-        // A light has grids.
-        ShadowSet::new(vec![grids]).map_or(Vec::new(), |set| set.to_bytes())
+        // A light has grids, and a bias that was checked.
+        let set = ShadowSet::new(vec![grids]).ok();
+        let set = set.and_then(|set| set.with_biases(vec![self.bias]).ok());
+        set.map_or(Vec::new(), |set| set.to_bytes())
     }
 
     /// The same shadows with their nodes in another form.
@@ -247,7 +255,7 @@ impl BakedShadow {
             return Ok(self.clone());
         }
         let grids = self.grids.iter().map(|grid| grid.to_form(form));
-        Self::resident(&grids.collect::<Result<Vec<_>, _>>()?)
+        Self::resident(&grids.collect::<Result<Vec<_>, _>>()?, self.bias)
     }
 
     /// Copies the shadows to the memory of a backend, in the form that is
@@ -259,7 +267,10 @@ impl BakedShadow {
     pub fn upload<B: Backend>(&self, backend: &B) -> Result<BakedShadow<B::Memory>, Error> {
         let suitable = self.to_form(Form::suitable::<B::Memory>())?;
         let grids = ShadowDag::upload_all(&suitable.grids, backend)?;
-        Ok(BakedShadow { grids })
+        Ok(BakedShadow {
+            grids,
+            bias: self.bias,
+        })
     }
 }
 
@@ -269,14 +280,21 @@ impl<M: Memory> BakedShadow<M> {
         &self.grids
     }
 
+    /// How far a point on a surface is moved along its normal beyond half a filter's
+    /// width before it is asked about, in voxels.
+    pub fn bias(&self) -> f32 {
+        self.bias
+    }
+
     /// Bytes of the buffer that holds them.
     pub fn bytes(&self) -> u64 {
         self.grids.first().map_or(0, ResidentDag::buffer_bytes)
     }
 
-    /// True if the grids lie where those of a light do: the [`light_spaces`] of
-    /// the emitter, at their resolution, are theirs, in the same order and to
-    /// rounding. Whether the scene has changed within its bounds since it was
+    /// True if the grids lie where those of a light do: the
+    /// [`light_spaces`](super::light_spaces) of the emitter, at their resolution, are
+    /// theirs, in the same order and to rounding; slices of a point light may also
+    /// begin nearer and end farther away. Whether the scene has changed within its bounds since it was
     /// baked, nothing tells.
     pub fn fits(&self, spaces: &[LightSpace]) -> bool {
         let same = |(grid, space): (&ResidentDag<M>, &LightSpace)| {
@@ -286,7 +304,7 @@ impl<M: Memory> BakedShadow<M> {
     }
 }
 
-/// Equal to rounding.
+/// Equal to rounding, or `a` has slices for more depths than `b`.
 fn alike(a: &LightSpace, b: &LightSpace) -> bool {
     let (m, n) = (a.matrix().to_cols_array(), b.matrix().to_cols_array());
     let largest = m.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -294,12 +312,15 @@ fn alike(a: &LightSpace, b: &LightSpace) -> bool {
         .iter()
         .zip(&n)
         .all(|(x, y)| (x - y).abs() <= 1e-6 * largest);
-    // The depths of both ends and of the middle.
-    let depths = [0.0, 0.5, 1.0].map(|t| (a.slices().depth(t), b.slices().depth(t)));
     close
-        && depths
-            .iter()
-            .all(|(x, y)| (x - y).abs() <= 1e-6 * x.abs().max(y.abs()))
+        && match (a.slices(), b.slices()) {
+            (Slices::Linear, Slices::Linear) => true,
+            (Slices::Logarithmic(grid), Slices::Logarithmic(light)) => {
+                grid.near() <= light.near() * (1.0 + 1e-6)
+                    && grid.far() >= light.far() * (1.0 - 1e-6)
+            }
+            _ => false,
+        }
 }
 
 impl VisibilitySource for BakedShadow {
@@ -332,28 +353,21 @@ impl VisibilitySource for BakedShadow {
 pub struct FilteredShadow<'a> {
     shadow: &'a BakedShadow,
     size: FilterSize,
-    /// What is kept clear of the surface.
-    clearance: FilterSize,
 }
 
 impl BakedShadow {
     /// Shadows on surfaces, filtered over `size` texels.
     pub fn filtered(&self, size: FilterSize) -> FilteredShadow<'_> {
-        FilteredShadow {
-            shadow: self,
-            size,
-            // The widest filter falls back to its own bias.
-            clearance: FilterSize::new(size.width() + 2).unwrap_or(size),
-        }
+        FilteredShadow { shadow: self, size }
     }
 }
 
 impl SurfaceShadow for FilteredShadow<'_> {
     /// The lit share of the texels around the point, lifted off the surface
     /// along its normal so that it does not shadow itself: by half a filter
-    /// width, as in the paper, and a voxel more, because point and surface are
-    /// known to half a voxel each. Filters of one texel would be lifted by
-    /// nothing otherwise.
+    /// width, as in the paper, and the light's [bias](BakedShadow::bias) more: a
+    /// voxel unless the file says otherwise, because point and surface are known to
+    /// half a voxel each. Filters of one texel would be lifted by nothing otherwise.
     ///
     /// Where six grids meet, a window reaches over the rim of its grid into
     /// the next one's, which has the rest of it: shadowed shares add up.
@@ -366,7 +380,7 @@ impl SurfaceShadow for FilteredShadow<'_> {
                 continue;
             };
             let normal = space.normal(point, normal);
-            let voxel = self.clearance.bias(position, normal);
+            let voxel = (self.size).bias_beyond(self.shadow.bias, position, normal);
             shadowed += 1.0 - grid.filter(voxel, self.size);
         }
         Vec3::splat((1.0 - shadowed).max(0.0))

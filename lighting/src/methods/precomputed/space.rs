@@ -1,7 +1,7 @@
 //! The grids of a light, fitted to what casts shadows.
 
-use glam::{DMat4, DVec3, DVec4};
-use shadow_dag::{Error, LightSpace, Resolution};
+use glam::{DMat4, DVec3, DVec4, Vec3};
+use shadow_dag::{Error, LightGrids, LightSpace, Resolution};
 
 use crate::Emitter;
 use crate::scene::raster::{Face, Rays};
@@ -20,7 +20,8 @@ const ROUNDING: f64 = 1e-4;
 /// there are casters, but for the last one: it lies behind all of them, because
 /// it answers for all that is behind the grid. One, or six in the order
 /// +X −X +Y −Y +Z −Z; together they see every caster that can hide the light
-/// from a point it shines on.
+/// from a point it shines on. Slices end at the light's range: behind it nothing is lit
+/// that could be shadowed.
 ///
 /// Casters closer to a point light than 1e-5 of the distance of the farthest
 /// may be cut off.
@@ -34,14 +35,31 @@ pub fn light_spaces(
     resolution: Resolution,
 ) -> Result<Vec<LightSpace>, Error> {
     let bounds = geometry.bounds();
-    let closest = match emitter {
-        Emitter::Point(point) => closest(point.position().as_dvec3(), geometry),
-        Emitter::Directional(_) => 0.0,
+    let (closest, range) = match emitter {
+        Emitter::Point(point) => (
+            closest(point.position().as_dvec3(), geometry),
+            f64::from(point.range()),
+        ),
+        Emitter::Directional(_) => (0.0, f64::INFINITY),
     };
     faces(bounds, emitter)
         .iter()
-        .map(|face| space(face, closest, bounds, resolution))
+        .map(|face| space(face, [closest, range], bounds, resolution))
         .collect()
+}
+
+/// The grids that a light needs in a scene, [`light_spaces`] with `resolution` voxels
+/// along each axis.
+///
+/// # Errors
+/// Those of [`light_spaces`].
+pub fn light_grids(
+    geometry: &Geometry,
+    emitter: &Emitter,
+    resolution: Resolution,
+) -> Result<LightGrids, Error> {
+    let spaces = light_spaces(geometry, emitter, resolution)?;
+    Ok(LightGrids::new(spaces, resolution))
 }
 
 /// From the world to the axes of a face, with the light or the middle of its
@@ -55,7 +73,7 @@ fn view(face: &Face) -> DMat4 {
 
 fn space(
     face: &Face,
-    closest: f64,
+    [closest, range]: [f64; 2],
     bounds: Bounds,
     resolution: Resolution,
 ) -> Result<LightSpace, Error> {
@@ -79,7 +97,7 @@ fn space(
             let steepest = (1.0 + 2.0 * tan * tan).sqrt().recip();
             let nearest = closest * steepest * (1.0 - ROUNDING);
             // A face that sees no caster needs some slices all the same.
-            let far = if far > 0.0 { far } else { 1.0 };
+            let far = if far > 0.0 { far.min(range) } else { 1.0 };
             let near = near.max(nearest).max(NEAREST * far);
             let far = far.max(near * (1.0 + ROUNDING));
             let far = near * (far / near).powf(one_more);
@@ -100,27 +118,38 @@ fn depths(face: &Face, bounds: Bounds) -> [f64; 2] {
 
 /// The distance of the closest triangle from a point.
 fn closest(point: DVec3, geometry: &Geometry) -> f64 {
-    let distances = geometry.triangles().iter().map(|triangle| {
-        let [a, b, c] = triangle.map(|corner| corner.as_dvec3() - point);
-        let edges = [(a, b), (b, c), (c, a)];
-        let normal = (b - a).cross(c - a);
-        let above = edges.map(|(from, to)| normal.cross(to - from).dot(from) <= 0.0);
-        if above == [true; 3] {
-            return normal.normalize_or_zero().dot(a).abs();
+    let mut least = f64::INFINITY;
+    for triangle in geometry.triangles() {
+        // Most are told from their boxes; to rounding a box is no farther away.
+        let [a, b, c] = triangle.map(Vec3::as_dvec3);
+        let beside = a.min(b).min(c) - point;
+        let beyond = point - a.max(b).max(c);
+        let box_distance = beside.max(beyond).max(DVec3::ZERO).length();
+        if box_distance * (1.0 - ROUNDING) < least {
+            least = least.min(distance([a, b, c].map(|corner| corner - point)));
         }
-        let to_edge = |(from, to): (DVec3, DVec3)| {
-            let along = to - from;
-            let share = (-from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
-            (from + share * along).length()
-        };
-        edges.map(to_edge).into_iter().fold(f64::INFINITY, f64::min)
-    });
-    distances.fold(f64::INFINITY, f64::min)
+    }
+    least
+}
+
+/// The distance of a triangle from the origin.
+fn distance([a, b, c]: [DVec3; 3]) -> f64 {
+    let edges = [(a, b), (b, c), (c, a)];
+    let normal = (b - a).cross(c - a);
+    let above = edges.map(|(from, to)| normal.cross(to - from).dot(from) <= 0.0);
+    if above == [true; 3] {
+        return normal.normalize_or_zero().dot(a).abs();
+    }
+    let to_edge = |(from, to): (DVec3, DVec3)| {
+        let along = to - from;
+        let share = (-from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        (from + share * along).length()
+    };
+    edges.map(to_edge).into_iter().fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
     use reference::random::Random;
 
     use super::*;

@@ -383,12 +383,13 @@ fn the_lights_of_a_scene_share_a_file_and_know_their_own() {
         lamp(Vec3::new(0.0, 4.0, 0.0), Emission::Isotropic),
         spot(Vec3::new(0.0, 3.0, 0.0)),
     ];
-    let mut all = super::bake(&scene, &lights, resolution, Builder::new()).unwrap();
+    let grids = lights
+        .each_ref()
+        .map(|light| light_grids(&scene, light, resolution).unwrap());
+    let mut all = super::bake(&scene, grids.to_vec(), Builder::new()).unwrap();
     let never = std::sync::atomic::AtomicBool::new(false);
-    while !all.progress().is_complete() {
-        all.advance(&Cpu::new(), usize::MAX, &never, |_| {})
-            .unwrap();
-    }
+    all.advance(&Cpu::new(), usize::MAX, &never, |_| {})
+        .unwrap();
     let file = all.finish().unwrap().to_bytes();
     let read = BakedShadow::of_set(&ShadowSet::from_bytes(&file).unwrap()).unwrap();
     assert_eq!(read.len(), lights.len());
@@ -399,6 +400,79 @@ fn the_lights_of_a_scene_share_a_file_and_know_their_own() {
         }
         assert!(read[i].to_bytes() == bake(&scene, light, 64).to_bytes());
     }
+}
+
+#[test]
+fn grids_end_where_the_light_does() {
+    let scene = roof_and_floor();
+    let high = Vec3::new(0.0, 4.0, 0.0);
+    let ray = Ray::new(Vec3::new(-1.7, 2.0, 0.1), Vec3::new(0.0, -1.0, 0.01), 10.0).unwrap();
+    // The roof is 2.5 below the lamp, the floor 4.
+    let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    let cone = Cone {
+        inner: 0.1,
+        outer: 1.2,
+    };
+    let spot = Emission::spot(down, cone, None).unwrap();
+    for emission in [Emission::Isotropic, spot] {
+        let ends = |range: f32| Emitter::point(high, Vec3::ONE, range, emission.clone()).unwrap();
+        let endless = bake(&scene, &ends(f32::INFINITY), 512);
+        let resolution = Resolution::new(512).unwrap();
+        for range in [3.8, 3.0, 2.0] {
+            let light = ends(range);
+            let baked = bake(&scene, &light, 512);
+            for grid in baked.grids() {
+                let slices = *grid.light().unwrap().slices();
+                assert!(slices.depth(1.0) <= f64::from(range) * 1.01, "{slices:?}");
+            }
+            let [found, expected] = [&baked, &endless].map(|baked| lit(baked, &ray, &light));
+            assert_eq!(
+                found.len(),
+                expected.len(),
+                "{range}: {found:?} {expected:?}"
+            );
+            for (found, expected) in found.iter().zip(&expected) {
+                let apart = |a: f32, b: f32| (a - b).abs() > 0.03;
+                let [found, expected] = [found.interval, expected.interval];
+                assert!(
+                    !apart(found.start, expected.start),
+                    "{found:?} {expected:?}"
+                );
+                assert!(!apart(found.end, expected.end), "{found:?} {expected:?}");
+            }
+            // A file from before the light had a range still fits, but none that ends
+            // earlier.
+            let spaces = light_spaces(&scene, &light, resolution).unwrap();
+            assert!(endless.fits(&spaces) && baked.fits(&spaces));
+            let spaces = light_spaces(&scene, &ends(f32::INFINITY), resolution).unwrap();
+            assert!(!baked.fits(&spaces));
+        }
+    }
+}
+
+#[test]
+fn a_light_keeps_its_bias_in_its_file() {
+    let scene = roof_and_floor();
+    let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
+    let resolution = Resolution::new(64).unwrap();
+    let grids = LightGrids {
+        bias: 3.0,
+        ..light_grids(&scene, &sun, resolution).unwrap()
+    };
+    let mut bake = super::bake(&scene, vec![grids], Builder::new()).unwrap();
+    let never = std::sync::atomic::AtomicBool::new(false);
+    bake.advance(&Cpu::new(), usize::MAX, &never, |_| {})
+        .unwrap();
+    let file = bake.finish().unwrap().to_bytes();
+    let baked = read(&file);
+    assert_eq!(baked.bias(), 3.0);
+    assert!(baked.to_bytes() == file);
+    let moved = [
+        baked.to_form(Form::Packed).unwrap(),
+        baked.upload(&Cpu::new()).unwrap(),
+    ];
+    assert!(moved.iter().all(|moved| moved.bias() == 3.0));
+    assert_eq!(self::bake(&scene, &sun, 64).bias(), LightGrids::BIAS);
 }
 
 #[test]
