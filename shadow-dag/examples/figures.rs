@@ -2,18 +2,19 @@
 //!
 //! `figures maps N` compares rules on maps of N×N; `figures bake N` bakes
 //! triangles at 2048 and each doubling up to N; `figures floor N` does so for an
-//! open floor under a sun and a lamp.
+//! open floor under a sun and a lamp; `figures rebuild N` follows a car through a city
+//! for a hundred frames.
 
 #[allow(dead_code, reason = "the benches use other parts of it")]
 #[path = "../benches/scenes/mod.rs"]
 mod scenes;
 
 use std::error::Error;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use gpu_backend::Cpu;
 use scenes::Maps;
-use shadow_dag::{Builder, Form, Mesh, Resolution, Rule, ShadowDag};
+use shadow_dag::{Builder, Form, KeptGrid, Mesh, Resolution, Rule, ShadowDag};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -28,6 +29,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         bake(sun, side)?;
         println!("floor under a lamp");
         return bake(lamp, side.min(8192));
+    }
+    if what == "rebuild" {
+        return rebuild(resolution);
     }
     for (name, mesh) in [
         ("city", scenes::city(resolution, 20, 2)?),
@@ -45,6 +49,43 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => maps(&mesh)?,
         }
     }
+    Ok(())
+}
+
+/// A car that moves on each time its last shadow is in place.
+fn rebuild(resolution: Resolution) -> Result<(), Box<dyn Error>> {
+    const LIMIT: Duration = Duration::from_millis(2);
+    const STEPS: u32 = 100;
+    let cpu = Cpu::new();
+    let scene = |step: u32| scenes::traffic(resolution, 20, 0.3 + 0.001 * step as f32);
+    let start = Instant::now();
+    let mut kept = KeptGrid::new(&cpu, Builder::new(), &scene(0)?)?;
+    println!("whole bake {:.2?}", start.elapsed());
+    let (mut tiles, mut slices, mut replacing) = (0, 0, Duration::ZERO);
+    let (mut making, mut longest) = (Duration::ZERO, Duration::ZERO);
+    for step in 1..=STEPS {
+        let mut rebuild = kept.rebuild(scene(step)?);
+        tiles += rebuild.progress().tiles;
+        while !rebuild.progress().is_complete() {
+            let start = Instant::now();
+            rebuild.advance(&cpu, LIMIT)?;
+            slices += 1;
+            making += start.elapsed();
+            longest = longest.max(start.elapsed());
+        }
+        let start = Instant::now();
+        kept.replace(rebuild)?;
+        replacing += start.elapsed();
+    }
+    println!(
+        "of each of {STEPS} steps: {:.1} tiles in {:.2?} and {:.1} slices, the longest {longest:.2?}; put in place in {:.2?}",
+        tiles as f64 / f64::from(STEPS),
+        making / STEPS,
+        f64::from(slices) / f64::from(STEPS),
+        replacing / STEPS
+    );
+    let fresh = Builder::new().bake(&cpu, &scene(STEPS)?)?;
+    assert!(kept.grid().as_bytes() == fresh.as_bytes());
     Ok(())
 }
 

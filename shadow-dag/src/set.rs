@@ -416,7 +416,7 @@ impl Directory {
                 if range != (begin..end) {
                     return Err(wrong("its grids are elsewhere"));
                 }
-                if !(bias >= 0.0 && bias < f32::INFINITY) {
+                if !(0.0..f32::INFINITY).contains(&bias) {
                     return Err(wrong("its bias is no finite number from 0"));
                 }
                 let entry = LightEntry {

@@ -66,7 +66,7 @@ impl LightGrids {
     /// # Errors
     /// [`Error::BadValue`] for a bias that is none.
     pub(crate) fn check_biases(mut biases: impl Iterator<Item = f32>) -> Result<(), Error> {
-        match biases.find(|bias| !(*bias >= 0.0 && *bias < f32::INFINITY)) {
+        match biases.find(|bias| !(0.0..f32::INFINITY).contains(bias)) {
             Some(bias) => Err(Error::bad_value("a bias", bias, "a finite number from 0")),
             None => Ok(()),
         }

@@ -53,6 +53,25 @@ impl Triangles {
 /// Buildings of a few storeys with things on their roofs, on a slab of
 /// ground; `streets²` of them.
 pub(crate) fn city(resolution: Resolution, streets: u32, things: u32) -> Result<Mesh, Error> {
+    buildings(streets, things).mesh(resolution)
+}
+
+/// The same with a car on its way through a street, which is at 0…1.
+pub(crate) fn traffic(resolution: Resolution, streets: u32, at: f32) -> Result<Mesh, Error> {
+    let mut scene = buildings(streets, 2);
+    let pitch = 1.0 / streets as f32;
+    let middle = [at, (streets / 2) as f32 * pitch];
+    scene.block(
+        middle,
+        [0.04 * pitch, 0.02 * pitch],
+        0.0,
+        0.001 * pitch,
+        0.04 * pitch,
+    );
+    scene.mesh(resolution)
+}
+
+fn buildings(streets: u32, things: u32) -> Triangles {
     let mut scene = Triangles::default();
     let mut seed = 0;
     let mut next = || {
@@ -83,7 +102,7 @@ pub(crate) fn city(resolution: Resolution, streets: u32, things: u32) -> Result<
         }
     }
     scene.block([0.5; 2], [0.5; 2], 0.0, -0.05, 0.0);
-    scene.mesh(resolution)
+    scene
 }
 
 /// Sixteen posts on a floor of two triangles, under a sun and under a lamp.

@@ -423,7 +423,9 @@ fn grids_end_where_the_light_does() {
             let baked = bake(&scene, &light, 512);
             for grid in baked.grids() {
                 let slices = *grid.light().unwrap().slices();
-                assert!(slices.depth(1.0) <= f64::from(range) * 1.01, "{slices:?}");
+                // One that sees no caster within the range is a slice or so of the first.
+                let end = f64::from(range.max(2.5));
+                assert!(slices.depth(1.0) <= end * 1.01, "{slices:?}");
             }
             let [found, expected] = [&baked, &endless].map(|baked| lit(baked, &ray, &light));
             assert_eq!(
