@@ -8,7 +8,7 @@
 use std::io::{self, Write};
 use std::ops::Range;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use gpu_backend::Cpu;
@@ -249,7 +249,10 @@ impl<'a> SetBake<'a> {
         let is_late = || until.is_some_and(|until| Instant::now() >= until);
         let watched = Mutex::new((finished, observe));
         let (surfaces, form) = (&self.surfaces, self.form);
-        let made = cpu.map(jobs.len(), |job| {
+        let next = AtomicUsize::new(0);
+        let made = cpu.map(jobs.len(), |_| {
+            // Whoever is free takes the next grid, so that few are begun at a time.
+            let job = next.fetch_add(1, Ordering::Relaxed);
             if stop.load(Ordering::Relaxed) || (begun.load(Ordering::Relaxed) && is_late()) {
                 return Ok(());
             }
