@@ -5,9 +5,12 @@ use std::fmt::{self, Debug};
 use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Error, Memory};
 
+use crate::eye_panes::Behind;
 use crate::scene::Medium;
-use crate::visibility::join_touching;
-use crate::{AirlightEvaluator, Emitter, EyePanes, Interval, LightPath, Ray, VisibilitySource};
+use crate::visibility::{Share, join_touching};
+use crate::{
+    AirlightEvaluator, Emitter, EyePanes, Interval, LightPath, LitInterval, Ray, VisibilitySource,
+};
 
 /// What a visibility source and an evaluator are asked about.
 #[derive(Debug)]
@@ -124,6 +127,20 @@ pub(crate) fn check_lengths(rays: usize, radiance: usize) -> Result<(), Error> {
 /// Rays per unit of work.
 pub(crate) const RAYS: usize = 64;
 
+/// Puts the lit parts of a path in place of those that are there.
+pub(crate) fn find_parts<V: VisibilitySource>(
+    visibility: &V,
+    path: &LightPath<'_>,
+    touching: Touching,
+    parts: &mut Vec<LitInterval<V::Share>>,
+) {
+    parts.clear();
+    visibility.lit_intervals(path, parts);
+    if touching == Touching::Joined {
+        join_touching(parts, 0);
+    }
+}
+
 /// Lit parts of the rays of a chunk, whose light is computed together.
 pub(crate) struct Batch<'a, A> {
     airlight: &'a A,
@@ -151,7 +168,8 @@ impl<'a, A: AirlightEvaluator> Batch<'a, A> {
         }
     }
 
-    /// The parts that follow are of this path, along a ray of the chunk.
+    /// The parts that follow are of this path, along a ray of the chunk. All paths between
+    /// two calls of [`Batch::finish`] are of one light.
     pub(crate) fn path(&mut self, ray: usize, path: LightPath<'a>) {
         self.rays.push(ray);
         self.paths.push(path);
@@ -163,6 +181,35 @@ impl<'a, A: AirlightEvaluator> Batch<'a, A> {
         self.shares.push(share);
         if self.parts.len() >= Self::MOST {
             self.add(sums);
+        }
+    }
+
+    /// Lit parts of the last path, cut where it meets one of the panes before them.
+    pub(crate) fn lit_parts<S: Share>(
+        &mut self,
+        parts: &[LitInterval<S>],
+        mut panes: &[Behind],
+        sums: &mut [[f32; 4]],
+    ) {
+        let mut seen = Vec3::ONE;
+        for part in parts {
+            let Interval { mut start, end } = part.interval;
+            loop {
+                let mut to = end;
+                while let [next, others @ ..] = panes {
+                    if next.from > start {
+                        to = to.min(next.from);
+                        break;
+                    }
+                    (seen, panes) = (next.share, others);
+                }
+                let share = part.visibility * seen;
+                self.part(Interval::new(start, to), share, sums);
+                start = to;
+                if !(start < end) {
+                    break;
+                }
+            }
         }
     }
 
@@ -216,33 +263,10 @@ where
                 };
                 // More rays than a u32 counts do not fit into memory.
                 let path = path.with_index(lit.first + i as u32).off_the_light();
-                let mut panes = lit.panes.map_or(&[][..], |panes| panes.of(path.index()));
-                let mut seen = Vec3::ONE;
-                parts.clear();
-                visibility.lit_intervals(&path, &mut parts);
-                if lit.touching == Touching::Joined {
-                    join_touching(&mut parts, 0);
-                }
+                let panes = lit.panes.map_or(&[][..], |panes| panes.of(path.index()));
+                find_parts(visibility, &path, lit.touching, &mut parts);
                 batch.path(ray, path);
-                for part in &parts {
-                    let Interval { mut start, end } = part.interval;
-                    loop {
-                        let mut to = end;
-                        while let [next, others @ ..] = panes {
-                            if next.from > start {
-                                to = to.min(next.from);
-                                break;
-                            }
-                            (seen, panes) = (next.share, others);
-                        }
-                        let share = part.visibility * seen;
-                        batch.part(Interval::new(start, to), share, chunk);
-                        start = to;
-                        if !(start < end) {
-                            break;
-                        }
-                    }
-                }
+                batch.lit_parts(&parts, panes, chunk);
             }
             batch.finish(chunk);
             lit.watch.gathered(rays);

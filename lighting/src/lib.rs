@@ -59,7 +59,7 @@
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
 //! | [`surface_scattering`] | `shadow-map` for shadows | light that reaches these surfaces by way of the fog |
 //! | `indirect` | `shadow-map`, `trace` | the two for a whole view, on any backend |
-//! | [`culling`] | | which rays of a picture a light may reach |
+//! | [`culling`] | | which rays of a picture a light may reach, and which lights a ray or a surface |
 //! | [`environment`] | | light from all around, seen through fog and on surfaces |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
 //!

@@ -6,6 +6,7 @@ use glam::Vec3;
 use gpu_backend::Cpu;
 
 use crate::SurfacePoint;
+use crate::culling::{Clusters, RayTiles, TileLights, is_bounded};
 use crate::scene::trace::{Hit, Pane, Tracer};
 use crate::scene::view::View;
 use crate::scene::{Emitter, Geometry, Medium, Ray, Scene};
@@ -20,7 +21,8 @@ use crate::visibility::SurfaceShadow;
 /// ```
 ///
 /// Surfaces are Lambertian and flat per triangle, both sides alike;
-/// shadows are traced, V is what all triangles on the way let through. What lies
+/// shadows are traced, V is what all triangles on the way let through. Every point asks
+/// the lights of its [cluster](crate::culling::Clusters), which changes no bit. What lies
 /// behind a see-through surface is seen through it: each
 /// [pane](View::panes) adds its own light and multiplies that from behind by
 /// its transmittance. The sky is black. `scene` and `geometry` must be
@@ -49,16 +51,22 @@ pub fn radiance_with(
     lights: &[Lit<'_>],
     medium: Option<&Medium>,
 ) -> Vec<[f32; 4]> {
-    lit_surfaces(cpu, view, scene, geometry, medium, |surface| {
-        lights.iter().fold(Vec3::ZERO, |sum, &(emitter, shadow)| {
-            let visibility = |to_light, distance| match shadow {
-                Some(shadow) => {
-                    let known = shadow.visibility(surface.point, surface.normal);
-                    known * surface.through_panes(tracer, to_light, distance)
-                }
-                None => surface.traced(tracer, to_light, distance),
-            };
-            sum + surface.reflected(emitter, medium, visibility)
+    let emitters: Vec<&Emitter> = lights.iter().map(|(emitter, _)| *emitter).collect();
+    let lit = LitView {
+        view,
+        scene,
+        geometry,
+        emitters: &emitters,
+        medium,
+    };
+    lit.radiance(cpu, |surface, light| {
+        let (emitter, shadow) = lights[light];
+        surface.reflected(emitter, medium, |to_light, distance| match shadow {
+            Some(shadow) => {
+                let known = shadow.visibility(surface.point, surface.normal);
+                known * surface.through_panes(tracer, to_light, distance)
+            }
+            None => surface.traced(tracer, to_light, distance),
         })
     })
 }
@@ -74,16 +82,22 @@ pub fn radiance_behind(
     lights: &[(&Emitter, &dyn SurfaceShadow)],
     medium: Option<&Medium>,
 ) -> Vec<[f32; 4]> {
-    lit_surfaces(cpu, view, scene, geometry, medium, |surface| {
-        lights.iter().fold(Vec3::ZERO, |sum, (emitter, shadow)| {
-            let visibility = |to_light, distance| {
-                let traced = surface.traced(tracer, to_light, distance);
-                if traced == Vec3::ZERO {
-                    return traced;
-                }
-                traced * shadow.visibility(surface.point, surface.normal)
-            };
-            sum + surface.reflected(emitter, medium, visibility)
+    let emitters: Vec<&Emitter> = lights.iter().map(|(emitter, _)| *emitter).collect();
+    let lit = LitView {
+        view,
+        scene,
+        geometry,
+        emitters: &emitters,
+        medium,
+    };
+    lit.radiance(cpu, |surface, light| {
+        let (emitter, shadow) = lights[light];
+        surface.reflected(emitter, medium, |to_light, distance| {
+            let traced = surface.traced(tracer, to_light, distance);
+            if traced == Vec3::ZERO {
+                return traced;
+            }
+            traced * shadow.visibility(surface.point, surface.normal)
         })
     })
 }
@@ -172,29 +186,69 @@ pub fn with_openness(
 /// Its multiples are spread evenly modulo 1.
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
-/// What surfaces emit and reflect, as it reaches the eye.
-fn lit_surfaces(
-    cpu: &Cpu,
-    view: &View,
-    scene: &Scene,
-    geometry: &Geometry,
-    medium: Option<&Medium>,
-    reflected: impl Fn(&Surface) -> Vec3 + Sync + Send,
-) -> Vec<[f32; 4]> {
-    cpu.map(view.rays().len(), |pixel| {
-        let ray = &view.rays()[pixel];
-        let light = |hit: &Hit| {
-            let surface = Surface::new(ray, hit, scene, geometry);
-            let radiance = surface.emitted + reflected(&surface);
-            radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance)
-        };
-        let behind = view.hits()[pixel].map_or(Vec3::ZERO, |hit| light(&hit));
-        let panes = view.panes(pixel).iter().rev();
-        let radiance = panes.fold(behind, |behind, pane| {
-            light(&pane.hit) + pane.transmittance * behind
+/// A view and what lights it.
+struct LitView<'a> {
+    view: &'a View,
+    scene: &'a Scene,
+    geometry: &'a Geometry,
+    emitters: &'a [&'a Emitter],
+    medium: Option<&'a Medium>,
+}
+
+/// Fewer lights with bounds are asked one by one.
+const FEW: usize = 8;
+
+impl LitView<'_> {
+    /// What surfaces emit and reflect, as it reaches the eye; `reflected` is what one
+    /// reflects of a light, by the number of the light.
+    fn radiance(
+        &self,
+        cpu: &Cpu,
+        reflected: impl Fn(&Surface, usize) -> Vec3 + Sync + Send,
+    ) -> Vec<[f32; 4]> {
+        let bounded = self.emitters.iter().filter(|light| is_bounded(light));
+        let rays = self.view.rays();
+        let tiles = (bounded.take(FEW).count() == FEW)
+            .then(|| RayTiles::new(cpu, rays, self.view.width(), None))
+            .flatten();
+        let clusters = tiles.as_ref().and_then(|tiles| {
+            let lights = TileLights::new(cpu, tiles, self.emitters);
+            // Without lists all lights are asked, with the same result.
+            lights.and_then(|lights| Clusters::new(cpu, lights)).ok()
         });
-        [radiance.x, radiance.y, radiance.z, 0.0]
-    })
+        self.radiance_of(cpu, clusters.as_ref(), reflected)
+    }
+
+    /// The same, of the lights that are in the lists, or of all.
+    fn radiance_of(
+        &self,
+        cpu: &Cpu,
+        clusters: Option<&Clusters<'_>>,
+        reflected: impl Fn(&Surface, usize) -> Vec3 + Sync + Send,
+    ) -> Vec<[f32; 4]> {
+        let Self { view, medium, .. } = *self;
+        cpu.map(view.rays().len(), |pixel| {
+            let ray = &view.rays()[pixel];
+            let light = |hit: &Hit| {
+                let surface = Surface::new(ray, hit, self.scene, self.geometry);
+                let add = |sum: Vec3, light: usize| sum + reflected(&surface, light);
+                let reflected = match clusters {
+                    Some(clusters) => clusters
+                        .at(pixel, hit.distance)
+                        .fold(Vec3::ZERO, |sum, light| add(sum, light as usize)),
+                    None => (0..self.emitters.len()).fold(Vec3::ZERO, add),
+                };
+                let radiance = surface.emitted + reflected;
+                radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance)
+            };
+            let behind = view.hits()[pixel].map_or(Vec3::ZERO, |hit| light(&hit));
+            let panes = view.panes(pixel).iter().rev();
+            let radiance = panes.fold(behind, |behind, pane| {
+                light(&pane.hit) + pane.transmittance * behind
+            });
+            [radiance.x, radiance.y, radiance.z, 0.0]
+        })
+    }
 }
 
 /// A light and where its shadows on surfaces come from; traced if from nowhere.
@@ -283,10 +337,13 @@ impl Surface {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use glam::{Affine3A, Quat};
+    use reference::random::Random;
 
     use super::*;
-    use crate::scene::{AlphaMode, Camera, Instance, Material, Mesh};
+    use crate::scene::{AlphaMode, Camera, Cone, Emission, Instance, Material, Mesh};
 
     /// A wall at z = −3 and, before it, a card at z = −1 of this material.
     fn card_before_a_wall(card: Option<Material>) -> (Scene, Geometry, View) {
@@ -337,6 +394,70 @@ mod tests {
             ..Material::default()
         };
         assert_eq!(picture(Some(clear)), picture(None));
+    }
+
+    /// Lamps and spotlights before a wall and a pane, and a sun in the midst of them.
+    #[test]
+    fn points_that_ask_their_clusters_have_the_bits_of_those_that_ask_all_lights() {
+        let pane = Material {
+            base_color: Vec3::splat(0.5),
+            opacity: 0.25,
+            alpha: AlphaMode::Blend,
+            ..Material::default()
+        };
+        let (scene, geometry, view) = card_before_a_wall(Some(pane));
+        let (cpu, tracer) = (Cpu::new(), Tracer::new(&geometry));
+        let mut random = Random::new(1);
+        let mut lights: Vec<Emitter> = (0..40)
+            .map(|i| {
+                let at = Vec3::from_array(random.vector(1.5)) + Vec3::new(0.0, 0.0, -2.0);
+                let cone = Cone {
+                    inner: 0.1,
+                    outer: 0.5,
+                };
+                let axis = Vec3::from_array(random.vector(1.0)) + Vec3::splat(1e-3);
+                let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, axis.normalize());
+                let (range, emission) = match i % 3 {
+                    0 => (0.7, Emission::Isotropic),
+                    1 => (0.9, Emission::spot(rotation, cone, None).unwrap()),
+                    _ => (f32::INFINITY, Emission::spot(rotation, cone, None).unwrap()),
+                };
+                Emitter::point(at, Vec3::new(1.0, 2.0, 3.0), range, emission).unwrap()
+            })
+            .collect();
+        let sun = Emitter::directional(Vec3::new(0.01, 0.02, -1.0), Vec3::ONE).unwrap();
+        lights.insert(20, sun);
+        let found = radiance(&cpu, &view, &scene, &geometry, &tracer, &lights, None);
+        let emitters: Vec<&Emitter> = lights.iter().collect();
+        let lit = LitView {
+            view: &view,
+            scene: &scene,
+            geometry: &geometry,
+            emitters: &emitters,
+            medium: None,
+        };
+        let reflected = |surface: &Surface, light: usize| {
+            surface.reflected(emitters[light], None, |to_light, distance| {
+                surface.traced(&tracer, to_light, distance)
+            })
+        };
+        let asked = AtomicUsize::new(0);
+        let counted = |surface: &Surface, light: usize| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            reflected(surface, light)
+        };
+        let bits = |picture: Vec<[f32; 4]>| -> Vec<[u32; 4]> {
+            picture
+                .iter()
+                .map(|pixel| pixel.map(f32::to_bits))
+                .collect()
+        };
+        let expected = bits(lit.radiance_of(&cpu, None, counted));
+        assert!(bits(found) == expected);
+        let of_all = asked.swap(0, Ordering::Relaxed);
+        assert!(bits(lit.radiance(&cpu, counted)) == expected);
+        let of_clusters = asked.load(Ordering::Relaxed);
+        assert!(2 * of_clusters < of_all, "{of_clusters} of {of_all}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use glam::{Quat, Vec3};
 use gpu_backend::{Cpu, Host};
 use lighting::airlight::EquiAngular;
 use lighting::culling::RayTiles;
-use lighting::methods::{Entry, FrameInputs, Registry, Selection, Store};
+use lighting::methods::{Entry, Frame, FrameInputs, Registry, Selection, Store};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::{Camera, Cone, Emission, Medium, PhaseFunction};
 use lighting::visibility::{March, Spacing, Unshadowed};
@@ -21,6 +21,7 @@ use reference::shapes;
 crepuscular_tests::on_every_backend!(
     random_lights_that_are_culled_give_the_same_bits,
     shadowed_lights_that_are_culled_give_the_same_bits,
+    lights_with_precomputed_shadows_give_the_same_bits_together,
 );
 
 /// The pictures are of so many pixels.
@@ -168,6 +169,37 @@ fn shadowed_lights_that_are_culled_give_the_same_bits<B: Subject>(backend: &B) {
         }
         let whole = backend.download(&whole).unwrap();
         assert!(bits(&culled) == bits(&whole));
+        assert!(whole.iter().any(|pixel| pixel[0] > 0.0));
+    }
+}
+
+/// All lights of a frame at once, and frames of one light each, which are below the number
+/// that is culled.
+fn lights_with_precomputed_shadows_give_the_same_bits_together<B: Subject>(backend: &B) {
+    let mut scene = TestScene::new(Embedded::City, 32, 18);
+    let mut lights = spots(&scene, 9);
+    lights.insert(4, scene.emitters[0].clone());
+    scene.emitters = lights;
+    for airlight in ["gauss", "table"] {
+        let method = Registry::standard().pair("precomputed", airlight, None);
+        let method = method.unwrap();
+        let host = Store::new();
+        let of_all = inputs(&scene, 16, &host);
+        let together = image(backend, of_all, &method, 64).unwrap().unwrap();
+        let method = method.on::<B>().unwrap();
+        let mut whole = backend.zeros::<[f32; 4]>(scene.rays.len()).unwrap();
+        for light in &scene.emitters {
+            let (host, store) = (Store::new(), Store::new());
+            let of_one = FrameInputs {
+                emitters: std::slice::from_ref(light),
+                host: &host,
+                ..of_all
+            };
+            let frame = Frame::new(backend, of_one, &store).unwrap();
+            method.add_radiance(&frame, 64, &mut whole).unwrap();
+        }
+        let whole = backend.download(&whole).unwrap();
+        assert!(bits(&together) == bits(&whole), "{airlight}");
         assert!(whole.iter().any(|pixel| pixel[0] > 0.0));
     }
 }

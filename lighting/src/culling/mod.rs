@@ -2,9 +2,13 @@
 //!
 //! A light with a range, or one that shines into a cone, reaches few of the rays of a
 //! picture. [`RayTiles`] puts the rays that start at one eye into tiles of 4 × 4 pixels,
-//! tiles into blocks of 4 × 4 tiles, and these once more, each in a cone around it, and
+//! tiles into blocks of 4 × 4 tiles, and these twice more, each in a cone around it, and
 //! finds the rays that a light may reach without asking every one of them. So the cost of
 //! a picture grows with the lights that reach its rays and not with those that there are.
+//!
+//! * [`RayTiles::reached`]: the rays of one light.
+//! * [`TileLights`]: the lights of each tile, for all that happens along rays.
+//! * [`Clusters`]: the lights of each tile and slice of depth, for surfaces.
 //!
 //! Based on: Olsson, Billeter and Assarsson, Clustered Deferred and Forward Shading, HPG
 //! 2012; and Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of
@@ -26,31 +30,38 @@
 //! both quadratic inequalities of x whose solutions are intervals, as distances from a
 //! line are convex. The part of the axis in both is where the tile may be lit; it is
 //! compared with how far the rays of the tile go, and its start with the length of each
-//! ray. No slices of depth are needed that way, and there is no list of lights that could
-//! overflow.
+//! ray. Rays need no slices of depth that way. Points of surfaces do, where a tile has many
+//! lights before and behind them: a light may reach a cluster if its part of the tile meets
+//! the cluster's distances.
 //!
 //! # What is guaranteed
 //!
-//! No ray that a light reaches is ever left out. How many are kept for nothing depends on
+//! No ray that a light reaches is ever left out of those that are kept, and no light out of
+//! the list of a ray or a point that it reaches. How many are kept for nothing depends on
 //! how large a light is beside a tile: 1.1 to 1.3 times as many as it reaches, where it
 //! covers a hundred pixels.
 //!
-//! Lights without end (suns, and lamps without a range) reach every ray.
+//! Lights without end (suns, and lamps without a range) reach every ray. Lists are in the
+//! order of the lights, whatever the tile: sums over them have the same bits as sums over
+//! all lights, and a light that crosses the border of a tile or a cluster changes nothing
+//! that it does not light. A list has no limit, and all lists together have one of
+//! [`MOST_LISTED`].
 //!
 //! # In a picture
 //!
-//! [`PickPixels`] takes the light that those rays have gathered so far out of the picture,
-//! and puts it back when that of the next light has been added to it: each pixel sums up
-//! its lights in their order, so that culling changes no bit. Every
-//! [pair](crate::methods::PerLight) of a visibility and an evaluator gathers its lights so
-//! from eight lights with a range or a cone on; not where surfaces are see-through or rays
-//! share work, which goes by the numbers of rays, and not a light that may reach more than
-//! three quarters of the rays.
+//! Pairs whose source can answer for [many lights](crate::methods::many_lights) gather
+//! them tile by tile, all in one pass. Every other [pair](crate::methods::PerLight) of a
+//! visibility and an evaluator goes light by light: [`PickPixels`] takes the light that the
+//! rays of one have gathered so far out of the picture, and puts it back when that of this
+//! light has been added to it. Each pixel sums up its lights in their order, so that culling
+//! changes no bit. Both do so from eight lights with a range or a cone on; not where
+//! surfaces are see-through or rays share work, which goes by the numbers of rays. Light by
+//! light, not a light that may reach more than three quarters of the rays.
 //!
 //! ```
 //! use glam::Vec3;
 //! use gpu_backend::Cpu;
-//! use lighting::culling::RayTiles;
+//! use lighting::culling::{Clusters, RayTiles, TileLights};
 //! use lighting::scene::{Camera, Emission, Emitter};
 //! use lighting::Ray;
 //!
@@ -65,18 +76,29 @@
 //! let lamp = Emitter::point(at, Vec3::ONE, 0.5, Emission::Isotropic)?;
 //! let reached = tiles.reached(&lamp).expect("a light with a range");
 //! assert!((10..100).contains(&reached.len()));
+//!
+//! let middle = 16 * 64 + 32;
+//! let lights = TileLights::new(&Cpu::new(), &tiles, &[lamp])?;
+//! assert_eq!(lights.of_ray(middle, 20.0).collect::<Vec<_>>(), [0]);
+//! assert_eq!(lights.of_ray(0, 20.0).count(), 0);
+//! let clusters = Clusters::new(&Cpu::new(), lights)?;
+//! assert_eq!(clusters.at(middle, 20.0).count(), 0, "a wall far behind the lamp");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod clusters;
 #[cfg(feature = "wgpu")]
 mod gpu;
+mod lights;
 mod pick;
 mod reach;
 mod tiles;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
+pub use clusters::Clusters;
+pub use lights::{MOST_LISTED, TileLights, TooManyLights};
 pub use pick::PickPixels;
 pub use reach::is_bounded;
 pub use tiles::RayTiles;

@@ -15,6 +15,8 @@ pub(super) struct Reach {
     to_light: DVec3,
     /// May be infinite.
     range: f64,
+    /// What the rounding of coordinates in the world adds to distances.
+    slack: f64,
     /// The axis of the cone that it shines into, and sine and cosine of its half angle.
     cone: Option<(DVec3, [f64; 2])>,
 }
@@ -64,6 +66,7 @@ impl Reach {
         Some(Self {
             to_light: point.position().as_dvec3() - eye,
             range,
+            slack: ROUNDING * eye.length(),
             cone: cone.map(|(axis, angle)| (axis.normalize(), angle)),
         })
     }
@@ -77,7 +80,7 @@ impl Reach {
         let grown = bundle.spread + ROUNDING;
         // |x t − c|² ≤ (R + κ x)²
         if self.range < f64::INFINITY {
-            let range = self.range * (1.0 + ROUNDING) + ROUNDING * distance;
+            let range = self.range * (1.0 + ROUNDING) + ROUNDING * distance + self.slack;
             let square = Quadratic {
                 a: 1.0,
                 b: -along,
@@ -94,7 +97,10 @@ impl Reach {
                 b: cosine * cosine * (-along - start * slope),
                 c: cosine * cosine * (distance * distance - start * start).max(0.0),
             };
-            let limit = [start * sine + ROUNDING * distance, slope * sine + grown];
+            let limit = [
+                start * sine + ROUNDING * distance + self.slack,
+                slope * sine + grown,
+            ];
             part = square.within(limit, part)?;
         }
         Some(part)

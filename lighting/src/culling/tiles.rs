@@ -1,6 +1,6 @@
 //! The rays of a picture by the tiles that they are in.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use gpu_backend::Cpu;
 
 use super::reach::{Bundle, Reach};
@@ -9,8 +9,8 @@ use crate::{Emitter, Ray};
 /// Pixels along a side of a tile, and tiles along a side of a block.
 const SIDE: u32 = 4;
 
-/// Levels of tiles and blocks: blocks of the last are 64 pixels wide.
-const LEVELS: usize = 3;
+/// Levels of tiles and blocks: blocks of the last are 256 pixels wide.
+pub(super) const LEVELS: usize = 4;
 
 /// Bits of the place of a tile in its block.
 const PLACE: u32 = 2 * SIDE.ilog2();
@@ -19,7 +19,7 @@ const PLACE: u32 = 2 * SIDE.ilog2();
 /// block.
 fn place_of([x, y]: [u32; 2]) -> u64 {
     let largest = SIDE.pow(LEVELS as u32);
-    let mut place = (u64::from(y / largest) << 26) | u64::from(x / largest);
+    let mut place = (u64::from(y / largest) << 24) | u64::from(x / largest);
     for level in (1..LEVELS as u32).rev() {
         let [column, row] = [x, y].map(|i| u64::from(i / SIDE.pow(level) % SIDE));
         place = (place << PLACE) | (row * u64::from(SIDE) + column);
@@ -34,17 +34,20 @@ pub struct RayTiles {
     /// Numbers of rays, tile by tile of every block of every larger block.
     order: Vec<u32>,
     lengths: Vec<f32>,
+    directions: Vec<Vec3>,
+    /// The tile of each ray.
+    tile_of: Vec<u32>,
     /// The largest blocks first.
     levels: [Vec<Tile>; LEVELS],
 }
 
 /// A tile, or a block of them.
 #[derive(Debug, Clone)]
-struct Tile {
-    bundle: Bundle,
+pub(super) struct Tile {
+    pub(super) bundle: Bundle,
     /// Its tiles on the next level, or its rays in their order.
-    first: usize,
-    end: usize,
+    pub(super) first: usize,
+    pub(super) end: usize,
 }
 
 impl RayTiles {
@@ -74,6 +77,10 @@ impl RayTiles {
             .iter()
             .map(|ray| rays[*ray as usize].length())
             .collect();
+        let directions = order
+            .iter()
+            .map(|ray| rays[*ray as usize].direction())
+            .collect();
         let ends = |level: usize| -> Vec<[usize; 2]> {
             let shift = PLACE * (LEVELS - 1 - level) as u32;
             let mut end = 0;
@@ -90,7 +97,8 @@ impl RayTiles {
         let levels = std::array::from_fn(|level| {
             let bundles = cpu.map(all[level].len(), |tile| {
                 let [first, end] = all[level][tile];
-                Bundle::new(order[first..end].iter().map(|ray| &rays[*ray as usize]))
+                let own = order[first..end].iter().map(|ray| &rays[*ray as usize]);
+                Bundle::new(own.map(|ray| (ray.direction(), ray.length())))
             });
             let mut below = 0;
             let tiles = bundles.into_iter().zip(&all[level]);
@@ -109,10 +117,18 @@ impl RayTiles {
                 })
                 .collect()
         });
+        let mut tile_of = vec![0; rays.len()];
+        for (tile, [first, end]) in (0..).zip(&all[LEVELS - 1]) {
+            for ray in &order[*first..*end] {
+                tile_of[*ray as usize] = tile;
+            }
+        }
         Some(Self {
             eye: eye.as_dvec3(),
             order,
             lengths,
+            directions,
+            tile_of,
             levels,
         })
     }
@@ -120,6 +136,41 @@ impl RayTiles {
     /// Number of rays.
     pub fn rays(&self) -> usize {
         self.order.len()
+    }
+
+    /// Number of tiles, which have up to 16 rays each, or more where pixels are there
+    /// more than once.
+    pub fn tiles(&self) -> usize {
+        self.levels[LEVELS - 1].len()
+    }
+
+    /// The numbers of the rays of a tile; none if there is no such tile.
+    pub fn rays_of(&self, tile: usize) -> &[u32] {
+        let tile = self.levels[LEVELS - 1].get(tile);
+        tile.map_or(&[], |tile| &self.order[tile.first..tile.end])
+    }
+
+    /// The tile that a ray is in; `None` if there is no such ray.
+    pub fn tile_of(&self, ray: usize) -> Option<usize> {
+        self.tile_of.get(ray).map(|tile| *tile as usize)
+    }
+
+    /// Whence the rays come.
+    pub(super) fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
+    /// Directions and lengths of the rays of a tile, in the order of [`RayTiles::rays_of`].
+    pub(super) fn ways_of(&self, tile: usize) -> impl Iterator<Item = (Vec3, f32)> {
+        let tile = self.levels[LEVELS - 1].get(tile);
+        let range = tile.map_or(0..0, |tile| tile.first..tile.end);
+        let directions = self.directions[range.clone()].iter().copied();
+        directions.zip(self.lengths[range].iter().copied())
+    }
+
+    /// The tiles, or the blocks of a level; the largest are of level 0.
+    pub(super) fn level(&self, level: usize) -> &[Tile] {
+        &self.levels[level]
     }
 
     /// The numbers of the rays that a light may reach, tile by tile; `None` for a light
@@ -150,16 +201,16 @@ impl RayTiles {
 }
 
 impl Bundle {
-    /// A cone around some rays from one eye.
-    fn new<'a>(rays: impl Iterator<Item = &'a Ray> + Clone) -> Self {
+    /// A cone around some rays from one eye, by their directions and lengths.
+    pub(super) fn new(rays: impl Iterator<Item = (Vec3, f32)> + Clone) -> Self {
         let directions = rays
             .clone()
-            .map(|ray| ray.direction().as_dvec3().normalize());
+            .map(|(direction, _)| direction.as_dvec3().normalize());
         let sum: DVec3 = directions.clone().sum();
         // Rays that look everywhere have no axis, and any will do.
         let axis = sum.try_normalize().unwrap_or(DVec3::Z);
         let spread = directions.map(|direction| (direction - axis).length());
-        let lengths = rays.map(|ray| f64::from(ray.length()));
+        let lengths = rays.map(|(_, length)| f64::from(length));
         Self {
             axis,
             spread: spread.fold(0.0, f64::max),

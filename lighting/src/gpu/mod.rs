@@ -19,7 +19,8 @@
 //! is asked at a point implements `InShader<PointSlot>` and works in a march.
 //!
 //! The bind group 0 is the frame's, group 1 that of all parts, and groups 2 and 3
-//! are free. A frame has 3 storage buffers, which leaves 5 of WebGPU's 8 for parts.
+//! are free. A frame has 3 storage buffers, which leaves 5 of WebGPU's 8 for parts; one
+//! that gathers [many lights](crate::methods::many_lights) at once has 4.
 //!
 //! # Agreement with the CPU
 //!

@@ -21,6 +21,10 @@ pub trait Evaluators: Send + Sync + Debug {
     /// What it is.
     const ABOUT: EvaluatorAbout;
 
+    /// Whether each light of a frame has an evaluator of its own: true where
+    /// [`of_light`](Evaluators::of_light) is overridden.
+    const IS_OF_LIGHT: bool = false;
+
     /// An evaluator for media of this phase function.
     ///
     /// # Errors
@@ -292,6 +296,8 @@ impl Evaluators for FrameTables {
         unit: Some("rows"),
         usual: [128, 128],
     };
+
+    const IS_OF_LIGHT: bool = true;
 
     fn make(&self, phase: PhaseFunction, rows: u32) -> Result<PerFrame, MethodError> {
         FrameTable::check_rows(rows).map_err(MethodError::resource("a table of the frame"))?;

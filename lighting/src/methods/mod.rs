@@ -9,7 +9,8 @@
 //! Most methods are products: a way to find the lit parts of a ray × a way to
 //! integrate the light of a part, summed over the lights. [`PerLight`] makes a
 //! method of any such pair. What is not such a product implements the traits
-//! itself.
+//! itself. Pairs whose sources can answer for [`many_lights`] at once gather all of them in
+//! one pass.
 //!
 //! Any method can be made of fewer rays, and one that [says so](Method::interleaves) of
 //! rays that share its work: [`reduced`].
@@ -91,6 +92,7 @@ pub mod hybrid;
 pub mod light_space;
 #[cfg(feature = "shadow-map")]
 pub mod light_volumes;
+pub mod many_lights;
 #[cfg(feature = "shadow-map")]
 pub mod march;
 #[cfg(feature = "shadow-dag")]

@@ -189,8 +189,16 @@ impl<S: LightSources, E: Evaluators> PerLight<S, E> {
         })
     }
 
+    pub(super) fn sources(&self) -> &S {
+        &self.sources
+    }
+
+    pub(super) fn evaluators(&self) -> &E {
+        &self.evaluators
+    }
+
     /// Qualities of the source and of the evaluator.
-    fn qualities(&self, quality: u32) -> [u32; 2] {
+    pub(super) fn qualities(&self, quality: u32) -> [u32; 2] {
         match self.sources.about().quality {
             Some(_) => [quality, self.detail],
             None => [0, quality],
@@ -341,7 +349,10 @@ where
             true => EyePanes::new(&Cpu::new(), &*inputs.tracer()?, inputs.rays),
             false => None,
         };
-        let culled = Culled::new(inputs, panes.is_some());
+        let culled = match panes.is_some() {
+            true => None,
+            false => ray_tiles(inputs).map(Culled),
+        };
         for (light, emitter) in inputs.emitters.iter().enumerate() {
             let reached = culled.as_ref().and_then(|culled| culled.reached(emitter));
             let emitter = self.sources.evaluated(emitter);
@@ -392,21 +403,24 @@ const FEW: usize = 8;
 /// them.
 const MOST: f64 = 0.75;
 
-impl Culled {
-    /// `None` where it is not worth it, or where rays have to keep their number.
-    fn new(inputs: &FrameInputs<'_>, has_panes: bool) -> Option<Self> {
-        let bounded = inputs
-            .emitters
-            .iter()
-            .filter(|emitter| culling::is_bounded(emitter));
-        let keeps_numbers = has_panes || inputs.selection.interleaving != Interleaving::NONE;
-        if keeps_numbers || bounded.count() < FEW {
-            return None;
-        }
-        let pixels = inputs.selection.pixels;
-        RayTiles::new(&Cpu::new(), inputs.rays, inputs.size[0], pixels).map(Self)
-    }
+/// Whether lights are culled: there are enough of them, and rays need not keep their
+/// number.
+pub(super) fn is_culled(inputs: &FrameInputs<'_>) -> bool {
+    let bounded = inputs
+        .emitters
+        .iter()
+        .filter(|emitter| culling::is_bounded(emitter));
+    inputs.selection.interleaving == Interleaving::NONE && bounded.take(FEW).count() == FEW
+}
 
+/// The rays of a frame in tiles, if its lights are culled.
+pub(super) fn ray_tiles(inputs: &FrameInputs<'_>) -> Option<RayTiles> {
+    let pixels = inputs.selection.pixels;
+    let tiles = || RayTiles::new(&Cpu::new(), inputs.rays, inputs.size[0], pixels);
+    is_culled(inputs).then(tiles).flatten()
+}
+
+impl Culled {
     /// `None` for all rays.
     fn reached(&self, emitter: &Emitter) -> Option<Vec<u32>> {
         let most = MOST * self.0.rays() as f64;

@@ -404,28 +404,38 @@ impl Registry {
 }
 
 /// Entries for a kind of source with every evaluator: on every backend where the
-/// evaluator has a shader.
+/// evaluator has a shader. Those of `many:` gather many lights at once.
 macro_rules! pairs {
     ($sources:expr, $compared:expr) => {
-        $crate::methods::registry::pairs!(@all everywhere, $sources, $compared)
+        $crate::methods::registry::pairs!(@all everywhere, ::std::convert::identity, $sources, $compared)
     };
     (cpu: $sources:expr, $compared:expr) => {
-        $crate::methods::registry::pairs!(@all on_cpu, $sources, $compared)
+        $crate::methods::registry::pairs!(@all on_cpu, ::std::convert::identity, $sources, $compared)
     };
-    (@all $backends:ident, $sources:expr, $compared:expr) => {{
+    (many: $sources:expr, $compared:expr) => {
+        $crate::methods::registry::pairs!(
+            @all everywhere, $crate::methods::many_lights::ManyLights::new, $sources, $compared
+        )
+    };
+    (@all $backends:ident, $method:expr, $sources:expr, $compared:expr) => {{
         use $crate::methods::evaluators::*;
         use $crate::methods::registry::pairs;
         vec![
-            pairs!(@one $backends, $sources, $compared, Midpoints),
-            pairs!(@one $backends, $sources, $compared, Gauss),
-            pairs!(@one $backends, $sources, $compared, Tolerances),
-            pairs!(@one $backends, $sources, $compared, Tables),
-            pairs!(@one $backends, $sources, $compared, FrameTables),
-            pairs!(@one on_cpu, $sources, $compared, Published),
-            pairs!(@one on_cpu, $sources, $compared, Doubles),
+            pairs!(@one $backends, $method, $sources, $compared, Midpoints),
+            pairs!(@one $backends, $method, $sources, $compared, Gauss),
+            pairs!(@one $backends, $method, $sources, $compared, Tolerances),
+            pairs!(@one $backends, $method, $sources, $compared, Tables),
+            pairs!(@one $backends, $method, $sources, $compared, FrameTables),
+            pairs!(@one on_cpu, $method, $sources, $compared, Published),
+            pairs!(@one on_cpu, $method, $sources, $compared, Doubles),
         ]
     }};
-    (@one $backends:ident, $sources:expr, $compared:expr, $evaluator:ident) => {{
+    (@one $backends:ident, $sources:expr, $compared:expr, $evaluator:ident) => {
+        $crate::methods::registry::pairs!(
+            @one $backends, ::std::convert::identity, $sources, $compared, $evaluator
+        )
+    };
+    (@one $backends:ident, $method:expr, $sources:expr, $compared:expr, $evaluator:ident) => {{
         use $crate::methods::{Evaluators, PerLight};
         let name = $evaluator::ABOUT.name;
         let compared: &[$crate::methods::Compared] = $compared;
@@ -433,8 +443,10 @@ macro_rules! pairs {
         let pair = PerLight::new($sources, $evaluator, compared);
         let source = $crate::methods::LightSources::about(&$sources);
         let again = pair.clone();
-        $crate::methods::Entry::$backends(pair).paired(source, $evaluator::ABOUT, move |detail| {
-            $crate::methods::Entry::$backends(again.clone().with_detail(detail))
+        let entry = $crate::methods::Entry::$backends($method(pair));
+        entry.paired(source, $evaluator::ABOUT, move |detail| {
+            let other = again.clone().with_detail(detail);
+            $crate::methods::Entry::$backends($method(other))
         })
     }};
 }

@@ -1,9 +1,10 @@
 // Visibility: a walk through precomputed voxelized shadows; the shader's side of
 // `BakedShadow`.
 //
-// Needs the parts POINT, PACKED, SPACE and RAY of shadow-dag, and the variables
-//   light_baked: light_Baked
+// Needs the parts POINT, PACKED, SPACE and RAY of shadow-dag, and
 //   light_baked_words: array<u32>, those of all grids
+//   fn light_baked_count() -> u32                           of grids of the light
+//   fn light_baked_grid(grid: u32) -> light_BakedGrid       the first is 0
 
 const light_MOST_GRIDS: u32 = 6u;
 
@@ -38,8 +39,8 @@ fn light_baked_cursor(path: light_Path) -> light_baked_Cursor {
     cursor.walked = 0u;
     cursor.grid = light_MOST_GRIDS;
     cursor.reached = path.start;
-    for (var grid = 0u; grid < light_baked.count; grid += 1u) {
-        let space = light_baked.grids[grid].space;
+    for (var grid = 0u; grid < light_baked_count(); grid += 1u) {
+        let space = light_baked_grid(grid).space;
         let walk = dag_cursor(space, path.origin, path.direction, path.start, path.end);
         cursor.parts[grid] = vec2(walk.enter, walk.leave);
         cursor.walked |= select(1u, 0u, walk.enter < walk.leave) << grid;
@@ -54,7 +55,8 @@ fn light_baked_next_lit(cursor: ptr<function, light_baked_Cursor>, path: light_P
         let grid = (*cursor).grid;
         if grid < light_MOST_GRIDS {
             var walk = (*cursor).walk;
-            let part = dag_next_lit(light_baked.grids[grid].dag, light_baked.grids[grid].space, &walk);
+            let here = light_baked_grid(grid);
+            let part = dag_next_lit(here.dag, here.space, &walk);
             (*cursor).walk = walk;
             if part.start < part.end {
                 return light_lit(part.start, part.end, 1.0);
@@ -64,7 +66,7 @@ fn light_baked_next_lit(cursor: ptr<function, light_baked_Cursor>, path: light_P
         }
         var next = light_MOST_GRIDS;
         var enter = path.end;
-        for (var i = 0u; i < light_baked.count; i += 1u) {
+        for (var i = 0u; i < light_baked_count(); i += 1u) {
             let waits = (((*cursor).walked >> i) & 1u) == 0u;
             if waits && ((*cursor).parts[i].x < enter) {
                 next = i;
@@ -74,7 +76,7 @@ fn light_baked_next_lit(cursor: ptr<function, light_baked_Cursor>, path: light_P
         let start = (*cursor).reached;
         (*cursor).reached = max(start, enter);
         if next < light_MOST_GRIDS {
-            let space = light_baked.grids[next].space;
+            let space = light_baked_grid(next).space;
             let leave = (*cursor).parts[next].y;
             (*cursor).walked |= 1u << next;
             (*cursor).grid = next;

@@ -7,6 +7,7 @@ use gpu_backend::{Cpu, Host};
 
 use super::{BakedShadow, Builder, Resolution};
 use crate::Touching;
+use crate::methods::many_lights::{SourcesTogether, Together};
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
@@ -105,6 +106,40 @@ impl SourceOn<Cpu> for Baked {
     }
 }
 
+/// Turns of the loops of a walk through grids of this resolution, about: a ray meets far
+/// fewer volumes than voxels, and takes a few turns for each.
+pub(super) fn turns(side: u32) -> f64 {
+    f64::from(side)
+}
+
+impl SourcesTogether<Cpu> for Baked {
+    type Together = Vec<Arc<BakedShadow>>;
+
+    fn prepare_light(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        light: usize,
+        side: u32,
+    ) -> Result<(), MethodError> {
+        self.prepare(frame, light, side)
+    }
+
+    fn together(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        side: u32,
+    ) -> Result<Vec<Together<Self::Together>>, MethodError> {
+        let lights = frame.inputs.emitters.len();
+        let all = (0..lights).map(|light| self.source(frame, light, side));
+        let source = all.collect::<Result<_, _>>()?;
+        Ok(vec![Together { source, lights }])
+    }
+
+    fn turns(&self, side: u32) -> f64 {
+        turns(side)
+    }
+}
+
 pub(in crate::methods) fn methods() -> Vec<Entry> {
     let compared = |role, airlight, detail, title, purpose, paper| Compared {
         airlight,
@@ -117,7 +152,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         is_baseline: false,
     };
     pairs!(
-        Baked,
+        many: Baked,
         &[
             compared(
                 Role::Paper,

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
+use shadow_dag::Form;
 
-use super::BakedShadow;
-use super::method::{Baked, WHAT, baked};
+use super::method::{Baked, WHAT, baked, turns};
+use super::{BakedShadow, BakedShadows};
+use crate::methods::many_lights::{SourcesTogether, Together};
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 
 impl<E: Encode> SourceOn<Gpu<E>> for Baked {
@@ -34,5 +36,73 @@ impl<E: Encode> SourceOn<Gpu<E>> for Baked {
                 .upload(frame.backend)
                 .map_err(MethodError::resource(WHAT))
         })
+    }
+}
+
+/// Those of all lights, by the resolution.
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct OfAll(u32);
+
+/// Those of as many lights as fit into one buffer; then those of the next.
+type Groups = Vec<Together<Arc<BakedShadows<GpuMemory>>>>;
+
+impl<E: Encode> SourcesTogether<Gpu<E>> for Baked {
+    type Together = Arc<BakedShadows<GpuMemory>>;
+
+    fn prepare_light(
+        &self,
+        frame: &Frame<'_, Gpu<E>>,
+        light: usize,
+        side: u32,
+    ) -> Result<(), MethodError> {
+        baked(&frame.inputs, light, side).map(|_| ())
+    }
+
+    fn together(
+        &self,
+        frame: &Frame<'_, Gpu<E>>,
+        side: u32,
+    ) -> Result<Vec<Together<Self::Together>>, MethodError> {
+        let bytes = |groups: &Groups| groups.iter().map(|group| group.source.bytes()).sum();
+        let groups = frame.store.get(WHAT, OfAll(side), bytes, || {
+            let limits = frame.backend.context().limits();
+            let most = limits
+                .max_storage_buffer_binding_size
+                .min(limits.max_buffer_size);
+            let mut groups = Groups::new();
+            let mut some = Vec::new();
+            let mut filled = 0;
+            let upload = |some: &mut Vec<BakedShadow>, groups: &mut Groups| {
+                if some.is_empty() {
+                    return Ok(());
+                }
+                let source = BakedShadows::upload(some, frame.backend)
+                    .map_err(MethodError::resource(WHAT))?;
+                groups.push(Together {
+                    source: Arc::new(source),
+                    lights: some.len(),
+                });
+                some.clear();
+                Ok::<_, MethodError>(())
+            };
+            for light in 0..frame.inputs.emitters.len() {
+                let suitable = baked(&frame.inputs, light, side)?
+                    .to_form(Form::suitable::<GpuMemory>())
+                    .map_err(MethodError::resource(WHAT))?;
+                if filled + suitable.bytes() > most {
+                    upload(&mut some, &mut groups)?;
+                    filled = 0;
+                }
+                filled += suitable.bytes();
+                some.push(suitable);
+            }
+            upload(&mut some, &mut groups)?;
+            Ok(groups)
+        })?;
+        Ok(groups.to_vec())
+    }
+
+    fn turns(&self, side: u32) -> f64 {
+        turns(side)
     }
 }

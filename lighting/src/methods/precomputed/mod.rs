@@ -83,7 +83,7 @@ mod tests;
 pub(super) use method::methods;
 #[cfg(feature = "methods")]
 pub use method::{FROM_FILE, PRECOMPUTED, share_precomputed};
-pub use shadow::{BakedError, BakedShadow, FilteredShadow, bake, surfaces};
+pub use shadow::{BakedError, BakedShadow, BakedShadows, FilteredShadow, bake, surfaces};
 pub use shadow_dag::{
     Builder, Error, FilterSize, Form, LightGrids, Resolution, SetError, ShadowSet, Surfaces,
     Watertightness,

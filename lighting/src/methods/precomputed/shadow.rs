@@ -274,6 +274,50 @@ impl BakedShadow {
     }
 }
 
+/// The precomputed shadows of several lights in one buffer: what a pass of [many
+/// lights](crate::methods::many_lights) asks on a GPU.
+#[derive(Debug)]
+pub struct BakedShadows<M: Memory> {
+    lights: Vec<BakedShadow<M>>,
+}
+
+impl<M: Memory> BakedShadows<M> {
+    /// Copies the shadows of a few lights to the memory of a backend, in the form that is
+    /// [walked best](Form::suitable) there. They are numbered in this order.
+    ///
+    /// # Errors
+    /// As for [`BakedShadow::upload`], of all of them together.
+    pub fn upload<B: Backend<Memory = M>>(
+        shadows: &[BakedShadow],
+        backend: &B,
+    ) -> Result<Self, Error> {
+        let suitable = shadows
+            .iter()
+            .map(|shadow| shadow.to_form(Form::suitable::<M>()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let grids: Vec<_> = (suitable.iter())
+            .flat_map(|shadow| shadow.grids.iter().cloned())
+            .collect();
+        let mut grids = ShadowDag::upload_all(&grids, backend)?.into_iter();
+        let lights = suitable.iter().map(|shadow| BakedShadow {
+            grids: grids.by_ref().take(shadow.grids.len()).collect(),
+        });
+        Ok(Self {
+            lights: lights.collect(),
+        })
+    }
+
+    /// The shadows of each light.
+    pub fn lights(&self) -> &[BakedShadow<M>] {
+        &self.lights
+    }
+
+    /// Bytes of the buffer that holds them.
+    pub fn bytes(&self) -> u64 {
+        self.lights.first().map_or(0, BakedShadow::bytes)
+    }
+}
+
 impl<M: Memory> BakedShadow<M> {
     /// The grids.
     pub fn grids(&self) -> &[ResidentDag<M>] {

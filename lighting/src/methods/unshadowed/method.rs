@@ -5,6 +5,7 @@ use gpu_backend::Backend;
 
 use super::Unshadowed;
 use crate::Touching;
+use crate::methods::many_lights::{SourcesTogether, Together};
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, Role, SourceAbout, SourceOn,
@@ -46,9 +47,32 @@ impl<B: Backend> SourceOn<B> for Nothing {
     }
 }
 
+impl<B: Backend> SourcesTogether<B> for Nothing {
+    type Together = Unshadowed;
+
+    fn prepare_light(&self, _: &Frame<'_, B>, _: usize, _: u32) -> Result<(), MethodError> {
+        Ok(())
+    }
+
+    fn together(
+        &self,
+        frame: &Frame<'_, B>,
+        _: u32,
+    ) -> Result<Vec<Together<Unshadowed>>, MethodError> {
+        Ok(vec![Together {
+            source: Unshadowed,
+            lights: frame.inputs.emitters.len(),
+        }])
+    }
+
+    fn turns(&self, _: u32) -> f64 {
+        1.0
+    }
+}
+
 pub(in crate::methods) fn methods() -> Vec<Entry> {
     pairs!(
-        Nothing,
+        many: Nothing,
         &[Compared {
             airlight: "gauss",
             detail: None,

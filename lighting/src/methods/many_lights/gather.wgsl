@@ -1,0 +1,146 @@
+// The airlight of a bundle of rays due to many lights: entry point. One invocation per
+// ray, tile by tile.
+
+struct Scene {
+    medium: light_Medium,
+    rays: u32,
+    tiles: u32,
+    // Whether lit parts that touch are joined before they are evaluated.
+    joined: u32,
+    // Number of the first light in the visibility source.
+    first: u32,
+    // The entries of each list that are gathered.
+    entry: u32,
+    most: u32,
+    // Where the texels of cookies begin in the table.
+    cookies: u32,
+    padding: u32,
+}
+
+// A light and where its cookie begins, from the first texel of all cookies.
+struct ManyLight {
+    emitter: light_Emitter,
+    cookie: u32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
+}
+
+@group(0) @binding(0) var<uniform> scene: Scene;
+@group(0) @binding(1) var<storage> rays: array<light_Ray>;
+// The lights, MANY_LIGHT entries each; then the texels of their cookies.
+@group(0) @binding(2) var<storage> table: array<vec4<u32>>;
+// Where the list of each tile begins and the last one ends; then the number of each ray and
+// its tile, tile by tile; then the lists.
+@group(0) @binding(3) var<storage> lists: array<u32>;
+@group(0) @binding(4) var<storage, read_write> radiance: array<vec4<f32>>;
+
+// Entries of the table for a ManyLight.
+const MANY_LIGHT = 7u;
+
+// The light that is being gathered, and its number in the visibility source.
+var<private> many_light: ManyLight;
+var<private> many_number: u32;
+
+fn light_emitter() -> light_Emitter {
+    return many_light.emitter;
+}
+
+fn light_number() -> u32 {
+    return many_number;
+}
+
+fn light_medium() -> light_Medium {
+    return scene.medium;
+}
+
+fn light_cookie(index: u32) -> vec3<f32> {
+    return bitcast<vec3<f32>>(table[scene.cookies + many_light.cookie + index].xyz);
+}
+
+fn many_light_at(light: u32) -> ManyLight {
+    let at = MANY_LIGHT * light;
+    let position = table[at];
+    let intensity = table[at + 1u];
+    let axis = table[at + 2u];
+    let right = table[at + 3u];
+    let up = table[at + 4u];
+    let cookie = table[at + 5u];
+    return ManyLight(
+        light_Emitter(
+            bitcast<vec3<f32>>(position.xyz),
+            position.w,
+            bitcast<vec3<f32>>(intensity.xyz),
+            bitcast<f32>(intensity.w),
+            bitcast<vec3<f32>>(axis.xyz),
+            axis.w,
+            bitcast<vec3<f32>>(right.xyz),
+            bitcast<f32>(right.w),
+            bitcast<vec3<f32>>(up.xyz),
+            bitcast<f32>(up.w),
+            cookie.x,
+            cookie.y,
+            bitcast<f32>(cookie.z),
+            cookie.w,
+        ),
+        table[at + 6u].x,
+        0u,
+        0u,
+        0u,
+    );
+}
+
+// The airlight of a path due to the light that is being gathered.
+fn many_airlight(path: light_Path) -> vec3<f32> {
+    var cursor = light_cursor(path);
+    // The last interval that was found and has not been evaluated yet.
+    var part = light_dark();
+    var sum = vec3(0.0);
+    loop {
+        let next = light_next_lit(&cursor, path);
+        let is_last = light_is_dark(next);
+        let is_same = all(next.visibility == part.visibility);
+        if scene.joined != 0u && !is_last && is_same && next.start == part.end {
+            part.end = next.end;
+            continue;
+        }
+        if !light_is_dark(part) {
+            sum += part.visibility * light_airlight(path, part.start, part.end);
+        }
+        if is_last {
+            break;
+        }
+        part = next;
+    }
+    return sum;
+}
+
+@compute @workgroup_size(64)
+fn gather_many(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let place = gpu_index(workgroup, workgroups, local, 64u);
+    if place >= scene.rays {
+        return;
+    }
+    let i = lists[scene.tiles + 1u + 2u * place];
+    let tile = lists[scene.tiles + 2u + 2u * place];
+    let lights = scene.tiles + 1u + 2u * scene.rays;
+    let begin = lists[tile];
+    let count = lists[tile + 1u] - begin;
+    let entry = min(scene.entry, count);
+    let end = entry + min(scene.most, count - entry);
+    var sum = radiance[i].xyz;
+    for (var e = entry; e < end; e++) {
+        let light = lists[lights + begin + e];
+        many_light = many_light_at(light);
+        many_number = scene.first + light;
+        let path = light_path(rays[i], i);
+        if path.start < path.end {
+            sum += many_airlight(light_off_the_light(path));
+        }
+    }
+    radiance[i] = vec4(sum, radiance[i].w);
+}

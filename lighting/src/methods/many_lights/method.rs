@@ -1,0 +1,244 @@
+//! Pairs that gather all lights of a frame at once.
+
+use std::fmt::Debug;
+use std::ops::Range;
+
+use gpu_backend::{Backend, BufferOf, Cpu};
+
+use super::{GatherMany, LitByMany};
+use crate::culling::{PickPixels, RayTiles, TileLights, TooManyLights};
+use crate::methods::per_light::{is_culled, ray_tiles};
+use crate::methods::{
+    About, Evaluators, Frame, FrameInputs, Method, MethodError, PerLight, RunOn, SourceOn, Verdict,
+    Work,
+};
+use crate::scene::Emission;
+use crate::{Emitter, Gather};
+
+/// A kind of visibility source that answers for many lights at once.
+///
+/// Its lights are evaluated [as they are](crate::methods::LightSources::evaluated).
+pub trait SourcesTogether<B: Backend>: SourceOn<B> {
+    /// The source of several lights.
+    type Together;
+
+    /// Puts into the store what [`SourcesTogether::together`] needs of a light, as far as
+    /// that takes long.
+    ///
+    /// # Errors
+    /// [`MethodError`].
+    fn prepare_light(
+        &self,
+        frame: &Frame<'_, B>,
+        light: usize,
+        quality: u32,
+    ) -> Result<(), MethodError>;
+
+    /// The sources of all lights of the frame, in the order of the lights: as few as hold
+    /// them.
+    ///
+    /// # Errors
+    /// [`MethodError`].
+    fn together(
+        &self,
+        frame: &Frame<'_, B>,
+        quality: u32,
+    ) -> Result<Vec<Together<Self::Together>>, MethodError>;
+
+    /// Turns of loops that its shader takes for a ray and a light, about.
+    fn turns(&self, quality: u32) -> f64;
+}
+
+/// The source of a few lights that follow each other.
+#[derive(Debug, Clone)]
+pub struct Together<T> {
+    /// The source, which numbers them from 0.
+    pub source: T,
+    /// How many there are.
+    pub lights: usize,
+}
+
+/// A pair that gathers all lights of a frame at once where it culls them, and one after
+/// the other elsewhere.
+///
+/// It is the [`PerLight`] of the pair in name and picture.
+#[derive(Debug, Clone)]
+pub struct ManyLights<S, E>(PerLight<S, E>);
+
+impl<S, E> ManyLights<S, E> {
+    /// The same pair, light by light where it has to be.
+    pub fn new(pair: PerLight<S, E>) -> Self {
+        Self(pair)
+    }
+}
+
+/// Turns of all loops of an invocation, after which some drivers end them; a quarter is
+/// left for what is not counted.
+const MOST_TURNS: f64 = 0.75 * 65_535.0;
+
+/// Turns for what a shader finds out about a ray and a light before it evaluates anything:
+/// where the ray enters the cone, and the kinks.
+const TURNS_OF_PATH: f64 = 64.0;
+
+/// Parts between kinks that an evaluator divides a lit part into, at most.
+const PARTS: f64 = 6.0;
+
+/// Texels of cookies that go into one table, at most, and those of their mip levels: half
+/// of what a GPU with the default limits of WebGPU binds at once.
+const MOST_TEXELS: usize = 1 << 22;
+
+/// The texels of the cookie of a light with its mip levels; 0 for none.
+fn texels(emitter: &Emitter) -> usize {
+    let Emitter::Point(point) = emitter else {
+        return 0;
+    };
+    let Emission::Spot(spot) = point.emission() else {
+        return 0;
+    };
+    let levels = spot.texture().into_iter().chain(spot.mip_levels());
+    levels.map(|level| level.texels().len()).sum()
+}
+
+/// The lists of as many lights as possible from the first on.
+fn lists<'t>(
+    tiles: &'t RayTiles,
+    emitters: &[Emitter],
+) -> Result<(TileLights<'t>, usize), TooManyLights> {
+    let mut all = 0;
+    let fits = emitters.iter().take_while(|emitter| {
+        all += texels(emitter);
+        all <= MOST_TEXELS
+    });
+    let mut count = fits.count().max(1).min(emitters.len());
+    loop {
+        match TileLights::new(&Cpu::new(), tiles, &emitters[..count]) {
+            Ok(lists) => return Ok((lists, count)),
+            Err(_) if count > 1 => count /= 2,
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+impl<S, E: Evaluators> ManyLights<S, E>
+where
+    PerLight<S, E>: Method,
+{
+    /// Whether the lights of a frame are gathered at once.
+    fn is_at_once(&self, inputs: &FrameInputs<'_>) -> bool {
+        let has_panes = inputs.geometry.coatings().any_see_through();
+        !E::IS_OF_LIGHT && !has_panes && is_culled(inputs)
+    }
+}
+
+impl<S, E> Method for ManyLights<S, E>
+where
+    S: Send + Sync + Debug,
+    E: Send + Sync + Debug,
+    PerLight<S, E>: Method,
+{
+    fn about(&self) -> About {
+        self.0.about()
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        self.0.applies(inputs)
+    }
+
+    fn distinct<'q>(
+        &self,
+        inputs: &FrameInputs<'_>,
+        qualities: &'q [u32],
+    ) -> (&'q [u32], Option<&'static str>) {
+        self.0.distinct(inputs, qualities)
+    }
+
+    fn interleaves(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        self.0.interleaves(inputs)
+    }
+
+    fn takes_some_pixels(&self) -> Verdict {
+        self.0.takes_some_pixels()
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        self.0.notes(inputs)
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work {
+        self.0.work(inputs, quality)
+    }
+}
+
+impl<B, S, E> RunOn<B> for ManyLights<S, E>
+where
+    B: Backend
+        + PickPixels
+        + Gather<<S as SourceOn<B>>::Source, E::Evaluator>
+        + GatherMany<<S as SourcesTogether<B>>::Together, E::Evaluator>,
+    S: SourcesTogether<B>,
+    E: Evaluators,
+{
+    fn prepare(&self, frame: &Frame<'_, B>, quality: u32) -> Result<(), MethodError> {
+        if !self.is_at_once(&frame.inputs) {
+            return self.0.prepare(frame, quality);
+        }
+        let [quality, detail] = self.0.qualities(quality);
+        self.0.evaluators().kept(frame, detail)?;
+        let total = frame.inputs.emitters.len();
+        for light in 0..total {
+            if !frame.inputs.watch.goes_on(light, total) {
+                return Err(MethodError::Stopped { done: light, total });
+            }
+            self.0.sources().prepare_light(frame, light, quality)?;
+        }
+        self.0.sources().together(frame, quality).map(|_| ())
+    }
+
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, B>,
+        quality: u32,
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), MethodError> {
+        let inputs = &frame.inputs;
+        let tiles = self.is_at_once(inputs).then(|| ray_tiles(inputs));
+        let Some(tiles) = tiles.flatten() else {
+            return self.0.add_radiance(frame, quality, radiance);
+        };
+        let sources = self.0.sources();
+        let [quality, detail] = self.0.qualities(quality);
+        let evaluator = self.0.evaluators().kept(frame, detail)?;
+        let turns = TURNS_OF_PATH + sources.turns(quality) + PARTS * E::work(detail);
+        let mut first = 0;
+        for Together { source, lights } in sources.together(frame, quality)? {
+            let all: Range<usize> = first..first + lights;
+            first = all.end;
+            let mut start = all.start;
+            while start < all.end {
+                let rest = &inputs.emitters[start..all.end];
+                let (lists, count) = frame.pass("lists of lights", || {
+                    lists(&tiles, rest).map_err(MethodError::resource("lists of lights"))
+                })?;
+                let emitters = &rest[..count];
+                // The lines of a cookie may take all turns that there are.
+                let at_once = match emitters.iter().any(|emitter| texels(emitter) > 0) {
+                    true => 1,
+                    false => (MOST_TURNS / turns).max(1.0) as usize,
+                };
+                let lit = LitByMany {
+                    first: start - all.start,
+                    touching: sources.about().touching,
+                    at_once,
+                    watch: inputs.watch,
+                    ..LitByMany::new(&frame.rays, emitters, &lists, inputs.medium)
+                };
+                frame.pass("gather", || {
+                    let backend = frame.backend;
+                    Ok(backend.gather_many(&lit, &source, &*evaluator, radiance)?)
+                })?;
+                start += count;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,10 @@
+// The grids of the light that is being gathered, in the variable
+// light_baked_lights: array<light_Baked>.
+
+fn light_baked_count() -> u32 {
+    return light_baked_lights[light_number()].count;
+}
+
+fn light_baked_grid(grid: u32) -> light_BakedGrid {
+    return light_baked_lights[light_number()].grids[grid];
+}
