@@ -114,9 +114,10 @@ pub(crate) enum Command {
 /// each method as EXR files. A run that measured nothing returns 1. Studies measure one
 /// algorithm each, beside the methods: airlight.csv has evaluators of airlight, voxels.csv
 /// voxelized shadow volumes, area-lights.csv area lights as many of them, curves.csv
-/// curves of transmittance, precomputed-voxelized-shadows.csv what its name says, and
-/// marching.csv marches between shadow volumes, on meshes of its own. An interruption
-/// (Ctrl-C) during the studies ends them early, and what there is is reported.
+/// curves of transmittance, precomputed-voxelized-shadows.csv what its name says,
+/// many-lights.csv up to 10,000 lamps in the air of the scene, and marching.csv marches
+/// between shadow volumes, on meshes of its own. An interruption (Ctrl-C) during the
+/// studies ends them early, and what there is is reported.
 ///
 /// Errors are those of the airlight (surfaces, and what --ambient adds to all pictures,
 /// are the same for all methods), in linear radiance, divided by the reference's mean

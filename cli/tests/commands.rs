@@ -60,6 +60,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "area-lights.csv",
             "curves.csv",
             "index.html",
+            "many-lights.csv",
             "marching.csv",
             "precomputed-voxelized-shadows.csv",
             "results.csv",

@@ -11,6 +11,7 @@
 mod area_lights;
 mod curves;
 mod evaluators;
+mod many_lights;
 mod marching;
 mod precomputed_shadows;
 mod voxel_grids;
@@ -29,13 +30,14 @@ use crate::failure::Failure;
 use crate::parse::Size;
 
 /// All studies, in the order in which they are carried out and reported.
-pub(crate) const STUDIES: [Kind; 6] = [
+pub(crate) const STUDIES: [Kind; 7] = [
     evaluators::KIND,
     voxel_grids::KIND,
     area_lights::KIND,
     curves::KIND,
     precomputed_shadows::KIND,
     marching::KIND,
+    many_lights::KIND,
 ];
 
 /// One study, before it is carried out.
