@@ -135,6 +135,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "hybrid x gauss-8",
             "hybrid x quadrature-4",
             "hybrid x table-64",
+            "hybrid-filtered x gauss-8",
             "variance x midpoint",
             "exponential-variance x midpoint",
             "moments-4 x midpoint",

@@ -16,7 +16,8 @@
 //! A new source is a type that implements
 //! [`InShader<VisibilitySlot>`](gpu_backend::gpu::InShader), a new evaluator one
 //! that implements `InShader<AirlightSlot>`; each works with all the others. What
-//! is asked at a point implements `InShader<PointSlot>` and works in a march.
+//! is asked at a point implements `InShader<PointSlot>` and works in a march; what can be
+//! filtered over a step of one implements `InShader<StepSlot>`.
 //!
 //! The bind group 0 is the frame's, group 1 that of all parts, and groups 2 and 3
 //! are free. A frame has 3 storage buffers, which leaves 5 of WebGPU's 8 for parts; one
@@ -63,7 +64,7 @@ pub(crate) mod tests;
 
 #[cfg(feature = "shadow-map")]
 pub(crate) use slots::Shadows;
-pub use slots::{AirlightSlot, PointSlot, VisibilitySlot};
+pub use slots::{AirlightSlot, PointSlot, StepSlot, VisibilitySlot};
 
 /// Own trigonometry and exponentials.
 pub const NUMERIC: &str = include_str!("numeric.wgsl");

@@ -104,6 +104,28 @@ impl Slot for PointSlot {
     }
 }
 
+/// *How much of the light gets to this step of a ray, on average?* A part `x` defines
+///
+/// ```wgsl
+/// fn x_between(start: vec3<f32>, end: vec3<f32>) -> vec3<f32>
+/// ```
+///
+/// the share of each colour, from 0 to 1, along the way between two points.
+#[derive(Debug, Clone, Copy)]
+pub struct StepSlot;
+
+impl Slot for StepSlot {
+    fn glue(part: &str) -> String {
+        format!(
+            "
+fn light_step_visibility(start: vec3<f32>, end: vec3<f32>) -> vec3<f32> {{
+    return {part}_between(start, end);
+}}
+"
+        )
+    }
+}
+
 /// The first source of [`Both`](crate::visibility::Both) that is asked at a point.
 pub(super) struct FirstPoint;
 

@@ -60,10 +60,10 @@ pub(crate) use imperfect::{MOST_TEXELS, place, splat_scale};
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;
 pub(crate) use map::faces;
-pub(crate) use map::locate;
 #[cfg(feature = "translucent")]
 pub(crate) use map::render_face;
 pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
+pub(crate) use map::{Place, locate};
 #[cfg(any(feature = "shadow-dag", feature = "translucent"))]
 pub(crate) use masked::Masked;
 #[cfg(feature = "voxel-shadow")]

@@ -47,6 +47,11 @@ where
     fn visibility(&self, point: Vec3) -> Self::Share {
         self.0.visibility(point).behind(self.1.visibility(point))
     }
+
+    fn visibility_between(&self, from: Vec3, to: Vec3) -> Self::Share {
+        let other = self.1.visibility_between(from, to);
+        self.0.visibility_between(from, to).behind(other)
+    }
 }
 
 /// Appends what two lists of lit intervals, each in order, have in common.

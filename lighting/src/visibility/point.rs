@@ -17,6 +17,12 @@ pub trait PointVisibility: Sync {
 
     /// The share of the light that is not blocked on its way to `point`.
     fn visibility(&self, point: Vec3) -> Self::Share;
+
+    /// The mean share along a short way between two points: what gets to its middle,
+    /// unless this can be filtered.
+    fn visibility_between(&self, from: Vec3, to: Vec3) -> Self::Share {
+        self.visibility(0.5 * (from + to))
+    }
 }
 
 impl<P: PointVisibility + ?Sized> PointVisibility for &P {
@@ -25,6 +31,10 @@ impl<P: PointVisibility + ?Sized> PointVisibility for &P {
     fn visibility(&self, point: Vec3) -> P::Share {
         (**self).visibility(point)
     }
+
+    fn visibility_between(&self, from: Vec3, to: Vec3) -> P::Share {
+        (**self).visibility_between(from, to)
+    }
 }
 
 impl<P: PointVisibility + Send + ?Sized> PointVisibility for Arc<P> {
@@ -32,6 +42,10 @@ impl<P: PointVisibility + Send + ?Sized> PointVisibility for Arc<P> {
 
     fn visibility(&self, point: Vec3) -> P::Share {
         (**self).visibility(point)
+    }
+
+    fn visibility_between(&self, from: Vec3, to: Vec3) -> P::Share {
+        (**self).visibility_between(from, to)
     }
 }
 

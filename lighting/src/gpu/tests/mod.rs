@@ -159,14 +159,21 @@ fn marches_compile_with_every_evaluator_and_see_their_map_as_it_is() {
 fn hybrids_compile_with_every_evaluator_and_count_as_the_cpu_does() {
     use gpu_backend::gpu::GpuMemory;
 
-    use crate::methods::hybrid::Hybrid;
     use crate::methods::hybrid::gpu::{CONSTANTS, CellsRecord, FAR, HybridRecord};
+    use crate::methods::hybrid::{FilteredHybrid, Hybrid};
+    use crate::methods::prefiltered::MomentPyramid;
+    use crate::methods::prefiltered::gpu::PyramidRecord;
     use crate::shadow_map::ShadowMap;
 
     type Source = Hybrid<ShadowMap<GpuMemory>, GpuMemory>;
     complete::<Source, Midpoint>();
     complete::<Source, Quadrature>();
     complete::<Source, Analytic<Table>>();
+    type Filtered = FilteredHybrid<MomentPyramid<GpuMemory>, GpuMemory>;
+    complete::<Filtered, Midpoint>();
+    complete::<Filtered, Quadrature>();
+    complete::<Filtered, EquiAngular>();
+    complete::<Filtered, PerFrame>();
     let shader = complete::<Source, EquiAngular>();
     assert_same_layout!(
         shader,
@@ -196,6 +203,18 @@ fn hybrids_compile_with_every_evaluator_and_count_as_the_cpu_does() {
             more,
             most,
             padding
+        }
+    );
+    let filtered = complete::<Filtered, Analytic<Table>>();
+    assert_same_layout!(
+        filtered,
+        "light_Pyramid",
+        PyramidRecord {
+            firsts,
+            count,
+            padding_a,
+            padding_b,
+            padding_c
         }
     );
     for (name, value) in CONSTANTS {

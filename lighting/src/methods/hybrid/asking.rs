@@ -67,6 +67,14 @@ impl Steps {
         }
     }
 
+    /// Where a step begins; behind the last one the end of all.
+    pub(super) fn start(&self, number: u32) -> f32 {
+        if number >= self.count {
+            return self.part.end;
+        }
+        self.part.start + (f64::from(number) * self.step) as f32
+    }
+
     /// The numbers of those with their middles in a part.
     fn within(&self, part: Interval) -> Range<u32> {
         let number = |x: f32| (f64::from(x) - f64::from(self.part.start)) / self.step;
@@ -85,6 +93,14 @@ pub struct Volumes<'a> {
     pub shadow: Option<&'a ShadowVolumes<Host>>,
     /// Of light.
     pub light: Option<&'a LitVolumes<Host>>,
+}
+
+impl Volumes<'_> {
+    /// The origin of the light's pictures.
+    pub(super) fn origin(&self) -> Option<glam::Vec3> {
+        let shadow = self.shadow.map(|volumes| volumes.cells.origin);
+        shadow.or(self.light.map(|volumes| volumes.cells.origin))
+    }
 }
 
 /// What is known of a ray.
@@ -223,6 +239,11 @@ impl<'a> Asking<'a> {
         number > 0 || self.steps.part.start > self.whole.start
     }
 
+    /// Where the last step that is asked about ends, and whether what is behind it is lit.
+    pub(super) fn rest(&self) -> (f32, bool) {
+        (self.steps.start(self.end), self.outside[1])
+    }
+
     /// The step behind the last that is asked about, and whether it is lit; `None` if
     /// nothing is behind that.
     pub(super) fn behind(&self) -> Option<(u32, bool)> {
@@ -233,23 +254,34 @@ impl<'a> Asking<'a> {
 
     /// The number of the next step, and whether it is lit.
     pub(super) fn next(&mut self, is_lit: impl FnOnce(f32) -> bool) -> Option<(u32, bool)> {
+        self.next_step(|steps, number| {
+            let is_lit = is_lit(steps.middle(number));
+            (is_lit, Some(is_lit))
+        })
+    }
+
+    /// The number of the next step, and what is found of it: beside that `ask` says
+    /// whether the step is all lit or all dark, if it is either.
+    pub(super) fn next_step<T>(
+        &mut self,
+        ask: impl FnOnce(Steps, u32) -> (T, Option<bool>),
+    ) -> Option<(u32, T)> {
         let number = self.next;
         if number >= self.end {
             return None;
         }
         self.next += 1;
-        let x = self.steps.middle(number);
-        let now_lit = is_lit(x);
-        self.alike = if now_lit == self.was_lit {
-            self.alike + 1
-        } else {
-            1
+        let (found, is_lit) = ask(self.steps, number);
+        self.alike = match is_lit {
+            Some(is_lit) if is_lit == self.was_lit => self.alike + 1,
+            Some(_) => 1,
+            None => 0,
         };
-        self.was_lit = now_lit;
+        self.was_lit = is_lit.unwrap_or(self.was_lit);
         if self.alike >= self.leap {
-            self.leap(x);
+            self.leap(self.steps.middle(number));
         }
-        Some((number, now_lit))
+        Some((number, found))
     }
 
     /// Past what is known to be as the step whose middle is `x`.

@@ -26,6 +26,9 @@ pub(super) struct Cells {
     /// Of all pictures.
     pub(super) origin: Vec3,
     pub(super) pictures: Vec<Picture>,
+    /// The same as a shader has them.
+    #[cfg(feature = "wgpu")]
+    pub(super) faces: Vec<Face>,
     /// Texels per side of the map.
     pub(super) resolution: u32,
     /// Texels per side of a finest cell.
@@ -41,6 +44,8 @@ impl Cells {
         Self {
             origin: faces[0].origin,
             pictures: faces.iter().map(|f| Picture::new(f, resolution)).collect(),
+            #[cfg(feature = "wgpu")]
+            faces: faces.to_vec(),
             resolution,
             cell,
             side: resolution.div_ceil(cell).next_power_of_two(),

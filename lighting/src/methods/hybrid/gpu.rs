@@ -13,7 +13,7 @@ use super::cells::{Cells, NOTHING};
 use super::lit_volumes::{allowance, margin};
 #[cfg(test)]
 use super::search;
-use super::{BuildLitVolumes, Hybrid, LitVolumes, Spread};
+use super::{BuildLitVolumes, Hybrid, LitVolumes, ShadowVolumes, Spread};
 use crate::gpu::scene::PicturesRecord;
 use crate::gpu::{FACE, PLACE, PointSlot, VisibilitySlot};
 use crate::shadow_map::ShadowMap;
@@ -44,8 +44,11 @@ pub(crate) const CONSTANTS: [(&str, f64); 7] = [
     ("light_hybrid_LEAP", super::asking::LEAP as f64),
 ];
 
+/// The search for volumes.
+pub(crate) const SEARCH: &str = include_str!("search.wgsl");
+
 /// What volumes hold, of either kind.
-const STORED: &str = "
+pub(super) const STORED: &str = "
 fn light_hybrid_stored(of_light: bool, index: u32) -> f32 {
     if of_light {
         return light_hybrid_far[index];
@@ -61,6 +64,46 @@ fn light_hybrid_stored(of_light: bool, index: u32) -> f32 {
 }
 ";
 
+/// The record of the search, and what either kind of volumes holds.
+pub(super) fn volumes_in_shader<'a>(
+    (shadow, light): (
+        Option<&'a ShadowVolumes<GpuMemory>>,
+        Option<&'a LitVolumes<GpuMemory>>,
+    ),
+    steps: u32,
+    spread: Spread,
+) -> [Argument<'a>; 3] {
+    let cells = cells((shadow, light));
+    let record = HybridRecord {
+        steps,
+        cell: cells.map_or(0, |cells| cells.cell),
+        side: cells.map_or(0, |cells| cells.side),
+        by_span: u32::from(spread == Spread::Span),
+        has_shadow: u32::from(shadow.is_some()),
+        has_light: u32::from(light.is_some()),
+        padding_a: 0,
+        padding_b: 0,
+    };
+    let [near, far] = [shadow.map(|v| v.near()), light.map(|v| v.far())].map(|values| {
+        values.map_or_else(
+            || Argument::table::<f32>(&[]),
+            |values| Argument::read(values),
+        )
+    });
+    [Argument::uniform(record), near, far]
+}
+
+/// The cells of either kind of volumes.
+pub(super) fn cells<'a>(
+    (shadow, light): (
+        Option<&'a ShadowVolumes<GpuMemory>>,
+        Option<&'a LitVolumes<GpuMemory>>,
+    ),
+) -> Option<&'a Cells> {
+    let cells = shadow.map(|volumes| &volumes.cells);
+    cells.or(light.map(|volumes| &volumes.cells))
+}
+
 impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for Hybrid<P, GpuMemory> {
     fn part() -> Part {
         let points = <ShadowMap<GpuMemory> as InShader<PointSlot>>::part();
@@ -71,6 +114,7 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for Hybrid<P, Gpu
             .read("light_hybrid_near", "array<f32>")
             .read("light_hybrid_far", "array<f32>")
             .source(STORED)
+            .source(SEARCH)
             .source(include_str!("hybrid.wgsl"))
     }
 
@@ -80,24 +124,8 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for Hybrid<P, Gpu
 
     fn arguments(&self) -> Vec<Argument<'_>> {
         let mut arguments = InShader::<PointSlot>::arguments(self.map());
-        let (shadow, light) = (self.volumes(), self.lit_volumes());
-        let cells = shadow.map(|volumes| &volumes.cells);
-        let cells = cells.or(light.map(|volumes| &volumes.cells));
-        arguments.push(Argument::uniform(HybridRecord {
-            steps: self.steps(),
-            cell: cells.map_or(0, |cells| cells.cell),
-            side: cells.map_or(0, |cells| cells.side),
-            by_span: u32::from(self.spread() == Spread::Span),
-            has_shadow: u32::from(shadow.is_some()),
-            has_light: u32::from(light.is_some()),
-            padding_a: 0,
-            padding_b: 0,
-        }));
-        let values = [shadow.map(|v| v.near()), light.map(|v| v.far())];
-        arguments.extend(values.map(|values| match values {
-            Some(values) => Argument::read(values),
-            None => Argument::table::<f32>(&[]),
-        }));
+        let volumes = (self.volumes(), self.lit_volumes());
+        arguments.extend(volumes_in_shader(volumes, self.steps(), self.spread()));
         arguments
     }
 }

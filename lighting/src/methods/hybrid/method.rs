@@ -37,38 +37,7 @@ impl LightSources for Hybrids {
     }
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
-        let (steps, total) = (STEPS.usual, inputs.emitters.len());
-        let choices: Vec<(Known, Choice)> = (0..total)
-            .filter_map(|light| choice(inputs, light, (steps, self.spread)).ok()?)
-            .collect();
-        let of = |known: fn(Known) -> bool| -> Vec<Choice> {
-            let all = choices.iter().filter(|(which, _)| known(*which));
-            all.map(|(_, choice)| *choice).collect()
-        };
-        let mean = |all: &[Choice], value: fn(&Choice) -> f64| {
-            all.iter().map(value).sum::<f64>() / all.len() as f64
-        };
-        let mut notes = Vec::new();
-        let marched = of(|known| known == Known::NOTHING);
-        if !marched.is_empty() {
-            notes.push(format!(
-                "of {steps} steps shadow volumes would save {:.0} and cost as much as {:.0}: all \
-                 of each ray is marched then ({} of {total})",
-                mean(&marched, Choice::saved),
-                mean(&marched, Choice::cost),
-                marched.len(),
-            ));
-        }
-        let lit = of(|known| known.light);
-        if !lit.is_empty() {
-            notes.push(format!(
-                "mostly in shadow: outside of volumes of light all is dark, and of {steps} steps \
-                 {:.0} are asked about ({} of {total})",
-                mean(&lit, |choice| choice.asked),
-                lit.len(),
-            ));
-        }
-        notes
+        notes(inputs, self.spread)
     }
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
@@ -81,6 +50,42 @@ impl LightSources for Hybrids {
             ..map
         }
     }
+}
+
+/// Which volumes the lights of a frame have, and why.
+pub(super) fn notes(inputs: &FrameInputs<'_>, spread: Spread) -> Vec<String> {
+    let (steps, total) = (STEPS.usual, inputs.emitters.len());
+    let choices: Vec<(Known, Choice)> = (0..total)
+        .filter_map(|light| choice(inputs, light, (steps, spread)).ok()?)
+        .collect();
+    let of = |known: fn(Known) -> bool| -> Vec<Choice> {
+        let all = choices.iter().filter(|(which, _)| known(*which));
+        all.map(|(_, choice)| *choice).collect()
+    };
+    let mean = |all: &[Choice], value: fn(&Choice) -> f64| {
+        all.iter().map(value).sum::<f64>() / all.len() as f64
+    };
+    let mut notes = Vec::new();
+    let marched = of(|known| known == Known::NOTHING);
+    if !marched.is_empty() {
+        notes.push(format!(
+            "of {steps} steps shadow volumes would save {:.0} and cost as much as {:.0}: all \
+             of each ray is marched then ({} of {total})",
+            mean(&marched, Choice::saved),
+            mean(&marched, Choice::cost),
+            marched.len(),
+        ));
+    }
+    let lit = of(|known| known.light);
+    if !lit.is_empty() {
+        notes.push(format!(
+            "mostly in shadow: outside of volumes of light all is dark, and of {steps} steps \
+             {:.0} are asked about ({} of {total})",
+            mean(&lit, |choice| choice.asked),
+            lit.len(),
+        ));
+    }
+    notes
 }
 
 /// The volumes of a light, on the host.
@@ -126,13 +131,13 @@ struct Estimated(OfLight);
 
 /// Which volumes of a light are looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Known {
-    shadow: bool,
-    light: bool,
+pub(super) struct Known {
+    pub(super) shadow: bool,
+    pub(super) light: bool,
 }
 
 impl Known {
-    const NOTHING: Self = Self {
+    pub(super) const NOTHING: Self = Self {
         shadow: false,
         light: false,
     };
@@ -141,7 +146,7 @@ impl Known {
 /// Which volumes of a light are best for the rays of a frame, and what they do: those of
 /// light are considered where the dark steps among those of shadow could pay for them in
 /// this frame. If none is of use, what those of shadow would do.
-fn choice(
+pub(super) fn choice(
     inputs: &FrameInputs<'_>,
     light: usize,
     steps: (u32, Spread),
@@ -210,7 +215,7 @@ pub(in crate::methods) fn volumes<B: Backend>(
 }
 
 /// The volumes of light of a shadow map where the frame is made.
-fn lit_volumes<B: RenderShadowMap + BuildLitVolumes>(
+pub(super) fn lit_volumes<B: RenderShadowMap + BuildLitVolumes>(
     frame: &Frame<'_, B>,
     light: usize,
 ) -> Result<Arc<LitVolumes<B::Memory>>, MethodError> {

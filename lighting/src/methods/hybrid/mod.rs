@@ -85,11 +85,47 @@
 //!   other kind, and leaps.
 //! * The paper's first and last borders are exact because polygons are; here all borders
 //!   are halved.
-//! * Casters that count as a texture are left out.
 //! * Lights with a cookie need no steps for their colours, which an evaluator integrates
 //!   ([`Quadrature`](crate::airlight::Quadrature)); [`textured`](super::textured) takes
 //!   them, as the paper does.
 //! * Scattering at a low resolution is a method around any other, `methods::reduced`.
+//!
+//! # Casters that count as a texture
+//!
+//! Between the volumes of leaves, hair or a fence nearly every step has a border of its own,
+//! and most shadows are finer than a step. For these section 5 of the paper proposes to
+//! treat shadows as a texture. [`FilteredHybrid`] asks what share of each step is lit, in a mip
+//! pyramid of moments ([`MomentPyramid`](super::prefiltered::MomentPyramid)), one level
+//! finer than the step is long in the picture of the light. Halving finds no
+//! borders then, because a border within a step darkens it by its share. The fronts and
+//! backs of volumes stay where they are. Errors against the runs of the map, RMSE relative
+//! to the mean, with 160 × 90 rays in `fence` and 96 × 54 in `hairball`; `hybrid` and
+//! `hybrid-filtered` with Gauss–Legendre of 8 nodes, `exponential-variance` (the same moments
+//! in steps of whole rays) with equi-angular samples:
+//!
+//! | scene | steps | `hybrid` | `hybrid-filtered` | `exponential-variance` |
+//! |---|---|---|---|---|
+//! | `fence` | 2 | 0.27 | 0.20 | 1.28 |
+//! | | 4 | 0.18 | 0.11 | 1.12 |
+//! | | 8 | 0.12 | 0.084 | 1.10 |
+//! | | 16 | 0.064 | 0.057 | 1.05 |
+//! | | 32 | 0.031 | 0.033 | 1.01 |
+//! | | 128 | 0.0058 | 0.0097 | 0.55 |
+//! | `hairball` | 2 | 2.5 | 1.8 | 1.3 |
+//! | | 4 | 2.0 | 1.2 | 1.1 |
+//! | | 8 | 1.5 | 1.1 | 0.90 |
+//! | | 16 | 1.4 | 1.1 | 1.2 |
+//! | | 32 | 1.2 | 0.94 | 1.1 |
+//! | | 128 | 0.31 | 0.38 | 0.32 |
+//!
+//! Shares pay in few steps, up to 16 in these scenes: the error is then a tenth to two
+//! fifths less. With more of them moments that are filtered across the ray as well, and
+//! light that bleeds, are worse than samples of the map with halved borders. On a CPU a step
+//! costs about twice as much in `hairball`: in equal times the errors of 2 and 4 steps are a
+//! tenth and a fifth less than those of 4 and 8 steps of `hybrid`. The pyramid takes twice as
+//! long to make as the volumes. It is no method for small errors: a frame of `fence` to 2 %
+//! takes 2.6 times as long as with `hybrid`. Variance alone has twice the error in 16 steps
+//! and more of `fence`; four moments have a tenth less, at twice the time.
 //!
 //! # Which volumes are looked for
 //!
@@ -121,6 +157,7 @@
 mod asking;
 mod cells;
 mod choice;
+mod filtered;
 #[cfg(feature = "methods")]
 #[cfg(test)]
 mod frame_tests;
@@ -137,7 +174,7 @@ mod tests;
 mod volumes;
 
 #[cfg(feature = "methods")]
-pub(super) use method::{methods, volumes as volumes_of};
+pub(super) use method::volumes as volumes_of;
 
 use std::borrow::Borrow;
 use std::sync::Arc;
@@ -146,6 +183,7 @@ use gpu_backend::{Error, Host, Memory};
 
 pub use asking::Volumes;
 pub use choice::Choice;
+pub use filtered::FilteredHybrid;
 pub use lit_volumes::{BuildLitVolumes, LitVolumes};
 pub use volumes::ShadowVolumes;
 
@@ -154,6 +192,13 @@ use cells::Cells;
 
 use crate::shadow_map::ShadowMap;
 use crate::{LightPath, LitInterval, VisibilitySource};
+
+#[cfg(feature = "methods")]
+pub(super) fn methods() -> Vec<crate::methods::Entry> {
+    let mut all = method::methods();
+    all.extend(filtered::methods());
+    all
+}
 
 /// How often the part between a lit step and a dark one is halved to find the border.
 const HALVINGS: u32 = 3;

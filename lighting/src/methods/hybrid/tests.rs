@@ -15,7 +15,7 @@ use crate::{Emitter, Interval, Ray};
 
 /// Texels per side of maps, no multiple of a cell. The axis of a light is in the middle of
 /// a texel: on a border it would be rounded to either side.
-const MAP: u32 = 125;
+pub(super) const MAP: u32 = 125;
 
 fn vector(random: &mut Random, size: f32) -> Vec3 {
     random.vector(size).into()
@@ -73,7 +73,7 @@ fn light_and_eye(random: &mut Random, number: u32) -> (Emitter, Vec3) {
 }
 
 /// Rays all around, close by the light and through it, along its axis, to the sky.
-fn rays(random: &mut Random, eye: Vec3, light: &Emitter, count: usize) -> Vec<Ray> {
+pub(super) fn rays(random: &mut Random, eye: Vec3, light: &Emitter, count: usize) -> Vec<Ray> {
     let towards = match light {
         Emitter::Point(point) => point.position() - eye,
         Emitter::Directional(sun) => -sun.direction(),
@@ -100,11 +100,11 @@ fn rays(random: &mut Random, eye: Vec3, light: &Emitter, count: usize) -> Vec<Ra
     (0..count).map(new).collect()
 }
 
-fn fog() -> Medium {
+pub(super) fn fog() -> Medium {
     Medium::new(Vec3::splat(0.3), Vec3::ZERO, PhaseFunction::Isotropic).unwrap()
 }
 
-type Case = (
+pub(super) type Case = (
     Random,
     Geometry,
     Emitter,
@@ -114,7 +114,7 @@ type Case = (
 );
 
 /// A case with its map, of so many texels per side, and its volumes.
-fn case(number: u32, size: u32) -> Case {
+pub(super) fn case(number: u32, size: u32) -> Case {
     let mut random = Random::new(1000 + u64::from(number));
     let count = [3, 40, 200][number as usize % 3];
     let geometry = casters(&mut random, count);
@@ -241,7 +241,7 @@ fn no_lit_sample_of_the_map_is_outside_of_the_volumes_of_light() {
 }
 
 /// Walls with a window, 6 m a side.
-fn room() -> Geometry {
+pub(super) fn room() -> Geometry {
     let wall = |corners: [Vec3; 4], positions: &mut Vec<Vec3>| {
         let [a, b, c, d] = corners;
         positions.extend([a, b, c, a, c, d]);

@@ -7,9 +7,9 @@ use gpu_backend::gpu::{
 use gpu_backend::shader::Part;
 use gpu_backend::{Backend, Error};
 
-use super::{Level, Moments, Prefilter, PrefilteredMap};
+use super::{Level, MomentPyramid, Moments, Prefilter, PrefilteredMap};
 use crate::gpu::scene::PicturesRecord;
-use crate::gpu::{FACE, PLACE, PointSlot};
+use crate::gpu::{FACE, PLACE, PointSlot, StepSlot};
 use crate::shadow_map::ShadowMap;
 
 /// Invocations per workgroup in `build.wgsl`.
@@ -62,9 +62,84 @@ const LEVEL: &str = include_str!("level.wgsl");
 /// The shader that filters.
 pub(crate) const BUILD: [&str; 5] = [INDEX_WGSL, FACE, PLACE, LEVEL, include_str!("build.wgsl")];
 
+/// The shader that makes a level from the one before it.
+pub(crate) const COARSEN: [&str; 5] =
+    [INDEX_WGSL, FACE, PLACE, LEVEL, include_str!("coarsen.wgsl")];
+
+/// `Coarser` of `coarsen.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(crate) struct CoarserRecord {
+    pub(crate) level: LevelRecord,
+    pub(crate) finer: u32,
+    pub(crate) own: u32,
+    pub(crate) padding_a: u32,
+    pub(crate) padding_b: u32,
+}
+
+/// Levels of the largest map.
+const MOST_LEVELS: usize = 17;
+
+/// `light_Pyramid` of `pyramid.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(crate) struct PyramidRecord {
+    pub(crate) firsts: [[u32; 4]; MOST_LEVELS.div_ceil(4)],
+    pub(crate) count: u32,
+    pub(crate) padding_a: u32,
+    pub(crate) padding_b: u32,
+    pub(crate) padding_c: u32,
+}
+
+impl PyramidRecord {
+    fn new(firsts: &[usize]) -> Self {
+        let mut record = Self {
+            count: firsts.len() as u32,
+            ..Self::zeroed()
+        };
+        for (i, first) in firsts.iter().enumerate() {
+            // A buffer with more numbers than a u32 counts cannot be bound.
+            record.firsts[i / 4][i % 4] = *first as u32;
+        }
+        record
+    }
+}
+
 /// Levels whose texels cover more than 4^6 texels of the map are made in two steps: some
 /// software drivers end loops after 65,535 turns.
 const AT_ONCE: u32 = 6;
+
+/// Writes the moments of a level at the beginning of a buffer.
+fn filter<E: Encode>(
+    gpu: &Gpu<E>,
+    map: &ShadowMap<GpuMemory>,
+    level: &Level,
+    moments: &mut GpuBuffer<f32>,
+) -> Result<(), Error> {
+    let run = |entry, read: &GpuBuffer<f32>, write: &mut GpuBuffer<f32>, count| {
+        gpu.dispatch(
+            &Kernel {
+                label: "prefilter",
+                parts: &BUILD,
+                entry,
+                constants: &[],
+            },
+            &[&[
+                Argument::uniform(LevelRecord::new(level)),
+                Argument::read(read),
+                Argument::write(write),
+            ]],
+            Workgroups::covering(count, GROUP),
+        )
+    };
+    if level.level <= AT_ONCE {
+        return run("prefilter", map.depth(), moments, level.texels());
+    }
+    let parts = level.faces.len() * level.resolution as usize * level.side as usize;
+    let mut rows = gpu.zeros::<f32>(parts * level.moments.channels())?;
+    run("sum_rows", map.depth(), &mut rows, parts)?;
+    run("join_rows", &rows, moments, level.len())
+}
 
 impl<E: Encode> Prefilter for Gpu<E> {
     fn prefilter(
@@ -73,30 +148,43 @@ impl<E: Encode> Prefilter for Gpu<E> {
         level: &Level,
     ) -> Result<GpuBuffer<f32>, Error> {
         let mut moments = self.zeros::<f32>(level.len())?;
-        let run = |entry, read: &GpuBuffer<f32>, write: &mut GpuBuffer<f32>, count| {
+        filter(self, map, level, &mut moments)?;
+        Ok(moments)
+    }
+
+    fn prefilter_all(
+        &self,
+        map: &ShadowMap<GpuMemory>,
+        levels: &[Level],
+    ) -> Result<GpuBuffer<f32>, Error> {
+        let mut moments = self.zeros::<f32>(levels.iter().map(Level::len).sum())?;
+        if let Some(finest) = levels.first() {
+            filter(self, map, finest, &mut moments)?;
+        }
+        let mut finer = 0;
+        for pair in levels.windows(2) {
+            let own = finer + pair[0].len();
             self.dispatch(
                 &Kernel {
                     label: "prefilter",
-                    parts: &BUILD,
-                    entry,
+                    parts: &COARSEN,
+                    entry: "coarsen",
                     constants: &[],
                 },
                 &[&[
-                    Argument::uniform(LevelRecord::new(level)),
-                    Argument::read(read),
-                    Argument::write(write),
+                    Argument::uniform(CoarserRecord {
+                        level: LevelRecord::new(&pair[1]),
+                        finer: finer as u32,
+                        own: own as u32,
+                        padding_a: 0,
+                        padding_b: 0,
+                    }),
+                    Argument::write(&mut moments),
                 ]],
-                Workgroups::covering(count, GROUP),
-            )
-        };
-        if level.level <= AT_ONCE {
-            run("prefilter", map.depth(), &mut moments, level.texels())?;
-            return Ok(moments);
+                Workgroups::covering(pair[1].len(), GROUP),
+            )?;
+            finer = own;
         }
-        let parts = level.faces.len() * level.resolution as usize * level.side as usize;
-        let mut rows = self.zeros::<f32>(parts * level.moments.channels())?;
-        run("sum_rows", map.depth(), &mut rows, parts)?;
-        run("join_rows", &rows, &mut moments, level.len())?;
         Ok(moments)
     }
 }
@@ -104,7 +192,7 @@ impl<E: Encode> Prefilter for Gpu<E> {
 impl InShader<PointSlot> for PrefilteredMap<GpuMemory> {
     fn part() -> Part {
         Part::new("light_moments")
-            .sources(&[FACE, PLACE, LEVEL, include_str!("lookup.wgsl")])
+            .sources(&LOOKUP)
             .uniform("light_moments", "light_Level")
             .read("light_moment_values", "array<f32>")
     }
@@ -113,6 +201,28 @@ impl InShader<PointSlot> for PrefilteredMap<GpuMemory> {
         vec![
             Argument::uniform(LevelRecord::new(&self.level)),
             Argument::read(&self.moments),
+        ]
+    }
+}
+
+/// What both are asked by.
+const LOOKUP: [&str; 4] = [FACE, PLACE, LEVEL, include_str!("lookup.wgsl")];
+
+impl InShader<StepSlot> for MomentPyramid<GpuMemory> {
+    fn part() -> Part {
+        Part::new("light_moments")
+            .sources(&LOOKUP)
+            .uniform("light_moments", "light_Level")
+            .read("light_moment_values", "array<f32>")
+            .uniform("light_pyramid", "light_Pyramid")
+            .source(include_str!("pyramid.wgsl"))
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        vec![
+            Argument::uniform(LevelRecord::new(&self.levels[0])),
+            Argument::read(&self.moments),
+            Argument::uniform(PyramidRecord::new(&self.firsts)),
         ]
     }
 }

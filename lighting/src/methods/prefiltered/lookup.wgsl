@@ -134,7 +134,7 @@ fn light_moments_three_steps(p: vec4<f32>, bracket: vec3<f32>, is_rising: bool) 
 }
 
 // The root between left and right, sought from start; FAR if there is none.
-fn light_moments_between(p: vec4<f32>, left: f32, right: f32, start: f32) -> f32 {
+fn light_moments_root(p: vec4<f32>, left: f32, right: f32, start: f32) -> f32 {
     let is_rising = light_moments_value(p, left) <= 0.0;
     if is_rising == (light_moments_value(p, right) <= 0.0) {
         return light_moments_FAR;
@@ -155,9 +155,9 @@ fn light_moments_cubic(p: vec4<f32>) -> vec3<f32> {
     let is_first_nearer = abs(light_moments_value(p, turns.x)) < abs(light_moments_value(p, turns.y));
     let inner = select(turns.y - behind, turns.x + before, is_first_nearer);
     return vec3(
-        light_moments_between(p, -far, turns.x, turns.x - before),
-        light_moments_between(p, turns.x, turns.y, inner),
-        light_moments_between(p, turns.y, far, turns.y + behind),
+        light_moments_root(p, -far, turns.x, turns.x - before),
+        light_moments_root(p, turns.x, turns.y, inner),
+        light_moments_root(p, turns.y, far, turns.y + behind),
     );
 }
 
@@ -205,11 +205,24 @@ fn light_moments_share(kind: u32, moments: array<f32, 6>, z: f32) -> f32 {
     }
 }
 
+// Where the texels of a level are: its first number, the level, and texels per side.
+struct light_MomentTexels {
+    first: u32,
+    level: u32,
+    side: u32,
+}
+
 // The share of light that gets to the depth z past a texel.
-fn light_moments_past(face: u32, column: u32, row: u32, z: f32) -> f32 {
-    let side = light_moments.side;
+fn light_moments_past(
+    texels: light_MomentTexels,
+    face: u32,
+    column: u32,
+    row: u32,
+    z: f32,
+) -> f32 {
     let channels = light_moments.channels;
-    let first = ((face * side + row) * side + column) * channels;
+    let texel = (face * texels.side + row) * texels.side + column;
+    let first = texels.first + texel * channels;
     var moments = array<f32, 6>();
     moments[0] = light_moment_values[first];
     moments[1] = light_moment_values[first + 1u];
@@ -224,6 +237,28 @@ fn light_moments_past(face: u32, column: u32, row: u32, z: f32) -> f32 {
     return light_moments_share(light_moments.kind, moments, z);
 }
 
+// The same between the four texels around a texel of the map.
+fn light_moments_in(
+    texels: light_MomentTexels,
+    face: u32,
+    texel: vec2<f32>,
+    z: f32,
+) -> f32 {
+    let scale = 1.0 / f32(1u << texels.level);
+    let last = texels.side - 1u;
+    let position = clamp(texel * scale - 0.5, vec2(0.0), vec2(f32(last)));
+    let low = vec2<u32>(position);
+    let high = min(low + 1u, vec2(last));
+    let part = position - vec2<f32>(low);
+    var corners = vec4(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let corner = select(low, high, vec2(i % 2u, i / 2u) == vec2(1u));
+        corners[i] = light_moments_past(texels, face, corner.x, corner.y, z);
+    }
+    let lines = corners.xz + part.x * (corners.yw - corners.xz);
+    return lines.x + part.y * (lines.y - lines.x);
+}
+
 fn light_moments_visibility(point: vec3<f32>) -> vec3<f32> {
     // One origin for all faces.
     let v = point - light_moments.pictures.faces[0].origin;
@@ -234,17 +269,6 @@ fn light_moments_visibility(point: vec3<f32>) -> vec3<f32> {
         return vec3(1.0);
     }
     let z = light_level_depth(light_moments, light_depth_of(face, v));
-    let scale = 1.0 / f32(1u << light_moments.level);
-    let last = light_moments.side - 1u;
-    let position = clamp(texel * scale - 0.5, vec2(0.0), vec2(f32(last)));
-    let low = vec2<u32>(position);
-    let high = min(low + 1u, vec2(last));
-    let part = position - vec2<f32>(low);
-    var corners = vec4(0.0);
-    for (var i = 0u; i < 4u; i++) {
-        let corner = select(low, high, vec2(i % 2u, i / 2u) == vec2(1u));
-        corners[i] = light_moments_past(index, corner.x, corner.y, z);
-    }
-    let lines = corners.xz + part.x * (corners.yw - corners.xz);
-    return vec3(lines.x + part.y * (lines.y - lines.x));
+    let texels = light_MomentTexels(0u, light_moments.level, light_moments.side);
+    return vec3(light_moments_in(texels, index, texel, z));
 }

@@ -19,6 +19,20 @@ const MOST_BYTES: f64 = (1_u64 << 27) as f64;
 /// so many steps goes by.
 const CROSSED: f64 = 0.25;
 
+/// The finest level of the moments of a light that fits into memory, with so many numbers
+/// for each of its texels.
+pub(in crate::methods) fn finest_level(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+    numbers: f64,
+) -> u32 {
+    let faces = face_count(inputs.geometry, &inputs.emitters[light]);
+    let texels = faces as f64 * f64::from(inputs.map).powi(2);
+    let bytes = 4.0 * numbers * texels;
+    // Conversions saturate.
+    (0.5 * (bytes / MOST_BYTES).log2()).ceil() as u32
+}
+
 /// A march through the moments of every light.
 #[derive(Debug, Clone, Copy)]
 struct Filtered {
@@ -31,12 +45,9 @@ impl Filtered {
     /// The level at which a texel is about as long as a step, or the first that fits
     /// into memory.
     fn level(self, inputs: &FrameInputs<'_>, light: usize, steps: u32) -> u32 {
-        let faces = face_count(inputs.geometry, &inputs.emitters[light]);
-        let texels = faces as f64 * f64::from(inputs.map).powi(2);
-        let bytes = 4.0 * self.moments.channels() as f64 * texels;
-        let fits = (0.5 * (bytes / MOST_BYTES).log2()).ceil();
+        let fits = finest_level(inputs, light, self.moments.channels() as f64);
         let step = CROSSED * f64::from(inputs.map) / f64::from(steps.max(1));
-        step.log2().round().max(fits).max(0.0) as u32
+        (step.log2().round() as u32).max(fits)
     }
 }
 

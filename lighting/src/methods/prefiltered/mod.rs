@@ -12,6 +12,10 @@
 //! 2ˡ × 2ˡ texels. A march that asks it in few steps sees what lies between its
 //! steps, in place of a texel.
 //!
+//! A [`MomentPyramid`] is all levels of one. It is asked about the way between two points,
+//! at a level that goes with its length in the picture of the light
+//! ([`PointVisibility::visibility_between`]).
+//!
 //! # What is asked
 //!
 //! The most light that any distribution of depths with these moments can let
@@ -49,11 +53,13 @@ pub(crate) mod gpu;
 #[cfg(feature = "methods")]
 mod method;
 mod moments;
+mod pyramid;
 #[cfg(test)]
 mod tests;
 
 #[cfg(feature = "methods")]
-pub(super) use method::methods;
+pub(super) use method::{finest_level, methods};
+pub use pyramid::MomentPyramid;
 
 use glam::Vec3;
 use gpu_backend::{Backend, BufferOf, Cpu, Error, Host, Memory};
@@ -62,7 +68,7 @@ use moments::{least_before, not_before};
 
 use crate::scene::Bounds;
 use crate::scene::raster::{Face, Rays};
-use crate::shadow_map::{EMPTY, ShadowMap, locate};
+use crate::shadow_map::{EMPTY, Place, ShadowMap, locate};
 use crate::visibility::PointVisibility;
 
 /// Where the deepest caster is, from −1 to 1; emptiness is at 1.
@@ -192,6 +198,38 @@ impl Level {
         let end = (first + (1 << self.level)).min(self.resolution);
         first as usize..end as usize
     }
+
+    /// The share of light that gets to the depth `z` past a texel, of the moments of all
+    /// texels.
+    fn share(&self, stored: &[f32], face: usize, [column, row]: [u32; 2], z: f32) -> f32 {
+        let side = self.side as usize;
+        let channels = self.moments.channels();
+        let texel = (face * side + row as usize) * side + column as usize;
+        let mut moments = [0.0; MOST];
+        moments[..channels].copy_from_slice(&stored[channels * texel..channels * (texel + 1)]);
+        self.moments.visibility(&moments, z)
+    }
+
+    /// The share of light that gets to a place, between those past the four texels around
+    /// it.
+    fn visibility(&self, stored: &[f32], place: &Place) -> f32 {
+        let z = self.depth(place.depth);
+        let scale = 1.0 / (1_u32 << self.level) as f32;
+        let last = self.side - 1;
+        let position = place
+            .texel
+            .map(|x| (x * scale - 0.5).clamp(0.0, last as f32));
+        let low = position.map(|x| x as u32);
+        let high = low.map(|x| (x + 1).min(last));
+        let [x, y] = [0, 1].map(|axis| position[axis] - low[axis] as f32);
+        let line = |row: u32| {
+            let [a, b] =
+                [low[0], high[0]].map(|column| self.share(stored, place.face, [column, row], z));
+            a + x * (b - a)
+        };
+        let (a, b) = (line(low[1]), line(high[1]));
+        a + y * (b - a)
+    }
 }
 
 /// The depths of the corners of a box as a light sees them.
@@ -233,6 +271,17 @@ pub trait Prefilter: Backend {
         &self,
         map: &ShadowMap<Self::Memory>,
         level: &Level,
+    ) -> Result<BufferOf<Self, f32>, Error>;
+
+    /// The moments of several levels, one after the other, each twice as coarse as the one
+    /// before it.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if they do not fit into memory.
+    fn prefilter_all(
+        &self,
+        map: &ShadowMap<Self::Memory>,
+        levels: &[Level],
     ) -> Result<BufferOf<Self, f32>, Error>;
 }
 
@@ -282,76 +331,96 @@ impl<M: Memory> PrefilteredMap<M> {
 
 impl Prefilter for Cpu {
     fn prefilter(&self, map: &ShadowMap<Host>, level: &Level) -> Result<Vec<f32>, Error> {
-        let channels = level.moments.channels();
         let mut all = self.zeros::<f32>(level.len())?;
-        let side = level.resolution as usize;
-        let width = level.side as usize;
-        self.for_each_chunk(&mut all, channels * width, |first, line| {
-            let number = first / (channels * width);
-            let (face, number) = (number / width, number % width);
-            let rows = level.covered(number as u32);
-            for (column, texel) in line.chunks_exact_mut(channels).enumerate() {
-                let columns = level.covered(column as u32);
-                let mut sums = [0.0_f32; MOST];
-                for row in rows.clone() {
-                    // Sums of rows: few roundings of many texels.
-                    let mut sum = [0.0_f32; MOST];
-                    let depths = &map.depth()[(face * side + row) * side..][columns.clone()];
-                    for depth in depths {
-                        let moments = level.moments.of(level.depth(*depth));
-                        for (sum, moment) in sum.iter_mut().zip(moments) {
-                            *sum += moment;
-                        }
-                    }
-                    for (total, sum) in sums.iter_mut().zip(sum) {
-                        *total += sum;
-                    }
-                }
-                let count = (rows.len() * columns.len()) as f32;
-                for (to, sum) in texel.iter_mut().zip(sums) {
-                    *to = sum / count;
-                }
+        filter(self, map, level, &mut all);
+        Ok(all)
+    }
+
+    fn prefilter_all(&self, map: &ShadowMap<Host>, levels: &[Level]) -> Result<Vec<f32>, Error> {
+        let mut all = self.zeros::<f32>(levels.iter().map(Level::len).sum())?;
+        let mut rest = &mut all[..];
+        let mut finer: Option<(&Level, &[f32])> = None;
+        for level in levels {
+            let (own, others) = rest.split_at_mut(level.len());
+            match finer {
+                None => filter(self, map, level, own),
+                Some((finer, moments)) => coarsen(self, finer, moments, level, own),
             }
-        });
+            (finer, rest) = (Some((level, &*own)), others);
+        }
         Ok(all)
     }
 }
 
-impl PrefilteredMap<Host> {
-    /// The share of light that gets to the depth `z` past a texel.
-    fn share(&self, face: usize, [column, row]: [u32; 2], z: f32) -> f32 {
-        let side = self.level.side as usize;
-        let channels = self.level.moments.channels();
-        let texel = (face * side + row as usize) * side + column as usize;
-        let mut moments = [0.0; MOST];
-        let stored = &self.moments[channels * texel..channels * (texel + 1)];
-        moments[..channels].copy_from_slice(stored);
-        self.level.moments.visibility(&moments, z)
-    }
+/// The moments of a level, from the map.
+fn filter(cpu: &Cpu, map: &ShadowMap<Host>, level: &Level, all: &mut [f32]) {
+    let channels = level.moments.channels();
+    let side = level.resolution as usize;
+    let width = level.side as usize;
+    cpu.for_each_chunk(all, channels * width, |first, line| {
+        let number = first / (channels * width);
+        let (face, number) = (number / width, number % width);
+        let rows = level.covered(number as u32);
+        for (column, texel) in line.chunks_exact_mut(channels).enumerate() {
+            let columns = level.covered(column as u32);
+            let mut sums = [0.0_f32; MOST];
+            for row in rows.clone() {
+                // Sums of rows: few roundings of many texels.
+                let mut sum = [0.0_f32; MOST];
+                let depths = &map.depth()[(face * side + row) * side..][columns.clone()];
+                for depth in depths {
+                    let moments = level.moments.of(level.depth(*depth));
+                    for (sum, moment) in sum.iter_mut().zip(moments) {
+                        *sum += moment;
+                    }
+                }
+                for (total, sum) in sums.iter_mut().zip(sum) {
+                    *total += sum;
+                }
+            }
+            let count = (rows.len() * columns.len()) as f32;
+            for (to, sum) in texel.iter_mut().zip(sums) {
+                *to = sum / count;
+            }
+        }
+    });
+}
+
+/// The moments of a level, from those of the one that is twice as fine: texels at the far
+/// borders of the map may cover less, and weigh less.
+fn coarsen(cpu: &Cpu, finer: &Level, moments: &[f32], level: &Level, all: &mut [f32]) {
+    let channels = level.moments.channels();
+    let (side, width) = (finer.side, level.side as usize);
+    cpu.for_each_chunk(all, channels * width, |first, line| {
+        let number = first / (channels * width);
+        let (face, row) = (number / width, number % width);
+        for (column, texel) in line.chunks_exact_mut(channels).enumerate() {
+            let mut count = 0.0_f32;
+            let first = [2 * column as u32, 2 * row as u32];
+            for [column, row] in [[0, 0], [1, 0], [0, 1], [1, 1]]
+                .map(|[x, y]| [first[0] + x, first[1] + y])
+                .into_iter()
+                .filter(|at| at.iter().all(|at| *at < side))
+            {
+                let [x, y] = [column, row].map(|at| finer.covered(at).len() as f32);
+                let own = (face * side as usize + row as usize) * side as usize + column as usize;
+                for (sum, moment) in texel.iter_mut().zip(&moments[channels * own..]) {
+                    *sum += x * y * moment;
+                }
+                count += x * y;
+            }
+            for sum in texel {
+                *sum /= count;
+            }
+        }
+    });
 }
 
 impl PointVisibility for PrefilteredMap<Host> {
     type Share = f32;
 
     fn visibility(&self, point: Vec3) -> f32 {
-        let level = &self.level;
-        let Some(place) = locate(&level.faces, level.resolution, point) else {
-            return 1.0;
-        };
-        let z = level.depth(place.depth);
-        let scale = 1.0 / (1_u32 << level.level) as f32;
-        let last = level.side - 1;
-        let position = place
-            .texel
-            .map(|x| (x * scale - 0.5).clamp(0.0, last as f32));
-        let low = position.map(|x| x as u32);
-        let high = low.map(|x| (x + 1).min(last));
-        let [x, y] = [0, 1].map(|axis| position[axis] - low[axis] as f32);
-        let line = |row: u32| {
-            let [a, b] = [low[0], high[0]].map(|column| self.share(place.face, [column, row], z));
-            a + x * (b - a)
-        };
-        let (a, b) = (line(low[1]), line(high[1]));
-        a + y * (b - a)
+        let place = locate(&self.level.faces, self.level.resolution, point);
+        place.map_or(1.0, |place| self.level.visibility(&self.moments, &place))
     }
 }

@@ -178,13 +178,87 @@ fn maps_of_any_size_at_any_level_give_shares() {
     }
 }
 
+#[test]
+fn levels_of_a_pyramid_are_those_made_from_the_map() {
+    let cpu = Cpu::new();
+    let geometry = squares();
+    let casters = Casters::upload(&cpu, &geometry).unwrap();
+    let bounds = geometry.bounds();
+    for light in lights() {
+        for (resolution, finest) in [(1, 0), (7, 0), (64, 1), (250, 0)] {
+            let map = cpu.shadow_map(&casters, &light, resolution).unwrap();
+            for kind in [Moments::Variance, Moments::Six] {
+                let pyramid = MomentPyramid::new(&cpu, &map, kind, &bounds, finest).unwrap();
+                assert_eq!(pyramid.bytes(), 4 * pyramid.moments().len() as u64);
+                let levels = pyramid.levels.iter().zip(&pyramid.firsts);
+                for (level, first) in levels {
+                    let alone =
+                        PrefilteredMap::new(&cpu, &map, kind, &bounds, level.level).unwrap();
+                    let own = &pyramid.moments()[*first..][..alone.moments().len()];
+                    for (own, alone) in own.iter().zip(alone.moments()) {
+                        // Means of means, level by level.
+                        assert!((own - alone).abs() < 32.0 * f32::EPSILON, "{own} {alone}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// In parallel light a texel is as long as its share of the picture.
+#[test]
+fn ways_are_asked_about_at_the_level_below_their_length() {
+    let cpu = Cpu::new();
+    let geometry = squares();
+    let casters = Casters::upload(&cpu, &geometry).unwrap();
+    let bounds = geometry.bounds();
+    let sun = Emitter::directional(Vec3::NEG_Z, Vec3::ONE).unwrap();
+    let map = cpu.shadow_map(&casters, &sun, 256).unwrap();
+    let pyramid = MomentPyramid::new(&cpu, &map, Moments::Variance, &bounds, 0).unwrap();
+    // 80 m on 256 texels, beside the small square and above the large one.
+    let middle = Vec3::new(0.9, 0.1, -4.0);
+    for (texels, level) in [
+        (0.1, 0),
+        (1.5, 0),
+        (3.0, 0),
+        (5.0, 1),
+        (40.0, 4),
+        (1000.0, 8),
+    ] {
+        let half = 0.5 * texels * (80.0 / 256.0) * Vec3::X;
+        let alone = PrefilteredMap::new(&cpu, &map, Moments::Variance, &bounds, level).unwrap();
+        let [between, at] = [
+            pyramid.visibility_between(middle - half, middle + half),
+            alone.visibility(middle),
+        ];
+        assert!((between - at).abs() < 1e-4, "{texels}: {between} {at}");
+        // Along the light it is a point.
+        let along = pyramid.visibility_between(middle - 1e-3 * Vec3::Z, middle + 1e-3 * Vec3::Z);
+        assert_eq!(along, pyramid.visibility(middle));
+    }
+    // Lamps see what is close by larger.
+    let lamp = lights()[0].clone();
+    let map = cpu.shadow_map(&casters, &lamp, 256).unwrap();
+    for (z, texels) in [(-1.0_f32, 128.0_f32), (-2.0, 64.0), (-32.0, 4.0)] {
+        let v = Vec3::new(0.0, 0.1 * z, z);
+        let face = locate(map.faces(), 256, v).unwrap().face;
+        let found = pyramid::texels_along(&map.faces()[face], 256, v, Vec3::X);
+        assert!(
+            (found - texels).abs() < 1e-3 * texels,
+            "{z}: {found} {texels}"
+        );
+    }
+}
+
 #[cfg(feature = "wgpu")]
 mod on_gpu {
     use gpu_backend::gpu::GpuMemory;
     use gpu_backend::testing::{self, Shader};
     use gpu_backend::{Download, assert_same_layout};
 
-    use super::super::gpu::{BUILD, EXPONENTIAL, FOUR, LevelRecord, SIX, VARIANCE};
+    use super::super::gpu::{
+        BUILD, COARSEN, CoarserRecord, EXPONENTIAL, FOUR, LevelRecord, SIX, VARIANCE,
+    };
     use super::*;
 
     #[test]
@@ -222,6 +296,49 @@ mod on_gpu {
         ];
         for (name, value) in constants {
             assert_eq!(shader.values(name).unwrap(), [f64::from(value)], "{name}");
+        }
+    }
+
+    #[test]
+    fn the_shader_that_coarsens_sees_levels_as_they_are() {
+        let shader = Shader::new(&COARSEN).unwrap();
+        assert_same_layout!(
+            shader,
+            "Coarser",
+            CoarserRecord {
+                level,
+                finer,
+                own,
+                padding_a,
+                padding_b
+            }
+        );
+    }
+
+    #[test]
+    fn pyramids_of_both_backends_agree() {
+        let Some(gpu) = testing::gpu() else { return };
+        let cpu = Cpu::new();
+        let geometry = squares();
+        let casters = Casters::upload(&cpu, &geometry).unwrap();
+        let bounds = geometry.bounds();
+        for light in lights() {
+            for (resolution, finest) in [(1, 0), (45, 0), (300, 1)] {
+                let map = cpu.shadow_map(&casters, &light, resolution).unwrap();
+                let there: ShadowMap<GpuMemory> = map.upload(&gpu).unwrap();
+                let kind = Moments::Four;
+                let expected = MomentPyramid::new(&cpu, &map, kind, &bounds, finest).unwrap();
+                let actual = MomentPyramid::new(&gpu, &there, kind, &bounds, finest).unwrap();
+                let actual = gpu.download(actual.moments()).unwrap();
+                assert_eq!(actual.len(), expected.moments().len());
+                for (e, g) in expected.moments().iter().zip(&actual) {
+                    let error = f64::from((e - g).abs());
+                    assert!(
+                        error <= Allowed::GpuMoments.error(),
+                        "{resolution}: {e} {g}"
+                    );
+                }
+            }
         }
     }
 

@@ -14,7 +14,7 @@ use super::lattice::{Placement, Steps};
 use super::{Outside, ShadowSpans, Textured};
 use crate::Emitter;
 use crate::gpu::{PointSlot, Shadows, VisibilitySlot};
-use crate::methods::hybrid::gpu::{HybridRecord, STORED_SHADOW};
+use crate::methods::hybrid::gpu::{HybridRecord, SEARCH, STORED_SHADOW};
 use crate::shadow_map::ShadowMap;
 
 /// `light_Steps` of `lattice.wgsl`.
@@ -150,7 +150,7 @@ impl<P: Borrow<ShadowMap<GpuMemory>>> InShader<VisibilitySlot> for ShadowSpans<P
             .uniform("light_hybrid", "light_Hybrid")
             .read("light_hybrid_near", "array<f32>")
             .source(STORED_SHADOW)
-            .source(include_str!("../hybrid/hybrid.wgsl"))
+            .source(SEARCH)
             .uniform("light_spans", "light_Steps")
             .source(include_str!("lattice.wgsl"))
             .source(include_str!("spans.wgsl"))
