@@ -12,7 +12,8 @@ use lighting::scene::load::{Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{
-    AreaEmitters, Bounds, Camera, Geometry, Medium, PhaseFunction, Scene, SceneError, Translucent,
+    AreaEmitters, Bounds, Camera, Geometry, Media, Medium, PhaseFunction, Scene, SceneError,
+    Translucent,
 };
 
 use crate::args::{MediumOptions, Phase, SceneOptions};
@@ -37,6 +38,21 @@ pub(crate) struct Input {
 }
 
 impl Input {
+    /// All that fills the air.
+    pub(crate) fn media(&self) -> Media<'_> {
+        Media::of(&self.scene)
+    }
+
+    /// The homogeneous medium of the air; a vacuum where there are other media alone, and
+    /// `None` if there are none.
+    pub(crate) fn medium_of_air(&self) -> Option<Medium> {
+        let vacuum = || {
+            Medium::new(Vec3::ZERO, Vec3::ZERO, PhaseFunction::Isotropic).expect("a sound medium")
+        };
+        let is_uneven = !self.media().is_homogeneous();
+        self.scene.medium.or_else(|| is_uneven.then(vacuum))
+    }
+
     /// Reads or builds the scene that `name` stands for, to be seen in pictures that
     /// are as wide as high, or wider.
     pub(crate) fn load(name: &str, options: &SceneOptions) -> Result<Self, Failure> {

@@ -170,6 +170,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         emitters: &emitters,
         areas: &areas,
         medium: &scene.medium.ok_or("no medium")?,
+        height_fog: None,
         geometry: &geometry,
         translucent: &scene.translucent,
         camera: &camera,

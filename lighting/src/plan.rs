@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::scene::{Emitter, Medium};
+use crate::scene::{Media, PhaseFunction};
 use crate::{LightPath, Ray};
 
 /// Which passes a picture needs and which it does not, each with its reason.
@@ -135,6 +136,16 @@ impl Plan {
         plan.leave_out(unseen, Reason::NeverMeetsTheView);
         plan.add_passes(emitters);
         plan
+    }
+
+    /// The same for media that may be uneven: smoke may be anywhere along the rays.
+    pub fn of_media(emitters: &[Emitter], media: &Media<'_>, rays: &[Ray]) -> Self {
+        if media.is_homogeneous() {
+            return Self::new(emitters, media.medium(), rays);
+        }
+        let everywhere = Medium::new(glam::Vec3::ONE, glam::Vec3::ZERO, PhaseFunction::Isotropic)
+            .expect("a sound medium");
+        Self::new(emitters, Some(&everywhere), rays)
     }
 
     /// Indices of the emitters whose airlight is gathered, rising.

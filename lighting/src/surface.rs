@@ -7,9 +7,10 @@ use gpu_backend::Cpu;
 
 use crate::SurfacePoint;
 use crate::culling::{Clusters, RayTiles, TileLights, is_bounded};
+use crate::methods::heterogeneous::eye_transmittance;
 use crate::scene::trace::{Hit, Pane, Tracer};
 use crate::scene::view::View;
-use crate::scene::{Emitter, Geometry, Medium, Ray, Scene};
+use crate::scene::{Emitter, Geometry, Media, Medium, Ray, Scene};
 use crate::surface_point::{Arriving, transmittance};
 use crate::visibility::SurfaceShadow;
 
@@ -19,6 +20,10 @@ use crate::visibility::SurfaceShadow;
 /// ```text
 /// exp(−σ_t D_s) [ L_emitted + albedo/π Σ E(light) cos θ V exp(−σ_t d) ]
 /// ```
+///
+/// Before the eye, smoke and fog that thins out with altitude take their part as well;
+/// on the way from the light, that fog does, and smoke is part of V where shadows know
+/// it.
 ///
 /// Surfaces are Lambertian and flat per triangle, both sides alike;
 /// shadows are traced, V is what all triangles on the way let through. Every point asks
@@ -61,7 +66,7 @@ pub fn radiance_with(
     };
     lit.radiance(cpu, |surface, light| {
         let (emitter, shadow) = lights[light];
-        surface.reflected(emitter, medium, |to_light, distance| match shadow {
+        surface.reflected(emitter, (scene, medium), |to_light, distance| match shadow {
             Some(shadow) => {
                 let known = shadow.visibility(surface.point, surface.normal);
                 known * surface.through_panes(tracer, to_light, distance)
@@ -92,7 +97,7 @@ pub fn radiance_behind(
     };
     lit.radiance(cpu, |surface, light| {
         let (emitter, shadow) = lights[light];
-        surface.reflected(emitter, medium, |to_light, distance| {
+        surface.reflected(emitter, (scene, medium), |to_light, distance| {
             let traced = surface.traced(tracer, to_light, distance);
             if traced == Vec3::ZERO {
                 return traced;
@@ -114,11 +119,13 @@ pub fn points(
     geometry: &Geometry,
     medium: Option<&Medium>,
 ) -> Vec<SurfacePoint> {
+    let uneven = uneven(scene);
     cpu.map(view.rays().len(), |pixel| {
         let (ray, Some(hit)) = (&view.rays()[pixel], view.hits()[pixel]) else {
             return SurfacePoint::default();
         };
-        Surface::new(ray, &hit, scene, geometry).seen(ray, &hit, medium, view.through_panes(pixel))
+        let through = view.through_panes(pixel) * through_uneven(&uneven, ray, &hit);
+        Surface::new(ray, &hit, scene, geometry).seen(ray, &hit, medium, through)
     })
 }
 
@@ -132,12 +139,14 @@ pub fn points_of_panes(
     geometry: &Geometry,
     medium: Option<&Medium>,
 ) -> Vec<(usize, SurfacePoint)> {
+    let uneven = uneven(scene);
     let of_ray = |pixel: usize| {
         let ray = &view.rays()[pixel];
         let mut through = Vec3::ONE;
         let point = |pane: &Pane| {
             let surface = Surface::new(ray, &pane.hit, scene, geometry);
-            let point = surface.seen(ray, &pane.hit, medium, through);
+            let before = through * through_uneven(&uneven, ray, &pane.hit);
+            let point = surface.seen(ray, &pane.hit, medium, before);
             through *= pane.transmittance;
             (pixel, point)
         };
@@ -227,6 +236,7 @@ impl LitView<'_> {
         reflected: impl Fn(&Surface, usize) -> Vec3 + Sync + Send,
     ) -> Vec<[f32; 4]> {
         let Self { view, medium, .. } = *self;
+        let uneven = uneven(self.scene);
         cpu.map(view.rays().len(), |pixel| {
             let ray = &view.rays()[pixel];
             let light = |hit: &Hit| {
@@ -239,7 +249,8 @@ impl LitView<'_> {
                     None => (0..self.emitters.len()).fold(Vec3::ZERO, add),
                 };
                 let radiance = surface.emitted + reflected;
-                radiance * transmittance(medium, ray.origin(), ray.direction(), hit.distance)
+                let even = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
+                radiance * even * through_uneven(&uneven, ray, hit)
             };
             let behind = view.hits()[pixel].map_or(Vec3::ZERO, |hit| light(&hit));
             let panes = view.panes(pixel).iter().rev();
@@ -249,6 +260,18 @@ impl LitView<'_> {
             [radiance.x, radiance.y, radiance.z, 0.0]
         })
     }
+}
+
+/// What is in the air besides the homogeneous medium; `None` if nothing is.
+fn uneven(scene: &Scene) -> Option<Media<'_>> {
+    let media = Media::new(None, scene.height_fog.as_ref(), &scene.translucent);
+    (!media.is_homogeneous()).then_some(media)
+}
+
+/// What of it lets light from where a ray ends to the eye.
+fn through_uneven(uneven: &Option<Media<'_>>, ray: &Ray, hit: &Hit) -> Vec3 {
+    let share = |media| eye_transmittance(media, ray, hit.distance);
+    uneven.as_ref().map_or(Vec3::ONE, share)
 }
 
 /// A light and where its shadows on surfaces come from; traced if from nowhere.
@@ -316,7 +339,7 @@ impl Surface {
     fn reflected(
         &self,
         emitter: &Emitter,
-        medium: Option<&Medium>,
+        (scene, medium): (&Scene, Option<&Medium>),
         visibility: impl Fn(Vec3, f32) -> Vec3,
     ) -> Vec3 {
         let Some(light) = Arriving::at(self.point, emitter) else {
@@ -330,7 +353,12 @@ impl Surface {
         if share == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        let through = light.through(medium, self.point);
+        let mut through = light.through(medium, self.point);
+        if let Some(fog) = &scene.height_fog {
+            let (y, slope) = (self.point.y.into(), light.to_light.y.into());
+            let depth = fog.optical_depth(y, slope, light.distance.into());
+            through *= (-depth).exp().as_vec3();
+        }
         self.albedo / PI * light.irradiance * cos * through * share
     }
 }

@@ -10,6 +10,7 @@ pub fn inputs<'a>(scene: &'a TestScene, map: u32, host: &'a Store<Host>) -> Fram
         emitters: &scene.emitters,
         areas: &scene.areas,
         medium: &scene.medium,
+        height_fog: None,
         geometry: &scene.geometry,
         translucent: &scene.translucent,
         camera: &scene.camera,

@@ -105,6 +105,7 @@ fn random_lights_that_are_culled_give_the_same_bits<B: Subject>(backend: &B) {
             emitters: &emitters,
             areas: &[],
             medium: &fog,
+            height_fog: None,
             geometry: &geometry,
             translucent: &[],
             camera: &camera,

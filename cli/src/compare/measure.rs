@@ -57,6 +57,7 @@ impl<'a> Job<'a> {
             emitters: self.emitters,
             areas: self.areas,
             medium: self.medium,
+            height_fog: self.input.scene.height_fog.as_ref(),
             geometry: &self.input.geometry,
             translucent: &self.input.scene.translucent,
             camera: self.camera,

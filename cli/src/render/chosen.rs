@@ -1,8 +1,9 @@
 //! The method that the command line names.
 
-use lighting::methods::{Entry, GAUSS_NODES, Registry};
+use lighting::methods::{Entry, GAUSS_NODES, Method, Registry};
 
 use crate::args::{Render, SurfaceScattering};
+use crate::devices::BackendName;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::shadow_files;
@@ -72,6 +73,32 @@ impl Chosen {
         };
         let quality = given.unwrap_or(entry.about().usual);
         Ok(Self { entry, quality })
+    }
+
+    /// The same, or, where nothing was asked for and there is smoke in the scene, what
+    /// sees it.
+    pub(crate) fn for_media(self, methods: &Registry, args: &Render, input: &mut Input) -> Self {
+        if input.media().is_homogeneous() || self.entry.sees_uneven_media() {
+            return self;
+        }
+        let asked = args.method.is_some() || args.visibility.is_some() || args.airlight.is_some();
+        let is_free = !asked && args.quality.is_none() && args.samples.is_none();
+        let seeing = methods.for_uneven_media();
+        let seeing =
+            seeing.filter(|entry| entry.runs_on_gpus() || args.backend == BackendName::Cpu);
+        match seeing {
+            Some(entry) if is_free && args.nodes.is_none() && args.shadows.is_empty() => Self {
+                quality: entry.about().usual,
+                entry: entry.clone(),
+            },
+            _ => {
+                let name = self.entry.about().name;
+                input.notes.push(format!(
+                    "smoke casts shadows into the fog, and is not seen itself with {name}"
+                ));
+                self
+            }
+        }
     }
 
     /// The method of lights whose shadows are in files.

@@ -2,6 +2,7 @@
 
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
 use glam::Vec3;
+use lighting::methods::heterogeneous::eye_transmittance;
 
 use super::Shot;
 use crate::failure::Failure;
@@ -79,7 +80,7 @@ impl Layers {
         let picture = surfaces.plus(&fog);
         parts.push(("surfaces".into(), surfaces));
         parts.push(("fog".into(), fog));
-        parts.push(("transmittance".into(), transmittance(shot)));
+        parts.push(("transmittance".into(), transmittance(shot, input)));
         Ok(Self { picture, parts })
     }
 
@@ -118,9 +119,11 @@ fn layer_name(light: usize, name: &str) -> String {
 }
 
 /// The share of the light of what a pixel shows that the fog before it lets through.
-fn transmittance(shot: &Shot<'_>) -> Picture {
+fn transmittance(shot: &Shot<'_>, input: &Input) -> Picture {
+    let media = input.media();
     let through = |ray: &lighting::Ray| {
         let share = match &shot.medium {
+            _ if !media.is_homogeneous() => eye_transmittance(&media, ray, ray.length()),
             None => Vec3::ONE,
             // 0 · ∞: what extinguishes nothing does so over any length.
             Some(medium) if medium.sigma_t() == Vec3::ZERO => Vec3::ONE,

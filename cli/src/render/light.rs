@@ -3,7 +3,9 @@
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{Buffer, Cpu, Download, Host};
 use indicatif::ProgressBar;
-use lighting::methods::{Entry, Frame, FrameInputs, MethodBackend, Selection, Store, Verdict};
+use lighting::methods::{
+    Entry, Frame, FrameInputs, Method, MethodBackend, Selection, Store, Verdict,
+};
 use lighting::precomputed::FilterSize;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
@@ -158,6 +160,7 @@ impl Job<'_> {
             emitters,
             areas,
             medium: self.medium,
+            height_fog: input.scene.height_fog.as_ref(),
             geometry: &input.geometry,
             translucent: &input.scene.translucent,
             camera: self.camera,
@@ -169,7 +172,7 @@ impl Job<'_> {
             selection: Selection::default(),
             watch: &bar,
         };
-        match entry.method().applies(&inputs) {
+        match entry.applies(&inputs) {
             Verdict::Impossible(why) => {
                 let name = entry.about().name;
                 return Err(Failure::new(format!("{name}: {why}")));

@@ -65,6 +65,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     let file = PendingFile::beside(&args.output, &inputs)?;
     let (devices, _) = devices::find(&[args.backend])?;
     let mut input = Input::for_picture(&args.scene, &args.options, args.size)?;
+    let chosen = chosen.for_media(methods, args, &mut input);
     chosen.check_map(args, &input)?;
     if args.layers {
         layers::check(args.size, input.scene.lights.len())?;
@@ -77,7 +78,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     if shadows.iter().any(Option::is_some) && !input.scene.translucent.is_empty() {
         (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
     }
-    let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
+    let plan = Plan::of_media(&input.emitters, &input.media(), view.rays());
     for part in plan.left_out() {
         if part.reason != Reason::OnlyDirectionalLight {
             (input.notes).push(format!("left out: {} ({})", part.subject, part.reason));
@@ -87,7 +88,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         methods,
         args,
         size,
-        medium: input.scene.medium,
+        medium: input.medium_of_air(),
         camera,
         view: &view,
         device: &devices[0],

@@ -118,6 +118,13 @@ pub trait Method: Send + Sync + Debug {
         (qualities, None)
     }
 
+    /// Whether it sees media that are not the same everywhere along the rays: smoke, and
+    /// fog that thins out with altitude. To one that does not, smoke is a caster of
+    /// shadows.
+    fn sees_uneven_media(&self) -> bool {
+        false
+    }
+
     /// Whether its rays can [share its work](super::Selection::interleaving): it then
     /// takes the parts that belong to each ray and weighs them. Lights and steps are
     /// such parts; what is made for the whole frame is made once for all of them.

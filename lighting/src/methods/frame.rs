@@ -7,7 +7,7 @@ use gpu_backend::{Backend, BufferOf, Host};
 
 use super::{MethodError, Store};
 use crate::scene::trace::Hit;
-use crate::scene::{AreaEmitters, Camera, Emitter, Geometry, Medium, Translucent};
+use crate::scene::{AreaEmitters, Camera, Emitter, Geometry, HeightFog, Medium, Translucent};
 use crate::{Interleaving, Ray, Watch};
 
 /// A frame as everybody knows it, whatever the backend.
@@ -17,8 +17,10 @@ pub struct FrameInputs<'a> {
     pub emitters: &'a [Emitter],
     /// The area lights among them, for methods that choose their own points.
     pub areas: &'a [AreaEmitters],
-    /// What scatters.
+    /// What scatters, the same everywhere or in a box.
     pub medium: &'a Medium,
+    /// Fog that thins out with altitude, besides.
+    pub height_fog: Option<&'a HeightFog>,
     /// Opaque casters.
     pub geometry: &'a Geometry,
     /// Hair and smoke.

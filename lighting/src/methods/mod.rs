@@ -86,6 +86,7 @@ pub mod epipolar;
 pub mod exact;
 #[cfg(feature = "shadow-map")]
 pub mod froxels;
+pub mod heterogeneous;
 #[cfg(feature = "shadow-map")]
 pub mod hybrid;
 #[cfg(feature = "shadow-map")]

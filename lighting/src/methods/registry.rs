@@ -200,6 +200,10 @@ impl Method for Entry {
         self.method.interleaves(inputs)
     }
 
+    fn sees_uneven_media(&self) -> bool {
+        self.method.sees_uneven_media()
+    }
+
     fn takes_some_pixels(&self) -> Verdict {
         self.method.takes_some_pixels()
     }
@@ -304,7 +308,9 @@ impl Registry {
         #[cfg(feature = "shadow-dag")]
         let registry = registry.with_all(super::precomputed::methods());
         #[cfg(feature = "translucent")]
-        let registry = registry.with_all(super::translucent::methods());
+        let registry = registry
+            .with_all(super::translucent::methods())
+            .with_all(super::heterogeneous::methods());
         registry
     }
 
@@ -332,6 +338,11 @@ impl Registry {
     /// All methods.
     pub fn all(&self) -> &[Entry] {
         &self.entries
+    }
+
+    /// The first that sees media which are not the same everywhere.
+    pub fn for_uneven_media(&self) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.sees_uneven_media())
     }
 
     /// Those that comparisons show.

@@ -237,7 +237,10 @@ impl<const ROWS: usize> Cholesky<ROWS> {
     /// The largest weight that an atom at `z` can have, `1 / ẑᵀB⁻¹ẑ`, from `L⁻¹ ẑ`.
     #[inline]
     fn weight(&self, y: [f64; ROWS]) -> f64 {
-        let squares = y.iter().zip(&self.inverse).map(|(y, inverse)| y * y * inverse);
+        let squares = y
+            .iter()
+            .zip(&self.inverse)
+            .map(|(y, inverse)| y * y * inverse);
         squares.sum::<f64>().recip()
     }
 }

@@ -12,7 +12,8 @@ use glam::DVec3;
 
 use crate::cubic::Cubic;
 use crate::{
-    DensityGrid, HeightFog, Interval, Medium, Particle, Particles, Profile, Ray, Scene, Translucent,
+    Bounds, DensityGrid, HeightFog, Interval, Medium, Particle, Particles, Profile, Ray, Scene,
+    Translucent,
 };
 
 /// A homogeneous medium, fog that thins out with altitude, density grids and
@@ -151,6 +152,17 @@ impl<'a> Media<'a> {
     /// The density grids.
     pub fn grids(&self) -> &[&'a DensityGrid] {
         &self.grids
+    }
+
+    /// Boxes around what is somewhere only: a bounded homogeneous medium, each grid, all
+    /// particles of a kind.
+    pub fn boxes(&self) -> impl Iterator<Item = Bounds> {
+        let medium = self.medium.as_ref().and_then(Medium::bounds);
+        let grids = self.grids.iter().map(|grid| grid.bounds());
+        // Those of a kind follow each other.
+        let kinds = self.balls.chunk_by(|a, b| std::ptr::eq(a.of, b.of));
+        let particles = kinds.filter_map(|balls| balls.first().and_then(|ball| ball.of.bounds()));
+        medium.into_iter().chain(grids).chain(particles)
     }
 
     /// True if there is nothing but the homogeneous medium, or not even that.

@@ -8,7 +8,7 @@ use super::smoke::smoke_puffs;
 use super::stage::{Stage, aim, fog, look, paint, upright};
 use crate::{
     Bounds, Cone, DensityGrid, Interpolation, Light, Particle, Particles, PhaseFunction, Profile,
-    Scene, SceneError, SpotLight, StrandPoint, Strands,
+    Scene, SceneError, SpotLight, StrandPoint, Strands, Translucent,
 };
 
 /// Points of each strand of a [`ponytail`].
@@ -148,6 +148,7 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
         plume.interpolation(),
     );
     let plume = plume.expect("densities that were fine before");
+    let [particles, plume] = seen(smoke_particles(seed), plume).expect("numbers of this program");
 
     let position = Vec3::new(-0.5, 5.6, -7.0);
     let spot = SpotLight {
@@ -171,6 +172,17 @@ pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
             PhaseFunction::HenyeyGreenstein { g: 0.4 },
         ),
     );
-    scene.translucent = vec![smoke_particles(seed).into(), plume.into(), hair.into()];
+    scene.translucent = vec![particles, plume, hair.into()];
     scene
+}
+
+/// Smoke as it looks: nearly white puffs and a warmer plume that both scatter forwards.
+fn seen(particles: Particles, plume: DensityGrid) -> Result<[Translucent; 2], SceneError> {
+    let forwards = PhaseFunction::HenyeyGreenstein { g: 0.5 };
+    let particles = particles
+        .with_albedo(Vec3::splat(0.95))?
+        .with_phase(forwards)?;
+    let warm = Vec3::new(0.95, 0.88, 0.78);
+    let plume = plume.with_albedo(warm)?.with_phase(forwards)?;
+    Ok([particles.into(), plume.into()])
 }

@@ -32,6 +32,7 @@ fn with_frame(test: impl FnOnce(&Frame<'_, Cpu>)) {
         emitters: &emitters,
         areas: &areas,
         medium: &medium,
+        height_fog: None,
         geometry: &geometry,
         translucent: &[],
         camera: &camera(),

@@ -320,6 +320,7 @@ fn shadows_on_surfaces_do_not_depend_on_where_the_fog_is() {
             emitters: &lights,
             areas: &[],
             medium: &medium,
+            height_fog: None,
             geometry: &geometry,
             translucent: &[],
             camera: &camera(),

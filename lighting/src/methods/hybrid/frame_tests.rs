@@ -69,6 +69,7 @@ fn picture(
         emitters,
         areas: &[],
         medium: &medium,
+        height_fog: None,
         geometry: &geometry,
         translucent: &[],
         camera: &camera(),

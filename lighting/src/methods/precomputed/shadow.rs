@@ -301,6 +301,7 @@ impl<M: Memory> BakedShadows<M> {
         let mut grids = ShadowDag::upload_all(&grids, backend)?.into_iter();
         let lights = suitable.iter().map(|shadow| BakedShadow {
             grids: grids.by_ref().take(shadow.grids.len()).collect(),
+            bias: shadow.bias,
         });
         Ok(Self {
             lights: lights.collect(),

@@ -36,6 +36,7 @@ fn with_inputs<R>(
         emitters,
         areas: &[],
         medium: &medium,
+        height_fog: None,
         geometry: &geometry,
         translucent: &[],
         camera: &camera,

@@ -83,6 +83,7 @@ pub(super) fn measure(
         emitters: &emitters,
         areas: &[],
         medium: scene.medium,
+        height_fog: None,
         geometry: scene.geometry,
         translucent: &[],
         camera: scene.camera,

@@ -110,6 +110,7 @@ impl TestScene {
             emitters: std::slice::from_ref(&self.lights[light]),
             areas: &[],
             medium: &self.medium,
+            height_fog: None,
             geometry: &self.geometry,
             translucent: &[],
             camera: &self.camera,

@@ -114,6 +114,7 @@ fn with_rays<R>(
         emitters,
         areas: &[],
         medium: &medium,
+        height_fog: None,
         geometry: &geometry,
         translucent: &[],
         camera: &camera(),

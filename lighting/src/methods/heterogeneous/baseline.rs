@@ -1,0 +1,296 @@
+//! What every renderer begins with: steps along the eye ray, and from each of them steps
+//! to the light.
+
+use glam::{Mat3, Vec3};
+
+use super::gather::even_depth;
+use crate::scene::{
+    DensityGrid, Emitter, HeightFog, Interpolation, Media, Medium, Particles, PhaseFunction,
+    Profile, Ray, ScatteringAngle, Translucent,
+};
+use crate::visibility::PointVisibility;
+use crate::{Interval, LightPath};
+
+/// Equal steps through the media along the eye ray, and from the middle of each as many
+/// towards the light, all coefficients sampled at the middles. Even fog, and fog that thins
+/// out, take light on its way from the lamp in closed form.
+///
+/// The first order in the length of a step beside the features of the density, in either
+/// direction: what other gathers of smoke are compared with. `V` tells of opaque casters.
+/// Strands are not seen.
+#[derive(Debug)]
+pub struct DoubleMarch<'a, V> {
+    emitter: &'a Emitter,
+    media: &'a Media<'a>,
+    open: Medium,
+    fields: Vec<Field<'a>>,
+    /// How many of the fields are fog; the others are grids and particles.
+    fogs: usize,
+    visibility: V,
+    steps: [u32; 2],
+}
+
+/// A medium as it is sampled.
+#[derive(Debug)]
+struct Field<'a> {
+    density: Density<'a>,
+    /// Where it is; `None` for everywhere.
+    bounds: Option<crate::scene::Bounds>,
+    extinction: Vec3,
+    scattering: Vec3,
+    phase: PhaseFunction,
+}
+
+#[derive(Debug)]
+enum Density<'a> {
+    Even,
+    Height(HeightFog),
+    Grid(Samples<'a>),
+    Balls(&'a Particles),
+}
+
+/// A grid in single precision.
+#[derive(Debug)]
+struct Samples<'a> {
+    grid: &'a DensityGrid,
+    corner: Vec3,
+    to_cells: Mat3,
+    last: [u32; 3],
+}
+
+impl<'a> Samples<'a> {
+    fn new(grid: &'a DensityGrid) -> Self {
+        let (corner, to_cells) = grid.cell_space();
+        Self {
+            grid,
+            corner: corner.as_vec3(),
+            to_cells: to_cells.as_mat3(),
+            last: grid.cells().map(|count| count - 1),
+        }
+    }
+
+    fn density(&self, point: Vec3) -> f32 {
+        let place = self.to_cells * (point - self.corner);
+        let end = Vec3::new(
+            self.last[0] as f32 + 1.0,
+            self.last[1] as f32 + 1.0,
+            self.last[2] as f32 + 1.0,
+        );
+        if !(place.cmpge(Vec3::ZERO).all() && place.cmple(end).all()) {
+            return 0.0;
+        }
+        let [nx, ny, nz] = self.grid.resolution().map(|count| count as usize);
+        let cell = [0, 1, 2].map(|axis| (place[axis] as u32).min(self.last[axis]) as usize);
+        let samples = self.grid.density();
+        let at = |x: usize, y: usize, z: usize| samples[(z * ny + y) * nx + x];
+        let [x, y, z] = cell;
+        if self.grid.interpolation() == Interpolation::Constant {
+            return at(x, y, z);
+        }
+        let share = place - Vec3::new(x as f32, y as f32, z as f32);
+        let [u, v, w] = [
+            (x + 1).min(nx - 1),
+            (y + 1).min(ny - 1),
+            (z + 1).min(nz - 1),
+        ];
+        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let row = |y: usize, z: usize| mix(at(x, y, z), at(u, y, z), share.x);
+        let slice = |z: usize| mix(row(y, z), row(v, z), share.y);
+        mix(slice(z), slice(w), share.z)
+    }
+}
+
+impl Field<'_> {
+    fn density(&self, point: Vec3) -> f32 {
+        match &self.density {
+            Density::Even => {
+                let is_outside = |bounds: crate::scene::Bounds| !bounds.contains(point);
+                f32::from(u8::from(!self.bounds.is_some_and(is_outside)))
+            }
+            Density::Height(fog) => fog.density(point.y.into()) as f32,
+            Density::Grid(samples) => samples.density(point),
+            Density::Balls(particles) => particles
+                .all()
+                .iter()
+                .map(|ball| {
+                    let share = (point - ball.centre).length_squared() / ball.radius.powi(2);
+                    let density = match particles.profile() {
+                        Profile::Constant => 1.0,
+                        Profile::Soft => 1.0 - share,
+                    };
+                    if share < 1.0 {
+                        ball.sigma_t * density
+                    } else {
+                        0.0
+                    }
+                })
+                .sum(),
+        }
+    }
+}
+
+impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
+    /// `steps` along the eye ray, and towards the light: each counts as at least 1.
+    pub fn new(
+        emitter: &'a Emitter,
+        media: &'a Media<'a>,
+        translucent: &'a [Translucent],
+        visibility: V,
+        steps: [u32; 2],
+    ) -> Self {
+        let mut fields = Vec::new();
+        if let Some(medium) = media.medium() {
+            fields.push(Field {
+                density: Density::Even,
+                bounds: medium.bounds(),
+                extinction: medium.sigma_t(),
+                scattering: medium.sigma_s(),
+                phase: medium.phase(),
+            });
+        }
+        if let Some(fog) = media.height_fog() {
+            fields.push(Field {
+                density: Density::Height(*fog),
+                bounds: None,
+                extinction: fog.sigma_t(),
+                scattering: fog.sigma_s(),
+                phase: fog.phase(),
+            });
+        }
+        let fogs = fields.len();
+        for caster in translucent {
+            match caster {
+                Translucent::Grid(grid) => {
+                    let extinction = grid.scale() * grid.tint();
+                    fields.push(Field {
+                        density: Density::Grid(Samples::new(grid)),
+                        bounds: Some(grid.bounds()),
+                        extinction,
+                        scattering: extinction * grid.albedo(),
+                        phase: grid.phase(),
+                    });
+                }
+                Translucent::Particles(particles) => fields.push(Field {
+                    density: Density::Balls(particles),
+                    bounds: particles.bounds(),
+                    extinction: Vec3::ONE,
+                    scattering: particles.albedo(),
+                    phase: particles.phase(),
+                }),
+                Translucent::Strands(_) => {}
+            }
+        }
+        Self {
+            emitter,
+            media,
+            fogs,
+            open: super::gather::vacuum(),
+            fields,
+            visibility,
+            steps: steps.map(|count| count.max(1)),
+        }
+    }
+
+    /// The part of a line on which there is anything; a homogeneous medium counts as
+    /// far as it is seen.
+    fn extent(fields: &[Field<'_>], origin: Vec3, direction: Vec3, whole: Interval) -> Interval {
+        /// In mean free paths.
+        const SEEN: f32 = 10.0;
+        let mut extent: Option<Interval> = None;
+        for field in fields {
+            let part = match field.bounds {
+                Some(bounds) => bounds.clip(origin, direction, whole),
+                None => {
+                    let sigma = field.extinction.max_element() * field.density(origin).max(1e-30);
+                    let end = whole.end.min(whole.start + SEEN / sigma.max(1e-30));
+                    Some(Interval::new(whole.start, end))
+                }
+            };
+            extent = match (extent, part) {
+                (Some(a), Some(b)) => Some(Interval::new(a.start.min(b.start), a.end.max(b.end))),
+                (a, b) => a.or(b),
+            };
+        }
+        extent.unwrap_or(Interval::new(whole.start, whole.start))
+    }
+
+    fn extinction(fields: &[Field<'_>], point: Vec3) -> Vec3 {
+        let fields = fields.iter();
+        fields
+            .map(|field| field.extinction * field.density(point))
+            .sum()
+    }
+
+    /// The optical depth of smoke along a line by the midpoint rule.
+    fn depth(&self, origin: Vec3, direction: Vec3, length: f32) -> Vec3 {
+        let smoke = &self.fields[self.fogs..];
+        let part = Self::extent(smoke, origin, direction, Interval::new(0.0, length));
+        if !(part.end > part.start) {
+            return Vec3::ZERO;
+        }
+        let count = self.steps[1];
+        let step = part.length() / count as f32;
+        let depth: Vec3 = (0..count)
+            .map(|i| origin + direction * (part.start + (i as f32 + 0.5) * step))
+            .map(|at| Self::extinction(smoke, at))
+            .sum();
+        depth * step
+    }
+
+    /// The light of the lamp that is scattered towards the eye along a ray.
+    pub fn radiance(&self, ray: &Ray) -> Vec3 {
+        let Some(path) = LightPath::new(ray, self.emitter, &self.open) else {
+            return Vec3::ZERO;
+        };
+        let path = path.off_the_light();
+        let whole = Interval::new(0.0, ray.length());
+        let part = Self::extent(&self.fields, ray.origin(), ray.direction(), whole);
+        let count = self.steps[0];
+        let step = part.length() / count as f32;
+        let (mut sum, mut depth) = (Vec3::ZERO, Vec3::ZERO);
+        for i in 0..count {
+            let x = part.start + (i as f32 + 0.5) * step;
+            let at = ray.at(x);
+            let own = Self::extinction(&self.fields, at) * step;
+            if own == Vec3::ZERO {
+                continue;
+            }
+            let lit = path.span().start <= x && x <= path.span().end;
+            if lit {
+                let through = (-(depth + 0.5 * own)).exp();
+                sum += through * step * self.scattered(&path, x, at);
+            }
+            depth += own;
+        }
+        sum
+    }
+
+    fn scattered(&self, path: &LightPath<'_>, x: f32, at: Vec3) -> Vec3 {
+        let (to_light, distance, light, angle) = match self.emitter {
+            Emitter::Directional(sun) => {
+                let angle = path.sun_angle(sun);
+                (-sun.direction(), f32::INFINITY, sun.irradiance(), angle)
+            }
+            Emitter::Point(point) => {
+                let (direction, d) = path.from_light(x - path.foot());
+                let mut light = path.intensity(point, direction) / (d * d);
+                if point.fades() {
+                    light *= point.window_inside(d);
+                }
+                let angle = ScatteringAngle::from_foot(x - path.foot(), path.h());
+                (-direction, d, light, angle)
+            }
+        };
+        let light = self.visibility.visibility(at) * light;
+        if light == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let spread: Vec3 = self
+            .fields
+            .iter()
+            .map(|field| field.scattering * (field.density(at) * field.phase.value(angle)))
+            .sum();
+        let fog = even_depth(self.media, at, to_light, distance).as_vec3();
+        spread * light * (-fog - self.depth(at, to_light, distance)).exp()
+    }
+}

@@ -1,0 +1,206 @@
+//! The gather along a bundle of rays, for one light.
+
+use glam::{DVec3, Vec3};
+use gpu_backend::{Backend, BufferOf, Cpu, Error, Memory};
+
+use super::steps::{Arriving, Limits, Line, Steps};
+use crate::gather::check_lengths;
+use crate::scene::{Emitter, Media, Medium, PhaseFunction, ScatteringAngle};
+use crate::visibility::PointVisibility;
+use crate::{Interval, LightPath, Ray, Watch};
+
+/// What a gather through media is asked about.
+#[derive(Debug)]
+pub struct MediaRays<'a, M: Memory> {
+    /// The rays, in the memory of the backend.
+    pub rays: &'a M::Buffer<Ray>,
+    /// The light.
+    pub emitter: &'a Emitter,
+    /// What scatters.
+    pub media: &'a Media<'a>,
+    /// Steps of each ray, at least 1.
+    pub steps: u32,
+    /// Told of progress.
+    pub watch: &'a dyn Watch,
+}
+
+/// The step that gathers the light of one lamp that media scatter towards the eye,
+/// with a `V` that tells how much of it gets where.
+pub trait GatherMedia<V>: Backend {
+    /// Adds to `radiance[i]` what media scatter along `lit.rays[i]`, per the page of
+    /// [this module](super). The fourth component is left alone.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is
+    /// written then.
+    fn gather_media(
+        &self,
+        lit: &MediaRays<'_, Self::Memory>,
+        visibility: &V,
+        radiance: &mut BufferOf<Self, [f32; 4]>,
+    ) -> Result<(), Error>;
+}
+
+/// Rays per unit of work.
+const RAYS: usize = 16;
+
+impl<V: PointVisibility> GatherMedia<V> for Cpu {
+    fn gather_media(
+        &self,
+        lit: &MediaRays<'_, Self::Memory>,
+        visibility: &V,
+        radiance: &mut Vec<[f32; 4]>,
+    ) -> Result<(), Error> {
+        check_lengths(lit.rays.len(), radiance.len())?;
+        let open = vacuum();
+        self.for_each_chunk(radiance, RAYS, |first, chunk| {
+            for (sum, ray) in chunk.iter_mut().zip(&lit.rays[first..]) {
+                let light = along(ray, lit, &open, visibility);
+                for (sum, light) in sum.iter_mut().zip(light.to_array()) {
+                    *sum += light as f32;
+                }
+            }
+            lit.watch.gathered(chunk.len());
+        });
+        Ok(())
+    }
+}
+
+/// A path through this is limited by the light alone.
+pub(super) fn vacuum() -> Medium {
+    Medium::new(Vec3::ZERO, Vec3::ZERO, PhaseFunction::Isotropic).expect("a vacuum")
+}
+
+fn along<V: PointVisibility>(
+    ray: &Ray,
+    lit: &MediaRays<'_, <Cpu as Backend>::Memory>,
+    open: &Medium,
+    visibility: &V,
+) -> DVec3 {
+    let Some(path) = LightPath::new(ray, lit.emitter, open) else {
+        return DVec3::ZERO;
+    };
+    let path = path.off_the_light();
+    let Interval { start, end } = path.span();
+    let [start, end] = [start, end].map(f64::from);
+    let line = Line {
+        lamp: match lit.emitter {
+            Emitter::Directional(_) => None,
+            Emitter::Point(_) => Some([path.foot().into(), path.h().into()]),
+        },
+    };
+    let (origin, direction) = (
+        ray.origin().as_dvec3(),
+        ray.direction().as_dvec3().normalize(),
+    );
+    let length = length_within(lit.media, origin, direction, [start, end]);
+    if length == 0.0 {
+        return DVec3::ZERO;
+    }
+    let limits = Limits::new(lit.steps, length, line.angle(start, end));
+    let mut sum = DVec3::ZERO;
+    let arriving = |x: f64| arriving(&path, lit.media, x);
+    let mut steps = Steps::new(line, limits, arriving, |x: f64, radiance: DVec3| {
+        let share = visibility.visibility(ray.at(x as f32)) * Vec3::ONE;
+        sum += share.as_dvec3() * radiance;
+    });
+    let mut pieces = lit.media.along(origin, direction, 0.0, end);
+    while let Some(piece) = pieces.advance() {
+        let (from, to) = (piece.start().max(start), piece.end());
+        if piece.is_empty() || !(from < to) {
+            continue;
+        }
+        if !steps.add(&piece, [from, to]) {
+            break;
+        }
+    }
+    steps.finish();
+    sum
+}
+
+/// About how far a line runs within media, for the length of steps: never less than it
+/// does, but that endless parts are as long as they are seen.
+fn length_within(media: &Media<'_>, origin: DVec3, direction: DVec3, line: [f64; 2]) -> f64 {
+    /// In mean free paths.
+    const SEEN: f64 = 10.0;
+    let [start, end] = line;
+    let boxes = media.boxes().filter_map(|bounds| {
+        let interval = Interval::new(start as f32, end as f32);
+        bounds.clip(origin.as_vec3(), direction.as_vec3(), interval)
+    });
+    let mut length: f64 = boxes.map(|inside| f64::from(inside.length())).sum();
+    let seen = |sigma: Vec3| match sigma.max_element() {
+        0.0 => 0.0,
+        sigma => SEEN / f64::from(sigma),
+    };
+    if let Some(medium) = media.medium()
+        && medium.bounds().is_none()
+    {
+        length += (end - start).min(seen(medium.sigma_t()));
+    }
+    if let Some(fog) = media.height_fog() {
+        let y = origin.y + start * direction.y;
+        let sigma = fog.sigma_t() * (fog.density(y) as f32).max(f32::MIN_POSITIVE);
+        let rise = SEEN * f64::from(fog.scale_height()) / direction.y.abs();
+        length += (end - start).min(rise.min(seen(sigma)));
+    }
+    length
+}
+
+/// The light that comes to a point of a ray through fog in closed form.
+fn arriving(path: &LightPath<'_>, media: &Media<'_>, x: f64) -> Arriving {
+    let at = path.ray().at(x as f32);
+    let (to_light, distance, light, angle) = match path.emitter() {
+        Emitter::Directional(sun) => {
+            let angle = path.sun_angle(sun);
+            (-sun.direction(), f32::INFINITY, sun.irradiance(), angle)
+        }
+        Emitter::Point(point) => {
+            let s = (x - f64::from(path.foot())) as f32;
+            let (direction, d) = path.from_light(s);
+            let mut light = path.intensity(point, direction);
+            if point.fades() {
+                light *= point.window_inside(d);
+            }
+            (
+                -direction,
+                d,
+                light,
+                ScatteringAngle::from_foot(s, path.h()),
+            )
+        }
+    };
+    let leg = even_depth(media, at, to_light, distance);
+    Arriving {
+        light: light.as_dvec3() * (-leg).exp(),
+        angle,
+    }
+}
+
+/// The optical depth of even fog, and of fog that thins out, from a point towards a light.
+pub(super) fn even_depth(media: &Media<'_>, at: Vec3, to_light: Vec3, distance: f32) -> DVec3 {
+    let mut depth = DVec3::ZERO;
+    if let Some(medium) = media.medium() {
+        // Sunlight has lost nothing where fog is everywhere.
+        if medium.bounds().is_some() || distance.is_finite() {
+            let inside = medium.length_inside(at, to_light, distance);
+            depth += medium.sigma_t().as_dvec3() * f64::from(inside);
+        }
+    }
+    if let Some(fog) = media.height_fog() {
+        let (y, slope) = (f64::from(at.y), f64::from(to_light.y));
+        // Nor in fog that is endless towards the sun.
+        if distance.is_finite() || slope > 0.0 {
+            depth += fog.optical_depth(y, slope, distance.into());
+        }
+    }
+    depth
+}
+
+/// The share of light that comes from `distance` along a ray to the eye through all
+/// media, per colour.
+pub fn eye_transmittance(media: &Media<'_>, ray: &Ray, distance: f32) -> Vec3 {
+    let direction = ray.direction().as_dvec3().normalize();
+    let depth = media.optical_depth(ray.origin().as_dvec3(), direction, 0.0, distance.into());
+    (-depth).exp().as_vec3()
+}

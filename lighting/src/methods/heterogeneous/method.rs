@@ -1,0 +1,513 @@
+//! Gathers through media that are not uniform, in the list of methods: one for each kind
+//! of map that tells how much light gets how far.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::Vec3;
+use gpu_backend::{Cpu, Host};
+use transmittance::baseline::{
+    Deep, DeepCurve, FourierCurve, MomentCurve, Moments, OpacityCurve, Range,
+};
+use transmittance::{Accumulate, Curve, Evaluate, Linear, Packed, Stream};
+
+use super::{DoubleMarch, GatherMedia, MediaRays};
+use crate::methods::translucent::{Casters, TransmittanceMap, curve_resolution};
+use crate::methods::{
+    About, Entry, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
+};
+use crate::scene::{Bounds, Emitter, Media};
+use crate::shadow_map::{ShadowMap, faces, locate};
+use crate::visibility::PointVisibility;
+
+impl<'a> FrameInputs<'a> {
+    /// All that fills the air.
+    pub fn media(&self) -> Media<'a> {
+        Media::new(Some(self.medium), self.height_fog, self.translucent)
+    }
+}
+
+/// What maps of a kind are made with.
+type Make = fn(&FrameInputs<'_>, usize) -> Result<Map, MethodError>;
+
+/// How much of a light gets through what is translucent.
+type Map = Arc<dyn PointVisibility<Share = Vec3> + Send>;
+
+/// A gather with maps of one kind.
+#[derive(Clone, Copy)]
+struct Gathered {
+    about: Named,
+    /// `None`: what is opaque alone casts shadows.
+    make: Option<Make>,
+    /// Bytes of a curve.
+    bytes: u64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Named {
+    name: &'static str,
+    title: &'static str,
+    purpose: &'static str,
+    paper: &'static str,
+    role: Role,
+    quick: &'static [u32],
+}
+
+impl fmt::Debug for Gathered {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.about.fmt(f)
+    }
+}
+
+/// Steps of a ray, at most.
+const MOST: u32 = 1 << 16;
+
+const QUALITIES: &[u32] = &[8, 16, 32, 64, 128];
+
+fn about(named: Named, unit: &'static str) -> About {
+    About {
+        name: named.name.into(),
+        title: named.title,
+        purpose: named.purpose,
+        paper: named.paper,
+        quality: unit,
+        qualities: QUALITIES,
+        quick: named.quick,
+        pictured: 64,
+        usual: 64,
+        role: named.role,
+        uses_shadow_map: true,
+    }
+}
+
+fn check(steps: u32, unit: &'static str) -> Result<(), MethodError> {
+    if (1..=MOST).contains(&steps) {
+        return Ok(());
+    }
+    Err(MethodError::Quality {
+        value: steps,
+        unit,
+        expected: format!("1 to {MOST}"),
+    })
+}
+
+fn needs_media(inputs: &FrameInputs<'_>) -> Verdict {
+    let why = match inputs.media().is_homogeneous() {
+        true => "the medium is the same everywhere",
+        false => {
+            "a comparison takes smoke for a caster of shadows, and has no reference in which it is seen"
+        }
+    };
+    Verdict::Pointless(why.into())
+}
+
+fn strands_are_not_seen(inputs: &FrameInputs<'_>) -> Vec<String> {
+    let is_hair = |caster: &crate::scene::Translucent| {
+        matches!(caster, crate::scene::Translucent::Strands(_))
+    };
+    match inputs.translucent.iter().any(is_hair) {
+        true => vec!["hair casts shadows and is not seen itself".into()],
+        false => Vec::new(),
+    }
+}
+
+const STEPS: &str = "steps";
+
+impl Method for Gathered {
+    fn about(&self) -> About {
+        about(self.about, STEPS)
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        needs_media(inputs)
+    }
+
+    fn sees_uneven_media(&self) -> bool {
+        true
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        let mut notes = strands_are_not_seen(inputs);
+        if self.make.is_none() {
+            notes.push("smoke casts no shadows".into());
+        }
+        notes
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
+        let maps = inputs.map_work();
+        let curves = self.bytes as f64 / 4.0;
+        Work {
+            once: maps.once * (1.0 + curves),
+            bytes: maps.bytes + maps.bytes * self.bytes / 16,
+            per_ray: inputs.emitters.len() as f64 * 4.0 * f64::from(steps),
+            ..maps
+        }
+    }
+}
+
+/// What is opaque and what is not, on the way from a light.
+struct Both {
+    opaque: Arc<ShadowMap<Host>>,
+    translucent: Option<Map>,
+}
+
+impl PointVisibility for Both {
+    type Share = Vec3;
+
+    fn visibility(&self, point: Vec3) -> Vec3 {
+        match (self.opaque.visibility(point), &self.translucent) {
+            (0.0, _) => Vec3::ZERO,
+            (share, None) => Vec3::splat(share),
+            (share, Some(map)) => share * map.visibility(point),
+        }
+    }
+}
+
+impl Gathered {
+    fn visibility(&self, frame: &Frame<'_, Cpu>, light: usize) -> Result<Both, MethodError> {
+        Ok(Both {
+            opaque: frame.shadow_map(light)?,
+            translucent: self
+                .make
+                .map(|make| make(&frame.inputs, light))
+                .transpose()?,
+        })
+    }
+}
+
+/// Tells the watch that a light is ready.
+fn goes_on(inputs: &FrameInputs<'_>, done: usize) -> Result<(), MethodError> {
+    let total = inputs.emitters.len();
+    match inputs.watch.goes_on(done, total) {
+        true => Ok(()),
+        false => Err(MethodError::Stopped { done, total }),
+    }
+}
+
+impl RunOn<Cpu> for Gathered {
+    fn prepare(&self, frame: &Frame<'_, Cpu>, steps: u32) -> Result<(), MethodError> {
+        check(steps, STEPS)?;
+        (0..frame.inputs.emitters.len())
+            .try_for_each(|light| self.visibility(frame, light).map(|_| ()))
+    }
+
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        steps: u32,
+        radiance: &mut Vec<[f32; 4]>,
+    ) -> Result<(), MethodError> {
+        check(steps, STEPS)?;
+        let inputs = &frame.inputs;
+        let media = inputs.media();
+        for (light, emitter) in inputs.emitters.iter().enumerate() {
+            goes_on(inputs, light)?;
+            let visibility = self.visibility(frame, light)?;
+            let lit = MediaRays {
+                rays: &frame.rays,
+                emitter,
+                media: &media,
+                steps,
+                watch: inputs.watch,
+            };
+            frame.pass("gather through media", || {
+                Ok(frame.backend.gather_media(&lit, &visibility, radiance)?)
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Both marches.
+#[derive(Debug, Clone, Copy)]
+struct BruteForce;
+
+/// Of either march.
+const BOTH_STEPS: &str = "steps along the ray and to the light";
+
+impl Method for BruteForce {
+    fn about(&self) -> About {
+        let named = Named {
+            name: "double-march",
+            title: "marching twice",
+            purpose: "what every renderer of smoke begins with: from each step a march to the light",
+            paper: "Blinn, SIGGRAPH 1982, for the integral; Kajiya and Von Herzen, SIGGRAPH 1984",
+            role: Role::Baseline,
+            quick: &[16],
+        };
+        About {
+            quality: BOTH_STEPS,
+            ..about(named, BOTH_STEPS)
+        }
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        needs_media(inputs)
+    }
+
+    fn sees_uneven_media(&self) -> bool {
+        true
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        match strands_are_not_seen(inputs)[..] {
+            [] => Vec::new(),
+            _ => vec!["hair is not seen and casts no shadows".into()],
+        }
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
+        Work {
+            per_ray: inputs.emitters.len() as f64 * f64::from(steps).powi(2),
+            ..inputs.map_work()
+        }
+    }
+}
+
+impl RunOn<Cpu> for BruteForce {
+    fn prepare(&self, frame: &Frame<'_, Cpu>, steps: u32) -> Result<(), MethodError> {
+        check(steps, BOTH_STEPS)?;
+        (0..frame.inputs.emitters.len()).try_for_each(|light| frame.shadow_map(light).map(|_| ()))
+    }
+
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        steps: u32,
+        radiance: &mut Vec<[f32; 4]>,
+    ) -> Result<(), MethodError> {
+        check(steps, BOTH_STEPS)?;
+        let inputs = &frame.inputs;
+        let media = inputs.media();
+        for (light, emitter) in inputs.emitters.iter().enumerate() {
+            goes_on(inputs, light)?;
+            let map = frame.shadow_map(light)?;
+            let march = DoubleMarch::new(emitter, &media, inputs.translucent, map, [steps; 2]);
+            frame.pass("marches", || {
+                frame.backend.for_each_chunk(radiance, 16, |first, chunk| {
+                    for (sum, ray) in chunk.iter_mut().zip(&frame.rays[first..]) {
+                        let light = march.radiance(ray);
+                        for (sum, light) in sum.iter_mut().zip(light.to_array()) {
+                            *sum += light;
+                        }
+                    }
+                    inputs.watch.gathered(chunk.len());
+                });
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// That of a light, in the store of the host. What is opaque is not in it.
+fn map<A, T>(inputs: &FrameInputs<'_>, light: usize, clear: &A) -> Result<Map, MethodError>
+where
+    A: Accumulate + Clone + Sync + 'static,
+    A::Curve: Into<T>,
+    T: Evaluate + fmt::Debug + Send + Sync + 'static,
+{
+    let casters = Casters::see_through(inputs.translucent, inputs.geometry);
+    let resolution = curve_resolution(inputs.map, inputs.emitters, casters.channels());
+    let made: Arc<TransmittanceMap<Host, T>> = inputs.host.get(
+        "map of transmittance",
+        (std::any::TypeId::of::<A>(), light, resolution),
+        TransmittanceMap::bytes,
+        || {
+            TransmittanceMap::build(
+                &Cpu::new(),
+                &casters,
+                &inputs.emitters[light],
+                resolution,
+                clear,
+            )
+            .map_err(MethodError::resource("a map of transmittance"))
+        },
+    )?;
+    Ok(made)
+}
+
+/// By the paper's rule.
+fn by_rule<const N: usize>(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
+    map::<_, Packed<N, Linear>>(inputs, light, &Curve::<N, Linear>::new())
+}
+
+/// By least area.
+fn by_area<const N: usize>(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
+    map::<_, Packed<N>>(inputs, light, &Stream::<N>::new())
+}
+
+fn deep(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
+    let clear = Deep::new(0.002).map_err(MethodError::resource("a deep shadow map"))?;
+    map::<_, DeepCurve>(inputs, light, &clear)
+}
+
+/// With the depths that what is translucent has as a light sees it.
+fn in_range<A, T>(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+    clear: impl FnOnce(Range) -> Result<A, transmittance::Error>,
+) -> Result<Map, MethodError>
+where
+    A: Accumulate + Clone + Sync + 'static,
+    A::Curve: Into<T>,
+    T: Evaluate + fmt::Debug + Send + Sync + 'static,
+{
+    let casters = Casters::see_through(inputs.translucent, inputs.geometry);
+    let [near, far] = casters
+        .bounds()
+        .map_or([0.0, 1.0], |bounds| depths(bounds, &inputs.emitters[light]));
+    let clear = Range::new(near, far).and_then(clear);
+    map::<_, T>(
+        inputs,
+        light,
+        &clear.map_err(MethodError::resource("a range of depths"))?,
+    )
+}
+
+/// Between which depths from a light a box lies.
+fn depths(bounds: Bounds, emitter: &Emitter) -> [f32; 2] {
+    let corners = (0..8).map(|i| {
+        let pick = |bit: usize, axis: usize| [bounds.min(), bounds.max()][(i >> bit) & 1][axis];
+        Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))
+    });
+    let [near, far] = match emitter {
+        Emitter::Directional(_) => {
+            // The map's own depths, which begin somewhere before the box.
+            let planes = faces(bounds, emitter);
+            let centre = 0.5 * (bounds.min() + bounds.max());
+            let half = 0.5 * (bounds.max() - bounds.min()).length();
+            let middle = locate(&planes, 1, centre).map_or(half, |place| place.depth);
+            [middle - half, middle + half]
+        }
+        Emitter::Point(point) => {
+            let light = point.position();
+            let nearest = light.clamp(bounds.min(), bounds.max());
+            let far = corners
+                .map(|corner| corner.distance(light))
+                .fold(0.0, f32::max);
+            [nearest.distance(light), far]
+        }
+    };
+    [near, far.max(near.next_up())]
+}
+
+fn opacity(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
+    in_range::<_, OpacityCurve<32>>(inputs, light, |range| Ok(OpacityCurve::<32>::new(range)))
+}
+
+fn fourier(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
+    in_range::<_, FourierCurve<16>>(inputs, light, |range| Ok(FourierCurve::<16>::new(range)))
+}
+
+fn moments(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
+    in_range::<_, MomentCurve>(inputs, light, |range| Moments::new(6, range))
+}
+
+pub(in crate::methods) fn methods() -> Vec<Entry> {
+    let salvi = "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010";
+    let rule = |name, title, make: Make, nodes: u64| {
+        let purpose = "smoke that is seen and shades itself: curves by the paper's rule";
+        (
+            name,
+            title,
+            purpose,
+            salvi,
+            Role::Paper,
+            &[][..],
+            Some(make),
+            8 * nodes,
+        )
+    };
+    let all = [
+        (
+            "media-area-8",
+            "AVSM by least area, 8 nodes",
+            "smoke that is seen and shades itself, from curves of the least mean error",
+            "Salvi et al., EGSR 2010; nodes by least area instead of theirs",
+            Role::Paper,
+            &[16, 64][..],
+            Some(by_area::<8> as Make),
+            64,
+        ),
+        (
+            "media-unshadowed",
+            "smoke without shadows of smoke",
+            "smoke that is seen and casts no shadow: what its shadows are worth",
+            "none: shadow maps of what is opaque",
+            Role::Unshadowed,
+            &[32],
+            None,
+            0,
+        ),
+        rule("media-avsm-4", "AVSM, 4 nodes", by_rule::<4>, 4),
+        rule("media-avsm-8", "AVSM, 8 nodes", by_rule::<8>, 8),
+        rule("media-avsm-12", "AVSM, 12 nodes", by_rule::<12>, 12),
+        rule("media-avsm-16", "AVSM, 16 nodes", by_rule::<16>, 16),
+        (
+            "media-area-16",
+            "AVSM by least area, 16 nodes",
+            "the same with twice the nodes",
+            "Salvi et al., EGSR 2010; nodes by least area instead of theirs",
+            Role::Variant,
+            &[],
+            Some(by_area::<16>),
+            128,
+        ),
+        (
+            "media-deep",
+            "deep shadow maps",
+            "curves as long as an error of 0.002 takes",
+            "Lokovic and Veach, Deep Shadow Maps, SIGGRAPH 2000",
+            Role::Variant,
+            &[],
+            Some(deep),
+            128,
+        ),
+        (
+            "media-opacity-32",
+            "opacity shadow maps",
+            "32 slices between the nearest and the farthest smoke",
+            "Kim and Neumann, Opacity Shadow Maps, EGWR 2001",
+            Role::Variant,
+            &[],
+            Some(opacity),
+            128,
+        ),
+        (
+            "media-fourier-16",
+            "Fourier opacity maps",
+            "16 pairs of coefficients over the same depths",
+            "Jansen and Bavoil, Fourier Opacity Mapping, I3D 2010",
+            Role::Variant,
+            &[],
+            Some(fourier),
+            128,
+        ),
+        (
+            "media-moments-6",
+            "moments of optical depth",
+            "6 moments over the same depths",
+            "Münstermann et al., Moment-Based Order-Independent Transparency, I3D 2018",
+            Role::Variant,
+            &[],
+            Some(moments),
+            28,
+        ),
+    ];
+    let gathered = all.map(|(name, title, purpose, paper, role, quick, make, bytes)| {
+        let about = Named {
+            name,
+            title,
+            purpose,
+            paper,
+            role,
+            quick,
+        };
+        Entry::on_cpu(Gathered { about, make, bytes })
+    });
+    let mut methods = Vec::from(gathered);
+    methods.push(Entry::on_cpu(BruteForce));
+    methods
+}

@@ -1,0 +1,371 @@
+//! The steps of a ray: runs of pieces at each of which the light is asked about once.
+
+use glam::DVec3;
+
+use crate::scene::{MediaPiece, PhaseFunction, ScatteringAngle};
+
+/// The line of an eye ray, as one light sees it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line {
+    /// Where it comes nearest to a lamp, and how near; `None` for a sun.
+    pub(super) lamp: Option<[f64; 2]>,
+}
+
+impl Line {
+    /// The mean of `1/d²` between two distances; 1 for a sun.
+    pub(super) fn falloff(&self, from: f64, to: f64) -> f64 {
+        let Some([foot, h]) = self.lamp else {
+            return 1.0;
+        };
+        let (a, b, length) = (from - foot, to - foot, to - from);
+        // tan(Δη) = h Δx / (h² + a b), and 1/d² is dη/dx / h.
+        let (rise, run) = (h * length, h * h + a * b);
+        let tangent = rise / run;
+        if run > 0.0 && tangent < SMALL {
+            let square = tangent * tangent;
+            return (1.0 - square * (1.0 / 3.0 - 0.2 * square)) / run;
+        }
+        rise.atan2(run) / rise
+    }
+
+    /// The angle at a lamp between two distances.
+    pub(super) fn angle(&self, from: f64, to: f64) -> f64 {
+        self.lamp.map_or(0.0, |[foot, h]| {
+            let (a, b) = (from - foot, to - foot);
+            if b == f64::INFINITY {
+                return h.atan2(a);
+            }
+            (h * (b - a)).atan2(h * h + a * b)
+        })
+    }
+
+    /// The distance of the light; infinite for a sun.
+    fn distance(&self, x: f64) -> f64 {
+        self.lamp
+            .map_or(f64::INFINITY, |[foot, h]| (x - foot).hypot(h))
+    }
+
+    /// Where light comes from in the mean, of a part of this length, short beside the
+    /// distance of the light, with a `middle` by all but `1/d²`.
+    fn centroid(&self, middle: f64, length: f64) -> f64 {
+        self.lamp.map_or(middle, |[foot, h]| {
+            // The variance of x times the slope of the logarithm of 1/d².
+            let s = middle - foot;
+            middle - length * length / 6.0 * s / (s * s + h * h)
+        })
+    }
+
+    /// The distance at which the angle from `from` on is `angle`, infinite if it is
+    /// never that large.
+    fn turned(&self, from: f64, angle: f64) -> f64 {
+        let Some([foot, h]) = self.lamp else {
+            return f64::INFINITY;
+        };
+        if angle >= std::f64::consts::PI {
+            return f64::INFINITY;
+        }
+        // h tan(η + Δ) with tan η = a/h.
+        let (a, (sin, cos)) = (from - foot, angle.sin_cos());
+        let below = h * cos - a * sin;
+        if below <= 0.0 {
+            return f64::INFINITY;
+        }
+        foot + h * ((a * cos + h * sin) / below)
+    }
+}
+
+/// Below this tangent the first terms of the arc tangent's series are exact to 1e-9.
+const SMALL: f64 = 0.05;
+
+/// How far a step goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits {
+    /// Of the length within media, m.
+    pub(super) length: f64,
+    /// Of the angle at the light.
+    pub(super) angle: f64,
+    /// Of what is left of the light.
+    pub(super) transmittance: f64,
+}
+
+impl Limits {
+    /// Those of `steps` steps along a ray with so much of each.
+    pub(super) fn new(steps: u32, length: f64, angle: f64) -> Self {
+        let share = f64::from(steps) / if angle > 0.0 { 3.0 } else { 2.0 };
+        // A ray has at least one step.
+        let share = share.max(1.0);
+        Self {
+            length: length / share,
+            angle: if angle > 0.0 {
+                angle / share
+            } else {
+                f64::INFINITY
+            },
+            transmittance: 1.0 / share,
+        }
+    }
+}
+
+/// Light as it comes to a point of a ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arriving {
+    /// Radiant intensity, or irradiance of a sun, that even fog on the way has left.
+    pub(super) light: DVec3,
+    /// The angle by which it is scattered towards the eye.
+    pub(super) angle: ScatteringAngle,
+}
+
+/// Walks the pieces of a ray in parts, on each of which the light is evaluated once, and
+/// those in steps.
+#[derive(Debug)]
+pub(super) struct Steps<L, V> {
+    line: Line,
+    limits: Limits,
+    /// What arrives at a distance along the ray if nothing is in the way.
+    light: L,
+    /// What becomes of it: told a distance, and the light of a step.
+    visit: V,
+    part: Run,
+    step: Run,
+    /// Of the part: what each phase function scatters, as a share of all light.
+    scattered: Vec<(PhaseFunction, DVec3)>,
+    /// Of the step: what comes to the eye, all of the light arriving.
+    radiance: DVec3,
+}
+
+/// A run of pieces.
+#[derive(Debug, Default)]
+struct Run {
+    is_open: bool,
+    start: f64,
+    end: f64,
+    /// Where it has to end, and the optical depth at which it has to.
+    last: f64,
+    deepest: f64,
+    full: f64,
+    /// Sums of weights, and of weights × distance.
+    weight: f64,
+    moment: f64,
+}
+
+impl Run {
+    fn new(start: f64, last: f64, [depth, deepest]: [f64; 2]) -> Self {
+        Self {
+            is_open: true,
+            start,
+            end: start,
+            last,
+            deepest,
+            full: depth + 0.95 * (deepest - depth),
+            ..Self::default()
+        }
+    }
+
+    fn add(&mut self, weight: f64, x: f64) {
+        self.weight += weight;
+        self.moment += weight * x;
+    }
+
+    /// Whether it ends here, or so nearly that a sliver would be left.
+    fn is_full(&self, end: f64, depth: f64) -> bool {
+        end >= self.last || depth >= self.full
+    }
+}
+
+/// Less than this of the light is not followed any further.
+const NOTHING: f64 = 1e-7;
+
+/// The most that a part is as long as the light is away, and that the optical depth grows
+/// over it.
+const PART_LENGTH: f64 = 0.15;
+const PART_DEPTH: f64 = 0.4;
+
+impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
+    pub(super) fn new(line: Line, limits: Limits, light: L, visit: V) -> Self {
+        Self {
+            line,
+            limits,
+            light,
+            visit,
+            part: Run::default(),
+            step: Run::default(),
+            scattered: Vec::new(),
+            radiance: DVec3::ZERO,
+        }
+    }
+
+    /// Adds what of a piece is between `from` and `to`, and hands over each step that is
+    /// full by then. False once nothing is left to be seen.
+    pub(super) fn add(&mut self, piece: &MediaPiece<'_>, [from, to]: [f64; 2]) -> bool {
+        if self.part.is_open && self.part.end < from {
+            // A gap, over which the falloff must not be averaged.
+            self.finish_part();
+        }
+        let mut start = from;
+        let mut depth = piece.depth_to(start);
+        let mut before = exp(-depth);
+        while start < to {
+            if before.max_element() < NOTHING {
+                return false;
+            }
+            self.begin(start, depth, before);
+            let end = self.end_of_part(piece, [start, to], depth);
+            let behind = piece.depth_to(end);
+            let own = behind - depth;
+            let lost = before * -exp_m1(-own);
+            self.scatter(piece, [start, end], lost, own);
+            self.part.end = end;
+            // The channel of which most is left.
+            let least = behind.min_element();
+            let is_step_full = self.step.is_full(end, least);
+            if is_step_full || self.part.is_full(end, least) {
+                self.finish_part();
+            }
+            if is_step_full {
+                self.finish_step();
+            }
+            (depth, before, start) = (behind, before - lost, end);
+        }
+        true
+    }
+
+    /// Hands over the step that is not full.
+    pub(super) fn finish(&mut self) {
+        self.finish_part();
+        self.finish_step();
+    }
+
+    /// Begins a step and a part where there are none.
+    fn begin(&mut self, start: f64, depth: DVec3, before: DVec3) {
+        let Limits {
+            length,
+            angle,
+            transmittance,
+        } = self.limits;
+        let least = depth.min_element();
+        if !self.step.is_open {
+            let left = before.max_element() - transmittance;
+            let deepest = if left > 0.0 {
+                -left.ln()
+            } else {
+                f64::INFINITY
+            };
+            let last = self.line.turned(start, angle).min(start + length);
+            self.step = Run::new(start, last, [least, deepest]);
+        }
+        if !self.part.is_open {
+            let last = start + PART_LENGTH * self.line.distance(start);
+            self.part = Run::new(start, last, [least, least + PART_DEPTH]);
+        }
+    }
+
+    /// Where what of a piece ends that fits into the part and the step.
+    fn end_of_part(&self, piece: &MediaPiece<'_>, [start, to]: [f64; 2], depth: DVec3) -> f64 {
+        let mut end = to.min(self.part.last).min(self.step.last);
+        if end == f64::INFINITY {
+            let sigma = piece.extinction(start).max_element();
+            end = start + OPAQUE / sigma;
+        }
+        let deepest = self.part.deepest.min(self.step.deepest);
+        let least = depth.min_element();
+        let own = piece.depth_to(end).min_element() - least;
+        if least + own > deepest {
+            // As if it were even.
+            end = start + (end - start) * ((deepest - least) / own);
+        }
+        end.max(start.next_up())
+    }
+
+    /// Adds what of a piece scatters, of which the ray loses `lost`.
+    fn scatter(&mut self, piece: &MediaPiece<'_>, [start, end]: [f64; 2], lost: DVec3, own: DVec3) {
+        // Dense media scatter at their front: the mean of x weighted by T.
+        let centroid = start + (end - start) * front_share(own.max_element());
+        let mut weight = 0.0;
+        let mut add = |phase, scattered: DVec3| {
+            weight += scattered.max_element();
+            match self.scattered.iter_mut().find(|(known, _)| *known == phase) {
+                Some((_, sum)) => *sum += scattered,
+                None => self.scattered.push((phase, scattered)),
+            }
+        };
+        // The share of what is lost that each medium scatters.
+        if let [part] = piece.parts() {
+            let at = piece.scattering(part, centroid);
+            add(at.phase, share(at.scattering, at.extinction) * lost);
+        } else {
+            let extinction = piece.extinction(centroid);
+            for part in piece.parts() {
+                let at = piece.scattering(part, centroid);
+                add(at.phase, share(at.scattering, extinction) * lost);
+            }
+        }
+        self.part.add(weight, centroid);
+    }
+
+    /// Lights the part.
+    fn finish_part(&mut self) {
+        let part = std::mem::take(&mut self.part);
+        if part.weight > 0.0 {
+            let centroid = self
+                .line
+                .centroid(part.moment / part.weight, part.end - part.start);
+            let Arriving { light, angle } = (self.light)(centroid);
+            if light != DVec3::ZERO {
+                let scattered = self.scattered.iter();
+                let scattered = scattered
+                    .map(|(phase, sum)| *sum * f64::from(phase.value(angle)))
+                    .sum::<DVec3>();
+                let radiance = self.line.falloff(part.start, part.end) * light * scattered;
+                self.radiance += radiance;
+                self.step.add(radiance.max_element(), centroid);
+            }
+        }
+        self.scattered.clear();
+    }
+
+    fn finish_step(&mut self) {
+        let step = std::mem::take(&mut self.step);
+        let radiance = std::mem::take(&mut self.radiance);
+        if step.weight > 0.0 {
+            (self.visit)(step.moment / step.weight, radiance);
+        }
+    }
+}
+
+/// Optical depth at which nothing is left.
+const OPAQUE: f64 = 16.2;
+
+fn share(scattering: DVec3, extinction: DVec3) -> DVec3 {
+    DVec3::select(
+        extinction.cmpgt(DVec3::ZERO),
+        scattering / extinction,
+        DVec3::ZERO,
+    )
+}
+
+/// An exponential of each channel, of one if all are alike.
+fn of_each(x: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
+    if x.x == x.y && x.y == x.z {
+        DVec3::splat(f(x.x))
+    } else {
+        x.map(f)
+    }
+}
+
+fn exp(x: DVec3) -> DVec3 {
+    of_each(x, f64::exp)
+}
+
+fn exp_m1(x: DVec3) -> DVec3 {
+    of_each(x, f64::exp_m1)
+}
+
+/// `1/τ − 1/(e^τ − 1)`: where on an even piece of this optical depth light is scattered in
+/// the mean, from 1/2 for thin ones to 0.
+fn front_share(depth: f64) -> f64 {
+    if depth < 0.1 {
+        // To 1e-8.
+        return 0.5 - depth / 12.0 * (1.0 - depth * depth / 60.0);
+    }
+    1.0 / depth - 1.0 / depth.exp_m1()
+}

@@ -1,0 +1,311 @@
+//! Media that are not uniform against uniform ones, sums by brute force, and each other.
+
+use glam::{Quat, Vec3};
+use gpu_backend::Cpu;
+
+use super::{DoubleMarch, GatherMedia, MediaRays, eye_transmittance};
+use crate::airlight::{AirlightEvaluator, Quadrature};
+use crate::scene::{
+    Bounds, Cone, DensityGrid, Emission, Emitter, HeightFog, Interpolation, Media, Medium,
+    Particle, Particles, PhaseFunction, Profile, Translucent,
+};
+use crate::visibility::PointVisibility;
+use crate::{LightPath, Ray};
+
+/// Nothing is in the way.
+struct Clear;
+
+impl PointVisibility for Clear {
+    type Share = f32;
+
+    fn visibility(&self, _: Vec3) -> f32 {
+        1.0
+    }
+}
+
+fn gathered<V>(
+    rays: &[Ray],
+    emitter: &Emitter,
+    media: &Media<'_>,
+    visibility: &V,
+    steps: u32,
+) -> Vec<Vec3>
+where
+    V: PointVisibility,
+{
+    let mut radiance = vec![[0.0; 4]; rays.len()];
+    let rays = rays.to_vec();
+    let lit = MediaRays {
+        rays: &rays,
+        emitter,
+        media,
+        steps,
+        watch: &(),
+    };
+    Cpu::new()
+        .gather_media(&lit, visibility, &mut radiance)
+        .unwrap();
+    radiance
+        .iter()
+        .map(|&[r, g, b, _]| Vec3::new(r, g, b))
+        .collect()
+}
+
+/// Steps, and the largest error of any pixel beside the mean that they may have: of the
+/// second order, with lights next to rays, in fog of up to ten mean free paths.
+const ALLOWED: [(u32, f32); 3] = [(16, 0.5), (64, 0.13), (256, 0.045)];
+
+const HAZE: PhaseFunction = PhaseFunction::HenyeyGreenstein { g: 0.6 };
+
+fn box_of(half: f32) -> Bounds {
+    Bounds::new(Vec3::splat(-half), Vec3::splat(half)).unwrap()
+}
+
+fn lights() -> Vec<Emitter> {
+    let point = |position, emission| {
+        Emitter::point(position, Vec3::new(8.0, 9.0, 10.0), f32::INFINITY, emission)
+    };
+    let cone = Cone {
+        inner: 0.3,
+        outer: 0.5,
+    };
+    let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    let spot = Emission::spot(down, cone, None).unwrap();
+    vec![
+        point(Vec3::new(0.3, 2.0, -0.2), Emission::Isotropic).unwrap(),
+        point(Vec3::new(0.2, 0.4, 0.1), Emission::Isotropic).unwrap(),
+        point(Vec3::new(0.0, 2.5, 0.0), spot).unwrap(),
+        Emitter::directional(Vec3::new(0.3, -1.0, 0.2), Vec3::new(3.0, 2.0, 1.0)).unwrap(),
+    ]
+}
+
+fn rays() -> Vec<Ray> {
+    let eye = Vec3::new(0.5, 0.3, 4.0);
+    let mut rays: Vec<Ray> = (0..64)
+        .map(|i| {
+            let target = Vec3::new((i % 8) as f32 / 4.0 - 0.87, (i / 8) as f32 / 4.0 - 0.9, 0.1);
+            Ray::new(
+                eye,
+                target - eye,
+                if i % 3 == 0 { f32::INFINITY } else { 4.5 },
+            )
+            .unwrap()
+        })
+        .collect();
+    // From inside, and to the sky.
+    rays.push(
+        Ray::new(
+            Vec3::new(0.1, -0.2, 0.3),
+            Vec3::new(0.2, 1.0, -0.4),
+            f32::INFINITY,
+        )
+        .unwrap(),
+    );
+    rays
+}
+
+/// The light that an evaluator of even media finds.
+fn even(rays: &[Ray], emitter: &Emitter, medium: &Medium) -> Vec<Vec3> {
+    let quadrature = Quadrature::with_tolerance(medium.phase(), 1e-5).unwrap();
+    let light = |ray: &Ray| {
+        LightPath::new(ray, emitter, medium).map_or(Vec3::ZERO, |path| {
+            let path = path.off_the_light();
+            quadrature.radiance(&path, path.span())
+        })
+    };
+    rays.iter().map(light).collect()
+}
+
+fn worst(found: &[Vec3], truth: &[Vec3]) -> f32 {
+    let mean = truth.iter().map(|v| v.max_element()).sum::<f32>() / truth.len() as f32;
+    let errors = found
+        .iter()
+        .zip(truth)
+        .map(|(a, b)| (*a - *b).abs().max_element());
+    errors.fold(0.0, f32::max) / mean
+}
+
+#[test]
+fn even_fog_is_what_its_evaluators_say() {
+    for sigma in [0.02_f32, 0.5, 8.0] {
+        let open = Medium::new(
+            Vec3::new(sigma, 0.5 * sigma, 0.2 * sigma),
+            Vec3::splat(0.1 * sigma),
+            HAZE,
+        )
+        .unwrap();
+        for medium in [open, open.within(box_of(1.0))] {
+            let media = Media::new(Some(&medium), None, &[]);
+            for (index, emitter) in lights().iter().enumerate() {
+                let truth = even(&rays(), emitter, &medium);
+                for (steps, allowed) in ALLOWED {
+                    let found = gathered(&rays(), emitter, &media, &Clear, steps);
+                    let error = worst(&found, &truth);
+                    assert!(error < allowed, "{sigma} {index} {steps}: {error:.1e}");
+                }
+            }
+        }
+    }
+}
+
+/// A smooth but uneven grid, random numbers but for that.
+fn smoke(scale: f32, interpolation: Interpolation) -> DensityGrid {
+    let resolution = [5, 4, 6];
+    let count = resolution.iter().product::<u32>();
+    let density = (0..count)
+        .map(|i| reference::random::noise(u64::from(i)))
+        .collect();
+    DensityGrid::new(box_of(0.9), resolution, density, scale, interpolation)
+        .unwrap()
+        .with_albedo(Vec3::new(0.9, 0.8, 0.6))
+        .unwrap()
+        .with_phase(HAZE)
+        .unwrap()
+}
+
+/// The exact optical depth on the way to a light.
+struct Through<'a>(&'a Media<'a>, &'a Emitter);
+
+impl PointVisibility for Through<'_> {
+    type Share = Vec3;
+
+    fn visibility(&self, point: Vec3) -> Vec3 {
+        // Fog in closed form is the gather's.
+        let (direction, distance) = match self.1 {
+            Emitter::Directional(sun) => (-sun.direction(), f32::INFINITY),
+            Emitter::Point(lamp) => {
+                let way = lamp.position() - point;
+                (way.normalize(), way.length())
+            }
+        };
+        let (origin, direction) = (point.as_dvec3(), direction.as_dvec3().normalize());
+        (-self
+            .0
+            .optical_depth(origin, direction, 0.0, distance.into()))
+        .exp()
+        .as_vec3()
+    }
+}
+
+#[test]
+fn a_grid_of_one_density_is_a_box_of_fog() {
+    let medium = Medium::new(Vec3::new(0.9, 0.8, 0.6), Vec3::new(0.1, 0.2, 0.4), HAZE)
+        .unwrap()
+        .within(box_of(1.0));
+    for interpolation in [Interpolation::Constant, Interpolation::Linear] {
+        for resolution in [[1, 1, 1], [3, 4, 5]] {
+            let count = resolution.iter().product::<u32>() as usize;
+            let grid = DensityGrid::new(
+                box_of(1.0),
+                resolution,
+                vec![0.5; count],
+                2.0,
+                interpolation,
+            )
+            .unwrap()
+            .with_albedo(Vec3::new(0.9, 0.8, 0.6))
+            .unwrap()
+            .with_phase(HAZE)
+            .unwrap();
+            let casters = [Translucent::Grid(grid)];
+            let media = Media::new(None, None, &casters);
+            for emitter in &lights() {
+                let truth = even(&rays(), emitter, &medium);
+                let through = Through(&media, emitter);
+                for (steps, allowed) in ALLOWED {
+                    let found = gathered(&rays(), emitter, &media, &through, steps);
+                    let error = worst(&found, &truth);
+                    assert!(error < allowed, "{interpolation:?} {steps}: {error:.1e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn marches_of_many_steps_come_to_the_same() {
+    let fog = Medium::new(
+        Vec3::splat(0.05),
+        Vec3::splat(0.01),
+        PhaseFunction::Isotropic,
+    )
+    .unwrap();
+    let mist = HeightFog::new(Vec3::splat(0.2), Vec3::ZERO, -0.5, 0.4, HAZE).unwrap();
+    let puffs = vec![
+        Particle {
+            centre: Vec3::new(0.4, 0.3, 0.2),
+            radius: 0.4,
+            sigma_t: 3.0,
+        },
+        Particle {
+            centre: Vec3::new(-0.5, -0.2, 0.4),
+            radius: 0.5,
+            sigma_t: 1.0,
+        },
+    ];
+    let rays: Vec<Ray> = rays()
+        .into_iter()
+        .filter(|ray| ray.length().is_finite())
+        .collect();
+    for scale in [0.3, 3.0] {
+        let casters = [
+            Translucent::Grid(smoke(scale, Interpolation::Linear)),
+            Translucent::Particles(Particles::new(puffs.clone(), Profile::Soft).unwrap()),
+        ];
+        let media = Media::new(Some(&fog), Some(&mist), &casters);
+        let smoke = Media::new(None, None, &casters);
+        for (index, emitter) in lights().iter().enumerate() {
+            let march = DoubleMarch::new(emitter, &media, &casters, Clear, [1000, 200]);
+            let truth: Vec<Vec3> = rays.iter().map(|ray| march.radiance(ray)).collect();
+            let through = Through(&smoke, emitter);
+            for (steps, allowed) in ALLOWED {
+                let found = gathered(&rays, emitter, &media, &through, steps);
+                let error = worst(&found, &truth);
+                assert!(error < allowed, "{scale} {index} {steps}: {error:.1e}");
+            }
+        }
+    }
+}
+
+/// Densities beyond all measure, an eye and a lamp inside, a single voxel: numbers all the
+/// same, and no more light than there is.
+#[test]
+fn extremes_stay_finite() {
+    for interpolation in [Interpolation::Constant, Interpolation::Linear] {
+        for scale in [0.0, 1e-12, 1.0, 1e6, 1e12] {
+            let one = DensityGrid::new(box_of(1.0), [1, 1, 1], vec![1.0], scale, interpolation);
+            for grid in [one.unwrap(), smoke(scale, interpolation)] {
+                let casters = [Translucent::Grid(grid)];
+                let media = Media::new(None, None, &casters);
+                for emitter in &lights() {
+                    let through = Through(&media, emitter);
+                    for steps in [1, 16] {
+                        for light in gathered(&rays(), emitter, &media, &through, steps) {
+                            assert!(light.is_finite() && light.min_element() >= 0.0, "{light}");
+                            assert!(scale > 0.0 || light == Vec3::ZERO);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_the_eye_sees_through_media_is_their_optical_depth() {
+    let fog = Medium::new(Vec3::splat(0.1), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+    let grid = DensityGrid::new(
+        box_of(1.0),
+        [1, 1, 1],
+        vec![2.0],
+        0.5,
+        Interpolation::Constant,
+    );
+    let casters = [Translucent::Grid(grid.unwrap())];
+    let media = Media::new(Some(&fog), None, &casters);
+    let ray = Ray::new(Vec3::new(0.0, 0.0, 4.0), Vec3::NEG_Z, f32::INFINITY).unwrap();
+    let share = |distance| eye_transmittance(&media, &ray, distance).x;
+    assert!((share(2.0) - (-0.2_f32).exp()).abs() < 1e-6);
+    assert!((share(6.0) - (-0.6_f32 - 2.0).exp()).abs() < 1e-6);
+    assert_eq!(share(f32::INFINITY), 0.0);
+}
