@@ -15,7 +15,10 @@ pub(crate) struct Masked {
 impl Masked {
     pub(crate) fn new(geometry: &Geometry) -> Self {
         let coatings = geometry.coatings().clone();
-        let is_masked = |index: &u32| matches!(coatings.caster(*index as usize), Caster::Masked(_));
+        let is_masked = |index: &u32| match coatings.caster(*index as usize) {
+            Caster::Masked(coating) => !coating.covers_nothing(),
+            _ => false,
+        };
         let triangles = if coatings.all_solid() {
             Vec::new()
         } else {
@@ -28,7 +31,8 @@ impl Masked {
         }
     }
 
-    /// The solid triangles and after them the masked ones; `None` if all are solid.
+    /// The solid triangles and after them the masked ones, but for those that are a hole
+    /// everywhere; `None` if all are solid.
     pub(crate) fn order(&self, geometry: &Geometry) -> Option<Vec<[Vec3; 3]>> {
         if self.coatings.all_solid() {
             return None;

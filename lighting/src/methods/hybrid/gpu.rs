@@ -84,12 +84,8 @@ pub(super) fn volumes_in_shader<'a>(
         padding_a: 0,
         padding_b: 0,
     };
-    let [near, far] = [shadow.map(|v| v.near()), light.map(|v| v.far())].map(|values| {
-        values.map_or_else(
-            || Argument::table::<f32>(&[]),
-            |values| Argument::read(values),
-        )
-    });
+    let [near, far] = [shadow.map(|v| v.near()), light.map(|v| v.far())]
+        .map(|values| values.map_or_else(|| Argument::table::<f32>(&[]), Argument::read));
     [Argument::uniform(record), near, far]
 }
 

@@ -127,6 +127,36 @@
 //! takes 2.6 times as long as with `hybrid`. Variance alone has twice the error in 16 steps
 //! and more of `fence`; four moments have a tenth less, at twice the time.
 //!
+//! # Volumes made on a GPU
+//!
+//! [`ShadowVolumes::new`] makes volumes on the host, where the choice below needs them, and
+//! the methods of the list upload them: both backends then look for the same. Where casters
+//! or lights move from frame to frame, [`BuildShadowVolumes`] makes them on the device from
+//! the triangles that it has for the shadow map: an invocation for each triangle and
+//! picture, whose workgroup shares the cells of large ones. Everything is within WebGPU's
+//! default limits, and as conservative as on the host: what sums and products may be off by is
+//! carried along, and each test is decided in favour of the triangle within that.
+//! Triangles are not clipped at the light, because half-spaces and edges of homogeneous
+//! corners tell what of them lies in front. Over 64,000 cells of slivers, wires and
+//! rooms, seen by lights of all kinds, depths are 1e-4 less on average than the host's, and
+//! one cell in a thousand is taken in besides.
+//!
+//! # Which casters
+//!
+//! The paper would leave out casters that are far from the viewer. How far a caster is gives no
+//! bound on what is then wrong: a low sun throws the shadow of a far hill upon the eye. How
+//! far the shadow is does. Where all beyond a distance D counts as lit, a ray is off by no
+//! more than the light from there: under a sun e^(−σ D) of what it would have if all of it
+//! were lit.
+//!
+//! That saves nothing here, since volumes that a ray does not come to cost it nothing anyway. For
+//! an error of 0.5 %, D is 5.3 mean free paths. It changes no frame of `landscape`. In `city`
+//! the steps get shorter, and the error of 16 falls from 1.6 % to 1.4 %, but that of 64
+//! rises from 0.26 % to 0.67 %; the times of frames differ by less than those of two runs do.
+//! Without the casters of `city` beyond 300 m, which are 2 mean free paths, its volumes are made
+//! in 20 ms in place of 33, once for all frames, and the error of 64 steps rises to 0.45 %;
+//! without those beyond 600 m neither changes. So all casters have volumes.
+//!
 //! # Which volumes are looked for
 //!
 //! That is decided for each light before a frame, by some of its rays ([`Choice`]). Volumes
@@ -172,6 +202,8 @@ mod span;
 #[cfg(test)]
 mod tests;
 mod volumes;
+#[cfg(feature = "wgpu")]
+pub(crate) mod volumes_gpu;
 
 #[cfg(feature = "methods")]
 pub(super) use method::volumes as volumes_of;
@@ -185,7 +217,7 @@ pub use asking::Volumes;
 pub use choice::Choice;
 pub use filtered::FilteredHybrid;
 pub use lit_volumes::{BuildLitVolumes, LitVolumes};
-pub use volumes::ShadowVolumes;
+pub use volumes::{BuildShadowVolumes, ShadowVolumes};
 
 use asking::Asking;
 use cells::Cells;

@@ -134,6 +134,15 @@ fn rounding(ray: &Ray, x: f32) -> f32 {
 #[cfg(feature = "trace")]
 #[test]
 fn no_shadow_of_the_map_and_none_of_the_triangles_is_outside_of_the_volumes() {
+    no_shadow_is_outside(1200, |_, _, volumes| volumes);
+}
+
+/// Of volumes that are made of those of the CPU, or in place of them.
+#[cfg(feature = "trace")]
+fn no_shadow_is_outside(
+    rays_of_a_case: usize,
+    made: impl Fn(&Geometry, &Emitter, ShadowVolumes<Host>) -> ShadowVolumes<Host>,
+) {
     use crate::scene::trace::Tracer;
     use crate::visibility::Exact;
 
@@ -141,10 +150,11 @@ fn no_shadow_of_the_map_and_none_of_the_triangles_is_outside_of_the_volumes() {
     let bounds = Bounds::new(Vec3::splat(-3.0), Vec3::new(2.0, 3.0, 4.0)).unwrap();
     let media = [fog(), fog().within(bounds)];
     let asked_for = std::env::var("PROPTEST_CASES").ok();
-    let rays_of_a_case = asked_for.map_or(1200, |number| number.parse().unwrap());
+    let rays_of_a_case = asked_for.map_or(rays_of_a_case, |number| number.parse().unwrap());
     let (mut asked, mut dark, mut lit_rays, mut short) = (0, 0, 0, 0);
     for number in 0..96 {
         let (mut random, geometry, light, eye, map, volumes) = case(number, MAP - number % 2);
+        let volumes = made(&geometry, &light, volumes);
         let tracer = Tracer::new(&geometry);
         let exact = Exact::new(&tracer);
         for ray in rays(&mut random, eye, &light, rays_of_a_case) {
@@ -530,5 +540,176 @@ fn volumes_go_with_a_map_of_their_size() {
         let volumes = ShadowVolumes::new(&cpu, &geometry, &light, resolution).unwrap();
         assert!(volumes.cell() * 256 >= resolution && volumes.cell() >= 8);
         assert_eq!(volumes.bytes(), 4 * volumes.near().len() as u64);
+    }
+}
+
+/// Casters of every size, and each of the lights.
+#[test]
+fn volumes_of_casters_are_those_of_their_geometry() {
+    let cpu = Cpu::new();
+    for number in 0..24 {
+        let (_, geometry, light, .., volumes) = case(number, MAP);
+        let casters = Casters::upload(&cpu, &geometry).unwrap();
+        let same = cpu.shadow_volumes(&casters, &light, MAP).unwrap();
+        assert_eq!(same.near(), volumes.near());
+    }
+}
+
+/// Points of triangles are in the cells that they come within a texel of.
+fn points_are_in_the_cells_around_them(
+    random: &mut Random,
+    geometry: &Geometry,
+    volumes: &ShadowVolumes<Host>,
+) {
+    let cells = &volumes.cells;
+    let size = f64::from(cells.cell);
+    for triangle in geometry.triangles() {
+        let [a, b, c] = triangle.map(|corner| (corner - cells.origin).as_dvec3());
+        for _ in 0..20 {
+            let [mut u, mut v] = [random.unit_f64(), random.unit_f64()];
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            let point = a + u * (b - a) + v * (c - a);
+            for (index, picture) in cells.pictures.iter().enumerate() {
+                let at = picture.of_point(point);
+                if at.z <= 0.0 {
+                    continue;
+                }
+                let depth = match picture.is_central() {
+                    true => point.length(),
+                    false => point.dot(picture.forward()),
+                };
+                for [x, y] in [
+                    [0.0, 0.0],
+                    [0.99, 0.99],
+                    [0.99, -0.99],
+                    [-0.99, 0.99],
+                    [-0.99; 2],
+                ] {
+                    let cell = [at.x / at.z + x, at.y / at.z + y].map(|texel| texel / size);
+                    if !cell
+                        .iter()
+                        .all(|t| (0.0..f64::from(cells.side)).contains(t))
+                    {
+                        continue;
+                    }
+                    let near = volumes.near[cells.index(index, 0, cell.map(|t| t as u32))];
+                    assert!(
+                        f64::from(near) <= depth,
+                        "{near} {depth} in {cell:?} of {index}, {} texels",
+                        cells.resolution
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn points_of_triangles_are_in_the_cells_around_them() {
+    let cpu = Cpu::new();
+    for number in 0..48 {
+        let resolution = [1, 7, 125, 300, 1024][number as usize % 5];
+        let (mut random, mut geometry, light, ..) = case(number, MAP);
+        if number % 4 == 3 {
+            geometry = room();
+        }
+        let volumes = ShadowVolumes::new(&cpu, &geometry, &light, resolution).unwrap();
+        points_are_in_the_cells_around_them(&mut random, &geometry, &volumes);
+    }
+}
+
+#[cfg(feature = "wgpu")]
+mod on_gpu {
+    use gpu_backend::{Download, assert_same_layout, testing};
+
+    use super::super::cells::NOTHING;
+    use super::super::volumes_gpu::{NEAR, NearRecord};
+    use super::*;
+
+    #[test]
+    fn the_shader_that_makes_volumes_sees_cells_as_they_are() {
+        let shader = testing::Shader::new(&NEAR).unwrap();
+        assert_same_layout!(
+            shader,
+            "Near",
+            NearRecord {
+                pictures,
+                cell,
+                side,
+                triangles,
+                level,
+                border,
+                factor,
+                less,
+                most
+            }
+        );
+    }
+
+    /// On the GPU the volumes of the casters of a case.
+    fn made(
+        gpu: &(impl BuildShadowVolumes + Download),
+        geometry: &Geometry,
+        light: &Emitter,
+        expected: &ShadowVolumes<Host>,
+    ) -> ShadowVolumes<Host> {
+        let casters = Casters::upload(gpu, geometry).unwrap();
+        let there = gpu
+            .shadow_volumes(&casters, light, expected.resolution())
+            .unwrap();
+        ShadowVolumes {
+            cells: expected.cells.clone(),
+            near: gpu.download(there.near()).unwrap(),
+        }
+    }
+
+    #[cfg(feature = "trace")]
+    #[test]
+    fn no_shadow_is_outside_of_volumes_made_on_a_gpu() {
+        let Some(gpu) = testing::gpu() else { return };
+        no_shadow_is_outside(300, |geometry, light, volumes| {
+            made(&gpu, geometry, light, &volumes)
+        });
+    }
+
+    /// Casters around eyes and lights; walls that are in all pictures of a cube, and behind
+    /// some; maps from a texel to many.
+    #[test]
+    fn volumes_of_a_gpu_are_little_larger_than_those_of_the_cpu() {
+        let Some(gpu) = testing::gpu() else { return };
+        let cpu = Cpu::new();
+        let ([mut all, mut more, mut fewer], mut nearer) = ([0_u64; 3], 0.0);
+        for number in 0..48 {
+            let resolution = [1, 7, 125, 300, 1024][number as usize % 5];
+            let (mut random, mut geometry, light, ..) = case(number, MAP);
+            if number % 4 == 3 {
+                geometry = room();
+            }
+            let expected = ShadowVolumes::new(&cpu, &geometry, &light, resolution).unwrap();
+            let found = made(&gpu, &geometry, &light, &expected);
+            points_are_in_the_cells_around_them(&mut random, &geometry, &found);
+            let finest = expected.cells.finest();
+            let mut again = found.near()[..finest].to_vec();
+            again.resize(expected.cells.len(), 0.0);
+            expected.cells.fill(&mut again, f32::min);
+            assert_eq!(&again, found.near(), "{number}: levels");
+            for (found, expected) in found.near()[..finest].iter().zip(expected.near()) {
+                let [is_there, was_there] = [found, expected].map(|near| *near < 0.5 * NOTHING);
+                all += u64::from(was_there);
+                more += u64::from(is_there && !was_there);
+                fewer += u64::from(!is_there && was_there);
+                if is_there && was_there {
+                    // In parallel light some are at 0 m.
+                    let by = (expected - found).max(0.0) / expected.abs().max(0.1);
+                    nearer += f64::from(by);
+                }
+            }
+        }
+        let nearer = nearer / all as f64;
+        println!("{all} cells are nearer by {nearer:.5}; {more} are more and {fewer} fewer");
+        assert!(all > 10_000);
+        assert!(nearer < 1e-3 && 200 * more < all, "{nearer} {more} {all}");
     }
 }

@@ -1,13 +1,13 @@
 //! Shadow volumes of what stands for the casters: one of each cell of a light's
 //! pictures.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
 use super::cells::{Cells, DEPTH, NOTHING, POSITION};
 use super::picture::{Picture, Square};
-use crate::scene::{Caster, Emitter, Geometry};
-use crate::shadow_map::faces;
+use crate::scene::{Bounds, Caster, Emitter, Geometry};
+use crate::shadow_map::{Casters, faces};
 
 /// Triangles that are added to a grid of their own.
 const CHUNK: usize = 1 << 14;
@@ -31,6 +31,46 @@ pub struct ShadowVolumes<M: Memory> {
     pub(super) cells: Cells,
     /// Depths, the finest level first; each picture by picture, row by row.
     pub(super) near: M::Buffer<f32>,
+}
+
+/// Makes shadow volumes of casters.
+pub trait BuildShadowVolumes: Backend {
+    /// Those of a light, for a shadow map of so many texels per side.
+    ///
+    /// A GPU has fewer digits than [`ShadowVolumes::new`], and makes cells nearer by that:
+    /// by 1e-5 of their distance, but where a triangle is seen edge-on as far as its digits
+    /// tell. Such a triangle counts with its least depth in all cells in the box around it.
+    /// One cell in a thousand is taken in besides. It takes time in proportion to the triangles
+    /// and to the cells in the boxes around them.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if they do not fit into memory: 2 MiB for a cube, and as
+    /// much again while they are made.
+    fn shadow_volumes(
+        &self,
+        casters: &Casters<Self::Memory>,
+        emitter: &Emitter,
+        resolution: u32,
+    ) -> Result<ShadowVolumes<Self::Memory>, Error>;
+}
+
+impl BuildShadowVolumes for Cpu {
+    fn shadow_volumes(
+        &self,
+        casters: &Casters<Host>,
+        emitter: &Emitter,
+        resolution: u32,
+    ) -> Result<ShadowVolumes<Host>, Error> {
+        let light = (casters.bounds(), emitter, resolution);
+        ShadowVolumes::of_triangles(self, casters.triangles(), |_| true, light)
+    }
+}
+
+/// What the roundings of a position add up to, m.
+pub(super) fn margin(casters: Bounds, origin: Vec3) -> f64 {
+    let scale = [casters.min(), casters.max(), origin];
+    let scale = scale.map(|v| v.abs().max_element()).into_iter();
+    POSITION * f64::from(scale.fold(0.0, f32::max))
 }
 
 impl<M: Memory> ShadowVolumes<M> {
@@ -69,22 +109,38 @@ impl ShadowVolumes<Host> {
         emitter: &Emitter,
         resolution: u32,
     ) -> Result<Self, Error> {
-        let faces = faces(geometry.bounds(), emitter);
-        let cells = Cells::new(&faces, resolution);
+        let all_solid = geometry.all_solid();
+        // What a shadow map is rendered from.
+        let casts = |index: usize| {
+            all_solid
+                || match geometry.caster(index) {
+                    Caster::Solid => true,
+                    Caster::Masked(coating) => !coating.covers_nothing(),
+                    _ => false,
+                }
+        };
+        let light = (geometry.bounds(), emitter, resolution);
+        Self::of_triangles(cpu, geometry.triangles(), casts, light)
+    }
+
+    /// Those of the triangles that cast shadows, by their index.
+    fn of_triangles(
+        cpu: &Cpu,
+        triangles: &[[Vec3; 3]],
+        casts: impl Fn(usize) -> bool + Sync,
+        (bounds, emitter, resolution): (Bounds, &Emitter, u32),
+    ) -> Result<Self, Error> {
+        let cells = Cells::new(&faces(bounds, emitter), resolution);
         let grid = Grid { cells: &cells };
-        let triangles = geometry.triangles().len();
         // A grid for each, of which the least is the same however triangles are divided.
-        let chunk = CHUNK.max(triangles.div_ceil(MOST_CHUNKS));
-        let parts = cpu.map(triangles.div_ceil(chunk), |number| {
-            grid.of_triangles(geometry, number * chunk, chunk)
+        let chunk = CHUNK.max(triangles.len().div_ceil(MOST_CHUNKS));
+        let parts = cpu.map(triangles.len().div_ceil(chunk), |number| {
+            let first = number * chunk;
+            let chosen = (first..).zip(&triangles[first..]).take(chunk);
+            let chosen = chosen.filter(|(index, _)| casts(*index));
+            grid.of_triangles(chosen.map(|(_, triangle)| triangle))
         });
-        let scale = [
-            geometry.bounds().min(),
-            geometry.bounds().max(),
-            cells.origin,
-        ];
-        let scale = scale.map(|v| v.abs().max_element()).into_iter();
-        let margin = POSITION * f64::from(scale.fold(0.0, f32::max));
+        let margin = margin(bounds, cells.origin);
         let mut near = cpu.zeros::<f32>(cells.len())?;
         for (index, depth) in near[..cells.finest()].iter_mut().enumerate() {
             let least = parts.iter().map(|part| part[index]);
@@ -114,23 +170,13 @@ struct Grid<'a> {
 
 impl Grid<'_> {
     /// The least depths of some triangles.
-    fn of_triangles(&self, geometry: &Geometry, first: usize, count: usize) -> Vec<f32> {
+    fn of_triangles<'t>(&self, triangles: impl Iterator<Item = &'t [Vec3; 3]>) -> Vec<f32> {
         let Cells {
             origin, pictures, ..
         } = self.cells;
         let per_picture = (self.cells.side as usize).pow(2);
         let mut near = vec![NOTHING; pictures.len() * per_picture];
-        let all_solid = geometry.all_solid();
-        for (index, triangle) in (first..).zip(&geometry.triangles()[first..]).take(count) {
-            // What a shadow map is rendered from.
-            let casts = || match geometry.caster(index) {
-                Caster::Solid => true,
-                Caster::Masked(coating) => !coating.covers_nothing(),
-                _ => false,
-            };
-            if !(all_solid || casts()) {
-                continue;
-            }
+        for triangle in triangles {
             let corners = triangle.map(|corner| (corner - *origin).as_dvec3());
             for (picture, near) in pictures.iter().zip(near.chunks_exact_mut(per_picture)) {
                 self.add(picture, &corners, near);
