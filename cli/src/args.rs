@@ -8,6 +8,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use glam::Vec3;
 use lighting::methods::Registry;
+use lighting::precomputed::Form;
 use lighting::scene::Bounds;
 use shadow_dag::Share;
 
@@ -35,7 +36,7 @@ Examples:
   crepuscular render city --shadows city.cpvs -o city.png
       Render with them, on surfaces and in the air.
 
-Scenes are glTF, GLB, PLY, OBJ, HAIR or VOL files, or names of embedded ones (`crepuscular scenes`). \
+Scenes are glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB files, or names of embedded ones (`crepuscular scenes`). \
 A scene without a camera, a light or a medium is given one, and a note says so. \
 Lengths are metres, coefficients 1/m, light is linear RGB.
 
@@ -135,7 +136,7 @@ pub(crate) enum Command {
 /// can be deleted.
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// A glTF, GLB, PLY, OBJ, HAIR or VOL file, or the name of an embedded scene
+    /// A glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB file, or the name of an embedded scene
     #[arg(default_value = "city")]
     pub(crate) scene: String,
 
@@ -204,7 +205,7 @@ pub(crate) struct Compare {
 /// 1 - exp(-x) per channel, then sRGB.
 #[derive(Debug, Args)]
 pub(crate) struct Render {
-    /// A glTF, GLB, PLY, OBJ, HAIR or VOL file, or the name of an embedded scene
+    /// A glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB file, or the name of an embedded scene
     pub(crate) scene: String,
 
     /// File to write: .png or .exr
@@ -212,7 +213,8 @@ pub(crate) struct Render {
     pub(crate) output: PathBuf,
 
     /// The method of the airlight, by its name or its title (see `crepuscular
-    /// methods`) [default: exact x quadrature]
+    /// methods`) [default: exact x quadrature; media-area-8 where there is smoke and the backend
+    /// is cpu]
     ///
     /// A name may end on a reduction of the work. `2x2` or `3x3` lets neighbouring rays share
     /// lights or steps, where the method allows it; `quarter` or `sixteenth`, after that,
@@ -397,8 +399,8 @@ pub(crate) struct Bake {
     pub(crate) texel: Option<f64>,
 
     /// How far surfaces are moved along their normal to be clear of their own shadow, beyond
-    /// half the width of a filter, in texels
-    #[arg(long, value_name = "TEXELS", default_value = "1", value_parser = parse::bias, allow_hyphen_values = true)]
+    /// half the width of a filter, in voxels
+    #[arg(long, value_name = "VOXELS", default_value = "1", value_parser = parse::bias, allow_hyphen_values = true)]
     pub(crate) bias: f32,
 
     /// Only one part of so many, such as 2/8, for `merge` to join with the others: tiles of
@@ -410,7 +412,7 @@ pub(crate) struct Bake {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 
-    /// Go on where an interrupted bake of the same scene, lights, resolution and part
+    /// Go on where an interrupted bake of the same scene, lights, resolution, bias and part
     /// ended
     #[arg(long)]
     pub(crate) resume: bool,
@@ -420,7 +422,7 @@ pub(crate) struct Bake {
     #[arg(long, value_name = "NAME")]
     pub(crate) no_shadow: Vec<String>,
 
-    /// How nodes are stored
+    /// How nodes are stored; with --part, `merge` decides
     #[arg(long, value_enum, default_value = "packed")]
     pub(crate) form: NodeForm,
 
@@ -459,18 +461,28 @@ pub(crate) struct Merge {
 pub(crate) enum NodeForm {
     /// 32-bit references: the quickest to walk
     Plain,
-    /// As few bits as each level needs: 0.26 to 0.33 of the size for closed
-    /// scenes, 0.39 to 0.47 for open ones
+    /// As few bits as each level needs: 0.25 to 0.33 of the size for closed
+    /// scenes, 0.38 to 0.49 for open ones
     Packed,
     /// For storing: about half of the packed size for closed scenes; packed again when it is
     /// read
     Compressed,
 }
 
+impl NodeForm {
+    /// How a bake stores nodes for that.
+    pub(crate) fn stored(self) -> Form {
+        match self {
+            Self::Plain => Form::Plain,
+            Self::Packed | Self::Compressed => Form::Packed,
+        }
+    }
+}
+
 /// Say what is in a file of precomputed shadows, and whether it is sound
 #[derive(Debug, Args)]
 pub(crate) struct Inspect {
-    /// A file that `bake` wrote
+    /// A file that `bake` or `merge` wrote
     pub(crate) file: PathBuf,
 
     /// As JSON

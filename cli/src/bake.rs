@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::precomputed::{
-    self, Builder, Form, LightGrids, Resolution, ShadowSet, Watertightness, light_grids,
+    self, Builder, LightGrids, Resolution, ShadowSet, Watertightness, light_grids,
 };
 use lighting::scene::load::printable;
 use lighting::scene::{Geometry, Light};
@@ -64,10 +64,7 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
             ..grids
         })
         .collect();
-    let form = match args.form {
-        NodeForm::Plain => Form::Plain,
-        NodeForm::Packed | NodeForm::Compressed => Form::Packed,
-    };
+    let form = args.form.stored();
     let share = args.part.unwrap_or_default();
     let mut bake = (SetBake::new(Builder::new(), surfaces, lights)?)
         .form(form)

@@ -46,11 +46,8 @@ impl Input {
     /// The homogeneous medium of the air; a vacuum where there are other media alone, and
     /// `None` if there are none.
     pub(crate) fn medium_of_air(&self) -> Option<Medium> {
-        let vacuum = || {
-            Medium::new(Vec3::ZERO, Vec3::ZERO, PhaseFunction::Isotropic).expect("a sound medium")
-        };
-        let is_uneven = !self.media().is_homogeneous();
-        self.scene.medium.or_else(|| is_uneven.then(vacuum))
+        let has_others = !self.media().is_homogeneous();
+        self.scene.medium.or(has_others.then_some(Medium::VACUUM))
     }
 
     /// Reads or builds the scene that `name` stands for, to be seen in pictures that

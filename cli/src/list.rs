@@ -18,7 +18,8 @@ pub(crate) fn methods(methods: &Registry, args: &Methods) -> Result<(), Failure>
         return print(&format!("{:#}\n", methods_as_json(methods)));
     }
     let mut text = String::from(
-        "Qualities are those of `compare`; `render` takes any method with --method and --quality.\n\
+        "Qualities are those of `compare`, which leaves out methods of smoke that is seen; `render`\n\
+         takes any method with --method and --quality.\n\
          Most methods are a source of lit runs × an evaluator of the light of a run; `render` takes\n\
          any such pair with --visibility, --samples, --airlight, --nodes.\n\n",
     );

@@ -4,10 +4,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use gpu_backend::Cpu;
-use lighting::precomputed::{Form, ShadowSet};
+use lighting::precomputed::ShadowSet;
 use shadow_dag::MergeError;
 
-use crate::args::{Merge, NodeForm};
+use crate::args::Merge;
 use crate::bake::{content, describe_size};
 use crate::failure::Failure;
 use crate::file;
@@ -24,10 +24,7 @@ pub(crate) fn run(args: &Merge) -> Result<(), Failure> {
         file::read(path).map_err(|error| Failure::from(error).about(&name(part)))
     });
     let parts = read.collect::<Result<Vec<_>, _>>()?;
-    let form = match args.form {
-        NodeForm::Plain => Form::Plain,
-        NodeForm::Packed | NodeForm::Compressed => Form::Packed,
-    };
+    let form = args.form.stored();
     let set = ShadowSet::merge(&Cpu::new(), &parts, form).map_err(|error| match error {
         MergeError::Part { given, error } => Failure::from(error).about(&name(given)),
         MergeError::Doubled {

@@ -144,13 +144,13 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A number of texels from 0.
+/// A number of voxels from 0.
 pub(crate) fn bias(text: &str) -> Result<f32, String> {
     let bias = finite(text)?;
     if bias >= 0.0 {
         return Ok(bias);
     }
-    Err("expected a number of texels from 0".into())
+    Err("expected a number of voxels from 0".into())
 }
 
 /// A coefficient per channel: one number, or three separated by commas.

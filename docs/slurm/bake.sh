@@ -4,7 +4,7 @@
 #
 #   docs/slurm/bake.sh SCENE OUTPUT PARTS [options of `crepuscular bake`]
 #
-# SCENE, OUTPUT and the program must lie on storage that all nodes share. Parts go to
+# SCENE is a file. It, OUTPUT and the program must lie on storage that all nodes share. Parts go to
 # OUTPUT.parts/. A job that is lost, for whatever reason, leaves its part out: run the same
 # command again, and only the parts that are missing are baked, each from its last
 # checkpoint. CREPUSCULAR names the program, SBATCH_OPTIONS what sbatch is to know of the
@@ -17,6 +17,16 @@ if [ $# -lt 3 ]; then
 fi
 scene=$(realpath "$1") output=$(realpath "$2") parts=$3
 shift 3
+# How nodes are stored is up to the merge.
+options='' form=''
+while [ $# -gt 0 ]; do
+    case $1 in
+    --form) form="--form $2"; shift ;;
+    --form=*) form=$1 ;;
+    *) options+=" $(printf '%q' "$1")" ;;
+    esac
+    shift
+done
 program=$(command -v "${CREPUSCULAR:-crepuscular}")
 mkdir -p "$output.parts"
 
@@ -32,7 +42,7 @@ if [ -n "$missing" ]; then
     # shellcheck disable=SC2086
     bake=$(sbatch --parsable ${SBATCH_OPTIONS:-} --array="$missing" --job-name=bake \
         --output="$output.parts/%a.log" --open-mode=append --signal=B:TERM@60 \
-        --wrap="exec '$program' bake '$scene' $(printf '%q ' "$@") \
+        --wrap="exec '$program' bake '$scene'$options \
             --part \$SLURM_ARRAY_TASK_ID/$parts --resume \
             -o '$output.parts/'\$SLURM_ARRAY_TASK_ID")
     dependency=(--dependency="afterok:$bake" --kill-on-invalid-dep=yes)
@@ -42,5 +52,5 @@ fi
 # shellcheck disable=SC2086
 merge=$(sbatch --parsable ${SBATCH_OPTIONS:-} "${dependency[@]}" --job-name=merge \
     --output="$output.parts/merge.log" \
-    --wrap="cd '$output.parts' && exec '$program' merge $(seq --separator=' ' "$parts") -o '$output'")
+    --wrap="cd '$output.parts' && exec '$program' merge $(seq --separator=' ' "$parts") $form -o '$output'")
 echo "merge: job $merge"

@@ -44,10 +44,12 @@
 //!
 //! | module | feature | what |
 //! |---|---|---|
-//! | [`scene`] | `gltf`, `ply`, `hair`, `vol`, `procedural`, `trace` | the crate `crepuscular-scene`: meshes, hair, smoke, lights, camera, medium; files, procedural scenes, a BVH; [`scene::Geometry`] and [`Emitter`] are what algorithms see |
+//! | [`scene`] | `gltf`, `ply`, `obj`, `hair`, `vol`, `nvdb`, `procedural`, `trace` | the crate `crepuscular-scene`: meshes, hair, smoke, lights, camera, medium; files, procedural scenes, a BVH; [`scene::Geometry`] and [`Emitter`] are what algorithms see |
 //! | [`visibility`] | `shadow-map`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
+//! | [`methods::heterogeneous`] | `translucent` for the list | smoke and fog that thins out with altitude, seen and lit |
+//! | [`methods::many_lights`] | | many lights in one pass |
 //! | [`methods`] | `methods` for the list | every way of making an image of airlight, a folder each, and the list of them |
 //! | `shadow_map` | `shadow-map` | orthographic, spot and cube maps |
 //! | `voxelized` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
@@ -66,7 +68,8 @@
 //! # Conventions and limits
 //!
 //! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
-//! Light is linear RGB radiance. The medium is homogeneous and scatters once.
+//! Light is linear RGB radiance. Media scatter once; they are homogeneous but in
+//! [`methods::heterogeneous`], which sees smoke and fog that thins out with altitude.
 //! Blockers are opaque, masked or see-through, see [`Caster`](scene::Caster), and those
 //! of the module `translucent`. A ray that passes closer to a point light than 1e-4 of
 //! the light's distance counts as one at that distance, where the airlight is

@@ -138,7 +138,7 @@ impl Plan {
         plan
     }
 
-    /// The same for media that may be uneven: smoke may be anywhere along the rays.
+    /// The same for media that may be heterogeneous: smoke may be anywhere along the rays.
     pub fn of_media(emitters: &[Emitter], media: &Media<'_>, rays: &[Ray]) -> Self {
         if media.is_homogeneous() {
             return Self::new(emitters, media.medium(), rays);

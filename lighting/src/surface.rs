@@ -6,8 +6,7 @@ use glam::Vec3;
 use gpu_backend::Cpu;
 
 use crate::SurfacePoint;
-use crate::culling::{Clusters, RayTiles, TileLights, is_bounded};
-use crate::methods::heterogeneous::eye_transmittance;
+use crate::culling::{Clusters, RayTiles, TileLights, is_worthwhile};
 use crate::scene::trace::{Hit, Pane, Tracer};
 use crate::scene::view::View;
 use crate::scene::{Emitter, Geometry, Media, Medium, Ray, Scene};
@@ -21,9 +20,8 @@ use crate::visibility::SurfaceShadow;
 /// exp(−σ_t D_s) [ L_emitted + albedo/π Σ E(light) cos θ V exp(−σ_t d) ]
 /// ```
 ///
-/// Before the eye, smoke and fog that thins out with altitude take their part as well;
-/// on the way from the light, that fog does, and smoke is part of V where shadows know
-/// it.
+/// Smoke and fog that thins out with altitude dim what the eye sees. On the way from a
+/// light that fog is in closed form; smoke is part of V where the shadows know it.
 ///
 /// Surfaces are Lambertian and flat per triangle, both sides alike;
 /// shadows are traced, V is what all triangles on the way let through. Every point asks
@@ -66,13 +64,17 @@ pub fn radiance_with(
     };
     lit.radiance(cpu, |surface, light| {
         let (emitter, shadow) = lights[light];
-        surface.reflected(emitter, (scene, medium), |to_light, distance| match shadow {
-            Some(shadow) => {
-                let known = shadow.visibility(surface.point, surface.normal);
-                known * surface.through_panes(tracer, to_light, distance)
-            }
-            None => surface.traced(tracer, to_light, distance),
-        })
+        surface.reflected(
+            emitter,
+            (scene, medium),
+            |to_light, distance| match shadow {
+                Some(shadow) => {
+                    let known = shadow.visibility(surface.point, surface.normal);
+                    known * surface.through_panes(tracer, to_light, distance)
+                }
+                None => surface.traced(tracer, to_light, distance),
+            },
+        )
     })
 }
 
@@ -119,12 +121,12 @@ pub fn points(
     geometry: &Geometry,
     medium: Option<&Medium>,
 ) -> Vec<SurfacePoint> {
-    let uneven = uneven(scene);
+    let heterogeneous = heterogeneous(scene);
     cpu.map(view.rays().len(), |pixel| {
         let (ray, Some(hit)) = (&view.rays()[pixel], view.hits()[pixel]) else {
             return SurfacePoint::default();
         };
-        let through = view.through_panes(pixel) * through_uneven(&uneven, ray, &hit);
+        let through = view.through_panes(pixel) * through_heterogeneous(&heterogeneous, ray, &hit);
         Surface::new(ray, &hit, scene, geometry).seen(ray, &hit, medium, through)
     })
 }
@@ -139,13 +141,13 @@ pub fn points_of_panes(
     geometry: &Geometry,
     medium: Option<&Medium>,
 ) -> Vec<(usize, SurfacePoint)> {
-    let uneven = uneven(scene);
+    let heterogeneous = heterogeneous(scene);
     let of_ray = |pixel: usize| {
         let ray = &view.rays()[pixel];
         let mut through = Vec3::ONE;
         let point = |pane: &Pane| {
             let surface = Surface::new(ray, &pane.hit, scene, geometry);
-            let before = through * through_uneven(&uneven, ray, &pane.hit);
+            let before = through * through_heterogeneous(&heterogeneous, ray, &pane.hit);
             let point = surface.seen(ray, &pane.hit, medium, before);
             through *= pane.transmittance;
             (pixel, point)
@@ -204,9 +206,6 @@ struct LitView<'a> {
     medium: Option<&'a Medium>,
 }
 
-/// Fewer lights with bounds are asked one by one.
-const FEW: usize = 8;
-
 impl LitView<'_> {
     /// What surfaces emit and reflect, as it reaches the eye; `reflected` is what one
     /// reflects of a light, by the number of the light.
@@ -215,9 +214,8 @@ impl LitView<'_> {
         cpu: &Cpu,
         reflected: impl Fn(&Surface, usize) -> Vec3 + Sync + Send,
     ) -> Vec<[f32; 4]> {
-        let bounded = self.emitters.iter().filter(|light| is_bounded(light));
         let rays = self.view.rays();
-        let tiles = (bounded.take(FEW).count() == FEW)
+        let tiles = is_worthwhile(self.emitters.iter().copied())
             .then(|| RayTiles::new(cpu, rays, self.view.width(), None))
             .flatten();
         let clusters = tiles.as_ref().and_then(|tiles| {
@@ -236,7 +234,7 @@ impl LitView<'_> {
         reflected: impl Fn(&Surface, usize) -> Vec3 + Sync + Send,
     ) -> Vec<[f32; 4]> {
         let Self { view, medium, .. } = *self;
-        let uneven = uneven(self.scene);
+        let heterogeneous = heterogeneous(self.scene);
         cpu.map(view.rays().len(), |pixel| {
             let ray = &view.rays()[pixel];
             let light = |hit: &Hit| {
@@ -250,7 +248,7 @@ impl LitView<'_> {
                 };
                 let radiance = surface.emitted + reflected;
                 let even = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
-                radiance * even * through_uneven(&uneven, ray, hit)
+                radiance * even * through_heterogeneous(&heterogeneous, ray, hit)
             };
             let behind = view.hits()[pixel].map_or(Vec3::ZERO, |hit| light(&hit));
             let panes = view.panes(pixel).iter().rev();
@@ -263,15 +261,15 @@ impl LitView<'_> {
 }
 
 /// What is in the air besides the homogeneous medium; `None` if nothing is.
-fn uneven(scene: &Scene) -> Option<Media<'_>> {
+fn heterogeneous(scene: &Scene) -> Option<Media<'_>> {
     let media = Media::new(None, scene.height_fog.as_ref(), &scene.translucent);
     (!media.is_homogeneous()).then_some(media)
 }
 
 /// What of it lets light from where a ray ends to the eye.
-fn through_uneven(uneven: &Option<Media<'_>>, ray: &Ray, hit: &Hit) -> Vec3 {
-    let share = |media| eye_transmittance(media, ray, hit.distance);
-    uneven.as_ref().map_or(Vec3::ONE, share)
+fn through_heterogeneous(media: &Option<Media<'_>>, ray: &Ray, hit: &Hit) -> Vec3 {
+    let share = |media: &Media<'_>| media.transmittance(ray, hit.distance);
+    media.as_ref().map_or(Vec3::ONE, share)
 }
 
 /// A light and where its shadows on surfaces come from; traced if from nowhere.
@@ -465,7 +463,7 @@ mod tests {
             medium: None,
         };
         let reflected = |surface: &Surface, light: usize| {
-            surface.reflected(emitters[light], None, |to_light, distance| {
+            surface.reflected(emitters[light], (&scene, None), |to_light, distance| {
                 surface.traced(&tracer, to_light, distance)
             })
         };

@@ -75,10 +75,10 @@
 //!
 //! # Limits
 //!
-//! One light for each grid, one scene that is static or changes now and then. Shadows are hard but for the filter, and a
-//! surface is known to half a voxel. Voxels inside of closed solids have no
-//! meaning. What lies beside the map, or in front of its first slice, counts
-//! as lit.
+//! One light for each grid. The scene is static, or changes now and then ([`KeptGrid`]).
+//! Shadows are hard but for the filter, and a surface is known to half a voxel. Voxels inside
+//! of closed solids have no meaning. What lies beside the map, or in front of its first
+//! slice, counts as lit.
 //!
 //! Results are the same bit for bit on any number of threads, in any form and
 //! through any file.

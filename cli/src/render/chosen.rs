@@ -78,12 +78,12 @@ impl Chosen {
     /// The same, or, where nothing was asked for and there is smoke in the scene, what
     /// sees it.
     pub(crate) fn for_media(self, methods: &Registry, args: &Render, input: &mut Input) -> Self {
-        if input.media().is_homogeneous() || self.entry.sees_uneven_media() {
+        if input.media().is_homogeneous() || self.entry.sees_heterogeneous_media() {
             return self;
         }
         let asked = args.method.is_some() || args.visibility.is_some() || args.airlight.is_some();
         let is_free = !asked && args.quality.is_none() && args.samples.is_none();
-        let seeing = methods.for_uneven_media();
+        let seeing = methods.for_heterogeneous_media();
         let seeing =
             seeing.filter(|entry| entry.runs_on_gpus() || args.backend == BackendName::Cpu);
         match seeing {
@@ -94,7 +94,8 @@ impl Chosen {
             _ => {
                 let name = self.entry.about().name;
                 input.notes.push(format!(
-                    "smoke casts shadows into the fog, and is not seen itself with {name}"
+                    "with {name} smoke casts shadows into the fog and dims the surfaces behind it, but \
+                     its own light is not drawn"
                 ));
                 self
             }

@@ -2,7 +2,6 @@
 
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
 use glam::Vec3;
-use lighting::methods::heterogeneous::eye_transmittance;
 
 use super::Shot;
 use crate::failure::Failure;
@@ -123,7 +122,7 @@ fn transmittance(shot: &Shot<'_>, input: &Input) -> Picture {
     let media = input.media();
     let through = |ray: &lighting::Ray| {
         let share = match &shot.medium {
-            _ if !media.is_homogeneous() => eye_transmittance(&media, ray, ray.length()),
+            _ if !media.is_homogeneous() => media.transmittance(ray, ray.length()),
             None => Vec3::ONE,
             // 0 · ∞: what extinguishes nothing does so over any length.
             Some(medium) if medium.sigma_t() == Vec3::ZERO => Vec3::ONE,

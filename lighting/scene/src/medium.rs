@@ -19,6 +19,14 @@ pub struct Medium {
 }
 
 impl Medium {
+    /// Nothing, everywhere.
+    pub const VACUUM: Self = Self {
+        sigma_s: Vec3::ZERO,
+        sigma_a: Vec3::ZERO,
+        phase: PhaseFunction::Isotropic,
+        bounds: None,
+    };
+
     /// An unbounded medium of scattering `sigma_s` and absorption `sigma_a`, 1/m.
     ///
     /// # Errors

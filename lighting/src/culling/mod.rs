@@ -100,5 +100,5 @@ pub(crate) mod tests;
 pub use clusters::Clusters;
 pub use lights::{MOST_LISTED, TileLights, TooManyLights};
 pub use pick::PickPixels;
-pub use reach::is_bounded;
+pub use reach::{is_bounded, is_worthwhile};
 pub use tiles::RayTiles;

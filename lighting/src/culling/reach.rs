@@ -32,6 +32,14 @@ pub(super) struct Bundle {
     pub(super) farthest: f64,
 }
 
+/// Whether there are enough lights with a range or a cone for culling to be worth its
+/// lists: eight.
+pub fn is_worthwhile<'a>(emitters: impl IntoIterator<Item = &'a Emitter>) -> bool {
+    const ENOUGH: usize = 8;
+    let bounded = emitters.into_iter().filter(|emitter| is_bounded(emitter));
+    bounded.take(ENOUGH).count() == ENOUGH
+}
+
 /// Whether a light has a range or does not shine in all directions, so that there may be
 /// rays that it does not reach.
 pub fn is_bounded(emitter: &Emitter) -> bool {

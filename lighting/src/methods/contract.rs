@@ -118,10 +118,10 @@ pub trait Method: Send + Sync + Debug {
         (qualities, None)
     }
 
-    /// Whether it sees media that are not the same everywhere along the rays: smoke, and
+    /// Whether it sees heterogeneous media, which vary along the rays: smoke, and
     /// fog that thins out with altitude. To one that does not, smoke is a caster of
     /// shadows.
-    fn sees_uneven_media(&self) -> bool {
+    fn sees_heterogeneous_media(&self) -> bool {
         false
     }
 

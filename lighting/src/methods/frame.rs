@@ -7,7 +7,9 @@ use gpu_backend::{Backend, BufferOf, Host};
 
 use super::{MethodError, Store};
 use crate::scene::trace::Hit;
-use crate::scene::{AreaEmitters, Camera, Emitter, Geometry, HeightFog, Medium, Translucent};
+use crate::scene::{
+    AreaEmitters, Camera, Emitter, Geometry, HeightFog, Media, Medium, Translucent,
+};
 use crate::{Interleaving, Ray, Watch};
 
 /// A frame as everybody knows it, whatever the backend.
@@ -45,6 +47,13 @@ pub struct FrameInputs<'a> {
     pub selection: Selection<'a>,
     /// Told of progress, and asked whether to go on between lights.
     pub watch: &'a dyn Watch,
+}
+
+impl<'a> FrameInputs<'a> {
+    /// All that fills the air.
+    pub fn media(&self) -> Media<'a> {
+        Media::new(Some(self.medium), self.height_fog, self.translucent)
+    }
 }
 
 /// Some rays of a picture.

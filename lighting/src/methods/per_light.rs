@@ -396,9 +396,6 @@ where
 /// The lights of a frame, each with the rays that it may reach.
 struct Culled(RayTiles);
 
-/// Fewer lights with bounds are not worth the tiles.
-const FEW: usize = 8;
-
 /// A light that may reach a larger share of the rays than this is gathered with all of
 /// them.
 const MOST: f64 = 0.75;
@@ -406,11 +403,7 @@ const MOST: f64 = 0.75;
 /// Whether lights are culled: there are enough of them, and rays need not keep their
 /// number.
 pub(super) fn is_culled(inputs: &FrameInputs<'_>) -> bool {
-    let bounded = inputs
-        .emitters
-        .iter()
-        .filter(|emitter| culling::is_bounded(emitter));
-    inputs.selection.interleaving == Interleaving::NONE && bounded.take(FEW).count() == FEW
+    inputs.selection.interleaving == Interleaving::NONE && culling::is_worthwhile(inputs.emitters)
 }
 
 /// The rays of a frame in tiles, if its lights are culled.

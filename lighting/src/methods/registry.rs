@@ -200,8 +200,8 @@ impl Method for Entry {
         self.method.interleaves(inputs)
     }
 
-    fn sees_uneven_media(&self) -> bool {
-        self.method.sees_uneven_media()
+    fn sees_heterogeneous_media(&self) -> bool {
+        self.method.sees_heterogeneous_media()
     }
 
     fn takes_some_pixels(&self) -> Verdict {
@@ -340,9 +340,11 @@ impl Registry {
         &self.entries
     }
 
-    /// The first that sees media which are not the same everywhere.
-    pub fn for_uneven_media(&self) -> Option<&Entry> {
-        self.entries.iter().find(|entry| entry.sees_uneven_media())
+    /// The one to take for heterogeneous media: the first that sees them.
+    pub fn for_heterogeneous_media(&self) -> Option<&Entry> {
+        self.entries
+            .iter()
+            .find(|entry| entry.sees_heterogeneous_media())
     }
 
     /// Those that comparisons show.

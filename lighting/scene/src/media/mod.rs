@@ -8,7 +8,7 @@ mod tests;
 pub use part::{MediaPart, Scattering};
 pub use pieces::{MediaPiece, MediaPieces};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::cubic::Cubic;
 use crate::{
@@ -240,6 +240,14 @@ impl<'a> Media<'a> {
             interval.start.into(),
             interval.end.into(),
         )
+    }
+
+    /// The share of light that gets from `distance` along a ray to its origin, per colour
+    /// channel: `exp(−τ)`.
+    pub fn transmittance(&self, ray: &Ray, distance: f32) -> Vec3 {
+        let direction = ray.direction().as_dvec3().normalize();
+        let depth = self.optical_depth(ray.origin().as_dvec3(), direction, 0.0, distance.into());
+        (-depth).exp().as_vec3()
     }
 
     /// The optical depth of the line `origin + t direction` for t from `from` to

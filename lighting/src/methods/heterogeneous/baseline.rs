@@ -5,15 +5,15 @@ use glam::{Mat3, Vec3};
 
 use super::gather::even_depth;
 use crate::scene::{
-    DensityGrid, Emitter, HeightFog, Interpolation, Media, Medium, Particles, PhaseFunction,
-    Profile, Ray, ScatteringAngle, Translucent,
+    Bounds, DensityGrid, Emitter, HeightFog, Interpolation, Media, Medium, Particles,
+    PhaseFunction, Profile, Ray, ScatteringAngle, Translucent,
 };
 use crate::visibility::PointVisibility;
 use crate::{Interval, LightPath};
 
-/// Equal steps through the media along the eye ray, and from the middle of each as many
-/// towards the light, all coefficients sampled at the middles. Even fog, and fog that thins
-/// out, take light on its way from the lamp in closed form.
+/// Steps through the media along the eye ray, half of them where smoke is, and from the
+/// middle of each as many towards the light, all coefficients sampled at the middles. Even
+/// fog, and fog that thins out, take light on its way from the lamp in closed form.
 ///
 /// The first order in the length of a step beside the features of the density, in either
 /// direction: what other gathers of smoke are compared with. `V` tells of opaque casters.
@@ -22,7 +22,6 @@ use crate::{Interval, LightPath};
 pub struct DoubleMarch<'a, V> {
     emitter: &'a Emitter,
     media: &'a Media<'a>,
-    open: Medium,
     fields: Vec<Field<'a>>,
     /// How many of the fields are fog; the others are grids and particles.
     fogs: usize,
@@ -35,7 +34,7 @@ pub struct DoubleMarch<'a, V> {
 struct Field<'a> {
     density: Density<'a>,
     /// Where it is; `None` for everywhere.
-    bounds: Option<crate::scene::Bounds>,
+    bounds: Option<Bounds>,
     extinction: Vec3,
     scattering: Vec3,
     phase: PhaseFunction,
@@ -104,7 +103,7 @@ impl Field<'_> {
     fn density(&self, point: Vec3) -> f32 {
         match &self.density {
             Density::Even => {
-                let is_outside = |bounds: crate::scene::Bounds| !bounds.contains(point);
+                let is_outside = |bounds: Bounds| !bounds.contains(point);
                 f32::from(u8::from(!self.bounds.is_some_and(is_outside)))
             }
             Density::Height(fog) => fog.density(point.y.into()) as f32,
@@ -184,7 +183,6 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
             emitter,
             media,
             fogs,
-            open: super::gather::vacuum(),
             fields,
             visibility,
             steps: steps.map(|count| count.max(1)),
@@ -239,30 +237,54 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
 
     /// The light of the lamp that is scattered towards the eye along a ray.
     pub fn radiance(&self, ray: &Ray) -> Vec3 {
-        let Some(path) = LightPath::new(ray, self.emitter, &self.open) else {
+        let Some(path) = LightPath::new(ray, self.emitter, &Medium::VACUUM) else {
             return Vec3::ZERO;
         };
         let path = path.off_the_light();
         let whole = Interval::new(0.0, ray.length());
-        let part = Self::extent(&self.fields, ray.origin(), ray.direction(), whole);
-        let count = self.steps[0];
-        let step = part.length() / count as f32;
         let (mut sum, mut depth) = (Vec3::ZERO, Vec3::ZERO);
-        for i in 0..count {
-            let x = part.start + (i as f32 + 0.5) * step;
-            let at = ray.at(x);
-            let own = Self::extinction(&self.fields, at) * step;
-            if own == Vec3::ZERO {
-                continue;
+        for (part, count) in self.parts(ray, whole) {
+            let step = part.length() / count as f32;
+            for i in 0..count {
+                let x = part.start + (i as f32 + 0.5) * step;
+                let at = ray.at(x);
+                let own = Self::extinction(&self.fields, at) * step;
+                if own == Vec3::ZERO {
+                    continue;
+                }
+                let is_lit = path.span().start <= x && x <= path.span().end;
+                if is_lit {
+                    let through = (-(depth + 0.5 * own)).exp();
+                    sum += through * step * self.scattered(&path, x, at);
+                }
+                depth += own;
             }
-            let lit = path.span().start <= x && x <= path.span().end;
-            if lit {
-                let through = (-(depth + 0.5 * own)).exp();
-                sum += through * step * self.scattered(&path, x, at);
-            }
-            depth += own;
         }
         sum
+    }
+
+    /// Parts of a ray with a number of equal steps each: half of all steps where smoke is,
+    /// the others before and behind it.
+    fn parts(&self, ray: &Ray, whole: Interval) -> Vec<(Interval, u32)> {
+        let steps = self.steps[0];
+        let extent = |fields| Self::extent(fields, ray.origin(), ray.direction(), whole);
+        let (all, smoke) = (extent(&self.fields), extent(&self.fields[self.fogs..]));
+        let beside = all.length() - smoke.length();
+        if !(smoke.length() > 0.0 && beside > 0.0) {
+            return vec![(all, steps)];
+        }
+        let before = Interval::new(all.start, smoke.start);
+        let behind = Interval::new(smoke.end, all.end);
+        let share = |part: Interval| 0.5 * part.length() / beside;
+        [
+            (before, share(before)),
+            (smoke, 0.5),
+            (behind, share(behind)),
+        ]
+        .into_iter()
+        .filter(|(part, _)| part.length() > 0.0)
+        .map(|(part, share)| (part, ((steps as f32 * share).round() as u32).max(1)))
+        .collect()
     }
 
     fn scattered(&self, path: &LightPath<'_>, x: f32, at: Vec3) -> Vec3 {

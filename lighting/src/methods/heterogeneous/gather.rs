@@ -5,7 +5,7 @@ use gpu_backend::{Backend, BufferOf, Cpu, Error, Memory};
 
 use super::steps::{Arriving, Limits, Line, Steps};
 use crate::gather::check_lengths;
-use crate::scene::{Emitter, Media, Medium, PhaseFunction, ScatteringAngle};
+use crate::scene::{Emitter, Media, Medium, ScatteringAngle};
 use crate::visibility::PointVisibility;
 use crate::{Interval, LightPath, Ray, Watch};
 
@@ -52,10 +52,9 @@ impl<V: PointVisibility> GatherMedia<V> for Cpu {
         radiance: &mut Vec<[f32; 4]>,
     ) -> Result<(), Error> {
         check_lengths(lit.rays.len(), radiance.len())?;
-        let open = vacuum();
         self.for_each_chunk(radiance, RAYS, |first, chunk| {
             for (sum, ray) in chunk.iter_mut().zip(&lit.rays[first..]) {
-                let light = along(ray, lit, &open, visibility);
+                let light = along(ray, lit, visibility);
                 for (sum, light) in sum.iter_mut().zip(light.to_array()) {
                     *sum += light as f32;
                 }
@@ -66,18 +65,13 @@ impl<V: PointVisibility> GatherMedia<V> for Cpu {
     }
 }
 
-/// A path through this is limited by the light alone.
-pub(super) fn vacuum() -> Medium {
-    Medium::new(Vec3::ZERO, Vec3::ZERO, PhaseFunction::Isotropic).expect("a vacuum")
-}
-
 fn along<V: PointVisibility>(
     ray: &Ray,
     lit: &MediaRays<'_, <Cpu as Backend>::Memory>,
-    open: &Medium,
     visibility: &V,
 ) -> DVec3 {
-    let Some(path) = LightPath::new(ray, lit.emitter, open) else {
+    // Limited by the light alone.
+    let Some(path) = LightPath::new(ray, lit.emitter, &Medium::VACUUM) else {
         return DVec3::ZERO;
     };
     let path = path.off_the_light();
@@ -195,12 +189,4 @@ pub(super) fn even_depth(media: &Media<'_>, at: Vec3, to_light: Vec3, distance: 
         }
     }
     depth
-}
-
-/// The share of light that comes from `distance` along a ray to the eye through all
-/// media, per colour.
-pub fn eye_transmittance(media: &Media<'_>, ray: &Ray, distance: f32) -> Vec3 {
-    let direction = ray.direction().as_dvec3().normalize();
-    let depth = media.optical_depth(ray.origin().as_dvec3(), direction, 0.0, distance.into());
-    (-depth).exp().as_vec3()
 }

@@ -16,16 +16,9 @@ use crate::methods::translucent::{Casters, TransmittanceMap, curve_resolution};
 use crate::methods::{
     About, Entry, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
-use crate::scene::{Bounds, Emitter, Media};
+use crate::scene::{Bounds, Emitter, Translucent};
 use crate::shadow_map::{ShadowMap, faces, locate};
 use crate::visibility::PointVisibility;
-
-impl<'a> FrameInputs<'a> {
-    /// All that fills the air.
-    pub fn media(&self) -> Media<'a> {
-        Media::new(Some(self.medium), self.height_fog, self.translucent)
-    }
-}
 
 /// What maps of a kind are made with.
 type Make = fn(&FrameInputs<'_>, usize) -> Result<Map, MethodError>;
@@ -94,17 +87,13 @@ fn check(steps: u32, unit: &'static str) -> Result<(), MethodError> {
 fn needs_media(inputs: &FrameInputs<'_>) -> Verdict {
     let why = match inputs.media().is_homogeneous() {
         true => "the medium is the same everywhere",
-        false => {
-            "a comparison takes smoke for a caster of shadows, and has no reference in which it is seen"
-        }
+        false => "smoke is a caster of shadows in comparisons: their reference does not show it",
     };
     Verdict::Pointless(why.into())
 }
 
 fn strands_are_not_seen(inputs: &FrameInputs<'_>) -> Vec<String> {
-    let is_hair = |caster: &crate::scene::Translucent| {
-        matches!(caster, crate::scene::Translucent::Strands(_))
-    };
+    let is_hair = |caster: &Translucent| matches!(caster, Translucent::Strands(_));
     match inputs.translucent.iter().any(is_hair) {
         true => vec!["hair casts shadows and is not seen itself".into()],
         false => Vec::new(),
@@ -122,7 +111,7 @@ impl Method for Gathered {
         needs_media(inputs)
     }
 
-    fn sees_uneven_media(&self) -> bool {
+    fn sees_heterogeneous_media(&self) -> bool {
         true
     }
 
@@ -229,24 +218,21 @@ const BOTH_STEPS: &str = "steps along the ray and to the light";
 impl Method for BruteForce {
     fn about(&self) -> About {
         let named = Named {
-            name: "double-march",
+            name: "media-double-march",
             title: "marching twice",
             purpose: "what every renderer of smoke begins with: from each step a march to the light",
             paper: "Blinn, SIGGRAPH 1982, for the integral; Kajiya and Von Herzen, SIGGRAPH 1984",
             role: Role::Baseline,
             quick: &[16],
         };
-        About {
-            quality: BOTH_STEPS,
-            ..about(named, BOTH_STEPS)
-        }
+        about(named, BOTH_STEPS)
     }
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         needs_media(inputs)
     }
 
-    fn sees_uneven_media(&self) -> bool {
+    fn sees_heterogeneous_media(&self) -> bool {
         true
     }
 
@@ -368,10 +354,6 @@ where
 
 /// Between which depths from a light a box lies.
 fn depths(bounds: Bounds, emitter: &Emitter) -> [f32; 2] {
-    let corners = (0..8).map(|i| {
-        let pick = |bit: usize, axis: usize| [bounds.min(), bounds.max()][(i >> bit) & 1][axis];
-        Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))
-    });
     let [near, far] = match emitter {
         Emitter::Directional(_) => {
             // The map's own depths, which begin somewhere before the box.
@@ -384,7 +366,7 @@ fn depths(bounds: Bounds, emitter: &Emitter) -> [f32; 2] {
         Emitter::Point(point) => {
             let light = point.position();
             let nearest = light.clamp(bounds.min(), bounds.max());
-            let far = corners
+            let far = (bounds.corners().iter())
                 .map(|corner| corner.distance(light))
                 .fold(0.0, f32::max);
             [nearest.distance(light), far]
@@ -448,7 +430,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         (
             "media-area-16",
             "AVSM by least area, 16 nodes",
-            "the same with twice the nodes",
+            "smoke that is seen and shades itself, curves of the least mean error with 16 nodes",
             "Salvi et al., EGSR 2010; nodes by least area instead of theirs",
             Role::Variant,
             &[],
@@ -478,7 +460,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         (
             "media-fourier-16",
             "Fourier opacity maps",
-            "16 pairs of coefficients over the same depths",
+            "16 pairs of coefficients between the nearest and the farthest smoke",
             "Jansen and Bavoil, Fourier Opacity Mapping, I3D 2010",
             Role::Variant,
             &[],
@@ -488,7 +470,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         (
             "media-moments-6",
             "moments of optical depth",
-            "6 moments over the same depths",
+            "6 moments between the nearest and the farthest smoke",
             "Münstermann et al., Moment-Based Order-Independent Transparency, I3D 2018",
             Role::Variant,
             &[],

@@ -30,8 +30,8 @@
 //!
 //! # Error and cost
 //!
-//! What is not shadowed is right to about 2e-3 of the image's mean, whatever N is; shadows
-//! are sampled N times and converge with the first order at their edges and the second
+//! What is not shadowed is right to the second order in the lengths of parts; shadows are
+//! sampled N times and converge with the first order at their edges and the second
 //! elsewhere. A ray
 //! visits each cell on its way once for every light.
 //!
@@ -51,6 +51,6 @@ mod steps;
 mod tests;
 
 pub use baseline::DoubleMarch;
-pub use gather::{GatherMedia, MediaRays, eye_transmittance};
+pub use gather::{GatherMedia, MediaRays};
 #[cfg(all(feature = "methods", feature = "translucent"))]
 pub(super) use method::methods;

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use gpu_backend::Cpu;
 
-use super::{DoubleMarch, GatherMedia, MediaRays, eye_transmittance};
+use super::{DoubleMarch, GatherMedia, MediaRays};
 use crate::airlight::{AirlightEvaluator, Quadrature};
 use crate::scene::{
     Bounds, Cone, DensityGrid, Emission, Emitter, HeightFog, Interpolation, Media, Medium,
@@ -304,7 +304,7 @@ fn what_the_eye_sees_through_media_is_their_optical_depth() {
     let casters = [Translucent::Grid(grid.unwrap())];
     let media = Media::new(Some(&fog), None, &casters);
     let ray = Ray::new(Vec3::new(0.0, 0.0, 4.0), Vec3::NEG_Z, f32::INFINITY).unwrap();
-    let share = |distance| eye_transmittance(&media, &ray, distance).x;
+    let share = |distance| media.transmittance(&ray, distance).x;
     assert!((share(2.0) - (-0.2_f32).exp()).abs() < 1e-6);
     assert!((share(6.0) - (-0.6_f32 - 2.0).exp()).abs() < 1e-6);
     assert_eq!(share(f32::INFINITY), 0.0);

@@ -32,7 +32,7 @@
 //! # On GPUs
 //!
 //! Lights, their cookies and the lists are in storage buffers, and one dispatch gathers all
-//! of them. There are more than one
+//! of them. More than one dispatch is needed
 //!
 //! * where precomputed shadows do not fit into one binding, 128 MiB with the default limits
 //!   of WebGPU: each dispatch takes as many lights as fit;

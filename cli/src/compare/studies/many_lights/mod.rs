@@ -82,7 +82,10 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
         study.leave_out("", "no surface is in view");
         return Ok(study);
     }
-    let bar = progress::bar("many lights", 3 * extent.lamps.len() as u64);
+    let bar = progress::bar(
+        "many lights",
+        (2 * extent.lamps.len() + extent.shadowed.len()) as u64,
+    );
     for (crowd, name) in [
         (Crowd::Constant, "as many lamps reach a pixel"),
         (Crowd::Growing, "lamps of one size"),
@@ -93,7 +96,8 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
                 frame.seconds.iter().map(|(_, seconds)| seconds).sum()
             });
             if let Some(why) = limit.reached_after(2.0 * last) {
-                study.leave_out(&format!("{name}: more than {}", frames.len()), why);
+                let most = frames.last().map_or(0, |frame: &Frame| frame.lamps);
+                study.leave_out(&format!("{name}: more than {most} lamps"), why);
                 break;
             }
             let lamps = Lamps::new(&view, width, crowd, count)?;
@@ -132,7 +136,9 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
          lights. On the CPU, pictures of {width} x {height} pixels; airlight by {} Gauss nodes. \
          A light reaches a pixel where its range meets the pixel's ray. Listed are the lights \
          that the ray's tile of 4 x 4 pixels names and that begin before its end; at surfaces \
-         those of the point's cluster, and those of its tile. Times are the faster of two frames.",
+         those of the point's cluster, and those of its tile. Times of gathers are the faster of \
+         two frames; lists are made once. Without culling there are at most some 300 lamps at \
+         480 x 270 pixels, and a way that there is no time for is left blank.",
         pictures::NODES,
     );
     Ok(study)
