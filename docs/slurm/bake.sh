@@ -27,7 +27,7 @@ while [ $# -gt 0 ]; do
     esac
     shift
 done
-program=$(command -v "${CREPUSCULAR:-crepuscular}")
+program=$(realpath "$(command -v "${CREPUSCULAR:-crepuscular}")")
 mkdir -p "$output.parts"
 
 # The parts that are not there yet, as 1,3,4.

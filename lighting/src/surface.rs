@@ -353,8 +353,8 @@ impl Surface {
         }
         let mut through = light.through(medium, self.point);
         if let Some(fog) = &scene.height_fog {
-            let (y, slope) = (self.point.y.into(), light.to_light.y.into());
-            let depth = fog.optical_depth(y, slope, light.distance.into());
+            let (y, slope) = (f64::from(self.point.y), f64::from(light.to_light.y));
+            let depth = fog.depth_towards(y, slope, light.distance.into());
             through *= (-depth).exp().as_vec3();
         }
         self.albedo / PI * light.irradiance * cos * through * share

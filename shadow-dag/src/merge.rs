@@ -183,6 +183,7 @@ fn joined(states: Vec<State>) -> State {
     for state in states {
         whole = match (whole, state) {
             (whole, State::Waiting) => whole,
+            (State::Finished(grid), _) => State::Finished(grid),
             (State::Tiles(mut tiles), State::Tiles(others)) => {
                 tiles.take_over(others);
                 State::Tiles(tiles)

@@ -141,7 +141,7 @@ impl KeptGrid {
     /// # Errors
     /// [`Error::Cancelled`] if the rebuild is not complete, [`Error::Outdated`] if it was
     /// begun before another was put in place, [`Error::TooManyNodes`]. The grid stays the old
-    /// one then.
+    /// one then; after too many nodes no rebuild of the same surfaces mends that.
     pub fn replace(&mut self, rebuild: Rebuild) -> Result<(), Error> {
         let Rebuild {
             mesh,

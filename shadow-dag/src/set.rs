@@ -64,6 +64,9 @@ pub enum SetError {
         "light {0} has no grid; a set has at least one light, and each of them at least one grid"
     )]
     NoGrid(usize),
+    /// The grids of a light differ in their resolution.
+    #[error("the grids of light {0} are of different resolutions; those of a light are of one")]
+    Resolutions(usize),
     /// The directory is not sound.
     #[error(transparent)]
     Head(FileError),
@@ -126,11 +129,24 @@ impl<B> ShadowSet<B> {
     /// The set of these grids, light by light.
     ///
     /// # Errors
-    /// [`SetError::NoGrid`] if there is no light, or one without grids.
+    /// [`SetError::NoGrid`] if there is no light, or one without grids;
+    /// [`SetError::Resolutions`] if a light has grids of more than one resolution.
     pub fn new(lights: Vec<Vec<ShadowDag<B>>>) -> Result<Self, SetError> {
         let empty = lights.iter().position(Vec::is_empty);
         match empty.or(lights.is_empty().then_some(0)) {
             Some(light) => Err(SetError::NoGrid(light)),
+            None => Self::of_one_resolution(lights),
+        }
+    }
+
+    /// The set of lights with grids, if those of each are of one resolution.
+    fn of_one_resolution(lights: Vec<Vec<ShadowDag<B>>>) -> Result<Self, SetError> {
+        let differs = |grids: &Vec<ShadowDag<B>>| {
+            let first = grids[0].resolution();
+            grids.iter().any(|grid| grid.resolution() != first)
+        };
+        match lights.iter().position(differs) {
+            Some(light) => Err(SetError::Resolutions(light)),
             None => Ok(Self {
                 biases: vec![LightGrids::BIAS; lights.len()],
                 lights,

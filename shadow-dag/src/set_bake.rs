@@ -31,7 +31,8 @@ pub struct LightGrids {
     pub spaces: Vec<LightSpace>,
     /// Voxels along each axis of each of them.
     pub resolution: Resolution,
-    /// What [`ShadowSet::bias`] tells, in voxels.
+    /// How far beyond half a filter's width a point on a surface is moved along its normal
+    /// before it is asked about, in voxels; see [`ShadowSet::bias`].
     pub bias: f32,
 }
 

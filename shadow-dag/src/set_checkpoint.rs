@@ -5,9 +5,9 @@
 //! ```text
 //!   0  magic "CPVSWORK"
 //!   8  version (u32), CRC-32 of the rest of the head (u32)
-//!  16  identity of the surfaces (u64)
-//!  24  part, number of parts (u32 each)
-//!  32  rule, lights (u32 each)
+//!  16  identity of the surfaces (u64), and of the bake by this version of the crate (u64)
+//!  32  part, number of parts (u32 each)
+//!  40  rule, lights (u32 each)
 //!   …  of each light: grids, log2 of the resolution (u32 each), bias (f32)
 //!   …  of each grid: its space (slices u32, near and far f64, matrix 16 f64), what
 //!      there is of it (u32), and how many bytes that takes (u64)
@@ -33,7 +33,7 @@ use crate::{Builder, Error, Form, LightSpace, Resolution, Rule, ShadowDag, Slice
 const MAGIC: [u8; 8] = *b"CPVSWORK";
 /// What an earlier form began with, which had no version.
 const EARLIER: [u8; 8] = *b"CPVSGRID";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Where the part of the head begins that its checksum covers.
 const CHECKED: usize = 16;
 /// Bytes that a light and a grid take in the head.
@@ -158,6 +158,7 @@ impl Task {
 
     fn head(&self, contents: &[Content<'_>]) -> Vec<u8> {
         let mut checked = self.surfaces.value().to_le_bytes().to_vec();
+        checked.extend(self.identity().value().to_le_bytes());
         let mut words = |words: &[u32]| checked.extend(words.iter().flat_map(|w| w.to_le_bytes()));
         words(&[self.share.part(), self.share.parts()]);
         words(&[self.rule.number(), self.lights.len() as u32]);
@@ -198,6 +199,7 @@ impl Task {
         }
         let sum = head.word()?;
         let surfaces = Identity::of_value(head.long()?);
+        let found = head.long()?;
         let share = Share::new(head.word()?, head.word()?);
         let share = share.map_err(|_| damaged("its part is none"))?;
         let rule = Rule::of_number(head.word()?).ok_or(damaged("its rule is unknown"))?;
@@ -237,6 +239,10 @@ impl Task {
             lights,
             share,
         };
+        let expected = task.identity().value();
+        if found != expected {
+            return Err(CheckpointError::Foreign { found, expected });
+        }
         let builder = Builder::new().rule(rule);
         let mut rest = head.0;
         let mut states = Vec::with_capacity(contents.len());

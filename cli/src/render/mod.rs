@@ -215,7 +215,7 @@ impl Shot<'_> {
                 "{name} knows no shadows on surfaces; methods of area lights do"
             )));
         }
-        let Some(medium) = &self.medium else {
+        let Some(medium) = &input.scene.medium.clone() else {
             return Err(refused(
                 "the scene has no fog, in which the method of the airlight would make voxels"
                     .into(),

@@ -122,6 +122,18 @@ impl HeightFog {
         density * reach
     }
 
+    /// The optical depth per colour channel of the way that light takes to the height `y`
+    /// from a `distance`, against a direction that rises by `slope` per metre: the
+    /// [optical depth](HeightFog::optical_depth), but that the light of a sun whose way
+    /// through the fog is endless has lost nothing, as in a homogeneous medium.
+    pub fn depth_towards(&self, y: f64, slope: f64, distance: f64) -> DVec3 {
+        if distance.is_finite() || slope > 0.0 {
+            self.optical_depth(y, slope, distance)
+        } else {
+            DVec3::ZERO
+        }
+    }
+
     /// The optical depth per colour channel of the way that
     /// [`column`](HeightFog::column) has.
     pub fn optical_depth(&self, y: f64, slope: f64, length: f64) -> DVec3 {

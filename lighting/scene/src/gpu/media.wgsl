@@ -292,5 +292,5 @@ fn scn_height_column(fog: scn_HeightFog, y: f32, slope: f32, length: f32) -> f32
     if fall >= 0.5 {
         return min(density * (share * fall), scn_FAR * min(rate, 1.0)) / max(rate, 1e-37);
     }
-    return min(density * share, scn_FAR / max(length, 1.0)) * length;
+    return min(min(density * share, scn_FAR / max(length, 1.0)) * length, scn_FAR);
 }

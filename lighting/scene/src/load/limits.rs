@@ -46,7 +46,11 @@ pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     if found.len() > limit {
         return Err(too_large());
     }
-    let mut bytes = Vec::with_capacity(found.len() as usize);
+    let mut bytes = Vec::new();
+    let length = usize::try_from(found.len()).map_err(|_| too_large())?;
+    bytes
+        .try_reserve_exact(length)
+        .map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
     // The file may grow while it is read.
     let file = File::open(path)?;
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;

@@ -100,6 +100,17 @@ impl<'a> Samples<'a> {
 }
 
 impl Field<'_> {
+    fn albedo_of_samples(&self, point: Vec3) -> Vec3 {
+        match &self.density {
+            Density::Grid(Samples { grid, .. }) if !grid.albedo_samples().is_empty() => grid
+                .cell_at(point.as_dvec3())
+                .map_or(Vec3::ZERO, |(cell, place)| {
+                    grid.albedo_in(cell, place).as_vec3()
+                }),
+            _ => Vec3::ONE,
+        }
+    }
+
     fn density(&self, point: Vec3) -> f32 {
         match &self.density {
             Density::Even => {
@@ -165,7 +176,11 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
                         density: Density::Grid(Samples::new(grid)),
                         bounds: Some(grid.bounds()),
                         extinction,
-                        scattering: extinction * grid.albedo(),
+                        // Where there are albedos of samples they come with the grid's.
+                        scattering: match grid.albedo_samples() {
+                            [] => extinction * grid.albedo(),
+                            _ => extinction,
+                        },
                         phase: grid.phase(),
                     });
                 }
@@ -310,7 +325,10 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
         let spread: Vec3 = self
             .fields
             .iter()
-            .map(|field| field.scattering * (field.density(at) * field.phase.value(angle)))
+            .map(|field| {
+                let scattering = field.scattering * field.albedo_of_samples(at);
+                scattering * (field.density(at) * field.phase.value(angle))
+            })
             .sum();
         let fog = even_depth(self.media, at, to_light, distance).as_vec3();
         spread * light * (-fog - self.depth(at, to_light, distance)).exp()

@@ -182,11 +182,7 @@ pub(super) fn even_depth(media: &Media<'_>, at: Vec3, to_light: Vec3, distance: 
         }
     }
     if let Some(fog) = media.height_fog() {
-        let (y, slope) = (f64::from(at.y), f64::from(to_light.y));
-        // Nor in fog that is endless towards the sun.
-        if distance.is_finite() || slope > 0.0 {
-            depth += fog.optical_depth(y, slope, distance.into());
-        }
+        depth += fog.depth_towards(at.y.into(), to_light.y.into(), distance.into());
     }
     depth
 }

@@ -86,6 +86,9 @@ pub(super) struct Limits {
     pub(super) angle: f64,
     /// Of what is left of the light.
     pub(super) transmittance: f64,
+    /// The length of a step for each metre from the first: where one colour outlasts the
+    /// others, steps grow.
+    growth: f64,
 }
 
 impl Limits {
@@ -102,6 +105,7 @@ impl Limits {
                 f64::INFINITY
             },
             transmittance: 1.0 / share,
+            growth: 1.0 / share,
         }
     }
 }
@@ -127,6 +131,8 @@ pub(super) struct Steps<L, V> {
     visit: V,
     part: Run,
     step: Run,
+    /// Where the first step began.
+    first: Option<f64>,
     /// Of the part: what each phase function scatters, as a share of all light.
     scattered: Vec<(PhaseFunction, DVec3)>,
     /// Of the step: what comes to the eye, all of the light arriving.
@@ -172,6 +178,9 @@ impl Run {
     }
 }
 
+/// Pieces of more steps than this are looked at from where they begin to be seen.
+const LONG: f64 = 8.0;
+
 /// Less than this of the light is not followed any further.
 const NOTHING: f64 = 1e-7;
 
@@ -189,6 +198,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             visit,
             part: Run::default(),
             step: Run::default(),
+            first: None,
             scattered: Vec::new(),
             radiance: DVec3::ZERO,
         }
@@ -204,9 +214,19 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         let mut start = from;
         let mut depth = piece.depth_to(start);
         let mut before = exp(-depth);
+        let all = piece.depth_to(to);
+        if to - start > LONG * self.limits.length {
+            start = self.first_seen(piece, [start, to], (depth, before));
+            depth = piece.depth_to(start);
+            before = exp(-depth);
+        }
         while start < to {
             if before.max_element() < NOTHING {
                 return false;
+            }
+            // What is left of the piece, of every colour, is nothing to be seen.
+            if (before * -exp_m1(depth - all)).max_element() < NOTHING {
+                return to < f64::INFINITY;
             }
             self.begin(start, depth, before);
             let end = self.end_of_part(piece, [start, to], depth);
@@ -229,6 +249,39 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         true
     }
 
+    /// Where a long piece begins to take light: fog may begin far below the eye.
+    fn first_seen(
+        &self,
+        piece: &MediaPiece<'_>,
+        [start, to]: [f64; 2],
+        (depth, before): (DVec3, DVec3),
+    ) -> f64 {
+        let is_seen = |x: f64| {
+            let lost = before * -exp_m1(depth - piece.depth_to(x));
+            lost.max_element() >= NOTHING
+        };
+        let (mut unseen, mut step) = (start, self.limits.length);
+        let mut seen = start + step;
+        while seen < to && !is_seen(seen) {
+            (unseen, step) = (seen, 2.0 * step);
+            seen = start + step;
+        }
+        if unseen == start {
+            return start;
+        }
+        let mut seen = seen.min(to);
+        // To a thousandth of where it is.
+        while seen < f64::INFINITY && seen - unseen > 1e-3 * (seen - start) {
+            let middle = 0.5 * (unseen + seen);
+            if is_seen(middle) {
+                seen = middle;
+            } else {
+                unseen = middle;
+            }
+        }
+        unseen
+    }
+
     /// Hands over the step that is not full.
     pub(super) fn finish(&mut self) {
         self.finish_part();
@@ -241,8 +294,11 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             length,
             angle,
             transmittance,
+            growth,
         } = self.limits;
         let least = depth.min_element();
+        let first = *self.first.get_or_insert(start);
+        let length = length.max((start - first) * growth);
         if !self.step.is_open {
             let left = before.max_element() - transmittance;
             let deepest = if left > 0.0 {

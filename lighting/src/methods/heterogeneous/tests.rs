@@ -267,6 +267,57 @@ fn marches_of_many_steps_come_to_the_same() {
     }
 }
 
+/// Rays to the sky where a colour is not extinguished at all or hardly, and where fog begins
+/// far below the eye: they end, with the light that there is.
+#[test]
+fn endless_rays_end() {
+    let up = Ray::new(Vec3::ZERO, Vec3::new(0.3, 0.9, -0.2), f32::INFINITY).unwrap();
+    let level = Ray::new(Vec3::ZERO, Vec3::X, f32::INFINITY).unwrap();
+    let casters = [Translucent::Grid(smoke(1.0, Interpolation::Linear))];
+    for sigma in [
+        Vec3::new(0.05, 0.0, 0.0),
+        Vec3::new(0.05, 1e-6, 1e-9),
+        Vec3::new(0.05, 1e-9, 1e-15),
+    ] {
+        let fog = Medium::new(sigma, Vec3::ZERO, HAZE).unwrap();
+        for emitter in &lights() {
+            let of_fog = Media::new(Some(&fog), None, &[]);
+            let truth = even(&[up, level], emitter, &fog);
+            let found = gathered(&[up, level], emitter, &of_fog, &Clear, 64);
+            for (found, truth) in found.iter().zip(&truth) {
+                // The last colours are seen up to where 1e-7 of all light is left.
+                assert!((found.x / truth.x - 1.0).abs() < 0.02, "{found} {truth}");
+            }
+            let media = Media::new(Some(&fog), None, &casters);
+            let light = gathered(&[up, level], emitter, &media, &Clear, 64);
+            assert!(light.iter().all(|light| light.is_finite()));
+        }
+    }
+    let sun = Emitter::directional(Vec3::new(0.3, -1.0, 0.2), Vec3::ONE).unwrap();
+    for scale in [1e-3, 1.0, 100.0] {
+        let fog = HeightFog::new(Vec3::splat(0.1), Vec3::ZERO, 0.0, scale, HAZE).unwrap();
+        let media = Media::new(None, Some(&fog), &[]);
+        let through = |height: f32, slope: f32| {
+            let direction = Vec3::new(1.0, slope, 0.0);
+            let ray = Ray::new(Vec3::new(0.0, height, 0.0), direction, f32::INFINITY).unwrap();
+            gathered(&[ray], &sun, &media, &Clear, 64)[0]
+        };
+        for (height, slope) in [
+            (1e6, -1.0),
+            (1e4, -0.1),
+            (0.0, 1.0),
+            (5.0, 0.0),
+            (-3.0, 0.2),
+        ] {
+            let light = through(height, slope);
+            assert!(light.is_finite() && light.min_element() >= 0.0, "{light}");
+        }
+        // Seen from far above the fog is as bright as from near.
+        let (far, near) = (through(1e5, -1.0).x, through(30.0 * scale, -1.0).x);
+        assert!((far / near - 1.0).abs() < 0.05, "{scale}: {far} {near}");
+    }
+}
+
 /// Densities beyond all measure, an eye and a lamp inside, a single voxel: numbers all the
 /// same, and no more light than there is.
 #[test]

@@ -154,8 +154,8 @@
 //! the steps get shorter, and the error of 16 falls from 1.6 % to 1.4 %, but that of 64
 //! rises from 0.26 % to 0.67 %; the times of frames differ by less than those of two runs do.
 //! Without the casters of `city` beyond 300 m, which are 2 mean free paths, its volumes are made
-//! in 20 ms in place of 33, once for all frames, and the error of 64 steps rises to 0.45 %;
-//! without those beyond 600 m neither changes. So all casters have volumes.
+//! in 0.6 of the time, once for all frames, and the error of 64 steps rises to 0.45 %;
+//! without those beyond 600 m neither changes (measured once). So all casters have volumes.
 //!
 //! # Which volumes are looked for
 //!

@@ -37,9 +37,8 @@ pub struct ShadowVolumes<M: Memory> {
 pub trait BuildShadowVolumes: Backend {
     /// Those of a light, for a shadow map of so many texels per side.
     ///
-    /// A GPU has fewer digits than [`ShadowVolumes::new`], and makes cells nearer by that:
-    /// by 1e-5 of their distance, but where a triangle is seen edge-on as far as its digits
-    /// tell. Such a triangle counts with its least depth in all cells in the box around it.
+    /// A GPU has fewer digits than [`ShadowVolumes::new`] and rounds depths towards the light:
+    /// by 1e-5 of the distance, more for triangles seen edge-on (1e-4 on average). Such a triangle counts with its least depth in all cells in the box around it.
     /// One cell in a thousand is taken in besides. It takes time in proportion to the triangles
     /// and to the cells in the boxes around them.
     ///

@@ -45,8 +45,8 @@ pub trait SourcesTogether<B: Backend>: SourceOn<B> {
         quality: u32,
     ) -> Result<Vec<Together<Self::Together>>, MethodError>;
 
-    /// Turns of loops that its shader takes for a ray and a light, about.
-    fn turns(&self, quality: u32) -> f64;
+    /// Turns of loops that the shader of a source takes for a ray and a light, about.
+    fn turns(source: &Self::Together) -> f64;
 }
 
 /// The source of a few lights that follow each other.
@@ -208,9 +208,9 @@ where
         let sources = self.0.sources();
         let [quality, detail] = self.0.qualities(quality);
         let evaluator = self.0.evaluators().kept(frame, detail)?;
-        let turns = TURNS_OF_PATH + sources.turns(quality) + PARTS * E::work(detail);
         let mut first = 0;
         for Together { source, lights } in sources.together(frame, quality)? {
+            let turns = TURNS_OF_PATH + S::turns(&source) + PARTS * E::work(detail);
             let all: Range<usize> = first..first + lights;
             first = all.end;
             let mut start = all.start;

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use gpu_backend::{Cpu, Host};
+use gpu_backend::{Cpu, Host, Memory};
 
 use super::{BakedShadow, Builder, Resolution};
 use crate::Touching;
@@ -106,10 +106,12 @@ impl SourceOn<Cpu> for Baked {
     }
 }
 
-/// Turns of the loops of a walk through grids of this resolution, about: a ray meets far
-/// fewer volumes than voxels, and takes a few turns for each.
-pub(super) fn turns(side: u32) -> f64 {
-    f64::from(side)
+/// Turns of the loops of a walk through the finest of these grids, about: a ray meets far
+/// fewer volumes than there are voxels along it, and takes a few turns for each.
+pub(super) fn turns<'a, M: Memory>(shadows: impl IntoIterator<Item = &'a BakedShadow<M>>) -> f64 {
+    let grids = shadows.into_iter().flat_map(BakedShadow::grids);
+    let sides = grids.map(|grid| f64::from(grid.resolution().side()));
+    sides.fold(0.0, f64::max)
 }
 
 impl SourcesTogether<Cpu> for Baked {
@@ -135,8 +137,8 @@ impl SourcesTogether<Cpu> for Baked {
         Ok(vec![Together { source, lights }])
     }
 
-    fn turns(&self, side: u32) -> f64 {
-        turns(side)
+    fn turns(source: &Self::Together) -> f64 {
+        turns(source.iter().map(AsRef::as_ref))
     }
 }
 

@@ -102,7 +102,7 @@ impl<E: Encode> SourcesTogether<Gpu<E>> for Baked {
         Ok(groups.to_vec())
     }
 
-    fn turns(&self, side: u32) -> f64 {
-        turns(side)
+    fn turns(source: &Self::Together) -> f64 {
+        turns(source.lights())
     }
 }

@@ -65,7 +65,7 @@ impl<B: Backend> SourcesTogether<B> for Nothing {
         }])
     }
 
-    fn turns(&self, _: u32) -> f64 {
+    fn turns(_: &Unshadowed) -> f64 {
         1.0
     }
 }
