@@ -330,7 +330,7 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
                 scattering * (field.density(at) * field.phase.value(angle))
             })
             .sum();
-        let fog = even_depth(self.media, at, to_light, distance).as_vec3();
+        let fog = even_depth(self.media, at.as_dvec3(), to_light, distance).as_vec3();
         spread * light * (-fog - self.depth(at, to_light, distance)).exp()
     }
 }

@@ -143,7 +143,8 @@ fn length_within(media: &Media<'_>, origin: DVec3, direction: DVec3, line: [f64;
 
 /// The light that comes to a point of a ray through fog in closed form.
 fn arriving(path: &LightPath<'_>, media: &Media<'_>, x: f64) -> Arriving {
-    let at = path.ray().at(x as f32);
+    let ray = path.ray();
+    let at = ray.origin().as_dvec3() + x * ray.direction().as_dvec3().normalize();
     let (to_light, distance, light, angle) = match path.emitter() {
         Emitter::Directional(sun) => {
             let angle = path.sun_angle(sun);
@@ -172,17 +173,17 @@ fn arriving(path: &LightPath<'_>, media: &Media<'_>, x: f64) -> Arriving {
 }
 
 /// The optical depth of even fog, and of fog that thins out, from a point towards a light.
-pub(super) fn even_depth(media: &Media<'_>, at: Vec3, to_light: Vec3, distance: f32) -> DVec3 {
+pub(super) fn even_depth(media: &Media<'_>, at: DVec3, to_light: Vec3, distance: f32) -> DVec3 {
     let mut depth = DVec3::ZERO;
     if let Some(medium) = media.medium() {
         // Sunlight has lost nothing where fog is everywhere.
         if medium.bounds().is_some() || distance.is_finite() {
-            let inside = medium.length_inside(at, to_light, distance);
+            let inside = medium.length_inside(at.as_vec3(), to_light, distance);
             depth += medium.sigma_t().as_dvec3() * f64::from(inside);
         }
     }
     if let Some(fog) = media.height_fog() {
-        depth += fog.depth_towards(at.y.into(), to_light.y.into(), distance.into());
+        depth += fog.depth_towards(at.y, to_light.y.into(), distance.into());
     }
     depth
 }

@@ -325,9 +325,26 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         let deepest = self.part.deepest.min(self.step.deepest);
         let least = depth.min_element();
         let own = piece.depth_to(end).min_element() - least;
-        if least + own > deepest {
+        let most = deepest - least;
+        if own > UNEVEN * most {
+            // It may all be at the end.
+            let mut beyond = end;
+            end = start;
+            for _ in 0..f64::MANTISSA_DIGITS {
+                let middle = 0.5 * (end + beyond);
+                let reached = piece.depth_to(middle).min_element() - least;
+                if reached > most {
+                    beyond = middle;
+                } else {
+                    end = middle;
+                }
+                if reached <= most && reached > 0.5 * most {
+                    break;
+                }
+            }
+        } else if own > most {
             // As if it were even.
-            end = start + (end - start) * ((deepest - least) / own);
+            end = start + (end - start) * (most / own);
         }
         end.max(start.next_up())
     }
@@ -387,6 +404,9 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         }
     }
 }
+
+/// Depth beside that of a part from which a piece is not taken for an even one.
+const UNEVEN: f64 = 4.0;
 
 /// Optical depth at which nothing is left.
 const OPAQUE: f64 = 16.2;
