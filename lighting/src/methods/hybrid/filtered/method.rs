@@ -100,7 +100,7 @@ impl<B: RenderShadowMap + BuildLitVolumes + Prefilter> SourceOn<B> for FilteredH
 }
 
 pub(in crate::methods) fn methods() -> Vec<Entry> {
-    let title = "march between shadow volumes, casters as a texture";
+    let title = "march, casters as a texture";
     pairs!(
         FilteredHybrids {
             name: "hybrid-filtered",
