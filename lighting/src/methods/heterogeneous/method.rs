@@ -117,6 +117,12 @@ impl Method for Gathered {
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let mut notes = strands_are_not_seen(inputs);
+        if inputs.geometry.coatings().any_see_through() {
+            notes.push(format!(
+                "see-through surfaces do not dim what is behind them with {}",
+                self.about.name
+            ));
+        }
         if self.make.is_none() {
             notes.push("smoke casts no shadows".into());
         }
@@ -237,10 +243,17 @@ impl Method for BruteForce {
     }
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
-        match strands_are_not_seen(inputs)[..] {
-            [] => Vec::new(),
-            _ => vec!["hair is not seen and casts no shadows".into()],
+        let mut notes = Vec::new();
+        if !strands_are_not_seen(inputs).is_empty() {
+            notes.push("hair is not seen and casts no shadows".into());
         }
+        if inputs.geometry.coatings().any_see_through() {
+            notes.push(format!(
+                "see-through surfaces neither shade the air nor dim what is behind them with {}",
+                self.about().name
+            ));
+        }
+        notes
     }
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
@@ -397,7 +410,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             purpose,
             salvi,
             Role::Paper,
-            &[][..],
+            &[16][..],
             Some(make),
             8 * nodes,
         )
@@ -433,7 +446,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             "smoke that is seen and shades itself, curves of the least mean error with 16 nodes",
             "Salvi et al., EGSR 2010; nodes by least area instead of theirs",
             Role::Variant,
-            &[],
+            &[16],
             Some(by_area::<16>),
             128,
         ),
@@ -443,7 +456,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             "curves as long as an error of 0.002 takes",
             "Lokovic and Veach, Deep Shadow Maps, SIGGRAPH 2000",
             Role::Variant,
-            &[],
+            &[16],
             Some(deep),
             128,
         ),
@@ -453,7 +466,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             "32 slices between the nearest and the farthest smoke",
             "Kim and Neumann, Opacity Shadow Maps, EGWR 2001",
             Role::Variant,
-            &[],
+            &[16],
             Some(opacity),
             128,
         ),
@@ -463,7 +476,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             "16 pairs of coefficients between the nearest and the farthest smoke",
             "Jansen and Bavoil, Fourier Opacity Mapping, I3D 2010",
             Role::Variant,
-            &[],
+            &[16],
             Some(fourier),
             128,
         ),
@@ -473,7 +486,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
             "6 moments between the nearest and the farthest smoke",
             "Münstermann et al., Moment-Based Order-Independent Transparency, I3D 2018",
             Role::Variant,
-            &[],
+            &[16],
             Some(moments),
             28,
         ),
