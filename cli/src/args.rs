@@ -213,8 +213,8 @@ pub(crate) struct Render {
     pub(crate) output: PathBuf,
 
     /// The method of the airlight, by its name or its title (see `crepuscular
-    /// methods`) [default: exact x quadrature; media-area-8 where there is smoke and the backend
-    /// is cpu]
+    /// methods`) [default: exact x quadrature; where there is smoke and the backend is cpu, the
+    /// first of that list that sees it]
     ///
     /// A name may end on a reduction of the work. `2x2` or `3x3` lets neighbouring rays share
     /// lights or steps, where the method allows it; `quarter` or `sixteenth`, after that,

@@ -21,13 +21,9 @@ const NO_PANES: u32 = u32::MAX;
 /// The bind group of all parts.
 const PARTS: u32 = 1;
 
-/// The shader of a pair.
-pub(super) fn shader<V, A>() -> Result<Assembly, Error>
-where
-    V: InShader<VisibilitySlot>,
-    A: InShader<AirlightSlot>,
-{
-    let mut shader = Assembly::new(&[
+/// What a gather by the entry points of `source` begins with, whatever its slots.
+pub(crate) fn assembly(source: &'static str) -> Assembly {
+    Assembly::new(&[
         INDEX_WGSL,
         NUMERIC,
         PHASE,
@@ -35,8 +31,17 @@ where
         ARC,
         DIRECTIONAL,
         LIT,
-        include_str!("gather.wgsl"),
-    ]);
+        source,
+    ])
+}
+
+/// The shader of a pair.
+pub(super) fn shader<V, A>() -> Result<Assembly, Error>
+where
+    V: InShader<VisibilitySlot>,
+    A: InShader<AirlightSlot>,
+{
+    let mut shader = assembly(include_str!("gather.wgsl"));
     shader.fill::<VisibilitySlot>(&V::part())?;
     shader.fill::<AirlightSlot>(&A::part())?;
     Ok(shader)

@@ -62,6 +62,7 @@ mod slots;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub(crate) use gather::assembly;
 #[cfg(feature = "shadow-map")]
 pub(crate) use slots::Shadows;
 pub use slots::{AirlightSlot, PointSlot, StepSlot, VisibilitySlot};

@@ -50,6 +50,18 @@ pub struct FrameInputs<'a> {
 }
 
 impl<'a> FrameInputs<'a> {
+    /// Asks the watch whether to go on after the first `done` lights.
+    ///
+    /// # Errors
+    /// [`MethodError::Stopped`] if it wants no more.
+    pub(super) fn go_on(&self, done: usize) -> Result<(), MethodError> {
+        let total = self.emitters.len();
+        match self.watch.goes_on(done, total) {
+            true => Ok(()),
+            false => Err(MethodError::Stopped { done, total }),
+        }
+    }
+
     /// All that fills the air.
     pub fn media(&self) -> Media<'a> {
         Media::new(Some(self.medium), self.height_fog, self.translucent)

@@ -326,11 +326,8 @@ where
     fn prepare(&self, frame: &Frame<'_, B>, quality: u32) -> Result<(), MethodError> {
         let [quality, detail] = self.qualities(quality);
         self.evaluators.kept(frame, detail)?;
-        let total = frame.inputs.emitters.len();
-        for light in 0..total {
-            if !frame.inputs.watch.goes_on(light, total) {
-                return Err(MethodError::Stopped { done: light, total });
-            }
+        for light in 0..frame.inputs.emitters.len() {
+            frame.inputs.go_on(light)?;
             self.sources.prepare(frame, light, quality)?;
         }
         Ok(())

@@ -92,12 +92,9 @@ fn needs_media(inputs: &FrameInputs<'_>) -> Verdict {
     Verdict::Pointless(why.into())
 }
 
-fn strands_are_not_seen(inputs: &FrameInputs<'_>) -> Vec<String> {
+fn has_hair(inputs: &FrameInputs<'_>) -> bool {
     let is_hair = |caster: &Translucent| matches!(caster, Translucent::Strands(_));
-    match inputs.translucent.iter().any(is_hair) {
-        true => vec!["hair casts shadows and is not seen itself".into()],
-        false => Vec::new(),
-    }
+    inputs.translucent.iter().any(is_hair)
 }
 
 const STEPS: &str = "steps";
@@ -116,7 +113,13 @@ impl Method for Gathered {
     }
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
-        let mut notes = strands_are_not_seen(inputs);
+        let mut notes = Vec::new();
+        if has_hair(inputs) {
+            notes.push(match self.make {
+                Some(_) => "hair casts shadows and is not seen itself".into(),
+                None => "hair casts no shadows and is not seen".into(),
+            });
+        }
         if inputs.geometry.coatings().any_see_through() {
             notes.push(format!(
                 "see-through surfaces do not dim what is behind them with {}",
@@ -131,9 +134,9 @@ impl Method for Gathered {
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
         let maps = inputs.map_work();
-        let curves = self.bytes as f64 / 4.0;
         Work {
-            once: maps.once * (1.0 + curves),
+            // A curve for four texels of the shadow map, of as much work as it has numbers.
+            once: maps.once * (1.0 + self.bytes as f64 / 16.0),
             bytes: maps.bytes + maps.bytes * self.bytes / 16,
             per_ray: inputs.emitters.len() as f64 * 4.0 * f64::from(steps),
             ..maps
@@ -171,20 +174,13 @@ impl Gathered {
     }
 }
 
-/// Tells the watch that a light is ready.
-fn goes_on(inputs: &FrameInputs<'_>, done: usize) -> Result<(), MethodError> {
-    let total = inputs.emitters.len();
-    match inputs.watch.goes_on(done, total) {
-        true => Ok(()),
-        false => Err(MethodError::Stopped { done, total }),
-    }
-}
-
 impl RunOn<Cpu> for Gathered {
     fn prepare(&self, frame: &Frame<'_, Cpu>, steps: u32) -> Result<(), MethodError> {
         check(steps, STEPS)?;
-        (0..frame.inputs.emitters.len())
-            .try_for_each(|light| self.visibility(frame, light).map(|_| ()))
+        (0..frame.inputs.emitters.len()).try_for_each(|light| {
+            frame.inputs.go_on(light)?;
+            self.visibility(frame, light).map(|_| ())
+        })
     }
 
     fn add_radiance(
@@ -197,7 +193,7 @@ impl RunOn<Cpu> for Gathered {
         let inputs = &frame.inputs;
         let media = inputs.media();
         for (light, emitter) in inputs.emitters.iter().enumerate() {
-            goes_on(inputs, light)?;
+            inputs.go_on(light)?;
             let visibility = self.visibility(frame, light)?;
             let lit = MediaRays {
                 rays: &frame.rays,
@@ -244,7 +240,7 @@ impl Method for BruteForce {
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let mut notes = Vec::new();
-        if !strands_are_not_seen(inputs).is_empty() {
+        if has_hair(inputs) {
             notes.push("hair is not seen and casts no shadows".into());
         }
         if inputs.geometry.coatings().any_see_through() {
@@ -267,7 +263,10 @@ impl Method for BruteForce {
 impl RunOn<Cpu> for BruteForce {
     fn prepare(&self, frame: &Frame<'_, Cpu>, steps: u32) -> Result<(), MethodError> {
         check(steps, BOTH_STEPS)?;
-        (0..frame.inputs.emitters.len()).try_for_each(|light| frame.shadow_map(light).map(|_| ()))
+        (0..frame.inputs.emitters.len()).try_for_each(|light| {
+            frame.inputs.go_on(light)?;
+            frame.shadow_map(light).map(|_| ())
+        })
     }
 
     fn add_radiance(
@@ -280,7 +279,7 @@ impl RunOn<Cpu> for BruteForce {
         let inputs = &frame.inputs;
         let media = inputs.media();
         for (light, emitter) in inputs.emitters.iter().enumerate() {
-            goes_on(inputs, light)?;
+            inputs.go_on(light)?;
             let map = frame.shadow_map(light)?;
             let march = DoubleMarch::new(emitter, &media, inputs.translucent, map, [steps; 2]);
             frame.pass("marches", || {

@@ -327,7 +327,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         let own = piece.depth_to(end).min_element() - least;
         let most = deepest - least;
         if own > UNEVEN * most {
-            // It may all be at the end.
+            // It may all be at the end: halves, until no float is between.
             let mut beyond = end;
             end = start;
             for _ in 0..f64::MANTISSA_DIGITS {

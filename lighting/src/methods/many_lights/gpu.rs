@@ -1,10 +1,7 @@
 //! Many lights in one dispatch.
 
-use airlight::gpu::PHASE;
 use bytemuck::{Pod, Zeroable};
-use gpu_backend::gpu::{
-    Argument, Encode, Gpu, GpuBuffer, GpuMemory, INDEX_WGSL, InShader, Kernel, Workgroups,
-};
+use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, GpuMemory, InShader, Kernel, Workgroups};
 use gpu_backend::shader::{Assembly, Part, Slot};
 use gpu_backend::{Backend, Buffer, Error};
 
@@ -12,7 +9,7 @@ use super::{GatherMany, LitByMany, check};
 use crate::Touching;
 use crate::culling::TileLights;
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
-use crate::gpu::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PATH, VisibilitySlot};
+use crate::gpu::{AirlightSlot, VisibilitySlot, assembly};
 use crate::visibility::Unshadowed;
 
 /// *Which parts of this ray see this one of many lights?* A part defines what one in the
@@ -78,16 +75,7 @@ where
     V: InShader<ManyVisibilitySlot>,
     A: InShader<AirlightSlot>,
 {
-    let mut shader = Assembly::new(&[
-        INDEX_WGSL,
-        NUMERIC,
-        PHASE,
-        PATH,
-        ARC,
-        DIRECTIONAL,
-        LIT,
-        include_str!("gather.wgsl"),
-    ]);
+    let mut shader = assembly(include_str!("gather.wgsl"));
     shader.fill::<ManyVisibilitySlot>(&V::part())?;
     shader.fill::<AirlightSlot>(&A::part())?;
     Ok(shader)

@@ -184,11 +184,8 @@ where
         }
         let [quality, detail] = self.0.qualities(quality);
         self.0.evaluators().kept(frame, detail)?;
-        let total = frame.inputs.emitters.len();
-        for light in 0..total {
-            if !frame.inputs.watch.goes_on(light, total) {
-                return Err(MethodError::Stopped { done: light, total });
-            }
+        for light in 0..frame.inputs.emitters.len() {
+            frame.inputs.go_on(light)?;
             self.0.sources().prepare_light(frame, light, quality)?;
         }
         self.0.sources().together(frame, quality).map(|_| ())
