@@ -10,6 +10,19 @@ pub enum FileError {
     /// They do not begin like a file of this kind.
     #[error("not a file of shadows: it does not begin with {MAGIC:?}")]
     Magic,
+    /// They are a set of grids, or the six grids around a lamp in an earlier form.
+    #[error(
+        "a file of the grids of {lights} light(s): read it with ShadowSet::from_bytes, or ShadowSet::read if it may be compressed"
+    )]
+    Set {
+        /// How many lights it says it has.
+        lights: u32,
+    },
+    /// They are what an unfinished bake left, or a part of one.
+    #[error(
+        "a checkpoint or a part of a bake, not its shadows; resume the bake or merge its parts first"
+    )]
+    Unfinished,
     /// Another version wrote them.
     #[error("version {0} of the format, expected 1")]
     Version(u32),

@@ -29,7 +29,7 @@ use crate::file_error::{FileError, MAGIC};
 use crate::form::Form;
 use crate::pool::{LIT, Reference, SHADOWED};
 use crate::resolution::Resolution;
-use crate::{LightSpace, Slices};
+use crate::{LightSpace, Slices, set};
 
 pub(crate) const VERSION: u32 = 1;
 /// Where the part begins that the checksum covers.
@@ -169,7 +169,7 @@ impl Head {
     pub(crate) fn read(bytes: &[u8]) -> Result<Self, FileError> {
         let magic = bytes.get(..8).unwrap_or(bytes);
         if magic != &MAGIC[..magic.len()] {
-            return Err(FileError::Magic);
+            return Err(set::other_kind(bytes).unwrap_or(FileError::Magic));
         }
         if bytes.len() < FORM {
             return Err(FileError::Truncated {

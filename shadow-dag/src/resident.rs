@@ -59,6 +59,10 @@ impl AsRef<[u8]> for Resident<Host> {
     }
 }
 
+/// What is too large, and what would be smaller.
+const WHAT: &str =
+    "a graph of shadows, which Form::Packed or half the resolution would make smaller,";
+
 /// What bit addresses of 32 bits reach.
 const MOST_BYTES: u64 = 1 << 29;
 
@@ -112,7 +116,7 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
             .sum();
         if !is_host::<T::Memory>() && 4 * count as u64 > MOST_BYTES {
             return Err(Error::Backend(gpu_backend::Error::TooLarge {
-                what: "a graph of shadows",
+                what: WHAT,
                 requested: 4 * count as u64,
                 limit: MOST_BYTES,
             }));
@@ -137,7 +141,17 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
                 place
             })
             .collect();
-        let words = Arc::new(backend.upload(&words)?);
+        let words = backend.upload(&words).map_err(|error| match error {
+            gpu_backend::Error::TooLarge {
+                requested, limit, ..
+            } => gpu_backend::Error::TooLarge {
+                what: WHAT,
+                requested,
+                limit,
+            },
+            other => other,
+        })?;
+        let words = Arc::new(words);
         let resident = |(dag, (first, len, levels, cells)): (&Self, _)| {
             let bytes = Resident {
                 words: Arc::clone(&words),

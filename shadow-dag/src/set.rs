@@ -321,14 +321,27 @@ fn read_file<'a, B: Send>(
         };
         return directory.grids(bytes, read);
     }
-    if checkpoint::is_one(bytes) || set_checkpoint::is_one(bytes) {
-        return Err(SetError::Unfinished);
-    }
     match read(bytes) {
         Ok(grid) => ShadowSet::new(vec![vec![grid]]),
+        Err(FileError::Unfinished) => Err(SetError::Unfinished),
         Err(FileError::Magic) => Err(SetError::Magic),
         Err(error) => Err(SetError::Grid { grid: 0, error }),
     }
+}
+
+/// What bytes are that are no single grid, if they are of a kind of their own.
+pub(crate) fn other_kind(bytes: &[u8]) -> Option<FileError> {
+    if bytes.starts_with(&MAGIC) {
+        let lights = bytes.get(CHECKED..CHECKED + 4);
+        return Some(FileError::Set {
+            lights: lights.map_or(0, |lights| load_u32(lights, 0)),
+        });
+    }
+    if bytes.starts_with(&CUBE) {
+        return Some(FileError::Set { lights: 1 });
+    }
+    let is_unfinished = checkpoint::is_one(bytes) || set_checkpoint::is_one(bytes);
+    is_unfinished.then_some(FileError::Unfinished)
 }
 
 impl LightEntry {

@@ -60,9 +60,51 @@ pub enum Error {
         /// Bytes asked for; `u64::MAX` if the number itself overflowed.
         requested: u64,
     },
+    /// A map of more texels than the backend can hold, or bind.
+    #[error(
+        "a map of {width} by {height} texels needs {requested} bytes, but the limit is {limit} bytes: {} by {} texels would fit",
+        .fits[0], .fits[1]
+    )]
+    DoesNotFit {
+        /// Texels along a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Bytes asked for.
+        requested: u64,
+        /// The largest number of bytes that would have been accepted.
+        limit: u64,
+        /// Width and height of a map of that shape that would fit.
+        fits: [usize; 2],
+    },
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] gpu_backend::Error),
+}
+
+/// What a backend says of a buffer, said of a map with so many bytes per texel.
+pub(crate) fn does_not_fit(
+    [width, height]: [usize; 2],
+    texel: usize,
+) -> impl Fn(gpu_backend::Error) -> Error {
+    move |error| match error {
+        gpu_backend::Error::TooLarge {
+            requested, limit, ..
+        } => {
+            let most = limit / texel as u64;
+            let share = (most as f64 / (width as f64 * height as f64)).sqrt();
+            let columns = ((width as f64 * share) as usize).max(1);
+            let rows = (most as usize / columns).min(height);
+            Error::DoesNotFit {
+                width,
+                height,
+                requested,
+                limit,
+                fits: [columns, rows],
+            }
+        }
+        other => Error::Backend(other),
+    }
 }
 
 pub(crate) fn same_length(what: &'static str, expected: usize, actual: usize) -> Result<(), Error> {
@@ -74,4 +116,23 @@ pub(crate) fn same_length(what: &'static str, expected: usize, actual: usize) ->
         expected,
         actual,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_that_is_too_large_is_named_with_one_that_would_fit() {
+        let error = does_not_fit([4096, 2048], 64)(gpu_backend::Error::TooLarge {
+            what: "a buffer",
+            requested: 512 << 20,
+            limit: 128 << 20,
+        });
+        assert_eq!(
+            error.to_string(),
+            "a map of 4096 by 2048 texels needs 536870912 bytes, but the limit is 134217728 \
+             bytes: 2048 by 1024 texels would fit"
+        );
+    }
 }

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use gpu_backend::{Backend, BufferOf, Cpu, Download, Host, Memory};
 
-use crate::error::same_length;
+use crate::error::{does_not_fit, same_length};
 use crate::filter::filtered;
 use crate::{Accumulate, CurveMap, Error, Filter, Packed, Receiver, Source, Stored};
 
@@ -61,8 +61,8 @@ impl<M: Memory, P: Stored<C>, const C: usize> TransmittanceMap<M, P, C> {
     /// is legal.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] or [`Error::Backend`] if it does not fit on the
-    /// backend.
+    /// [`Error::DoesNotFit`] if it does not fit on the backend, with a size that does;
+    /// [`Error::TooLarge`] if it fits nowhere.
     pub fn new<B: Backend<Memory = M>>(backend: &B, extent: [usize; 2]) -> Result<Self, Error> {
         let too_large = || Error::TooLarge {
             width: extent[0],
@@ -77,13 +77,14 @@ impl<M: Memory, P: Stored<C>, const C: usize> TransmittanceMap<M, P, C> {
             .ok_or_else(too_large)?;
         let mut clear = vec![0; P::WORDS];
         P::clear().write(&mut clear);
+        let named = does_not_fit(extent, 4 * P::WORDS);
         let words = if clear.iter().all(|word| *word == 0) {
-            backend.zeros(len)?
+            backend.zeros(len).map_err(named)?
         } else {
             let mut words = Vec::new();
             words.try_reserve_exact(len).map_err(|_| too_large())?;
             words.extend(clear.iter().copied().cycle().take(len));
-            backend.upload(&words)?
+            backend.upload(&words).map_err(named)?
         };
         Ok(Self {
             extent,

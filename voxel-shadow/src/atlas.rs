@@ -13,7 +13,7 @@
 use epipolar::{Lattice, LightRay, Resolution};
 use gpu_backend::{Backend, Buffer, Cpu, Host, Memory};
 
-use crate::error::{same_length, same_resolution};
+use crate::error::{same_length, same_resolution, too_many_tiles};
 use crate::{Error, Sampling, ShadowVolume};
 
 /// The [index maps](crate::IndexMap) of many lights, one after the other.
@@ -42,14 +42,16 @@ impl<M: Memory> AtlasMap<M> {
     /// Maps for a step to write.
     ///
     /// # Errors
-    /// [`gpu_backend::Error::TooLarge`] if they do not fit on the backend.
+    /// [`Error::TooManyTiles`] if they do not fit on the backend.
     pub fn new<B: Backend<Memory = M>>(
         backend: &B,
         resolution: Resolution,
         tiles: usize,
     ) -> Result<Self, Error> {
+        let each = resolution.light_rays();
+        let named = too_many_tiles("an atlas of index maps", resolution, tiles, each);
         Ok(Self {
-            indices: backend.zeros(all(tiles, resolution.light_rays()))?,
+            indices: backend.zeros(all(tiles, each)).map_err(named)?,
             resolution,
             tiles,
         })
@@ -99,15 +101,17 @@ impl<M: Memory> AtlasGrid<M> {
     /// Grids without shadow.
     ///
     /// # Errors
-    /// [`gpu_backend::Error::TooLarge`] if they do not fit on the backend; see
+    /// [`Error::TooManyTiles`] if they do not fit on the backend; see
     /// [`BuildAtlas::atlas_capacity`].
     pub fn new<B: Backend<Memory = M>>(
         backend: &B,
         resolution: Resolution,
         tiles: usize,
     ) -> Result<Self, Error> {
+        let each = resolution.words();
+        let named = too_many_tiles("an atlas of bit grids", resolution, tiles, each);
         Ok(Self {
-            words: backend.zeros(all(tiles, resolution.words()))?,
+            words: backend.zeros(all(tiles, each)).map_err(named)?,
             resolution,
             tiles,
         })

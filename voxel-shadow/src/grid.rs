@@ -7,7 +7,7 @@ use epipolar::Resolution;
 use gpu_backend::{Backend, Buffer, Host, Memory};
 
 use crate::Error;
-use crate::error::same_length;
+use crate::error::{same_length, too_large};
 
 /// One bit per voxel, 1 where it is in shadow.
 ///
@@ -25,10 +25,11 @@ impl<M: Memory> Grid<M> {
     /// A grid without shadow.
     ///
     /// # Errors
-    /// [`gpu_backend::Error::TooLarge`] if it does not fit on the backend.
+    /// [`Error::TooLarge`] if it does not fit on the backend, with a resolution that does.
     pub fn new<B: Backend<Memory = M>>(backend: &B, resolution: Resolution) -> Result<Self, Error> {
+        let named = too_large("a bit grid", resolution, Resolution::words);
         Ok(Self {
-            words: backend.zeros(resolution.words())?,
+            words: backend.zeros(resolution.words()).map_err(named)?,
             resolution,
         })
     }

@@ -4,7 +4,7 @@ use epipolar::Resolution;
 use gpu_backend::{Backend, Buffer, Host, Memory};
 
 use crate::Error;
-use crate::error::same_length;
+use crate::error::{same_length, too_large};
 
 /// For every light ray (θ, φ) the first voxel along α that is in shadow.
 ///
@@ -22,10 +22,11 @@ impl<M: Memory> IndexMap<M> {
     /// A map for a step to write.
     ///
     /// # Errors
-    /// [`gpu_backend::Error::TooLarge`] if it does not fit on the backend.
+    /// [`Error::TooLarge`] if it does not fit on the backend, with a resolution that does.
     pub fn new<B: Backend<Memory = M>>(backend: &B, resolution: Resolution) -> Result<Self, Error> {
+        let named = too_large("a rectified shadow map", resolution, Resolution::light_rays);
         Ok(Self {
-            indices: backend.zeros(resolution.light_rays())?,
+            indices: backend.zeros(resolution.light_rays()).map_err(named)?,
             resolution,
         })
     }

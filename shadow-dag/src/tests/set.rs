@@ -501,6 +501,18 @@ fn files_of_one_grid_and_of_six_in_the_earlier_form_are_sets_of_one_light() {
 }
 
 #[test]
+fn a_set_is_no_single_grid_and_says_how_to_read_it() {
+    let file = baked().to_bytes();
+    let error = ShadowDag::from_bytes(&file[..]).unwrap_err();
+    assert_eq!(error, FileError::Set { lights: 2 });
+    assert_eq!(ShadowDag::read(&file).unwrap_err(), error);
+    let message = error.to_string();
+    assert!(message.contains("2 light(s)") && message.contains("ShadowSet::from_bytes"));
+    let error = ShadowDag::from_bytes(&b"CPVSCUBE"[..]).unwrap_err();
+    assert_eq!(error, FileError::Set { lights: 1 });
+}
+
+#[test]
 fn what_is_no_set_is_refused_by_name() {
     let soup = example();
     let mut bake = begin(&soup, &two_lights());
@@ -508,6 +520,8 @@ fn what_is_no_set_is_refused_by_name() {
         ShadowSet::from_bytes(&saved(&bake)).unwrap_err(),
         SetError::Unfinished
     );
+    let error = ShadowDag::from_bytes(saved(&bake)).unwrap_err();
+    assert_eq!(error, FileError::Unfinished);
     let message = ShadowSet::from_bytes(b"anything").unwrap_err().to_string();
     assert!(message.contains("not a file of shadows"), "{message}");
 
