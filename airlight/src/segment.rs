@@ -32,3 +32,50 @@ pub struct Segment {
     /// too, which is how shaders must be told.
     pub length: f32,
 }
+
+impl Segment {
+    /// The first `length` metres of the ray from `eye` along `direction`, a unit
+    /// vector, as a light at `light` sees them.
+    ///
+    /// The products are summed in f64: `s` and `h` have the error of the vectors that
+    /// were given, which is about 2⁻²⁴ of the distance between eye and light.
+    ///
+    /// ```
+    /// use airlight::Segment;
+    ///
+    /// let ray = Segment::from_ray([0.0; 3], [0.0, 0.0, -1.0], [1.0, 0.0, -4.0], 10.0);
+    /// assert_eq!(ray, Segment { x: 0.0, s: -4.0, h: 1.0, length: 10.0 });
+    /// // What is lit of it, if something is in the way of the rest.
+    /// let lit = ray.part(2.0, 5.0);
+    /// assert_eq!(lit, Segment { x: 2.0, s: -2.0, h: 1.0, length: 3.0 });
+    /// ```
+    pub fn from_ray(
+        eye: impl Into<[f32; 3]>,
+        direction: impl Into<[f32; 3]>,
+        light: impl Into<[f32; 3]>,
+        length: f32,
+    ) -> Self {
+        let [eye, [x, y, z], light] =
+            [eye.into(), direction.into(), light.into()].map(|v| v.map(f64::from));
+        let [a, b, c] = [0, 1, 2].map(|k| light[k] - eye[k]);
+        let across = [y * c - z * b, z * a - x * c, x * b - y * a];
+        Self {
+            x: 0.0,
+            s: -(x * a + y * b + z * c) as f32,
+            h: across.iter().map(|v| v * v).sum::<f64>().sqrt() as f32,
+            length,
+        }
+    }
+
+    /// The part between two distances from the start of this one, m, such as a lit
+    /// interval of the ray.
+    #[must_use]
+    pub fn part(&self, start: f32, end: f32) -> Self {
+        Self {
+            x: self.x + start,
+            s: self.s + start,
+            h: self.h,
+            length: end - start,
+        }
+    }
+}

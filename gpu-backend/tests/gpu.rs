@@ -414,6 +414,89 @@ fn groups_without_bindings_leave_the_numbers_of_the_others_alone() {
 }
 
 #[test]
+fn depths_of_arrays_and_cubes_are_read_where_they_are() {
+    const READ: &str = "
+        @group(0) @binding(0) var layers: texture_depth_2d_array;
+        @group(0) @binding(1) var cube: texture_depth_cube;
+        @group(0) @binding(2) var nearest: sampler;
+        @group(0) @binding(3) var<storage, read_write> results: array<vec2<f32>>;
+        @compute @workgroup_size(6)
+        fn read(@builtin(local_invocation_index) i: u32) {
+            var way = vec3(0.0);
+            way[i / 2u] = 1.0 - 2.0 * f32(i % 2u);
+            results[i] = vec2(
+                textureLoad(layers, vec2(0u), i, 0),
+                textureSampleLevel(cube, nearest, way, 0),
+            );
+        }";
+    let Some(gpu) = testing::gpu() else { return };
+    let device = gpu.context().device();
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width: 2,
+            height: 2,
+            depth_or_array_layers: 6,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Depth32Float,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    let view = |dimension, first, count| {
+        texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(dimension),
+            base_array_layer: first,
+            array_layer_count: Some(count),
+            ..Default::default()
+        })
+    };
+    let mut encoder = device.create_command_encoder(&Default::default());
+    for face in 0..6 {
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &view(wgpu::TextureViewDimension::D2, face, 1),
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(face as f32 / 8.0),
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+    }
+    gpu.context().queue().submit([encoder.finish()]);
+    let nearest = device.create_sampler(&wgpu::SamplerDescriptor::default());
+    let [layers, cube] = [
+        wgpu::TextureViewDimension::D2Array,
+        wgpu::TextureViewDimension::Cube,
+    ];
+    let views = [view(layers, 0, 6), view(cube, 0, 6)];
+    let depth = wgpu::TextureSampleType::Depth;
+    let mut results = gpu.zeros::<[f32; 2]>(6).unwrap();
+    gpu.dispatch(
+        &Kernel {
+            label: "read depths",
+            parts: &[READ],
+            entry: "read",
+            constants: &[],
+        },
+        &[&[
+            Argument::texture_of(&views[0], depth, layers),
+            Argument::texture_of(&views[1], depth, cube),
+            Argument::sampler(&nearest, wgpu::SamplerBindingType::NonFiltering),
+            Argument::write(&mut results),
+        ]],
+        Workgroups::covering(6, 6),
+    )
+    .unwrap();
+    let expected = [0, 1, 2, 3, 4, 5].map(|face| [face as f32 / 8.0; 2]);
+    assert_eq!(gpu.download(&results).unwrap(), expected);
+}
+
+#[test]
 fn time_is_measured_with_and_without_time_stamps() {
     use gpu_backend::gpu::Clock;
     let Some(gpu) = testing::gpu() else { return };

@@ -33,6 +33,36 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Light on a surface
+//!
+//! A point of the world finds its voxel by the [`LightSpace`] that a file carries.
+//!
+//! ```
+//! use glam::dcamera::rh::view::look_to_mat4;
+//! use glam::{DVec3, Vec3};
+//! use gpu_backend::Cpu;
+//! use shadow_dag::{Builder, FilterSize, LightSpace, Mesh, Resolution, ShadowSet};
+//!
+//! // A roof of 2 m, 1 m above the ground, under a sun in the zenith.
+//! let corners = [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]];
+//! let view = look_to_mat4(DVec3::new(0.0, 10.0, 0.0), DVec3::NEG_Y, DVec3::X);
+//! let sun = LightSpace::orthographic(view, 8.0, 8.0, 0.0, 20.0)?;
+//! let mesh = Mesh::new(Resolution::new(1024)?, sun, &corners, &[[0, 1, 2], [0, 2, 3]])?;
+//! let file = Builder::new().bake(&Cpu::new(), &mesh)?.compress();
+//!
+//! let set = ShadowSet::read(&file)?; // of one light or many, compressed or not
+//! let shadows = set.grids().next().expect("a file has a grid");
+//! let (sun, filter) = (shadows.light().expect("it was made from a mesh"), FilterSize::new(9)?);
+//! let light = |point: Vec3| {
+//!     let position = sun.voxel(shadows.resolution(), point).expect("in front of the sun");
+//!     shadows.filter(filter.bias(position, sun.normal(point, Vec3::Y)), filter)
+//! };
+//! assert_eq!([light(Vec3::ZERO), light(Vec3::new(2.0, 0.0, 0.0))], [0.0, 1.0]);
+//! let edge = light(Vec3::new(1.0, 0.0, 0.0));
+//! assert!((edge - 0.5).abs() < 0.07);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # What is here
 //!
 //! * A [`Builder`] makes shadows from a [`DepthSource`], which hands out the slices at

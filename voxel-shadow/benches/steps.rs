@@ -299,10 +299,10 @@ fn query(criterion: &mut Criterion) {
             "nearest",
             Sampling {
                 interpolate: false,
-                ..Sampling::default()
+                ..Sampling::PAPER
             },
         ),
-        ("interpolated", Sampling::default()),
+        ("interpolated", Sampling::PAPER),
     ] {
         let volume = ShadowVolume::new(&lattice, &grid, sampling).expect("a volume");
         let mut intervals = Vec::new();

@@ -47,6 +47,15 @@
 //! let lit: Vec<_> = lit.iter().filter(|part| part.visibility > 0.5).collect();
 //! assert!((lit[0].end - 6.5).abs() < 0.2);
 //! assert!((lit[lit.len() - 1].start - 9.5).abs() < 0.2);
+//!
+//! // What fog sends from there: the crate `airlight` knows how much arrives from a part.
+//! use airlight::{Evaluator, PhaseFunction, Segment, Table};
+//! let table = Table::new(&PhaseFunction::Isotropic, 64)?;
+//! let ray = Segment::from_ray(eye, Vec3::NEG_Z, lamp, 20.0);
+//! let from = |part: &Segment| table.airlight(0.1, part);
+//! let parts = lit.iter().map(|lit| lit.visibility * from(&ray.part(lit.start, lit.end)));
+//! let airlight: f32 = parts.sum();
+//! assert!(airlight < 0.6 * from(&ray), "the shadow is where most of the light would be");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -57,6 +66,13 @@
 //! * [`ShadowVolume::visibility`] of a point on a surface.
 //! * [`Query`] is the step that answers for many rays or points, on any backend.
 //! * [`Sampling`] has the biases, the interpolation and the width of the axis.
+//!
+//! # Shadow maps of one's own
+//!
+//! [`DepthViews`] takes the depths that a renderer has drawn, of a spotlight, a cube around a lamp or the
+//! cascades of a sun, reversed or not; on a GPU `gpu::DepthLayers` reads them in the
+//! renderer's texture. What is no depth, such as a map of distances, answers
+//! [`FirstBlocker`] as a closure, and in shaders the slot of that name.
 //!
 //! # Many lights
 //!
@@ -79,6 +95,7 @@
 
 mod atlas;
 mod build;
+mod depth_views;
 mod error;
 #[cfg(feature = "wgsl")]
 pub mod gpu;
@@ -93,6 +110,7 @@ mod weights;
 
 pub use atlas::{AtlasBlocker, AtlasGrid, AtlasMap, BuildAtlas, RectifyAtlas};
 pub use build::BuildGrid;
+pub use depth_views::{DepthViews, MOST_VIEWS};
 pub use epipolar;
 pub use error::Error;
 pub use gpu_backend;

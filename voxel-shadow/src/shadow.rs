@@ -5,9 +5,9 @@
 //!
 //! Departures. The paper counts bits, which is done here for the lit share of a part of a
 //! ray ([`RayShadow::lit_fraction_between`]). Lit intervals and sums with any weights come
-//! from the same texels as runs of equal bits, found a word at a time. Towards the light the paper compares
-//! distances at the axis itself; here all rays within a part of a voxel of it
-//! are treated like this.
+//! from the same texels as runs of equal bits, found a word at a time. Towards the light
+//! the paper compares distances at the axis itself; here all rays within a part of a voxel
+//! of it are treated like this.
 
 use epipolar::{EyeRay, FARTHEST, Lattice};
 use glam::Vec3;
@@ -18,6 +18,18 @@ use crate::runs::Pair;
 use crate::{Error, Grid, LitInterval, Run, Runs, Weights};
 
 /// How voxels are looked up.
+///
+/// The default is right in the air: shadows are neither early nor late on average.
+///
+/// # Surfaces
+///
+/// A voxel is in shadow from its edge nearest to the light on, so that a lit surface
+/// shadows itself. [`Sampling::PAPER`] pushes shadows two voxels away from it, which is
+/// enough where light falls on the surface steeply. On ground that the light or the eye
+/// grazes a voxel covers a long stretch of the surface, and no bias in voxels that keeps
+/// the shadow at its caster is enough: the ground shows moiré. There, look up the
+/// renderer's own shadow map, with the bias that it has anyway, and take the volume for the
+/// air alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampling {
     /// Added to positions along α, in voxels: negative values look up nearer to
@@ -37,14 +49,9 @@ pub struct Sampling {
 }
 
 impl Default for Sampling {
-    /// The paper's biases, and the inner half of the first voxel as the axis.
+    /// [`Sampling::UNBIASED`].
     fn default() -> Self {
-        Self {
-            alpha_bias: -2.25,
-            phi_bias: -1.0,
-            axis: 0.5,
-            interpolate: true,
-        }
+        Self::UNBIASED
     }
 }
 
@@ -53,13 +60,20 @@ impl Sampling {
     /// from its edge nearest to the light on, whereas its blocker lies anywhere
     /// inside: half a voxel too early along α, nothing along φ and θ.
     ///
-    /// For light in the air, where a bias is an error; surfaces want the paper's
-    /// ([`Sampling::default`]), or they shadow themselves.
+    /// For light in the air, where a bias is an error; surfaces want
+    /// [`Sampling::PAPER`], or they shadow themselves.
     pub const UNBIASED: Self = Self {
         alpha_bias: -0.5,
         phi_bias: 0.0,
         axis: 0.5,
         interpolate: true,
+    };
+
+    /// The paper's biases, for surfaces.
+    pub const PAPER: Self = Self {
+        alpha_bias: -2.25,
+        phi_bias: -1.0,
+        ..Self::UNBIASED
     };
 
     /// The voxel that holds a sample, as it is.

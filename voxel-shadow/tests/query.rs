@@ -235,7 +235,7 @@ fn shadows_converge_to_the_truth_for_every_light() {
             None => suns.next().unwrap(),
             Some(_) => Vec3::ZERO,
         };
-        for sampling in [Sampling::NEAREST, SMOOTH, Sampling::default()] {
+        for sampling in [Sampling::NEAREST, SMOOTH, Sampling::PAPER] {
             let coarse = error_against_truth(light, sun, 64, sampling);
             let fine = error_against_truth(light, sun, 512, sampling);
             println!("{light:?}: {coarse:.4} {fine:.4}");
@@ -274,7 +274,7 @@ fn towards_the_light_distances_decide() {
         let view = ViewVolume::all_around(0.0, 30.0).unwrap();
         let lattice = Lattice::new(space, &view, resolution, Spacing::Angle).unwrap();
         let (_, grid) = build(&lattice, &balls);
-        let volume = ShadowVolume::new(&lattice, &grid, Sampling::default()).unwrap();
+        let volume = ShadowVolume::new(&lattice, &grid, Sampling::PAPER).unwrap();
         let intervals = |surface| {
             let mut lit = Vec::new();
             volume
@@ -303,7 +303,7 @@ fn towards_the_light_distances_decide() {
         assert_eq!(away.lit_fraction(), 0.0);
         assert_eq!(away.runs().count(), 0);
         let (_, empty) = build(&lattice, &[]);
-        let volume = ShadowVolume::new(&lattice, &empty, Sampling::default()).unwrap();
+        let volume = ShadowVolume::new(&lattice, &empty, Sampling::PAPER).unwrap();
         let away = volume.ray_shadow(Vec3::Z, 4.0);
         assert_eq!(away.lit_fraction(), 1.0);
         let mut lit = Vec::new();
@@ -395,7 +395,7 @@ fn numbers_that_cannot_be_are_turned_away() {
 fn batches_are_their_rays_one_by_one() {
     let lattice = lattice(lights()[0], &camera(0.1, 20.0), [64, 64, 64]);
     let (_, grid) = build(&lattice, &balls());
-    let volume = ShadowVolume::new(&lattice, &grid, Sampling::default()).unwrap();
+    let volume = ShadowVolume::new(&lattice, &grid, Sampling::PAPER).unwrap();
     let rays: Vec<[f32; 4]> = directions()
         .iter()
         .flat_map(|d| [1.0, 5.0, 9.0, f32::MAX].map(|surface| d.extend(surface).to_array()))

@@ -7,7 +7,7 @@
 //! | part | what | needs |
 //! |---|---|---|
 //! | [`PHASE`] | phase functions | |
-//! | [`SEGMENT`] | `air_Segment`, the shader's side of [`Segment`](crate::Segment) | |
+//! | [`SEGMENT`] | `air_Segment`, the shader's side of [`Segment`](crate::Segment), and `air_segment`, which makes one | |
 //! | [`NUMERIC`] | arithmetic that does not overflow | `SEGMENT` |
 //! | [`SCALED`] | a segment in a unit of its own | `NUMERIC` |
 //! | [`TABLE`] | `air_table_airlight`: [`Table`](crate::Table) | `SCALED` |
@@ -17,33 +17,19 @@
 //! | [`FRAME_TABLE`] | `air_frame_look_up`: [`FrameTable`](crate::FrameTable) | `SEGMENT` |
 //! | [`SURFACE`] | `air_lobe`, `air_gloss`: the tables of [`surface`](crate::surface) | |
 //!
-//! Each evaluator reaches its data through a function or two that its part names at
-//! the top and leaves to the shader around it, which binds the data where it
-//! likes:
+//! The page of each part has the signatures of its functions with their units and errors,
+//! what the shader around it must write, and the source. What a page does not name is the
+//! part's own business.
 //!
-//! | part | functions | what they return |
-//! |---|---|---|
-//! | `TABLE` | `air_table_uniforms`, `air_table_cell` | [`Table::gpu_uniforms`](crate::Table::gpu_uniforms), an entry of [`Table::gpu_cells`](crate::Table::gpu_cells) |
-//! | `NODES` | `air_quadrature_uniforms`, `air_quadrature_entry` | [`Quadrature::gpu_uniforms`](crate::Quadrature::gpu_uniforms), an entry of [`Quadrature::gpu_entries`](crate::Quadrature::gpu_entries) |
-//! | `SUN_TABLE` | `air_sun_table_rows`, `air_sun_table_value` | [`SunTable::gpu_rows`](crate::SunTable::gpu_rows), an entry of [`SunTable::gpu_values`](crate::SunTable::gpu_values) |
-//! | `FRAME_TABLE` | `air_frame_cell` | an entry of [`FrameTable::gpu_cells`](crate::FrameTable::gpu_cells) |
-//! | `SURFACE` | `air_surface_coefficient` | an entry of [`LobeTable::coefficients`](crate::surface::LobeTable::coefficients) or [`GlossTable::coefficients`](crate::surface::GlossTable::coefficients) |
+//! Each evaluator reaches its data through a function or two that the shader around it
+//! writes, so that the data may be bound anywhere.
 //!
-//! An integrand of one's own takes its nodes from `NODES`:
+//! # A whole shader
 //!
-//! ```wgsl
-//! var nodes = air_nodes(sigma_t, segment);
-//! loop {
-//!     let node = air_next_node(&nodes);
-//!     if node.done { break; }
-//!     sum += node.weight * f(segment.x + node.distance);
-//! }
-//! ```
+//! A lamp in fog over a floor, after the parts `PHASE`, `SEGMENT`, `NUMERIC`, `SCALED` and
+//! `TABLE`: the shader of the example `lamp`, which has the 30 lines of Rust as well.
 //!
-//! For a light with a pattern `air_pattern_nodes` takes an `air_Pattern` as well,
-//! which says how many nodes more a piece gets
-//! ([`Quadrature::nodes_of`](crate::Quadrature::nodes_of)); the shader divides the
-//! segment at the rims of the light and has the emission in its `f`.
+#![doc = concat!("```wgsl\n", include_str!("../../examples/lamp/lamp.wgsl"), "\n```")]
 //!
 //! With the feature `wgpu` an evaluator with a shader implements
 //! `InShader<EvaluatorSlot>`;
@@ -75,6 +61,7 @@
 #[cfg(feature = "wgpu")]
 mod batch;
 mod frame_table;
+mod parts;
 mod phase;
 mod quadrature;
 #[cfg(feature = "wgpu")]
@@ -87,27 +74,9 @@ mod tests;
 #[cfg(feature = "wgpu")]
 pub use batch::EvaluatorSlot;
 pub use frame_table::FrameTableRecord;
+pub use parts::{
+    FRAME_TABLE, NODES, NUMERIC, PHASE, QUADRATURE, SCALED, SEGMENT, SUN_TABLE, SURFACE, TABLE,
+};
 pub use phase::PhaseRecord;
 pub use quadrature::QuadratureUniforms;
 pub use table::TableUniforms;
-
-/// Phase functions: `air_phase`, `air_phase_from_foot`.
-pub const PHASE: &str = include_str!("phase.wgsl");
-/// A segment, and the largest number.
-pub const SEGMENT: &str = include_str!("segment.wgsl");
-/// Powers of two, products and distances that do not overflow.
-pub const NUMERIC: &str = include_str!("numeric.wgsl");
-/// A segment in a unit in which its squares are in range.
-pub const SCALED: &str = include_str!("scaled.wgsl");
-/// `air_table_airlight`.
-pub const TABLE: &str = include_str!("table.wgsl");
-/// `air_nodes` and `air_next_node`.
-pub const NODES: &str = include_str!("nodes.wgsl");
-/// `air_quadrature_airlight`.
-pub const QUADRATURE: &str = include_str!("quadrature.wgsl");
-/// `air_sun_table_airlight`.
-pub const SUN_TABLE: &str = include_str!("sun_table.wgsl");
-/// `air_frame_look_up`.
-pub const FRAME_TABLE: &str = include_str!("frame_table.wgsl");
-/// `air_lobe` and `air_gloss`.
-pub const SURFACE: &str = include_str!("surface.wgsl");

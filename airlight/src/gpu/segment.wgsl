@@ -12,3 +12,15 @@ struct air_Segment {
     h: f32,
     length: f32,
 }
+
+// The first `distance` metres of the ray from an eye along a unit vector.
+fn air_segment(eye: vec3<f32>, direction: vec3<f32>, light: vec3<f32>, distance: f32) -> air_Segment {
+    let to_light = light - eye;
+    let across = cross(direction, to_light);
+    return air_Segment(0.0, -dot(direction, to_light), sqrt(dot(across, across)), distance);
+}
+
+// Of such a segment the part between two distances from its start.
+fn air_part(segment: air_Segment, start: f32, end: f32) -> air_Segment {
+    return air_Segment(segment.x + start, segment.s + start, segment.h, end - start);
+}

@@ -4,7 +4,15 @@
 //! functions with the prefix `epi_`, no bindings. Its functions take an
 //! `epi_Lattice`, a [`LatticeRecord`] in a uniform. [`PHI`] has the voxels along φ
 //! and reads their bounds through `epi_bound`, which you define;
-//! [`Lattice::bounds`] is what it returns.
+//! [`Lattice::bounds`] is what it returns. The page of each has the signatures of its
+//! functions and the source.
+//!
+//! # A whole shader
+//!
+//! The step [`Locate`](crate::Locate), which finds the positions of many points. After
+//! both parts and `gpu_backend::gpu::INDEX_WGSL`:
+//!
+#![doc = concat!("```wgsl\n", include_str!("locate.wgsl"), "\n```")]
 //!
 //! # Agreement with the CPU
 //!
@@ -17,19 +25,16 @@
 
 #[cfg(feature = "wgpu")]
 mod locate;
+mod parts;
 #[cfg(test)]
 #[cfg(feature = "wgpu")]
 mod tests;
 
+pub use parts::{EPIPOLAR, PHI};
+
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::Lattice;
-
-/// WGSL of the coordinates, and of their voxels along α and θ.
-pub const EPIPOLAR: &str = include_str!("space.wgsl");
-
-/// WGSL of the voxels along φ.
-pub const PHI: &str = include_str!("phi.wgsl");
 
 /// A [`Lattice`] as shaders see it: `epi_Lattice`, but for the bounds of the
 /// voxels along φ.

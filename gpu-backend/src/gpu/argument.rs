@@ -14,8 +14,12 @@ enum Value<'a> {
     Table(Vec<u8>),
     Read(&'a wgpu::Buffer),
     Write(&'a wgpu::Buffer),
-    Texture(&'a wgpu::TextureView),
+    Texture(&'a wgpu::TextureView, TextureKind),
+    Sampler(&'a wgpu::Sampler, wgpu::SamplerBindingType),
 }
+
+/// What a texture is declared as: what its texels are, and the dimension of the view.
+type TextureKind = (wgpu::TextureSampleType, wgpu::TextureViewDimension);
 
 /// How a binding is declared in the shader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -23,7 +27,8 @@ pub(super) enum Kind {
     Uniform,
     Read,
     Write,
-    Texture,
+    Texture(TextureKind),
+    Sampler(wgpu::SamplerBindingType),
 }
 
 impl<'a> Argument<'a> {
@@ -58,7 +63,28 @@ impl<'a> Argument<'a> {
     /// A two-dimensional texture that is read texel by texel:
     /// `var texture: texture_2d<f32>`.
     pub fn texture(view: &'a wgpu::TextureView) -> Self {
-        Self(Value::Texture(view))
+        let texels = wgpu::TextureSampleType::Float { filterable: false };
+        Self::texture_of(view, texels, wgpu::TextureViewDimension::D2)
+    }
+
+    /// A texture of any kind that is not multisampled, such as `var depth:
+    /// texture_depth_2d_array` for
+    /// [`Depth`](wgpu::TextureSampleType::Depth) and
+    /// [`D2Array`](wgpu::TextureViewDimension::D2Array). The layers of a cube can be seen as
+    /// an array, and so read texel by texel, without a copy.
+    pub fn texture_of(
+        view: &'a wgpu::TextureView,
+        texels: wgpu::TextureSampleType,
+        dimension: wgpu::TextureViewDimension,
+    ) -> Self {
+        Self(Value::Texture(view, (texels, dimension)))
+    }
+
+    /// A sampler: `var nearest: sampler`, or `sampler_comparison` for
+    /// [`Comparison`](wgpu::SamplerBindingType::Comparison). Depths take one that is
+    /// [`NonFiltering`](wgpu::SamplerBindingType::NonFiltering).
+    pub fn sampler(sampler: &'a wgpu::Sampler, kind: wgpu::SamplerBindingType) -> Self {
+        Self(Value::Sampler(sampler, kind))
     }
 
     pub(super) fn kind(&self) -> Kind {
@@ -66,7 +92,8 @@ impl<'a> Argument<'a> {
             Value::Uniform(_) => Kind::Uniform,
             Value::Table(_) | Value::Read(_) => Kind::Read,
             Value::Write(_) => Kind::Write,
-            Value::Texture(_) => Kind::Texture,
+            Value::Texture(_, kind) => Kind::Texture(kind),
+            Value::Sampler(_, kind) => Kind::Sampler(kind),
         }
     }
 
@@ -84,7 +111,8 @@ impl<'a> Argument<'a> {
             Value::Read(buffer) | Value::Write(buffer) => {
                 Resource::Buffer((*buffer).clone(), 0, None)
             }
-            Value::Texture(view) => Resource::Texture((*view).clone()),
+            Value::Texture(view, _) => Resource::Texture((*view).clone()),
+            Value::Sampler(sampler, _) => Resource::Sampler((*sampler).clone()),
         })
     }
 }
@@ -100,11 +128,12 @@ impl Kind {
             Self::Uniform => buffer(wgpu::BufferBindingType::Uniform),
             Self::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
             Self::Write => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-            Self::Texture => wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                view_dimension: wgpu::TextureViewDimension::D2,
+            Self::Texture((sample_type, view_dimension)) => wgpu::BindingType::Texture {
+                sample_type,
+                view_dimension,
                 multisampled: false,
             },
+            Self::Sampler(kind) => wgpu::BindingType::Sampler(kind),
         }
     }
 }
@@ -113,6 +142,7 @@ impl Kind {
 enum Resource {
     Buffer(wgpu::Buffer, u64, Option<wgpu::BufferSize>),
     Texture(wgpu::TextureView),
+    Sampler(wgpu::Sampler),
 }
 
 impl Context {
@@ -184,6 +214,7 @@ impl Context {
                         })
                     }
                     Resource::Texture(view) => wgpu::BindingResource::TextureView(view),
+                    Resource::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
                 },
             })
             .collect();
@@ -234,7 +265,7 @@ pub(super) fn check(
             Value::Read(buffer) | Value::Write(buffer) => {
                 (buffer.size(), limits.max_storage_buffer_binding_size)
             }
-            Value::Texture(_) => continue,
+            Value::Texture(..) | Value::Sampler(..) => continue,
         };
         if requested > limit {
             return Err(Error::TooLarge {
@@ -250,7 +281,7 @@ pub(super) fn check(
         };
         let twice = all().enumerate().any(|(j, other)| match other.0 {
             Value::Read(buffer) | Value::Write(buffer) => i != j && buffer == written,
-            Value::Uniform(_) | Value::Table(_) | Value::Texture(_) => false,
+            _ => false,
         });
         if twice {
             return Err(Error::Aliased { what });

@@ -36,6 +36,8 @@ pub enum BindingKind {
     Write,
     /// A texture.
     Texture,
+    /// A sampler.
+    Sampler,
 }
 
 impl BindingKind {
@@ -53,7 +55,7 @@ impl Binding {
             BindingKind::Uniform => "<uniform>",
             BindingKind::Read => "<storage>",
             BindingKind::Write => "<storage, read_write>",
-            BindingKind::Texture => "",
+            BindingKind::Texture | BindingKind::Sampler => "",
         };
         let Self { name, ty, .. } = self;
         format!("@group({group}) @binding({binding}) var{space} {name}: {ty};\n")
@@ -119,6 +121,20 @@ impl Part {
     #[must_use]
     pub fn read(self, name: &'static str, ty: &'static str) -> Self {
         let kind = BindingKind::Read;
+        self.bind(Binding { name, ty, kind })
+    }
+
+    /// Adds a texture, such as one of the type `texture_depth_2d_array`.
+    #[must_use]
+    pub fn texture(self, name: &'static str, ty: &'static str) -> Self {
+        let kind = BindingKind::Texture;
+        self.bind(Binding { name, ty, kind })
+    }
+
+    /// Adds a sampler, of the type `sampler` or `sampler_comparison`.
+    #[must_use]
+    pub fn sampler(self, name: &'static str, ty: &'static str) -> Self {
+        let kind = BindingKind::Sampler;
         self.bind(Binding { name, ty, kind })
     }
 

@@ -1,8 +1,8 @@
 //! For tests of steps and shaders.
 //!
 //! [`Shader`] checks WGSL on any machine, without a device, and compares it
-//! with Rust. `gpu` (feature `wgpu`) is the device for a test, or a printed
-//! reason why the test does nothing.
+//! with Rust and with its own documentation. `gpu` (feature `wgpu`) is the device for a
+//! test, or a printed reason why the test does nothing.
 //!
 //! ```
 //! use gpu_backend::{assert_same_layout, testing::Shader};
@@ -26,6 +26,7 @@
 
 #[cfg(feature = "wgpu")]
 mod device;
+mod documented;
 mod shader;
 
 #[cfg(feature = "wgpu")]

@@ -25,7 +25,7 @@ pub enum ShaderError {
     /// when they are used: give every shared constant one.
     #[error("the shader has no {what} called {name}")]
     NotFound {
-        /// A structure, a constant, an override.
+        /// A structure, a function, a constant, an override.
         what: &'static str,
         /// What was looked for.
         name: String,
@@ -34,6 +34,14 @@ pub enum ShaderError {
     #[error("{name}: {difference}")]
     Layout {
         /// The structure.
+        name: String,
+        /// Where they differ.
+        difference: String,
+    },
+    /// A page says something else of a function or structure.
+    #[error("{name}: {difference}")]
+    Documentation {
+        /// The function or structure.
         name: String,
         /// Where they differ.
         difference: String,
@@ -180,6 +188,19 @@ impl Shader {
             size: *span,
             members,
         })
+    }
+
+    /// The names of the parameters of a function, and whether it returns a value.
+    pub(super) fn parameters(&self, name: &str) -> Result<(Vec<String>, bool), ShaderError> {
+        let (_, function) = self
+            .module
+            .functions
+            .iter()
+            .find(|(_, function)| function.name.as_deref() == Some(name))
+            .ok_or_else(|| not_found("function", name))?;
+        let names = function.arguments.iter();
+        let names = names.map(|argument| argument.name.clone().unwrap_or_default());
+        Ok((names.collect(), function.result.is_some()))
     }
 
     /// Compares a structure with a Rust type of `size` bytes whose fields have

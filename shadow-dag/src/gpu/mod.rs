@@ -5,7 +5,15 @@
 //! [`POINT`], [`PLAIN`] or [`PACKED`], and of [`EXTENT`], [`SPACE`] and
 //! [`RAY`] what is needed, and define `dag_word`, which reads the words of a
 //! [`ResidentDag`](crate::ResidentDag). [`DagRecord`] and [`SpaceRecord`] are
-//! what the functions take.
+//! what the functions take. The page of each part has the signatures of its functions with
+//! their units, and the source.
+//!
+//! # A whole shader
+//!
+//! Buildings in sunlight with a 9 × 9 filter, after `POINT`, `PACKED`, `EXTENT` and `SPACE`:
+//! the shader of the example `sunlight`, which has the Rust as well.
+//!
+#![doc = concat!("```wgsl\n", include_str!("../../examples/sunlight/sunlight.wgsl"), "\n```")]
 //!
 //! # Agreement with the CPU
 //!
@@ -37,7 +45,11 @@
 //!
 //! A ray takes a step for each homogeneous volume, at most 3N of them. Numbers
 //! in buffers must be finite. Four storage buffers at most.
+//!
+//! Some software drivers (lavapipe of Mesa 22.3) cannot compile [`EXTENT`] and [`SPACE`] in one
+//! entry point; the shader above finds the voxels in the pass before.
 
+mod parts;
 #[cfg(feature = "wgpu")]
 mod peel;
 #[cfg(feature = "wgpu")]
@@ -47,24 +59,7 @@ mod record;
 #[cfg(test)]
 mod tests;
 
+pub use parts::{EXTENT, PACKED, PLAIN, POINT, RAY, SPACE};
 #[cfg(feature = "wgpu")]
 pub use peel::PeeledMesh;
 pub use record::{DagRecord, SpaceRecord};
-
-/// WGSL of questions about single voxels and texels.
-pub const POINT: &str = include_str!("point.wgsl");
-
-/// WGSL of nodes of [`Form::Plain`](crate::Form::Plain).
-pub const PLAIN: &str = include_str!("plain.wgsl");
-
-/// WGSL of nodes of [`Form::Packed`](crate::Form::Packed).
-pub const PACKED: &str = include_str!("packed.wgsl");
-
-/// WGSL of boxes and filters.
-pub const EXTENT: &str = include_str!("extent.wgsl");
-
-/// WGSL of the space of a light.
-pub const SPACE: &str = include_str!("space.wgsl");
-
-/// WGSL of rays.
-pub const RAY: &str = include_str!("ray.wgsl");

@@ -11,19 +11,16 @@
 //! # Parts for other shaders
 //!
 //! Plain text without bindings and entry points; all names begin with `avsm_`.
-//! [`lookup_parts`] is what a shader needs to look up the curves of a map, given
-//! `fn avsm_word(index: u32) -> u32`, which reads [`TransmittanceMap::words`]:
+//! [`lookup_parts`] is what a shader needs that looks up the curves of a map, [`build_parts`]
+//! what one needs that makes curves itself. Their pages have the signatures of the functions and
+//! what the shader around them must write.
 //!
-//! * `avsm_transmittances(texel, depth)`, an array of one number per channel;
-//! * `avsm_filtered(extent, position, depth, is_bilinear)` between texel centres;
-//! * `avsm_depth_at(texel, transmittance, channel)`, the inverse;
-//! * `avsm_error_bounds(texel, depth)`, where the map stores
-//!   [`Curve`](crate::Curve)s.
+//! # A whole shader
 //!
-//! [`build_parts`] is what a shader needs that makes curves itself: an
-//! `avsm_Curve` starts as `avsm_clear()`, takes blockers by `avsm_insert(&curve,
-//! segment)`, is done after `avsm_finish(&curve)`, and is written by
-//! `avsm_store(texel, &curve)`, given `fn avsm_set_word(index: u32, word: u32)`.
+//! Ground and a wall in the shadow of smoke, after `lookup_parts::<Packed<8>, 1>()`: the shader
+//! of the example `smoke`, which has the Rust as well.
+//!
+#![doc = concat!("```wgsl\n", include_str!("../../examples/smoke/smoke.wgsl"), "\n```")]
 //!
 //! # Agreement with the CPU
 //!

@@ -96,8 +96,59 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> WgslR
     const FINISHES_APART: bool = Sizes::<N, W, C>::CHOICE > N;
 }
 
-/// The parts of a shader that looks up curves stored as `P`. It has to define
-/// `fn avsm_word(index: u32) -> u32`, the words of the map.
+/// The parts of a shader that looks up curves stored as `P`, in the order in which they are
+/// concatenated.
+///
+/// ```wgsl
+/// fn avsm_transmittances(texel: u32, depth: f32) -> array<f32, avsm_CHANNELS>
+/// ```
+///
+/// The share of the light that gets as far as a depth, from 0 to 1 and per channel, by the
+/// curve of a texel, which is counted along the rows. What is exactly at the depth casts no
+/// shadow on it. The error is [`LOOKUP_ERROR`](super::LOOKUP_ERROR) and that of the curve.
+///
+/// ```wgsl
+/// fn avsm_filtered(
+///     extent: vec2<u32>,
+///     position: vec2<f32>,
+///     depth: f32,
+///     is_bilinear: bool,
+/// ) -> array<f32, avsm_CHANNELS>
+/// ```
+///
+/// The same between texels of a map of `extent` texels, at least one: `position` is in
+/// texels, whose centres are at 0.5, 1.5, …; beside the map the texel at its rim answers.
+/// Of a curve with one channel:
+///
+/// ```wgsl
+/// let light = avsm_filtered(extent, position, depth, true)[0];
+/// ```
+///
+/// ```wgsl
+/// fn avsm_depth_at(texel: u32, transmittance: f32, channel: u32) -> f32
+/// ```
+///
+/// How far at least a share of the light gets in a channel: `avsm_LARGEST`, which is
+/// `f32::MAX`, if the curve never falls below it, `-avsm_LARGEST` for more than 1. To find
+/// the lit parts of a ray there is no need of it: march the ray, or ask at both ends of a
+/// step.
+///
+/// ```wgsl
+/// fn avsm_error_bounds(texel: u32, depth: f32) -> array<f32, avsm_CHANNELS>
+/// ```
+///
+/// A bound of the error of `avsm_transmittances`, of maps of [`Curve`]s alone.
+///
+/// Constants: `avsm_CHANNELS`, and `avsm_WORDS`, the words of a texel.
+///
+/// # To be written by the shader around it
+///
+/// ```wgsl
+/// fn avsm_word(index: u32) -> u32
+/// ```
+///
+/// A word of [`TransmittanceMap::words`](crate::TransmittanceMap::words), usually of a
+/// storage buffer.
 pub const fn lookup_parts<P: WgslStored<C>, const C: usize>() -> [&'static str; 7] {
     [
         P::SIZES,
@@ -111,8 +162,50 @@ pub const fn lookup_parts<P: WgslStored<C>, const C: usize>() -> [&'static str; 
 }
 
 /// The parts of a shader that makes curves by the rule of `A` and stores them as
-/// `P`. It has to define `fn avsm_set_word(index: u32, word: u32)`, which sets a
-/// word of the map, and `fn avsm_word(index: u32) -> u32`, which reads it.
+/// `P`, in the order in which they are concatenated.
+///
+/// ```wgsl
+/// struct avsm_Segment {
+///     entry: f32,
+///     exit: f32,
+///     optical_depth: array<f32, avsm_CHANNELS>,
+/// }
+/// ```
+///
+/// A blocker: between two depths, in any unit, with the optical depth of all of it. From
+/// 1e30 on it is opaque. A surface has both depths at once.
+///
+/// ```wgsl
+/// fn avsm_clear() -> avsm_Curve
+/// fn avsm_insert(curve: ptr<function, avsm_Curve>, blocker: avsm_Segment)
+/// fn avsm_finish(curve: ptr<function, avsm_Curve>)
+/// fn avsm_store(texel: u32, curve: ptr<function, avsm_Curve>)
+/// ```
+///
+/// An invocation makes the curve of a texel:
+///
+/// ```wgsl
+/// var curve = avsm_clear();
+/// for (var i = 0u; i < segments; i += 1u) {
+///     avsm_insert(&curve, segment_of(texel, i));
+/// }
+/// avsm_finish(&curve);
+/// avsm_store(texel, &curve);
+/// ```
+///
+/// Blockers come in any order. What is no blocker changes nothing: depths that are not
+/// finite or the wrong way round, optical depths that are negative or NaN. The error is
+/// that of the rule on the CPU, and what the [module](crate::gpu#agreement-with-the-cpu)
+/// says of roundings.
+///
+/// # To be written by the shader around it
+///
+/// ```wgsl
+/// fn avsm_set_word(index: u32, word: u32)
+/// fn avsm_word(index: u32) -> u32
+/// ```
+///
+/// Set and read a word of [`TransmittanceMap::words`](crate::TransmittanceMap::words).
 pub fn build_parts<A, P, const C: usize>() -> [&'static str; 9]
 where
     A: WgslRule<C>,

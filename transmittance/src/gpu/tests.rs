@@ -169,3 +169,15 @@ fn unfinished_curves_fit_into_a_binding_of_any_device() {
     assert_eq!(build::band(coloured), (128 << 20) / (4 * coloured));
     assert_eq!(build::band(64 << 20), 1);
 }
+
+#[test]
+fn pages_say_what_the_parts_define() {
+    let page = include_str!("parts.rs");
+    let (lookup, build) = page.split_once("pub const fn lookup_parts").unwrap();
+    let parts = lookup_parts::<Curve<8>, 1>();
+    let named = Shader::documented(&[&parts[..], &[WORDS]].concat(), lookup).unwrap();
+    assert!(named.contains(&"avsm_error_bounds".to_owned()), "{named:?}");
+    let parts = build_parts::<Stream<8>, Packed<8>, 1>();
+    let named = Shader::documented(&[&parts[..], &[WORDS]].concat(), build).unwrap();
+    assert!(named.contains(&"avsm_insert".to_owned()), "{named:?}");
+}

@@ -3,13 +3,23 @@
 //! [`SHADOW`] holds the queries as functions with the prefix `vsv_`, without
 //! bindings: paste it after `epipolar::gpu::EPIPOLAR` and `PHI`, define `vsv_word`,
 //! which reads the grid, and `epi_bound`. [`SamplingRecord`] is what it takes for
-//! a [`Sampling`].
+//! a [`Sampling`]. The page of each part has the signatures of its functions with their
+//! units, and the source.
 //!
-//! A shadow map that lives on the GPU takes part in [`Rectify`](crate::Rectify) as
-//! what fits the [`FirstBlockerSlot`], maps of many lights in
+//! A depth texture that a renderer has drawn takes part in [`Rectify`](crate::Rectify) as
+//! [`DepthLayers`], whatever else lives on the GPU as what fits the [`FirstBlockerSlot`]
+//! ([`DEPTH`] helps to write it). Maps of many lights in
 //! [`RectifyAtlas`](crate::RectifyAtlas) as what fits the [`AtlasBlockerSlot`], and holes
 //! of triangles in [`RectifyMasked`](crate::RectifyMasked) as what fits the
 //! [`HolesSlot`].
+//!
+//! # A whole shader
+//!
+//! Fog with shadows from a lamp's cube map, after the parts `EPIPOLAR`, `PHI` and [`SHADOW`]
+//! and those of the crate `airlight` for its table: the shader of the example `fog`,
+//! which has the Rust as well.
+//!
+#![doc = concat!("```wgsl\n", include_str!("../../examples/fog/fog.wgsl"), "\n```")]
 //!
 //! # Agreement with the CPU
 //!
@@ -35,6 +45,9 @@ mod atlas_tests;
 #[cfg(feature = "wgpu")]
 mod build;
 #[cfg(feature = "wgpu")]
+mod depth_layers;
+mod parts;
+#[cfg(feature = "wgpu")]
 mod query;
 #[cfg(feature = "wgpu")]
 mod rectify;
@@ -46,14 +59,14 @@ mod tests;
 #[cfg(feature = "wgpu")]
 pub use atlas::AtlasBlockerSlot;
 #[cfg(feature = "wgpu")]
+pub use depth_layers::DepthLayers;
+pub use parts::{DEPTH, SHADOW};
+#[cfg(feature = "wgpu")]
 pub use rectify::{FirstBlockerSlot, HolesSlot};
 pub use sampling::SamplingRecord;
 
 #[cfg(doc)]
 use crate::Sampling;
-
-/// WGSL of the queries of a shadow volume.
-pub const SHADOW: &str = include_str!("shadow.wgsl");
 
 /// Invocations per workgroup of all shaders but the scan.
 #[cfg(feature = "wgpu")]

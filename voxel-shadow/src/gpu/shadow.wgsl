@@ -161,7 +161,7 @@ fn vsv_next_change(l: epi_Lattice, texels: vsv_Texels, bit: u32) -> u32 {
     var found = (differs.x | differs.y) & (0xffffffffu << (bit % 32u));
     while found == 0u {
         word += 1u;
-        if word == l.bits / 32u {
+        if word >= l.bits / 32u {
             return l.bits;
         }
         let next = vsv_words(texels, word) ^ ones;
@@ -176,7 +176,8 @@ fn vsv_next_run(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vs
         let visibility = vsv_visibility_of((*cursor).texels, (*cursor).bit);
         let start = (*cursor).start;
         let change = vsv_next_change(l, (*cursor).texels, (*cursor).bit);
-        if change > (*cursor).last {
+        // Helper invocations of a fragment shader may read anything: they come to an end, too.
+        if change > (*cursor).last || change <= (*cursor).bit {
             (*cursor).done = true;
             (*cursor).start = (*cursor).end;
         } else {

@@ -10,12 +10,13 @@ use gpu_backend::{Backend, Cpu, Download, Host, assert_same_layout};
 use reference::tolerances::Allowed;
 
 use super::build::{self, BLOCK, EXTRUDE, Scan, VOXELISE, extrude_by};
+use super::depth_layers::DepthViewsRecord;
 use super::query::{self, INTERVALS, QUERY};
 use super::rectify::{self, PASS, TriangleParameters, triangles_shader};
 use super::*;
 use crate::{
-    BuildGrid, Grid, Holes, IndexMap, LitInterval, Query, Rectify, RectifyMasked, RectifyTriangles,
-    Sampling, ShadowVolume, Weights,
+    BuildGrid, DepthViews, Grid, Holes, IndexMap, LitInterval, Query, Rectify, RectifyMasked,
+    RectifyTriangles, Sampling, ShadowVolume, Weights,
 };
 
 /// A horizontal disc of radius 1.5 m, 2 m above the ground.
@@ -77,6 +78,91 @@ fn lattices(alpha: u32, theta: u32, bits: u32) -> Vec<Lattice> {
     .into_iter()
     .map(|light| lattice(Space::new(light, EYE).unwrap(), [alpha, theta, bits]))
     .collect()
+}
+
+#[test]
+fn depth_layers_fit_the_slot_and_have_the_layout_of_rust() {
+    let shader = rectify::shader::<DepthLayers<'_>>().unwrap();
+    let shader = Shader::new(&shader.finish(1)).unwrap();
+    assert_same_layout!(
+        shader,
+        "vsv_DepthViews",
+        DepthViewsRecord {
+            matrices,
+            count,
+            empty
+        }
+    );
+}
+
+#[test]
+fn depth_layers_of_a_cube_block_the_rays_that_they_block_on_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let lamp = Vec3::new(1.0, 3.0, -2.0);
+    let lattice = lattice(
+        Space::new(Light::point(lamp).unwrap(), EYE).unwrap(),
+        [256, 128, 96],
+    );
+    // Faces that were cleared to one depth each, or are empty.
+    let views = DepthViews::cube(lamp, 0.05).unwrap();
+    let depths = [0.02, 0.05, 0.0, 0.04, 0.01, 0.0];
+    let device = gpu.context().device();
+    let cube = device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width: 4,
+            height: 4,
+            depth_or_array_layers: 6,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Depth32Float,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    for (face, depth) in (0..).zip(depths) {
+        let view = cube.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            base_array_layer: face,
+            array_layer_count: Some(1),
+            ..Default::default()
+        });
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &view,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(depth),
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+    }
+    gpu.context().queue().submit([encoder.finish()]);
+    let layers = cube.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    });
+    let resolution = lattice.resolution();
+    let mut found = IndexMap::new(&gpu, resolution).unwrap();
+    gpu.rectify(&lattice, &DepthLayers::new(&views, &layers), &mut found)
+        .unwrap();
+    let found = gpu.download(found.indices()).unwrap();
+    let mut expected = IndexMap::new(&Cpu::new(), resolution).unwrap();
+    let first = |ray: &LightRay| views.first_blocker(ray, |face, _| depths[face]);
+    Cpu::new().rectify(&lattice, &first, &mut expected).unwrap();
+    let differ = |far: u32| {
+        let pairs = expected.indices().iter().zip(&found);
+        pairs.filter(|(a, b)| a.abs_diff(**b) > far).count()
+    };
+    let share = |count: usize| count as f64 / found.len() as f64;
+    assert!(expected.indices().iter().any(|index| *index < 256));
+    assert!(share(differ(0)) < 2e-3, "{}", share(differ(0)));
+    // Rays along the edge between two faces.
+    assert!(share(differ(1)) < 1e-3, "{}", share(differ(1)));
 }
 
 #[test]
@@ -487,7 +573,7 @@ fn queries_agree_with_the_cpu() {
             cpu.rectify(&lattice, &disc, &mut map).unwrap();
             cpu.voxelise(&map, &mut grid).unwrap();
             cpu.extrude(&mut grid).unwrap();
-            for sampling in [Sampling::NEAREST, Sampling::default()] {
+            for sampling in [Sampling::NEAREST, Sampling::PAPER] {
                 queries(&gpu, &lattice, &grid, sampling);
             }
         }
@@ -499,7 +585,7 @@ fn empty_and_wrong_batches_are_handled_as_on_the_cpu() {
     let Some(gpu) = testing::gpu() else { return };
     let lattice = lattices(8, 8, 32).swap_remove(0);
     let grid = Grid::new(&gpu, lattice.resolution()).unwrap();
-    let volume = ShadowVolume::new(&lattice, &grid, Sampling::default()).unwrap();
+    let volume = ShadowVolume::new(&lattice, &grid, Sampling::PAPER).unwrap();
     let none = gpu.zeros::<[f32; 4]>(0).unwrap();
     let mut results = gpu.zeros::<f32>(0).unwrap();
     gpu.lit_fraction(&volume, &none, &mut results).unwrap();

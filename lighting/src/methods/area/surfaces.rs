@@ -34,7 +34,7 @@ impl SurfaceLookup {
     pub(crate) fn sampling(self) -> Sampling {
         Sampling {
             interpolate: self == Self::Interpolated,
-            ..Sampling::default()
+            ..Sampling::PAPER
         }
     }
 }

@@ -224,7 +224,7 @@ fn what_cannot_be_divided_is_an_error_and_leaves_no_shadow() {
     }
     let sampling = Sampling {
         phi_bias: f32::NAN,
-        ..Sampling::default()
+        ..Sampling::PAPER
     };
     volume.update(&cpu, &sun, &good, &map).unwrap();
     let mut volume = volume.with_sampling(sampling);

@@ -71,7 +71,7 @@ fn on_surfaces(
     volumes.update(cpu, lights, &scene.eye, &maps)?;
     let sampling = Sampling {
         interpolate: setting.interpolate,
-        ..Sampling::default()
+        ..Sampling::PAPER
     };
     let mut shadows: Vec<_> = lights.iter().map(|_| None).collect();
     for (tile, (light, lattice)) in volumes.with_voxels().enumerate() {

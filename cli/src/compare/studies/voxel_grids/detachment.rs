@@ -95,7 +95,7 @@ fn detachment(
     let Some(lattice) = volume.lattice_in_use() else {
         return Ok(None);
     };
-    let shadows = [Sampling::default(), Sampling::UNBIASED]
+    let shadows = [Sampling::PAPER, Sampling::UNBIASED]
         .map(|sampling| ShadowVolume::new(lattice, volume.grid(), sampling));
     let [paper, unbiased] = shadows;
     let shadows = [paper?, unbiased?];

@@ -120,7 +120,7 @@ impl Picture<'_> {
             }
         }
         found.unbiased = error([last; 4])?;
-        found.biased = self.error(cpu, [last; 4], Sampling::default())?;
+        found.biased = self.error(cpu, [last; 4], Sampling::PAPER)?;
         Ok(found)
     }
 
