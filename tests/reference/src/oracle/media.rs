@@ -243,7 +243,7 @@ impl MediaWorld {
         }
         // A sun in fog that is everywhere counts as shining from its edge.
         let depth = match (&self.fog, lamp) {
-            (Some(fog), Lamp::Sun(sun)) => {
+            (Some(fog), Lamp::Sun(sun)) if fog.contains(point) => {
                 let inside = fog.sunlight_inside(sun.toward, point);
                 self.without_fog_depth(point, toward, distance) + fog.sigma_t * inside
             }

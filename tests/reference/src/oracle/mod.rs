@@ -18,6 +18,7 @@
 //! | `map_runs` | `scene` | which parts of a ray does a shadow map show lit? | its texels, one by one |
 //! | `surface` | `scene` | how much light does a surface receive by way of the fog? what is seen of an environment? | nested adaptive quadrature |
 //! | `media` | `scene` | how much light comes along a ray through smoke and fog that are not uniform? | adaptive quadrature with exact optical depths |
+//! | `media_image` | `scene` | the same for all rays of a picture | quadrature refined until n and 2n nodes agree |
 //! | `translucent` | `scene` | how much gets through hair and smoke? | the exact transmittance to a point, and the image behind them |
 
 #[cfg(feature = "scene")]
@@ -41,6 +42,8 @@ mod line;
 pub mod map_runs;
 #[cfg(feature = "scene")]
 pub mod media;
+#[cfg(feature = "scene")]
+pub mod media_image;
 mod phase;
 pub mod quadrature;
 pub mod segment;

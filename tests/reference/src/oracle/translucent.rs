@@ -127,15 +127,20 @@ impl Translucency {
     }
 
     /// Balls around all of its parts.
-    fn balls_around(&self) -> impl Iterator<Item = (DVec3, f64)> {
+    pub(super) fn balls_around(&self) -> impl Iterator<Item = (DVec3, f64)> {
         let ribbons = self.ribbons.iter().map(Ribbon::ball_around);
+        ribbons.chain(self.balls_around_media())
+    }
+
+    /// Those around all but strands.
+    pub(super) fn balls_around_media(&self) -> impl Iterator<Item = (DVec3, f64)> {
         let balls = self.balls.iter().map(|ball| (ball.centre, ball.radius));
         let boxes = self.boxes.iter().map(|smoke| {
             let bounds = smoke.samples.bounds();
             let (min, max) = (bounds.min().as_dvec3(), bounds.max().as_dvec3());
             (0.5 * (min + max), 0.5 * min.distance(max))
         });
-        ribbons.chain(balls).chain(boxes)
+        balls.chain(boxes)
     }
 
     /// Share of the light of `lamp` that gets as far as `point`, from 0 to 1, where grids

@@ -1,0 +1,836 @@
+//! Whole pictures of the light that media which are not uniform scatter: the integral of
+//! [`media`](super::media), for as many rays as a picture has.
+//!
+//! Each ray is cut where a coefficient has a kink (faces of cells, edges of media), where
+//! something opaque begins or ends to hide the light, where shadows of what is translucent
+//! can begin or end, and in dense media where the optical depth has grown by 1, 8 and 64.
+//! Each part is asked at one of Gauss's nodes and at two, then, where these differ most, at
+//! two on each of its halves and so on, until the sum of all differences of n and 2n nodes
+//! is within the tolerance.
+//!
+//! At a node the light that has got there is dimmed by the optical depth of all media up to
+//! the lamp, cell by cell in closed form, and so is what it scatters on its way to the eye:
+//! `scene::Media` has both. Neither curves nor steps are taken from any method.
+//!
+//! # Error
+//! The bound is an estimate: four times the difference between n and 2n nodes, which is far
+//! above the error of 2n where the light is smooth. Where cells in front of the light give it
+//! a kink, a difference can be less than the error: in random scenes of a few large cells all
+//! pixels are within it at a tolerance of 1e-3, and nine in ten at 1e-5. What lies between all nodes of a part may
+//! be missed, as hair may be that is thinner than a hundredth of the shadow of all.
+//! `media::MediaWorld`, which is adaptive in both directions and shares no walk with this,
+//! checks it.
+//!
+//! # Limits
+//! Single scattering of the emitters; what media emit themselves is not part of it. Strands
+//! cast shadows and are not seen.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use scene::{Emitter, Geometry, HeightFog, Media, MediaPiece, Ray, Translucent};
+
+use super::airlight::{NEAREST, NEAREST_METRES, Tolerance};
+use super::coats::Coats;
+use super::image::{DARKEST, Options, Reference};
+use super::media::Air;
+use super::quadrature::Estimate;
+use super::shades::Shades;
+use super::translucent::Translucency;
+use super::visibility::{Blockers, Search};
+use super::{Fog, Lamp, Line, Phase, Span};
+
+/// A bound over the difference of n and 2n nodes: at a kink between nodes they may err alike.
+/// Taken from random scenes of grids with constant cells.
+const SAFETY: f64 = 4.0;
+
+/// Optical depth behind which nothing is looked for.
+const OPAQUE: f64 = 40.0;
+
+/// Parts of a line to begin with, at least.
+const LEAST_PARTS: u32 = 16;
+
+/// Parts of the shadows of what is translucent to begin with, and of those of hair.
+const SHADOW_PARTS: u32 = 16;
+const HAIR_PARTS: u32 = 128;
+
+/// Parts of a ray beyond which it is left as inaccurate as it is.
+const MOST_PARTS: usize = 1 << 12;
+
+/// The light that the media of `air` scatter along each ray into its origin, from all
+/// `emitters`, with the shadows of `geometry` and of the media themselves.
+///
+/// A line through a point light passes it at a distance of 1e-4 of that of the eye. The
+/// result does not depend on the number of threads.
+pub fn reference(
+    rays: &[Ray],
+    air: Air<'_>,
+    emitters: &[Emitter],
+    geometry: &Geometry,
+    options: Options<'_>,
+) -> Reference {
+    let world = World::new(air, emitters, geometry, options.search);
+    let tolerance = Tolerance {
+        relative: options.tolerance,
+        absolute: options.tolerance * DARKEST * world.rough_mean(rays),
+    };
+    let estimates: Vec<Estimate> = rays
+        .par_chunks(16)
+        .flat_map_iter(|chunk| {
+            let estimates: Vec<_> = chunk
+                .iter()
+                .map(|ray| world.radiance(ray, tolerance))
+                .collect();
+            (options.progress)(chunk.len());
+            estimates
+        })
+        .collect();
+    Reference {
+        radiance: estimates.iter().map(|e| e.value.to_array()).collect(),
+        bound: estimates.iter().map(|e| e.bound).collect(),
+    }
+}
+
+struct World<'a> {
+    media: Media<'a>,
+    /// What dims the light of a sun: even fog without bounds does not.
+    sunward: Media<'a>,
+    height_fog: Option<&'a HeightFog>,
+    fog: Option<Fog>,
+    translucency: Translucency,
+    strands: Option<Translucency>,
+    lamps: Vec<Lamp>,
+    blockers: Blockers,
+    coats: Option<Coats<'a>>,
+    search: Search,
+}
+
+/// A part of a line on which all coefficients are smooth.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    span: Span,
+    /// The optical depth from the eye to its start.
+    depth: DVec3,
+}
+
+/// A lamp as a line sees it.
+struct Light {
+    lamp: Lamp,
+    /// Hair that may be between the two.
+    strands: Option<Translucency>,
+}
+
+/// What a part is integrated over.
+#[derive(Debug, Clone, Copy)]
+enum Variable {
+    /// The distance.
+    Along,
+    /// The angle at a lamp: x = foot + h tan η.
+    Angle { foot: f64, h: f64 },
+    /// Towards infinity: u = (x − start) / (x − start + scale).
+    Endless { start: f64, scale: f64 },
+}
+
+impl Variable {
+    fn at(self, x: f64) -> f64 {
+        match self {
+            Self::Along => x,
+            Self::Angle { foot, h } => ((x - foot) / h).atan(),
+            Self::Endless { start, scale } if x.is_finite() => (x - start) / (x - start + scale),
+            Self::Endless { .. } => 1.0,
+        }
+    }
+
+    /// The distance, and its change with the variable.
+    fn distance(self, t: f64) -> [f64; 2] {
+        match self {
+            Self::Along => [t, 1.0],
+            Self::Angle { foot, h } => {
+                let tan = t.tan();
+                [foot + h * tan, h * (1.0 + tan * tan)]
+            }
+            Self::Endless { start, scale } => {
+                let rest = 1.0 - t;
+                [start + scale * t / rest, scale / (rest * rest)]
+            }
+        }
+    }
+}
+
+/// A part of a line.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    light: usize,
+    stretch: usize,
+    /// What gets past surfaces that are not solid.
+    share: DVec3,
+    variable: Variable,
+    /// Of the variable.
+    start: f64,
+    end: f64,
+    /// By n nodes, and by 2n: one and two, or two and two on each half.
+    coarse: DVec3,
+    fine: Fine,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Fine {
+    Whole(DVec3),
+    Halves([DVec3; 2]),
+}
+
+impl Part {
+    fn value(&self) -> DVec3 {
+        match self.fine {
+            Fine::Whole(value) => value,
+            Fine::Halves([near, far]) => near + far,
+        }
+    }
+
+    fn error(&self) -> f64 {
+        (self.value() - self.coarse).abs().max_element()
+    }
+
+    fn middle(&self) -> f64 {
+        0.5 * (self.start + self.end)
+    }
+}
+
+impl<'a> World<'a> {
+    fn new(air: Air<'a>, emitters: &[Emitter], geometry: &'a Geometry, search: Search) -> Self {
+        let is_hair = |caster: &&Translucent| matches!(caster, Translucent::Strands(_));
+        let hair: Vec<Translucent> = air.translucent.iter().filter(is_hair).cloned().collect();
+        let bounded = air.medium.filter(|medium| medium.bounds().is_some());
+        Self {
+            media: Media::new(air.medium, air.height_fog, air.translucent),
+            sunward: Media::new(bounded, None, air.translucent),
+            height_fog: air.height_fog,
+            fog: bounded.map(Fog::new),
+            translucency: Translucency::new(air.translucent),
+            strands: (!hair.is_empty()).then(|| Translucency::new(&hair)),
+            lamps: emitters.iter().map(Lamp::new).collect(),
+            blockers: Blockers::new(geometry),
+            coats: Coats::new(geometry),
+            search,
+        }
+    }
+
+    /// The mean of the picture without refinement, from at most about 500 rays.
+    fn rough_mean(&self, rays: &[Ray]) -> f64 {
+        let unrefined = Tolerance::relative(f64::INFINITY);
+        let stride = rays.len().div_ceil(500).max(1);
+        let sample: Vec<f64> = rays
+            .par_iter()
+            .step_by(stride)
+            .map(|ray| self.radiance(ray, unrefined).value.element_sum() / 3.0)
+            .collect();
+        sample.iter().sum::<f64>() / sample.len().max(1) as f64
+    }
+
+    fn radiance(&self, ray: &Ray, tolerance: Tolerance) -> Estimate {
+        let line = Line::new(ray);
+        let stretches = self.stretches(&line);
+        let (Some(first), Some(last)) = (stretches.first(), stretches.last()) else {
+            return Estimate::default();
+        };
+        let whole = Span::new(first.span.start, last.span.end);
+        let seen = Seen {
+            world: self,
+            line,
+            stretches: &stretches,
+            lights: (self.lamps.iter())
+                .map(|lamp| self.light(&line, lamp))
+                .collect(),
+        };
+        let mut parts = Vec::new();
+        for light in 0..seen.lights.len() {
+            seen.add_parts(light, whole, &mut parts);
+        }
+        seen.integrate(parts, tolerance)
+    }
+
+    fn light(&self, line: &Line, lamp: &Lamp) -> Light {
+        let mut lamp = lamp.clone();
+        if let Lamp::Point(point) = &lamp {
+            let (foot, offset) = line.nearest(point.position);
+            let h = offset.length();
+            let nearest = (NEAREST * foot.hypot(h)).max(NEAREST_METRES);
+            if h < nearest {
+                let aside = offset
+                    .try_normalize()
+                    .unwrap_or_else(|| line.direction.any_orthonormal_vector());
+                lamp = Lamp::Point(point.moved_to(line.at(foot) - nearest * aside));
+            }
+        }
+        let strands = self.strands.as_ref();
+        Light {
+            strands: strands.map(|strands| strands.between(line, &lamp)),
+            lamp,
+        }
+    }
+
+    /// Where on a line there is something that scatters.
+    fn stretches(&self, line: &Line) -> Vec<Stretch> {
+        let mut all: Vec<Stretch> = Vec::new();
+        let mut pieces = self
+            .media
+            .along(line.origin, line.direction, 0.0, line.length);
+        while let Some(piece) = pieces.advance() {
+            if piece.is_empty() {
+                continue;
+            }
+            let depth = piece.depth_before();
+            if depth.min_element() > OPAQUE {
+                break;
+            }
+            let mut from = piece.start();
+            let own = piece.optical_depth().max_element();
+            for grown in [1.0, 8.0, 64.0] {
+                if own <= grown {
+                    break;
+                }
+                let to = depth_reached(&piece, grown);
+                all.push(Stretch {
+                    span: Span::new(from, to),
+                    depth: piece.depth_to(from),
+                });
+                from = to;
+            }
+            all.push(Stretch {
+                span: Span::new(from, piece.end()),
+                depth: piece.depth_to(from),
+            });
+        }
+        all.retain(|stretch| stretch.span.start < stretch.span.end);
+        all
+    }
+
+    /// The optical depth from a point towards a light.
+    fn depth_towards(&self, lamp: &Lamp, point: DVec3, toward: DVec3, distance: f64) -> DVec3 {
+        match lamp {
+            Lamp::Point(_) => self.media.optical_depth(point, toward, 0.0, distance),
+            Lamp::Sun(_) => {
+                let fog = self.height_fog;
+                self.sunward.optical_depth(point, toward, 0.0, distance)
+                    + fog.map_or(DVec3::ZERO, |fog| {
+                        fog.depth_towards(point.y, toward.y, distance)
+                    })
+            }
+        }
+    }
+
+    /// A length over which what is endless fades.
+    fn reach(&self) -> f64 {
+        let even = self.media.medium();
+        let even = even.map_or(0.0, |medium| f64::from(medium.sigma_t().max_element()));
+        let free = if even > 0.0 {
+            1.0 / even
+        } else {
+            f64::INFINITY
+        };
+        let height = self.height_fog;
+        let height = height.map_or(f64::INFINITY, |fog| fog.scale_height().into());
+        free.min(height).clamp(1e-9, 1e9)
+    }
+}
+
+/// Where on a piece its own optical depth has grown to this.
+fn depth_reached(piece: &MediaPiece<'_>, depth: f64) -> f64 {
+    let (mut low, mut high) = (piece.start(), piece.end().min(piece.start() + 1e12));
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if piece.own_depth_to(middle).max_element() < depth {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high
+}
+
+/// A line and what there is on it.
+struct Seen<'a> {
+    world: &'a World<'a>,
+    line: Line,
+    stretches: &'a [Stretch],
+    lights: Vec<Light>,
+}
+
+impl Seen<'_> {
+    /// Cuts what a light reaches of the line.
+    fn add_parts(&self, light: usize, whole: Span, parts: &mut Vec<Part>) {
+        let Self { world, line, .. } = self;
+        let Light { lamp, strands } = &self.lights[light];
+        let mut lit = Vec::new();
+        world
+            .blockers
+            .lit(line, lamp, whole, world.search, &mut lit);
+        if lit.is_empty() {
+            return;
+        }
+        let mut cuts = Vec::new();
+        let mut cut = |shades: &Shades, count: u32| {
+            shades.cut(&lit, count, 10.0 * world.reach(), |part, sampled| {
+                cuts.extend([part.end, sampled.end]);
+            });
+        };
+        if let Some(strands) = strands {
+            cut(&Shades::new(line, lamp, strands.balls_around()), HAIR_PARTS);
+        }
+        let smoke = world.translucency.balls_around_media();
+        cut(&Shades::new(line, lamp, smoke), SHADOW_PARTS);
+        let variable = match lamp {
+            Lamp::Point(point) => {
+                let (foot, offset) = line.nearest(point.position);
+                cuts.push(foot);
+                point.edges(line, &mut cuts);
+                point.cookie_edges(line, &mut cuts);
+                if let Some(fog) = &world.fog {
+                    fog.point_edges(line, point.position, &mut cuts);
+                }
+                Variable::Angle {
+                    foot,
+                    h: offset.length(),
+                }
+            }
+            Lamp::Sun(sun) => {
+                if let Some(fog) = &world.fog {
+                    fog.sun_edges(line, sun.toward, &mut cuts);
+                }
+                Variable::Along
+            }
+        };
+        // Long parts of few nodes would be believed too soon.
+        let even = match variable {
+            Variable::Along if whole.end.is_infinite() => Variable::Endless {
+                start: whole.start,
+                scale: world.reach(),
+            },
+            other => other,
+        };
+        let [from, to] = [whole.start, whole.end].map(|x| even.at(x));
+        let step = (to - from) / f64::from(LEAST_PARTS);
+        cuts.extend((1..LEAST_PARTS).map(|k| even.distance(from + f64::from(k) * step)[0]));
+        cuts.sort_by(f64::total_cmp);
+        let mut add = |span: Span, share: DVec3| {
+            let first = self.stretches.partition_point(|s| s.span.end <= span.start);
+            for (index, stretch) in self.stretches.iter().enumerate().skip(first) {
+                let Some(inside) = stretch.span.intersect(span) else {
+                    break;
+                };
+                let from = cuts.partition_point(|&cut| cut <= inside.start);
+                let within = cuts[from..].iter().copied();
+                let within = within.take_while(|&cut| cut < inside.end);
+                let mut start = inside.start;
+                for end in within.chain([inside.end]) {
+                    if start < end {
+                        self.add_part(light, index, share, variable, Span::new(start, end), parts);
+                    }
+                    start = end;
+                }
+            }
+        };
+        for span in lit {
+            match &world.coats {
+                None => add(span, DVec3::ONE),
+                Some(coats) => {
+                    for part in coats.parts(line, lamp, span) {
+                        add(part.span, part.share);
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_part(
+        &self,
+        light: usize,
+        stretch: usize,
+        share: DVec3,
+        variable: Variable,
+        span: Span,
+        parts: &mut Vec<Part>,
+    ) {
+        let variable = match variable {
+            Variable::Along if span.end.is_infinite() => Variable::Endless {
+                start: span.start,
+                scale: self.world.reach(),
+            },
+            other => other,
+        };
+        let mut part = Part {
+            light,
+            stretch,
+            share,
+            variable,
+            start: variable.at(span.start),
+            end: variable.at(span.end),
+            coarse: DVec3::ZERO,
+            fine: Fine::Whole(DVec3::ZERO),
+        };
+        let length = part.end - part.start;
+        part.coarse = length * part.share * self.light_at(&part, part.middle());
+        part.fine = Fine::Whole(self.gauss(&part, part.start, part.end));
+        parts.push(part);
+    }
+
+    fn halve(&self, part: &mut Part) {
+        let middle = part.middle();
+        part.fine = Fine::Halves([
+            self.gauss(part, part.start, middle),
+            self.gauss(part, middle, part.end),
+        ]);
+    }
+
+    /// Halves parts until the sum of their differences is within the tolerance.
+    fn integrate(&self, mut parts: Vec<Part>, tolerance: Tolerance) -> Estimate {
+        loop {
+            let value: DVec3 = parts.iter().map(Part::value).sum();
+            let error: f64 = parts.iter().map(Part::error).sum();
+            let brightest = value.max_element();
+            let rounding = 1e-12 * brightest;
+            let target = (tolerance.relative * brightest)
+                .max(tolerance.absolute)
+                .max(rounding);
+            let estimate = Estimate {
+                value,
+                bound: SAFETY * error + rounding,
+            };
+            if !(error > target) {
+                return estimate;
+            }
+            let share = 0.5 * target / parts.len() as f64;
+            let mut is_done = true;
+            for index in 0..parts.len() {
+                let part = parts[index];
+                let middle = part.middle();
+                let is_divisible = part.start < middle && middle < part.end;
+                if !(part.error() > share && is_divisible && parts.len() < MOST_PARTS) {
+                    continue;
+                }
+                match part.fine {
+                    Fine::Whole(value) => {
+                        parts[index].coarse = value;
+                        self.halve(&mut parts[index]);
+                    }
+                    Fine::Halves(halves) => {
+                        let [mut near, mut far] = [part; 2];
+                        (near.end, near.coarse) = (middle, halves[0]);
+                        (far.start, far.coarse) = (middle, halves[1]);
+                        self.halve(&mut near);
+                        self.halve(&mut far);
+                        parts[index] = near;
+                        parts.push(far);
+                    }
+                }
+                is_done = false;
+            }
+            if is_done {
+                return estimate;
+            }
+        }
+    }
+
+    /// Two nodes, exact for cubic functions of the variable.
+    fn gauss(&self, part: &Part, start: f64, end: f64) -> DVec3 {
+        let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
+        let node = half / 3.0_f64.sqrt();
+        half * part.share
+            * (self.light_at(part, middle - node) + self.light_at(part, middle + node))
+    }
+
+    /// What is scattered to the eye per step of the variable.
+    fn light_at(&self, part: &Part, t: f64) -> DVec3 {
+        let [x, per_step] = part.variable.distance(t);
+        if !(x.is_finite() && per_step.is_finite()) {
+            return DVec3::ZERO;
+        }
+        let (world, line) = (self.world, &self.line);
+        let Stretch { span, depth } = self.stretches[part.stretch];
+        let behind = depth
+            + world
+                .media
+                .optical_depth(line.origin, line.direction, span.start, x);
+        let seen = (-behind).exp();
+        let Light { lamp, strands } = &self.lights[part.light];
+        let point = line.at(x);
+        let (toward, distance, irradiance) = match lamp {
+            Lamp::Sun(sun) => (sun.toward, f64::INFINITY, sun.irradiance),
+            Lamp::Point(lamp) => {
+                if !lamp.reaches(point) {
+                    return DVec3::ZERO;
+                }
+                let offset = lamp.position - point;
+                let distance = offset.length();
+                let toward = offset / distance;
+                let emitted = lamp.intensity * lamp.emission(-toward) * lamp.fading(distance);
+                (toward, distance, emitted / (distance * distance))
+            }
+        };
+        // The angle between light and its way on to the eye, halved.
+        let sin2 = 0.25 * (toward - line.direction).length_squared();
+        let cos2 = 0.25 * (toward + line.direction).length_squared();
+        let mut scattering = DVec3::ZERO;
+        world.media.scattering_at(point, |medium| {
+            scattering += medium.scattering * Phase::from(medium.phase).at(sin2, cos2);
+        });
+        let unshadowed = seen * scattering * irradiance * per_step;
+        if unshadowed == DVec3::ZERO {
+            return DVec3::ZERO;
+        }
+        let passed = strands.as_ref();
+        let passed = passed.map_or(1.0, |strands| strands.passed(point, toward, distance));
+        if passed == 0.0 {
+            return DVec3::ZERO;
+        }
+        let depth = world.depth_towards(lamp, point, toward, distance);
+        passed * unshadowed * (-depth).exp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Affine3A, Quat, Vec3};
+    use scene::{
+        Bounds, DensityGrid, Instance, Interpolation, Medium, Mesh, Particle, Particles,
+        PhaseFunction, Profile, Scene, StrandPoint, Strands,
+    };
+
+    use super::*;
+    use crate::oracle::media::MediaWorld;
+    use crate::random::Random;
+
+    /// Triangles that need not cast a shadow here.
+    fn geometry(random: &mut Random, is_lit: bool) -> Geometry {
+        let place = if is_lit {
+            -1e4
+        } else {
+            random.between(1.2, 2.0)
+        };
+        let corner = |x: f32, z: f32| Vec3::new(x, place, z);
+        let shift = random.between(-0.5, 0.5);
+        let mut scene = Scene::default();
+        scene.meshes.push(Mesh {
+            positions: vec![
+                corner(shift - 0.6, -1.0),
+                corner(shift + 0.8, -1.0),
+                corner(shift, 2.0),
+            ],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        });
+        scene.instances.push(Instance::default());
+        Geometry::new(&scene).expect("a triangle")
+    }
+
+    fn emitters(random: &mut Random) -> Vec<Emitter> {
+        let colour = Vec3::new(3.0, 2.0, 1.0);
+        let position = Vec3::new(random.between(-2.0, 2.0), 3.0, random.between(-2.0, 2.0));
+        let cone = scene::Cone {
+            inner: 0.3,
+            outer: 0.7,
+        };
+        let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+        let spot = scene::Emission::spot(down, cone, None).expect("a cone");
+        let even = scene::Emission::Isotropic;
+        let slant = Vec3::new(random.between(-1.0, 1.0), -1.0, random.between(-1.0, 1.0));
+        let all = [
+            Emitter::point(position, colour, f32::INFINITY, even),
+            Emitter::point(position, colour, 9.0, spot),
+            Emitter::directional(slant, colour),
+        ];
+        let first = random.below(3) as usize;
+        let all = all.map(|emitter| emitter.expect("a light"));
+        all[first..].to_vec()
+    }
+
+    fn grid(random: &mut Random) -> DensityGrid {
+        let resolution = [0; 3].map(|_| 1 + random.below(6));
+        let count = resolution.iter().product::<u32>();
+        // A third of the samples are empty.
+        let sample = |_| (random.unit() * 1.5 - 0.5).max(0.0);
+        let density = (0..count).map(sample).collect();
+        let interpolation = match random.below(2) {
+            0 => Interpolation::Constant,
+            _ => Interpolation::Linear,
+        };
+        let bounds = Bounds::new(Vec3::new(-1.0, -0.7, -0.8), Vec3::new(1.2, 0.9, 0.7));
+        let scale = random.log_uniform(1e-2, 30.0) as f32;
+        let turn = Quat::from_rotation_y(random.between(-1.0, 1.0));
+        let shift = 0.3 * Vec3::from_array(random.vector(1.0));
+        let albedo = Vec3::new(0.9, 0.6, random.unit());
+        let g = random.between(-0.7, 0.7);
+        DensityGrid::new(
+            bounds.expect("a box"),
+            resolution,
+            density,
+            scale,
+            interpolation,
+        )
+        .and_then(|grid| grid.with_tint(Vec3::new(1.0, 0.7, 0.5)))
+        .and_then(|grid| grid.with_albedo(albedo))
+        .and_then(|grid| grid.with_phase(PhaseFunction::HenyeyGreenstein { g }))
+        .and_then(|grid| grid.with_transform(Affine3A::from_rotation_translation(turn, shift)))
+        .expect("smoke")
+    }
+
+    fn puffs(random: &mut Random) -> Particles {
+        let puff = |_| Particle {
+            centre: Vec3::from_array(random.vector(1.0)),
+            radius: random.between(0.1, 0.6),
+            sigma_t: random.log_uniform(0.1, 5.0) as f32,
+        };
+        let all = (0..5).map(puff).collect();
+        let profile = match random.below(2) {
+            0 => Profile::Constant,
+            _ => Profile::Soft,
+        };
+        Particles::new(all, profile).expect("puffs")
+    }
+
+    fn hair(random: &mut Random) -> Strands {
+        let mut point = |x: f32| StrandPoint {
+            position: Vec3::new(x, random.between(1.0, 1.4), random.between(-0.3, 0.3)),
+            thickness: 0.1,
+            opacity: 0.6,
+        };
+        let points = vec![point(-0.8), point(0.0), point(0.9)];
+        Strands::new(points, vec![3]).expect("a strand")
+    }
+
+    fn rays(random: &mut Random) -> Vec<Ray> {
+        let mut ray = |length: f32| {
+            let origin = Vec3::new(-4.0, random.between(-0.5, 1.0), random.between(-1.0, 1.0));
+            let target = 0.5 * Vec3::from_array(random.vector(1.0));
+            Ray::new(origin, target - origin, length).expect("a ray")
+        };
+        // The last ends in the smoke.
+        vec![ray(9.0), ray(f32::INFINITY), ray(4.0)]
+    }
+
+    #[test]
+    fn random_scenes_are_those_of_the_bounded_oracle() {
+        for (tolerance, least) in [(1e-3, 1.0), (1e-5, 0.9)] {
+            random_scenes(tolerance, least);
+        }
+    }
+
+    /// That at least this share of rays is within its bound, and no ray off by more than a
+    /// thousandth.
+    fn random_scenes(tolerance: f64, least: f64) {
+        let mut random = Random::new(20);
+        let (mut lit, mut worst, mut within_bound) = (0, 0.0_f64, 0);
+        for case in 0..60 {
+            let mut translucent: Vec<Translucent> = Vec::new();
+            if case % 4 != 3 {
+                translucent.push(grid(&mut random).into());
+            }
+            if case % 5 == 0 {
+                translucent.push(grid(&mut random).into());
+            }
+            if case % 3 == 1 {
+                translucent.push(puffs(&mut random).into());
+            }
+            let has_hair = case % 10 == 7;
+            if has_hair {
+                translucent.push(hair(&mut random).into());
+            }
+            let phase = PhaseFunction::HenyeyGreenstein { g: 0.4 };
+            let sigma_s = Vec3::new(0.08, 0.05, 0.03);
+            let fog = Medium::new(sigma_s, Vec3::splat(0.02), phase).expect("fog");
+            let within = Bounds::new(Vec3::new(-3.0, -1.5, -2.0), Vec3::new(2.0, 4.0, 2.5));
+            let fog = match case % 2 {
+                0 => fog,
+                _ => fog.within(within.expect("a box")),
+            };
+            let height = HeightFog::new(sigma_s, Vec3::splat(0.05), 0.0, 0.8, phase);
+            let height = height.expect("fog");
+            let air = Air {
+                medium: (case % 3 != 0).then_some(&fog),
+                height_fog: (case % 4 == 3).then_some(&height),
+                translucent: &translucent,
+            };
+            let emitters = emitters(&mut random);
+            let geometry = geometry(&mut random, case % 3 == 2);
+            let rays = rays(&mut random);
+            // Edges of hair are found by halving parts.
+            let tolerance = if has_hair { 1e-2 } else { tolerance };
+            let options = Options {
+                tolerance,
+                ..Options::default()
+            };
+            let found = reference(&rays, air, &emitters, &geometry, options);
+            let world = MediaWorld::new(air, &emitters, &geometry);
+            let mean = found.mean();
+            for (index, ray) in rays.iter().enumerate() {
+                let expected = world.radiance(ray, Tolerance::relative(0.1 * tolerance));
+                let value = DVec3::from_array(found.radiance[index]);
+                let off = (value - expected.value).abs().max_element();
+                // The samples of the other are rounded as those of the grid are.
+                let rounding = 1e-6 * expected.value.max_element();
+                let bound = found.bound[index];
+                within_bound += u32::from(has_hair || off <= bound + expected.bound + rounding);
+                let asked = tolerance * expected.value.max_element().max(DARKEST * mean);
+                let enough = 1.1 * SAFETY * asked;
+                assert!(has_hair || bound <= enough, "{case}: {bound:e} {asked:e}");
+                let allowed = (4.0 * asked).max(1e-3 * expected.value.max_element());
+                assert!(
+                    off <= allowed,
+                    "{case}, ray {index}: {value} {expected:?}, {bound:e}"
+                );
+                lit += u32::from(expected.value.min_element() > 0.0);
+                worst = worst.max(off / asked);
+            }
+        }
+        let share = f64::from(within_bound) / 180.0;
+        println!("{lit} of 180 rays are lit; {worst:.2} of {tolerance:e} at worst, {share}");
+        assert!(lit > 120 && share >= least, "{lit}, {share}");
+    }
+
+    #[test]
+    fn vacuum_and_darkness_are_black() {
+        let mut random = Random::new(1);
+        let (rays, geometry) = (rays(&mut random), geometry(&mut random, true));
+        let lights = emitters(&mut random);
+        let nothing = reference(
+            &rays,
+            Air::default(),
+            &lights,
+            &geometry,
+            Options::default(),
+        );
+        let casters = [grid(&mut random).into()];
+        let air = Air {
+            translucent: &casters,
+            ..Air::default()
+        };
+        let dark = reference(&rays, air, &[], &geometry, Options::default());
+        for picture in [nothing, dark] {
+            assert_eq!(picture.mean(), 0.0);
+            assert_eq!(picture.max_bound(), 0.0);
+        }
+    }
+
+    #[test]
+    fn opaque_smoke_is_lit_on_its_skin() {
+        // One cell of any density: E σ_s/σ_t × 1/(1 + 1/cos) × p from a sun behind the eye.
+        let bounds = Bounds::new(Vec3::ZERO, Vec3::ONE).expect("a box");
+        let sun = [Emitter::directional(Vec3::X, Vec3::ONE).expect("a sun")];
+        let ray = Ray::new(Vec3::new(-1.0, 0.5, 0.5), Vec3::X, f32::INFINITY).expect("a ray");
+        let mut random = Random::new(3);
+        let geometry = geometry(&mut random, true);
+        for scale in [1e-4, 1.0, 1e3, 1e6] {
+            let density = vec![1.0];
+            let grid = DensityGrid::new(bounds, [1; 3], density, scale, Interpolation::Constant);
+            let casters = [grid.expect("smoke").into()];
+            let air = Air {
+                translucent: &casters,
+                ..Air::default()
+            };
+            let found = reference(&[ray], air, &sun, &geometry, Options::default());
+            let depth = f64::from(scale);
+            let expected = -0.5 * (-2.0 * depth).exp_m1() / (4.0 * std::f64::consts::PI);
+            let ratio = found.radiance[0][0] / expected;
+            assert!((ratio - 1.0).abs() < 2e-6, "{scale}: {ratio}");
+        }
+    }
+}
