@@ -2,8 +2,8 @@
 //! [`media`](super::media), for as many rays as a picture has.
 //!
 //! Each ray is cut where a coefficient has a kink (faces of cells, edges of media), where
-//! something opaque begins or ends to hide the light, where shadows of what is translucent
-//! can begin or end, and in dense media where the optical depth has grown by 1, 8 and 64.
+//! something opaque or a piece of strand begins or ends to hide the light, where shadows of
+//! smoke can begin or end, and in dense media where the optical depth has grown by 1, 8 and 64.
 //! Each part is asked at one of Gauss's nodes and at two, then, where these differ most, at
 //! two on each of its halves and so on, until the sum of all differences of n and 2n nodes
 //! is within the tolerance.
@@ -16,8 +16,8 @@
 //! The bound is an estimate: four times the difference between n and 2n nodes, which is far
 //! above the error of 2n where the light is smooth. Where cells in front of the light give it
 //! a kink, a difference can be less than the error: in random scenes of a few large cells all
-//! pixels are within it at a tolerance of 1e-3, and nine in ten at 1e-5. What lies between all nodes of a part may
-//! be missed, as hair may be that is thinner than a hundredth of the shadow of all.
+//! pixels are within it at a tolerance of 1e-3, and nine in ten at 1e-5. What lies between all
+//! nodes of a part may be missed.
 //! `media::MediaWorld`, which is adaptive in both directions and shares no walk with this,
 //! checks it.
 //!
@@ -49,9 +49,8 @@ const OPAQUE: f64 = 40.0;
 /// Parts of a line to begin with, at least.
 const LEAST_PARTS: u32 = 16;
 
-/// Parts of the shadows of what is translucent to begin with, and of those of hair.
+/// Parts of the shadows of smoke to begin with.
 const SHADOW_PARTS: u32 = 16;
-const HAIR_PARTS: u32 = 128;
 
 /// Parts of a ray beyond which it is left as inaccurate as it is.
 const MOST_PARTS: usize = 1 << 12;
@@ -115,8 +114,41 @@ struct Stretch {
 /// A lamp as a line sees it.
 struct Light {
     lamp: Lamp,
-    /// Hair that may be between the two.
-    strands: Option<Translucency>,
+    /// What hair lets pass.
+    hair: Steps,
+}
+
+/// A function that is constant between steps: where each begins, and its value.
+#[derive(Debug, Default)]
+struct Steps(Vec<(f64, f64)>);
+
+impl Steps {
+    /// The product of factors that hold on spans; 1 elsewhere.
+    fn new(factors: &[(Span, f64)]) -> Self {
+        let mut ends: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * factors.len());
+        for (index, (span, _)) in factors.iter().enumerate() {
+            ends.extend([(span.start, index, true), (span.end, index, false)]);
+        }
+        // Those of a span without length in this order too: the sort is stable.
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut open: Vec<usize> = Vec::new();
+        let steps = ends.into_iter().map(|(x, index, begins)| {
+            if begins {
+                open.push(index);
+            } else {
+                open.retain(|other| *other != index);
+            }
+            // In their order, so that the same factors have the same product.
+            open.sort_unstable();
+            (x, open.iter().map(|&index| factors[index].1).product())
+        });
+        Self(steps.collect())
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let after = self.0.partition_point(|(start, _)| *start <= x);
+        after.checked_sub(1).map_or(1.0, |index| self.0[index].1)
+    }
 }
 
 /// What a part is integrated over.
@@ -238,7 +270,7 @@ impl<'a> World<'a> {
             line,
             stretches: &stretches,
             lights: (self.lamps.iter())
-                .map(|lamp| self.light(&line, lamp))
+                .map(|lamp| self.light(&line, lamp, whole))
                 .collect(),
         };
         let mut parts = Vec::new();
@@ -248,7 +280,7 @@ impl<'a> World<'a> {
         seen.integrate(parts, tolerance)
     }
 
-    fn light(&self, line: &Line, lamp: &Lamp) -> Light {
+    fn light(&self, line: &Line, lamp: &Lamp, whole: Span) -> Light {
         let mut lamp = lamp.clone();
         if let Lamp::Point(point) = &lamp {
             let (foot, offset) = line.nearest(point.position);
@@ -262,8 +294,9 @@ impl<'a> World<'a> {
             }
         }
         let strands = self.strands.as_ref();
+        let shadows = strands.map(|strands| strands.strand_shadows(line, &lamp, whole));
         Light {
-            strands: strands.map(|strands| strands.between(line, &lamp)),
+            hair: Steps::new(&shadows.unwrap_or_default()),
             lamp,
         }
     }
@@ -359,7 +392,7 @@ impl Seen<'_> {
     /// Cuts what a light reaches of the line.
     fn add_parts(&self, light: usize, whole: Span, parts: &mut Vec<Part>) {
         let Self { world, line, .. } = self;
-        let Light { lamp, strands } = &self.lights[light];
+        let Light { lamp, hair } = &self.lights[light];
         let mut lit = Vec::new();
         world
             .blockers
@@ -367,17 +400,16 @@ impl Seen<'_> {
         if lit.is_empty() {
             return;
         }
-        let mut cuts = Vec::new();
-        let mut cut = |shades: &Shades, count: u32| {
-            shades.cut(&lit, count, 10.0 * world.reach(), |part, sampled| {
-                cuts.extend([part.end, sampled.end]);
-            });
-        };
-        if let Some(strands) = strands {
-            cut(&Shades::new(line, lamp, strands.balls_around()), HAIR_PARTS);
-        }
+        let mut cuts: Vec<f64> = hair.0.iter().map(|(x, _)| *x).collect();
         let smoke = world.translucency.balls_around_media();
-        cut(&Shades::new(line, lamp, smoke), SHADOW_PARTS);
+        Shades::new(line, lamp, smoke).cut(
+            &lit,
+            SHADOW_PARTS,
+            10.0 * world.reach(),
+            |part, sampled| {
+                cuts.extend([part.end, sampled.end]);
+            },
+        );
         let variable = match lamp {
             Lamp::Point(point) => {
                 let (foot, offset) = line.nearest(point.position);
@@ -551,7 +583,7 @@ impl Seen<'_> {
                 .media
                 .optical_depth(line.origin, line.direction, span.start, x);
         let seen = (-behind).exp();
-        let Light { lamp, strands } = &self.lights[part.light];
+        let Light { lamp, hair } = &self.lights[part.light];
         let point = line.at(x);
         let (toward, distance, irradiance) = match lamp {
             Lamp::Sun(sun) => (sun.toward, f64::INFINITY, sun.irradiance),
@@ -577,8 +609,7 @@ impl Seen<'_> {
         if unshadowed == DVec3::ZERO {
             return DVec3::ZERO;
         }
-        let passed = strands.as_ref();
-        let passed = passed.map_or(1.0, |strands| strands.passed(point, toward, distance));
+        let passed = hair.at(x);
         if passed == 0.0 {
             return DVec3::ZERO;
         }
@@ -752,8 +783,6 @@ mod tests {
             let emitters = emitters(&mut random);
             let geometry = geometry(&mut random, case % 3 == 2);
             let rays = rays(&mut random);
-            // Edges of hair are found by halving parts.
-            let tolerance = if has_hair { 1e-2 } else { tolerance };
             let options = Options {
                 tolerance,
                 ..Options::default()
@@ -768,10 +797,10 @@ mod tests {
                 // The samples of the other are rounded as those of the grid are.
                 let rounding = 1e-6 * expected.value.max_element();
                 let bound = found.bound[index];
-                within_bound += u32::from(has_hair || off <= bound + expected.bound + rounding);
+                within_bound += u32::from(off <= bound + expected.bound + rounding);
                 let asked = tolerance * expected.value.max_element().max(DARKEST * mean);
                 let enough = 1.1 * SAFETY * asked;
-                assert!(has_hair || bound <= enough, "{case}: {bound:e} {asked:e}");
+                assert!(bound <= enough, "{case}: {bound:e} {asked:e}");
                 let allowed = (4.0 * asked).max(1e-3 * expected.value.max_element());
                 assert!(
                     off <= allowed,

@@ -19,7 +19,7 @@ use scene::{DensityGrid, Emitter, Geometry, Interpolation, Medium, Profile, Ray,
 use super::airlight::{Airlight, Tolerance, reach};
 use super::image::Reference;
 use super::shades::Shades;
-use super::visibility::{Blockers, Search};
+use super::visibility::{Blockers, Region, Search};
 use super::{Fog, Lamp, Line, Phase, Span};
 
 /// Hair and smoke in f64.
@@ -156,6 +156,30 @@ impl Translucency {
         let (towards, distance) = lamp.seen_from(point);
         let depth = self.optical_depths(point, towards, distance);
         self.passed(point, towards, distance) * (-depth).exp()
+    }
+
+    /// Where on a part of a line pieces of strand are in front of a lamp, and what share of
+    /// its light each of them lets pass.
+    pub(super) fn strand_shadows(&self, line: &Line, lamp: &Lamp, span: Span) -> Vec<(Span, f64)> {
+        let region = Region::new(line, lamp, span);
+        let shadow = |ribbon: &Ribbon| {
+            let [a, b] = ribbon.ends;
+            let light = match lamp {
+                Lamp::Point(point) => point.position - a,
+                Lamp::Sun(sun) => sun.toward,
+            };
+            let across = ribbon.radius * (b - a).cross(light).try_normalize()?;
+            let [p, q, r, s] = [a - across, a + across, b + across, b - across];
+            let halves = [[p, q, r], [p, r, s]].map(|triangle| region.shadow(&triangle));
+            let whole = match halves {
+                [Some(one), Some(other)] => {
+                    Span::new(one.start.min(other.start), one.end.max(other.end))
+                }
+                [one, other] => one.or(other)?,
+            };
+            Some((whole, ribbon.passed))
+        };
+        self.ribbons.iter().filter_map(shadow).collect()
     }
 
     /// Share of light that strands let pass over `distance` from a point.

@@ -141,7 +141,7 @@ pub(super) struct HalfSpace {
 }
 
 impl Region {
-    fn new(line: &Line, lamp: &Lamp, span: Span) -> Self {
+    pub(super) fn new(line: &Line, lamp: &Lamp, span: Span) -> Self {
         let w = line.direction;
         let (foot, height, light) = match lamp {
             Lamp::Point(point) => {
@@ -183,7 +183,7 @@ impl Region {
     }
 
     /// The interval of the line that the triangle hides from the light.
-    fn shadow(&self, triangle: &[DVec3; 3]) -> Option<Span> {
+    pub(super) fn shadow(&self, triangle: &[DVec3; 3]) -> Option<Span> {
         let [p, q] = self.cut(triangle)?;
         let x = match self.light {
             Place::Height(h) => {
