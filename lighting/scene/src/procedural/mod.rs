@@ -23,6 +23,7 @@ mod city;
 mod coil;
 mod fence;
 mod hairball;
+mod in_smoke;
 mod landscape;
 mod pergola;
 pub(crate) mod primitives;
@@ -79,6 +80,14 @@ pub enum Embedded {
     /// The columns of smoke as they are, a plume on a grid and a ponytail:
     /// all of them let a part of the light through.
     Translucent,
+    /// Sunlight through the window of a furnished room full of smoke (figure 3 of Salvi et
+    /// al. 2010), and a lamp.
+    SmokeRoom,
+    /// Three columns of smoke over a yard at a low sun (their figure 4), in fog that thins
+    /// out with altitude.
+    SmokeColumns,
+    /// A ponytail in rising smoke against a spotlight (their figures 1 and 5).
+    SmokeHair,
     /// The strands of [`Embedded::Hairball`] under a glowing rectangle.
     HairballPanel,
     /// The park of [`Embedded::City`] under a glowing rectangle, as of a stadium.
@@ -102,6 +111,10 @@ impl Embedded {
         Self::Translucent,
     ];
 
+    /// Scenes of smoke that is seen, listed to users behind the others: only the methods of
+    /// heterogeneous media are compared on them.
+    pub const IN_SMOKE: [Self; 3] = [Self::SmokeRoom, Self::SmokeColumns, Self::SmokeHair];
+
     /// Scenes whose reference takes minutes: an area light over very many triangles, or
     /// one with a picture on it. They have names as all others do, and are in no list of
     /// them.
@@ -122,14 +135,22 @@ impl Embedded {
             Self::Fence => "fence",
             Self::Stiff => "stiff",
             Self::Translucent => "translucent",
+            Self::SmokeRoom => "smoke-room",
+            Self::SmokeColumns => "smoke-columns",
+            Self::SmokeHair => "smoke-hair",
             Self::HairballPanel => "hairball-panel",
             Self::CityPanel => "city-panel",
         }
     }
 
+    /// Those that are listed to users.
+    pub fn listed() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().chain(Self::IN_SMOKE)
+    }
+
     /// The scene of that name, if there is one.
     pub fn from_name(name: &str) -> Option<Self> {
-        let mut all = Self::ALL.into_iter().chain(Self::LARGE);
+        let mut all = Self::listed().chain(Self::LARGE);
         all.find(|scene| scene.name() == name)
     }
 
@@ -148,6 +169,9 @@ impl Embedded {
             Self::Fence => "pickets and wires in front of a point light",
             Self::Stiff => "dense fog, a light at the eye and one 10 km away, grazing walls",
             Self::Translucent => "smoke and hair that let a part of a spotlight through",
+            Self::SmokeRoom => "sun through the window of a furnished room full of smoke",
+            Self::SmokeColumns => "three columns of smoke at a low sun in fog that thins out",
+            Self::SmokeHair => "a ponytail in rising smoke against a spotlight",
             Self::HairballPanel => "1,500 curling strands under an area light",
             Self::CityPanel => "the park of the city under a large area light",
         }
@@ -169,6 +193,9 @@ impl Embedded {
             Self::Fence => fence::build(stage, seed),
             Self::Stiff => stiff::build(stage, seed),
             Self::Translucent => translucent::build(stage, seed),
+            Self::SmokeRoom => in_smoke::room(stage, seed),
+            Self::SmokeColumns => in_smoke::columns(stage, seed),
+            Self::SmokeHair => in_smoke::hair(stage, seed),
             Self::HairballPanel => hairball::under_a_panel(stage, seed),
             Self::CityPanel => city::under_a_panel(stage, seed),
         }

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// Points of each strand of a [`ponytail`].
-const POINTS: u32 = 16;
+pub(super) const POINTS: u32 = 16;
 
 /// As many as [`Strands`] may have points for.
 const MAX_STRANDS: u32 = (1 << 26) / POINTS;
