@@ -70,6 +70,16 @@
 //! `weight` of the first, or `droplets` of fog with a `diameter` in micrometres, 5 to
 //! 50. Without a `box` the medium is everywhere.
 //!
+//! `{"heightFog": {"sigma_s": 0.02, "scaleHeight": 30}}` there is fog that thins out with
+//! altitude besides: coefficients and phase function as those of the medium, at the
+//! `altitude` (0 if it is missing) in metres, and [thinner](crate::HeightFog) by a factor
+//! of e every `scaleHeight` metres above it.
+//!
+//! `{"smoke": {"uri": "plume.nvdb"}}` in the extras of a node puts the grid of a VOL or
+//! NanoVDB file there, turned and scaled like the node; its extinction stays what it is per
+//! metre. An `albedo`, one number or three, and a `phase` with its parameters are those of
+//! the grid.
+//!
 //! `{"castsShadow": false}` in the extras of a node (for it and all below it),
 //! of a mesh or of a material makes [instances](crate::Instance::no_shadow) that
 //! light passes through.
@@ -135,7 +145,8 @@
 //! the density is trilinear, and it falls to 0 over one voxel around the box of
 //! those that are there; the grid is dense here, however sparse the file is. The
 //! file's transform becomes that of the grid. A density is an extinction
-//! coefficient per unit of length of the file, as for VOL.
+//! coefficient per unit of length of the file, as for VOL. OpenVDB files are not read;
+//! `nanovdb_convert`, which comes with OpenVDB, makes NanoVDB files of them.
 
 #[cfg(test)]
 mod damage;
@@ -262,6 +273,9 @@ reader!("hair", "HAIR", from_hair, hair_from_slice, ());
 reader!("vol", "VOL", from_vol, vol_from_slice, ());
 reader!("nvdb", "NanoVDB", from_nvdb, nvdb_from_slice, ());
 
+/// The number that OpenVDB files begin with, 0x56444220 in 64 bits.
+const OPEN_VDB: [u8; 8] = *b" BDV\0\0\0\0";
+
 enum Format {
     Gltf,
     Ply,
@@ -294,6 +308,12 @@ impl Format {
         if bytes.starts_with(b"NanoVDB") {
             return Ok(Self::Nvdb);
         }
+        if bytes.starts_with(&OPEN_VDB) {
+            return Err(LoadError::Unsupported(
+                "OpenVDB (which `nanovdb_convert smoke.vdb smoke.nvdb` makes a NanoVDB file of)"
+                    .into(),
+            ));
+        }
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("gltf" | "glb") => Ok(Self::Gltf),
@@ -306,5 +326,19 @@ impl Format {
                 "a file that is neither glTF, GLB, PLY, OBJ, HAIR, VOL nor NanoVDB".into(),
             )),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_scene_file_is_told_apart() {
+        let of = |bytes: &[u8]| Format::of(bytes, Path::new("smoke.vdb")).err();
+        let vdb = of(b" BDV\0\0\0\0\xe0\0\0\0").map(|error| error.to_string());
+        assert!(vdb.is_some_and(|error| error.contains("nanovdb_convert")));
+        let other = of(b" BDV").map(|error| error.to_string());
+        assert!(other.is_some_and(|error| error.contains("neither glTF")));
     }
 }

@@ -1,4 +1,4 @@
-//! The medium in the `extras` of a document.
+//! The media in the `extras` of a document.
 
 use glam::{DVec3, Vec3};
 use gltf_json::{Extras, Value};
@@ -6,46 +6,21 @@ use gltf_json::{Extras, Value};
 use super::extras::{kind, number};
 use crate::load::LoadError;
 use crate::load::error::printable;
-use crate::{Bounds, Medium, PhaseFunction};
+use crate::{Bounds, HeightFog, Medium, PhaseFunction};
 
 /// The medium that `extras` describe, if they do, in a scene that is moved by
 /// `offset`.
 pub(super) fn medium(extras: &Extras, offset: DVec3) -> Result<Option<Medium>, LoadError> {
-    let Some(extras) = extras else {
+    let Some(extras) = parsed(extras)? else {
         return Ok(None);
     };
-    let extras: Value = gltf_json::deserialize::from_str(extras.get())
-        .map_err(|error| LoadError::Json(error.to_string()))?;
-    let Some(value) = extras.get("medium") else {
+    let Some(fields) = Fields::of(&extras, "medium", &["sigma_s", "sigma_a", "box"])? else {
         return Ok(None);
-    };
-    let Some(fields) = value.as_object() else {
-        return Err(bad("", value, "an object"));
-    };
-    for name in fields.keys() {
-        if !FIELDS.contains(&name.as_str()) {
-            return Err(LoadError::bad_value(
-                "a field of \"medium\" in the extras",
-                printable(name),
-                "sigma_s, sigma_a, phase, g, k, weight, diameter or box",
-            ));
-        }
-    }
-    if !fields.contains_key("sigma_s") && !fields.contains_key("sigma_a") {
-        return Err(bad("", value, "sigma_s or sigma_a in it"));
-    }
-    let coefficient = |name: &str| match fields.get(name) {
-        None => Ok(Vec3::ZERO),
-        Some(value) => number(value)
-            .map(Vec3::splat)
-            .or_else(|| vector(value))
-            .filter(|sigma| sigma.min_element() >= 0.0)
-            .ok_or_else(|| bad(name, value, "one number or three, finite, not negative")),
     };
     let medium = Medium::new(
-        coefficient("sigma_s")?,
-        coefficient("sigma_a")?,
-        phase(value)?,
+        fields.coefficient("sigma_s")?,
+        fields.coefficient("sigma_a")?,
+        fields.phase()?,
     )?;
     let Some(value) = fields.get("box") else {
         return Ok(Some(medium));
@@ -58,7 +33,7 @@ pub(super) fn medium(extras: &Extras, offset: DVec3) -> Result<Option<Medium>, L
     let bounds = corners.and_then(|(min, max)| Bounds::new(moved(min), moved(max)).ok());
     match bounds {
         Some(bounds) => Ok(Some(medium.within(bounds))),
-        None => Err(bad(
+        None => Err(fields.bad(
             "box",
             value,
             "two corners [x, y, z], the first below the second on each axis",
@@ -66,11 +41,124 @@ pub(super) fn medium(extras: &Extras, offset: DVec3) -> Result<Option<Medium>, L
     }
 }
 
-const FIELDS: [&str; 8] = [
-    "sigma_s", "sigma_a", "phase", "g", "k", "weight", "diameter", "box",
-];
+/// The fog that thins out with altitude that `extras` describe, if they do.
+pub(super) fn height_fog(extras: &Extras, offset: DVec3) -> Result<Option<HeightFog>, LoadError> {
+    let Some(extras) = parsed(extras)? else {
+        return Ok(None);
+    };
+    let own = ["sigma_s", "sigma_a", "altitude", "scaleHeight"];
+    let Some(fields) = Fields::of(&extras, "heightFog", &own)? else {
+        return Ok(None);
+    };
+    let length = |name: &str, missing: Option<f32>| {
+        let value = fields.get(name);
+        let length = value.map_or(missing, number);
+        let bad = || fields.bad(name, value.unwrap_or(&Value::Null), "a number of metres");
+        length.ok_or_else(bad)
+    };
+    let altitude = f64::from(length("altitude", Some(0.0))?) - offset.y;
+    let fog = HeightFog::new(
+        fields.coefficient("sigma_s")?,
+        fields.coefficient("sigma_a")?,
+        altitude as f32,
+        length("scaleHeight", None)?,
+        fields.phase()?,
+    )?;
+    Ok(Some(fog))
+}
 
-fn phase(fields: &Value) -> Result<PhaseFunction, LoadError> {
+/// As JSON; the library leaves them as text.
+fn parsed(extras: &Extras) -> Result<Option<Value>, LoadError> {
+    let parse = |extras: &str| {
+        gltf_json::deserialize::from_str(extras).map_err(|error| LoadError::Json(error.to_string()))
+    };
+    extras
+        .as_ref()
+        .map(|extras| parse(extras.get()))
+        .transpose()
+}
+
+/// The fields of an object in the extras that describes a medium.
+pub(super) struct Fields<'a> {
+    owner: &'static str,
+    value: &'a Value,
+}
+
+/// Those of a phase function.
+const OF_PHASE: [&str; 5] = ["phase", "g", "k", "weight", "diameter"];
+
+impl<'a> Fields<'a> {
+    /// The object called `owner`, if there is one; it has fields of its own and those of
+    /// a phase function.
+    pub(super) fn of(
+        extras: &'a Value,
+        owner: &'static str,
+        own: &[&str],
+    ) -> Result<Option<Self>, LoadError> {
+        let Some(value) = extras.get(owner) else {
+            return Ok(None);
+        };
+        let fields = Self { owner, value };
+        let Some(object) = value.as_object() else {
+            return Err(fields.bad("", value, "an object"));
+        };
+        for name in object.keys() {
+            if !own.contains(&name.as_str()) && !OF_PHASE.contains(&name.as_str()) {
+                return Err(LoadError::bad_value(
+                    format!("a field of \"{owner}\" in the extras"),
+                    printable(name),
+                    match owner {
+                        "medium" => "sigma_s, sigma_a, phase, g, k, weight, diameter or box",
+                        "heightFog" => {
+                            "sigma_s, sigma_a, altitude, scaleHeight, phase, g, k, weight or diameter"
+                        }
+                        _ => "uri, albedo, phase, g, k, weight or diameter",
+                    },
+                ));
+            }
+        }
+        let is_coefficient = |name: &&str| name.starts_with("sigma");
+        let mut coefficients = own.iter().filter(|name| is_coefficient(name)).peekable();
+        if coefficients.peek().is_some() && !coefficients.any(|name| object.contains_key(*name)) {
+            return Err(fields.bad("", value, "sigma_s or sigma_a in it"));
+        }
+        Ok(Some(fields))
+    }
+
+    /// One of them, if it is there.
+    pub(super) fn get(&self, name: &str) -> Option<&'a Value> {
+        self.value.get(name)
+    }
+
+    /// One number for all colour channels, or one for each; 0 if it is missing.
+    fn coefficient(&self, name: &str) -> Result<Vec3, LoadError> {
+        self.colour(name)?.map_or(Ok(Vec3::ZERO), Ok)
+    }
+
+    /// The same, if it is there.
+    pub(super) fn colour(&self, name: &str) -> Result<Option<Vec3>, LoadError> {
+        let read = |value: &Value| {
+            let colour = number(value).map(Vec3::splat).or_else(|| vector(value));
+            colour
+                .filter(|colour| colour.min_element() >= 0.0)
+                .ok_or_else(|| self.bad(name, value, "one number or three, finite, not negative"))
+        };
+        self.get(name).map(read).transpose()
+    }
+
+    /// The phase function, isotropic if none is named.
+    pub(super) fn phase(&self) -> Result<PhaseFunction, LoadError> {
+        phase(self.value, self.owner)
+    }
+
+    /// The error of a field.
+    pub(super) fn bad(&self, field: &str, value: &Value, expected: &'static str) -> LoadError {
+        bad(self.owner, field, value, expected)
+    }
+}
+
+fn phase(fields: &Value, owner: &str) -> Result<PhaseFunction, LoadError> {
+    let bad = |field: &str, value: &Value, expected| bad(owner, field, value, expected);
     let name = fields.get("phase");
     // Parameters that the function does not have.
     let only = |own: &[&str]| {
@@ -145,10 +233,10 @@ fn phase(fields: &Value) -> Result<PhaseFunction, LoadError> {
     }
 }
 
-fn bad(field: &str, value: &Value, expected: &'static str) -> LoadError {
+fn bad(owner: &str, field: &str, value: &Value, expected: &'static str) -> LoadError {
     let dot = if field.is_empty() { "" } else { "." };
     LoadError::bad_value(
-        format!("\"medium{dot}{field}\" in the extras"),
+        format!("\"{owner}{dot}{field}\" in the extras"),
         match value {
             Value::Number(number) => number.to_string(),
             other => kind(other).into(),

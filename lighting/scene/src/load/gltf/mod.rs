@@ -19,6 +19,7 @@ mod node;
 mod pose;
 mod primitive;
 mod quad;
+mod smoke;
 #[cfg(test)]
 mod tests;
 mod texture;
@@ -165,9 +166,11 @@ impl<'a> Builder<'a> {
             Some(&root.asset.extras),
         ];
         for extras in extras.into_iter().flatten() {
-            self.scene.medium = medium::medium(extras, self.offset)?;
-            if self.scene.medium.is_some() {
-                break;
+            if self.scene.medium.is_none() {
+                self.scene.medium = medium::medium(extras, self.offset)?;
+            }
+            if self.scene.height_fog.is_none() {
+                self.scene.height_fog = medium::height_fog(extras, self.offset)?;
             }
         }
         let mut meshes = self

@@ -62,6 +62,7 @@ impl Builder<'_> {
                 self.mesh_instances(index, &name, inherited, world)?;
                 self.punctual_light(index, &name, world)?;
                 self.extension_area_light(index, &name, world)?;
+                self.smoke(index, &name, world)?;
             }
             self.camera(node, &name, world)?;
             for &child in node.children.iter().flatten().rev() {

@@ -417,6 +417,84 @@ fn the_medium_comes_from_the_extras() {
 }
 
 #[test]
+fn fog_that_thins_out_comes_from_the_extras() {
+    let with = |fog: &str| with_nodes("{}", &format!(r#","extras":{{"heightFog":{fog}}}"#));
+    let fog = r#"{"sigma_s":[0.1,0.2,0.3],"scaleHeight":12,"altitude":-2,"phase":"rayleigh"}"#;
+    let scene = with(fog).unwrap().scene;
+    let fog = scene.height_fog.unwrap();
+    assert!(scene.medium.is_none());
+    assert_eq!(fog.sigma_s(), Vec3::new(0.1, 0.2, 0.3));
+    assert_eq!((fog.altitude(), fog.scale_height()), (-2.0, 12.0));
+    assert_eq!(fog.phase(), PhaseFunction::Rayleigh);
+    for (bad, of) in [
+        (r#"{"sigma_s":1}"#, "heightFog.scaleHeight"),
+        (r#"{"scaleHeight":1}"#, "sigma_s or sigma_a"),
+        (
+            r#"{"sigma_s":1,"scaleHeight":"x"}"#,
+            "heightFog.scaleHeight",
+        ),
+        (r#"{"sigma_s":1,"scaleHeight":1,"box":0}"#, "heightFog"),
+        (r#"{"sigma_s":-1,"scaleHeight":1}"#, "heightFog.sigma_s"),
+        ("3", "heightFog"),
+    ] {
+        let error = with(bad).unwrap_err().to_string();
+        assert!(error.contains(of), "{bad}: {error}");
+    }
+}
+
+#[test]
+#[cfg(feature = "vol")]
+fn smoke_in_a_file_of_its_own_stands_where_its_node_does() {
+    use crate::{PhaseFunction, Translucent};
+
+    // Two cubes of a metre, dense on the right.
+    let mut vol = b"VOL\x03".to_vec();
+    for word in [1_u32, 2, 1, 1, 1] {
+        vol.extend(word.to_le_bytes());
+    }
+    for number in [0.0_f32, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 8.0] {
+        vol.extend(number.to_le_bytes());
+    }
+    let (draft, mesh) = tetrahedron();
+    let read = |smoke: &str, bytes: &[u8]| {
+        let node =
+            format!(r#"{{"translation":[10,0,0],"scale":[2,2,2],"extras":{{"smoke":{smoke}}}}}"#);
+        let document = draft.glb(&format!(
+            r#"{mesh},"nodes":[{{"mesh":0}},{node}],"scenes":[{{"nodes":[0,1]}}]"#
+        ));
+        gltf_from_slice(&document, &mut |path| {
+            assert_eq!(path, "plume.vol");
+            Ok(bytes.to_vec())
+        })
+    };
+    let smoke = r#"{"uri":"plume.vol","albedo":[0.9,0.8,0.7],"phase":"henyey-greenstein","g":0.5}"#;
+    let loaded = read(smoke, &vol).unwrap();
+    let [Translucent::Grid(grid)] = &loaded.scene.translucent[..] else {
+        panic!("{:?}", loaded.scene.translucent);
+    };
+    assert_eq!(grid.albedo(), Vec3::new(0.9, 0.8, 0.7));
+    assert_eq!(grid.phase(), PhaseFunction::HenyeyGreenstein { g: 0.5 });
+    let near = |found: Vec3, expected: Vec3| (found - expected).abs().max_element() < 1e-4;
+    assert!(near(grid.bounds().min(), Vec3::new(10.0, 0.0, 0.0)));
+    assert!(near(grid.bounds().max(), Vec3::new(12.0, 2.0, 2.0)));
+    let media = crate::Media::of(&loaded.scene);
+    let at = |x: f64| media.extinction_at(glam::DVec3::new(x, 1.0, 1.0)).x;
+    // Per metre of the world, whatever the size.
+    assert!((at(11.0) - 4.0).abs() < 1e-6 && (at(11.5) - 6.0).abs() < 1e-6);
+    for (smoke, bytes, of) in [
+        (r#"{"uri":"plume.vol","albedo":2}"#, &vol[..], "albedo"),
+        (r#"{"uri":"plume.vol","sigma_s":2}"#, &vol, "smoke"),
+        (r#"{"uri":"plume.vol"}"#, &vol[..40], "bytes"),
+        (r#"{"uri":"plume.vol"}"#, b"PNG", "neither VOL nor NanoVDB"),
+        (r#"{"uri":7}"#, &vol, "smoke.uri"),
+        (r#""plume.vol""#, &vol, "smoke"),
+    ] {
+        let error = read(smoke, bytes).unwrap_err().to_string();
+        assert!(error.contains(of), "{smoke}: {error}");
+    }
+}
+
+#[test]
 fn the_extras_of_the_scene_go_before_those_of_the_document_and_the_asset() {
     let (draft, mesh) = tetrahedron();
     let extras = |sigma: f32| format!(r#""extras":{{"medium":{{"sigma_s":{sigma}}}}}"#);
