@@ -12,6 +12,7 @@ use lighting::precomputed::Form;
 use lighting::scene::Bounds;
 use shadow_dag::Share;
 
+use crate::added::AddedOptions;
 use crate::devices::BackendName;
 use crate::parse::{self, Size, Square};
 use crate::scene_options::{FileOptions, Surroundings};
@@ -177,9 +178,15 @@ pub(crate) struct Compare {
     pub(crate) backend: Vec<BackendName>,
 
     /// Relative error that a pixel of the reference may have; with area lights never less
-    /// than 2e-3, or 1e-2 with --quick
+    /// than 2e-3, or 1e-2 with --quick, and where smoke or uneven fog is seen never less than
+    /// 1e-3, or 5e-3 with --quick
     #[arg(long, value_name = "SHARE", default_value = "1e-6", value_parser = parse::tolerance)]
     pub(crate) tolerance: f64,
+
+    /// Let smoke cast shadows into even fog without being seen itself, and leave out fog
+    /// that thins out: what is compared then are the methods of shadows in even fog
+    #[arg(long)]
+    pub(crate) smoke_unseen: bool,
 
     /// Print what would run and what would not, with reasons, and stop
     #[arg(long)]
@@ -554,6 +561,9 @@ pub(crate) struct SceneOptions {
 
     #[command(flatten)]
     pub(crate) medium: MediumOptions,
+
+    #[command(flatten)]
+    pub(crate) added: AddedOptions,
 
     #[command(flatten)]
     pub(crate) file: FileOptions,

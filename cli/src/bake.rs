@@ -13,6 +13,7 @@ use lighting::scene::load::printable;
 use lighting::scene::{Geometry, Light};
 use shadow_dag::{SetBake, Surfaces};
 
+use crate::added::AddedOptions;
 use crate::args::{Bake, MediumOptions, NodeForm, SceneOptions};
 use crate::checkpoint;
 use crate::failure::Failure;
@@ -176,6 +177,7 @@ fn scene_options(args: &Bake) -> SceneOptions {
         map: None,
         surroundings: args.surroundings,
         medium: MediumOptions::default(),
+        added: AddedOptions::default(),
         file: args.file.clone(),
     }
 }
@@ -357,6 +359,7 @@ mod tests {
             map: None,
             surroundings: Surroundings::default(),
             medium: MediumOptions::default(),
+            added: AddedOptions::default(),
             file: FileOptions::default(),
         };
         let input = Input::load("city", &options).unwrap();

@@ -77,6 +77,8 @@ impl Input {
         let about = |failure: Failure| failure.about(name);
         let is_bare = scene.camera.is_none() && scene.lights.is_empty();
         options.surroundings.place(&mut scene, offset)?;
+        let for_file = options.file.for_file();
+        (options.added).add(&mut scene, offset, &for_file, &mut notes)?;
         for meant in &options.no_shadow {
             take_shadow(&mut scene, meant).map_err(about)?;
         }
@@ -256,7 +258,8 @@ fn read(name: &str, options: &SceneOptions) -> Result<Loaded, Failure> {
     let SceneOptions { seed, file, .. } = options;
     if let Some(embedded) = Embedded::from_name(name) {
         let no_ground = options.surroundings.no_ground.then_some("--no-ground");
-        if let Some(option) = file.first_given().or(no_ground) {
+        let of_file = file.first_given().filter(|_| options.added.is_empty());
+        if let Some(option) = of_file.or(no_ground) {
             return Err(Failure::new(format!(
                 "{option} is that of a file, and {name} is an embedded scene"
             )));
@@ -302,7 +305,7 @@ fn no_scene(name: &str) -> Failure {
             .contains(&&*extension)
             .then(|| file.display().to_string())
     });
-    let embedded: Vec<&str> = Embedded::ALL.iter().map(|scene| scene.name()).collect();
+    let embedded: Vec<&str> = Embedded::listed().map(Embedded::name).collect();
     let names = files.chain(embedded.iter().map(ToString::to_string));
     Failure::new(format!(
         "there is no file {name}, and no embedded scene of that name{}; embedded scenes are {}",
@@ -413,6 +416,37 @@ pub(crate) fn describe_medium(medium: Option<&Medium>) -> String {
         coefficient(medium.sigma_s()),
         coefficient(medium.sigma_a())
     )
+}
+
+/// All that fills the air in words.
+pub(crate) fn describe_media(media: &Media<'_>) -> String {
+    let mut parts = Vec::new();
+    if let Some(medium) = media.medium().filter(|medium| **medium != Medium::VACUUM) {
+        parts.push(describe_medium(Some(medium)));
+    }
+    if let Some(fog) = media.height_fog() {
+        parts.push(format!(
+            "fog that thins out by e every {} m",
+            crate::format::significant(f64::from(fog.scale_height()))
+        ));
+    }
+    if !media.is_homogeneous() && media.boxes().next().is_some() {
+        let smoke = media.boxes().count()
+            - usize::from(
+                media
+                    .medium()
+                    .is_some_and(|medium| medium.bounds().is_some()),
+            );
+        if smoke > 0 {
+            parts.push("smoke".into());
+        }
+    }
+    match &parts[..] {
+        [] => "vacuum".into(),
+        [first, rest @ ..] => rest
+            .iter()
+            .fold(first.clone(), |all, part| all + " and " + part),
+    }
 }
 
 /// The phase function in words.

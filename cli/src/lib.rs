@@ -12,6 +12,7 @@
 //!
 //! and finds it in `compare`, `render` and `methods`.
 
+mod added;
 mod args;
 mod bake;
 mod checkpoint;

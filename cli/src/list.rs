@@ -18,8 +18,8 @@ pub(crate) fn methods(methods: &Registry, args: &Methods) -> Result<(), Failure>
         return print(&format!("{:#}\n", methods_as_json(methods)));
     }
     let mut text = String::from(
-        "Qualities are those of `compare`, which leaves out methods of smoke that is seen; `render`\n\
-         takes any method with --method and --quality.\n\
+        "Qualities are those of `compare`, which compares methods that see smoke where there is\n\
+         some, and the others elsewhere; `render` takes any method with --method and --quality.\n\
          Most methods are a source of lit runs × an evaluator of the light of a run; `render` takes\n\
          any such pair with --visibility, --samples, --airlight, --nodes.\n\n",
     );
@@ -91,9 +91,9 @@ struct Measured {
 /// Runs `crepuscular scenes`.
 pub(crate) fn scenes(args: &Scenes) -> Result<(), Failure> {
     let cpu = Cpu::new();
-    let bar = progress::bar("figures", Embedded::ALL.len() as u64);
+    let bar = progress::bar("figures", Embedded::listed().count() as u64);
     let mut all = Vec::new();
-    for embedded in Embedded::ALL {
+    for embedded in Embedded::listed() {
         let scene = embedded.build(args.seed);
         let geometry = Geometry::new(&scene)?;
         let mut lights = Vec::new();

@@ -27,6 +27,7 @@ fn a_scene_of_smoke_and_hair_is_compared_with_what_they_let_through() {
         place.path(),
         &[
             &["compare", "translucent", "--methods", "translucent,none"][..],
+            &["--smoke-unseen"],
             &SMALL,
         ]
         .concat(),
@@ -42,6 +43,97 @@ fn a_scene_of_smoke_and_hair_is_compared_with_what_they_let_through() {
     assert!(with < 0.05 && without > 0.2, "{with} {without}");
     let curves = std::fs::read_to_string(report.join("curves.csv")).unwrap();
     assert!(curves.contains("1500 strands") && curves.contains("600 particles"));
+}
+
+#[test]
+fn smoke_that_is_seen_is_compared_by_the_methods_that_see_it() {
+    let place = tempfile::tempdir().unwrap();
+    let plan = succeeds(
+        place.path(),
+        &["compare", "smoke-columns", "--plan", "--backend", "cpu"],
+    );
+    assert!(
+        plan.contains("fog that thins out by e every 0.9 m and smoke"),
+        "{plan}"
+    );
+    assert!(plan.contains("runs: reference: exact visibility × quadrature through the media"));
+    assert!(!plan.contains("runs: ray marching"), "{plan}");
+    let left_out = plan
+        .lines()
+        .find(|line| line.contains("(march x midpoint)"));
+    assert!(left_out.unwrap().contains("--smoke-unseen"), "{plan}");
+
+    let text = succeeds(
+        place.path(),
+        &[
+            &[
+                "compare",
+                "smoke-columns",
+                "--methods",
+                "media-area-8,media-unshadowed,double",
+            ][..],
+            &SMALL,
+        ]
+        .concat(),
+    );
+    assert!(
+        text.contains("Leaving the shadows out would be an error"),
+        "{text}"
+    );
+    let report = place.path().join("crepuscular-report");
+    let csv = std::fs::read_to_string(report.join("results.csv")).unwrap();
+    let error = |method: &str| {
+        let rows = csv.lines().filter(|row| row.contains(method));
+        let errors = rows.map(|row| row.split(',').nth(6).unwrap().parse::<f64>().unwrap());
+        errors.fold(f64::INFINITY, f64::min)
+    };
+    let (with, without) = (error("media-area-8"), error("media-unshadowed"));
+    assert!(with < 0.05 && without > 0.2, "{with} {without}");
+    assert!(error("media-double-march") > with);
+    let page = std::fs::read_to_string(report.join("index.html")).unwrap();
+    assert!(page.contains("differ by less than 0.5 % per pixel"));
+}
+
+#[test]
+fn smoke_and_hair_of_other_files_stand_in_any_scene() {
+    let place = tempfile::tempdir().unwrap();
+    // Two cubes of a metre: 8 per metre on the right.
+    let mut vol = b"VOL\x03".to_vec();
+    for word in [1_u32, 2, 1, 1, 1] {
+        vol.extend(word.to_le_bytes());
+    }
+    for number in [0.0_f32, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 8.0] {
+        vol.extend(number.to_le_bytes());
+    }
+    std::fs::write(place.path().join("puff.vol"), vol).unwrap();
+    let plan = |options: &[&str]| {
+        let all = [
+            &["compare", "coil", "--plan", "--backend", "cpu"][..],
+            options,
+        ]
+        .concat();
+        run(place.path(), &all)
+    };
+    let with = plan(&["--smoke", "puff.vol@-0.5,1,0,0.5", "--smoke", "puff.vol"]);
+    let text = String::from_utf8_lossy(&with.stdout).into_owned();
+    assert!(
+        with.status.success() && text.contains("and smoke"),
+        "{text}"
+    );
+    assert_eq!(
+        text.matches("a density grid of 2 x 1 x 1").count(),
+        2,
+        "{text}"
+    );
+    for (options, why) in [
+        (["--smoke", "none.vol"], "there is no such file"),
+        (["--hair", "puff.vol"], "there is no hair in it"),
+        (["--smoke", "puff.vol@1,2"], "X,Y,Z"),
+    ] {
+        let failed = plan(&options);
+        let text = String::from_utf8_lossy(&failed.stderr).into_owned();
+        assert!(!failed.status.success() && text.contains(why), "{text}");
+    }
 }
 
 #[test]
@@ -284,7 +376,14 @@ fn lists_name_everything() {
     let methods = succeeds(place.path(), &["methods"]);
     assert!(methods.contains("equi-angular x gauss-1") && methods.contains("HPG 2013"));
     let scenes = succeeds(place.path(), &["scenes", "--map", "64"]);
-    for name in ["city", "landscape", "hairball", "smoke", "stiff"] {
+    for name in [
+        "city",
+        "landscape",
+        "hairball",
+        "smoke",
+        "stiff",
+        "smoke-room",
+    ] {
         assert!(
             scenes.lines().any(|line| line.starts_with(name)),
             "{scenes}"

@@ -37,7 +37,7 @@ pub(crate) fn floors(
     budget: Budget,
 ) -> Result<Vec<MapFloor>, MethodError> {
     let lets_through = job.input.geometry.coatings().any_see_through();
-    if lets_through || !job.input.scene.translucent.is_empty() {
+    if lets_through || job.sees_media || !job.input.scene.translucent.is_empty() {
         return Ok(Vec::new());
     }
     let bar = progress::bar("shadow maps by themselves", maps.len() as u64);

@@ -45,9 +45,11 @@ pub(crate) struct Job<'a> {
     pub(crate) areas: &'a [AreaEmitters],
     /// Texels per side of a shadow map.
     pub(crate) map: u32,
-    /// Parts that the reference cuts rays into behind translucent casters;
-    /// `None` if there are none.
+    /// Parts that the reference cuts rays into behind translucent casters that are not
+    /// seen themselves; `None` if there are none.
     pub(crate) parts: Option<u32>,
+    /// Whether smoke and fog that thins out are seen.
+    pub(crate) sees_media: bool,
 }
 
 impl<'a> Job<'a> {

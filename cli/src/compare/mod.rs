@@ -31,7 +31,6 @@ use lighting::methods::Registry;
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::format::{count, seconds};
-use crate::input::describe_medium;
 use crate::output::PendingFolder;
 use crate::picture::Picture;
 use crate::print::{complain, note, print, summarise};
@@ -116,9 +115,8 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
 
 /// Why nothing was measured, and what to do about it.
 fn remedy(results: &Results, prepared: &Prepared) -> String {
-    let scene = &prepared.input.scene;
     let is_dark = prepared.emitters.is_empty();
-    if scene.medium.is_none() {
+    if prepared.medium.is_none() {
         return "the scene has no medium that scatters; give it one with --sigma-s".into();
     }
     if is_dark {
@@ -194,7 +192,7 @@ fn compare(
         scene: input.scene.name.clone(),
         light: input.light_kinds(),
         lights: input.lights(),
-        medium: describe_medium(input.scene.medium.as_ref()),
+        medium: prepared.describe_air(),
         triangles: input.geometry.triangles().len(),
         statistics: statistics::of(input, prepared.emitters.len()),
         size: *size,

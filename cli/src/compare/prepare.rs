@@ -5,7 +5,7 @@ use lighting::Emitter;
 use lighting::methods::Registry;
 use lighting::plan::Plan;
 use lighting::scene::view::View;
-use lighting::scene::{AreaEmitters, Camera};
+use lighting::scene::{AreaEmitters, Camera, Medium, Translucent};
 
 use super::backends::Backends;
 use super::measure::Job;
@@ -15,7 +15,7 @@ use super::size::{Counted, fitted};
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::format::count;
-use crate::input::{Input, describe_medium};
+use crate::input::{Input, describe_media, describe_medium};
 use crate::maps;
 use crate::parse::Size;
 
@@ -32,6 +32,10 @@ pub(crate) struct Prepared {
     pub(crate) emitters: Vec<Emitter>,
     /// The area lights among them.
     pub(crate) areas: Vec<AreaEmitters>,
+    /// The homogeneous medium; a vacuum where others are seen alone.
+    pub(crate) medium: Option<Medium>,
+    /// Whether smoke and fog that thins out are seen.
+    pub(crate) sees_media: bool,
     /// Texels per side of shadow maps.
     pub(crate) map: u32,
     pub(crate) selection: Selection,
@@ -44,14 +48,30 @@ impl Prepared {
         let asked = args.size.unwrap_or(Size { width, height });
         let mut input = Input::for_picture(&args.scene, &args.options, asked)?;
         let camera = input.camera()?;
-        let counted = Counted {
-            lights: input.counted_lights(),
-            casters: input.counted_casters(),
-            parts: parts(&input, args.quick),
+        let sees_media = !args.smoke_unseen && !input.media().is_homogeneous();
+        let counted = match sees_media {
+            true => counted_in_media(&input),
+            false => Counted {
+                lights: input.counted_lights(),
+                casters: input.counted_casters(),
+                parts: parts(&input, args.quick),
+            },
         };
         let size = fitted(asked, counted, seconds);
         let view = View::new(&Cpu::new(), &camera, &input.tracer, size.width, size.height)?;
-        let plan = Plan::new(&input.emitters, input.scene.medium.as_ref(), view.rays());
+        let medium = match sees_media {
+            true => input.medium_of_air(),
+            false => input.scene.medium,
+        };
+        let plan = match sees_media {
+            true => Plan::of_media(&input.emitters, &input.media(), view.rays()),
+            false => Plan::new(&input.emitters, medium.as_ref(), view.rays()),
+        };
+        if sees_media && input.scene.translucent.iter().any(emits) {
+            input
+                .notes
+                .push("what smoke emits itself is not compared".into());
+        }
         let emitters = input.picked(plan.emitters());
         let areas = input.areas(plan.emitters());
         let asked_map = args
@@ -69,6 +89,8 @@ impl Prepared {
             plan,
             emitters,
             areas,
+            medium,
+            sees_media,
             map,
             selection: Selection::default(),
             backends,
@@ -76,7 +98,7 @@ impl Prepared {
         let mut selection = {
             let job = prepared.job(args.quick);
             let inputs = job.as_ref().map(|job| job.inputs(&()));
-            select(methods, args, &prepared.plan, inputs.as_ref())
+            select(methods, args, &prepared.plan, inputs.as_ref(), sees_media)
         };
         let backends = &prepared.backends;
         selection.left_out.extend(backends.left_out.clone());
@@ -89,7 +111,7 @@ impl Prepared {
 
     /// What is measured; nothing if there is no airlight.
     pub(crate) fn job(&self, quick: bool) -> Option<Job<'_>> {
-        let medium = self.input.scene.medium.as_ref()?;
+        let medium = self.medium.as_ref()?;
         (!self.emitters.is_empty()).then_some(Job {
             input: &self.input,
             camera: &self.camera,
@@ -99,7 +121,10 @@ impl Prepared {
             emitters: &self.emitters,
             areas: &self.areas,
             map: self.map,
-            parts: parts(&self.input, quick),
+            parts: (!self.sees_media)
+                .then(|| parts(&self.input, quick))
+                .flatten(),
+            sees_media: self.sees_media,
         })
     }
 
@@ -112,7 +137,7 @@ impl Prepared {
             input.lights(),
             count(input.emitters.len(), "emitter"),
             count(input.geometry.triangles().len(), "triangle"),
-            describe_medium(input.scene.medium.as_ref())
+            self.describe_air()
         );
         for note in self.notes() {
             text += &format!("note: {note}\n");
@@ -124,6 +149,14 @@ impl Prepared {
             text += &format!("left out: {what} ({why})\n");
         }
         text
+    }
+
+    /// What is seen of the air, in words.
+    pub(crate) fn describe_air(&self) -> String {
+        match self.sees_media {
+            true => describe_media(&self.input.media()),
+            false => describe_medium(self.input.scene.medium.as_ref()),
+        }
     }
 
     /// What was placed, assumed or reduced.
@@ -149,7 +182,11 @@ impl Prepared {
         if self.selection.candidates.is_empty() {
             return passes;
         }
-        passes.push(if self.input.scene.translucent.is_empty() {
+        passes.push(if self.sees_media {
+            "reference: exact visibility × quadrature through the media, cell by cell towards \
+             eye and light"
+                .into()
+        } else if self.input.scene.translucent.is_empty() {
             "reference: exact visibility × quadrature with a bound on its error".into()
         } else {
             "reference: exact visibility, in short parts × their exact transmittance × quadrature"
@@ -180,6 +217,43 @@ impl Prepared {
         passes
     }
 }
+
+/// Whether it glows.
+fn emits(caster: &Translucent) -> bool {
+    matches!(caster, Translucent::Grid(grid) if !grid.emission().is_empty())
+}
+
+/// What the reference does in media that are seen: in each cell on a ray it looks through as
+/// many towards the light, and it asks every particle and every piece of a strand.
+fn counted_in_media(input: &Input) -> Counted {
+    let mut cells = 0.0;
+    let mut pieces = 0;
+    for caster in &input.scene.translucent {
+        match caster {
+            Translucent::Grid(grid) => {
+                let [x, y, z] = grid.resolution().map(f64::from);
+                cells += (x * y * z).cbrt();
+            }
+            Translucent::Particles(some) => pieces += some.all().len(),
+            Translucent::Strands(strands) => pieces += strands.piece_count() / PIECES_PER_PARTICLE,
+        }
+    }
+    Counted {
+        // Points stand for area lights here.
+        lights: input.emitters.len(),
+        // Triangles take no time beside cells.
+        casters: 0,
+        parts: Some(PARTS_IN_MEDIA + (cells * cells * PARTS_PER_CELL_PAIR) as u32 + pieces as u32),
+    }
+}
+
+/// Parts that are as much work as a ray through fog that thins out, and as one cell seen
+/// through another. Counted on grids of 48 to 128 cells a side.
+const PARTS_IN_MEDIA: u32 = 6;
+const PARTS_PER_CELL_PAIR: f64 = 0.008;
+
+/// Pieces of strands that are as much work as a particle.
+const PIECES_PER_PARTICLE: usize = 40;
 
 /// Parts that the reference cuts rays into, if there is hair or smoke.
 fn parts(input: &Input, quick: bool) -> Option<u32> {

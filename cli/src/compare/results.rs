@@ -145,6 +145,8 @@ pub(crate) struct ReferenceFacts {
     pub(crate) parts: Option<u32>,
     /// Whether there are area lights, over which it is integrated.
     pub(crate) has_areas: bool,
+    /// Whether smoke and fog that thins out are seen.
+    pub(crate) sees_media: bool,
 }
 
 /// One method at one quality on one backend.
@@ -343,6 +345,7 @@ pub(crate) mod tests {
                 absolute: false,
                 parts: None,
                 has_areas: false,
+                sees_media: false,
             },
             pictures: Pictures {
                 surfaces: flat(0.2),

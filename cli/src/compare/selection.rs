@@ -1,6 +1,6 @@
 //! Which methods and qualities are compared, and why the others are not.
 
-use lighting::methods::{Entry, FrameInputs, Registry, Role, Verdict};
+use lighting::methods::{Entry, FrameInputs, Method, Registry, Role, Verdict};
 use lighting::plan::{Plan, Subject};
 
 use super::results::LeftOut;
@@ -96,13 +96,30 @@ pub(crate) fn dropped(
     lines
 }
 
+/// Why a method is left out of pictures in which smoke is seen, or is not.
+fn out_of_place(sees_media: bool, entry: &Entry, inputs: &FrameInputs<'_>) -> Option<String> {
+    let why = match (sees_media, entry.sees_heterogeneous_media()) {
+        (true, false) => {
+            "it sees even fog alone, and the medium is not the same everywhere; its shadows are \
+             compared with --smoke-unseen"
+        }
+        (false, true) if !inputs.media().is_homogeneous() => {
+            "smoke and uneven fog are not seen here (--smoke-unseen)"
+        }
+        _ => return None,
+    };
+    Some(why.into())
+}
+
 /// Chooses from the registry by the options and the plan of the scene; without
-/// `inputs` there is no airlight.
+/// `inputs` there is no airlight. `sees_media` tells whether smoke and uneven fog are
+/// part of the pictures.
 pub(crate) fn select(
     methods: &Registry,
     args: &Compare,
     plan: &Plan,
     inputs: Option<&FrameInputs<'_>>,
+    sees_media: bool,
 ) -> Selection {
     let mut selection = Selection::default();
     for part in plan.left_out() {
@@ -126,10 +143,12 @@ pub(crate) fn select(
         } else if shown.refines_map && args.quick {
             Some("a quick comparison (--quick)".into())
         } else if let Some(inputs) = inputs {
-            match entry.method().applies(inputs) {
-                Verdict::Applies => None,
-                Verdict::Pointless(why) | Verdict::Impossible(why) => Some(why.into_owned()),
-            }
+            out_of_place(sees_media, entry, inputs).or_else(|| {
+                match entry.method().applies(inputs) {
+                    Verdict::Applies => None,
+                    Verdict::Pointless(why) | Verdict::Impossible(why) => Some(why.into_owned()),
+                }
+            })
         } else {
             Some(no_airlight())
         };

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use lighting::Ray;
 use reference::oracle::image::{Options, Reference, reference};
-use reference::oracle::{area, translucent};
+use reference::oracle::media::Air;
+use reference::oracle::{area, media_image, translucent};
 
 use super::measure::Job;
 use super::results::ReferenceFacts;
@@ -17,29 +18,49 @@ const AREA_TOLERANCE: f64 = 2e-3;
 /// The same in a quick comparison.
 const QUICK_AREA_TOLERANCE: f64 = 1e-2;
 
-/// The reference of a picture, behind translucent casters too if there are any.
-/// Area lights are what they are, and not the points that stand for them, unless there
-/// are such casters.
+/// The tolerance where smoke or uneven fog is seen, at least: what is in the way of light
+/// and eye has a kink at each cell, so that each step beyond costs twice the last one.
+const MEDIA_TOLERANCE: f64 = 1e-3;
+
+/// The same in a quick comparison.
+const QUICK_MEDIA_TOLERANCE: f64 = 5e-3;
+
+/// The reference of a picture, behind translucent casters too if there are any, and with
+/// those that scatter if they are seen. Area lights are what they are, and not the points
+/// that stand for them, unless there are such casters or media.
 pub(crate) fn converge(
     job: &Job<'_>,
     rays: &[Ray],
     tolerance: f64,
     quick: bool,
 ) -> (Reference, ReferenceFacts) {
-    let with_areas = job.parts.is_none() && !job.areas.is_empty();
-    let tolerance = if with_areas {
-        tolerance.max(if quick {
-            QUICK_AREA_TOLERANCE
-        } else {
-            AREA_TOLERANCE
-        })
-    } else {
-        tolerance
+    let with_areas = !job.sees_media && job.parts.is_none() && !job.areas.is_empty();
+    let least = match (job.sees_media, with_areas, quick) {
+        (true, _, true) => QUICK_MEDIA_TOLERANCE,
+        (true, _, false) => MEDIA_TOLERANCE,
+        (_, true, true) => QUICK_AREA_TOLERANCE,
+        (_, true, false) => AREA_TOLERANCE,
+        _ => 0.0,
     };
+    let tolerance = tolerance.max(least);
     let bar = progress::bar("reference", rays.len() as u64);
     let clock = Instant::now();
     let progress = |rays: usize| bar.inc(rays as u64);
     let truth = match job.parts {
+        _ if job.sees_media => {
+            let scene = &job.input.scene;
+            let air = Air {
+                medium: Some(job.medium),
+                height_fog: scene.height_fog.as_ref(),
+                translucent: &scene.translucent,
+            };
+            let options = Options {
+                tolerance,
+                progress: &progress,
+                ..Options::default()
+            };
+            media_image::reference(rays, air, job.emitters, &job.input.geometry, options)
+        }
         Some(parts) => translucent::reference(
             rays,
             job.emitters,
@@ -91,6 +112,7 @@ pub(crate) fn converge(
         absolute,
         parts: job.parts,
         has_areas: with_areas,
+        sees_media: job.sees_media,
     };
     (truth, facts)
 }
@@ -105,5 +127,6 @@ pub(crate) fn nothing() -> ReferenceFacts {
         absolute: true,
         parts: None,
         has_areas: false,
+        sees_media: false,
     }
 }

@@ -18,7 +18,9 @@ pub(super) fn section(results: &Results) -> Markup {
         ul {
             li {
                 b { "What is compared" }
-                ": the airlight, which is the light that fog scatters towards the eye along each ray of the picture, summed over the lights. Surfaces are the same for all methods and take no part in any error or time."
+                ": the airlight, which is the light that fog "
+                @if reference.sees_media { "and smoke scatter" } @else { "scatters" }
+                " towards the eye along each ray of the picture, summed over the lights. Surfaces are the same for all methods and take no part in any error or time."
             }
             li {
                 b { "Reference" }
@@ -59,6 +61,12 @@ fn way(results: &Results) -> String {
     let reference = &results.reference;
     let bound = error(reference.bound, reference.absolute);
     match reference.parts {
+        None if reference.sees_media => format!(
+            "exact lit runs of every ray, cut at the faces of cells and the edges of media; on each part the light that is scattered at Gauss's nodes, \
+dimmed by the exact optical depth of all media towards eye and light, in double precision, by code that shares only its input with the methods: rays, lights, triangles, media. \
+Parts are halved until n and 2n nodes differ by less than {} per pixel; the largest difference of a pixel, which is far above its error, is {bound}",
+            error(reference.tolerance, false)
+        ),
         None if reference.has_areas => format!(
             "exact lit runs of every ray × quadrature in double precision, integrated over the area lights, which are divided until the parts agree with their quarters, \
 by code that shares only its input with the methods: rays with their ends, lights, triangles. Asked for {} per pixel; the largest estimate of the error of a pixel is {bound}. \

@@ -53,6 +53,8 @@ pub(crate) struct Kind {
     /// that is short by nature has none: it runs however little time is left, so
     /// that what it finds does not depend on the machine.
     pub(crate) seconds: Option<[f64; 2]>,
+    /// Whether it measures light in the homogeneous medium of the scene.
+    pub(crate) in_fog: bool,
     /// Why there is nothing to measure in a scene, if so.
     pub(crate) pointless: fn(&Subject<'_>) -> Option<&'static str>,
     pub(crate) run: fn(&Subject<'_>, &Limit<'_>) -> Result<Study, Failure>,
@@ -188,7 +190,9 @@ pub(crate) fn run_all(
     stop: &AtomicBool,
 ) -> Result<Vec<Study>, Failure> {
     let run = |kind: &Kind| {
-        if let Some(why) = (kind.pointless)(subject) {
+        let is_clear = kind.in_fog && subject.medium.scatters_nothing();
+        let clear = is_clear.then_some("no homogeneous medium scatters light");
+        if let Some(why) = clear.or_else(|| (kind.pointless)(subject)) {
             let mut study = kind.blank();
             study.leave_out("", why);
             return Ok(study);

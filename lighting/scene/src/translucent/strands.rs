@@ -103,6 +103,21 @@ impl Strands {
         })
     }
 
+    /// The same strands `scale` times as large and thick, seen from the origin, and then
+    /// moved by `shift`.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] if a point or a thickness is then beyond what
+    /// [`Strands::new`] takes.
+    pub fn placed(&self, shift: Vec3, scale: f32) -> Result<Self, SceneError> {
+        let placed = self.points.iter().map(|point| StrandPoint {
+            position: shift + scale * point.position,
+            thickness: scale * point.thickness,
+            ..*point
+        });
+        Self::new(placed.collect(), self.ends.clone())
+    }
+
     /// The points of all strands, one after the other.
     pub fn points(&self) -> &[StrandPoint] {
         &self.points

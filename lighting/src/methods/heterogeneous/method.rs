@@ -85,11 +85,10 @@ fn check(steps: u32, unit: &'static str) -> Result<(), MethodError> {
 }
 
 fn needs_media(inputs: &FrameInputs<'_>) -> Verdict {
-    let why = match inputs.media().is_homogeneous() {
-        true => "the medium is the same everywhere",
-        false => "smoke is a caster of shadows in comparisons: their reference does not show it",
-    };
-    Verdict::Pointless(why.into())
+    match inputs.media().is_homogeneous() {
+        true => Verdict::Pointless("the medium is the same everywhere".into()),
+        false => Verdict::Applies,
+    }
 }
 
 fn has_hair(inputs: &FrameInputs<'_>) -> bool {

@@ -33,6 +33,7 @@ pub(super) const KIND: Kind = Kind {
     csv: "area-lights.csv",
     columns: value_columns,
     seconds: Some([1.5, 40.0]),
+    in_fog: true,
     pointless,
     run,
 };

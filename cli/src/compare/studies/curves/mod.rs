@@ -29,6 +29,7 @@ pub(super) const KIND: Kind = Kind {
     csv: "curves.csv",
     columns,
     seconds: None,
+    in_fog: false,
     pointless,
     run,
 };

@@ -25,6 +25,7 @@ pub(super) const KIND: Kind = Kind {
     csv: "airlight.csv",
     columns,
     seconds: None,
+    in_fog: true,
     pointless,
     run,
 };

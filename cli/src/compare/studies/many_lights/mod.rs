@@ -27,6 +27,7 @@ pub(super) const KIND: Kind = Kind {
     csv: "many-lights.csv",
     columns: value_columns,
     seconds: Some([1.0, 40.0]),
+    in_fog: true,
     pointless: |_| None,
     run,
 };

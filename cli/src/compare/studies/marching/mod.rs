@@ -25,6 +25,7 @@ pub(super) const KIND: Kind = Kind {
     csv: "marching.csv",
     columns: value_columns,
     seconds: Some([1.0, 30.0]),
+    in_fog: false,
     pointless,
     run,
 };

@@ -31,6 +31,7 @@ pub(super) const KIND: Kind = Kind {
     csv: "precomputed-voxelized-shadows.csv",
     columns,
     seconds: Some([1.2, 25.0]),
+    in_fog: false,
     pointless,
     run,
 };

@@ -30,6 +30,7 @@ pub(super) const KIND: Kind = Kind {
     csv: "voxels.csv",
     columns: value_columns,
     seconds: Some([1.5, 15.0]),
+    in_fog: true,
     pointless,
     run,
 };
