@@ -103,6 +103,7 @@ pub(crate) enum Command {
     Inspect(Inspect),
     Methods(Methods),
     Scenes(Scenes),
+    Stress(Stress),
     Completions(Completions),
     Man(Man),
 }
@@ -500,6 +501,39 @@ pub(crate) struct Inspect {
 /// List the methods: what each is for and who described it
 #[derive(Debug, Args)]
 pub(crate) struct Methods {
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Run every method in every hard case: what breaks, and how far off it is
+///
+/// Small pictures that are extreme in one respect: optical depths from 1e-6 to 1e6, lights
+/// at the eye, in walls and 1e6 m away, views and spots of 0.1° to almost 180°, slivers and
+/// coincident triangles, scenes of micrometres, of 1000 km and far from the origin. Each
+/// method that applies makes each picture on each backend. For each there is a row:
+/// median and worst error against a converged reference, and where. A violation is a
+/// pixel that is not a number, infinite or negative; an error above the bound of a method
+/// that has one; or a picture of the GPU that differs from the CPU's by more than twice
+/// what the method is off. Returns 1 if there is a violation.
+#[derive(Debug, Args)]
+pub(crate) struct Stress {
+    /// Only methods whose name contains one of these (see `crepuscular methods`)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) methods: Vec<String>,
+
+    /// Only cases whose name contains one of these
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) cases: Vec<String>,
+
+    /// Backends to run on [default: all that are present]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) backend: Vec<BackendName>,
+
+    /// Texels per side of a shadow map
+    #[arg(long, value_name = "TEXELS", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub(crate) map: u32,
+
     /// As JSON
     #[arg(long)]
     pub(crate) json: bool,

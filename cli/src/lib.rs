@@ -38,6 +38,7 @@ mod render;
 mod report;
 mod scene_options;
 mod shadow_files;
+mod stress;
 mod suggest;
 mod surfaces;
 
@@ -78,6 +79,7 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
         Command::Inspect(args) => inspect::run(&args),
         Command::Methods(args) => list::methods(methods, &args),
         Command::Scenes(args) => list::scenes(&args),
+        Command::Stress(args) => stress::run(methods, &args),
         Command::Completions(args) => manual::completions(Arguments::command(methods), &args),
         Command::Man(args) => manual::man(Arguments::command(methods), &args),
     });

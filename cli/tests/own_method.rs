@@ -12,12 +12,21 @@ use lighting::methods::{
 
 /// The same light from everywhere.
 #[derive(Debug)]
-struct Constant;
+struct Constant {
+    name: &'static str,
+    /// Light for each unit of quality.
+    light: f32,
+}
+
+const CONSTANT: Constant = Constant {
+    name: "constant",
+    light: 0.01,
+};
 
 impl Method for Constant {
     fn about(&self) -> About {
         About {
-            name: "constant".into(),
+            name: self.name.into(),
             title: "constant light",
             purpose: "an example",
             paper: "none",
@@ -43,7 +52,7 @@ impl<B: Backend> RunOn<B> for Constant {
         quality: u32,
         radiance: &mut BufferOf<B, [f32; 4]>,
     ) -> Result<(), MethodError> {
-        let light = 0.01 * quality as f32;
+        let light = self.light * quality as f32;
         let all = vec![[light, light, light, 0.0]; frame.inputs.rays.len()];
         *radiance = frame.backend.upload(&all)?;
         Ok(())
@@ -51,8 +60,12 @@ impl<B: Backend> RunOn<B> for Constant {
 }
 
 fn crepuscular(arguments: &[&str]) -> ExitCode {
+    with(CONSTANT, arguments)
+}
+
+fn with(method: Constant, arguments: &[&str]) -> ExitCode {
     let arguments = ["crepuscular"].iter().chain(arguments);
-    let methods = Registry::standard().with(Constant);
+    let methods = Registry::standard().with(method);
     crepuscular_cli::run(&methods, arguments.map(OsString::from))
 }
 
@@ -118,4 +131,35 @@ fn it_is_listed_compared_and_rendered_like_any_other() {
         &picture,
     ]);
     assert_ne!(format!("{wrong:?}"), format!("{:?}", ExitCode::SUCCESS));
+}
+
+/// What is no light arrives in the picture as it is, and is found there.
+#[test]
+fn stress_finds_what_is_no_light() {
+    for (name, light, code) in [
+        ("constant", 0.01, 0),
+        ("not a number", f32::NAN, 1),
+        ("endless", f32::INFINITY, 1),
+        ("negative", -1.0, 1),
+    ] {
+        let found = with(
+            Constant { name, light },
+            &["stress", "--methods", name, "--cases", "one pixel,a row"],
+        );
+        assert_eq!(
+            format!("{found:?}"),
+            format!("{:?}", ExitCode::from(code)),
+            "{name}"
+        );
+    }
+    let bounded = crepuscular(&[
+        "stress",
+        "--backend",
+        "cpu",
+        "--methods",
+        "exact,no shadows",
+    ]);
+    assert_eq!(format!("{bounded:?}"), format!("{:?}", ExitCode::SUCCESS));
+    let unknown = crepuscular(&["stress", "--cases", "no such case"]);
+    assert_eq!(format!("{unknown:?}"), format!("{:?}", ExitCode::from(2)));
 }

@@ -124,6 +124,20 @@ impl FrameInputs<'_> {
             .collect()
     }
 
+    /// The optical depth from the eye to the point light that is behind most fog.
+    fn depth_of_lights(&self) -> f32 {
+        let (eye, medium) = (self.camera.eye(), self.medium);
+        let depths = self.emitters.iter().map(|emitter| match emitter {
+            Emitter::Directional(_) => 0.0,
+            Emitter::Point(point) => {
+                let way = point.position() - eye;
+                let inside = medium.length_inside(eye, way.normalize_or_zero(), way.length());
+                medium.sigma_t().max_element() * inside
+            }
+        });
+        depths.fold(0.0, f32::max)
+    }
+
     /// Whether an evaluator of plain points has something to evaluate: a plain point,
     /// or the full cone of a spotlight.
     fn has_plain_points(&self) -> Verdict {
@@ -363,6 +377,9 @@ impl Evaluators for Doubles {
     }
 }
 
+/// The optical depth whose exponential is the largest number of single precision.
+const DEEPEST: f32 = 88.0;
+
 /// The table of Sun et al. as published.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Published;
@@ -392,6 +409,14 @@ impl Evaluators for Published {
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         if inputs.medium.phase() != PhaseFunction::Isotropic {
             let why = "the published table is one of isotropic scattering";
+            return Verdict::Impossible(why.into());
+        }
+        let depth = inputs.depth_of_lights();
+        if depth > DEEPEST {
+            let why = format!(
+                "the factor of the published table grows like e^τ beyond what single precision holds: \
+                 a light is {depth:.1e} mean free paths away"
+            );
             return Verdict::Impossible(why.into());
         }
         inputs.has_plain_points()

@@ -2,8 +2,10 @@
 //! are known to break.
 
 mod casters;
+mod frames;
 
 pub use casters::{CasterCase, caster_cases};
+pub use frames::{FrameCase, frame_cases};
 
 use std::f32::consts::FRAC_PI_4;
 

@@ -464,7 +464,13 @@ impl Plane {
         let (x_low, x_high) = match self.light {
             PlaneLight::Sun { slope } => (low.0 - slope * low.1, b.0 - slope * b.1),
             PlaneLight::Point { foot, h } => {
-                if low.1 >= h {
+                // What touches the light lies on a line through it and hides a single
+                // point, wherever rounding has put it.
+                let rounding = 1e-12 * (h + foot.abs());
+                let is_at_light = |point: (f64, f64)| {
+                    (h - point.1).abs() <= rounding && (point.0 - foot).abs() <= rounding
+                };
+                if low.1 >= h || is_at_light(low) || is_at_light(b) {
                     return None;
                 }
                 let from_light = |point: (f64, f64)| foot + (point.0 - foot) * (h / (h - point.1));
@@ -474,7 +480,7 @@ impl Plane {
                     // The segment reaches the light's height: its shadow has
                     // no end on the side where it does.
                     let aside = at_height(h).0 - foot;
-                    if aside.abs() <= 1e-12 * (h + foot.abs()) {
+                    if aside.abs() <= rounding {
                         // A surface through the light hides a single point.
                         return None;
                     }
@@ -523,6 +529,31 @@ mod tests {
         lit.iter()
             .map(|part| (part.interval.start, part.interval.end))
             .collect()
+    }
+
+    /// Walls that meet in a lamp, whose corners rounding puts to either side of it.
+    #[test]
+    fn a_light_in_a_corner_of_walls_lights_what_is_between_them() {
+        let corner = Vec3::new(3.0, -1.5, -4.0);
+        let (x, y, z) = (-6.0 * Vec3::X, 4.0 * Vec3::Y, 5.0 * Vec3::Z);
+        let positions = vec![
+            corner,
+            corner + x,
+            corner + x + y,
+            corner + y,
+            corner + z,
+            corner + x + z,
+        ];
+        let walls = tracer(positions, vec![[0, 2, 1], [0, 3, 2], [0, 5, 4], [0, 1, 5]]);
+        let light = point(corner.x, corner.y, corner.z);
+        let eye = Vec3::new(-0.3, 0.4, 2.5);
+        for step in 0..50 {
+            let turn = 0.01 * (step - 25) as f32;
+            let ray = Ray::new(eye, Vec3::new(turn, 0.3 * turn, -1.0).normalize(), 5.0).unwrap();
+            let parts = lit(&walls, &light, ray);
+            assert_eq!(parts.len(), 1, "{step}: {parts:?}");
+            assert_eq!(parts[0].0, 0.0, "{step}: {parts:?}");
+        }
     }
 
     fn point(x: f32, y: f32, z: f32) -> Emitter {

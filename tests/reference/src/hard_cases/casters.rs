@@ -211,6 +211,11 @@ fn bulb() -> Piece {
 
 const LAMP: Vec3 = Vec3::new(0.9, 1.1, -0.6);
 
+/// The room with an opaque card.
+pub(super) fn solid_room() -> Scene {
+    room(vec![card(white())])
+}
+
 /// A back wall, a floor and a beam, which hold whatever else there is, a sun, a lamp
 /// and fog.
 fn room(pieces: Vec<Piece>) -> Scene {

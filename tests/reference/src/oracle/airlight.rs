@@ -86,7 +86,9 @@ impl<'a> Airlight<'a> {
         };
         match lamp {
             Lamp::Sun(sun) => self.add_sun(sun, inside.start, lit),
-            Lamp::Point(point) => self.add_point(point, inside.start, lit),
+            Lamp::Point(point) => {
+                self.add_point(NearLight::new(&self.line, point, inside.start), lit);
+            }
         }
     }
 
@@ -95,7 +97,7 @@ impl<'a> Airlight<'a> {
     /// its distance from the eye, the light is moved away from the line, to
     /// that distance, before its light is summed over the same parts.
     pub fn add_off_the_light(&mut self, lamp: &Lamp, reach: Span, lit: &[Span]) {
-        if let Lamp::Point(point) = lamp {
+        if let (Lamp::Point(point), Some(inside)) = (lamp, self.fog.inside(&self.line)) {
             let (foot, offset) = self.line.nearest(point.position);
             let h = offset.length();
             let nearest = (NEAREST * foot.hypot(h)).max(NEAREST_METRES);
@@ -103,8 +105,15 @@ impl<'a> Airlight<'a> {
                 let aside = offset
                     .try_normalize()
                     .unwrap_or_else(|| self.line.direction.any_orthonormal_vector());
-                let moved = point.moved_to(self.line.at(foot) - nearest * aside);
-                return self.add(&Lamp::Point(moved), lit);
+                let near = NearLight {
+                    lamp: point.moved_to(self.line.at(foot) - nearest * aside),
+                    foot,
+                    // Coordinates would round it.
+                    h: nearest,
+                    aside,
+                    entry: inside.start,
+                };
+                return self.add_point(near, lit);
             }
         }
         self.add(lamp, lit);
@@ -122,20 +131,20 @@ impl<'a> Airlight<'a> {
         }
     }
 
-    fn add_point(&mut self, lamp: &PointLamp, entry: f64, lit: &[Span]) {
+    fn add_point(&mut self, near: NearLight, lit: &[Span]) {
         let line = self.line;
-        let near = NearLight::new(&line, lamp, entry);
         let (foot, term) = (near.foot, self.points.len());
         self.points.push(near);
+        let (points, fog) = (&self.points, self.fog);
+        let lamp = &points[term].lamp;
+        let (pieces, suns) = (&mut self.pieces, &mut self.suns);
         let mut edges = Vec::new();
         for part in lit {
             edges.clear();
             edges.push(foot);
             lamp.edges(&line, &mut edges);
             lamp.cookie_edges(&line, &mut edges);
-            self.fog.point_edges(&line, lamp.position, &mut edges);
-            let (points, fog) = (&self.points, self.fog);
-            let (pieces, suns) = (&mut self.pieces, &mut self.suns);
+            fog.point_edges(&line, lamp.position, &mut edges);
             for_each_piece(*part, &mut edges, |piece, middle| {
                 if !lamp.reaches(line.at(middle)) {
                     return;

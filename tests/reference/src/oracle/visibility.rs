@@ -224,10 +224,11 @@ impl Region {
     /// `None` for the light itself.
     fn cast_from(&self, [u, v]: [f64; 2], h: f64) -> Option<f64> {
         let aside = u - self.foot;
-        if v < h {
-            Some(u + aside * (v / (h - v)))
-        } else if aside.abs() <= ROUNDING * (h + self.foot.abs()) {
+        let rounding = ROUNDING * (h + self.foot.abs());
+        if h - v <= rounding && aside.abs() <= rounding {
             None
+        } else if v < h {
+            Some(u + aside * (v / (h - v)))
         } else {
             Some(aside * f64::INFINITY)
         }

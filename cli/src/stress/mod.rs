@@ -1,0 +1,103 @@
+//! Every method in every hard picture: what is not a number, what misses its bound, and
+//! where the backends differ.
+
+mod case;
+mod judge;
+mod table;
+
+use std::sync::atomic::Ordering;
+
+use gpu_backend::Cpu;
+use gpu_backend::gpu::{Gpu, Queued};
+use lighting::methods::{Entry, Registry};
+use reference::hard_cases::{FrameCase, frame_cases};
+
+use crate::args::Stress;
+use crate::devices;
+use crate::failure::Failure;
+use crate::print::{note, print};
+use crate::{interrupt, progress};
+use case::Case;
+use judge::Finding;
+
+/// Runs `crepuscular stress`.
+pub(crate) fn run(methods: &Registry, args: &Stress) -> Result<(), Failure> {
+    let cases = chosen(
+        frame_cases().into_iter(),
+        &args.cases,
+        |case: &FrameCase, part| case.name.contains(part),
+        "--cases",
+    )?;
+    let entries = chosen(
+        methods.compared(),
+        &args.methods,
+        |entry: &&Entry, filter| entry.matches(filter),
+        "--methods",
+    )?;
+    let (devices, _) = devices::find(&args.backend)?;
+    let stop = interrupt::flag()?;
+    let bar = progress::bar("hard cases", cases.len() as u64);
+    let mut findings: Vec<Finding> = Vec::new();
+    let mut done = 0;
+    for case in cases {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        let case = Case::new(case, args.map);
+        for device in &devices {
+            match &device.context {
+                None => {
+                    let cpu = Cpu::new();
+                    findings.extend(case.run(&cpu, &device.label, &entries)?);
+                }
+                Some(context) => {
+                    let gpu: Gpu<Queued> = Gpu::new(context.clone());
+                    findings.extend(case.run(&gpu, &device.label, &entries)?);
+                }
+            }
+        }
+        done += 1;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    judge::compare_backends(&mut findings);
+    let text = match args.json {
+        true => format!("{:#}\n", table::json(&findings, done)),
+        false => table::text(&findings, done),
+    };
+    print(&text)?;
+    if stop.load(Ordering::Relaxed) {
+        note(&["interrupted: the cases behind are missing".into()]);
+    }
+    match findings
+        .iter()
+        .filter(|finding| finding.is_violation())
+        .count()
+    {
+        0 if findings.is_empty() => Err(Failure::nothing("no method applies to these cases")),
+        0 => Ok(()),
+        _ => Err(Failure::nothing(
+            "violations were found; they are listed above",
+        )),
+    }
+}
+
+/// Those of a list that any of the filters means, or all without a filter; a filter
+/// that means none is an error.
+fn chosen<T>(
+    all: impl Iterator<Item = T>,
+    filters: &[String],
+    means: impl Fn(&T, &str) -> bool,
+    option: &str,
+) -> Result<Vec<T>, Failure> {
+    let all: Vec<T> = all.collect();
+    for filter in filters {
+        if !all.iter().any(|item| means(item, filter)) {
+            return Err(Failure::new(format!(
+                "{option} {filter}: there is none of this name"
+            )));
+        }
+    }
+    let is_meant = |item: &T| filters.is_empty() || filters.iter().any(|f| means(item, f));
+    Ok(all.into_iter().filter(is_meant).collect())
+}
