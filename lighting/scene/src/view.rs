@@ -1,5 +1,7 @@
 //! The rays of a picture, and what they meet.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use gpu_backend::Cpu;
 
@@ -29,6 +31,60 @@ pub struct View {
     panes: Vec<Pane>,
     /// Where the panes of each ray end; empty if there are none.
     ends: Vec<usize>,
+    cover: Arc<Cover>,
+}
+
+/// What covers a part of what each ray of a picture meets, and is no surface: hair.
+///
+/// A ray has steps, at each of which the share of the light from behind that gets to the
+/// eye falls to another number.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cover {
+    /// Where the steps of each ray end.
+    ends: Vec<usize>,
+    steps: Vec<CoverStep>,
+}
+
+/// Where more of a ray is covered than before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CoverStep {
+    /// Distance along the ray, m. What is exactly there is before it.
+    pub distance: f32,
+    /// The share of the light from behind that gets to the eye, 0 to 1.
+    pub share: f32,
+}
+
+impl Cover {
+    /// The steps of all rays, those of each by rising distance.
+    pub fn new<I: IntoIterator<Item = CoverStep>>(rays: impl IntoIterator<Item = I>) -> Self {
+        let mut cover = Self::default();
+        for ray in rays {
+            cover.steps.extend(ray);
+            cover.ends.push(cover.steps.len());
+        }
+        cover
+    }
+
+    /// True if nothing is covered.
+    pub fn is_clear(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    /// Those of a ray; none if there is no such ray.
+    pub fn steps(&self, ray: usize) -> &[CoverStep] {
+        let Some(&end) = self.ends.get(ray) else {
+            return &[];
+        };
+        let start = ray.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.steps[start..end]
+    }
+
+    /// The share of the light that gets to the eye from a distance along a ray.
+    pub fn share(&self, ray: usize, distance: f32) -> f32 {
+        let steps = self.steps(ray);
+        let before = steps.partition_point(|step| step.distance < distance);
+        before.checked_sub(1).map_or(1.0, |last| steps[last].share)
+    }
 }
 
 impl View {
@@ -73,7 +129,22 @@ impl View {
             hits,
             panes,
             ends,
+            cover: Arc::default(),
         })
+    }
+
+    /// The same view with `cover` before what it sees, in place of another.
+    #[must_use]
+    pub fn with_cover(self, cover: Cover) -> Self {
+        Self {
+            cover: Arc::new(cover),
+            ..self
+        }
+    }
+
+    /// What covers a part of what the rays meet; nothing in a new view.
+    pub fn cover(&self) -> &Arc<Cover> {
+        &self.cover
     }
 
     /// Pixels per row.
@@ -111,5 +182,27 @@ impl View {
     pub fn through_panes(&self, pixel: usize) -> Vec3 {
         let panes = self.panes(pixel).iter();
         panes.map(|pane| pane.transmittance).product()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cover_is_in_steps_and_what_is_at_one_is_before_it() {
+        let step = |distance, share| CoverStep { distance, share };
+        let cover = Cover::new([vec![], vec![step(1.0, 0.5), step(2.0, 0.25)], vec![]]);
+        assert!(!cover.is_clear() && Cover::default().is_clear());
+        for (ray, distance, share) in [
+            (0, 9.0, 1.0),
+            (1, 1.0, 1.0),
+            (1, 1.5, 0.5),
+            (1, f32::INFINITY, 0.25),
+            (2, 3.0, 1.0),
+            (7, 3.0, 1.0),
+        ] {
+            assert_eq!(cover.share(ray, distance), share);
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Cem Yuksel's HAIR files, version 1.
 
+use glam::Vec3;
+
 use super::limits::{Budget, Notes};
 use super::words::{Words, vec3};
 use super::{LoadError, LoadOptions, Loaded, MAX_DECODED_BYTES};
@@ -21,7 +23,7 @@ const INFO: u64 = 88;
 /// # Errors
 /// [`LoadError::Truncated`], [`LoadError::BadValue`],
 /// [`LoadError::Unsupported`], [`LoadError::TooLarge`]; [`LoadError::Scene`] for
-/// a point that [`Strands::new`] refuses.
+/// a point that [`Strands::new`] refuses, or a colour that [`Strands::with_colours`] does.
 pub fn hair_from_slice(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.check()?;
     let mut words = Words::new(bytes);
@@ -50,10 +52,12 @@ pub fn hair_from_slice(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, Lo
         header.transparency,
         "transparency",
     )?;
-    if header.arrays & COLOURS != 0 {
-        words.skip("the HAIR colours", 12 * count)?;
-        notes.add("colours of hair ignored");
-    }
+    let colours = if header.arrays & COLOURS != 0 {
+        let colours = words.items::<12>("the HAIR colours", count)?;
+        colours.map(vec3).collect()
+    } else {
+        vec![header.colour]
+    };
     if words.available() > 0 {
         notes.add(format!(
             "{} bytes after the last array ignored",
@@ -71,7 +75,7 @@ pub fn hair_from_slice(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, Lo
         })
         .collect();
     let scene = Scene {
-        translucent: vec![Strands::new(points, ends)?.into()],
+        translucent: vec![Strands::new(points, ends)?.with_colours(colours)?.into()],
         ..Scene::default()
     };
     Ok(Loaded {
@@ -90,6 +94,7 @@ struct Header {
     segments: u32,
     thickness: f32,
     transparency: f32,
+    colour: Vec3,
 }
 
 impl Header {
@@ -102,9 +107,9 @@ impl Header {
             segments: words.u32(what)?,
             thickness: f32::from_le_bytes(words.item(what)?),
             transparency: f32::from_le_bytes(words.item(what)?),
+            colour: vec3(words.item(what)?),
         };
-        // The colour for files without colours, and the information.
-        words.skip(what, 12 + INFO)?;
+        words.skip(what, INFO)?;
         if header.arrays & POINTS == 0 {
             return Err(LoadError::Unsupported("a HAIR file without points".into()));
         }
@@ -268,7 +273,15 @@ mod tests {
                 0.75
             };
             assert!(near(last.thickness, thickness) && near(last.opacity, opacity));
-            assert_eq!(loaded.notes.len(), usize::from(arrays & COLOURS != 0));
+            if pieces > 0 {
+                let colour = strands.colour(pieces - 1, 1.0);
+                let expected = match arrays & COLOURS != 0 {
+                    true => Vec3::new(0.12, 0.13, 0.14),
+                    false => Vec3::new(1.0, 0.5, 0.0),
+                };
+                assert!(colour.abs_diff_eq(expected, 1e-6), "{colour}");
+            }
+            assert!(loaded.notes.is_empty());
         }
     }
 
@@ -290,6 +303,7 @@ mod tests {
             (with(12, &[31, 0, 0, 0]), "thickness needs 20 bytes"),
             (with(20, &(-1.0_f32).to_le_bytes()), "thickness is -1"),
             (with(24, &f32::NAN.to_le_bytes()), "opacity is NaN"),
+            (with(28, &2.0_f32.to_le_bytes()), "colour is"),
             (with(128, &[9, 0]), "is 5, expected"),
             (with(132, &f32::INFINITY.to_le_bytes()), "strand point 0"),
         ] {

@@ -124,8 +124,8 @@
 //! # HAIR
 //!
 //! Cem Yuksel's format, with any combination of its arrays. A point's thickness
-//! is the diameter of the strand, its opacity 1 − transparency; colours have no
-//! effect.
+//! is the diameter of the strand, its opacity 1 − transparency. Colours, those of the
+//! points or that of the header, are taken as linear RGB from 0 to 1.
 //!
 //! # VOL
 //!

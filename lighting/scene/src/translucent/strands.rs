@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{around, check_position, check_size};
+use super::{around, check_colour, check_position, check_size};
 use crate::{Bounds, SceneError};
 
 /// A point of a strand.
@@ -27,6 +27,8 @@ pub struct Strands {
     ends: Vec<u32>,
     /// The first point of each piece.
     pieces: Vec<u32>,
+    /// That of each point, or one for all.
+    colours: Vec<Vec3>,
 }
 
 /// The cylinder between two points of a strand.
@@ -41,6 +43,9 @@ pub struct Piece {
 }
 
 impl Strands {
+    /// The colour of strands that were given none: brown hair, linear RGB.
+    pub const COLOUR: Vec3 = Vec3::new(0.36, 0.21, 0.11);
+
     /// Strand `i` has the points from `ends[i − 1]` (0 for the first) to before
     /// `ends[i]`. A strand of less than two points is legal and invisible.
     ///
@@ -100,6 +105,7 @@ impl Strands {
             points,
             ends,
             pieces,
+            colours: vec![Self::COLOUR],
         })
     }
 
@@ -115,7 +121,34 @@ impl Strands {
             thickness: scale * point.thickness,
             ..*point
         });
-        Self::new(placed.collect(), self.ends.clone())
+        let placed = Self::new(placed.collect(), self.ends.clone())?;
+        Ok(Self {
+            colours: self.colours.clone(),
+            ..placed
+        })
+    }
+
+    /// The same strands in other colours: one for all, or one per point, linear RGB.
+    /// A colour is the share of the light that a strand does not absorb, 0 to 1.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] for a colour outside of 0 to 1;
+    /// [`SceneError::LengthMismatch`] unless there is one, or as many as points.
+    pub fn with_colours(self, colours: Vec<Vec3>) -> Result<Self, SceneError> {
+        if colours.len() != 1 && colours.len() != self.points.len() {
+            return Err(SceneError::LengthMismatch {
+                owner: "strands".into(),
+                what: "the list of colours",
+                actual: colours.len(),
+                expected: self.points.len(),
+            });
+        }
+        for (index, colour) in colours.iter().enumerate() {
+            let owner = || format!("strand point {index}");
+            let expected = "numbers from 0 to 1";
+            check_colour(owner, "colour", *colour, 1.0, expected)?;
+        }
+        Ok(Self { colours, ..self })
     }
 
     /// The points of all strands, one after the other.
@@ -150,6 +183,28 @@ impl Strands {
             radius: 0.25 * (a.thickness + b.thickness),
             opacity: 0.5 * (a.opacity + b.opacity),
         }
+    }
+
+    /// The colour of a piece, at a share of its length from its first point.
+    ///
+    /// # Panics
+    /// If there are fewer pieces.
+    pub fn colour(&self, piece: usize, share: f32) -> Vec3 {
+        let first = self.pieces[piece] as usize;
+        match self.colours[..] {
+            [one] => one,
+            ref of_points => of_points[first].lerp(of_points[first + 1], share),
+        }
+    }
+
+    /// The strand that a piece belongs to ends with this piece: the next one is not
+    /// joined to it.
+    ///
+    /// # Panics
+    /// If there are fewer pieces.
+    pub fn is_last_piece(&self, piece: usize) -> bool {
+        let next = self.pieces.get(piece + 1);
+        next.is_none_or(|next| *next != self.pieces[piece] + 1)
     }
 
     /// A box around all pieces, `None` if there is none.
@@ -197,6 +252,28 @@ mod tests {
         assert!(bounds.min().abs_diff_eq(min, 1e-5) && bounds.max().abs_diff_eq(max, 1e-5));
         let invisible = Strands::new(points(1), vec![1]).unwrap();
         assert_eq!(invisible.bounds(), None);
+    }
+
+    #[test]
+    fn colours_run_from_point_to_point_and_are_checked() {
+        let strands = || Strands::new(points(4), vec![3, 4]).unwrap();
+        assert_eq!(strands().colour(1, 0.5), Strands::COLOUR);
+        let one = strands().with_colours(vec![Vec3::X]).unwrap();
+        assert_eq!(one.colour(1, 0.3), Vec3::X);
+        let each = vec![Vec3::ZERO, Vec3::ONE, Vec3::Z, Vec3::ONE];
+        let each = strands().with_colours(each).unwrap();
+        assert_eq!(each.colour(0, 0.25), Vec3::splat(0.25));
+        assert_eq!(each.colour(1, 0.5), Vec3::new(0.5, 0.5, 1.0));
+        assert!(!each.is_last_piece(0) && each.is_last_piece(1));
+        for (colours, cause) in [
+            (vec![], "0 entries"),
+            (vec![Vec3::ONE; 3], "3 entries"),
+            (vec![Vec3::new(0.0, 1.5, 0.0)], "1.5"),
+            (vec![Vec3::NAN], "NaN"),
+        ] {
+            let error = strands().with_colours(colours).unwrap_err().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
     }
 
     #[test]
