@@ -6,9 +6,11 @@ use gpu_backend::Cpu;
 
 #[cfg(feature = "trace")]
 use crate::Ray;
+#[cfg(feature = "trace")]
+use crate::scene::view::Cover;
 
-/// The see-through surfaces before the ends of the rays of a frame: what is behind
-/// one of them is seen through it, the light of the air too.
+/// The see-through surfaces before the ends of the rays of a frame, and the hair: what is
+/// behind one of them is seen through it, the light of the air too.
 ///
 /// A gather that is given them multiplies the light of each part of a ray by what
 /// all of them before it let through, and cuts the part where the ray meets one.
@@ -53,6 +55,49 @@ impl EyePanes {
         (!all.panes.is_empty()).then_some(all)
     }
 
+    /// What covers `count` rays of which some are covered by these panes, if there are any,
+    /// and by what `cover` has of the pixel of each; `None` if nothing does.
+    #[cfg(feature = "trace")]
+    pub fn with_cover(
+        panes: Option<Self>,
+        cover: &Cover,
+        count: usize,
+        pixel: impl Fn(usize) -> usize,
+    ) -> Option<Self> {
+        if cover.is_clear() {
+            return panes;
+        }
+        let mut all = Self::default();
+        for ray in 0..count {
+            let own = panes.as_ref();
+            // More rays than a u32 counts do not fit into memory.
+            let mut own = own.map_or(&[][..], |panes| panes.of(ray as u32));
+            let mut steps = cover.steps(pixel(ray));
+            let (mut by_panes, mut by_steps) = (Vec3::ONE, 1.0);
+            loop {
+                let from = match (own, steps) {
+                    ([], []) => break,
+                    ([pane, others @ ..], [step, ..]) if pane.from <= step.distance => {
+                        (by_panes, own) = (pane.share, others);
+                        pane.from
+                    }
+                    ([pane, others @ ..], []) => {
+                        (by_panes, own) = (pane.share, others);
+                        pane.from
+                    }
+                    (_, [step, others @ ..]) => {
+                        (by_steps, steps) = (step.share, others);
+                        step.distance
+                    }
+                };
+                let share = by_panes * by_steps;
+                all.panes.push(Behind { from, share });
+            }
+            all.ends.push(all.panes.len() as u32);
+        }
+        Some(all)
+    }
+
     /// Those of the ray of this number, the nearest first; none if there is no such
     /// ray.
     pub(crate) fn of(&self, ray: u32) -> &[Behind] {
@@ -88,5 +133,37 @@ impl EyePanes {
             let [r, g, b] = pane.share.to_array();
             [r, g, b, pane.from].map(f32::to_bits)
         }));
+    }
+}
+
+#[cfg(all(test, feature = "trace"))]
+mod tests {
+    use super::*;
+    use crate::scene::view::CoverStep;
+
+    #[test]
+    fn panes_and_cover_are_put_in_order() {
+        let behind = |from: f32, share: f32| Behind {
+            from,
+            share: Vec3::splat(share),
+        };
+        let panes = || EyePanes {
+            ends: vec![0, 2],
+            panes: vec![behind(1.0, 0.5), behind(3.0, 0.25)],
+        };
+        let step = |distance, share| CoverStep { distance, share };
+        // Of pixels, which are in another order than the rays.
+        let cover = Cover::new([vec![step(2.0, 0.5), step(4.0, 0.25)], vec![step(9.0, 0.0)]]);
+        let both = EyePanes::with_cover(Some(panes()), &cover, 2, |ray| 1 - ray).unwrap();
+        assert_eq!(both.of(0), [behind(9.0, 0.0)]);
+        let expected = [(1.0, 0.5), (2.0, 0.25), (3.0, 0.125), (4.0, 0.0625)];
+        assert_eq!(
+            both.of(1),
+            expected.map(|(from, share)| behind(from, share))
+        );
+        let clear = EyePanes::with_cover(Some(panes()), &Cover::default(), 2, |ray| ray);
+        assert_eq!(clear, Some(panes()));
+        let alone = EyePanes::with_cover(None, &cover, 1, |ray| ray).unwrap();
+        assert_eq!(alone.of(0), [behind(2.0, 0.5), behind(4.0, 0.25)]);
     }
 }

@@ -200,7 +200,8 @@ pub fn radiance<B: LightSurfaces>(
         add(pixel, light, Vec3::ONE);
     }
     for (pixel, light) in sky.into_iter().flatten().enumerate() {
-        add(pixel, light, view.through_panes(pixel));
+        let cover = view.cover().share(pixel, f32::INFINITY);
+        add(pixel, light, cover * view.through_panes(pixel));
     }
     Ok(Indirect {
         radiance,

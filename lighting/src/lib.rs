@@ -58,6 +58,7 @@
 //! | `raytraced_area` | `trace` | area lights by shadow rays and exact runs, the baseline |
 //! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
 //! | `translucent` | `translucent` | maps of transmittance: hair, smoke and glass as lights see them |
+//! | `hair` | `translucent`, `trace` | hair as it is seen: ribbons, lit, before and behind fog and smoke |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
 //! | [`surface_scattering`] | `shadow-map` for shadows | light that reaches these surfaces by way of the fog |
 //! | `indirect` | `shadow-map`, `trace` | the two for a whole view, on any backend |
@@ -82,6 +83,8 @@ mod eye_panes;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
+#[cfg(all(feature = "translucent", feature = "trace"))]
+pub mod hair;
 #[cfg(all(feature = "shadow-map", feature = "trace"))]
 pub mod indirect;
 mod interleaving;

@@ -28,7 +28,8 @@ use crate::visibility::SurfaceShadow;
 /// the lights of its [cluster](crate::culling::Clusters), which changes no bit. What lies
 /// behind a see-through surface is seen through it: each
 /// [pane](View::panes) adds its own light and multiplies that from behind by
-/// its transmittance. The sky is black. `scene` and `geometry` must be
+/// its transmittance. What is behind the [cover](View::cover) of the view is as bright as
+/// that lets through. The sky is black. `scene` and `geometry` must be
 /// those the view was made from.
 pub fn radiance(
     cpu: &Cpu,
@@ -126,7 +127,9 @@ pub fn points(
         let (ray, Some(hit)) = (&view.rays()[pixel], view.hits()[pixel]) else {
             return SurfacePoint::default();
         };
-        let through = view.through_panes(pixel) * through_heterogeneous(&heterogeneous, ray, &hit);
+        let through = view.through_panes(pixel)
+            * through_heterogeneous(&heterogeneous, ray, &hit)
+            * view.cover().share(pixel, hit.distance);
         Surface::new(ray, &hit, scene, geometry).seen(ray, &hit, medium, through)
     })
 }
@@ -147,7 +150,9 @@ pub fn points_of_panes(
         let mut through = Vec3::ONE;
         let point = |pane: &Pane| {
             let surface = Surface::new(ray, &pane.hit, scene, geometry);
-            let before = through * through_heterogeneous(&heterogeneous, ray, &pane.hit);
+            let before = through
+                * through_heterogeneous(&heterogeneous, ray, &pane.hit)
+                * view.cover().share(pixel, pane.hit.distance);
             let point = surface.seen(ray, &pane.hit, medium, before);
             through *= pane.transmittance;
             (pixel, point)
@@ -248,7 +253,8 @@ impl LitView<'_> {
                 };
                 let radiance = surface.emitted + reflected;
                 let even = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
-                radiance * even * through_heterogeneous(&heterogeneous, ray, hit)
+                let cover = view.cover().share(pixel, hit.distance);
+                radiance * even * through_heterogeneous(&heterogeneous, ray, hit) * cover
             };
             let behind = view.hits()[pixel].map_or(Vec3::ZERO, |hit| light(&hit));
             let panes = view.panes(pixel).iter().rev();

@@ -125,6 +125,12 @@ pub trait Method: Send + Sync + Debug {
         false
     }
 
+    /// Whether [what covers the rays](FrameInputs::panes), be it glass or hair, dims the
+    /// light of the air behind it.
+    fn sees_cover(&self) -> bool {
+        false
+    }
+
     /// Whether its rays can [share its work](super::Selection::interleaving): it then
     /// takes the parts that belong to each ray and weighs them. Lights and steps are
     /// such parts; what is made for the whole frame is made once for all of them.

@@ -9,7 +9,7 @@ use super::{
     About, Evaluators, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
 use crate::culling::{self, PickPixels, RayTiles};
-use crate::{Emitter, EyePanes, Gather, Interleaving, LitRays, Ray, Touching};
+use crate::{Emitter, Gather, Interleaving, LitRays, Ray, Touching};
 
 /// A kind of visibility source: how there is one for each light.
 ///
@@ -286,6 +286,10 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
         (qualities, None)
     }
 
+    fn sees_cover(&self) -> bool {
+        true
+    }
+
     fn interleaves(&self, _: &FrameInputs<'_>) -> Verdict {
         self.sources.interleaves()
     }
@@ -342,10 +346,7 @@ where
         let [quality, detail] = self.qualities(quality);
         let touching = self.sources.about().touching;
         let inputs = &frame.inputs;
-        let panes = match inputs.geometry.coatings().any_see_through() {
-            true => EyePanes::new(&Cpu::new(), &*inputs.tracer()?, inputs.rays),
-            false => None,
-        };
+        let panes = inputs.panes()?;
         let culled = match panes.is_some() {
             true => None,
             false => ray_tiles(inputs).map(Culled),

@@ -204,6 +204,10 @@ impl Method for Entry {
         self.method.sees_heterogeneous_media()
     }
 
+    fn sees_cover(&self) -> bool {
+        self.method.sees_cover()
+    }
+
     fn takes_some_pixels(&self) -> Verdict {
         self.method.takes_some_pixels()
     }

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use gpu_backend::{Backend, Host};
+use gpu_backend::{Backend, Cpu, Host};
 
 use super::{Frame, FrameInputs, MethodError, Store, Work};
+use crate::EyePanes;
 use crate::scene::Geometry;
 use crate::scene::trace::Tracer;
+use crate::scene::view::Cover;
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
 
 /// The only one of its kind in a scene.
@@ -35,7 +37,30 @@ pub fn share_tracer(host: &Store<Host>, tracer: &Arc<Tracer>) {
     host.insert("BVH", OfScene, tracer.clone(), 0);
 }
 
+/// Tells the methods of frames of a view what covers it, through the store on the host.
+pub fn share_cover(host: &Store<Host>, cover: &Arc<Cover>) {
+    host.insert("cover", OfScene, cover.clone(), 0);
+}
+
 impl FrameInputs<'_> {
+    /// What covers parts of the rays: see-through surfaces, and what
+    /// [`share_cover`] told of the pixels of the picture; `None` if nothing does.
+    ///
+    /// # Errors
+    /// None; the result is that of the store.
+    pub fn panes(&self) -> Result<Option<EyePanes>, MethodError> {
+        let panes = match self.geometry.coatings().any_see_through() {
+            true => EyePanes::new(&Cpu::new(), &*self.tracer()?, self.rays),
+            false => None,
+        };
+        let cover: Arc<Cover> = self
+            .host
+            .get("cover", OfScene, |_| 0, || Ok(Cover::default()))?;
+        let pixels = self.selection.pixels;
+        let pixel = |ray: usize| pixels.map_or(ray, |pixels| pixels[ray] as usize);
+        Ok(EyePanes::with_cover(panes, &cover, self.rays.len(), pixel))
+    }
+
     /// The hierarchy of the triangles, on the host.
     ///
     /// # Errors

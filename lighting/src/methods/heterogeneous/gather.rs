@@ -1,13 +1,16 @@
 //! The gather along a bundle of rays, for one light.
 
+use std::cell::Cell;
+
 use glam::{DVec3, Vec3};
 use gpu_backend::{Backend, BufferOf, Cpu, Error, Memory};
 
 use super::steps::{Arriving, Limits, Line, Steps};
+use crate::eye_panes::Behind;
 use crate::gather::check_lengths;
 use crate::scene::{Emitter, Media, Medium, ScatteringAngle};
 use crate::visibility::PointVisibility;
-use crate::{Interval, LightPath, Ray, Watch};
+use crate::{EyePanes, Interval, LightPath, Ray, Watch};
 
 /// What a gather through media is asked about.
 #[derive(Debug)]
@@ -20,6 +23,9 @@ pub struct MediaRays<'a, M: Memory> {
     pub media: &'a Media<'a>,
     /// Steps of each ray, at least 1.
     pub steps: u32,
+    /// What covers parts of the rays before their origins, by the number of each ray;
+    /// `None` if nothing does. Steps end where a ray meets it.
+    pub panes: Option<&'a EyePanes>,
     /// Told of progress.
     pub watch: &'a dyn Watch,
 }
@@ -53,8 +59,10 @@ impl<V: PointVisibility> GatherMedia<V> for Cpu {
     ) -> Result<(), Error> {
         check_lengths(lit.rays.len(), radiance.len())?;
         self.for_each_chunk(radiance, RAYS, |first, chunk| {
-            for (sum, ray) in chunk.iter_mut().zip(&lit.rays[first..]) {
-                let light = along(ray, lit, visibility);
+            for (index, sum) in (first..).zip(chunk.iter_mut()) {
+                // More rays than a u32 counts do not fit into memory.
+                let panes = lit.panes.map_or(&[][..], |panes| panes.of(index as u32));
+                let light = along(&lit.rays[index], panes, lit, visibility);
                 for (sum, light) in sum.iter_mut().zip(light.to_array()) {
                     *sum += light as f32;
                 }
@@ -67,6 +75,7 @@ impl<V: PointVisibility> GatherMedia<V> for Cpu {
 
 fn along<V: PointVisibility>(
     ray: &Ray,
+    mut panes: &[Behind],
     lit: &MediaRays<'_, <Cpu as Backend>::Memory>,
     visibility: &V,
 ) -> DVec3 {
@@ -92,17 +101,32 @@ fn along<V: PointVisibility>(
         return DVec3::ZERO;
     }
     let limits = Limits::new(lit.steps, length, line.angle(start, end));
-    let mut sum = DVec3::ZERO;
+    let (mut sum, seen) = (DVec3::ZERO, Cell::new(DVec3::ONE));
     let arriving = |x: f64| arriving(&path, lit.media, x);
     let mut steps = Steps::new(line, limits, arriving, |x: f64, radiance: DVec3| {
         let share = visibility.visibility(ray.at(x as f32)) * Vec3::ONE;
-        sum += share.as_dvec3() * radiance;
+        sum += seen.get() * share.as_dvec3() * radiance;
     });
     let mut pieces = lit.media.along(origin, direction, 0.0, end);
-    while let Some(piece) = pieces.advance() {
-        let (from, to) = (piece.start().max(start), piece.end());
+    'ray: while let Some(piece) = pieces.advance() {
+        let (mut from, to) = (piece.start().max(start), piece.end());
         if piece.is_empty() || !(from < to) {
             continue;
+        }
+        while let [next, others @ ..] = panes
+            && f64::from(next.from) < to
+        {
+            let covered = f64::from(next.from);
+            if from < covered {
+                if !steps.add(&piece, [from, covered]) {
+                    break 'ray;
+                }
+                from = covered;
+            }
+            // What was before it is not seen through it.
+            steps.finish();
+            seen.set(next.share.as_dvec3());
+            panes = others;
         }
         if !steps.add(&piece, [from, to]) {
             break;

@@ -111,21 +111,16 @@ impl Method for Gathered {
         true
     }
 
+    fn sees_cover(&self) -> bool {
+        true
+    }
+
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let mut notes = Vec::new();
-        if has_hair(inputs) {
-            notes.push(match self.make {
-                Some(_) => "hair casts shadows and is not seen itself".into(),
-                None => "hair casts no shadows and is not seen".into(),
-            });
-        }
-        if inputs.geometry.coatings().any_see_through() {
-            notes.push(format!(
-                "see-through surfaces do not dim what is behind them with {}",
-                self.about.name
-            ));
-        }
         if self.make.is_none() {
+            if has_hair(inputs) {
+                notes.push("hair casts no shadow into the air".into());
+            }
             notes.push("smoke casts no shadows".into());
         }
         notes
@@ -191,6 +186,7 @@ impl RunOn<Cpu> for Gathered {
         check(steps, STEPS)?;
         let inputs = &frame.inputs;
         let media = inputs.media();
+        let panes = inputs.panes()?;
         for (light, emitter) in inputs.emitters.iter().enumerate() {
             inputs.go_on(light)?;
             let visibility = self.visibility(frame, light)?;
@@ -199,6 +195,7 @@ impl RunOn<Cpu> for Gathered {
                 emitter,
                 media: &media,
                 steps,
+                panes: panes.as_ref(),
                 watch: inputs.watch,
             };
             frame.pass("gather through media", || {
@@ -240,7 +237,7 @@ impl Method for BruteForce {
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let mut notes = Vec::new();
         if has_hair(inputs) {
-            notes.push("hair is not seen and casts no shadows".into());
+            notes.push("hair casts no shadow into the air".into());
         }
         if inputs.geometry.coatings().any_see_through() {
             notes.push(format!(

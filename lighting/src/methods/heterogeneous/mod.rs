@@ -39,9 +39,9 @@
 //!
 //! Single scattering. Even fog and fog that thins out take light on its way from the
 //! lamp in closed form; what grids and particles take has to be part of V, as it is in
-//! a [map of transmittance](super::translucent). Strands cast shadows and are not seen;
-//! what grids emit is not drawn; see-through surfaces before the eye do not dim what is
-//! behind them. On the CPU alone.
+//! a [map of transmittance](super::translucent). Hair and see-through surfaces before the
+//! eye dim what is behind them where they are [told of](MediaRays::panes); what grids emit
+//! is not drawn. On the CPU alone.
 
 mod baseline;
 mod gather;

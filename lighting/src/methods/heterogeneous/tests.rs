@@ -40,6 +40,7 @@ where
         emitter,
         media,
         steps,
+        panes: None,
         watch: &(),
     };
     Cpu::new()

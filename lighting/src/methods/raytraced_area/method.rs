@@ -93,6 +93,10 @@ impl Method for TracedAreas {
         }
     }
 
+    fn sees_cover(&self) -> bool {
+        true
+    }
+
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         if inputs.areas.is_empty() {
             return Verdict::Impossible("no light has an area".into());
@@ -149,7 +153,7 @@ impl RunOn<Cpu> for TracedAreas {
         let inputs = &frame.inputs;
         let tracer = inputs.tracer()?;
         let airlight = Gauss.kept(frame, NODES)?;
-        let panes = EyePanes::new(frame.backend, &tracer, inputs.rays);
+        let panes = inputs.panes()?;
         let total = inputs.emitters.len();
         let mut next = 0;
         for area in inputs.areas {

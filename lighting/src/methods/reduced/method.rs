@@ -129,6 +129,10 @@ impl<M: Method> Method for Reduced<M> {
             })
     }
 
+    fn sees_cover(&self) -> bool {
+        self.inner.sees_cover()
+    }
+
     fn takes_some_pixels(&self) -> Verdict {
         match self.reduction.is_none() {
             true => self.inner.takes_some_pixels(),

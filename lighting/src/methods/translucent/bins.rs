@@ -18,7 +18,7 @@ const MOST_BINS: usize = 4;
 /// [`SIDE`] texels, and of twice as many at each further level, up to one that
 /// is everything.
 #[derive(Debug)]
-pub(super) struct Bins {
+pub(crate) struct Bins {
     levels: Vec<Level>,
     /// Where the numbers of each bin start; and the end of the last.
     starts: Vec<usize>,
@@ -36,7 +36,7 @@ struct Level {
 
 impl Bins {
     /// Sorts the blockers 0 to before `count`; `texels` tells what each touches.
-    pub(super) fn new(
+    pub(crate) fn new(
         resolution: u32,
         count: usize,
         texels: impl Fn(usize) -> Option<Texels>,
@@ -82,7 +82,7 @@ impl Bins {
     }
 
     /// The numbers of all blockers that may touch the tile, in rising order.
-    pub(super) fn of_tile(&self, tile: &Tile) -> Vec<u32> {
+    pub(crate) fn of_tile(&self, tile: &Tile) -> Vec<u32> {
         let mut found = Vec::new();
         for level in &self.levels {
             level.for_each([&tile.x, &tile.y], |bin| {

@@ -8,7 +8,7 @@ use transmittance::{Accumulate, CurveMap, Evaluate, Filter, Packed, Receiver};
 
 use super::{Casters, FaceBlockers};
 use crate::Emitter;
-use crate::scene::raster::Face;
+use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::{faces, locate};
 use crate::visibility::{PointVisibility, SurfaceShadow};
 
@@ -150,6 +150,21 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
     /// curves of their own.
     pub fn curves(&self) -> &M::Curves {
         &self.curves
+    }
+
+    /// About how wide a texel is at a point that the light sees, m; 0 without casters.
+    pub fn texel_size(&self, point: Vec3) -> f32 {
+        let Some(face) = self.faces.first() else {
+            return 0.0;
+        };
+        let half = 0.5 * self.resolution as f32;
+        match face.rays {
+            Rays::Parallel {
+                half_width,
+                half_height,
+            } => half_width.max(half_height) / half,
+            Rays::Central { tan } => tan * point.distance(face.origin) / half,
+        }
     }
 
     /// How it is asked between texel centres.

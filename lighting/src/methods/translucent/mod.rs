@@ -31,7 +31,7 @@
 //! and the time. Stacked surfaces take two nodes each: more of them than half the
 //! nodes of a curve are approximated, as all else is.
 
-mod bins;
+pub(crate) mod bins;
 mod blockers;
 #[cfg(feature = "wgpu")]
 mod gpu;
@@ -45,10 +45,10 @@ mod method_gpu;
 mod pane_tests;
 mod panes;
 mod particles;
-mod strands;
+pub(crate) mod strands;
 #[cfg(test)]
 mod tests;
-mod view;
+pub(crate) mod view;
 
 pub use blockers::FaceBlockers;
 pub use map::{CurveMemory, MAX_RESOLUTION, TransmittanceMap, TransmittanceMapError};

@@ -15,24 +15,42 @@ use crate::scene::Piece;
 
 /// A piece over the picture of a light.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Outline {
+pub(crate) struct Outline {
     corners: [DVec2; 4],
     /// The ends of the axis in local coordinates and in the picture.
     ends: [DVec3; 2],
     axis: [DVec2; 2],
     radius: f64,
     opacity: f64,
+    /// The ends of the whole piece, of which a part may be behind the origin.
+    #[cfg(feature = "trace")]
+    whole: [DVec3; 2],
+}
+
+/// What a piece covers of a pixel.
+#[cfg(feature = "trace")]
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Covered {
+    /// Share of the pixel.
+    pub(crate) coverage: f64,
+    /// Where the middle of the covered part is on the axis of the piece, of its length.
+    pub(crate) share: f64,
+    /// How far that is from the origin, m.
+    pub(crate) distance: f64,
 }
 
 impl Outline {
     /// `None` if the piece has no area in the picture: it has no thickness or
     /// no length across the light, or is not in front of it. What is nearer to
-    /// the origin of central rays than its own radius is left out.
-    pub(super) fn new(view: &View, piece: &Piece) -> Option<Self> {
+    /// the origin of central rays than its own radius is left out; than its thickness, if
+    /// the origin is an eye.
+    pub(crate) fn new(view: &View, piece: &Piece) -> Option<Self> {
         let radius = f64::from(piece.radius);
-        let mut ends = piece.axis.map(|point| view.local(point));
+        let whole = piece.axis.map(|point| view.local(point));
+        let mut ends = whole;
         if !view.is_parallel() {
-            ends = in_front(ends, radius.max(1e-6 * ends[0].z.max(ends[1].z)))?;
+            let least = (view.nearest * radius).max(1e-6 * ends[0].z.max(ends[1].z));
+            ends = in_front(ends, least)?;
         }
         let along = ends[1] - ends[0];
         // Light rays in this direction from the axis graze the cylinder.
@@ -60,11 +78,13 @@ impl Outline {
             axis: ends.map(|end| view.texel(end)),
             radius,
             opacity: piece.opacity.into(),
+            #[cfg(feature = "trace")]
+            whole,
         })
     }
 
     /// The texels it may cover.
-    pub(super) fn texels(&self, view: &View) -> Option<Texels> {
+    pub(crate) fn texels(&self, view: &View) -> Option<Texels> {
         let min = self.corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
         let max = self
             .corners
@@ -80,6 +100,38 @@ impl Outline {
         texels: Texels,
         put: &mut dyn FnMut([usize; 2], BlockerSegment),
     ) {
+        self.parts(texels, |[x, y], part, coverage| {
+            if let Some(segment) = self.segment(view, part, coverage) {
+                put([x as usize, y as usize], segment);
+            }
+        });
+    }
+
+    /// Calls `put` with what it covers of each of the pixels.
+    #[cfg(feature = "trace")]
+    pub(crate) fn covered(&self, texels: Texels, mut put: impl FnMut([u32; 2], Covered)) {
+        let (start, along) = (self.axis[0], self.axis[1] - self.axis[0]);
+        let [a, b] = self.ends;
+        let axis = self.whole[1] - self.whole[0];
+        self.parts(texels, |texel, part, coverage| {
+            let share = (part.centroid() - start).dot(along) / along.length_squared();
+            // Not where the axis has no length in the picture.
+            if share.is_finite() {
+                let at = a + (b - a) * self.share(share.clamp(0.0, 1.0));
+                put(
+                    texel,
+                    Covered {
+                        coverage,
+                        share: (at - self.whole[0]).dot(axis) / axis.length_squared(),
+                        distance: at.length(),
+                    },
+                );
+            }
+        });
+    }
+
+    /// Calls `put` with its part in each of the texels, and how much of the texel that is.
+    fn parts(&self, texels: Texels, mut put: impl FnMut([u32; 2], &Polygon, f64)) {
         let outline = Polygon::new(self.corners);
         for y in texels.y[0]..texels.y[1] {
             let row = f64::from(y);
@@ -93,10 +145,8 @@ impl Outline {
                 let column = f64::from(x);
                 let part = strip.clipped(0, column, column + 1.0);
                 let coverage = part.area().min(1.0);
-                if coverage > 0.0
-                    && let Some(segment) = self.segment(view, &part, coverage)
-                {
-                    put([x as usize, y as usize], segment);
+                if coverage > 0.0 {
+                    put([x, y], &part, coverage);
                 }
             }
         }
@@ -123,10 +173,16 @@ impl Outline {
         let share = if view.is_parallel() {
             share
         } else {
-            let (near, far) = ((1.0 - share) / a.z, share / b.z);
-            far / (near + far)
+            self.share(share)
         };
         view.depth(a + (b - a) * share)
+    }
+
+    /// The share of the axis at a share of its length in the picture of central rays.
+    fn share(&self, share: f64) -> f64 {
+        let [a, b] = self.ends;
+        let (near, far) = ((1.0 - share) / a.z, share / b.z);
+        far / (near + far)
     }
 }
 
@@ -207,6 +263,25 @@ impl Polygon {
                 columns().fold(f64::NEG_INFINITY, f64::max),
             ]
         })
+    }
+
+    /// Its centre of gravity; the mean of its corners if it has no area.
+    #[cfg(feature = "trace")]
+    fn centroid(&self) -> DVec2 {
+        let corners = self.corners();
+        let first = corners[0];
+        let (mut area, mut moment, mut sum) = (0.0, DVec2::ZERO, DVec2::ZERO);
+        for pair in corners.windows(2) {
+            let (a, b) = (pair[0] - first, pair[1] - first);
+            let twice = a.perp_dot(b);
+            area += twice;
+            moment += twice * (a + b) / 3.0;
+            sum += b;
+        }
+        match area {
+            0.0 => first + sum / corners.len() as f64,
+            area => first + moment / area,
+        }
     }
 
     fn area(&self) -> f64 {

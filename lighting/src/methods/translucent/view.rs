@@ -3,12 +3,14 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::scene::Bounds;
+#[cfg(feature = "trace")]
+use crate::scene::Camera;
 use crate::scene::raster::{Face, Rays};
 
-/// A [`Face`] with its number of texels. *Local* coordinates are those along
+/// A [`Face`] with its number of texels, or the picture of a camera. *Local* coordinates are those along
 /// its right, up and forward.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct View {
+pub(crate) struct View {
     origin: DVec3,
     right: DVec3,
     up: DVec3,
@@ -16,14 +18,18 @@ pub(super) struct View {
     /// Texels per metre to the right and up; per tangent for central rays.
     scale: DVec2,
     parallel: bool,
-    resolution: u32,
+    /// Columns and rows, and half of them.
+    extent: [u32; 2],
+    half: DVec2,
+    /// How many radii of a strand from the origin of central rays it is met at least.
+    pub(super) nearest: f64,
 }
 
 /// The texels whose columns and rows are in these ranges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Texels {
-    pub(super) x: [u32; 2],
-    pub(super) y: [u32; 2],
+pub(crate) struct Texels {
+    pub(crate) x: [u32; 2],
+    pub(crate) y: [u32; 2],
 }
 
 impl View {
@@ -46,7 +52,29 @@ impl View {
             forward: face.forward.as_dvec3(),
             scale,
             parallel,
-            resolution,
+            extent: [resolution; 2],
+            half: DVec2::splat(half),
+            nearest: 1.0,
+        }
+    }
+
+    /// The picture of a camera, of so many columns and rows.
+    #[cfg(feature = "trace")]
+    pub(crate) fn of_camera(camera: &Camera, extent: [u32; 2]) -> Self {
+        let axis = |axis: Vec3| (camera.rotation() * axis).as_dvec3();
+        let half = 0.5 * DVec2::from(extent.map(f64::from));
+        let tan = (0.5 * f64::from(camera.vertical_fov())).tan();
+        Self {
+            origin: camera.eye().as_dvec3(),
+            right: axis(Vec3::X),
+            up: axis(Vec3::Y),
+            forward: axis(Vec3::NEG_Z),
+            scale: DVec2::splat(half.y / tan),
+            parallel: false,
+            extent,
+            half,
+            // Ribbons that face the eye are in front of it then, all of their width.
+            nearest: 2.0,
         }
     }
 
@@ -55,9 +83,9 @@ impl View {
         self.parallel
     }
 
-    /// Texels per side.
+    /// Texels per side of a face.
     pub(super) fn resolution(&self) -> u32 {
-        self.resolution
+        self.extent[0]
     }
 
     pub(super) fn local(&self, point: Vec3) -> DVec3 {
@@ -73,8 +101,11 @@ impl View {
         } else {
             local.truncate() / local.z
         };
-        let half = 0.5 * f64::from(self.resolution);
-        DVec2::new(half + plane.x * self.scale.x, half - plane.y * self.scale.y)
+        let half = self.half;
+        DVec2::new(
+            half.x + plane.x * self.scale.x,
+            half.y - plane.y * self.scale.y,
+        )
     }
 
     /// Depth of a local point.
@@ -89,9 +120,8 @@ impl View {
     /// Start and unit direction of the ray through the middle of a texel, in
     /// local coordinates. Depth counts from the start.
     pub(super) fn ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
-        let half = 0.5 * f64::from(self.resolution);
-        let across = (f64::from(x) + 0.5 - half) / self.scale.x;
-        let upward = (half - f64::from(y) - 0.5) / self.scale.y;
+        let across = (f64::from(x) + 0.5 - self.half.x) / self.scale.x;
+        let upward = (self.half.y - f64::from(y) - 0.5) / self.scale.y;
         if self.parallel {
             (DVec3::new(across, upward, 0.0), DVec3::Z)
         } else {
@@ -108,21 +138,22 @@ impl View {
 
     /// All texels that may see a part of the box between these positions.
     pub(super) fn between(&self, min: DVec2, max: DVec2) -> Option<Texels> {
-        let range = |low: f64, high: f64| {
+        let range = |low: f64, high: f64, count: u32| {
             let first = low.floor().max(0.0);
-            let end = (high.floor() + 1.0).min(f64::from(self.resolution));
+            let end = (high.floor() + 1.0).min(f64::from(count));
             (first < end).then_some([first as u32, end as u32])
         };
+        let [columns, rows] = self.extent;
         Some(Texels {
-            x: range(min.x, max.x)?,
-            y: range(min.y, max.y)?,
+            x: range(min.x, max.x, columns)?,
+            y: range(min.y, max.y, rows)?,
         })
     }
 
     /// Every texel.
     pub(super) fn all(&self) -> Texels {
-        let all = [0, self.resolution];
-        Texels { x: all, y: all }
+        let [x, y] = self.extent.map(|count| [0, count]);
+        Texels { x, y }
     }
 
     /// The texels that may see a box.
@@ -171,7 +202,7 @@ impl View {
 
 impl Texels {
     /// What is in both.
-    pub(super) fn within(self, tile: &transmittance::Tile) -> Option<Self> {
+    pub(crate) fn within(self, tile: &transmittance::Tile) -> Option<Self> {
         let both = |[first, end]: [u32; 2], range: &std::ops::Range<usize>| {
             let first = first.max(u32::try_from(range.start).unwrap_or(u32::MAX));
             let end = end.min(u32::try_from(range.end).unwrap_or(u32::MAX));

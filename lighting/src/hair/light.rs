@@ -1,0 +1,171 @@
+//! The light that hair scatters towards the eye.
+
+use glam::{DVec3, Vec3};
+use gpu_backend::Cpu;
+
+use super::fragments::Fragment;
+use super::{Fibre, SeenHair};
+use crate::Ray;
+use crate::methods::translucent::TransmittanceMap;
+use crate::scene::trace::{Pane, Tracer};
+use crate::scene::view::View;
+use crate::scene::{Emitter, Media, Medium, Scene, Translucent};
+use crate::surface_point::{Arriving, transmittance};
+
+/// What hair is lit by, and seen through.
+#[derive(Debug, Clone, Copy)]
+pub struct LitHair<'a> {
+    /// The view that the hair is seen in.
+    pub view: &'a View,
+    /// Its hair, smoke and fog that thins out.
+    pub scene: &'a Scene,
+    /// Its triangles.
+    pub tracer: &'a Tracer,
+    /// The lights, each with what strands, smoke and particles let through of it. Triangles
+    /// are traced, and must not be in the map.
+    pub lights: &'a [(&'a Emitter, &'a TransmittanceMap)],
+    /// Even fog.
+    pub medium: Option<&'a Medium>,
+    /// What strands do with light.
+    pub fibre: Fibre,
+}
+
+impl SeenHair {
+    /// Radiance of the hair that reaches the eye, one RGB0 per ray of the view; it is to be
+    /// added to that of what is behind the [cover](SeenHair::cover).
+    pub fn radiance(&self, cpu: &Cpu, lit: &LitHair<'_>) -> Vec<[f32; 4]> {
+        let media = Media::new(
+            lit.medium,
+            lit.scene.height_fog.as_ref(),
+            &lit.scene.translucent,
+        );
+        cpu.map(lit.view.rays().len(), |pixel| {
+            let fragments = self.of(pixel);
+            if fragments.is_empty() || lit.lights.is_empty() {
+                return [0.0; 4];
+            }
+            let ray = &lit.view.rays()[pixel];
+            let mut before = Before::new(&media, ray, fragments, lit.view.panes(pixel));
+            let (mut sum, mut left) = (Vec3::ZERO, 1.0);
+            for (index, fragment) in fragments.iter().enumerate() {
+                let seen = before.share(index, fragment.distance);
+                let weight = left * fragment.alpha * seen;
+                if weight != Vec3::ZERO {
+                    sum += weight * lit.scattered(ray, fragment);
+                }
+                left *= 1.0 - fragment.alpha;
+            }
+            [sum.x, sum.y, sum.z, 0.0]
+        })
+    }
+}
+
+/// How far from the axis a map of transmittance is asked, in texels: a filter reads what
+/// a strand has a texel away, and within that texel.
+const TEXELS: f32 = 2.0;
+
+impl LitHair<'_> {
+    /// What a strand sends towards the origin of the ray that meets it.
+    fn scattered(&self, ray: &Ray, fragment: &Fragment) -> Vec3 {
+        let Translucent::Strands(strands) = &self.scene.translucent[fragment.caster as usize]
+        else {
+            return Vec3::ZERO;
+        };
+        let piece = strands.piece(fragment.piece as usize);
+        let colour = strands.colour(fragment.piece as usize, fragment.share);
+        let [a, b] = piece.axis;
+        let (point, tangent) = (a.lerp(b, fragment.share), (b - a).normalize_or_zero());
+        let to_eye = (ray.origin() - point).normalize_or_zero();
+        let lights = self.lights.iter().map(|(emitter, map)| {
+            let Some(light) = Arriving::at(point, emitter) else {
+                return Vec3::ZERO;
+            };
+            if light.irradiance == Vec3::ZERO {
+                return Vec3::ZERO;
+            }
+            let scattered = self.fibre.radiance(colour, tangent, light.to_light, to_eye);
+            if scattered == Vec3::ZERO {
+                return Vec3::ZERO;
+            }
+            let nearer = piece.radius + TEXELS * map.texel_size(point);
+            // Not beyond the light.
+            let nearer = nearer.min(0.5 * light.distance);
+            let share = map.transmittance(point + nearer * light.to_light);
+            if share == Vec3::ZERO {
+                return Vec3::ZERO;
+            }
+            let traced = self
+                .tracer
+                .transmittance(point, light.to_light, 0.0, light.distance);
+            let mut fog = light.through(self.medium, point);
+            if let Some(height) = &self.scene.height_fog {
+                let (y, slope) = (f64::from(point.y), f64::from(light.to_light.y));
+                let depth = height.depth_towards(y, slope, light.distance.into());
+                fog *= (-depth).exp().as_vec3();
+            }
+            light.irradiance * scattered * share * traced * fog
+        });
+        lights.sum()
+    }
+}
+
+/// What lets the light of fragments through, before them.
+struct Before<'a> {
+    even: Option<(&'a Medium, &'a Ray)>,
+    /// Optical depths of heterogeneous media to each fragment.
+    depths: Vec<DVec3>,
+    panes: &'a [Pane],
+    through_panes: Vec3,
+}
+
+impl<'a> Before<'a> {
+    fn new(media: &'a Media<'a>, ray: &'a Ray, fragments: &[Fragment], panes: &'a [Pane]) -> Self {
+        let mut depths = Vec::new();
+        if !media.is_homogeneous() {
+            depths = depths_to(media, ray, fragments);
+        }
+        Self {
+            even: media.medium().map(|medium| (medium, ray)),
+            depths,
+            panes,
+            through_panes: Vec3::ONE,
+        }
+    }
+
+    /// The share from a fragment; each is asked about in turn.
+    fn share(&mut self, index: usize, distance: f32) -> Vec3 {
+        while let [pane, others @ ..] = self.panes
+            && pane.hit.distance < distance
+        {
+            self.through_panes *= pane.transmittance;
+            self.panes = others;
+        }
+        let fog = match (self.depths.get(index), self.even) {
+            (Some(depth), _) => (-*depth).exp().as_vec3(),
+            (None, None) => Vec3::ONE,
+            (None, Some((medium, ray))) => {
+                transmittance(Some(medium), ray.origin(), ray.direction(), distance)
+            }
+        };
+        self.through_panes * fog
+    }
+}
+
+/// Optical depths along a ray up to each of the fragments.
+fn depths_to(media: &Media<'_>, ray: &Ray, fragments: &[Fragment]) -> Vec<DVec3> {
+    let mut depths = Vec::with_capacity(fragments.len());
+    let direction = ray.direction().as_dvec3().normalize();
+    let end = fragments.last().map_or(0.0, |last| last.distance);
+    let mut pieces = media.along(ray.origin().as_dvec3(), direction, 0.0, end.into());
+    let mut behind = DVec3::ZERO;
+    while let Some(piece) = pieces.advance() {
+        while let Some(next) = fragments.get(depths.len())
+            && f64::from(next.distance) <= piece.end()
+        {
+            depths.push(piece.depth_to(next.distance.into()));
+        }
+        behind = piece.depth_to(piece.end());
+    }
+    depths.resize(fragments.len(), behind);
+    depths
+}
