@@ -255,7 +255,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,
 
-    /// Where the airlight is made; surfaces are those of the CPU
+    /// Where the airlight is made; surfaces and hair are those of the CPU
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     pub(crate) backend: BackendName,
 
@@ -278,6 +278,15 @@ pub(crate) struct Render {
     )]
     pub(crate) filter: Option<u32>,
 
+    /// What strands of hair do with light [default: marschner]
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub(crate) fibre: Option<FibreName>,
+
+    /// Colour of all hair, in place of those of the scene: the share of the light that a
+    /// strand does not absorb, 0 to 1 (one number, or R,G,B)
+    #[arg(long, value_name = "COLOUR", value_parser = parse::coefficient, allow_hyphen_values = true)]
+    pub(crate) hair_colour: Option<Vec3>,
+
     /// Size of the picture
     #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse::size, allow_hyphen_values = true)]
     pub(crate) size: Size,
@@ -290,8 +299,8 @@ pub(crate) struct Render {
     /// Write what the picture consists of into the EXR file too: surfaces, fog,
     /// transmittance, and the surfaces and the fog of each light
     ///
-    /// R, G and B are surfaces.R + fog.R and so on. surfaces.* is emitted.* +
-    /// indirect.* + the sum of light.N.surfaces.*; fog.* is the sum of
+    /// R, G and B are surfaces.R + fog.R and so on. surfaces.*, hair among them, is
+    /// emitted.* + indirect.* + the sum of light.N.surfaces.*; fog.* is the sum of
     /// light.N.fog.*. transmittance.* is the share of a surface's light that the
     /// fog before it lets through. N is the light's number, from 0, with its name
     /// if it has one.
@@ -307,6 +316,15 @@ pub(crate) struct Render {
 
     #[command(flatten)]
     pub(crate) options: SceneOptions,
+}
+
+/// What strands of hair do with light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FibreName {
+    /// Light is reflected, passes, or is reflected inside, each in a cone
+    Marschner,
+    /// Diffuse cylinders with a highlight
+    KajiyaKay,
 }
 
 /// Where shadows on surfaces come from.

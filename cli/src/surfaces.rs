@@ -15,16 +15,33 @@ use crate::input::Input;
 /// The light of the surfaces of a view: opaque shadows are traced, translucent ones
 /// are looked up in maps of `map` / 2 texels per side.
 pub(crate) fn radiance(view: &View, input: &Input, map: u32) -> Result<Vec<[f32; 4]>, Failure> {
-    radiance_of(view, input, &input.emitters, map)
+    let maps = maps(input, map)?;
+    let maps: Vec<&TransmittanceMap> = maps.iter().collect();
+    Ok(radiance_of(view, input, &input.emitters, &maps))
 }
 
-/// The same by some emitters alone.
+/// What the translucent casters let through of each light; no maps if there are none.
+/// Opaque casters are left to rays.
+pub(crate) fn maps(input: &Input, map: u32) -> Result<Vec<TransmittanceMap>, Failure> {
+    if input.scene.translucent.is_empty() {
+        return Ok(Vec::new());
+    }
+    let cpu = Cpu::new();
+    let casters = Casters::new(&input.scene.translucent, None);
+    let side = curve_resolution(map, &input.emitters, casters.channels());
+    let clear = Stream::<8>::new();
+    let emitters = input.emitters.iter();
+    let maps = emitters.map(|light| TransmittanceMap::build(&cpu, &casters, light, side, &clear));
+    Ok(maps.collect::<Result<_, _>>()?)
+}
+
+/// The light of some emitters alone, with the map of each if there are maps.
 pub(crate) fn radiance_of(
     view: &View,
     input: &Input,
     emitters: &[Emitter],
-    map: u32,
-) -> Result<Vec<[f32; 4]>, Failure> {
+    maps: &[&TransmittanceMap],
+) -> Vec<[f32; 4]> {
     let Input {
         scene,
         geometry,
@@ -34,21 +51,9 @@ pub(crate) fn radiance_of(
     let medium = scene.medium.as_ref();
     let cpu = Cpu::new();
     if scene.translucent.is_empty() {
-        return Ok(surface::radiance(
-            &cpu, view, scene, geometry, tracer, emitters, medium,
-        ));
+        return surface::radiance(&cpu, view, scene, geometry, tracer, emitters, medium);
     }
-    // Opaque casters are traced.
-    let casters = Casters::new(&scene.translucent, None);
-    let side = curve_resolution(map, emitters, casters.channels());
-    let clear = Stream::<8>::new();
-    let maps: Vec<TransmittanceMap> = emitters
-        .iter()
-        .map(|emitter| TransmittanceMap::build(&cpu, &casters, emitter, side, &clear))
-        .collect::<Result<_, _>>()?;
-    let shadows = maps.iter().map(|map| map as &dyn SurfaceShadow);
+    let shadows = maps.iter().map(|map| *map as &dyn SurfaceShadow);
     let lights: Vec<_> = emitters.iter().zip(shadows).collect();
-    Ok(surface::radiance_behind(
-        &cpu, view, scene, geometry, tracer, &lights, medium,
-    ))
+    surface::radiance_behind(&cpu, view, scene, geometry, tracer, &lights, medium)
 }

@@ -102,6 +102,24 @@ impl Chosen {
         }
     }
 
+    /// Says what of hair a picture does not show.
+    pub(crate) fn note_hair(&self, args: &Render, input: &mut Input) {
+        let has_fog = input.scene.medium.is_some() || !input.media().is_homogeneous();
+        if has_fog && !self.entry.sees_cover() {
+            let name = self.entry.about().name;
+            (input.notes).push(format!(
+                "with {name} the fog behind hair is not dimmed by it"
+            ));
+        }
+        let indirect = &args.indirect;
+        if indirect.environment.is_some() || indirect.surface_scattering.is_some() {
+            (input.notes).push("hair is lit by lights alone".into());
+        }
+        if indirect.ambient.ambient.is_some() {
+            (input.notes).push("ambient light in the fog behind hair is not dimmed by it".into());
+        }
+    }
+
     /// The method of lights whose shadows are in files.
     pub(crate) fn of_files(&self, methods: &Registry) -> Result<Entry, Failure> {
         let [_, (airlight, _)] = self.entry.halves().ok_or_else(|| {

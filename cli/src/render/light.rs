@@ -10,6 +10,7 @@ use lighting::precomputed::FilterSize;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
 use lighting::surface::{self, Lit};
+use lighting::translucent::TransmittanceMap;
 use lighting::{Emitter, SurfacePoint, Watch};
 
 use crate::args::Render;
@@ -22,16 +23,17 @@ use crate::shadow_files::Shadow;
 use crate::{maps, progress, surfaces};
 
 /// The light of surfaces that `emitters` send, with the shadows of files where there
-/// are some.
+/// are some, and else of the map of each if there is anything translucent.
 pub(crate) fn of_surfaces(
     args: &Render,
     input: &Input,
     view: &View,
     emitters: &[Emitter],
     shadows: &[Option<Shadow>],
+    maps: &[&TransmittanceMap],
 ) -> Result<Vec<[f32; 4]>, Failure> {
     if shadows.iter().all(Option::is_none) {
-        return surfaces::radiance_of(view, input, emitters, args.options.map());
+        return Ok(surfaces::radiance_of(view, input, emitters, maps));
     }
     let filter = FilterSize::new(args.filter.unwrap_or(9))
         .map_err(|error| Failure::from(error).about("--filter"))?;
@@ -154,6 +156,7 @@ impl Job<'_> {
             asked
         };
         lighting::methods::share_tracer(host, &input.tracer);
+        lighting::methods::share_cover(host, self.view.cover());
         let rays = self.view.rays().len() * emitters.len();
         let bar = Bar(progress::bar(what, rays as u64));
         let inputs = FrameInputs {

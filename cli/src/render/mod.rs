@@ -1,9 +1,11 @@
 //! One picture: surfaces and airlight.
 
 mod chosen;
+mod hair;
 mod layers;
 mod light;
 
+use std::cell::OnceCell;
 use std::path::Path;
 
 use gpu_backend::Cpu;
@@ -11,6 +13,7 @@ use lighting::methods::{FROM_FILE, Registry};
 use lighting::plan::{Plan, Reason};
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
+use lighting::translucent::TransmittanceMap;
 
 use crate::args::{Render, SurfaceShadows};
 use crate::devices::{self, Device};
@@ -22,8 +25,9 @@ use crate::parse::Size;
 use crate::picture::Picture;
 use crate::print::{complain, note};
 use crate::shadow_files::Shadows;
-use crate::{indirect, progress, shadow_files};
+use crate::{indirect, progress, shadow_files, surfaces};
 use chosen::Chosen;
+use hair::Hair;
 use light::Job;
 
 /// Formats by file name.
@@ -71,9 +75,20 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         layers::check(args.size, input.scene.lights.len())?;
     }
     let camera = input.camera()?;
+    if let Some(colour) = args.hair_colour {
+        hair::paint(&mut input.scene, colour)?;
+    }
     let spinner = progress::spinner("camera rays");
     let view = View::new(&Cpu::new(), &camera, &input.tracer, size.width, size.height)?;
+    let (hair, view) = Hair::before(view, &camera, &input.scene, args.fibre);
     spinner.finish_and_clear();
+    if hair.is_some() {
+        chosen.note_hair(args, &mut input);
+    } else if args.fibre.is_some() || args.hair_colour.is_some() {
+        return Err(Failure::new(
+            "--fibre and --hair-colour are those of hair, and the scene has none",
+        ));
+    }
     let shadows = shadow_files::read(&args.shadows, &input)?;
     if shadows.iter().any(Option::is_some) && !input.scene.translucent.is_empty() {
         (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
@@ -94,6 +109,8 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         device: &devices[0],
         chosen: &chosen,
         shadows: &shadows,
+        hair,
+        maps: OnceCell::new(),
         kept: plan.emitters(),
     };
     let (picture, content) = shot.taken(&mut input, format)?;
@@ -144,6 +161,9 @@ struct Shot<'a> {
     device: &'a Device,
     chosen: &'a Chosen,
     shadows: &'a Shadows,
+    hair: Option<Hair>,
+    /// What translucent casters let through of each emitter, once it is asked for.
+    maps: OnceCell<Vec<TransmittanceMap>>,
     /// The emitters that the plan keeps for the air.
     kept: &'a [usize],
 }
@@ -191,10 +211,15 @@ impl Shot<'_> {
             return self.surfaces_from_voxels(input, emitters, way);
         }
         let shadows: Shadows = emitters.iter().map(|i| self.shadows[*i].clone()).collect();
-        let emitters = input.picked(emitters);
-        let radiance = light::of_surfaces(self.args, input, self.view, &emitters, &shadows)?;
+        let maps = self.maps(input, emitters)?;
+        let lights = input.picked(emitters);
+        let radiance = light::of_surfaces(self.args, input, self.view, &lights, &shadows, &maps)?;
+        let mut picture = self.pixels(&radiance);
+        if let Some(hair) = self.hair(input, emitters)? {
+            picture = picture.plus(&hair);
+        }
         spinner.finish_and_clear();
-        Ok(self.pixels(&radiance))
+        Ok(picture)
     }
 
     /// The same with the shadows that the method of the airlight knows.
@@ -231,7 +256,31 @@ impl Shot<'_> {
         let interpolate = way == SurfaceShadows::Interpolated;
         let job = self.job(medium);
         let lit = job.on_surfaces(input, emitters, (entry, *quality), interpolate)?;
-        Ok(emitted.plus(&self.pixels(&lit)))
+        let picture = emitted.plus(&self.pixels(&lit));
+        let hair = self.hair(input, emitters)?;
+        Ok(hair.map_or(picture.clone(), |hair| picture.plus(&hair)))
+    }
+
+    /// The maps of some emitters; none if nothing is translucent.
+    fn maps(&self, input: &Input, emitters: &[usize]) -> Result<Vec<&TransmittanceMap>, Failure> {
+        let all = match self.maps.get() {
+            Some(all) => all,
+            None => {
+                let made = surfaces::maps(input, self.args.options.map())?;
+                self.maps.get_or_init(|| made)
+            }
+        };
+        Ok(emitters.iter().filter_map(|i| all.get(*i)).collect())
+    }
+
+    /// The light of hair that some emitters send; `None` if there is none.
+    fn hair(&self, input: &Input, emitters: &[usize]) -> Result<Option<Picture>, Failure> {
+        let Some(hair) = self.hair.as_ref().filter(|_| !emitters.is_empty()) else {
+            return Ok(None);
+        };
+        let maps = self.maps(input, emitters)?;
+        let radiance = hair.radiance(self.view, input, &input.picked(emitters), &maps);
+        Ok(Some(self.pixels(&radiance)))
     }
 
     /// What is the same for all lights.

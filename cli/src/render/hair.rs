@@ -1,0 +1,80 @@
+//! The hair of a picture.
+
+use glam::Vec3;
+use gpu_backend::Cpu;
+use lighting::Emitter;
+use lighting::hair::{Fibre, LitHair, SeenHair};
+use lighting::scene::view::View;
+use lighting::scene::{Camera, Scene, Translucent};
+use lighting::translucent::TransmittanceMap;
+
+use crate::args::FibreName;
+use crate::failure::Failure;
+use crate::input::Input;
+
+impl FibreName {
+    fn fibre(self) -> Fibre {
+        match self {
+            Self::Marschner => Fibre::Marschner,
+            Self::KajiyaKay => Fibre::KajiyaKay,
+        }
+    }
+}
+
+/// Strands over the pixels of a view, and how they scatter light.
+pub(super) struct Hair {
+    seen: SeenHair,
+    fibre: Fibre,
+}
+
+impl Hair {
+    /// The strands of a scene, and the view of what is behind them; `None` if there is
+    /// no hair.
+    pub(super) fn before(
+        view: View,
+        camera: &Camera,
+        scene: &Scene,
+        fibre: Option<FibreName>,
+    ) -> (Option<Self>, View) {
+        let cpu = Cpu::new();
+        let Some(seen) = SeenHair::new(&cpu, camera, &view, &scene.translucent) else {
+            return (None, view);
+        };
+        let cover = seen.cover(&cpu);
+        let fibre = fibre.map_or(Fibre::default(), FibreName::fibre);
+        (Some(Self { seen, fibre }), view.with_cover(cover))
+    }
+
+    /// Its light, of lights with their maps.
+    pub(super) fn radiance(
+        &self,
+        view: &View,
+        input: &Input,
+        emitters: &[Emitter],
+        maps: &[&TransmittanceMap],
+    ) -> Vec<[f32; 4]> {
+        let lights: Vec<_> = emitters.iter().zip(maps.iter().copied()).collect();
+        let lit = LitHair {
+            view,
+            scene: &input.scene,
+            tracer: &input.tracer,
+            lights: &lights,
+            medium: input.scene.medium.as_ref(),
+            fibre: self.fibre,
+        };
+        self.seen.radiance(&Cpu::new(), &lit)
+    }
+}
+
+/// Gives all strands of a scene a colour.
+pub(super) fn paint(scene: &mut Scene, colour: Vec3) -> Result<(), Failure> {
+    for caster in &mut scene.translucent {
+        if let Translucent::Strands(strands) = caster {
+            *strands = strands
+                .clone()
+                .with_colours(vec![colour])
+                .map_err(|error| Failure::from(error).about("--hair-colour"))?;
+        }
+    }
+    Ok(())
+}
