@@ -60,6 +60,7 @@
 //! | `translucent` | `translucent` | maps of transmittance: hair, smoke and glass as lights see them |
 //! | `hair` | `translucent`, `trace` | hair as it is seen: ribbons, lit, before and behind fog and smoke |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
+//! | [`direct_light`] | | the light of many lights that gets straight to surfaces, on any backend |
 //! | [`surface_scattering`] | `shadow-map` for shadows | light that reaches these surfaces by way of the fog |
 //! | `indirect` | `shadow-map`, `trace` | the two for a whole view, on any backend |
 //! | [`culling`] | | which rays of a picture a light may reach, and which lights a ray or a surface |
@@ -78,6 +79,7 @@
 
 pub mod airlight;
 pub mod culling;
+pub mod direct_light;
 pub mod environment;
 mod eye_panes;
 mod gather;

@@ -3,7 +3,6 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-#[cfg(any(feature = "area", feature = "trace"))]
 use crate::scene::{Emitter, Medium};
 
 /// A point of a Lambertian surface, and how much of what it reflects reaches the
@@ -88,7 +87,6 @@ impl SurfacePoint {
 }
 
 /// Light on its way to a point.
-#[cfg(any(feature = "area", feature = "trace"))]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Arriving {
     /// Where it comes from.
@@ -99,7 +97,6 @@ pub(crate) struct Arriving {
     pub(crate) irradiance: Vec3,
 }
 
-#[cfg(any(feature = "area", feature = "trace"))]
 impl Arriving {
     /// The light of `emitter` at `point`; `None` where it does not reach.
     pub(crate) fn at(point: Vec3, emitter: &Emitter) -> Option<Self> {
@@ -140,7 +137,6 @@ impl Arriving {
 }
 
 /// What a medium lets through from `start` over a length in metres.
-#[cfg(any(feature = "area", feature = "trace"))]
 pub(crate) fn transmittance(
     medium: Option<&Medium>,
     start: Vec3,

@@ -119,6 +119,12 @@ impl<'t> Clusters<'t> {
         known.iter().copied().chain(others.into_iter().flatten())
     }
 
+    /// The cluster that each ray ends in, where the list of each begins and the last one
+    /// ends, and the lights. Rays without an end have a number that is no cluster's.
+    pub(super) fn into_lists(self) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+        (self.of_ray, self.offsets, self.lights)
+    }
+
     /// The list of the cluster that a ray ends in, for a point in it.
     fn cluster(&self, ray: usize, distance: f32) -> Option<Range<usize>> {
         let cluster = *self.of_ray.get(ray)? as usize;

@@ -9,6 +9,7 @@
 //! * [`RayTiles::reached`]: the rays of one light.
 //! * [`TileLights`]: the lights of each tile, for all that happens along rays.
 //! * [`Clusters`]: the lights of each tile and slice of depth, for surfaces.
+//! * [`PointLists`]: the lights of each point that is lit, from clusters or without.
 //!
 //! Based on: Olsson, Billeter and Assarsson, Clustered Deferred and Forward Shading, HPG
 //! 2012; and Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of
@@ -91,6 +92,7 @@ mod clusters;
 mod gpu;
 mod lights;
 mod pick;
+mod points;
 mod reach;
 mod tiles;
 
@@ -100,5 +102,6 @@ pub(crate) mod tests;
 pub use clusters::Clusters;
 pub use lights::{MOST_LISTED, TileLights, TooManyLights};
 pub use pick::PickPixels;
+pub use points::PointLists;
 pub use reach::{is_bounded, is_worthwhile};
 pub use tiles::RayTiles;

@@ -21,18 +21,10 @@ const NO_PANES: u32 = u32::MAX;
 /// The bind group of all parts.
 const PARTS: u32 = 1;
 
-/// What a gather by the entry points of `source` begins with, whatever its slots.
-pub(crate) fn assembly(source: &'static str) -> Assembly {
-    Assembly::new(&[
-        INDEX_WGSL,
-        NUMERIC,
-        PHASE,
-        PATH,
-        ARC,
-        DIRECTIONAL,
-        LIT,
-        source,
-    ])
+/// What a gather by the entry points of `sources` begins with, whatever its slots.
+pub(crate) fn assembly(sources: &[&'static str]) -> Assembly {
+    let shared = [INDEX_WGSL, NUMERIC, PHASE, PATH, ARC, DIRECTIONAL, LIT];
+    Assembly::new(&[&shared, sources].concat())
 }
 
 /// The shader of a pair.
@@ -41,7 +33,7 @@ where
     V: InShader<VisibilitySlot>,
     A: InShader<AirlightSlot>,
 {
-    let mut shader = assembly(include_str!("gather.wgsl"));
+    let mut shader = assembly(&[include_str!("gather.wgsl")]);
     shader.fill::<VisibilitySlot>(&V::part())?;
     shader.fill::<AirlightSlot>(&A::part())?;
     Ok(shader)

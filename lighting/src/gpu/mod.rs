@@ -81,6 +81,8 @@ pub const LIT: &str = include_str!("lit.wgsl");
 pub const MASK: &str = include_str!("mask.wgsl");
 /// A point of a surface.
 pub const SURFACE_POINT: &str = include_str!("../surface_point.wgsl");
+/// Light that gets straight to surfaces.
+pub const ARRIVING: &str = include_str!("arriving.wgsl");
 /// A picture plane of a light.
 pub const FACE: &str = include_str!("face.wgsl");
 /// Where a point is in the pictures of a light.

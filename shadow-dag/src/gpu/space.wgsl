@@ -83,7 +83,12 @@ fn dag_normal(space: dag_Space, h: vec4<f32>, normal: vec3<f32>) -> vec3<f32> {
 // a position: half a width along its normal in the grid, in whole voxels, so
 // that the window clears the surface itself.
 fn dag_bias(position: vec3<f32>, normal: vec3<f32>, width: u32) -> vec3<i32> {
-    let offset = normal * (0.5 * f32(width));
+    return dag_bias_beyond(position, normal, width, 0.0);
+}
+
+// The same, so many voxels farther along the normal.
+fn dag_bias_beyond(position: vec3<f32>, normal: vec3<f32>, width: u32, beyond: f32) -> vec3<i32> {
+    let offset = normal * (0.5 * f32(width) + beyond);
     // Halves go away from zero.
     let step = sign(offset) * floor(abs(offset) + vec3(0.5));
     return dag_voxel_at(position) + vec3<i32>(step);

@@ -94,6 +94,12 @@ pub enum Allowed {
     GpuVoxelRays,
     /// The same for precomputed shadows.
     GpuBakedRays,
+    /// The light of many lights that gets straight to a point of a surface, on the GPU and on the CPU.
+    GpuDirectLight,
+    /// Share of points that differ by more because they are at the rim of a narrow cone.
+    GpuDirectLightPoints,
+    /// The same for points with filtered precomputed shadows.
+    GpuFilteredPoints,
     /// What a sample of the transmittance of smoke adds to `GpuRadiance`.
     GpuSmoke,
     /// Share of rays that differ by more because a sample is within rounding of a step of transmittance.
@@ -473,6 +479,28 @@ pub const TABLE: &[Tolerance] = &[
             voxels next to shadows that a ray meets in a grid of 256 one is missed for \
             another with a chance of that, and every tenth of those has another answer and \
             is long enough to be seen.",
+    },
+    Tolerance {
+        what: Allowed::GpuDirectLight,
+        error: 256.0 * ULP32,
+        derivation: "Relative to the sum of all lights without shadows, and to what was there \
+            before. The way to a light is off by a unit of its distance, the length of that by 3 \
+            more, and direction, cosine and square have 20 units of it; 3 + 2 tau ULP of WGSL's \
+            exponential, with tau up to 10 where the value matters; the factor of a cone has up \
+            to 3 units of a cosine over a hundredth of it or more: 200.",
+    },
+    Tolerance {
+        what: Allowed::GpuDirectLightPoints,
+        error: 1e-3,
+        derivation: "Of narrower rims of cones, the share of the points of a picture that lie in \
+            them is less than their part of the sphere.",
+    },
+    Tolerance {
+        what: Allowed::GpuFilteredPoints,
+        error: 0.01,
+        derivation: "A point is off by at most 2^-20 x 32 x 100 of a voxel of a grid of 32 along \
+            each of three axes, so one of a hundred lies so near to a border of the voxel, and a \
+            step along its normal as near to one half.",
     },
     Tolerance {
         what: Allowed::GpuSmoke,

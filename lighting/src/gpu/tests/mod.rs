@@ -287,7 +287,7 @@ fn baked_shadows_compile_with_every_evaluator_and_are_seen_as_they_are() {
     complete::<Shadow, Analytic<Table>>();
     let shader = complete::<Shadow, EquiAngular>();
     assert_same_layout!(shader, "light_BakedGrid", GridRecord { dag, space });
-    assert_same_layout!(shader, "light_Baked", BakedRecord { grids, count });
+    assert_same_layout!(shader, "light_Baked", BakedRecord { grids, count, bias });
 }
 
 /// Every source with every evaluator, and every two sources that can meet.

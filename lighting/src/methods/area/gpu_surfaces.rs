@@ -7,7 +7,7 @@ use gpu_backend::{Buffer, Error};
 use super::LightVolumes;
 use super::gpu::{Block, assembly, blocks};
 use super::surfaces::{LightManySurfaces, ManyOnSurfaces, check};
-use crate::gpu::SURFACE_POINT;
+use crate::gpu::{ARRIVING, SURFACE_POINT};
 use crate::voxelized::Detail;
 
 /// Invocations per workgroup in `surfaces.wgsl`.
@@ -18,7 +18,7 @@ const GROUP: u32 = 64;
 pub(super) const TURNS_PER_LIGHT: u32 = 16;
 
 pub(super) fn shader() -> Result<Assembly, Error> {
-    assembly(&[SURFACE_POINT, include_str!("surfaces.wgsl")])
+    assembly(&[SURFACE_POINT, ARRIVING, include_str!("surfaces.wgsl")])
 }
 
 impl<E: Encode> LightManySurfaces for Gpu<E> {

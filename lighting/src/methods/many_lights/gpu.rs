@@ -6,6 +6,7 @@ use gpu_backend::shader::{Assembly, Part, Slot};
 use gpu_backend::{Backend, Buffer, Error};
 
 use super::{GatherMany, LitByMany, check};
+use crate::Emitter;
 use crate::Touching;
 use crate::culling::TileLights;
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
@@ -48,7 +49,7 @@ pub(super) struct Scene {
     pub(super) padding: u32,
 }
 
-/// `ManyLight` of `gather.wgsl`.
+/// `ManyLight` of `lights.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub(super) struct ManyLight {
@@ -57,6 +58,15 @@ pub(super) struct ManyLight {
     pub(super) padding_a: u32,
     pub(super) padding_b: u32,
     pub(super) padding_c: u32,
+}
+
+/// Many lights in a table.
+pub(crate) const LIGHTS: &str = include_str!("lights.wgsl");
+
+/// Where the texels of cookies begin in the [`table`] of so many lights.
+pub(crate) fn first_texel(lights: usize) -> u32 {
+    // A table that does not fit into a binding is refused.
+    (lights * (size_of::<ManyLight>() / 16)) as u32
 }
 
 /// Invocations per workgroup in `gather.wgsl`.
@@ -75,17 +85,17 @@ where
     V: InShader<ManyVisibilitySlot>,
     A: InShader<AirlightSlot>,
 {
-    let mut shader = assembly(include_str!("gather.wgsl"));
+    let mut shader = assembly(&[LIGHTS, include_str!("gather.wgsl")]);
     shader.fill::<ManyVisibilitySlot>(&V::part())?;
     shader.fill::<AirlightSlot>(&A::part())?;
     Ok(shader)
 }
 
 /// The lights, and behind them the texels of their cookies.
-fn table(lit: &LitByMany<'_, GpuMemory>) -> Vec<[u32; 4]> {
-    let mut lights = Vec::with_capacity(lit.emitters.len());
+pub(crate) fn table(emitters: &[Emitter]) -> Vec<[u32; 4]> {
+    let mut lights = Vec::with_capacity(emitters.len());
     let mut texels: Vec<[u32; 4]> = Vec::new();
-    for emitter in lit.emitters {
+    for emitter in emitters {
         let (emitter, cookie) = EmitterRecord::new(emitter);
         lights.push(ManyLight {
             emitter,
@@ -136,7 +146,7 @@ where
         if lit.medium.scatters_nothing() || longest == 0 {
             return Ok(());
         }
-        let table = self.upload(&table(lit))?;
+        let table = self.upload(&table(lit.emitters))?;
         let lists = self.upload(&words(lit.lists))?;
         let parts = shader::<V, A>()?.finish(PARTS);
         let constants = [visibility.constants(), airlight.constants()].concat();
@@ -153,7 +163,7 @@ where
                 first: lit.first as u32,
                 entry: entry as u32,
                 most: at_once as u32,
-                cookies: (lit.emitters.len() * (size_of::<ManyLight>() / 16)) as u32,
+                cookies: first_texel(lit.emitters.len()),
                 padding: 0,
             };
             self.dispatch(

@@ -85,7 +85,7 @@ mod gpu_tests;
 #[cfg(feature = "methods")]
 mod method;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 #[cfg(feature = "wgpu")]
 pub use gpu::ManyVisibilitySlot;

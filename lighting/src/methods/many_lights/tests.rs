@@ -96,7 +96,7 @@ fn lights_together_are_lights_one_by_one_bit_for_bit() {
 }
 
 #[cfg(feature = "shadow-dag")]
-pub(super) mod shadowed {
+pub(crate) mod shadowed {
     use std::sync::Arc;
 
     use super::*;
@@ -104,7 +104,7 @@ pub(super) mod shadowed {
     use crate::scene::{Geometry, Mesh, Scene};
 
     /// Plates between lamps and rays, and what they shadow.
-    pub(in super::super) fn plates(
+    pub(crate) fn plates(
         random: &mut Random,
         rays: &[Ray],
         emitters: &[Emitter],

@@ -1,26 +1,9 @@
 // Visibility: a walk through precomputed voxelized shadows; the shader's side of
 // `BakedShadow`.
 //
-// Needs the parts POINT, PACKED, SPACE and RAY of shadow-dag, and
-//   light_baked_words: array<u32>, those of all grids
+// Needs the parts POINT, PACKED, SPACE and RAY of shadow-dag, grids.wgsl, and
 //   fn light_baked_count() -> u32                           of grids of the light
 //   fn light_baked_grid(grid: u32) -> light_BakedGrid       the first is 0
-
-const light_MOST_GRIDS: u32 = 6u;
-
-struct light_BakedGrid {
-    dag: dag_Shadows,
-    space: dag_Space,
-}
-
-struct light_Baked {
-    grids: array<light_BakedGrid, light_MOST_GRIDS>,
-    count: u32,
-}
-
-fn dag_word(index: u32) -> u32 {
-    return light_baked_words[index];
-}
 
 struct light_baked_Cursor {
     // The part of the path that is in each grid, and those that have been

@@ -1,15 +1,17 @@
 //! Precomputed voxelized shadows in shaders.
 
 use bytemuck::{Pod, Zeroable};
-use gpu_backend::gpu::{Argument, GpuMemory, InShader};
+use gpu_backend::gpu::{Argument, Encode, Gpu, GpuMemory, InShader};
 use gpu_backend::shader::Part;
+use shadow_dag::Error;
 use shadow_dag::gpu::{DagRecord, SpaceRecord};
 
-use super::{BakedShadow, BakedShadows};
+use super::{BakedShadow, BakedShadows, FilteredShadows};
+use crate::direct_light::ManySurfacesSlot;
 use crate::gpu::VisibilitySlot;
 use crate::methods::many_lights::ManyVisibilitySlot;
 
-/// `light_BakedGrid` of `baked.wgsl`.
+/// `light_BakedGrid` of `grids.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct GridRecord {
@@ -17,13 +19,14 @@ pub(crate) struct GridRecord {
     pub(crate) space: SpaceRecord,
 }
 
-/// `light_Baked` of `baked.wgsl`.
+/// `light_Baked` of `grids.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct BakedRecord {
     pub(crate) grids: [GridRecord; 6],
     pub(crate) count: u32,
-    pub(crate) padding: [u32; 3],
+    pub(crate) bias: f32,
+    pub(crate) padding: [u32; 2],
 }
 
 impl BakedRecord {
@@ -36,7 +39,26 @@ impl BakedRecord {
             };
         }
         record.count = shadow.grids().len() as u32;
+        record.bias = shadow.bias();
         record
+    }
+}
+
+impl BakedShadows<GpuMemory> {
+    /// The shadows of many lights in as few buffers as hold them, of which each fits into one
+    /// binding of the device where a light alone does.
+    ///
+    /// # Errors
+    /// As for [`BakedShadows::upload`].
+    pub fn in_bindings<E: Encode>(
+        shadows: &[BakedShadow],
+        gpu: &Gpu<E>,
+    ) -> Result<Vec<Self>, Error> {
+        let limits = gpu.context().limits();
+        let most = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
+        Self::in_parts(shadows, gpu, most)
     }
 }
 
@@ -45,7 +67,7 @@ fn walk() -> Part {
     Part::new("light_baked")
         .sources(&[shadow_dag::gpu::POINT, shadow_dag::gpu::PACKED])
         .sources(&[shadow_dag::gpu::SPACE, shadow_dag::gpu::RAY])
-        .source(include_str!("baked.wgsl"))
+        .sources(&[include_str!("grids.wgsl"), include_str!("baked.wgsl")])
 }
 
 impl InShader<VisibilitySlot> for BakedShadow<GpuMemory> {
@@ -74,11 +96,40 @@ impl InShader<ManyVisibilitySlot> for BakedShadows<GpuMemory> {
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
-        let lights: Vec<_> = self.lights().iter().map(BakedRecord::new).collect();
-        let mut arguments = vec![Argument::table(&lights)];
-        // All grids of all lights are in one buffer, and a light has grids.
-        let words = self.lights().iter().flat_map(|light| light.grids()).next();
-        arguments.extend(words.map(|grid| Argument::read(grid.words())));
+        arguments(self)
+    }
+}
+
+/// The lights, and their grids.
+fn arguments(shadows: &BakedShadows<GpuMemory>) -> Vec<Argument<'_>> {
+    let lights: Vec<_> = shadows.lights().iter().map(BakedRecord::new).collect();
+    let mut arguments = vec![Argument::table(&lights)];
+    // All grids of all lights are in one buffer, and a light has grids.
+    let words = (shadows.lights().iter())
+        .flat_map(|light| light.grids())
+        .next();
+    arguments.extend(words.map(|grid| Argument::read(grid.words())));
+    arguments
+}
+
+impl InShader<ManySurfacesSlot> for FilteredShadows<'_, GpuMemory> {
+    fn part() -> Part {
+        Part::new("light_filtered")
+            .sources(&[shadow_dag::gpu::POINT, shadow_dag::gpu::PACKED])
+            .sources(&[shadow_dag::gpu::SPACE, shadow_dag::gpu::EXTENT])
+            .source(include_str!("grids.wgsl"))
+            .sources(&[
+                include_str!("baked_many.wgsl"),
+                include_str!("filtered.wgsl"),
+            ])
+            .read("light_baked_lights", "array<light_Baked>")
+            .read("light_baked_words", "array<u32>")
+            .uniform("light_filter_width", "u32")
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        let mut arguments = arguments(self.shadows());
+        arguments.push(Argument::uniform(self.size().width()));
         arguments
     }
 }

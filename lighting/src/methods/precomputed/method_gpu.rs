@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
-use shadow_dag::Form;
 
 use super::method::{Baked, WHAT, baked, turns};
 use super::{BakedShadow, BakedShadows};
@@ -65,39 +64,17 @@ impl<E: Encode> SourcesTogether<Gpu<E>> for Baked {
     ) -> Result<Vec<Together<Self::Together>>, MethodError> {
         let bytes = |groups: &Groups| groups.iter().map(|group| group.source.bytes()).sum();
         let groups = frame.store.get(WHAT, OfAll(side), bytes, || {
-            let limits = frame.backend.context().limits();
-            let most = limits
-                .max_storage_buffer_binding_size
-                .min(limits.max_buffer_size);
-            let mut groups = Groups::new();
-            let mut some = Vec::new();
-            let mut filled = 0;
-            let upload = |some: &mut Vec<BakedShadow>, groups: &mut Groups| {
-                if some.is_empty() {
-                    return Ok(());
-                }
-                let source = BakedShadows::upload(some, frame.backend)
-                    .map_err(MethodError::resource(WHAT))?;
-                groups.push(Together {
-                    source: Arc::new(source),
-                    lights: some.len(),
-                });
-                some.clear();
-                Ok::<_, MethodError>(())
+            let lights = 0..frame.inputs.emitters.len();
+            let all = lights
+                .map(|light| Ok((*baked(&frame.inputs, light, side)?).clone()))
+                .collect::<Result<Vec<BakedShadow>, MethodError>>()?;
+            let parts = BakedShadows::in_bindings(&all, frame.backend)
+                .map_err(MethodError::resource(WHAT))?;
+            let together = |part: BakedShadows<GpuMemory>| Together {
+                lights: part.lights().len(),
+                source: Arc::new(part),
             };
-            for light in 0..frame.inputs.emitters.len() {
-                let suitable = baked(&frame.inputs, light, side)?
-                    .to_form(Form::suitable::<GpuMemory>())
-                    .map_err(MethodError::resource(WHAT))?;
-                if filled + suitable.bytes() > most {
-                    upload(&mut some, &mut groups)?;
-                    filled = 0;
-                }
-                filled += suitable.bytes();
-                some.push(suitable);
-            }
-            upload(&mut some, &mut groups)?;
-            Ok(groups)
+            Ok(parts.into_iter().map(together).collect())
         })?;
         Ok(groups.to_vec())
     }

@@ -10,7 +10,8 @@
 //! [`BakedShadow::bake`] makes the grids of one light from a scene, once.
 //! A [`BakedShadow`] is a [`VisibilitySource`](crate::VisibilitySource) that
 //! [`Gather`](crate::Gather) takes, and [`BakedShadow::filtered`] a
-//! [`SurfaceShadow`](crate::visibility::SurfaceShadow). What moves gets an
+//! [`SurfaceShadow`](crate::visibility::SurfaceShadow); those of many lights at once are
+//! [`FilteredShadows`], on any backend. What moves gets an
 //! ordinary shadow map of its own beside it:
 //!
 //! ```
@@ -68,6 +69,7 @@
 //! ray through its centre meets them. What is inside of closed solids has no
 //! meaning. A light inside of a solid lights nothing.
 
+mod filtered;
 #[cfg(feature = "wgpu")]
 pub(crate) mod gpu;
 #[cfg(feature = "methods")]
@@ -79,11 +81,12 @@ mod space;
 #[cfg(test)]
 mod tests;
 
+pub use filtered::{FilteredShadow, FilteredShadows};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
 #[cfg(feature = "methods")]
 pub use method::{FROM_FILE, PRECOMPUTED, share_precomputed};
-pub use shadow::{BakedError, BakedShadow, BakedShadows, FilteredShadow, bake, surfaces};
+pub use shadow::{BakedError, BakedShadow, BakedShadows, bake, surfaces};
 pub use shadow_dag::{
     Builder, Error, FilterSize, Form, LightGrids, Resolution, SetError, ShadowSet, Surfaces,
     Watertightness,

@@ -4,17 +4,16 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Host, Memory};
 use shadow_dag::{
-    Builder, Error, FilterSize, Form, Holes, LightGrids, LightSpace, ResidentDag, Resolution,
-    SetBake, ShadowDag, ShadowSet, Slices, Surfaces, Watertightness,
+    Builder, Error, Form, Holes, LightGrids, LightSpace, ResidentDag, Resolution, SetBake,
+    ShadowDag, ShadowSet, Slices, Surfaces, Watertightness,
 };
 
 use super::space::light_grids;
 use crate::scene::{AlphaMode, Caster, Geometry, Sampler};
 use crate::shadow_map::Masked;
-use crate::visibility::{SurfaceShadow, product};
+use crate::visibility::product;
 use crate::{Emitter, LightPath, LitInterval, VisibilitySource};
 
 /// Why grids are not the shadows of a light.
@@ -308,6 +307,36 @@ impl<M: Memory> BakedShadows<M> {
         })
     }
 
+    /// The shadows of many lights in as few buffers as hold them: of as many lights as fit
+    /// into `most` bytes, then of the next ones. A light that does not fit has a buffer of
+    /// its own.
+    ///
+    /// # Errors
+    /// As for [`BakedShadows::upload`].
+    pub fn in_parts<B: Backend<Memory = M>>(
+        shadows: &[BakedShadow],
+        backend: &B,
+        most: u64,
+    ) -> Result<Vec<Self>, Error> {
+        let mut parts = Vec::new();
+        let mut some: Vec<BakedShadow> = Vec::new();
+        let mut filled = 0;
+        for shadow in shadows {
+            let suitable = shadow.to_form(Form::suitable::<M>())?;
+            if !some.is_empty() && filled + suitable.bytes() > most {
+                parts.push(Self::upload(&some, backend)?);
+                some.clear();
+                filled = 0;
+            }
+            filled += suitable.bytes();
+            some.push(suitable);
+        }
+        if !some.is_empty() {
+            parts.push(Self::upload(&some, backend)?);
+        }
+        Ok(parts)
+    }
+
     /// The shadows of each light.
     pub fn lights(&self) -> &[BakedShadow<M>] {
         &self.lights
@@ -390,44 +419,5 @@ impl VisibilitySource for BakedShadow {
             std::mem::swap(&mut parts, &mut both);
         }
         lit.append(&mut parts);
-    }
-}
-
-/// Filtered shadows on surfaces, from a [`BakedShadow`].
-#[derive(Debug, Clone, Copy)]
-pub struct FilteredShadow<'a> {
-    shadow: &'a BakedShadow,
-    size: FilterSize,
-}
-
-impl BakedShadow {
-    /// Shadows on surfaces, filtered over `size` texels.
-    pub fn filtered(&self, size: FilterSize) -> FilteredShadow<'_> {
-        FilteredShadow { shadow: self, size }
-    }
-}
-
-impl SurfaceShadow for FilteredShadow<'_> {
-    /// The lit share of the texels around the point, lifted off the surface
-    /// along its normal so that it does not shadow itself: by half a filter
-    /// width, as in the paper, and the light's [bias](BakedShadow::bias) more: a
-    /// voxel unless the file says otherwise, because point and surface are known to
-    /// half a voxel each. Filters of one texel would be lifted by nothing otherwise.
-    ///
-    /// Where six grids meet, a window reaches over the rim of its grid into
-    /// the next one's, which has the rest of it: shadowed shares add up.
-    fn visibility(&self, point: Vec3, normal: Vec3) -> Vec3 {
-        let mut shadowed = 0.0;
-        for grid in &self.shadow.grids {
-            let resolution = grid.resolution();
-            let Some(space) = grid.light() else { continue };
-            let Some(position) = space.voxel(resolution, point) else {
-                continue;
-            };
-            let normal = space.normal(point, normal);
-            let voxel = (self.size).bias_beyond(self.shadow.bias, position, normal);
-            shadowed += 1.0 - grid.filter(voxel, self.size);
-        }
-        Vec3::splat((1.0 - shadowed).max(0.0))
     }
 }

@@ -1,0 +1,28 @@
+// Light that gets straight to surfaces: the shader's side of `Arriving`. Needs the part
+// PATH and what that needs.
+
+// The irradiance of a surface at a position by the light, without shadow.
+fn light_arriving(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let emitter = light_emitter();
+    let medium = light_medium();
+    var to_light = -emitter.position;
+    var irradiance = emitter.intensity;
+    var way = 0.0;
+    if emitter.kind == light_DIRECTIONAL {
+        // Sunlight in a medium without bounds was attenuated before.
+        if medium.bounded != 0u {
+            way = light_length_inside(position, to_light, light_FAR);
+        }
+    } else {
+        let offset = emitter.position - position;
+        let distance = length(offset);
+        if !(distance > 0.0 && distance <= emitter.range) {
+            return vec3(0.0);
+        }
+        to_light = offset / distance;
+        irradiance *= light_factor(emitter, -to_light) * light_window_at(emitter, distance);
+        irradiance /= distance * distance;
+        way = light_length_inside(position, to_light, distance);
+    }
+    return irradiance * max(dot(normal, to_light), 0.0) * exp(-medium.sigma_t * way);
+}
