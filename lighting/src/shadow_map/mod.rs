@@ -12,6 +12,9 @@
 //! Lookups take the nearest texel and compare without a bias: points in the
 //! air have no surface of their own to be shadowed by.
 //!
+//! [`SmallMaps`] have 16 bits for a depth, and cascades for a sun: what engines keep, to
+//! compare with.
+//!
 //! A `ShadowMapAtlas` (feature `voxel-shadow`) has the maps of many lights in one
 //! buffer: exact ones (`RenderShadowMapAtlas`), or imperfect ones of points
 //! (`RenderImperfectMaps`), whose holes may be filled
@@ -39,6 +42,7 @@ mod masks;
 mod octahedron;
 #[cfg(feature = "voxel-shadow")]
 mod points;
+mod small;
 #[cfg(feature = "voxel-shadow")]
 mod tiles;
 
@@ -68,5 +72,6 @@ pub(crate) use map::{Place, locate};
 pub(crate) use masked::Masked;
 #[cfg(feature = "voxel-shadow")]
 pub use points::{CasterPoints, LevelOfDetail};
+pub use small::{FilteredMaps, SmallMaps};
 #[cfg(feature = "voxel-shadow")]
 pub use tiles::TileMaps;
