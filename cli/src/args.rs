@@ -118,8 +118,9 @@ pub(crate) enum Command {
 /// algorithm each, beside the methods: airlight.csv has evaluators of airlight, voxels.csv
 /// voxelized shadow volumes, area-lights.csv area lights as many of them, curves.csv
 /// curves of transmittance, precomputed-voxelized-shadows.csv what its name says,
-/// many-lights.csv up to 10,000 lamps in the air of the scene, and marching.csv marches
-/// between shadow volumes, on meshes of its own. An interruption (Ctrl-C) during the
+/// shadowed-lights.csv all lights with such shadows beside shadow maps, many-lights.csv up
+/// to 10,000 lamps in the air of the scene, and marching.csv marches between shadow
+/// volumes, on meshes of its own. An interruption (Ctrl-C) during the
 /// studies ends them early, and what there is is reported.
 ///
 /// Errors are those of the airlight (surfaces, and what --ambient adds to all pictures,
@@ -255,7 +256,8 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,
 
-    /// Where the airlight is made; surfaces and hair are those of the CPU
+    /// Where the airlight is made, and the light of surfaces with --shadows; other surfaces
+    /// and hair are lit on the CPU
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     pub(crate) backend: BackendName,
 

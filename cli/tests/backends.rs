@@ -51,19 +51,25 @@ fn rows(place: &Path) -> Vec<Vec<String>> {
     csv.lines().skip(1).map(columns).collect()
 }
 
-#[test]
-fn both_backends_have_rows_that_agree() {
-    let context = match Context::request() {
-        Ok(context) => context,
+/// The GPU; without one the test of that name says that it is skipped.
+fn gpu(test: &str) -> Option<Context> {
+    match Context::request() {
+        Ok(context) => Some(context),
         Err(error) => {
             let required = std::env::var("REQUIRE_GPU").is_ok_and(|value| value == "1");
             assert!(!required, "REQUIRE_GPU is 1, but {error}");
             // Past the capture of the test runner; a closed stderr is no
             // reason to fail.
-            let skipped = "SKIPPED both_backends_have_rows_that_agree";
-            writeln!(std::io::stderr(), "{skipped}: {error}").ok();
-            return;
+            writeln!(std::io::stderr(), "SKIPPED {test}: {error}").ok();
+            None
         }
+    }
+}
+
+#[test]
+fn both_backends_have_rows_that_agree() {
+    let Some(context) = gpu("both_backends_have_rows_that_agree") else {
+        return;
     };
     let place = tempfile::tempdir().unwrap();
     let output = crepuscular(place.path())
@@ -140,5 +146,52 @@ fn without_an_adapter_the_comparison_goes_on_unless_one_is_asked_for() {
         assert_eq!(output.status.code(), Some(2));
         let text = errors_of(&output);
         assert!(text.contains("no GPU adapter"), "{text}");
+    }
+}
+
+/// Of two lights one or both have shadows in files; those are lit by the GPU.
+#[test]
+fn surfaces_with_precomputed_shadows_are_those_of_both_backends() {
+    if gpu("surfaces_with_precomputed_shadows_are_those_of_both_backends").is_none() {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let succeeds = |arguments: &[&str]| {
+        let output = crepuscular(place.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", errors_of(&output));
+        errors_of(&output)
+    };
+    let bake = ["bake", "stiff", "--resolution", "512"];
+    succeeds(&[&bake[..], &["--light", "1", "-o", "one.cpvs"]].concat());
+    succeeds(&[&bake[..], &["--light", "all", "-o", "all.cpvs"]].concat());
+    let surfaces = |backend: &str, shadows: &[&str]| {
+        let render = ["render", "stiff", "--size", "64x36", "--layers"];
+        let how = ["--backend", backend, "-o", "a.exr"];
+        let light = ["--visibility", "march", "--airlight", "midpoint"];
+        let notes = succeeds(&[&render[..], &how, &light, shadows].concat());
+        assert!(!notes.contains("lit on the CPU"), "{notes}");
+        let image = exr::prelude::read_all_flat_layers_from_file(place.path().join("a.exr"));
+        let image = image.unwrap();
+        let channels = image.layer_data[0].channel_data.list.iter();
+        let surfaces = channels.filter(|channel| channel.name.to_string() == "surfaces.G");
+        surfaces
+            .flat_map(|channel| channel.sample_data.values_as_f32().collect::<Vec<_>>())
+            .collect::<Vec<f32>>()
+    };
+    let differing = |a: &[f32], b: &[f32]| {
+        let differ = |(a, b): &(&f32, &f32)| (*a - *b).abs() > 1e-5 * (1e-3 + a.abs().max(b.abs()));
+        a.iter().zip(b).filter(differ).count()
+    };
+    let traced = surfaces("cpu", &[]);
+    for shadows in [
+        &["--shadows", "one.cpvs"][..],
+        &["--shadows", "all.cpvs", "--filter", "3"],
+    ] {
+        let [on_cpu, on_gpu] = ["cpu", "gpu"].map(|backend| surfaces(backend, shadows));
+        assert_eq!(on_cpu.len(), 64 * 36);
+        let different = differing(&on_cpu, &on_gpu);
+        println!("{different} of {} pixels", on_cpu.len());
+        assert!(100 * different <= on_cpu.len(), "{different}");
+        assert!(differing(&on_cpu, &traced) > different);
     }
 }

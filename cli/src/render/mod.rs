@@ -213,7 +213,14 @@ impl Shot<'_> {
         let shadows: Shadows = emitters.iter().map(|i| self.shadows[*i].clone()).collect();
         let maps = self.maps(input, emitters)?;
         let lights = input.picked(emitters);
-        let radiance = light::of_surfaces(self.args, input, self.view, &lights, &shadows, &maps)?;
+        let radiance = light::of_surfaces(
+            self.args,
+            input,
+            (self.view, self.device),
+            &lights,
+            &shadows,
+            &maps,
+        )?;
         let mut picture = self.pixels(&radiance);
         if let Some(hair) = self.hair(input, emitters)? {
             picture = picture.plus(&hair);
