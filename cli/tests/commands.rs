@@ -156,6 +156,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "marching.csv",
             "precomputed-voxelized-shadows.csv",
             "results.csv",
+            "shadowed-lights.csv",
             "surfaces.exr",
             "voxels.csv"
         ]

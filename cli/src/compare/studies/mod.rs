@@ -14,6 +14,7 @@ mod evaluators;
 mod many_lights;
 mod marching;
 mod precomputed_shadows;
+mod shadowed_lights;
 mod voxel_grids;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,7 +31,7 @@ use crate::failure::Failure;
 use crate::parse::Size;
 
 /// All studies, in the order in which they are carried out and reported.
-pub(crate) const STUDIES: [Kind; 7] = [
+pub(crate) const STUDIES: [Kind; 8] = [
     evaluators::KIND,
     voxel_grids::KIND,
     area_lights::KIND,
@@ -38,6 +39,7 @@ pub(crate) const STUDIES: [Kind; 7] = [
     precomputed_shadows::KIND,
     marching::KIND,
     many_lights::KIND,
+    shadowed_lights::KIND,
 ];
 
 /// One study, before it is carried out.
