@@ -17,7 +17,7 @@ use crate::{Interval, LightPath};
 ///
 /// The first order in the length of a step beside the features of the density, in either
 /// direction: what other gathers of smoke are compared with. `V` tells of opaque casters.
-/// Strands are not seen.
+/// Strands cast no shadows, and hair before the eye does not dim what is behind it.
 #[derive(Debug)]
 pub struct DoubleMarch<'a, V> {
     emitter: &'a Emitter,
