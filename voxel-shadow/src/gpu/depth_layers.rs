@@ -18,7 +18,7 @@ use crate::depth_views::MOST_VIEWS;
 ///
 /// ```no_run
 /// # fn frame(
-/// #     gpu: &gpu_backend::gpu::Gpu,
+/// #     gpu: &gpu_backend::gpu::Gpu<gpu_backend::gpu::Queued>,
 /// #     lattice: &epipolar::Lattice,
 /// #     depths: &wgpu::Texture,
 /// #     map: &mut voxel_shadow::IndexMap<gpu_backend::gpu::GpuMemory>,
