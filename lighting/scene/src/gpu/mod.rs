@@ -1,12 +1,9 @@
 //! Media on a GPU: a part for any shader.
 //!
 //! [`MEDIA`] is WGSL text that holds only functions, structures and constants whose
-//! names start with `scn_`. It reaches the densities through one function, which
-//! the shader around it defines:
-//!
-//! | function | what it returns |
-//! |---|---|
-//! | `scn_density(index: u32) -> f32` | entry `index` of the densities of all grids, one grid behind the other |
+//! names start with `scn_`; its page has the signatures of the functions with their units, and
+//! the source. It reaches the densities through one function, `scn_density`, which the
+//! shader around it writes.
 //!
 //! | function of the part | CPU | what |
 //! |---|---|---|
@@ -15,6 +12,10 @@
 //! | `scn_grid_depth` | [`Media::optical_depth`](crate::Media::optical_depth) | the optical depth of a grid |
 //! | `scn_chord`, `scn_ball_cubic` | the same of particles | where a line is in a ball, and the extinction there |
 //! | `scn_height_density`, `scn_height_column` | [`HeightFog::density`], [`HeightFog::column`] | fog that thins out with altitude |
+//!
+//! # A whole shader
+//!
+#![doc = concat!("```wgsl\n", include_str!("example.wgsl"), "\n```")]
 //!
 //! # Agreement with the CPU
 //!
@@ -27,15 +28,16 @@
 //! Columns of height fog are as exact as WGSL's `exp`: `3 + 2 |(y − y₀)/H|` units of
 //! the last digit.
 
+mod part;
+
+pub use part::MEDIA;
+
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use airlight::gpu::PhaseRecord;
 
 use crate::{DensityGrid, HeightFog, Interpolation};
-
-/// Media: `scn_grid_depth` and what it is made of.
-pub const MEDIA: &str = include_str!("media.wgsl");
 
 /// A density grid as `scn_Grid`.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
