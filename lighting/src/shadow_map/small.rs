@@ -320,8 +320,8 @@ mod tests {
             }
         }
         let sun = sun();
-        let offset = 2.0 / 1.0 * Vec3::new(0.2, 0.0, 0.1);
-        let plain = Emitter::Directional(sun.clone());
+        let offset = 2.0 * Vec3::new(0.2, 0.0, 0.1);
+        let plain = Emitter::Directional(sun);
         let plain = SmallMaps::new(&cpu, &casters, &plain, 512).unwrap();
         check(&plain.filtered(3), offset, 1.0);
         let view = (&camera(0.3, Vec3::new(0.0, 1.0, 8.0)), SIZE, [0.5, 60.0]);

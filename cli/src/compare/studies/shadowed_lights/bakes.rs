@@ -163,21 +163,35 @@ fn whole(
     ]);
 }
 
+/// The bake of one light.
+struct Each {
+    bytes: u64,
+    seconds: f64,
+    number: usize,
+}
+
 /// Size and time of each light.
 fn of_each(study: &mut Study, extent: &Extent, lights: &[BakedLight]) {
-    let sizes = lights.iter().map(|light| light.shadow.bytes());
-    let mut by_size: Vec<(u64, f64, usize)> = sizes
-        .zip(lights)
-        .zip(0..)
-        .map(|((size, light), number)| (size, light.seconds, number))
+    let mut by_size: Vec<Each> = (lights.iter().enumerate())
+        .map(|(number, light)| Each {
+            bytes: light.shadow.bytes(),
+            seconds: light.seconds,
+            number,
+        })
         .collect();
-    for (size, seconds, number) in &by_size {
-        let of = format!("light {number}");
-        record(study, "bytes", &of, extent.voxels, *size as f64);
-        record(study, "seconds of the bake", &of, extent.voxels, *seconds);
+    for light in &by_size {
+        let of = format!("light {}", light.number);
+        record(study, "bytes", &of, extent.voxels, light.bytes as f64);
+        record(
+            study,
+            "seconds of the bake",
+            &of,
+            extent.voxels,
+            light.seconds,
+        );
     }
-    by_size.sort_by_key(|light| std::cmp::Reverse(light.0));
-    let chart = |title: &str, unit, y: &dyn Fn(&(u64, f64, usize)) -> (f64, String)| {
+    by_size.sort_by_key(|light| std::cmp::Reverse(light.bytes));
+    let chart = |title: &str, unit, y: fn(&Each) -> (f64, String)| {
         let points = by_size.iter().zip(1..).map(|(light, rank)| {
             let (y, text) = y(light);
             let x = f64::from(rank);
@@ -186,7 +200,7 @@ fn of_each(study: &mut Study, extent: &Extent, lights: &[BakedLight]) {
                 y,
                 spread: [x; 2],
                 label: String::new(),
-                title: format!("light {}: {text}", light.2),
+                title: format!("light {}: {text}", light.number),
             }
         });
         Chart {
@@ -218,11 +232,11 @@ fn of_each(study: &mut Study, extent: &Extent, lights: &[BakedLight]) {
         study.parts.push(Part::Charts(Charts {
             share_legend: true,
             all: vec![
-                chart("Size", Unit::Bytes, &|light| {
-                    (light.0 as f64, bytes(light.0))
+                chart("Size", Unit::Bytes, |light| {
+                    (light.bytes as f64, bytes(light.bytes))
                 }),
-                chart("Time of the bake", Unit::Seconds, &|light| {
-                    (light.1, seconds(light.1))
+                chart("Time of the bake", Unit::Seconds, |light| {
+                    (light.seconds, seconds(light.seconds))
                 }),
             ],
         }));

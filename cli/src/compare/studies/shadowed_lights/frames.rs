@@ -244,14 +244,17 @@ fn pixels(extent: &Extent) -> f64 {
     f64::from(extent.picture.width) * f64::from(extent.picture.height)
 }
 
+/// A part of a frame, by its name.
+type Named = (&'static str, fn(&Frame) -> f64);
+
 /// The parts of each frame.
 fn chart(frames: &[Frame]) -> Chart {
-    let parts: [(&str, fn(&Frame) -> f64); 3] = [
+    let parts: [Named; 3] = [
         ("lists", |frame| frame.lists),
         ("shadows", |frame| frame.shadows),
         ("shading", |frame| frame.shading),
     ];
-    let series = |(slot, (name, of)): (usize, (&str, fn(&Frame) -> f64))| Series {
+    let series = |(slot, (name, of)): (usize, Named)| Series {
         name: name.into(),
         aside: String::new(),
         key: Key::new(slot),

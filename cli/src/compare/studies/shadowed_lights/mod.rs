@@ -28,6 +28,7 @@ use crate::progress;
 pub(super) const KIND: Kind = Kind {
     title: "lights with precomputed shadows",
     csv: "shadowed-lights.csv",
+    in_fog: false,
     columns: value_columns,
     seconds: Some([1.5, 90.0]),
     pointless,
