@@ -154,20 +154,30 @@ impl<'a> Media<'a> {
         &self.grids
     }
 
+    /// The particles, a kind of them after the other, but those of no extinction at all.
+    pub fn particles(&self) -> impl Iterator<Item = &'a Particles> {
+        // Those of a kind follow each other.
+        let kinds = self.balls.chunk_by(|a, b| std::ptr::eq(a.of, b.of));
+        kinds.filter_map(|balls| balls.first().map(|ball| ball.of))
+    }
+
     /// Boxes around what is somewhere only: a bounded homogeneous medium, each grid, all
     /// particles of a kind.
     pub fn boxes(&self) -> impl Iterator<Item = Bounds> {
         let medium = self.medium.as_ref().and_then(Medium::bounds);
         let grids = self.grids.iter().map(|grid| grid.bounds());
-        // Those of a kind follow each other.
-        let kinds = self.balls.chunk_by(|a, b| std::ptr::eq(a.of, b.of));
-        let particles = kinds.filter_map(|balls| balls.first().and_then(|ball| ball.of.bounds()));
+        let particles = self.particles().filter_map(Particles::bounds);
         medium.into_iter().chain(grids).chain(particles)
     }
 
     /// True if there is nothing but the homogeneous medium, or not even that.
     pub fn is_homogeneous(&self) -> bool {
         self.height_fog.is_none() && self.grids.is_empty() && self.balls.is_empty()
+    }
+
+    /// True if a grid emits light of its own.
+    pub fn emits(&self) -> bool {
+        self.grids.iter().any(|grid| !grid.emission().is_empty())
     }
 
     /// Calls `visit` with the coefficients of each medium that is at a point: those

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Ball, depth};
 use crate::cubic::Cubic;
-use crate::{CellSpan, DensityGrid, HeightFog, Medium, PhaseFunction};
+use crate::{CellSpan, DensityGrid, HeightFog, Interpolation, Medium, PhaseFunction};
 
 /// What a medium does to light at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,16 +103,29 @@ impl<'a> MediaPart<'a> {
         self.phase
     }
 
+    /// True if it emits light of its own.
+    pub(super) fn emits(&self) -> bool {
+        self.samples
+            .is_some_and(|(grid, _)| !grid.emission().is_empty())
+    }
+
+    /// True if neither its extinction nor what it emits changes along the piece.
+    pub(super) fn is_even(&self) -> bool {
+        let is_voxel = |grid: &DensityGrid| grid.interpolation() == Interpolation::Constant;
+        let has_even_density = match self.profile {
+            Along::Cubic(Cubic([first, rest @ ..])) => rest == [first; 3],
+            Along::Height { .. } => self.extinction == DVec3::ZERO,
+        };
+        has_even_density && (!self.emits() || self.samples.is_none_or(|(grid, _)| is_voxel(grid)))
+    }
+
     /// True if it neither extinguishes nor emits.
     pub(super) fn is_nothing(&self) -> bool {
         let has_no_density = match self.profile {
             Along::Cubic(cubic) => cubic.0 == [0.0; 4],
             Along::Height { .. } => false,
         };
-        (has_no_density || self.extinction == DVec3::ZERO)
-            && self
-                .samples
-                .is_none_or(|(grid, _)| grid.emission().is_empty())
+        (has_no_density || self.extinction == DVec3::ZERO) && !self.emits()
     }
 
     /// The coefficients at `x` metres behind the start of a piece of `length`.

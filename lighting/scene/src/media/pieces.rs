@@ -205,6 +205,22 @@ impl<'a> MediaPiece<'a> {
         self.parts.is_empty()
     }
 
+    /// True if something on it emits light of its own.
+    pub fn emits(&self) -> bool {
+        self.parts.iter().any(MediaPart::emits)
+    }
+
+    /// True if neither the extinction nor the emission of anything changes along it.
+    pub fn is_even(&self) -> bool {
+        self.parts.iter().all(MediaPart::is_even)
+    }
+
+    /// What all that is there emits at `t` on this piece, radiance per metre.
+    pub fn emission(&self, t: f64) -> DVec3 {
+        let emitting = self.parts.iter().filter(|part| part.emits());
+        emitting.map(|part| self.scattering(part, t).emission).sum()
+    }
+
     /// The media on it.
     pub fn parts(&self) -> &'a [MediaPart<'a>] {
         self.parts
