@@ -302,8 +302,8 @@ pub(crate) struct Render {
     /// transmittance, and the surfaces and the fog of each light
     ///
     /// R, G and B are surfaces.R + fog.R and so on. surfaces.*, hair among them, is
-    /// emitted.* + indirect.* + the sum of light.N.surfaces.*; fog.* is the sum of
-    /// light.N.fog.*. transmittance.* is the share of a surface's light that the
+    /// emitted.* + indirect.* + the sum of light.N.surfaces.*; fog.* is fog.emitted.* + the
+    /// sum of light.N.fog.*. transmittance.* is the share of a surface's light that the
     /// fog before it lets through. N is the light's number, from 0, with its name
     /// if it has one.
     #[arg(long)]

@@ -95,7 +95,7 @@ impl Chosen {
                 let name = self.entry.about().name;
                 input.notes.push(format!(
                     "with {name} smoke casts shadows into the fog and dims the surfaces behind it, but \
-                     its own light is not drawn"
+                     the light that it scatters is not drawn"
                 ));
                 self
             }

@@ -13,8 +13,8 @@ use crate::picture::Picture;
 /// Channels take at most this much memory: 4 GiB.
 const MAX_BYTES: u64 = 1 << 32;
 
-/// The picture, its surfaces, its fog, what is emitted, indirect and let through.
-const OF_ALL_LIGHTS: u64 = 6;
+/// The picture, its surfaces, its fog, what either emits, indirect and let through.
+const OF_ALL_LIGHTS: u64 = 7;
 
 /// Surfaces and fog.
 const OF_EACH_LIGHT: u64 = 2;
@@ -75,6 +75,10 @@ impl Layers {
         if let Some(indirect) = shot.indirect(input)? {
             surfaces = surfaces.plus(&indirect);
             parts.push(("indirect".into(), indirect));
+        }
+        if let Some(emission) = shot.emission(input)? {
+            fog = fog.plus(&emission);
+            parts.push(("fog.emitted".into(), emission));
         }
         let picture = surfaces.plus(&fog);
         parts.push(("surfaces".into(), surfaces));

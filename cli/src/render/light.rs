@@ -5,6 +5,9 @@ use gpu_backend::{Backend, Buffer, Cpu, Download, Host};
 use indicatif::ProgressBar;
 use lighting::culling::PointLists;
 use lighting::direct_light::{AddDirectLight, LitPoints};
+use lighting::methods::heterogeneous::{
+    AddEmission, EmittingRays, MediaMemory, MediaOf, UploadedMedia,
+};
 use lighting::methods::{
     Entry, Frame, FrameInputs, Method, MethodBackend, Selection, Store, Verdict,
 };
@@ -13,7 +16,7 @@ use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
 use lighting::surface::{self, Lit};
 use lighting::translucent::TransmittanceMap;
-use lighting::{Emitter, SurfacePoint, Watch};
+use lighting::{Emitter, EyePanes, Ray, SurfacePoint, Watch};
 
 use crate::args::Render;
 use crate::devices::Device;
@@ -91,6 +94,45 @@ fn not_on_gpus(input: &Input) -> Option<&'static str> {
     }
     let fog = input.scene.height_fog.is_some();
     fog.then_some("fog thins out with altitude on the way from the lights")
+}
+
+/// What smoke emits along the rays of a view, one RGB0 per ray; `None` if it is dark.
+pub(crate) fn of_media(
+    input: &Input,
+    view: &View,
+    device: &Device,
+) -> Result<Option<Vec<[f32; 4]>>, Failure> {
+    let media = input.media();
+    if !media.emits() {
+        return Ok(None);
+    }
+    let (cpu, rays) = (Cpu::new(), view.rays());
+    let panes = EyePanes::new(&cpu, &input.tracer, rays);
+    let panes = EyePanes::with_cover(panes, view.cover(), rays.len(), |ray| ray);
+    let radiance = match &device.context {
+        None => emitted(&cpu, rays, &media, panes.as_ref()),
+        Some(context) => {
+            let gpu = Gpu::new(context.clone());
+            let media = UploadedMedia::new(&gpu, &media)?;
+            emitted(&gpu, rays, &media, panes.as_ref())
+        }
+    };
+    Ok(Some(radiance?))
+}
+
+fn emitted<B: AddEmission + Download>(
+    backend: &B,
+    rays: &[Ray],
+    media: &MediaOf<'_, B::Memory>,
+    panes: Option<&EyePanes>,
+) -> Result<Vec<[f32; 4]>, Failure>
+where
+    B::Memory: MediaMemory,
+{
+    let mut radiance = backend.zeros::<[f32; 4]>(rays.len())?;
+    let rays = &backend.upload(rays)?;
+    backend.add_emission(&EmittingRays { rays, media, panes }, &mut radiance)?;
+    Ok(backend.download(&radiance)?)
 }
 
 /// What is the same for all lights of a picture.

@@ -183,6 +183,9 @@ impl Shot<'_> {
         if let Some(airlight) = self.airlight(input, self.kept)? {
             picture = picture.plus(&airlight);
         }
+        if let Some(emission) = self.emission(input)? {
+            picture = picture.plus(&emission);
+        }
         if format == Format::Exr {
             let content = picture.exr()?;
             return Ok((picture, content));
@@ -307,6 +310,12 @@ impl Shot<'_> {
         let map = self.args.options.map();
         let options = &self.args.indirect;
         let radiance = indirect::radiance(options, map, self.device, input, self.view)?;
+        Ok(radiance.map(|radiance| self.pixels(&radiance)))
+    }
+
+    /// What smoke emits; nothing if it is dark.
+    fn emission(&self, input: &Input) -> Result<Option<Picture>, Failure> {
+        let radiance = light::of_media(input, self.view, self.device)?;
         Ok(radiance.map(|radiance| self.pixels(&radiance)))
     }
 

@@ -104,6 +104,10 @@ pub enum Allowed {
     GpuSmoke,
     /// Share of rays that differ by more because a sample is within rounding of a step of transmittance.
     GpuSmokeRays,
+    /// The light that media scatter along a ray, of what it would be without shadows.
+    GpuMedia,
+    /// Share of rays that differ by more because a step ends elsewhere or falls to the other side of a shadow.
+    GpuMediaRays,
     /// A texel of a shadow map of loose triangles on the GPU and on the CPU.
     GpuSoupTexel,
     /// Share of its pairs of texels of different depth at which another triangle may be seen.
@@ -517,6 +521,24 @@ pub const TABLE: &[Tolerance] = &[
             1e5 of the samples where surfaces are a metre apart, and a ray has 16 samples: \
             2e-4. At the corner of a cube of maps it falls onto another face, whose border \
             is filtered by itself: as much again.",
+    },
+    Tolerance {
+        what: Allowed::GpuMedia,
+        error: 3e-4,
+        derivation: "256 units for the light that arrives, as for `GpuRadiance`: 3e-5. The optical \
+            depth of 100 pieces is off by 120 x 2^-23 of itself, which takes at most 1/e of that: \
+            5e-6. The ends of a step, and the centroid of its light, are off by some 8 units of \
+            5 m, 5e-6 m or 1.5e-4 of a texel of 3 cm, across which the transmittance of a \
+            bilinear map changes by at most as much; `GpuSmoke` for the lookup.",
+    },
+    Tolerance {
+        what: Allowed::GpuMediaRays,
+        error: 2e-3,
+        derivation: "A step whose centroid is off by 1.5e-4 of a texel falls into another one with \
+            twice that chance, and one in ten of those has another answer of the shadow map: \
+            1e-3 for 32 steps. A step ends with the part in which it has had its share, of one of \
+            three kinds that are known to 1e-6 of a step each: 1e-4. Where it ends elsewhere, \
+            shadows are sampled elsewhere. As much again at the borders of voxels.",
     },
     Tolerance {
         what: Allowed::GpuSoupTexel,

@@ -60,7 +60,8 @@ fn compare(translucent: &[Translucent], geometry: Option<&Geometry>) {
     let (mut all, mut different) = (0, 0);
     for (_, light) in lights() {
         let clear = Stream::<8>::new();
-        let map = TransmittanceMap::build(&cpu, &casters, &light, 128, &clear).unwrap();
+        let map: TransmittanceMap =
+            TransmittanceMap::build(&cpu, &casters, &light, 128, &clear).unwrap();
         let map_there = map.upload(&gpu).unwrap();
         for spacing in [Spacing::Distance, Spacing::EquiAngular] {
             let here = March::new(&map, 16, spacing);
@@ -121,7 +122,8 @@ fn marches_through_a_shadow_map_and_a_map_of_transmittance_at_once_agree() {
     for (_, light) in lights() {
         let shadows = cpu.shadow_map(&solid, &light, 128).unwrap();
         let clear = Stream::<8>::new();
-        let map = TransmittanceMap::build(&cpu, &casters, &light, 64, &clear).unwrap();
+        let map: TransmittanceMap =
+            TransmittanceMap::build(&cpu, &casters, &light, 64, &clear).unwrap();
         let shadows_there = shadows.upload(&gpu).unwrap();
         let map_there = map.upload(&gpu).unwrap();
         let here = March::new(Both(&shadows, &map), 16, Spacing::EquiAngular);

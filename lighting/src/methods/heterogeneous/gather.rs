@@ -3,8 +3,9 @@
 use std::cell::Cell;
 
 use glam::{DVec3, Vec3};
-use gpu_backend::{Backend, BufferOf, Cpu, Error, Memory};
+use gpu_backend::{Backend, BufferOf, Cpu, Error};
 
+use super::memory::{MediaMemory, MediaOf};
 use super::steps::{Arriving, Limits, Line, Steps};
 use crate::eye_panes::Behind;
 use crate::gather::check_lengths;
@@ -14,13 +15,13 @@ use crate::{EyePanes, Interval, LightPath, Ray, Watch};
 
 /// What a gather through media is asked about.
 #[derive(Debug)]
-pub struct MediaRays<'a, M: Memory> {
+pub struct MediaRays<'a, 'm, M: MediaMemory> {
     /// The rays, in the memory of the backend.
     pub rays: &'a M::Buffer<Ray>,
     /// The light.
     pub emitter: &'a Emitter,
-    /// What scatters.
-    pub media: &'a Media<'a>,
+    /// What scatters, in the memory of the backend.
+    pub media: &'a MediaOf<'m, M>,
     /// Steps of each ray, at least 1.
     pub steps: u32,
     /// What covers parts of the rays before their origins, by the number of each ray;
@@ -32,16 +33,17 @@ pub struct MediaRays<'a, M: Memory> {
 
 /// The step that gathers the light of one lamp that media scatter towards the eye,
 /// with a `V` that tells how much of it gets where.
-pub trait GatherMedia<V>: Backend {
+pub trait GatherMedia<V>: Backend<Memory: MediaMemory> {
     /// Adds to `radiance[i]` what media scatter along `lit.rays[i]`, per the page of
-    /// [this module](super). The fourth component is left alone.
+    /// [this module](super), as far as [panes](MediaRays::panes) before it let it
+    /// through. The fourth component is left alone.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is
-    /// written then.
+    /// written then. On GPUs those of a dispatch too.
     fn gather_media(
         &self,
-        lit: &MediaRays<'_, Self::Memory>,
+        lit: &MediaRays<'_, '_, Self::Memory>,
         visibility: &V,
         radiance: &mut BufferOf<Self, [f32; 4]>,
     ) -> Result<(), Error>;
@@ -53,16 +55,16 @@ const RAYS: usize = 16;
 impl<V: PointVisibility> GatherMedia<V> for Cpu {
     fn gather_media(
         &self,
-        lit: &MediaRays<'_, Self::Memory>,
+        lit: &MediaRays<'_, '_, Self::Memory>,
         visibility: &V,
         radiance: &mut Vec<[f32; 4]>,
     ) -> Result<(), Error> {
         check_lengths(lit.rays.len(), radiance.len())?;
         self.for_each_chunk(radiance, RAYS, |first, chunk| {
-            for (index, sum) in (first..).zip(chunk.iter_mut()) {
-                // More rays than a u32 counts do not fit into memory.
-                let panes = lit.panes.map_or(&[][..], |panes| panes.of(index as u32));
-                let light = along(&lit.rays[index], panes, lit, visibility);
+            for (i, (sum, ray)) in chunk.iter_mut().zip(&lit.rays[first..]).enumerate() {
+                // More rays than a u32 counts have no panes.
+                let panes = lit.panes.map_or(&[][..], |all| all.of((first + i) as u32));
+                let light = along(ray, panes, lit, visibility);
                 for (sum, light) in sum.iter_mut().zip(light.to_array()) {
                     *sum += light as f32;
                 }
@@ -76,7 +78,7 @@ impl<V: PointVisibility> GatherMedia<V> for Cpu {
 fn along<V: PointVisibility>(
     ray: &Ray,
     mut panes: &[Behind],
-    lit: &MediaRays<'_, <Cpu as Backend>::Memory>,
+    lit: &MediaRays<'_, '_, <Cpu as Backend>::Memory>,
     visibility: &V,
 ) -> DVec3 {
     // Limited by the light alone.
@@ -101,35 +103,35 @@ fn along<V: PointVisibility>(
         return DVec3::ZERO;
     }
     let limits = Limits::new(lit.steps, length, line.angle(start, end));
-    let (mut sum, seen) = (DVec3::ZERO, Cell::new(DVec3::ONE));
+    let mut sum = DVec3::ZERO;
+    // What the panes before a step let through.
+    let seen = Cell::new(DVec3::ONE);
     let arriving = |x: f64| arriving(&path, lit.media, x);
     let mut steps = Steps::new(line, limits, arriving, |x: f64, radiance: DVec3| {
         let share = visibility.visibility(ray.at(x as f32)) * Vec3::ONE;
         sum += seen.get() * share.as_dvec3() * radiance;
     });
     let mut pieces = lit.media.along(origin, direction, 0.0, end);
-    'ray: while let Some(piece) = pieces.advance() {
+    'pieces: while let Some(piece) = pieces.advance() {
         let (mut from, to) = (piece.start().max(start), piece.end());
-        if piece.is_empty() || !(from < to) {
+        if piece.is_empty() {
             continue;
         }
-        while let [next, others @ ..] = panes
-            && f64::from(next.from) < to
-        {
-            let covered = f64::from(next.from);
-            if from < covered {
-                if !steps.add(&piece, [from, covered]) {
-                    break 'ray;
-                }
-                from = covered;
+        while from < to {
+            while let Some((pane, others)) = panes.split_first()
+                && f64::from(pane.from) <= from
+            {
+                steps.finish();
+                seen.set(pane.share.as_dvec3());
+                panes = others;
             }
-            // What was before it is not seen through it.
-            steps.finish();
-            seen.set(next.share.as_dvec3());
-            panes = others;
-        }
-        if !steps.add(&piece, [from, to]) {
-            break;
+            let next = panes
+                .first()
+                .map_or(to, |pane| f64::from(pane.from).min(to));
+            if !steps.add(&piece, [from, next]) {
+                break 'pieces;
+            }
+            from = next;
         }
     }
     steps.finish();

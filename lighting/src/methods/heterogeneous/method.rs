@@ -2,6 +2,7 @@
 //! of map that tells how much light gets how far.
 
 use std::fmt;
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -11,6 +12,8 @@ use transmittance::baseline::{
 };
 use transmittance::{Accumulate, Curve, Evaluate, Linear, Packed, Stream};
 
+#[cfg(feature = "wgpu")]
+use super::method_gpu::CurvesInShaders as CurvesEverywhere;
 use super::{DoubleMarch, GatherMedia, MediaRays};
 use crate::methods::translucent::{Casters, TransmittanceMap, curve_resolution};
 use crate::methods::{
@@ -26,12 +29,87 @@ type Make = fn(&FrameInputs<'_>, usize) -> Result<Map, MethodError>;
 /// How much of a light gets through what is translucent.
 type Map = Arc<dyn PointVisibility<Share = Vec3> + Send>;
 
+/// A kind of maps, in the store of the host.
+pub(super) trait Curves: Send + Sync + 'static {
+    /// Whether there are any: else what is opaque alone casts shadows.
+    const IS_THERE: bool = true;
+
+    /// That of a light. What is opaque is not in it.
+    fn map(&self, inputs: &FrameInputs<'_>, light: usize) -> Result<Option<Map>, MethodError>;
+}
+
+/// Those that shaders read too, where there are shaders.
+#[cfg(not(feature = "wgpu"))]
+trait CurvesEverywhere: Curves {}
+
+#[cfg(not(feature = "wgpu"))]
+impl<C: Curves> CurvesEverywhere for C {}
+
+/// None.
+pub(super) struct NoCurves;
+
+impl Curves for NoCurves {
+    const IS_THERE: bool = false;
+
+    fn map(&self, _: &FrameInputs<'_>, _: usize) -> Result<Option<Map>, MethodError> {
+        Ok(None)
+    }
+}
+
+/// Curves of a fixed size, made by `A` and asked as `T`.
+pub(super) struct OfSize<A, T>(PhantomData<fn() -> (A, T)>);
+
+/// By the paper's rule.
+type ByRule<const N: usize> = OfSize<Curve<N, Linear>, Packed<N, Linear>>;
+
+/// By least area.
+type ByArea<const N: usize> = OfSize<Stream<N>, Packed<N>>;
+
+impl<A, T> Default for OfSize<A, T> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<A, T> OfSize<A, T>
+where
+    A: Accumulate + Default + Clone + Sync + 'static,
+    A::Curve: Into<T>,
+    T: Evaluate + fmt::Debug + Send + Sync + 'static,
+{
+    /// The map of a light.
+    pub(super) fn on_host(
+        inputs: &FrameInputs<'_>,
+        light: usize,
+    ) -> Result<Arc<TransmittanceMap<Host, T>>, MethodError> {
+        map_of(inputs, light, &A::default())
+    }
+}
+
+impl<A, T> Curves for OfSize<A, T>
+where
+    A: Accumulate + Default + Clone + Sync + 'static,
+    A::Curve: Into<T>,
+    T: Evaluate + fmt::Debug + Send + Sync + 'static,
+{
+    fn map(&self, inputs: &FrameInputs<'_>, light: usize) -> Result<Option<Map>, MethodError> {
+        Ok(Some(Self::on_host(inputs, light)?))
+    }
+}
+
+/// Any other on the CPU.
+struct OnHost(Make);
+
+impl Curves for OnHost {
+    fn map(&self, inputs: &FrameInputs<'_>, light: usize) -> Result<Option<Map>, MethodError> {
+        self.0(inputs, light).map(Some)
+    }
+}
+
 /// A gather with maps of one kind.
-#[derive(Clone, Copy)]
-struct Gathered {
+pub(super) struct Gathered<C> {
     about: Named,
-    /// `None`: what is opaque alone casts shadows.
-    make: Option<Make>,
+    curves: C,
     /// Bytes of a curve.
     bytes: u64,
 }
@@ -46,7 +124,7 @@ struct Named {
     quick: &'static [u32],
 }
 
-impl fmt::Debug for Gathered {
+impl<C> fmt::Debug for Gathered<C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.about.fmt(f)
     }
@@ -98,7 +176,7 @@ fn has_hair(inputs: &FrameInputs<'_>) -> bool {
 
 const STEPS: &str = "steps";
 
-impl Method for Gathered {
+impl<C: Curves> Method for Gathered<C> {
     fn about(&self) -> About {
         about(self.about, STEPS)
     }
@@ -117,10 +195,16 @@ impl Method for Gathered {
 
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let mut notes = Vec::new();
-        if self.make.is_none() {
-            if has_hair(inputs) {
-                notes.push("hair casts no shadow into the air".into());
-            }
+        if !C::IS_THERE && has_hair(inputs) {
+            notes.push("hair casts no shadow into the air".into());
+        }
+        if !C::IS_THERE && inputs.geometry.coatings().any_see_through() {
+            notes.push(format!(
+                "see-through surfaces cast no shadow into the air with {}",
+                self.about.name
+            ));
+        }
+        if !C::IS_THERE {
             notes.push("smoke casts no shadows".into());
         }
         notes
@@ -156,21 +240,24 @@ impl PointVisibility for Both {
     }
 }
 
-impl Gathered {
+impl<C: Curves> Gathered<C> {
     fn visibility(&self, frame: &Frame<'_, Cpu>, light: usize) -> Result<Both, MethodError> {
         Ok(Both {
             opaque: frame.shadow_map(light)?,
-            translucent: self
-                .make
-                .map(|make| make(&frame.inputs, light))
-                .transpose()?,
+            translucent: self.curves.map(&frame.inputs, light)?,
         })
     }
 }
 
-impl RunOn<Cpu> for Gathered {
+impl<C> Gathered<C> {
+    pub(super) fn check(steps: u32) -> Result<(), MethodError> {
+        check(steps, STEPS)
+    }
+}
+
+impl<C: Curves> RunOn<Cpu> for Gathered<C> {
     fn prepare(&self, frame: &Frame<'_, Cpu>, steps: u32) -> Result<(), MethodError> {
-        check(steps, STEPS)?;
+        Self::check(steps)?;
         (0..frame.inputs.emitters.len()).try_for_each(|light| {
             frame.inputs.go_on(light)?;
             self.visibility(frame, light).map(|_| ())
@@ -183,7 +270,7 @@ impl RunOn<Cpu> for Gathered {
         steps: u32,
         radiance: &mut Vec<[f32; 4]>,
     ) -> Result<(), MethodError> {
-        check(steps, STEPS)?;
+        Self::check(steps)?;
         let inputs = &frame.inputs;
         let media = inputs.media();
         let panes = inputs.panes()?;
@@ -295,41 +382,46 @@ impl RunOn<Cpu> for BruteForce {
     }
 }
 
+/// What a map of transmittance is kept by.
+pub(super) fn key<A: 'static>(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+) -> (std::any::TypeId, usize, u32) {
+    let casters = Casters::see_through(inputs.translucent, inputs.geometry);
+    let resolution = curve_resolution(inputs.map, inputs.emitters, casters.channels());
+    (std::any::TypeId::of::<A>(), light, resolution)
+}
+
 /// That of a light, in the store of the host. What is opaque is not in it.
-fn map<A, T>(inputs: &FrameInputs<'_>, light: usize, clear: &A) -> Result<Map, MethodError>
+fn map_of<A, T>(
+    inputs: &FrameInputs<'_>,
+    light: usize,
+    clear: &A,
+) -> Result<Arc<TransmittanceMap<Host, T>>, MethodError>
 where
     A: Accumulate + Clone + Sync + 'static,
     A::Curve: Into<T>,
     T: Evaluate + fmt::Debug + Send + Sync + 'static,
 {
     let casters = Casters::see_through(inputs.translucent, inputs.geometry);
-    let resolution = curve_resolution(inputs.map, inputs.emitters, casters.channels());
-    let made: Arc<TransmittanceMap<Host, T>> = inputs.host.get(
-        "map of transmittance",
-        (std::any::TypeId::of::<A>(), light, resolution),
-        TransmittanceMap::bytes,
-        || {
-            TransmittanceMap::build(
-                &Cpu::new(),
-                &casters,
-                &inputs.emitters[light],
-                resolution,
-                clear,
-            )
-            .map_err(MethodError::resource("a map of transmittance"))
-        },
-    )?;
-    Ok(made)
+    let key = key::<A>(inputs, light);
+    inputs
+        .host
+        .get("map of transmittance", key, TransmittanceMap::bytes, || {
+            let emitter = &inputs.emitters[light];
+            TransmittanceMap::build(&Cpu::new(), &casters, emitter, key.2, clear)
+                .map_err(MethodError::resource("a map of transmittance"))
+        })
 }
 
-/// By the paper's rule.
-fn by_rule<const N: usize>(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
-    map::<_, Packed<N, Linear>>(inputs, light, &Curve::<N, Linear>::new())
-}
-
-/// By least area.
-fn by_area<const N: usize>(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
-    map::<_, Packed<N>>(inputs, light, &Stream::<N>::new())
+/// The same, whatever it holds.
+fn map<A, T>(inputs: &FrameInputs<'_>, light: usize, clear: &A) -> Result<Map, MethodError>
+where
+    A: Accumulate + Clone + Sync + 'static,
+    A::Curve: Into<T>,
+    T: Evaluate + fmt::Debug + Send + Sync + 'static,
+{
+    Ok(map_of::<A, T>(inputs, light, clear)?)
 }
 
 fn deep(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
@@ -395,109 +487,134 @@ fn moments(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
     in_range::<_, MomentCurve>(inputs, light, |range| Moments::new(6, range))
 }
 
+/// A method with maps that shaders read.
+fn everywhere<C: CurvesEverywhere>(about: Named, curves: C, nodes: u64) -> Entry {
+    Entry::everywhere(Gathered {
+        about,
+        curves,
+        bytes: 8 * nodes,
+    })
+}
+
+/// One with others.
+fn on_host(about: Named, make: Make, bytes: u64) -> Entry {
+    let curves = OnHost(make);
+    Entry::on_cpu(Gathered {
+        about,
+        curves,
+        bytes,
+    })
+}
+
 pub(in crate::methods) fn methods() -> Vec<Entry> {
-    let salvi = "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010";
-    let rule = |name, title, make: Make, nodes: u64| {
-        let purpose = "smoke that is seen and shades itself: curves by the paper's rule";
-        (
-            name,
-            title,
-            purpose,
-            salvi,
-            Role::Paper,
-            &[16][..],
-            Some(make),
-            8 * nodes,
-        )
+    let rule = |name, title| Named {
+        name,
+        title,
+        purpose: "smoke that is seen and shades itself: curves by the paper's rule",
+        paper: "Salvi et al., Adaptive Volumetric Shadow Maps, EGSR 2010",
+        role: Role::Paper,
+        quick: &[16],
     };
-    let all = [
-        (
-            "media-area-8",
-            "AVSM by least area, 8 nodes",
-            "smoke that is seen and shades itself, from curves of the least mean error",
-            "Salvi et al., EGSR 2010; nodes by least area instead of theirs",
-            Role::Paper,
-            &[16, 64][..],
-            Some(by_area::<8> as Make),
-            64,
+    let area = Named {
+        name: "media-area-8",
+        title: "AVSM by least area, 8 nodes",
+        purpose: "smoke that is seen and shades itself, from curves of the least mean error",
+        paper: "Salvi et al., EGSR 2010; nodes by least area instead of theirs",
+        role: Role::Paper,
+        quick: &[16, 64],
+    };
+    let variant = |name, title, purpose, paper| Named {
+        name,
+        title,
+        purpose,
+        paper,
+        role: Role::Variant,
+        quick: &[16],
+    };
+    let unshadowed = Named {
+        name: "media-unshadowed",
+        title: "smoke without shadows of smoke",
+        purpose: "smoke that is seen and casts no shadow: what its shadows are worth",
+        paper: "none: shadow maps of what is opaque",
+        role: Role::Unshadowed,
+        quick: &[32],
+    };
+    vec![
+        everywhere(area, ByArea::<8>::default(), 8),
+        everywhere(unshadowed, NoCurves, 0),
+        everywhere(
+            rule("media-avsm-4", "AVSM, 4 nodes"),
+            ByRule::<4>::default(),
+            4,
         ),
-        (
-            "media-unshadowed",
-            "smoke without shadows of smoke",
-            "smoke that is seen and casts no shadow: what its shadows are worth",
-            "none: shadow maps of what is opaque",
-            Role::Unshadowed,
-            &[32],
-            None,
-            0,
+        everywhere(
+            rule("media-avsm-8", "AVSM, 8 nodes"),
+            ByRule::<8>::default(),
+            8,
         ),
-        rule("media-avsm-4", "AVSM, 4 nodes", by_rule::<4>, 4),
-        rule("media-avsm-8", "AVSM, 8 nodes", by_rule::<8>, 8),
-        rule("media-avsm-12", "AVSM, 12 nodes", by_rule::<12>, 12),
-        rule("media-avsm-16", "AVSM, 16 nodes", by_rule::<16>, 16),
-        (
-            "media-area-16",
-            "AVSM by least area, 16 nodes",
-            "smoke that is seen and shades itself, curves of the least mean error with 16 nodes",
-            "Salvi et al., EGSR 2010; nodes by least area instead of theirs",
-            Role::Variant,
-            &[16],
-            Some(by_area::<16>),
+        everywhere(
+            rule("media-avsm-12", "AVSM, 12 nodes"),
+            ByRule::<12>::default(),
+            12,
+        ),
+        everywhere(
+            rule("media-avsm-16", "AVSM, 16 nodes"),
+            ByRule::<16>::default(),
+            16,
+        ),
+        everywhere(
+            Named {
+                name: "media-area-16",
+                title: "AVSM by least area, 16 nodes",
+                purpose: "smoke that is seen and shades itself, curves of the least mean error \
+                          with 16 nodes",
+                role: Role::Variant,
+                quick: &[16],
+                ..area
+            },
+            ByArea::<16>::default(),
+            16,
+        ),
+        on_host(
+            variant(
+                "media-deep",
+                "deep shadow maps",
+                "curves as long as an error of 0.002 takes",
+                "Lokovic and Veach, Deep Shadow Maps, SIGGRAPH 2000",
+            ),
+            deep,
             128,
         ),
-        (
-            "media-deep",
-            "deep shadow maps",
-            "curves as long as an error of 0.002 takes",
-            "Lokovic and Veach, Deep Shadow Maps, SIGGRAPH 2000",
-            Role::Variant,
-            &[16],
-            Some(deep),
+        on_host(
+            variant(
+                "media-opacity-32",
+                "opacity shadow maps",
+                "32 slices between the nearest and the farthest smoke",
+                "Kim and Neumann, Opacity Shadow Maps, EGWR 2001",
+            ),
+            opacity,
             128,
         ),
-        (
-            "media-opacity-32",
-            "opacity shadow maps",
-            "32 slices between the nearest and the farthest smoke",
-            "Kim and Neumann, Opacity Shadow Maps, EGWR 2001",
-            Role::Variant,
-            &[16],
-            Some(opacity),
+        on_host(
+            variant(
+                "media-fourier-16",
+                "Fourier opacity maps",
+                "16 pairs of coefficients between the nearest and the farthest smoke",
+                "Jansen and Bavoil, Fourier Opacity Mapping, I3D 2010",
+            ),
+            fourier,
             128,
         ),
-        (
-            "media-fourier-16",
-            "Fourier opacity maps",
-            "16 pairs of coefficients between the nearest and the farthest smoke",
-            "Jansen and Bavoil, Fourier Opacity Mapping, I3D 2010",
-            Role::Variant,
-            &[16],
-            Some(fourier),
-            128,
-        ),
-        (
-            "media-moments-6",
-            "moments of optical depth",
-            "6 moments between the nearest and the farthest smoke",
-            "Münstermann et al., Moment-Based Order-Independent Transparency, I3D 2018",
-            Role::Variant,
-            &[16],
-            Some(moments),
+        on_host(
+            variant(
+                "media-moments-6",
+                "moments of optical depth",
+                "6 moments between the nearest and the farthest smoke",
+                "Münstermann et al., Moment-Based Order-Independent Transparency, I3D 2018",
+            ),
+            moments,
             28,
         ),
-    ];
-    let gathered = all.map(|(name, title, purpose, paper, role, quick, make, bytes)| {
-        let about = Named {
-            name,
-            title,
-            purpose,
-            paper,
-            role,
-            quick,
-        };
-        Entry::on_cpu(Gathered { about, make, bytes })
-    });
-    let mut methods = Vec::from(gathered);
-    methods.push(Entry::on_cpu(BruteForce));
-    methods
+        Entry::on_cpu(BruteForce),
+    ]
 }

@@ -35,23 +35,58 @@
 //! elsewhere. A ray
 //! visits each cell on its way once for every light.
 //!
+//! # Emission
+//!
+//! What grids [emit](crate::scene::DensityGrid::with_emission) needs no lamp: a frame adds
+//! it once, by [`AddEmission`], beside the gathers of all lamps and the light of surfaces.
+//!
+//! # On GPUs
+//!
+//! The same pieces, parts and steps in f32, an invocation per ray, for visibility that
+//! shaders ask at points: shadow maps and curves of a fixed size. Distances are measured from where a
+//! ray enters the box around all smoke, for the digits of far voxels. Media are
+//! uploaded once (`UploadedMedia`); of WebGPU's eight storage buffers these take three and
+//! leave two to the visibility. A ray keeps the next 16 particles at hand, sorted, and
+//! looks at all of them again behind those; where it is in more than 16 at once it
+//! looks at all of them for every piece, with the same result. Against the CPU, a step in
+//! some hundred thousand ends with another piece or falls to the other side of a shadow;
+//! the others agree to rounding (`GpuMedia` in the table of tolerances).
+//!
 //! # Limits
 //!
 //! Single scattering. Even fog and fog that thins out take light on its way from the
 //! lamp in closed form; what grids and particles take has to be part of V, as it is in
 //! a [map of transmittance](super::translucent). Hair and see-through surfaces before the
-//! eye dim what is behind them where they are [told of](MediaRays::panes); what grids emit
-//! is not drawn. On the CPU alone.
+//! eye dim what is behind them where they are [told of](MediaRays::panes), but not with
+//! [`DoubleMarch`].
+//!
+//! On GPUs at most 16 grids and 16 different phase functions, and all densities in one
+//! binding of the device: a grid that does not fit is named by the error (`MediaError`).
+//! Optical depths and distances beyond 1e18 count as that. Curves of deep shadow maps,
+//! opacity maps, Fourier maps and moments have no shader, and the double march has none.
 
 mod baseline;
+mod emission;
 mod gather;
+#[cfg(feature = "wgpu")]
+mod gpu;
+#[cfg(test)]
+#[cfg(all(feature = "trace", feature = "translucent", feature = "wgpu"))]
+mod gpu_tests;
+mod memory;
 #[cfg(all(feature = "methods", feature = "translucent"))]
 mod method;
+#[cfg(all(feature = "methods", feature = "translucent", feature = "wgpu"))]
+mod method_gpu;
 mod steps;
 #[cfg(test)]
 mod tests;
 
 pub use baseline::DoubleMarch;
+pub use emission::{AddEmission, EmittingRays};
 pub use gather::{GatherMedia, MediaRays};
+#[cfg(feature = "wgpu")]
+pub use gpu::{MOST, MediaError, UploadedMedia};
+pub use memory::{MediaMemory, MediaOf};
 #[cfg(all(feature = "methods", feature = "translucent"))]
 pub(super) use method::methods;

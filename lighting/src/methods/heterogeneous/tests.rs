@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use gpu_backend::Cpu;
 
-use super::{DoubleMarch, GatherMedia, MediaRays};
+use super::{AddEmission, DoubleMarch, EmittingRays, GatherMedia, MediaRays};
 use crate::airlight::{AirlightEvaluator, Quadrature};
 use crate::scene::{
     Bounds, Cone, DensityGrid, Emission, Emitter, HeightFog, Interpolation, Media, Medium,
@@ -56,13 +56,13 @@ where
 /// second order, with lights next to rays, in fog of up to ten mean free paths.
 const ALLOWED: [(u32, f32); 3] = [(16, 0.5), (64, 0.13), (256, 0.045)];
 
-const HAZE: PhaseFunction = PhaseFunction::HenyeyGreenstein { g: 0.6 };
+pub(super) const HAZE: PhaseFunction = PhaseFunction::HenyeyGreenstein { g: 0.6 };
 
-fn box_of(half: f32) -> Bounds {
+pub(super) fn box_of(half: f32) -> Bounds {
     Bounds::new(Vec3::splat(-half), Vec3::splat(half)).unwrap()
 }
 
-fn lights() -> Vec<Emitter> {
+pub(super) fn lights() -> Vec<Emitter> {
     let point = |position, emission| {
         Emitter::point(position, Vec3::new(8.0, 9.0, 10.0), f32::INFINITY, emission)
     };
@@ -80,7 +80,7 @@ fn lights() -> Vec<Emitter> {
     ]
 }
 
-fn rays() -> Vec<Ray> {
+pub(super) fn rays() -> Vec<Ray> {
     let eye = Vec3::new(0.5, 0.3, 4.0);
     let mut rays: Vec<Ray> = (0..64)
         .map(|i| {
@@ -150,7 +150,7 @@ fn even_fog_is_what_its_evaluators_say() {
 }
 
 /// A smooth but uneven grid, random numbers but for that.
-fn smoke(scale: f32, interpolation: Interpolation) -> DensityGrid {
+pub(super) fn smoke(scale: f32, interpolation: Interpolation) -> DensityGrid {
     let resolution = [5, 4, 6];
     let count = resolution.iter().product::<u32>();
     let density = (0..count)
@@ -360,4 +360,177 @@ fn what_the_eye_sees_through_media_is_their_optical_depth() {
     assert!((share(2.0) - (-0.2_f32).exp()).abs() < 1e-6);
     assert!((share(6.0) - (-0.6_f32 - 2.0).exp()).abs() < 1e-6);
     assert_eq!(share(f32::INFINITY), 0.0);
+}
+
+/// Smoke that glows, unevenly.
+pub(super) fn glowing(scale: f32, interpolation: Interpolation) -> DensityGrid {
+    let glow = |i: u32| Vec3::new(2.0, 1.0, 0.3) * reference::random::noise(u64::from(i + 999));
+    smoke(scale, interpolation)
+        .with_emission((0..120).map(glow).collect())
+        .unwrap()
+}
+
+fn emitted(rays: &[Ray], media: &Media<'_>) -> Vec<Vec3> {
+    let rays = rays.to_vec();
+    let mut radiance = vec![[0.0; 4]; rays.len()];
+    let seen = EmittingRays {
+        rays: &rays,
+        media,
+        panes: None,
+    };
+    Cpu::new().add_emission(&seen, &mut radiance).unwrap();
+    radiance
+        .iter()
+        .map(|&[r, g, b, _]| Vec3::new(r, g, b))
+        .collect()
+}
+
+/// Brighter, or darker, than that by a few roundings at most.
+fn assert_close(found: Vec3, truth: Vec3, relative: f32) {
+    let error = (found - truth).abs().max_element();
+    assert!(
+        error <= relative * truth.max_element() + 1e-30,
+        "{found} {truth}"
+    );
+}
+
+#[test]
+fn an_even_glow_has_its_closed_form() {
+    let glow = Vec3::new(3.0, 2.0, 1.0);
+    let through = Ray::new(Vec3::new(0.1, 0.2, 4.0), Vec3::NEG_Z, 9.0).unwrap();
+    for interpolation in [Interpolation::Constant, Interpolation::Linear] {
+        for scale in [0.0, 1e-9, 0.3, 20.0, 1e6, 1e12] {
+            let tint = Vec3::new(1.0, 0.5, 0.0);
+            let bounds = box_of(1.0);
+            let grid = DensityGrid::new(bounds, [2, 3, 4], vec![1.0; 24], scale, interpolation)
+                .and_then(|grid| grid.with_tint(tint))
+                .and_then(|grid| grid.with_emission(vec![glow; 24]));
+            let casters = [Translucent::Grid(grid.unwrap())];
+            let found = emitted(&[through], &Media::new(None, None, &casters))[0];
+            let truth = (scale * tint).as_dvec3().map(|sigma| match sigma {
+                0.0 => 2.0,
+                sigma => -(-2.0 * sigma).exp_m1() / sigma,
+            });
+            assert_close(found, glow * truth.as_vec3(), 1e-6);
+        }
+    }
+}
+
+#[test]
+fn what_a_split_ray_sees_glow_adds_up() {
+    let fog = Medium::new(Vec3::splat(0.05), Vec3::ZERO, HAZE).unwrap();
+    let mist = HeightFog::new(Vec3::splat(0.3), Vec3::ZERO, 0.0, 0.05, HAZE).unwrap();
+    for interpolation in [Interpolation::Constant, Interpolation::Linear] {
+        for scale in [0.0, 1.0, 1e3] {
+            let casters = [
+                Translucent::Grid(glowing(scale, interpolation)),
+                Translucent::Grid(smoke(0.5, Interpolation::Linear)),
+            ];
+            let media = Media::new(Some(&fog), Some(&mist), &casters);
+            for ray in rays() {
+                let ray = ray.with_length(ray.length().min(9.0));
+                let whole = emitted(&[ray], &media)[0];
+                let cut = 3.9;
+                let rest = Ray::new(ray.at(cut), ray.direction(), ray.length() - cut).unwrap();
+                let [near, far] =
+                    [ray.with_length(cut), rest].map(|ray| emitted(&[ray], &media)[0]);
+                let sum = near + media.transmittance(&ray, cut) * far;
+                // The second part begins at a point that was rounded.
+                assert_close(sum, whole, 1e-4);
+            }
+        }
+    }
+}
+
+#[test]
+fn smoke_that_does_not_glow_changes_no_bit() {
+    let dark = smoke(1.0, Interpolation::Linear).with_emission(vec![Vec3::ZERO; 120]);
+    for grid in [dark.unwrap(), smoke(1.0, Interpolation::Linear)] {
+        let casters = [Translucent::Grid(grid)];
+        let media = Media::new(None, None, &casters);
+        let before: Vec<[f32; 4]> = (0..rays().len()).map(|i| [1e-3 * i as f32; 4]).collect();
+        let mut after = before.clone();
+        let seen = EmittingRays {
+            rays: &rays(),
+            media: &media,
+            panes: None,
+        };
+        Cpu::new().add_emission(&seen, &mut after).unwrap();
+        assert_eq!(before, after);
+    }
+}
+
+/// What is behind a pane is dimmed by it, and nothing else.
+#[cfg(feature = "trace")]
+#[test]
+fn panes_before_smoke_dim_and_tint_it() {
+    use crate::EyePanes;
+    use crate::scene::trace::Tracer;
+    use crate::scene::{AlphaMode, Geometry, Instance, Material, Mesh, Scene};
+
+    let casters = [Translucent::Grid(glowing(0.7, Interpolation::Linear))];
+    let fog = Medium::new(Vec3::splat(0.05), Vec3::ZERO, HAZE).unwrap();
+    let media = Media::new(Some(&fog), None, &casters);
+    let rays: Vec<Ray> = rays().into_iter().take(64).collect();
+    // Before, within and behind the smoke.
+    for z in [2.0, 0.2, -2.0] {
+        let (low, high) = (Vec3::new(-9.0, -9.0, z), Vec3::new(9.0, 9.0, z));
+        let corners = [low, Vec3::new(9.0, -9.0, z), high, Vec3::new(-9.0, 9.0, z)];
+        let scene = Scene {
+            materials: vec![Material {
+                base_color: Vec3::new(0.9, 0.5, 0.3),
+                transmission: 0.8,
+                alpha: AlphaMode::Opaque,
+                ..Material::default()
+            }],
+            meshes: vec![Mesh {
+                positions: corners.to_vec(),
+                triangles: vec![[0, 1, 2], [0, 2, 3]],
+                material: Some(0),
+                ..Mesh::default()
+            }],
+            instances: vec![Instance::default()],
+            ..Scene::default()
+        };
+        let geometry = Geometry::new(&scene).unwrap();
+        let panes = EyePanes::new(&Cpu::new(), &Tracer::new(&geometry), &rays).unwrap();
+        for emitter in &lights() {
+            let seen = |rays: &[Ray], panes: Option<&EyePanes>| {
+                let rays = rays.to_vec();
+                let mut radiance = vec![[0.0; 4]; rays.len()];
+                let lit = MediaRays {
+                    rays: &rays,
+                    emitter,
+                    media: &media,
+                    steps: 256,
+                    panes,
+                    watch: &(),
+                };
+                let glow = EmittingRays {
+                    rays: &rays,
+                    media: &media,
+                    panes,
+                };
+                let cpu = Cpu::new();
+                cpu.gather_media(&lit, &Clear, &mut radiance).unwrap();
+                cpu.add_emission(&glow, &mut radiance).unwrap();
+                radiance
+            };
+            let (with, without) = (seen(&rays, Some(&panes)), seen(&rays, None));
+            for (i, ray) in rays.iter().enumerate() {
+                let (before, share) = match panes.of(i as u32) {
+                    [] => (ray.length(), Vec3::ONE),
+                    [pane, ..] => (pane.from, pane.share),
+                };
+                assert!(share != Vec3::ONE || z < 0.0);
+                let near = seen(&[ray.with_length(before.min(ray.length()))], None)[0];
+                for channel in 0..3 {
+                    let (all, near) = (without[i][channel], near[channel]);
+                    let expected = near + share[channel] * (all - near);
+                    let error = (with[i][channel] - expected).abs();
+                    assert!(error < 0.02 * all, "{z} {i}: {error} of {all}");
+                }
+            }
+        }
+    }
 }

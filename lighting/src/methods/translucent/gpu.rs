@@ -1,9 +1,12 @@
 //! Maps of transmittance in the memory of a GPU, and in shaders.
 
+use std::fmt::Debug;
+
+use gpu_backend::Host;
 use gpu_backend::gpu::{Argument, Encode, Gpu, GpuMemory, InShader};
 use gpu_backend::shader::Part;
-use transmittance::gpu::lookup_parts;
-use transmittance::{Filter, Packed, Stored};
+use transmittance::gpu::{WgslStored, lookup_parts};
+use transmittance::{Filter, Stored};
 
 use super::map::CurveMemory;
 use super::{TransmittanceMap, TransmittanceMapError};
@@ -11,11 +14,11 @@ use crate::gpu::scene::PicturesRecord;
 use crate::gpu::{FACE, PLACE, PointSlot};
 
 /// All faces in one map, one after the other, one colour after the other.
-impl CurveMemory<Packed<8>> for GpuMemory {
-    type Curves = transmittance::TransmittanceMap<GpuMemory>;
+impl<T: Stored + Debug> CurveMemory<T> for GpuMemory {
+    type Curves = transmittance::TransmittanceMap<GpuMemory, T>;
 }
 
-impl TransmittanceMap {
+impl<T: Stored + Debug> TransmittanceMap<Host, T> {
     /// The same map where shaders look it up.
     ///
     /// # Errors
@@ -23,7 +26,7 @@ impl TransmittanceMap {
     pub fn upload<E: Encode>(
         &self,
         gpu: &Gpu<E>,
-    ) -> Result<TransmittanceMap<GpuMemory>, TransmittanceMapError> {
+    ) -> Result<TransmittanceMap<GpuMemory, T>, TransmittanceMapError> {
         Ok(TransmittanceMap {
             faces: self.faces.clone(),
             resolution: self.resolution,
@@ -34,22 +37,22 @@ impl TransmittanceMap {
     }
 }
 
-impl TransmittanceMap<GpuMemory> {
+impl<T: Stored + Debug> TransmittanceMap<GpuMemory, T> {
     /// Words of each face.
     fn face_words(&self) -> u32 {
         // All faces are in one buffer, whose indices are u32.
-        self.resolution.pow(2) * <Packed<8> as Stored>::WORDS as u32
+        self.resolution.pow(2) * T::WORDS as u32
     }
 }
 
 /// WGSL of lookups in a map of transmittance.
 const TRANSMITTANCE_MAP: &str = include_str!("transmittance_map.wgsl");
 
-impl InShader<PointSlot> for TransmittanceMap<GpuMemory> {
+impl<T: WgslStored + Debug> InShader<PointSlot> for TransmittanceMap<GpuMemory, T> {
     fn part() -> Part {
         Part::new("light_curves")
             .sources(&[FACE, PLACE])
-            .sources(&lookup_parts::<Packed<8>, 1>())
+            .sources(&lookup_parts::<T, 1>())
             .source(TRANSMITTANCE_MAP)
             .uniform("light_curves", "light_Pictures")
             .read("light_curve_words", "array<u32>")

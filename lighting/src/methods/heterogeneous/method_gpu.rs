@@ -1,0 +1,112 @@
+//! Gathers through media on GPUs, in the list of methods.
+
+use std::fmt;
+use std::sync::Arc;
+
+use gpu_backend::gpu::{Encode, Gpu, GpuBuffer, GpuMemory, InShader};
+use transmittance::gpu::WgslStored;
+use transmittance::{Accumulate, Evaluate};
+
+use super::method::{Curves, Gathered, NoCurves, OfSize, key};
+use super::{GatherMedia, MediaRays, UploadedMedia};
+use crate::gpu::PointSlot;
+use crate::methods::translucent::TransmittanceMap;
+use crate::methods::{Frame, MethodError, OfScene, RunOn};
+use crate::shadow_map::ShadowMap;
+use crate::visibility::Both;
+
+/// Maps that shaders read.
+pub(super) trait CurvesInShaders: Curves {
+    /// What is opaque and what is not, on the way from a light.
+    type Visibility: InShader<PointSlot>;
+
+    /// That of a light.
+    fn visibility<E: Encode>(
+        frame: &Frame<'_, Gpu<E>>,
+        light: usize,
+    ) -> Result<Self::Visibility, MethodError>;
+}
+
+impl CurvesInShaders for NoCurves {
+    type Visibility = Arc<ShadowMap<GpuMemory>>;
+
+    fn visibility<E: Encode>(
+        frame: &Frame<'_, Gpu<E>>,
+        light: usize,
+    ) -> Result<Self::Visibility, MethodError> {
+        frame.shadow_map(light)
+    }
+}
+
+impl<A, T> CurvesInShaders for OfSize<A, T>
+where
+    A: Accumulate + Default + Clone + Sync + 'static,
+    A::Curve: Into<T>,
+    T: Evaluate + WgslStored + fmt::Debug,
+{
+    type Visibility = Both<Arc<ShadowMap<GpuMemory>>, Arc<TransmittanceMap<GpuMemory, T>>>;
+
+    fn visibility<E: Encode>(
+        frame: &Frame<'_, Gpu<E>>,
+        light: usize,
+    ) -> Result<Self::Visibility, MethodError> {
+        let inputs = &frame.inputs;
+        let curves = frame.store.get(
+            "map of transmittance",
+            key::<A>(inputs, light),
+            TransmittanceMap::bytes,
+            || {
+                Self::on_host(inputs, light)?
+                    .upload(frame.backend)
+                    .map_err(MethodError::resource("a map of transmittance"))
+            },
+        )?;
+        Ok(Both(frame.shadow_map(light)?, curves))
+    }
+}
+
+fn uploaded<E: Encode>(frame: &Frame<'_, Gpu<E>>) -> Result<Arc<UploadedMedia>, MethodError> {
+    frame.store.get("media", OfScene, UploadedMedia::bytes, || {
+        UploadedMedia::new(frame.backend, &frame.inputs.media())
+            .map_err(MethodError::resource("what fills the air"))
+    })
+}
+
+impl<C: CurvesInShaders, E: Encode> RunOn<Gpu<E>> for Gathered<C> {
+    fn prepare(&self, frame: &Frame<'_, Gpu<E>>, steps: u32) -> Result<(), MethodError> {
+        Self::check(steps)?;
+        uploaded(frame)?;
+        (0..frame.inputs.emitters.len()).try_for_each(|light| {
+            frame.inputs.go_on(light)?;
+            C::visibility(frame, light).map(|_| ())
+        })
+    }
+
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, Gpu<E>>,
+        steps: u32,
+        radiance: &mut GpuBuffer<[f32; 4]>,
+    ) -> Result<(), MethodError> {
+        Self::check(steps)?;
+        let inputs = &frame.inputs;
+        let media = uploaded(frame)?;
+        let panes = inputs.panes()?;
+        for (light, emitter) in inputs.emitters.iter().enumerate() {
+            inputs.go_on(light)?;
+            let visibility = C::visibility(frame, light)?;
+            let lit = MediaRays {
+                rays: &frame.rays,
+                emitter,
+                media: &*media,
+                steps,
+                panes: panes.as_ref(),
+                watch: inputs.watch,
+            };
+            frame.pass("gather through media", || {
+                Ok(frame.backend.gather_media(&lit, &visibility, radiance)?)
+            })?;
+        }
+        Ok(())
+    }
+}
