@@ -447,14 +447,23 @@ fn light_media_colour(
     if grid.is_linear == 0u {
         return light_media_colour_at(grid, cell, first);
     }
-    var colour = vec3(0.0);
-    for (var i = 0u; i < 8u; i++) {
-        let corner = vec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
-        let weights = select(1.0 - place, place, corner == vec3(1u));
-        let weight = weights.x * weights.y * weights.z;
-        colour += weight * light_media_colour_at(grid, cell + corner, first);
-    }
-    return colour;
+    let near = light_media_colour_between(grid, cell, first, place.xy);
+    let far = light_media_colour_between(grid, cell + vec3(0u, 0u, 1u), first, place.xy);
+    return near * (1.0 - place.z) + far * place.z;
+}
+
+// Between the four samples of a cell on one side of it.
+fn light_media_colour_between(
+    grid: scn_Grid,
+    cell: vec3<u32>,
+    first: u32,
+    place: vec2<f32>,
+) -> vec3<f32> {
+    let a = light_media_colour_at(grid, cell, first) * (1.0 - place.x)
+        + light_media_colour_at(grid, cell + vec3(1u, 0u, 0u), first) * place.x;
+    let b = light_media_colour_at(grid, cell + vec3(0u, 1u, 0u), first) * (1.0 - place.x)
+        + light_media_colour_at(grid, cell + vec3(1u, 1u, 0u), first) * place.x;
+    return a * (1.0 - place.y) + b * place.y;
 }
 
 fn light_media_colour_at(grid: scn_Grid, sample: vec3<u32>, first: u32) -> vec3<f32> {
