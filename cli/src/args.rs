@@ -36,13 +36,17 @@ Examples:
       Precompute those of all lights, each as finely as what it shines on asks for.
   crepuscular render city --shadows city.cpvs -o city.png
       Render with them, on surfaces and in the air.
+  crepuscular render street.glb --smoke plume.vol@0,1,-4 --hair wig.hair@2,1.6,0,0.01 -o smoke.png
+      Smoke and hair beside a scene.
+  crepuscular stress --methods exact
+      What becomes of a method in cases that are extreme.
 
 Scenes are glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB files, or names of embedded ones (`crepuscular scenes`). \
 A scene without a camera, a light or a medium is given one, and a note says so. \
 Lengths are metres, coefficients 1/m, light is linear RGB.
 
 Results go to standard output; notes, progress and errors to standard error. The exit code is 0, or 1 \
-for a comparison that measured nothing, or 2 \
+for a comparison that measured nothing and for hard cases with a violation, or 2 \
 if something is wrong with what was asked for, or 128 and the number of the signal that ended the \
 program: 130 after Ctrl-C.";
 
@@ -222,8 +226,8 @@ pub(crate) struct Render {
     pub(crate) output: PathBuf,
 
     /// The method of the airlight, by its name or its title (see `crepuscular
-    /// methods`) [default: exact x quadrature; where there is smoke and the backend is cpu, the
-    /// first of that list that sees it]
+    /// methods`) [default: exact x quadrature; where there is smoke or fog that thins
+    /// out, the first of that list that sees it and runs on the backend]
     ///
     /// A name may end on a reduction of the work. `2x2` or `3x3` lets neighbouring rays share
     /// lights or steps, where the method allows it; `quarter` or `sixteenth`, after that,

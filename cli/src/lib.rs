@@ -70,7 +70,8 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
         }
     };
     print::set_quiet(arguments.quiet);
-    let is_comparison = matches!(arguments.command, Command::Compare(_));
+    let reports_what_there_is =
+        matches!(arguments.command, Command::Compare(_) | Command::Stress(_));
     let done = interrupt::listen().and_then(|()| match arguments.command {
         Command::Compare(args) => compare::run(methods, &args, &words),
         Command::Render(args) => render::run(methods, &args),
@@ -88,8 +89,8 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
             let complained = complain(&failure);
             code.map_or(complained, ExitCode::from)
         }
-        // What there is of an interrupted comparison is reported.
-        (Ok(()), Some(code)) if is_comparison => ExitCode::from(code),
+        // What there is of an interrupted comparison, or of the hard cases, is reported.
+        (Ok(()), Some(code)) if reports_what_there_is => ExitCode::from(code),
         (Ok(()), _) => ExitCode::SUCCESS,
     }
 }

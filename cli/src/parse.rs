@@ -210,8 +210,7 @@ pub(crate) fn mean_cosine(text: &str) -> Result<f32, String> {
     Ok(value)
 }
 
-/// Coordinates far from the origin need their digits.
-/// Finite numbers, separated by commas.
+/// Finite numbers, separated by commas. Coordinates far from the origin need their digits.
 pub(crate) fn doubles(text: &str) -> Result<Vec<f64>, String> {
     let number = |part: &str| match part.trim().parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),

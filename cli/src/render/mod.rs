@@ -19,7 +19,7 @@ use crate::args::{Render, SurfaceShadows};
 use crate::devices::{self, Device};
 use crate::failure::Failure;
 use crate::format::{count, significant};
-use crate::input::{Input, describe_medium};
+use crate::input::{Input, describe_media};
 use crate::output::PendingFile;
 use crate::parse::Size;
 use crate::picture::Picture;
@@ -122,6 +122,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         ));
     }
     let written = file.finish(&content)?;
+    let described = describe_media(&input.media());
     // Each light has the same to say.
     let mut notes: Vec<String> = Vec::new();
     for note in input.notes {
@@ -144,7 +145,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         "{}: {} in {}, {method}",
         args.output.display(),
         args.size,
-        describe_medium(input.scene.medium.as_ref()),
+        described,
     ))
 }
 

@@ -1,5 +1,7 @@
 //! A hard picture and the methods that make it.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use gpu_backend::{Buffer, Download, Error, Host};
 use lighting::methods::{
     Entry, Frame, FrameInputs, MethodBackend, MethodError, Selection, Store, Verdict,
@@ -8,7 +10,7 @@ use reference::hard_cases::FrameCase;
 use reference::metrics::Reference;
 use reference::scenes::TestScene;
 
-use super::judge::{Finding, Verdicts};
+use super::check::{Finding, Outcome};
 use crate::failure::Failure;
 
 /// A picture and the truth about it.
@@ -50,17 +52,21 @@ impl Case {
     }
 
     /// What becomes of it with each method that applies and runs on the backend, at the
-    /// best quality of a quick comparison.
+    /// best quality of a quick comparison, until somebody wants no more.
     pub(super) fn run<B: MethodBackend + Download>(
         &self,
         backend: &B,
         label: &str,
         entries: &[&Entry],
+        stop: &AtomicBool,
     ) -> Result<Vec<Finding>, Failure> {
         let inputs = self.inputs();
         let store = Store::new();
         let mut findings = Vec::new();
         for entry in entries {
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
             if entry.on::<B>().is_none() || entry.method().applies(&inputs) != Verdict::Applies {
                 continue;
             }
@@ -69,19 +75,19 @@ impl Case {
             let Some(&quality) = qualities.last() else {
                 continue;
             };
-            let verdict = match self.image(backend, &store, entry, quality) {
-                Ok(image) => Verdicts::of(entry, quality, &image, &self.truth),
+            let outcome = match self.image(backend, &store, entry, quality) {
+                Ok(image) => Outcome::of(entry, quality, &image, &self.truth),
                 Err(MethodError::Backend(error @ Error::DeviceLost { .. })) => {
                     return Err(error.into());
                 }
-                Err(error) => Verdicts::refused(Failure::from(error).to_string()),
+                Err(error) => Outcome::refused(Failure::from(error).to_string()),
             };
             findings.push(Finding {
                 case: self.scene.name,
                 method: about.name.into_owned(),
                 backend: label.to_owned(),
                 quality,
-                verdict,
+                outcome,
             });
         }
         Ok(findings)

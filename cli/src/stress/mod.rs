@@ -2,7 +2,7 @@
 //! where the backends differ.
 
 mod case;
-mod judge;
+mod check;
 mod table;
 
 use std::sync::atomic::Ordering;
@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::print::{note, print};
 use crate::{interrupt, progress};
 use case::Case;
-use judge::Finding;
+use check::Finding;
 
 /// Runs `crepuscular stress`.
 pub(crate) fn run(methods: &Registry, args: &Stress) -> Result<(), Failure> {
@@ -48,11 +48,11 @@ pub(crate) fn run(methods: &Registry, args: &Stress) -> Result<(), Failure> {
             match &device.context {
                 None => {
                     let cpu = Cpu::new();
-                    findings.extend(case.run(&cpu, &device.label, &entries)?);
+                    findings.extend(case.run(&cpu, &device.label, &entries, &stop)?);
                 }
                 Some(context) => {
                     let gpu: Gpu<Queued> = Gpu::new(context.clone());
-                    findings.extend(case.run(&gpu, &device.label, &entries)?);
+                    findings.extend(case.run(&gpu, &device.label, &entries, &stop)?);
                 }
             }
         }
@@ -60,21 +60,24 @@ pub(crate) fn run(methods: &Registry, args: &Stress) -> Result<(), Failure> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    judge::compare_backends(&mut findings);
+    check::compare_backends(&mut findings);
     let text = match args.json {
         true => format!("{:#}\n", table::json(&findings, done)),
         false => table::text(&findings, done),
     };
     print(&text)?;
-    if stop.load(Ordering::Relaxed) {
-        note(&["interrupted: the cases behind are missing".into()]);
+    let is_interrupted = stop.load(Ordering::Relaxed);
+    if is_interrupted {
+        note(&["interrupted: the remaining cases were not run".into()]);
     }
     match findings
         .iter()
         .filter(|finding| finding.is_violation())
         .count()
     {
-        0 if findings.is_empty() => Err(Failure::nothing("no method applies to these cases")),
+        0 if findings.is_empty() && !is_interrupted => {
+            Err(Failure::nothing("no method applies to these cases"))
+        }
         0 => Ok(()),
         _ => Err(Failure::nothing(
             "violations were found; they are listed above",

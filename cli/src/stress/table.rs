@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::judge::Finding;
+use super::check::Finding;
 use crate::format::count;
 
 /// A method on a backend over all cases.
@@ -15,15 +15,15 @@ struct Row<'a> {
 impl<'a> Row<'a> {
     /// The picture that is off the most.
     fn worst(&self) -> Option<&'a Finding> {
-        let pictures = self.findings.iter().filter(|f| f.verdict.refused.is_none());
-        let worst = pictures.max_by(|a, b| a.verdict.error.total_cmp(&b.verdict.error));
+        let pictures = self.findings.iter().filter(|f| f.outcome.refused.is_none());
+        let worst = pictures.max_by(|a, b| a.outcome.error.total_cmp(&b.outcome.error));
         worst.copied()
     }
 
     /// The median error.
     fn median(&self) -> f64 {
-        let pictures = self.findings.iter().filter(|f| f.verdict.refused.is_none());
-        let mut errors: Vec<f64> = pictures.map(|f| f.verdict.error).collect();
+        let pictures = self.findings.iter().filter(|f| f.outcome.refused.is_none());
+        let mut errors: Vec<f64> = pictures.map(|f| f.outcome.error).collect();
         errors.sort_by(f64::total_cmp);
         errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN)
     }
@@ -67,7 +67,7 @@ pub(super) fn text(findings: &[Finding], cases: usize) -> String {
         let (error, case) = row
             .worst()
             .map_or((f64::NAN, "none: all were refused"), |f| {
-                (f.verdict.error, f.case)
+                (f.outcome.error, f.case)
             });
         text += &format!(
             "{:width$}  {:8} {:>5} {:>8.1e} {error:>8.1e}  {case}\n",
@@ -79,7 +79,7 @@ pub(super) fn text(findings: &[Finding], cases: usize) -> String {
     }
     let mut refused: Vec<(String, usize)> = Vec::new();
     for finding in findings {
-        if let Some(why) = &finding.verdict.refused {
+        if let Some(why) = &finding.outcome.refused {
             let line = format!("{}: {why}", finding.method);
             match refused.iter_mut().find(|(known, _)| *known == line) {
                 Some((_, times)) => *times += 1,
@@ -102,7 +102,7 @@ pub(super) fn text(findings: &[Finding], cases: usize) -> String {
             finding.method,
             finding.quality,
             finding.backend,
-            finding.verdict.violations.join("; "),
+            finding.outcome.violations.join("; "),
         );
     }
     text
@@ -110,15 +110,15 @@ pub(super) fn text(findings: &[Finding], cases: usize) -> String {
 
 pub(super) fn json(findings: &[Finding], cases: usize) -> Value {
     let finding = |finding: &Finding| {
-        let error = Some(finding.verdict.error).filter(|error| error.is_finite());
+        let error = Some(finding.outcome.error).filter(|error| error.is_finite());
         json!({
             "case": finding.case,
             "method": finding.method,
             "backend": finding.backend,
             "quality": finding.quality,
-            "error": error.filter(|_| finding.verdict.refused.is_none()),
-            "refused": finding.verdict.refused,
-            "violations": finding.verdict.violations,
+            "error": error.filter(|_| finding.outcome.refused.is_none()),
+            "refused": finding.outcome.refused,
+            "violations": finding.outcome.violations,
         })
     };
     json!({

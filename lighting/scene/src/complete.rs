@@ -223,14 +223,14 @@ impl Scene {
         Vec3::splat(10.0 * distance * distance)
     }
 
-    /// Fills the air with grey fog of albedo 0.9 if the scene has no medium:
-    /// optical depth 0.7 over the diagonal of `bounds`, isotropic.
+    /// Fills the air with grey fog of albedo 0.9 if the scene has no medium and no fog that
+    /// thins out: optical depth 0.7 over the diagonal of `bounds`, isotropic.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if the bounds are so small that the
     /// coefficient overflows.
     pub fn fill_with_fog(&mut self, bounds: Bounds) -> Result<Option<Placement>, SceneError> {
-        if self.medium.is_some() {
+        if self.medium.is_some() || self.height_fog.is_some() {
             return Ok(None);
         }
         let sigma_t = Vec3::splat(0.7 / (bounds.max() - bounds.min()).length());

@@ -202,7 +202,7 @@ impl LightVolumes<Host> {
 
     /// The shadows of a light on surfaces that the eye sees, from the same voxels,
     /// with the biases that keep lit surfaces from shadowing themselves
-    /// ([`Sampling::default`]); a light that there is not is not blocked.
+    /// ([`Sampling::PAPER`]); a light that there is not is not blocked.
     pub fn on_surfaces(&self, light: usize, lookup: SurfaceLookup) -> SurfaceVoxels<'_> {
         let volume = match self.lights.get(light) {
             Some(State::Voxels(tile)) => {

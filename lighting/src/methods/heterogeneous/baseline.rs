@@ -139,6 +139,9 @@ impl Field<'_> {
     }
 }
 
+/// The optical depth behind which nothing is seen.
+const OPAQUE: f32 = 100.0;
+
 impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
     /// `steps` along the eye ray, and towards the light: each counts as at least 1.
     pub fn new(
@@ -266,6 +269,10 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
                 let own = Self::extinction(&self.fields, at) * step;
                 if own == Vec3::ZERO {
                     continue;
+                }
+                if !(own.is_finite() && depth.min_element() < OPAQUE) {
+                    // Fog below the eye may be denser than numbers go.
+                    return sum;
                 }
                 let is_lit = path.span().start <= x && x <= path.span().end;
                 if is_lit {

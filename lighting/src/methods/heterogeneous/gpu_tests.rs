@@ -403,7 +403,7 @@ fn what_the_same_media_emit_agrees() {
     let cpu = Cpu::new();
     let rays = many_rays();
     let panes = EyePanes::new(&cpu, &Tracer::new(&leaves(true)), &rays);
-    let (mut all, mut different) = (0, 0);
+    let (mut all, mut different) = (0_usize, 0_usize);
     // A ray may enter one grid before another by as much as its place is off, up to
     // 2⁻²² of 8 m, and two grids glow with up to 2 per metre.
     let moved = 4.0 * 8.0 * 2.0_f32.powi(-22);

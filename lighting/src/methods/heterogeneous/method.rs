@@ -145,7 +145,7 @@ fn about(named: Named, unit: &'static str) -> About {
         qualities: QUALITIES,
         quick: named.quick,
         pictured: 64,
-        usual: 64,
+        usual: 256,
         role: named.role,
         uses_shadow_map: true,
     }

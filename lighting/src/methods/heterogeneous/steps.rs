@@ -327,11 +327,15 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         let own = piece.depth_to(end).min_element() - least;
         let most = deepest - least;
         if own > UNEVEN * most {
-            // It may all be at the end: halves, until no float is between.
+            // It may all be at the end, or at the start: there as if it were even, then
+            // halves.
             let mut beyond = end;
+            let mut middle = start + most / piece.extinction(start).min_element();
             end = start;
             for _ in 0..f64::MANTISSA_DIGITS {
-                let middle = 0.5 * (end + beyond);
+                if !(end < middle && middle < beyond) {
+                    middle = 0.5 * (end + beyond);
+                }
                 let reached = piece.depth_to(middle).min_element() - least;
                 if reached > most {
                     beyond = middle;
@@ -341,6 +345,10 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
                 if reached <= most && reached > 0.5 * most {
                     break;
                 }
+            }
+            if end == start {
+                // No float is between.
+                end = beyond;
             }
         } else if own > most {
             // As if it were even.

@@ -298,20 +298,39 @@ fn endless_rays_end() {
     for scale in [1e-3, 1.0, 100.0] {
         let fog = HeightFog::new(Vec3::splat(0.1), Vec3::ZERO, 0.0, scale, HAZE).unwrap();
         let media = Media::new(None, Some(&fog), &[]);
-        let through = |height: f32, slope: f32| {
+        let ray = |height: f32, slope: f32| {
             let direction = Vec3::new(1.0, slope, 0.0);
-            let ray = Ray::new(Vec3::new(0.0, height, 0.0), direction, f32::INFINITY).unwrap();
-            gathered(&[ray], &sun, &media, &Clear, 64)[0]
+            Ray::new(Vec3::new(0.0, height, 0.0), direction, f32::INFINITY).unwrap()
         };
+        let through = |height, slope| gathered(&[ray(height, slope)], &sun, &media, &Clear, 64)[0];
+        let marched = DoubleMarch::new(&sun, &media, &[], Clear, [64, 16]);
         for (height, slope) in [
             (1e6, -1.0),
             (1e4, -0.1),
             (0.0, 1.0),
             (5.0, 0.0),
             (-3.0, 0.2),
+            (5.0, -0.2),
+            (5.0, -1e-3),
         ] {
-            let light = through(height, slope);
-            assert!(light.is_finite() && light.min_element() >= 0.0, "{light}");
+            for light in [
+                through(height, slope),
+                marched.radiance(&ray(height, slope)),
+            ] {
+                assert!(light.is_finite() && light.min_element() >= 0.0, "{light}");
+            }
+        }
+        // Fog so dense at the eye that a part of it is shorter than floats beside a metre.
+        for (altitude, sigma) in [(40.0 * scale, 0.02), (80.0 * scale, 0.02), (0.0, 1e15)] {
+            let fog = HeightFog::new(Vec3::splat(sigma), Vec3::ZERO, altitude, scale, HAZE);
+            let fog = fog.unwrap();
+            let media = Media::new(None, Some(&fog), &[]);
+            for emitter in lights().iter().chain([&sun]) {
+                for slope in [-0.3, 0.0, 0.3] {
+                    let light = gathered(&[ray(0.0, slope)], emitter, &media, &Clear, 64)[0];
+                    assert!(light.is_finite() && light.min_element() >= 0.0, "{light}");
+                }
+            }
         }
         // Seen from far above the fog is as bright as from near.
         let (far, near) = (through(1e5, -1.0).x, through(30.0 * scale, -1.0).x);

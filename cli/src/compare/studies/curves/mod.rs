@@ -209,7 +209,7 @@ fn scene_casters(
     let (casters, quick) = (subject.translucent, subject.quick);
     for caster in casters {
         let one = std::slice::from_ref(caster);
-        let name = caster.describe();
+        let name = unlike(&found.specimens, caster.describe());
         if let Some(why) = limit.reached() {
             study.leave_out(&name, why);
             continue;
@@ -315,6 +315,16 @@ fn collect(
     // The picture of the light in which most is seen.
     let rays = faces.map(|(_, blockers)| Rays::collect(&blockers, most));
     Ok(rays.flatten().max_by_key(Rays::segments))
+}
+
+/// A name that no specimen has: alike ones are numbered.
+fn unlike(specimens: &[Specimen], name: String) -> String {
+    let is_free = |name: &String| specimens.iter().all(|known| known.name != *name);
+    let mut numbered = (2..).map(|number| format!("{name}, number {number}"));
+    match is_free(&name) {
+        true => name,
+        false => numbered.find(is_free).unwrap_or(name),
+    }
 }
 
 fn specimen(name: &str, rays: &Rays, quick: bool) -> Result<Specimen, Failure> {

@@ -85,7 +85,7 @@ pub(super) struct Fields<'a> {
 }
 
 /// Those of a phase function.
-const OF_PHASE: [&str; 5] = ["phase", "g", "k", "weight", "diameter"];
+pub(super) const OF_PHASE: [&str; 5] = ["phase", "g", "k", "weight", "diameter"];
 
 impl<'a> Fields<'a> {
     /// The object called `owner`, if there is one; it has fields of its own and those of

@@ -4,7 +4,7 @@ use glam::Affine3A;
 use gltf_json::Value;
 
 use super::Builder;
-use super::medium::Fields;
+use super::medium::{Fields, OF_PHASE};
 use crate::load::{LoadError, LoadOptions, from_nvdb, from_vol};
 use crate::{DensityGrid, Translucent};
 
@@ -51,7 +51,7 @@ impl Builder<'_> {
             if let Some(albedo) = fields.colour("albedo")? {
                 grid = grid.with_albedo(albedo)?;
             }
-            if fields.get("phase").is_some() {
+            if OF_PHASE.iter().any(|field| fields.get(field).is_some()) {
                 grid = DensityGrid::with_phase(grid, fields.phase()?)?;
             }
             self.scene.translucent.push(grid.into());
