@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
-"""Writes the tables of error and cost in the README of each crate from reports.
+"""Writes the tables of error and cost in each README and in docs/papers.md from reports.
 
     tests/scripts/readme_tables.py REPORT ...
 
 A report is a folder that `crepuscular compare` has written; together they need the
-studies named below, for which these three are enough:
+studies named below, for which these four are enough:
 
     crepuscular compare smoke -o smoke
     crepuscular compare translucent -o translucent
+    crepuscular compare area-light -o area-light
     crepuscular compare city -o city
-    tests/scripts/readme_tables.py smoke translucent city
+    tests/scripts/readme_tables.py smoke translucent area-light city
 
 Where several reports have rows of a study the last one counts. Between the lines
-`<!-- table: NAME.csv -->` and `<!-- end -->` everything is replaced. Times are ratios
-within one report, so that they need no machine beside them.
+`<!-- table: NAME.csv -->`, or `<!-- table: NAME.csv: which -->`, and `<!-- end -->`
+everything is replaced. Times are ratios within one report, so that they need no machine
+beside them.
 
 Needs Python 3.8 or later; nothing else.
 """
@@ -178,31 +180,215 @@ def results(rows):
     )
 
 
+def values(rows):
+    """Rows of `what,of,size,value` by their first three columns."""
+    return {(row["what"], row["of"], row["size"]): number(row["value"]) for row in rows}
+
+
+# Wyman and Ramsey 2008, table 1: frames per second with light gathered at all pixels, of
+# brute force, of the hybrid, and of the light with a cookie; and the mesh that stands in.
+MESHES = [
+    ("sphere", "ball", 12.9, 85.0),
+    ("elephant", "cluster of balls", 12.6, 89.6),
+    ("spring", "spring", 14.6, 76.8),
+    ("bunny", "dented ball", 11.9, 47.5),
+    ("fairy", "crowd of balls", 12.3, 38.5),
+    ("Buddha", "stack of rings", 12.2, 50.2),
+    ("YeahRight", "tangle of rings", 11.1, 26.3),
+]
+
+
+def hybrid_speed(rows):
+    of = values(rows)
+    out = []
+    for paper, ours, brute, hybrid in MESHES:
+        frame = lambda name: of[("seconds frame", f"{ours} {name}", "150" if name == "brute force" else "50")]
+        made = lambda name: of[("seconds of map and volumes", f"{ours} {name}", "150" if name == "brute force" else "50")]
+        whole = (frame("brute force") + made("brute force")) / (frame("hybrid") + made("hybrid"))
+        errors = [of[("rmse", f"{ours} brute force", "150")], of[("rmse", f"{ours} hybrid", "50")]]
+        out.append(
+            [paper, ours, figure(hybrid / brute), figure(frame("brute force") / frame("hybrid")), figure(whole)]
+            + [figure(100 * error) + " %" for error in errors]
+        )
+    return table(
+        ["paper's mesh", "ours", "paper", "gather", "all made anew", "error, brute force", "error, hybrid"], out
+    )
+
+
+def hybrid_steps(rows):
+    of = values(rows)
+    sizes = sorted({int(size) for what, name, size in of if what == "rmse of steps" and name == "hybrid"})
+    base = of[("seconds of steps", "brute force", str(sizes[0]))]
+    out = []
+    for size in map(str, sizes):
+        row = [size]
+        for name in ("brute force", "hybrid"):
+            row.append(figure(100 * of[("rmse of steps", name, size)]) + " %")
+            row.append(figure(of[("seconds of steps", name, size)] / base))
+        out.append(row)
+    return table(["steps", "error, brute force", "time", "error, hybrid", "time"], out)
+
+
+# Wyman and Dai 2013, table 1: milliseconds of map, voxels and scan together, for a volume
+# for each light and for all at once.
+VOLUMES = {1: (1.15, 2.37), 4: (4.22, 2.01), 16: (15.93, 2.18), 64: (63.34, 4.75), 256: (252.35, 12.12)}
+
+
+def area_steps(rows):
+    of = values(rows)
+    out = []
+    for lights, (separate, at_once) in VOLUMES.items():
+        steps = ["shadow maps", "voxelise", "scan"]
+        try:
+            ours = [sum(of[(f"seconds {step}", way, str(lights))] for step in steps) for way in ("separate", "at once")]
+            gathers = [of[("seconds gather", way, str(lights))] for way in ("separate", "at once")]
+        except KeyError:
+            continue
+        out.append(
+            [str(lights), figure(separate / at_once), figure(ours[0] / ours[1]), figure(gathers[0] / gathers[1])]
+        )
+    return table(["lights", "paper, made", "ours, made", "ours, gathered"], out)
+
+
+# Salvi and others 2010, table 1: milliseconds to compress, and to look up with a
+# bilinear filter; none where the paper has none.
+CURVES = [
+    ("adaptive, the paper's rule", "4", "AVSM 4", 0.5, 3.0),
+    ("adaptive, the paper's rule", "8", "AVSM 8", 0.7, 5.4),
+    ("adaptive, the paper's rule", "16", "AVSM 16", 1.6, 9.5),
+    ("opacity map", "32", "opacity map, 32 slices", 1.0, 1.4),
+    ("Fourier opacity map", "16", "Fourier, 16 terms", 1.1, 8.9),
+    ("deep shadow map", "0.01", "deep shadow map, 0.01", 193.0, 52.0),
+    ("uncompressed", "all", "uncompressed", None, 278.0),
+]
+
+
+def curves_of_the_paper(rows):
+    rows = [row for row in rows if row["subject"].startswith("smoke: three columns")]
+    of = {(row["curve"], row["setting"]): row for row in rows}
+    base = of[CURVES[1][:2]]
+    ratio = lambda row, column: figure(number(row[column]) / number(base[column]))
+    out = []
+    for curve, setting, title, compress, look_up in CURVES:
+        row = of[(curve, setting)]
+        out.append(
+            [
+                title,
+                figure(compress / CURVES[1][3]) if compress else "",
+                ratio(row, "seconds_segment"),
+                figure(look_up / CURVES[1][4]),
+                ratio(row, "seconds_lookup"),
+                f"{number(row['bytes']):.0f}",
+                figure(100 * number(row["mean"])) + " %",
+                figure(100 * number(row["max"])) + " %",
+            ]
+        )
+    return table(
+        ["curve", "paper: build", "ours", "paper: look up", "ours", "bytes", "mean error", "largest"], out
+    )
+
+
+# Kämpe and others 2015, tables 2 and 4: megabytes of the closed city, and seconds to
+# make them.
+BAKES = {
+    4096: (0.44, 0.113),
+    8192: (0.84, 0.185),
+    16384: (1.60, 0.377),
+    32768: (3.05, 1.1),
+    65536: (5.76, 3.3),
+    131072: (10.85, 10.9),
+    262144: (20.35, 38.1),
+}
+
+
+def bakes_of_the_paper(rows):
+    of = {(row["what"], row["setting"], row["voxels"], row["unit"]): number(row["value"]) for row in rows}
+    steps = sorted({setting for what, setting, _, _ in of if what == "bake"})
+    total = lambda voxels: sum(of[("bake", step, str(voxels), "seconds")] for step in steps)
+    size = lambda voxels: of[("file packed", "", str(voxels), "bytes")] / 1e6
+    first = next(iter(BAKES))
+    out = []
+    for voxels, (megabytes, seconds) in BAKES.items():
+        if ("file packed", "", str(voxels), "bytes") not in of:
+            continue
+        out.append(
+            [
+                f"{voxels // 1024}K³",
+                f"{figure(megabytes, 3)} MB",
+                f"{figure(size(voxels), 3)} MB",
+                figure(megabytes / BAKES[first][0]),
+                figure(size(voxels) / size(first)),
+                figure(seconds / BAKES[first][1]),
+                figure(total(voxels) / total(first)),
+            ]
+        )
+    return table(
+        ["voxels", "paper: size", "ours", "paper: growth", "ours", "paper: time's growth", "ours"], out
+    )
+
+
+def fastest(rows, error, seconds):
+    """The method that is fastest among those with at most this error."""
+    good = [row for row in rows if number(row["error_rmse"]) <= error]
+    if not good:
+        return "none"
+    row = min(good, key=seconds)
+    name = f"{row['visibility']} x {row['airlight']}" if row["airlight"] else row["visibility"]
+    return f"`{name}` {row['quality']}"
+
+
+def choices(rows):
+    still = lambda row: number(row["seconds_frame"])
+    moving = lambda row: number(row["seconds_build"]) + number(row["seconds_frame"])
+    scenes = {}
+    for row in rows:
+        if row["backend"] == "cpu":
+            scenes.setdefault((row["scene"], row["light"]), []).append(row)
+    errors = [0.05, 0.01, 0.002]
+    out = []
+    for (scene, light), of_it in scenes.items():
+        if all(row["visibility"] == "none" for row in of_it):
+            continue
+        for title, seconds in (("stands still", still), ("moves", moving)):
+            out.append([f"`{scene}`", light, title] + [fastest(of_it, error, seconds) for error in errors])
+    return table(["scene", "light", "all"] + [f"error ≤ {figure(100 * error)} %" for error in errors], out)
+
+
 WRITERS = {
     "airlight.csv": airlight,
     "voxels.csv": voxels,
     "curves.csv": curves,
     "precomputed-voxelized-shadows.csv": precomputed,
     "results.csv": results,
+    "marching.csv: speed": hybrid_speed,
+    "marching.csv: steps": hybrid_steps,
+    "area-lights.csv: steps": area_steps,
+    "curves.csv: paper": curves_of_the_paper,
+    "precomputed-voxelized-shadows.csv: paper": bakes_of_the_paper,
+    "results.csv: choices": choices,
 }
+
+# Those that take the rows of all reports, not of the last that has any.
+OF_ALL = {"results.csv: choices"}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("report", type=pathlib.Path, nargs="+")
     reports = parser.parse_args().report
-    place = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
+    place = re.compile(r"(<!-- table: (.+?) -->\n).*?(<!-- end -->)", re.DOTALL)
     missing = []
-    for readme in sorted([*ROOT.glob("*/README.md"), *ROOT.glob("*/*/README.md")]):
+    for readme in sorted([*ROOT.glob("*/README.md"), *ROOT.glob("*/*/README.md"), *ROOT.glob("docs/*.md")]):
         text = readme.read_text(encoding="utf-8")
 
         def fill(match):
             rows = []
             for report in reports:
-                file = report / match.group(2)
+                file = report / match.group(2).split(":")[0]
                 if file.is_file():
                     with open(file, newline="", encoding="utf-8") as lines:
-                        rows = list(csv.DictReader(lines)) or rows
+                        found = list(csv.DictReader(lines))
+                    rows = rows + found if match.group(2) in OF_ALL else found or rows
             if not rows:
                 missing.append(match.group(2))
                 return match.group(0)
