@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of error and cost in each README and in docs/papers.md from reports.
+"""Writes the tables of error and cost in each README and in docs from reports.
 
     tests/scripts/readme_tables.py REPORT ...
 
