@@ -327,15 +327,11 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         let own = piece.depth_to(end).min_element() - least;
         let most = deepest - least;
         if own > UNEVEN * most {
-            // It may all be at the end, or at the start: there as if it were even, then
-            // halves.
+            // It may all be at the end: halves, until no float is between.
             let mut beyond = end;
-            let mut middle = start + most / piece.extinction(start).min_element();
             end = start;
             for _ in 0..f64::MANTISSA_DIGITS {
-                if !(end < middle && middle < beyond) {
-                    middle = 0.5 * (end + beyond);
-                }
+                let middle = 0.5 * (end + beyond);
                 let reached = piece.depth_to(middle).min_element() - least;
                 if reached > most {
                     beyond = middle;
@@ -347,8 +343,13 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
                 }
             }
             if end == start {
-                // No float is between.
-                end = beyond;
+                // It is all at the start: as if it were even, if a float is between.
+                let even = start + most / piece.extinction(start).min_element();
+                end = if start < even {
+                    even.min(beyond)
+                } else {
+                    beyond
+                };
             }
         } else if own > most {
             // As if it were even.
