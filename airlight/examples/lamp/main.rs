@@ -81,11 +81,7 @@ fn draw(screen: &Screen) -> Result<Vec<[f32; 4]>, airlight::Error> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    match Screen::open(WIDTH, WIDTH) {
-        Ok(screen) => screen::save(&draw(&screen)?, WIDTH, "lamp")?,
-        Err(reason) => eprintln!("SKIPPED: {reason}"),
-    }
-    Ok(())
+    screen::run("lamp", WIDTH, draw)
 }
 
 #[cfg(test)]

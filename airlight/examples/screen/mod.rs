@@ -182,9 +182,22 @@ impl Screen {
     }
 }
 
+/// Draws and saves a square picture, or says why there is none.
+pub(crate) fn run<E: Into<Box<dyn std::error::Error>>>(
+    name: &str,
+    width: u32,
+    draw: impl Fn(&Screen) -> Result<Vec<[f32; 4]>, E>,
+) -> Result<(), Box<dyn std::error::Error>> {
+    match Screen::open(width, width) {
+        Ok(screen) => save(&draw(&screen).map_err(Into::into)?, width, name)?,
+        Err(reason) => eprintln!("SKIPPED: {reason}"),
+    }
+    Ok(())
+}
+
 /// Writes a picture of so many pixels per row to the path that was given, or to the folder
 /// for temporary files, and says where. Radiance 1 is white.
-pub(crate) fn save(pixels: &[[f32; 4]], width: u32, name: &str) -> Result<(), image::ImageError> {
+fn save(pixels: &[[f32; 4]], width: u32, name: &str) -> Result<(), image::ImageError> {
     let path = std::env::args_os().nth(1).map_or_else(
         || std::env::temp_dir().join(name).with_extension("png"),
         PathBuf::from,

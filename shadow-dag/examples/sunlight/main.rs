@@ -156,14 +156,8 @@ fn draw(screen: &Screen, path: &Path) -> Result<Vec<[f32; 4]>, Box<dyn std::erro
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    match Screen::open(WIDTH, WIDTH) {
-        Ok(screen) => {
-            let path = std::env::temp_dir().join("sunlight.cpvs");
-            screen::save(&draw(&screen, &path)?, WIDTH, "sunlight")?;
-        }
-        Err(reason) => eprintln!("SKIPPED: {reason}"),
-    }
-    Ok(())
+    let path = std::env::temp_dir().join("sunlight.cpvs");
+    screen::run("sunlight", WIDTH, |screen| draw(screen, &path))
 }
 
 #[cfg(test)]

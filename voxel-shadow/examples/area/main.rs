@@ -170,11 +170,7 @@ fn draw(screen: &Screen) -> Result<Vec<[f32; 4]>, Box<dyn std::error::Error>> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    match Screen::open(WIDTH, WIDTH) {
-        Ok(screen) => screen::save(&draw(&screen)?, WIDTH, "area")?,
-        Err(reason) => eprintln!("SKIPPED: {reason}"),
-    }
-    Ok(())
+    screen::run("area", WIDTH, draw)
 }
 
 #[cfg(test)]

@@ -221,11 +221,7 @@ fn draw(screen: &Screen) -> Result<Vec<[f32; 4]>, Box<dyn std::error::Error>> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    match Screen::open(WIDTH, WIDTH) {
-        Ok(screen) => screen::save(&draw(&screen)?, WIDTH, "fog")?,
-        Err(reason) => eprintln!("SKIPPED: {reason}"),
-    }
-    Ok(())
+    screen::run("fog", WIDTH, draw)
 }
 
 #[cfg(test)]
