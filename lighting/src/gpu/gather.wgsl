@@ -12,13 +12,9 @@ struct Scene {
     panes: u32,
 }
 
-const NO_PANES = 0xffffffffu;
-
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<storage> rays: array<light_Ray>;
-// The texels of the cookie; then, for each ray, how many panes there are up to it,
-// four to an entry; then the panes, the nearest to each eye first: the share of what
-// is behind that it and all before it let through, and its distance.
+// The texels of the cookie, then the panes.
 @group(0) @binding(2) var<storage> table: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> radiance: array<vec4<f32>>;
 
@@ -32,14 +28,6 @@ fn light_medium() -> light_Medium {
 
 fn light_cookie(index: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(table[index].xyz);
-}
-
-// The panes of all rays before the ray `i`.
-fn panes_before(i: u32) -> u32 {
-    if i == 0u {
-        return 0u;
-    }
-    return table[scene.panes + (i - 1u) / 4u][(i - 1u) % 4u];
 }
 
 @compute @workgroup_size(64)
@@ -59,13 +47,9 @@ fn gather(
     let path = light_off_the_light(unmoved);
     var cursor = light_cursor(path);
     // The next pane, the one after the last, and what those before let through.
-    var pane = 0u;
-    var panes_end = 0u;
+    let panes = panes_of(i);
+    var pane = panes.x;
     var seen = vec3(1.0);
-    if scene.panes != NO_PANES {
-        pane = panes_before(i);
-        panes_end = panes_before(i + 1u);
-    }
     // The last interval that was found and has not been evaluated yet.
     var part = light_dark();
     var sum = vec3(0.0);
@@ -81,9 +65,8 @@ fn gather(
             var start = part.start;
             loop {
                 var end = part.end;
-                while pane < panes_end {
-                    let at = scene.panes + (scene.rays + 3u) / 4u + pane;
-                    let behind = bitcast<vec4<f32>>(table[at]);
+                while pane < panes.y {
+                    let behind = pane_behind(pane);
                     if behind.w > start {
                         end = min(end, behind.w);
                         break;

@@ -7,7 +7,7 @@
 //! ```text
 //! airlight::gpu::PHASE                     phase functions
 //! NUMERIC  PATH  ARC  DIRECTIONAL  LIT     what every part may use
-//! gather.wgsl                              entry point, rays and panes before them,
+//! panes.wgsl  gather.wgsl                  entry point, rays and panes before them,
 //!                                          light, medium
 //! the part in the VisibilitySlot           light_cursor, light_next_lit
 //! the part in the AirlightSlot             light_airlight
@@ -77,6 +77,8 @@ pub const ARC: &str = include_str!("arc.wgsl");
 pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
 /// Lit parts of a path.
 pub const LIT: &str = include_str!("lit.wgsl");
+/// What covers parts of rays before the eye, for the entry points of gathers.
+pub(crate) const PANES: &str = include_str!("panes.wgsl");
 /// Which points of masked triangles are holes.
 pub const MASK: &str = include_str!("mask.wgsl");
 /// A point of a surface.

@@ -10,14 +10,10 @@ struct Scene {
     padding_b: u32,
 }
 
-const NO_PANES = 0xffffffffu;
-
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> light_media: light_Media;
 @group(0) @binding(2) var<storage> rays: array<light_Ray>;
-// For each ray, how many panes there are up to it, four to an entry; then the panes, the
-// nearest to each eye first: the share of what is behind that it and all before it let
-// through, and its distance.
+// The panes.
 @group(0) @binding(3) var<storage> table: array<vec4<u32>>;
 @group(0) @binding(4) var<storage> light_media_records: array<vec4<u32>>;
 @group(0) @binding(5) var<storage> light_media_densities: array<f32>;
@@ -44,15 +40,6 @@ const OPAQUE: f32 = 26.0;
 // line in the middle.
 const PART_DEPTH: f32 = 1.0;
 const PART_BEND: f32 = 0.1;
-
-
-// The panes of all rays before the ray `i`.
-fn panes_before(i: u32) -> u32 {
-    if i == 0u {
-        return 0u;
-    }
-    return table[scene.panes + (i - 1u) / 4u][(i - 1u) % 4u];
-}
 
 // Whether something on the piece emits, and whether nothing changes along it.
 struct Emitting {
@@ -181,12 +168,8 @@ fn add_emission(
     let last = min(ray.length, light_media_END);
     let base = light_media_base(ray.origin, direction, last);
     var walk = light_media_walk(ray.origin, direction, base, last);
-    var pane = 0u;
-    var panes_end = 0u;
-    if scene.panes != NO_PANES {
-        pane = panes_before(i);
-        panes_end = panes_before(i + 1u);
-    }
+    let panes = panes_of(i);
+    var pane = panes.x;
     var seen = vec3(1.0);
     var sum = vec3(0.0);
     while light_media_advance(&walk) {
@@ -201,9 +184,8 @@ fn add_emission(
         let piece = start;
         while start < walk.stop {
             var end = walk.stop;
-            while pane < panes_end {
-                let at = scene.panes + (scene.rays + 3u) / 4u + pane;
-                let behind = bitcast<vec4<f32>>(table[at]);
+            while pane < panes.y {
+                let behind = pane_behind(pane);
                 if behind.w - base > start {
                     end = min(end, behind.w - base);
                     break;

@@ -12,14 +12,10 @@ struct Scene {
     padding: u32,
 }
 
-const NO_PANES = 0xffffffffu;
-
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> light_media: light_Media;
 @group(0) @binding(2) var<storage> rays: array<light_Ray>;
-// The texels of the cookie; then, for each ray, how many panes there are up to it,
-// four to an entry; then the panes, the nearest to each eye first: the share of what
-// is behind that it and all before it let through, and its distance.
+// The texels of the cookie, then the panes.
 @group(0) @binding(3) var<storage> table: array<vec4<u32>>;
 @group(0) @binding(4) var<storage> light_media_records: array<vec4<u32>>;
 @group(0) @binding(5) var<storage> light_media_densities: array<f32>;
@@ -36,14 +32,6 @@ fn light_medium() -> light_Medium {
 
 fn light_cookie(index: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(table[index].xyz);
-}
-
-// The panes of all rays before the ray `i`.
-fn panes_before(i: u32) -> u32 {
-    if i == 0u {
-        return 0u;
-    }
-    return table[scene.panes + (i - 1u) / 4u][(i - 1u) % 4u];
 }
 
 @compute @workgroup_size(64)
@@ -69,12 +57,8 @@ fn gather_media(
     if steps.limits.length == 0.0 {
         return;
     }
-    var pane = 0u;
-    var panes_end = 0u;
-    if scene.panes != NO_PANES {
-        pane = panes_before(i);
-        panes_end = panes_before(i + 1u);
-    }
+    let panes = panes_of(i);
+    var pane = panes.x;
     var goes_on = true;
     while goes_on && light_media_advance(&walk) {
         if walk.is_empty {
@@ -83,9 +67,8 @@ fn gather_media(
         var start = max(walk.start, first);
         while goes_on && start < walk.stop {
             var end = walk.stop;
-            while pane < panes_end {
-                let at = scene.panes + (scene.rays + 3u) / 4u + pane;
-                let behind = bitcast<vec4<f32>>(table[at]);
+            while pane < panes.y {
+                let behind = pane_behind(pane);
                 if behind.w - base > start {
                     end = min(end, behind.w - base);
                     break;

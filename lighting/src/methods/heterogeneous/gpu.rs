@@ -14,7 +14,7 @@ use super::{AddEmission, EmittingRays, GatherMedia, MediaRays};
 use crate::EyePanes;
 use crate::gather::check_lengths;
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
-use crate::gpu::{NUMERIC, PATH, PointSlot};
+use crate::gpu::{NUMERIC, PANES, PATH, PointSlot};
 use crate::scene::gpu::{GridRecord, HeightFogRecord, MEDIA};
 use crate::scene::{Media, Medium, PhaseFunction, Profile};
 
@@ -326,7 +326,7 @@ impl UploadedMedia {
 pub(super) fn shader<V: InShader<PointSlot>>(media: [&'static str; 3]) -> Result<Assembly, Error> {
     let [scene, room, walk] = media;
     let mut shader = Assembly::new(&[
-        INDEX_WGSL, NUMERIC, PHASE, PATH, scene, room, walk, STEPS, GATHER,
+        INDEX_WGSL, NUMERIC, PHASE, PATH, scene, room, walk, STEPS, PANES, GATHER,
     ]);
     shader.fill::<PointSlot>(&V::part())?;
     Ok(shader)
@@ -389,9 +389,9 @@ impl<V: InShader<PointSlot>, E: Encode> GatherMedia<V> for Gpu<E> {
 }
 
 /// The shader that adds what media emit.
-pub(super) fn emission_shader([scene, room, walk]: [&'static str; 3]) -> [&'static str; 8] {
+pub(super) fn emission_shader([scene, room, walk]: [&'static str; 3]) -> [&'static str; 9] {
     [
-        INDEX_WGSL, NUMERIC, PHASE, PATH, scene, room, walk, EMISSION,
+        INDEX_WGSL, NUMERIC, PHASE, PATH, scene, room, walk, PANES, EMISSION,
     ]
 }
 
