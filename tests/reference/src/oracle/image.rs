@@ -66,18 +66,36 @@ pub fn reference(
     options: Options<'_>,
 ) -> Reference {
     let world = World::new(emitters, medium, geometry, options.search);
-    let absolute = options.tolerance * DARKEST * world.rough_mean(rays);
+    refined(rays, options, 500, |ray, tolerance| {
+        world.light(ray, tolerance)
+    })
+}
+
+/// A picture of what `light` gives along each ray within a tolerance: that of the options, for
+/// dark pixels relative to the mean of the picture without refinement, from at most about
+/// `sample` rays. The same on any number of threads.
+pub(super) fn refined(
+    rays: &[Ray],
+    options: Options<'_>,
+    sample: usize,
+    light: impl Fn(&Ray, Tolerance) -> Estimate + Sync,
+) -> Reference {
+    let unrefined = Tolerance::relative(f64::INFINITY);
+    let stride = rays.len().div_ceil(sample).max(1);
+    let rough: Vec<f64> = rays
+        .par_iter()
+        .step_by(stride)
+        .map(|ray| light(ray, unrefined).value.element_sum() / 3.0)
+        .collect();
+    let mean = rough.iter().sum::<f64>() / rough.len().max(1) as f64;
     let tolerance = Tolerance {
         relative: options.tolerance,
-        absolute,
+        absolute: options.tolerance * DARKEST * mean,
     };
     let estimates: Vec<Estimate> = rays
-        .par_chunks(32)
+        .par_chunks(8)
         .flat_map_iter(|chunk| {
-            let estimates: Vec<_> = chunk
-                .iter()
-                .map(|ray| world.light(ray, tolerance))
-                .collect();
+            let estimates: Vec<_> = chunk.iter().map(|ray| light(ray, tolerance)).collect();
             (options.progress)(chunk.len());
             estimates
         })
@@ -173,17 +191,5 @@ impl<'a> World<'a> {
             }
         }
         sum
-    }
-
-    /// The mean of the image without refinement, from at most about 500 rays.
-    fn rough_mean(&self, rays: &[Ray]) -> f64 {
-        let unrefined = Tolerance::relative(f64::INFINITY);
-        let stride = rays.len().div_ceil(500).max(1);
-        let sample: Vec<f64> = rays
-            .par_iter()
-            .step_by(stride)
-            .map(|ray| self.light(ray, unrefined).value.element_sum() / 3.0)
-            .collect();
-        sample.iter().sum::<f64>() / sample.len().max(1) as f64
     }
 }
