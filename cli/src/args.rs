@@ -534,12 +534,13 @@ pub(crate) struct Methods {
 ///
 /// Small pictures that are extreme in one respect: optical depths from 1e-6 to 1e6, lights
 /// at the eye, in walls and 1e6 m away, views and spots of 0.1° to almost 180°, slivers and
-/// coincident triangles, scenes of micrometres, of 1000 km and far from the origin. Each
-/// method that applies makes each picture on each backend. For each there is a row:
-/// median and worst error against a converged reference, and where. A violation is a
-/// pixel that is not a number, infinite or negative; an error above the bound of a method
-/// that has one; or a picture of the GPU that differs from the CPU's by more than twice
-/// what the method is off. Returns 1 if there is a violation.
+/// coincident triangles, smoke of 1e-6 to 1e6 a metre, scenes of micrometres and of 1000 km.
+/// Each method that applies, and where there is smoke those that see it, makes each picture
+/// on each backend. For each there is a row: median and worst error against a converged
+/// reference, and where. A violation is a pixel that is not a number, infinite or negative;
+/// an error above the bound of a method that has one; or a picture of the GPU that differs
+/// from the CPU's by more than twice what the method is off. Returns 1 if there is a
+/// violation.
 #[derive(Debug, Args)]
 pub(crate) struct Stress {
     /// Only methods whose name contains one of these (see `crepuscular methods`)

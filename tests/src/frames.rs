@@ -10,7 +10,7 @@ pub fn inputs<'a>(scene: &'a TestScene, map: u32, host: &'a Store<Host>) -> Fram
         emitters: &scene.emitters,
         areas: &scene.areas,
         medium: &scene.medium,
-        height_fog: None,
+        height_fog: scene.height_fog.as_ref(),
         geometry: &scene.geometry,
         translucent: &scene.translucent,
         camera: &scene.camera,

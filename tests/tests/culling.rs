@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
+use std::sync::Arc;
+
 use crepuscular_tests::frames::{image, inputs};
 use crepuscular_tests::scenes::maps;
 use crepuscular_tests::suite::Subject;
@@ -9,8 +11,9 @@ use glam::{Quat, Vec3};
 use gpu_backend::{Cpu, Host};
 use lighting::airlight::EquiAngular;
 use lighting::culling::RayTiles;
-use lighting::methods::{Entry, Frame, FrameInputs, Registry, Selection, Store};
+use lighting::methods::{Entry, Frame, FrameInputs, Registry, Selection, Store, share_cover};
 use lighting::scene::procedural::Embedded;
+use lighting::scene::view::{Cover, CoverStep};
 use lighting::scene::{Camera, Cone, Emission, Medium, PhaseFunction};
 use lighting::visibility::{March, Spacing, Unshadowed};
 use lighting::{Emitter, LightPath, LitRays, Ray};
@@ -22,6 +25,7 @@ crepuscular_tests::on_every_backend!(
     random_lights_that_are_culled_give_the_same_bits,
     shadowed_lights_that_are_culled_give_the_same_bits,
     lights_with_precomputed_shadows_give_the_same_bits_together,
+    hair_dims_the_air_behind_it_however_many_lights_there_are,
 );
 
 /// The pictures are of so many pixels.
@@ -238,4 +242,52 @@ fn few_lights_are_tested_for_nothing() {
     let share = tested as f64 / reached as f64;
     println!("{tested} rays are tested, {reached} are reached: {share:.3}");
     assert!(reached > 100_000 && (1.0..1.3).contains(&share), "{share}");
+}
+
+/// Half of each ray's light is covered from the eye on, and none of it.
+fn hair_dims_the_air_behind_it_however_many_lights_there_are<B: Subject>(backend: &B) {
+    let fog = Medium::new(Vec3::splat(0.05), Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+    let geometry = shapes::nothing();
+    let method: Entry = Registry::standard().pair("none", "gauss", Some(3)).unwrap();
+    assert!(method.method().sees_cover());
+    let mut random = Random::new(11);
+    for count in [3, 40] {
+        let (camera, rays, emitters) = random_view(&mut random, count);
+        let hits = vec![None; rays.len()];
+        let (open, covered) = (Store::<Host>::new(), Store::<Host>::new());
+        let half = CoverStep {
+            distance: 0.0,
+            share: 0.5,
+        };
+        let cover = Cover::new(rays.iter().map(|_| [half]));
+        share_cover(&covered, &Arc::new(cover));
+        let [open, covered] = [&open, &covered].map(|host| {
+            let inputs = FrameInputs {
+                emitters: &emitters,
+                areas: &[],
+                medium: &fog,
+                height_fog: None,
+                geometry: &geometry,
+                translucent: &[],
+                camera: &camera,
+                size: SIZE,
+                rays: &rays,
+                hits: &hits,
+                map: 16,
+                host,
+                selection: Selection::default(),
+                watch: &(),
+            };
+            image(backend, inputs, &method, 3).unwrap().unwrap()
+        });
+        for (open, covered) in open.iter().zip(&covered) {
+            for channel in 0..3 {
+                let off = covered[channel] - 0.5 * open[channel];
+                assert!(
+                    off.abs() <= 1e-5 * open[channel],
+                    "{count}: {open:?} {covered:?}"
+                );
+            }
+        }
+    }
 }

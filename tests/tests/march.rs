@@ -201,5 +201,6 @@ fn unshadowed_lamp_in_view() -> TestScene {
         rays: rays.collect(),
         hits: vec![None; 400],
         translucent: Vec::new(),
+        height_fog: None,
     }
 }

@@ -17,6 +17,8 @@ use crate::failure::Failure;
 pub(super) struct Case {
     scene: TestScene,
     truth: Reference,
+    /// Whether all that fills the air is even fog.
+    is_even: bool,
     map: u32,
     host: Store<Host>,
 }
@@ -24,8 +26,14 @@ pub(super) struct Case {
 impl Case {
     pub(super) fn new(case: FrameCase, map: u32) -> Self {
         let scene = TestScene::of(case.name, case.scene, case.size[0], case.size[1]);
+        let is_even = scene.translucent.is_empty() && scene.height_fog.is_none();
+        let truth = match is_even {
+            true => scene.truth(),
+            false => scene.truth_in_media(),
+        };
         Self {
-            truth: scene.truth(),
+            truth,
+            is_even,
             scene,
             map,
             host: Store::new(),
@@ -37,7 +45,7 @@ impl Case {
             emitters: &self.scene.emitters,
             areas: &self.scene.areas,
             medium: &self.scene.medium,
-            height_fog: None,
+            height_fog: self.scene.height_fog.as_ref(),
             geometry: &self.scene.geometry,
             translucent: &self.scene.translucent,
             camera: &self.scene.camera,
@@ -67,7 +75,10 @@ impl Case {
             if stop.load(Ordering::Relaxed) {
                 break;
             }
-            if entry.on::<B>().is_none() || entry.method().applies(&inputs) != Verdict::Applies {
+            let method = entry.method();
+            let sees_all = self.is_even || method.sees_heterogeneous_media();
+            let applies = sees_all && method.applies(&inputs) == Verdict::Applies;
+            if entry.on::<B>().is_none() || !applies {
                 continue;
             }
             let about = entry.about();

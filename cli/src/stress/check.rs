@@ -40,7 +40,8 @@ impl Outcome {
         if let Some(pixel) = image.iter().position(|light| !is_light(light)) {
             violations.push(format!("pixel {pixel} is {:?}", &image[pixel][..3]));
         }
-        if let Some(bound) = bound(entry, quality)
+        let bound = |tolerance| tolerance + Allowed::ExactImage.error();
+        if let Some(bound) = entry.method().tolerance(quality).map(bound)
             && !(found.rmse <= bound)
         {
             violations.push(format!("error {:.1e}, bound {bound:.1e}", found.rmse));
@@ -65,18 +66,6 @@ impl Finding {
 /// Finite and not negative.
 fn is_light(light: &[f32; 4]) -> bool {
     light[..3].iter().all(|c| c.is_finite() && *c >= 0.0)
-}
-
-/// What a method promises of the error of its picture, if it promises anything: exact
-/// visibility with an evaluator that keeps a tolerance.
-fn bound(entry: &Entry, quality: u32) -> Option<f64> {
-    let [(source, _), (evaluator, _)] = entry.halves()?;
-    let of_evaluator = match evaluator {
-        "double" => 0.0,
-        "quadrature" => 0.1_f64.powi(i32::try_from(quality).ok()?),
-        _ => return None,
-    };
-    (source == "exact").then(|| Allowed::ExactImage.error() + of_evaluator)
 }
 
 /// Two pictures of one method are of one thing: they may differ by what each is off, and where

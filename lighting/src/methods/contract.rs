@@ -145,6 +145,13 @@ pub trait Method: Send + Sync + Debug {
         Verdict::Applies
     }
 
+    /// What it promises of the light of each ray, if it promises anything: a relative error
+    /// that rounding alone adds to, as far as the scene has nothing but what blocks light and
+    /// what lets it pass.
+    fn tolerance(&self, _quality: u32) -> Option<f64> {
+        None
+    }
+
     /// What should be said of its picture of a frame: what it leaves out, or does in
     /// another way than its name says.
     fn notes(&self, _inputs: &FrameInputs<'_>) -> Vec<String> {

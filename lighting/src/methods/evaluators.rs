@@ -41,6 +41,12 @@ pub trait Evaluators: Send + Sync + Debug {
         f64::from(quality)
     }
 
+    /// The relative error that it keeps for each interval, beside rounding; `None` if that
+    /// depends on the interval.
+    fn tolerance(_quality: u32) -> Option<f64> {
+        None
+    }
+
     /// Whether it applies to a frame.
     fn applies(&self, _inputs: &FrameInputs<'_>) -> Verdict {
         Verdict::Applies
@@ -229,6 +235,10 @@ impl Evaluators for Tolerances {
             .map_err(MethodError::resource("a quadrature"))
     }
 
+    fn tolerance(digits: u32) -> Option<f64> {
+        Some(0.1_f64.powf(digits.into()))
+    }
+
     fn work(digits: u32) -> f64 {
         4.0 * f64::from(digits)
     }
@@ -364,6 +374,10 @@ impl Evaluators for Doubles {
     fn make(&self, phase: PhaseFunction, _: u32) -> Result<Self::Evaluator, MethodError> {
         let exact = Exact::new(phase).map_err(MethodError::resource("double precision"))?;
         Ok(Analytic::new(exact, fallback(phase)?))
+    }
+
+    fn tolerance(_: u32) -> Option<f64> {
+        Some(0.0)
     }
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {

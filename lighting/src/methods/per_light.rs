@@ -33,6 +33,11 @@ pub trait LightSources: Send + Sync + Debug {
         Cow::Borrowed(emitter)
     }
 
+    /// Whether the ends of lit parts are right to the rounding of numbers.
+    fn is_exact(&self) -> bool {
+        false
+    }
+
     /// See [`Method::interleaves`].
     fn interleaves(&self) -> Verdict {
         Verdict::Impossible("rays cannot share what finds their lit parts".into())
@@ -288,6 +293,14 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
 
     fn sees_cover(&self) -> bool {
         true
+    }
+
+    fn tolerance(&self, quality: u32) -> Option<f64> {
+        let [_, of_evaluator] = self.qualities(quality);
+        match self.sources.is_exact() {
+            true => E::tolerance(of_evaluator),
+            false => None,
+        }
     }
 
     fn interleaves(&self, _: &FrameInputs<'_>) -> Verdict {

@@ -212,6 +212,10 @@ impl Method for Entry {
         self.method.takes_some_pixels()
     }
 
+    fn tolerance(&self, quality: u32) -> Option<f64> {
+        self.method.tolerance(quality)
+    }
+
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         self.method.notes(inputs)
     }

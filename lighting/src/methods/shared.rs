@@ -43,19 +43,31 @@ pub fn share_cover(host: &Store<Host>, cover: &Arc<Cover>) {
 }
 
 impl FrameInputs<'_> {
+    /// What [`share_cover`] told.
+    fn cover(&self) -> Result<Arc<Cover>, MethodError> {
+        let clear = || Ok(Cover::default());
+        self.host.get("cover", OfScene, |_| 0, clear)
+    }
+
+    /// Whether anything may cover parts of the rays.
+    ///
+    /// # Errors
+    /// Those of the store.
+    pub fn is_covered(&self) -> Result<bool, MethodError> {
+        Ok(self.geometry.coatings().any_see_through() || !self.cover()?.is_clear())
+    }
+
     /// What covers parts of the rays: see-through surfaces, and what
     /// [`share_cover`] told of the pixels of the picture; `None` if nothing does.
     ///
     /// # Errors
-    /// None; the result is that of the store.
+    /// Those of the store and of the hierarchy of triangles.
     pub fn panes(&self) -> Result<Option<EyePanes>, MethodError> {
         let panes = match self.geometry.coatings().any_see_through() {
             true => EyePanes::new(&Cpu::new(), &*self.tracer()?, self.rays),
             false => None,
         };
-        let cover: Arc<Cover> = self
-            .host
-            .get("cover", OfScene, |_| 0, || Ok(Cover::default()))?;
+        let cover = self.cover()?;
         let pixels = self.selection.pixels;
         let pixel = |ray: usize| pixels.map_or(ray, |pixels| pixels[ray] as usize);
         Ok(EyePanes::with_cover(panes, &cover, self.rays.len(), pixel))

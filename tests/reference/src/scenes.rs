@@ -4,11 +4,12 @@ use gpu_backend::Cpu;
 use scene::procedural::Embedded;
 use scene::trace::{Hit, Tracer};
 use scene::view::View;
-use scene::{AreaEmitters, Camera, Emitter, Geometry, Medium, Ray, Scene, Translucent};
+use scene::{AreaEmitters, Camera, Emitter, Geometry, HeightFog, Medium, Ray, Scene, Translucent};
 
 use crate::oracle::airlight::reach;
 use crate::oracle::image::{Options, Reference, reference};
-use crate::oracle::{Fog, Lamp, Line};
+use crate::oracle::media::Air;
+use crate::oracle::{Fog, Lamp, Line, media_image};
 
 /// A scene, its emitters and the rays of its view.
 #[derive(Debug)]
@@ -35,6 +36,8 @@ pub struct TestScene {
     pub hits: Vec<Option<Hit>>,
     /// Hair and smoke.
     pub translucent: Vec<Translucent>,
+    /// Fog that thins out with altitude.
+    pub height_fog: Option<HeightFog>,
 }
 
 impl TestScene {
@@ -70,12 +73,13 @@ impl TestScene {
             tracer,
             emitters,
             areas: AreaEmitters::find(&scene.lights, &owners),
-            medium: scene.medium.expect("a medium was placed"),
+            medium: scene.medium.unwrap_or(Medium::VACUUM),
             camera,
             size: [width, height],
             rays: view.rays().to_vec(),
             hits: view.hits().to_vec(),
             translucent: scene.translucent,
+            height_fog: scene.height_fog,
             geometry,
         }
     }
@@ -111,7 +115,21 @@ impl TestScene {
         test_scene
     }
 
-    /// The reference image of the rays.
+    /// The reference image of the rays where smoke and fog that thins out are seen, to 1e-3.
+    pub fn truth_in_media(&self) -> Reference {
+        let air = Air {
+            medium: Some(&self.medium),
+            height_fog: self.height_fog.as_ref(),
+            translucent: &self.translucent,
+        };
+        let options = Options {
+            tolerance: 1e-3,
+            ..Options::default()
+        };
+        media_image::reference(&self.rays, air, &self.emitters, &self.geometry, options)
+    }
+
+    /// The reference image of the rays in even fog.
     pub fn truth(&self) -> Reference {
         reference(
             &self.rays,

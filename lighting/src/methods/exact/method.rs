@@ -31,6 +31,10 @@ impl LightSources for Traced {
         }
     }
 
+    fn is_exact(&self) -> bool {
+        true
+    }
+
     fn work(&self, inputs: &FrameInputs<'_>, _: u32) -> Work {
         let triangles = inputs.geometry.triangles().len() as f64;
         Work {

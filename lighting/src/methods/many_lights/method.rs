@@ -124,9 +124,8 @@ where
     PerLight<S, E>: Method,
 {
     /// Whether the lights of a frame are gathered at once.
-    fn is_at_once(&self, inputs: &FrameInputs<'_>) -> bool {
-        let has_panes = inputs.geometry.coatings().any_see_through();
-        !E::IS_OF_LIGHT && !has_panes && is_culled(inputs)
+    fn is_at_once(&self, inputs: &FrameInputs<'_>) -> Result<bool, MethodError> {
+        Ok(!E::IS_OF_LIGHT && !inputs.is_covered()? && is_culled(inputs))
     }
 }
 
@@ -150,6 +149,14 @@ where
         qualities: &'q [u32],
     ) -> (&'q [u32], Option<&'static str>) {
         self.0.distinct(inputs, qualities)
+    }
+
+    fn sees_cover(&self) -> bool {
+        self.0.sees_cover()
+    }
+
+    fn tolerance(&self, quality: u32) -> Option<f64> {
+        self.0.tolerance(quality)
     }
 
     fn interleaves(&self, inputs: &FrameInputs<'_>) -> Verdict {
@@ -179,7 +186,7 @@ where
     E: Evaluators,
 {
     fn prepare(&self, frame: &Frame<'_, B>, quality: u32) -> Result<(), MethodError> {
-        if !self.is_at_once(&frame.inputs) {
+        if !self.is_at_once(&frame.inputs)? {
             return self.0.prepare(frame, quality);
         }
         let [quality, detail] = self.0.qualities(quality);
@@ -198,7 +205,7 @@ where
         radiance: &mut BufferOf<B, [f32; 4]>,
     ) -> Result<(), MethodError> {
         let inputs = &frame.inputs;
-        let tiles = self.is_at_once(inputs).then(|| ray_tiles(inputs));
+        let tiles = self.is_at_once(inputs)?.then(|| ray_tiles(inputs));
         let Some(tiles) = tiles.flatten() else {
             return self.0.add_radiance(frame, quality, radiance);
         };

@@ -5,8 +5,8 @@ use std::f32::consts::PI;
 
 use glam::{Affine3A, Quat, Vec3};
 use scene::{
-    AreaLight, AreaShape, Camera, Cone, DirectionalLight, Instance, Light, Medium, Mesh,
-    PhaseFunction, PointLight, Scene, SpotLight,
+    AreaLight, AreaShape, Bounds, Camera, Cone, DensityGrid, DirectionalLight, HeightFog, Instance,
+    Interpolation, Light, Medium, Mesh, PhaseFunction, PointLight, Scene, SpotLight,
 };
 
 use super::casters::solid_room;
@@ -32,6 +32,7 @@ pub fn frame_cases() -> Vec<FrameCase> {
     views(&mut list);
     casters(&mut list);
     places(&mut list);
+    smoke(&mut list);
     pictures(&mut list);
     list.0
 }
@@ -398,6 +399,70 @@ fn places(list: &mut List) {
     list.add(
         "coordinates of a map in metres, a sun",
         moved(sun(), 100.0, utm),
+    );
+}
+
+/// A box before the wall, and in it as dense a medium at each of `side`³ places.
+fn in_smoke(side: u32, density: f32, interpolation: Interpolation) -> Scene {
+    let bounds = Bounds::new(Vec3::new(-1.5, -1.0, -3.5), Vec3::new(1.5, 1.6, -0.5));
+    let mut random = Random::new(8);
+    let samples = (0..side.pow(3)).map(|_| random.between(0.5, 1.0)).collect();
+    let grid = DensityGrid::new(
+        bounds.expect("a box"),
+        [side; 3],
+        samples,
+        density,
+        interpolation,
+    );
+    let grid = grid.expect("smoke").with_albedo(Vec3::splat(0.8));
+    Scene {
+        translucent: vec![grid.expect("an albedo").into()],
+        ..lamp()
+    }
+}
+
+fn in_height_fog(altitude: f32, scale_height: f32) -> Scene {
+    let sigma = Vec3::new(0.1, 0.05, 0.02);
+    let fog = HeightFog::new(
+        sigma,
+        Vec3::ZERO,
+        altitude,
+        scale_height,
+        PhaseFunction::Isotropic,
+    );
+    Scene {
+        height_fog: Some(fog.expect("fog")),
+        medium: None,
+        ..sun()
+    }
+}
+
+fn smoke(list: &mut List) {
+    let linear = Interpolation::Linear;
+    list.add("smoke", in_smoke(8, 1.0, linear));
+    list.add("smoke of 1e-6 a metre", in_smoke(8, 1e-6, linear));
+    list.add("smoke of 1e6 a metre", in_smoke(8, 1e6, linear));
+    list.add("a single voxel", in_smoke(1, 1.0, Interpolation::Constant));
+    let inside = Vec3::new(0.2, 0.3, -1.5);
+    list.add(
+        "an eye in smoke",
+        seen(
+            in_smoke(8, 1.0, linear),
+            inside,
+            Quat::IDENTITY,
+            FIELD_OF_VIEW,
+        ),
+    );
+    let mut lit = in_smoke(8, 1.0, linear);
+    lit.lights = vec![lamp_at(inside)];
+    list.add("a lamp in smoke", lit);
+    list.add(
+        "fog that thins out by e every metre",
+        in_height_fog(0.0, 1.0),
+    );
+    list.add(
+        "fog that thins out, seen from above it",
+        in_height_fog(-8.0, 0.5),
     );
 }
 
