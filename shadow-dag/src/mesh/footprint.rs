@@ -64,7 +64,7 @@ fn last(light: &LightSpace) -> f64 {
 }
 
 /// The slice behind a depth of the kind that triangles have.
-fn slice(light: &LightSpace, resolution: Resolution, depth: f64) -> u32 {
+pub(super) fn slice(light: &LightSpace, resolution: Resolution, depth: f64) -> u32 {
     let slices = light.slices();
     let depth = match slices {
         Slices::Linear => depth,
@@ -93,6 +93,7 @@ impl<'a> Scratch<'a> {
         let (low, high) = self.centres([tile.x, tile.y], tile.side);
         self.lists
             .retain(|&triangle| mesh.triangles[triangle as usize].meets(low, high));
+        self.leave_out_hidden(0, low, high);
         Part {
             at: [tile.x / tile.side, tile.y / tile.side],
             start: 0,
@@ -126,6 +127,7 @@ impl<'a> Scratch<'a> {
                     self.lists.push(triangle);
                 }
             }
+            self.leave_out_hidden(start, low, high);
             Part {
                 at,
                 start,
@@ -137,6 +139,37 @@ impl<'a> Scratch<'a> {
             quarter.top = self.lists.len();
         }
         quarters
+    }
+
+    /// Leaves those out of the list of a footprint, from `start` on, that are nowhere in it
+    /// but behind a surface over all of it, and enclose nothing: all is shadowed there.
+    fn leave_out_hidden(&mut self, start: usize, low: [i32; 2], high: [i32; 2]) {
+        let triangles = &self.mesh.triangles;
+        let open = |number: u32| {
+            let triangle = &triangles[number as usize];
+            (triangle.kind == Kind::Open).then_some(triangle)
+        };
+        if self.lists.len() - start < 2 {
+            return;
+        }
+        let nearest = (self.lists[start..].iter())
+            .filter_map(|&number| open(number))
+            .filter(|triangle| triangle.fills(low, high))
+            .fold(f64::INFINITY, |nearest, triangle| {
+                nearest.min(triangle.depths(low, high)[1])
+            });
+        if nearest == f64::INFINITY {
+            return;
+        }
+        let mut end = start;
+        for i in start..self.lists.len() {
+            let number = self.lists[i];
+            if open(number).is_none_or(|triangle| triangle.depths(low, high)[0] <= nearest) {
+                self.lists[end] = number;
+                end += 1;
+            }
+        }
+        self.lists.truncate(end);
     }
 
     /// The triangles over each block of `side` texels of a tile: `each` is

@@ -13,6 +13,7 @@ mod sorted;
 mod surfaces;
 mod texels;
 mod triangle;
+mod twins;
 mod weld;
 
 use gpu_backend::Cpu;
@@ -144,6 +145,7 @@ impl Mesh {
             parts
         });
         triangles.extend(parts.into_iter().flatten());
+        twins::leave_out(cpu, &mut triangles);
         let masks = surfaces.holes.as_ref().map(|(_, holes)| {
             Masks::new(cpu, holes.clone(), &holed, |triangle| {
                 corners(triangle as usize)

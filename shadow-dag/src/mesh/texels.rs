@@ -345,7 +345,9 @@ mod tests {
 
     use super::*;
     use crate::mesh::ONE;
+    use crate::mesh::footprint::slice;
     use crate::tests::mesh::{Soup, lights, solid};
+    use crate::{DepthSource, TileRect};
 
     proptest! {
         #![proptest_config(reference::property::cases(128))]
@@ -372,6 +374,40 @@ mod tests {
                     let [enter, exit] = ends.map(|ends| slice(ends[texel]));
                     let found = (together.enter[texel], together.exit[texel]);
                     prop_assert_eq!(found, (enter, exit.max(enter)), "{}, {}", tile, texel);
+                }
+            }
+        }
+
+        #[test]
+        fn what_footprints_leave_out_is_nowhere_in_front(
+            solids in proptest::collection::vec(solid(), 1..12),
+            removed in proptest::collection::vec(any::<prop::sample::Index>(), 0..60),
+            light in proptest::sample::select(lights().to_vec()),
+        ) {
+            let mut soup = Soup::of(&solids);
+            for triangle in removed {
+                if soup.indices.len() > 1 {
+                    soup.indices.swap_remove(triangle.index(soup.indices.len()));
+                }
+            }
+            let mesh = soup.mesh(64, light);
+            let mut dag = [vec![0; 64 * 64], vec![0; 64 * 64]];
+            let [enter, exit] = &mut dag;
+            let whole = TileRect { x: 0, y: 0, side: 64 };
+            mesh.read(whole, enter, exit).unwrap();
+            let list: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+            let step = ONE / 64;
+            let mut texels = Texels::default();
+            for tile in 0..64 {
+                let place = [tile % 8, tile / 8].map(|at| 8 * at);
+                let first = place.map(|at| at * step + step / 2);
+                let mut all = Tile::default();
+                let slice = |depth: f64| slice(&mesh.light, mesh.resolution, depth);
+                texels.resolve(&mesh, &list, Centres { first, step }, slice, &mut all);
+                for texel in 0..64 {
+                    let [x, y] = [place[0] as usize + texel % 8, place[1] as usize + texel / 8];
+                    let found = dag.each_ref().map(|map| map[64 * y + x]);
+                    prop_assert_eq!(found, [all.enter[texel], all.exit[texel]], "{}, {}", x, y);
                 }
             }
         }

@@ -572,6 +572,62 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(reference::property::cases(64))]
+
+    #[test]
+    fn surfaces_that_are_there_again_change_no_bit(
+        solids in proptest::collection::vec(solid(), 1..8),
+        removed in proptest::collection::vec(any::<prop::sample::Index>(), 0..20),
+        again in proptest::collection::vec(any::<prop::sample::Index>(), 1..40),
+        light in proptest::sample::select(lights().to_vec()),
+    ) {
+        let mut soup = Soup::of(&solids);
+        for triangle in removed {
+            soup.indices.swap_remove(triangle.index(soup.indices.len()));
+            if soup.indices.is_empty() {
+                return Ok(());
+            }
+        }
+        let builder = Builder::new();
+        let bake = |mesh: &Mesh| builder.bake(&Cpu::new(), mesh).unwrap();
+        // A solid of which a triangle is there twice encloses nothing; so do all here.
+        let open = |soup: &Soup| {
+            let holes = Arc::new(Beyond(f64::INFINITY));
+            let positions: &[[f32; 3]] = bytemuck::cast_slice(&soup.positions);
+            let all: Vec<u32> = (0..soup.indices.len() as u32).collect();
+            let surfaces = Surfaces::new(positions, &soup.indices[..]).unwrap();
+            let closed = surfaces.with_holes(&all, holes).closed;
+            assert!(closed.iter().all(|closed| !closed));
+            let mut surfaces = Surfaces::new(positions, &soup.indices[..]).unwrap();
+            surfaces.closed = closed;
+            surfaces.seen_from(light, Resolution::new(128).unwrap())
+        };
+        let once = open(&soup);
+        for triangle in again {
+            let [a, b, c] = soup.indices[triangle.index(soup.indices.len())];
+            soup.indices.extend([[a, b, c], [a, c, b]]);
+        }
+        let twice = open(&soup);
+        prop_assert!(twice.triangles.len() >= once.triangles.len());
+        prop_assert!(bake(&twice).as_bytes() == bake(&once).as_bytes());
+    }
+}
+
+#[test]
+fn ten_thousand_surfaces_in_one_place_are_one() {
+    let mut soup = Soup::of(&[Solid {
+        centre: DVec3::ZERO,
+        half: DVec3::splat(0.3),
+        turn: DQuat::from_rotation_x(0.4),
+    }]);
+    soup.indices.truncate(7);
+    let once = soup.mesh(64, lights()[0]);
+    soup.indices = soup.indices.repeat(10_000);
+    let again = soup.mesh(64, lights()[0]);
+    assert!(again.triangles == once.triangles);
+}
+
 #[test]
 fn a_light_leaves_out_what_is_beside_and_behind_its_grid() {
     // Cubes in a row away from a light at the origin, in one that ends among them.
