@@ -15,9 +15,11 @@ use transmittance::{
     PackedHalf, Sorted, Stream,
 };
 
-#[path = "../tests/support/mod.rs"]
+mod plain;
+#[path = "../../tests/support/mod.rs"]
 mod support;
 
+use plain::Plain;
 use support::streams;
 
 /// 32 rays of each kind, in random order.
@@ -64,6 +66,8 @@ fn insertion(criterion: &mut Criterion) {
     ] {
         let mut group = criterion.benchmark_group(format!("insert/{kind}"));
         let (group, rays) = (&mut group, &rays[..]);
+        make(group, "plain linear 8", rays, &Plain::<8, 10>::new());
+        make(group, "plain linear 16", rays, &Plain::<16, 18>::new());
         make(group, "paper linear 4", rays, &Curve::<4, Linear>::new());
         make(group, "paper linear 8", rays, &Curve::<8, Linear>::new());
         make(group, "paper linear 16", rays, &Curve::<16, Linear>::new());
@@ -149,6 +153,11 @@ fn evaluation(criterion: &mut Criterion) {
         .map(Packed::from)
         .collect();
     ask(group, "packed linear 16", &linear);
+    ask(
+        group,
+        "plain linear 16",
+        &all(&rays, &Plain::<16, 18>::new()),
+    );
     ask(group, "uncompressed", &all(&rays, &Captured::new()));
     ask(
         group,
