@@ -121,7 +121,8 @@ pub(crate) enum Command {
 /// each method as EXR files. A run that measured nothing returns 1. Studies measure one
 /// algorithm each, beside the methods: airlight.csv has evaluators of airlight, voxels.csv
 /// voxelized shadow volumes, area-lights.csv area lights as many of them, curves.csv
-/// curves of transmittance, precomputed-voxelized-shadows.csv what its name says,
+/// curves of transmittance, hair.csv hair lit through them,
+/// precomputed-voxelized-shadows.csv what its name says,
 /// shadowed-lights.csv all lights with such shadows beside shadow maps, many-lights.csv up
 /// to 10,000 lamps in the air of the scene, and marching.csv marches between shadow
 /// volumes, on meshes of its own. An interruption (Ctrl-C) during the

@@ -151,6 +151,7 @@ fn a_quick_comparison_writes_a_report_that_needs_nothing_else() {
             "airlight.csv",
             "area-lights.csv",
             "curves.csv",
+            "hair.csv",
             "index.html",
             "many-lights.csv",
             "marching.csv",

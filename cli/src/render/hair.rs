@@ -56,10 +56,10 @@ impl Hair {
         let lights: Vec<_> = emitters.iter().zip(maps.iter().copied()).collect();
         let lit = LitHair {
             view,
-            scene: &input.scene,
+            translucent: &input.scene.translucent,
+            media: &input.media(),
             tracer: &input.tracer,
             lights: &lights,
-            medium: input.scene.medium.as_ref(),
             fibre: self.fibre,
         };
         self.seen.radiance(&Cpu::new(), &lit)

@@ -1,7 +1,10 @@
 //! The light that hair scatters towards the eye.
 
+use std::fmt::Debug;
+
 use glam::{DVec3, Vec3};
-use gpu_backend::Cpu;
+use gpu_backend::{Cpu, Host};
+use transmittance::{Evaluate, Packed};
 
 use super::fragments::Fragment;
 use super::{Fibre, SeenHair};
@@ -9,23 +12,23 @@ use crate::Ray;
 use crate::methods::translucent::TransmittanceMap;
 use crate::scene::trace::{Pane, Tracer};
 use crate::scene::view::View;
-use crate::scene::{Emitter, Media, Medium, Scene, Translucent};
+use crate::scene::{Emitter, Media, Medium, Translucent};
 use crate::surface_point::{Arriving, transmittance};
 
-/// What hair is lit by, and seen through.
-#[derive(Debug, Clone, Copy)]
-pub struct LitHair<'a> {
+/// What hair is lit by, and seen through; `T` are the curves of the maps.
+#[derive(Debug)]
+pub struct LitHair<'a, T: Debug = Packed<8>> {
     /// The view that the hair is seen in.
     pub view: &'a View,
-    /// Its hair, smoke and fog that thins out.
-    pub scene: &'a Scene,
-    /// Its triangles.
+    /// The hair, among what is translucent in the scene that is seen.
+    pub translucent: &'a [Translucent],
+    /// Fog and smoke.
+    pub media: &'a Media<'a>,
+    /// The triangles.
     pub tracer: &'a Tracer,
     /// The lights, each with what strands, smoke and particles let through of it. Triangles
     /// are traced, and must not be in the map.
-    pub lights: &'a [(&'a Emitter, &'a TransmittanceMap)],
-    /// Even fog.
-    pub medium: Option<&'a Medium>,
+    pub lights: &'a [(&'a Emitter, &'a TransmittanceMap<Host, T>)],
     /// What strands do with light.
     pub fibre: Fibre,
 }
@@ -33,19 +36,17 @@ pub struct LitHair<'a> {
 impl SeenHair {
     /// Radiance of the hair that reaches the eye, one RGB0 per ray of the view; it is to be
     /// added to that of what is behind the [cover](SeenHair::cover).
-    pub fn radiance(&self, cpu: &Cpu, lit: &LitHair<'_>) -> Vec<[f32; 4]> {
-        let media = Media::new(
-            lit.medium,
-            lit.scene.height_fog.as_ref(),
-            &lit.scene.translucent,
-        );
+    pub fn radiance<T>(&self, cpu: &Cpu, lit: &LitHair<'_, T>) -> Vec<[f32; 4]>
+    where
+        T: Evaluate + Debug + Sync,
+    {
         cpu.map(lit.view.rays().len(), |pixel| {
             let fragments = self.of(pixel);
             if fragments.is_empty() || lit.lights.is_empty() {
                 return [0.0; 4];
             }
             let ray = &lit.view.rays()[pixel];
-            let mut before = Before::new(&media, ray, fragments, lit.view.panes(pixel));
+            let mut before = Before::new(lit.media, ray, fragments, lit.view.panes(pixel));
             let (mut sum, mut left) = (Vec3::ZERO, 1.0);
             for (index, fragment) in fragments.iter().enumerate() {
                 let seen = before.share(index, fragment.distance);
@@ -64,12 +65,17 @@ impl SeenHair {
 /// a strand has a texel away, and within that texel.
 const TEXELS: f32 = 2.0;
 
-impl LitHair<'_> {
+impl<T: Evaluate + Debug> LitHair<'_, T> {
     /// What a strand sends towards the origin of the ray that meets it.
     fn scattered(&self, ray: &Ray, fragment: &Fragment) -> Vec3 {
-        let Translucent::Strands(strands) = &self.scene.translucent[fragment.caster as usize]
-        else {
-            return Vec3::ZERO;
+        let caster = self.translucent.get(fragment.caster as usize);
+        let strands = match caster {
+            Some(Translucent::Strands(strands))
+                if (fragment.piece as usize) < strands.piece_count() =>
+            {
+                strands
+            }
+            _ => return Vec3::ZERO,
         };
         let piece = strands.piece(fragment.piece as usize);
         let colour = strands.colour(fragment.piece as usize, fragment.share);
@@ -97,8 +103,8 @@ impl LitHair<'_> {
             let traced = self
                 .tracer
                 .transmittance(point, light.to_light, 0.0, light.distance);
-            let mut fog = light.through(self.medium, point);
-            if let Some(height) = &self.scene.height_fog {
+            let mut fog = light.through(self.media.medium(), point);
+            if let Some(height) = self.media.height_fog() {
                 let (y, slope) = (f64::from(point.y), f64::from(light.to_light.y));
                 let depth = height.depth_towards(y, slope, light.distance.into());
                 fog *= (-depth).exp().as_vec3();

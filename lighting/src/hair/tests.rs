@@ -86,10 +86,10 @@ impl Seen {
         let map = TransmittanceMap::build(cpu, &casters, emitter, 256, &clear).unwrap();
         let lit = LitHair {
             view: &self.view,
-            scene: &self.scene,
+            translucent: &self.scene.translucent,
+            media: &Media::of(&self.scene),
             tracer: &self.tracer,
             lights: &[(emitter, &map)],
-            medium: self.scene.medium.as_ref(),
             fibre,
         };
         self.hair.radiance(cpu, &lit)

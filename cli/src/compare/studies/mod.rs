@@ -11,6 +11,7 @@
 mod area_lights;
 mod curves;
 mod evaluators;
+mod hair;
 mod many_lights;
 mod marching;
 mod precomputed_shadows;
@@ -31,11 +32,12 @@ use crate::failure::Failure;
 use crate::parse::Size;
 
 /// All studies, in the order in which they are carried out and reported.
-pub(crate) const STUDIES: [Kind; 8] = [
+pub(crate) const STUDIES: [Kind; 9] = [
     evaluators::KIND,
     voxel_grids::KIND,
     area_lights::KIND,
     curves::KIND,
+    hair::KIND,
     precomputed_shadows::KIND,
     marching::KIND,
     many_lights::KIND,

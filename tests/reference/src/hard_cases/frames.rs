@@ -291,8 +291,8 @@ fn casters(list: &mut List) {
         scene
     });
     list.add(
-        "a triangle 300 times at one place",
-        behind(vec![a, b, c], vec![[0, 1, 2]; 300]),
+        "a triangle 10,000 times at one place",
+        behind(vec![a, b, c], vec![[0, 1, 2]; 10_000]),
     );
     list.add(
         "triangles without an area beside one that has some",

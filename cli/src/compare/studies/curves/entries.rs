@@ -1,14 +1,13 @@
-//! The kinds of curves, and how each is measured.
+//! How each kind of curves is measured on rays.
 
+use std::fmt::Debug;
 use std::hint::black_box;
 use std::time::Instant;
 
-use transmittance::baseline::{
-    Captured, Deep, DeepCurve, FourierCurve, MomentCurve, Moments, OpacityCurve, Range,
-    Uncompressed,
-};
-use transmittance::{Accumulate, Curve, Evaluate, Linear, Maximum, Packed, Stream};
+use transmittance::baseline::{Deep, FourierCurve, Moments, OpacityCurve};
+use transmittance::{Accumulate, Curve, Evaluate, Linear, Stream};
 
+use super::kinds::{Named, Visit, range, visit_all};
 use super::rays::{Ray, Rays};
 use super::{Family, Line};
 use crate::compare::study::Key;
@@ -47,89 +46,30 @@ impl Entry {
     }
 }
 
-/// A range around `tight` that is `looser` times as long.
-fn range(looser: f64, [near, far]: [f32; 2]) -> Result<Range, Failure> {
-    let (near, far) = (f64::from(near), f64::from(far));
-    let (middle, half) = (0.5 * (near + far), 0.5 * looser * (far - near));
-    Ok(Range::new(
-        ((middle - half) as f32).next_down(),
-        ((middle + half) as f32).next_up(),
-    )?)
-}
-
 /// Every kind at every setting, those that need a range of depths with one
 /// `looser` times as long as the tight one.
 pub(crate) fn entries(looser: f64, tight: [f32; 2]) -> Result<Vec<Entry>, Failure> {
-    let range = range(looser, tight)?;
-    let mut entries = vec![
-        paper::<4>(),
-        paper::<8>(),
-        paper::<12>(),
-        paper::<16>(),
-        area::<4>(),
-        area::<8>(),
-        area::<12>(),
-        area::<16>(),
-        maximum::<8>(),
-        maximum::<16>(),
-        entry(
-            Family::Opacity,
-            "32".into(),
-            OpacityCurve::<32>::new(range),
-            |_: &OpacityCurve<32>| 4 * 32,
-        ),
-        entry(
-            Family::Fourier,
-            "16".into(),
-            FourierCurve::<16>::new(range),
-            |_: &FourierCurve<16>| 8 * 16,
-        ),
-    ];
-    for epsilon in [0.01, 0.002] {
-        let clear = Deep::new(epsilon)?;
-        let bytes = |curve: &DeepCurve| 8 * curve.len();
-        entries.push(entry(Family::Deep, epsilon.to_string(), clear, bytes));
-    }
-    for count in [4, 6, 8] {
-        let clear = Moments::new(count, range)?;
-        let bytes = move |_: &MomentCurve| 4 * (count + 1);
-        entries.push(entry(Family::Moments, count.to_string(), clear, bytes));
-    }
-    let bytes = |curve: &Uncompressed| 8 * curve.len();
-    entries.push(entry(
-        Family::Uncompressed,
-        "all".into(),
-        Captured::new(),
-        bytes,
-    ));
-    for entry in &mut entries {
-        let ranged = [Family::Opacity, Family::Fourier, Family::Moments];
-        entry.knows_range = ranged.contains(&entry.family);
-    }
-    Ok(entries)
-}
+    struct Entries(Vec<Entry>);
 
-fn paper<const N: usize>() -> Entry {
-    let clear = Curve::<N, Linear>::new();
-    let bytes = |_: &Packed<N, Linear>| size_of::<Packed<N, Linear>>();
-    entry(Family::Paper, N.to_string(), clear, bytes)
-}
+    impl Visit for Entries {
+        fn kind<A, T>(&mut self, name: Named, clear: A, bytes: impl Fn(&T) -> usize + 'static)
+        where
+            A: Accumulate + Clone + Sync + 'static,
+            A::Curve: Into<T>,
+            T: Evaluate + Debug + Send + Sync + 'static,
+        {
+            self.0.push(entry(name, clear, bytes));
+        }
+    }
 
-fn area<const N: usize>() -> Entry {
-    let bytes = |_: &Packed<N>| size_of::<Packed<N>>();
-    entry(Family::Area, N.to_string(), Stream::<N>::new(), bytes)
-}
-
-fn maximum<const N: usize>() -> Entry {
-    let bytes = |_: &Packed<N>| size_of::<Packed<N>>();
-    let clear = Stream::<N, Maximum>::new();
-    entry(Family::Maximum, N.to_string(), clear, bytes)
+    let mut entries = Entries(Vec::new());
+    visit_all(range(looser, tight)?, &mut entries)?;
+    Ok(entries.0)
 }
 
 /// Curves that start as copies of `clear` and are stored as a `T`.
 fn entry<A, T>(
-    family: Family,
-    setting: String,
+    Named { family, setting }: Named,
     clear: A,
     bytes: impl Fn(&T) -> usize + 'static,
 ) -> Entry
@@ -167,10 +107,11 @@ where
             bytes,
         }
     };
+    let ranged = [Family::Opacity, Family::Fourier, Family::Moments];
     Entry {
+        knows_range: ranged.contains(&family),
         family,
         setting,
-        knows_range: false,
         measure: Box::new(measure),
     }
 }

@@ -5,6 +5,7 @@
 //! Maps", 2010, with errors, which the paper does not have.
 
 mod entries;
+pub(super) mod kinds;
 mod rays;
 mod show;
 
@@ -40,7 +41,7 @@ const RANGES: [f64; 3] = [1.0, 4.0, 10.0];
 
 /// A kind of curve, in the order of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Family {
+pub(super) enum Family {
     Paper,
     Area,
     Maximum,
@@ -52,7 +53,7 @@ enum Family {
 }
 
 impl Family {
-    const ALL: [Self; 8] = [
+    pub(super) const ALL: [Self; 8] = [
         Self::Paper,
         Self::Area,
         Self::Maximum,
@@ -64,7 +65,7 @@ impl Family {
     ];
 
     /// What it is called.
-    fn title(self) -> &'static str {
+    pub(super) fn title(self) -> &'static str {
         match self {
             Self::Paper => "adaptive, the paper's rule",
             Self::Area => "adaptive, least area",
@@ -78,7 +79,7 @@ impl Family {
     }
 
     /// Its colour and marker; the first is that of the truth.
-    fn key(self) -> Key {
+    pub(super) fn key(self) -> Key {
         let place = Self::ALL.into_iter().position(|other| other == self);
         Key::new(1 + place.unwrap_or(0))
     }
@@ -215,11 +216,11 @@ fn scene_casters(
             continue;
         }
         match collect_any(one, subject.emitters, quick)? {
-            Ok(rays) => found.specimens.push(specimen(&name, &rays, quick)?),
+            Ok((_, rays)) => found.specimens.push(specimen(&name, &rays, quick)?),
             Err(why) => study.leave_out(&name, why),
         }
     }
-    if let Ok(rays) = collect_any(casters, subject.emitters, quick)? {
+    if let Ok((_, rays)) = collect_any(casters, subject.emitters, quick)? {
         let title = "A light ray of the scene that meets many blockers";
         let lines = lines_of_all(&rays)?;
         found.figures.push(figure(title.into(), &rays, lines));
@@ -285,16 +286,16 @@ fn hair_in_smoke() -> Result<Translucent, Failure> {
     Ok(Strands::new(points, ends.collect())?.into())
 }
 
-/// The light rays of the first light that any of the casters is in the way of,
-/// or why there are none.
-fn collect_any(
+/// The first light that any of the casters is in the way of, and its rays through them, or
+/// why there is none.
+pub(super) fn collect_any<'e>(
     casters: &[Translucent],
-    emitters: &[Emitter],
+    emitters: &'e [Emitter],
     quick: bool,
-) -> Result<Result<Rays, &'static str>, Failure> {
+) -> Result<Result<(&'e Emitter, Rays), &'static str>, Failure> {
     for emitter in emitters {
         if let Some(rays) = collect(casters, emitter, quick)? {
-            return Ok(Ok(rays));
+            return Ok(Ok((emitter, rays)));
         }
     }
     Ok(Err(if emitters.is_empty() {
