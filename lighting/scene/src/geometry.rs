@@ -1,10 +1,12 @@
 //! The triangles of a scene in world space, checked.
 
+use std::sync::Arc;
+
 use glam::{Vec3, Vec4};
 
 use super::caster::{Caster, interpolate};
 use super::coatings::{Coatings, CoatingsOf};
-use super::{AlphaMode, Bounds, Material, Mesh, Scene, SceneError, is_near};
+use super::{AlphaMode, Bounds, Instance, Material, Mesh, Scene, SceneError, is_near};
 
 /// The largest number of triangles a scene may have once its instances are
 /// expanded: 2²⁶, which is 3 GiB with its bookkeeping.
@@ -14,6 +16,12 @@ pub const MAX_TRIANGLES: u64 = 1 << 26;
 ///
 /// Triangles without area are left out: they can neither be seen nor cast a
 /// shadow. [`Geometry::dropped`] tells how many there were.
+///
+/// # Static and dynamic triangles
+///
+/// A scene may mark [instances](Instance::dynamic) that move. All triangles are in one
+/// list, as most of what asks does not care; [`Geometry::static_part`] and
+/// [`Geometry::dynamic_part`] have those of either kind alone, with bounds of their own.
 #[derive(Debug, Clone)]
 pub struct Geometry {
     triangles: Vec<[Vec3; 3]>,
@@ -21,6 +29,15 @@ pub struct Geometry {
     dropped: usize,
     bounds: Bounds,
     coatings: Coatings,
+    parts: Option<Arc<Parts>>,
+}
+
+/// The triangles of a scene in which some move.
+#[derive(Debug)]
+struct Parts {
+    /// None if all of them do.
+    fixed: Option<Geometry>,
+    dynamic: Geometry,
 }
 
 /// What a point of a surface looks like.
@@ -58,6 +75,38 @@ impl Geometry {
     /// out than 1e9 m, for vertex colours that are negative or not finite, and
     /// for an opacity or a transmission that is not from 0 to 1.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        let whole = Self::expand(scene, |_| true)?;
+        if scene.instances.iter().all(|instance| !instance.dynamic) {
+            return Ok(whole);
+        }
+        let dynamic = match Self::of_dynamic(scene) {
+            // What is marked has no area.
+            Err(SceneError::Empty) => return Ok(whole),
+            dynamic => dynamic?,
+        };
+        let fixed = match Self::expand(scene, |instance| !instance.dynamic) {
+            Err(SceneError::Empty) => None,
+            fixed => Some(fixed?),
+        };
+        Ok(Self {
+            parts: Some(Arc::new(Parts { fixed, dynamic })),
+            ..whole
+        })
+    }
+
+    /// The [dynamic](Instance::dynamic) instances of a scene alone: all that has to be
+    /// expanded anew for a frame in which nothing else has moved.
+    ///
+    /// It is one geometry like any other, without parts.
+    ///
+    /// # Errors
+    /// As for [`Geometry::new`]; [`SceneError::Empty`] if nothing is dynamic.
+    pub fn of_dynamic(scene: &Scene) -> Result<Self, SceneError> {
+        Self::expand(scene, |instance| instance.dynamic)
+    }
+
+    /// Expands some of the instances.
+    fn expand(scene: &Scene, is_wanted: impl Fn(&Instance) -> bool) -> Result<Self, SceneError> {
         for mesh in &scene.meshes {
             check_mesh(mesh, scene.materials.len())?;
         }
@@ -76,7 +125,9 @@ impl Geometry {
                         index: instance.mesh as u64,
                         count: scene.meshes.len() as u64,
                     })?;
-            total = total.saturating_add(mesh.triangles.len() as u64);
+            if is_wanted(instance) {
+                total = total.saturating_add(mesh.triangles.len() as u64);
+            }
         }
         if total > MAX_TRIANGLES {
             return Err(SceneError::TooManyTriangles {
@@ -89,7 +140,8 @@ impl Geometry {
         let mut sources = Vec::with_capacity(total as usize);
         let mut coatings = CoatingsOf::new(scene);
         let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for (index, instance) in scene.instances.iter().enumerate() {
+        let wanted = scene.instances.iter().enumerate();
+        for (index, instance) in wanted.filter(|(_, instance)| is_wanted(instance)) {
             let mesh = &scene.meshes[instance.mesh];
             let coat = coatings.coat(mesh);
             for (number, corners) in mesh.triangles.iter().enumerate() {
@@ -140,7 +192,22 @@ impl Geometry {
             sources,
             bounds,
             coatings: coatings.finish(),
+            parts: None,
         })
+    }
+
+    /// The triangles that stay where they are: all of them if none is dynamic, and `None`
+    /// if there are no others.
+    pub fn static_part(&self) -> Option<&Self> {
+        match &self.parts {
+            None => Some(self),
+            Some(parts) => parts.fixed.as_ref(),
+        }
+    }
+
+    /// The triangles of [dynamic](Instance::dynamic) instances; `None` if there are none.
+    pub fn dynamic_part(&self) -> Option<&Self> {
+        self.parts.as_ref().map(|parts| &parts.dynamic)
     }
 
     /// The corners of every triangle, counter-clockwise seen from outside.
@@ -401,6 +468,42 @@ mod tests {
         assert_eq!(geometry.triangles()[0][1], Vec3::new(1.0, 0.0, 1.0));
         assert_eq!(geometry.sources()[1].instance, 1);
         assert!(geometry.bounds().min().z < geometry.bounds().max().z);
+    }
+
+    #[test]
+    fn static_and_dynamic_triangles_are_all_of_a_scene() {
+        let mut scene = scene(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]);
+        scene.instances[0].name = "wall".into();
+        let whole = Geometry::new(&scene).unwrap();
+        assert!(whole.dynamic_part().is_none());
+        let fixed = whole.static_part().unwrap();
+        assert_eq!(fixed.triangles(), whole.triangles());
+
+        scene.instances.push(Instance {
+            name: "car".into(),
+            transform: Affine3A::from_translation(5.0 * Vec3::X),
+            no_shadow: true,
+            ..Instance::default()
+        });
+        assert_eq!(scene.set_dynamic("car", true), 1);
+        let whole = Geometry::new(&scene).unwrap();
+        let (fixed, dynamic) = (whole.static_part().unwrap(), whole.dynamic_part().unwrap());
+        assert_eq!(fixed.triangles(), &whole.triangles()[..1]);
+        assert_eq!(dynamic.triangles(), &whole.triangles()[1..]);
+        assert_eq!(dynamic.sources()[0].instance, 1);
+        assert_eq!(
+            [fixed.caster(0), dynamic.caster(0)],
+            [Caster::Solid, Caster::Absent]
+        );
+        assert!(fixed.bounds().max().x < 2.0 && dynamic.bounds().min().x > 4.0);
+        let moved = Geometry::of_dynamic(&scene).unwrap();
+        assert_eq!(moved.triangles(), dynamic.triangles());
+
+        assert_eq!(scene.set_dynamic("wall", true), 1);
+        let whole = Geometry::new(&scene).unwrap();
+        assert!(whole.static_part().is_none());
+        let dynamic = whole.dynamic_part().unwrap();
+        assert_eq!(dynamic.triangles(), whole.triangles());
     }
 
     #[test]

@@ -144,6 +144,17 @@ impl Scene {
     /// name. Returns how many instances were meant; 0 tells that there is
     /// nothing of that name. Names that are empty are never meant.
     pub fn set_casts_shadow(&mut self, name: &str, casts_shadow: bool) -> usize {
+        self.for_each_called(name, |instance| instance.no_shadow = !casts_shadow)
+    }
+
+    /// Says of everything called `name`, as [`Scene::set_casts_shadow`] does, whether it is
+    /// [dynamic](Instance::dynamic). Returns how many instances were meant.
+    pub fn set_dynamic(&mut self, name: &str, dynamic: bool) -> usize {
+        self.for_each_called(name, |instance| instance.dynamic = dynamic)
+    }
+
+    /// Changes the instances that `name` means, and tells how many there are.
+    fn for_each_called(&mut self, name: &str, change: impl Fn(&mut Instance)) -> usize {
         if name.is_empty() {
             return 0;
         }
@@ -155,7 +166,7 @@ impl Scene {
         for instance in &mut self.instances {
             let mesh = self.meshes.get(instance.mesh);
             if instance.name == name || mesh.is_some_and(is_of_the_name) {
-                instance.no_shadow = !casts_shadow;
+                change(instance);
                 meant += 1;
             }
         }
@@ -208,6 +219,9 @@ pub struct Instance {
     pub transform: Affine3A,
     /// It is seen and lit, but light passes through it as if it were not there.
     pub no_shadow: bool,
+    /// It may move from one frame to the next: shadows that are computed once and stored
+    /// leave it out, and a shadow map of every frame has its shadow.
+    pub dynamic: bool,
 }
 
 /// A Lambertian surface, the same from both sides except for what it emits.

@@ -84,6 +84,10 @@
 //! of a mesh or of a material makes [instances](crate::Instance::no_shadow) that
 //! light passes through.
 //!
+//! `{"dynamic": true}` in the extras of a node, for it and all below it that does not say
+//! otherwise, makes [instances](crate::Instance::dynamic) that may move from one frame to
+//! the next.
+//!
 //! `{"cookie": {"image": 2, "rotation": 0.5}}` in the extras of a spotlight, or
 //! of its node, puts image 2 of the document in front of it (see
 //! [`SpotLight::texture`](crate::SpotLight::texture)), turned counter-clockwise

@@ -27,12 +27,54 @@ const EYE: Vec3 = Vec3::new(-3.0, 6.0, 95.0);
 /// and everything stands a little in the ground.
 pub(super) fn build(mut stage: Stage, seed: u64) -> Scene {
     streets(&mut stage, seed);
-    let sun = DirectionalLight {
+    seen(stage, sun())
+}
+
+/// The same with traffic that moves.
+pub(super) fn with_traffic(mut stage: Stage, seed: u64) -> Scene {
+    streets(&mut stage, seed);
+    traffic(&mut stage, seed);
+    seen(stage, sun())
+}
+
+fn sun() -> Light {
+    Light::Directional(DirectionalLight {
         direction: Vec3::new(0.255, -0.37, 1.0),
         irradiance: Vec3::new(2.3, 1.95, 1.5),
         ..DirectionalLight::default()
-    };
-    seen(stage, Light::Directional(sun))
+    })
+}
+
+/// Cars on both lanes of the streets through the park, a body and a cabin each, and
+/// three balloons between the towers and the eye.
+fn traffic(stage: &mut Stage, seed: u64) {
+    let mut random = Random::new(seed ^ 0x7261_6666_6963);
+    let unit_box = || cuboid(Vec3::new(-0.5, 0.0, -0.5), Vec3::new(0.5, 1.0, 0.5));
+    let body = stage.shape("car", unit_box(), paint(0.60, 0.12, 0.10));
+    let cabin = stage.shape("cabin", unit_box(), paint(0.15, 0.17, 0.20));
+    let balloon = stage.shape("balloon", icosphere(3), paint(0.75, 0.55, 0.15));
+    for (turns, along, aside) in [(0.25, Vec3::X, Vec3::Z), (0.0, Vec3::Z, Vec3::X)] {
+        for street in [0.0, 1.0] {
+            for lane in [-2.2, 2.2] {
+                for place in 0..6 {
+                    let at = 14.0 * place as f32 - 42.0 + random.between(-4.0, 4.0);
+                    let foot =
+                        at * along + (PITCH * street + lane) * aside + 46.0 * Vec3::Z * along.z;
+                    let length = random.between(4.0, 6.5);
+                    let low = Vec3::new(1.8, 1.0, length);
+                    stage.place_dynamic(body, upright(low, turns, foot + 0.3 * Vec3::Y));
+                    let high = Vec3::new(1.6, random.between(0.7, 1.6), 0.6 * length);
+                    stage.place_dynamic(cabin, upright(high, turns, foot + 1.2 * Vec3::Y));
+                }
+            }
+        }
+    }
+    for place in [-1.0, 0.0, 1.0] {
+        let shift = Vec3::new(random.between(-4.0, 4.0), random.between(-5.0, 5.0), 0.0);
+        let centre = Vec3::new(24.0 * place - 8.0, 44.0, 30.0 - 12.0 * place) + shift;
+        let radius = random.between(4.0, 5.5);
+        stage.place_dynamic(balloon, upright(Vec3::splat(radius), 0.0, centre));
+    }
 }
 
 /// The same by night, with a glowing rectangle high above the park, behind the top

@@ -92,6 +92,9 @@ pub enum Embedded {
     HairballPanel,
     /// The park of [`Embedded::City`] under a glowing rectangle, as of a stadium.
     CityPanel,
+    /// [`Embedded::City`] with cars on the streets by the park and balloons above it, which
+    /// are [dynamic](crate::Instance::dynamic).
+    Traffic,
 }
 
 impl Embedded {
@@ -114,6 +117,9 @@ impl Embedded {
     /// Scenes of smoke that is seen, listed to users behind the others: only the methods of
     /// heterogeneous media are compared on them.
     pub const IN_SMOKE: [Self; 3] = [Self::SmokeRoom, Self::SmokeColumns, Self::SmokeHair];
+
+    /// Scenes in which something moves, listed to users behind those.
+    pub const MOVING: [Self; 1] = [Self::Traffic];
 
     /// Scenes whose reference takes minutes: an area light over very many triangles, or
     /// one with a picture on it. They have names as all others do, and are in no list of
@@ -140,12 +146,16 @@ impl Embedded {
             Self::SmokeHair => "smoke-hair",
             Self::HairballPanel => "hairball-panel",
             Self::CityPanel => "city-panel",
+            Self::Traffic => "traffic",
         }
     }
 
     /// Those that are listed to users.
     pub fn listed() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().chain(Self::IN_SMOKE)
+        Self::ALL
+            .into_iter()
+            .chain(Self::IN_SMOKE)
+            .chain(Self::MOVING)
     }
 
     /// The scene of that name, if there is one.
@@ -174,6 +184,7 @@ impl Embedded {
             Self::SmokeHair => "a ponytail in rising smoke against a spotlight",
             Self::HairballPanel => "1,500 curling strands under an area light",
             Self::CityPanel => "the park of the city under a large area light",
+            Self::Traffic => "the city with cars and balloons that move",
         }
     }
 
@@ -198,6 +209,7 @@ impl Embedded {
             Self::SmokeHair => in_smoke::hair(stage, seed),
             Self::HairballPanel => hairball::under_a_panel(stage, seed),
             Self::CityPanel => city::under_a_panel(stage, seed),
+            Self::Traffic => city::with_traffic(stage, seed),
         }
     }
 }

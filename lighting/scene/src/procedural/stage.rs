@@ -46,6 +46,16 @@ impl Stage {
         });
     }
 
+    /// Places a mesh that moves.
+    pub(super) fn place_dynamic(&mut self, shape: Shape, transform: Affine3A) {
+        self.0.instances.push(Instance {
+            mesh: shape.0,
+            transform,
+            dynamic: true,
+            ..Instance::default()
+        });
+    }
+
     /// Adds a mesh and places it where it is.
     pub(super) fn add(&mut self, name: &str, mesh: Mesh, material: Material) {
         let shape = self.shape(name, mesh, material);

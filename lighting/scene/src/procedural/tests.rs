@@ -130,6 +130,21 @@ fn the_city_has_intersecting_solids_and_poles_thinner_than_a_texel() {
 }
 
 #[test]
+fn what_moves_in_the_traffic_is_not_part_of_the_city_that_stays() {
+    let city = Geometry::new(&Embedded::City.build(1)).unwrap();
+    assert!(city.dynamic_part().is_none());
+    let traffic = Geometry::new(&Embedded::Traffic.build(1)).unwrap();
+    let (fixed, dynamic) = (
+        traffic.static_part().unwrap(),
+        traffic.dynamic_part().unwrap(),
+    );
+    assert_eq!(fixed.triangles(), city.triangles());
+    assert!(dynamic.triangles().len() > 4000);
+    let [all, moving] = [city.bounds(), dynamic.bounds()].map(|b| (b.max() - b.min()).length());
+    assert!(moving < 0.25 * all, "{moving} {all}");
+}
+
+#[test]
 fn a_scene_uses_the_lights_and_media_that_it_is_there_for() {
     let light = |which: Embedded| which.build(1).lights[0].kind();
     assert_eq!(light(Embedded::City), "directional");

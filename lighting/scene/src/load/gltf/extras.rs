@@ -1,4 +1,4 @@
-//! What the `extras` of a document say of shadows and lights.
+//! What the `extras` of a document say of shadows, of what moves, and of lights.
 
 use gltf_json::Value;
 
@@ -7,18 +7,28 @@ use crate::load::LoadError;
 
 /// Whether `castsShadow` is false; `None` if it is not there.
 pub(super) fn no_shadow(extras: Option<&Value>, owner: &str) -> Result<Option<bool>, LoadError> {
-    let Some(value) = extras.and_then(|extras| extras.get("castsShadow")) else {
+    let casts = truth(extras, "castsShadow", owner)?;
+    Ok(casts.map(|casts| !casts))
+}
+
+/// Whether `dynamic` is true; `None` if it is not there.
+pub(super) fn dynamic(extras: Option<&Value>, owner: &str) -> Result<Option<bool>, LoadError> {
+    truth(extras, "dynamic", owner)
+}
+
+fn truth(extras: Option<&Value>, field: &str, owner: &str) -> Result<Option<bool>, LoadError> {
+    let Some(value) = extras.and_then(|extras| extras.get(field)) else {
         return Ok(None);
     };
     // Some editors know no truth values.
-    let casts = value.as_bool().or_else(|| match value.as_u64() {
+    let known = value.as_bool().or_else(|| match value.as_u64() {
         Some(number @ (0 | 1)) => Some(number == 1),
         _ => None,
     });
-    match casts {
-        Some(casts) => Ok(Some(!casts)),
+    match known {
+        Some(known) => Ok(Some(known)),
         None => Err(LoadError::bad_value(
-            format!("castsShadow in the extras of {owner}"),
+            format!("{field} in the extras of {owner}"),
             kind(value),
             "true or false",
         )),

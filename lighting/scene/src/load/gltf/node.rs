@@ -17,6 +17,7 @@ struct Inherited {
     world: DAffine3,
     visible: bool,
     no_shadow: bool,
+    dynamic: bool,
 }
 
 impl Builder<'_> {
@@ -28,6 +29,7 @@ impl Builder<'_> {
             world: DAffine3::IDENTITY,
             visible: true,
             no_shadow: false,
+            dynamic: false,
         };
         for &root in roots.iter().rev() {
             entry(&self.root.nodes, root, owner, "node")?;
@@ -52,11 +54,13 @@ impl Builder<'_> {
                     "finite numbers",
                 ));
             }
-            let own = extras::no_shadow(self.extras("nodes", index), &name)?;
+            let no_shadow = extras::no_shadow(self.extras("nodes", index), &name)?;
+            let dynamic = extras::dynamic(self.extras("nodes", index), &name)?;
             let inherited = Inherited {
                 world: in_file,
                 visible: parent.visible && self.is_visible(index, &name)?,
-                no_shadow: own.unwrap_or(parent.no_shadow),
+                no_shadow: no_shadow.unwrap_or(parent.no_shadow),
+                dynamic: dynamic.unwrap_or(parent.dynamic),
             };
             if inherited.visible {
                 self.mesh_instances(index, &name, inherited, world)?;
@@ -172,6 +176,7 @@ impl Builder<'_> {
                     mesh: shape.mesh,
                     transform: world,
                     no_shadow,
+                    dynamic: inherited.dynamic,
                 });
                 self.glow(&shape, world)?;
             }

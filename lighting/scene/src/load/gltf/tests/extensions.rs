@@ -208,3 +208,29 @@ fn extras_of_nodes_meshes_and_materials_take_shadows_away() {
     assert!(error.to_string().contains("castsShadow"), "{error}");
     assert!(!error.to_string().contains("secret"), "{error}");
 }
+
+#[test]
+fn what_moves_is_told_by_nodes_to_all_below_them() {
+    let (draft, mesh) = square();
+    let mesh = format!(r#"{mesh},"materials":[{{}}]"#);
+    for (parent, child, expected) in [
+        ("", "", [false, false]),
+        ("true", "", [true, true]),
+        ("1", "", [true, true]),
+        ("", "true", [false, true]),
+        ("true", "false", [true, false]),
+    ] {
+        let [parent, child] = [parent, child].map(|value| match value {
+            "" => String::new(),
+            value => format!(r#""extras":{{"dynamic":{value}}},"#),
+        });
+        let nodes = format!(r#""nodes":[{{{parent}"mesh":0,"children":[1]}},{{{child}"mesh":0}}]"#);
+        let rest = mesh.replace("\"nodes\":[{\"mesh\":0}]", &nodes);
+        let scene = draft.load(&rest).unwrap().scene;
+        let found: Vec<bool> = scene.instances.iter().map(|i| i.dynamic).collect();
+        assert_eq!(found, expected, "{rest}");
+    }
+    let rest = mesh.replace("{\"mesh\":0}", r#"{"mesh":0,"extras":{"dynamic":"often"}}"#);
+    let error = draft.load(&rest).unwrap_err().to_string();
+    assert!(error.contains("dynamic in the extras of node 0"), "{error}");
+}
