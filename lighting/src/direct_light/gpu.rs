@@ -10,7 +10,7 @@ use gpu_backend::{Backend, Buffer, Error};
 
 use super::{AddDirectLight, LitPoints, check};
 use crate::gpu::scene::MediumRecord;
-use crate::gpu::{ARC, ARRIVING, NUMERIC, PATH, SURFACE_POINT};
+use crate::gpu::{ARC, ARRIVING, NUMERIC, PATH, SURFACE_POINT, visibility_on};
 use crate::methods::many_lights::gpu::{LIGHTS, first_texel, table};
 use crate::visibility::Unshadowed;
 
@@ -27,13 +27,7 @@ pub struct ManySurfacesSlot;
 
 impl Slot for ManySurfacesSlot {
     fn glue(part: &str) -> String {
-        format!(
-            "
-fn light_surface_visibility(point: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {{
-    return {part}_on_surface(point, normal);
-}}
-"
-        )
+        visibility_on(part, "light_surface_visibility")
     }
 }
 

@@ -40,8 +40,33 @@ fn shaders_of_every_source_compile_and_see_their_scene_as_it_is() {
             padding_c
         }
     );
+    #[cfg(feature = "shadow-map")]
+    {
+        use crate::gpu::many_maps::MapRecord;
+        use crate::shadow_map::FilteredMapsOfMany;
+
+        let maps = complete::<FilteredMapsOfMany<'_, GpuMemory>>();
+        assert_same_layout!(
+            maps,
+            "light_MapOfMany",
+            MapRecord {
+                pictures,
+                first,
+                bias,
+                padding_a,
+                padding_b
+            }
+        );
+    }
     #[cfg(feature = "shadow-dag")]
-    complete::<crate::precomputed::FilteredShadows<'_, GpuMemory>>();
+    {
+        use crate::precomputed::FilteredShadows;
+        use crate::shadow_map::FilteredMapsOfMany;
+        use crate::visibility::Both;
+
+        complete::<FilteredShadows<'_, GpuMemory>>();
+        complete::<Both<FilteredShadows<'_, GpuMemory>, FilteredMapsOfMany<'_, GpuMemory>>>();
+    }
 }
 
 /// Lit points on a backend, by all lights, those of lists, and some lights at a time, have
@@ -149,4 +174,52 @@ fn shadows_on_points_of_both_backends_are_alike_whatever_the_lists() {
     let allowed = Allowed::GpuFilteredPoints.error() * points_lit as f64;
     assert!(differing as f64 <= allowed, "{differing} of {points_lit}");
     assert!(in_shadow > 100);
+}
+
+/// What stays is in precomputed shadows, what moves in maps.
+#[cfg(feature = "shadow-dag")]
+#[test]
+fn shadows_of_what_stays_and_of_what_moves_are_alike_on_both_backends() {
+    use crate::methods::many_lights::tests::shadowed::{plates, scattered_plates};
+    use crate::precomputed::{BakedShadow, BakedShadows, FilterSize};
+    use crate::shadow_map::{Casters, MapsOfMany};
+    use crate::visibility::Both;
+
+    let Some(gpu) = testing::gpu() else { return };
+    let mut random = Random::new(3);
+    let cpu = Cpu::new();
+    let (mut points_lit, mut differing, mut in_shadow) = (0, 0, [0; 2]);
+    for set in 0..6 {
+        let rays = rays(&mut random);
+        let mut emitters = lights(&mut random, &rays, 9);
+        emitters.insert(4, Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap());
+        let points = points(&mut random, &rays);
+        let shadows = plates(&mut random, &rays, &emitters);
+        let moving = scattered_plates(&mut random, &rays);
+        let owned: Vec<BakedShadow> = shadows.iter().map(|shadow| (**shadow).clone()).collect();
+        let size = FilterSize::new([1, 3, 9][set % 3]).unwrap();
+        let here = BakedShadows::<Host>::upload(&owned, &cpu).unwrap();
+        let there = BakedShadows::upload(&owned, &gpu).unwrap();
+        let casters = Casters::upload(&cpu, &moving).unwrap();
+        let maps = MapsOfMany::render(&cpu, &casters, &emitters, 64).unwrap();
+        let maps = maps.with_biases(&[0.5, 2.0]);
+        let maps_there = maps.upload(&gpu).unwrap();
+        let of = (&rays[..], &points[..]);
+        let mapped = maps.filtered(size.width());
+        assert!(mapped.at_once() >= 100);
+        let both = Both(here.filtered(size), mapped);
+        let both_there = Both(there.filtered(size), maps_there.filtered(size.width()));
+        let found = check_lists(&gpu, of, &emitters, None, &both_there);
+        let expected = check_lists(&cpu, of, &emitters, None, &both);
+        let baked = check_lists(&cpu, of, &emitters, None, &here.filtered(size));
+        let open = check_lists(&cpu, of, &emitters, None, &Unshadowed);
+        differing += differ(&found, &expected, &open);
+        in_shadow[0] += differ(&baked, &open, &open);
+        in_shadow[1] += differ(&expected, &baked, &open);
+        points_lit += points.len();
+    }
+    println!("{differing} of {points_lit} points, {in_shadow:?} in shadow");
+    let allowed = Allowed::GpuFilteredPoints.error() * points_lit as f64;
+    assert!(differing as f64 <= allowed, "{differing} of {points_lit}");
+    assert!(in_shadow.iter().all(|points| *points > 100));
 }

@@ -3,8 +3,9 @@
 use gpu_backend::gpu::{Argument, InShader};
 use gpu_backend::shader::{Part, Slot};
 
-use super::slots::{First, FirstPoint, Second, SecondPoint};
+use super::slots::{First, FirstPoint, FirstSurface, Second, SecondPoint, SecondSurface};
 use super::{PointSlot, VisibilitySlot};
+use crate::direct_light::ManySurfacesSlot;
 use crate::visibility::Both;
 
 /// A slot that two parts can fill together.
@@ -32,6 +33,15 @@ impl SharedSlot for PointSlot {
 
     fn part() -> Part {
         Part::new("light_both_points").source(include_str!("both_points.wgsl"))
+    }
+}
+
+impl SharedSlot for ManySurfacesSlot {
+    type First = FirstSurface;
+    type Second = SecondSurface;
+
+    fn part() -> Part {
+        Part::new("light_both_surfaces").source(include_str!("both_surfaces.wgsl"))
     }
 }
 

@@ -6,11 +6,11 @@ use gpu_backend::shader::Part;
 use voxel_shadow::gpu::AtlasBlockerSlot;
 
 use super::scene::FaceRecord;
-use super::shadow_map::render_pictures;
 use super::{FACE, OCTAHEDRON, PLACE};
 use crate::Emitter;
 use crate::shadow_map::{
-    Casters, Layout, RenderShadowMapAtlas, ShadowMapAtlas, ShadowMapError, TileMaps, map_capacity,
+    Casters, Layout, RenderShadowMap, RenderShadowMapAtlas, ShadowMapAtlas, ShadowMapError,
+    TileMaps, map_capacity,
 };
 
 /// `light_NO_PICTURE` of `map_atlas.wgsl`.
@@ -64,7 +64,7 @@ impl<E: Encode> RenderShadowMapAtlas for Gpu<E> {
         resolution: u32,
     ) -> Result<ShadowMapAtlas<GpuMemory>, ShadowMapError> {
         let layout = Layout::new(casters.bounds(), emitters);
-        let depth = render_pictures(self, casters, &layout.pictured(), resolution)?;
+        let depth = self.depths(casters, &layout.pictured(), resolution)?;
         Ok(ShadowMapAtlas::from_depth(layout, resolution, depth))
     }
 

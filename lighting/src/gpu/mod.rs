@@ -52,6 +52,8 @@ mod holes;
 #[cfg(feature = "voxel-shadow")]
 mod imperfect;
 #[cfg(feature = "shadow-map")]
+pub(crate) mod many_maps;
+#[cfg(feature = "shadow-map")]
 mod map;
 #[cfg(feature = "voxel-shadow")]
 mod map_atlas;
@@ -65,6 +67,7 @@ pub(crate) mod tests;
 pub(crate) use gather::assembly;
 #[cfg(feature = "shadow-map")]
 pub(crate) use slots::Shadows;
+pub(crate) use slots::visibility_on;
 pub use slots::{AirlightSlot, PointSlot, StepSlot, VisibilitySlot};
 
 /// Own trigonometry and exponentials.

@@ -7,12 +7,9 @@ use gpu_backend::{Backend, Buffer, Error};
 
 use super::scene::FaceRecord;
 use super::{FACE, MASK};
-use crate::Emitter;
 use crate::scene::Bounds;
 use crate::scene::raster::Face;
-use crate::shadow_map::{
-    Casters, EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, check_size, faces,
-};
+use crate::shadow_map::{Casters, EMPTY, RenderShadowMap, ShadowMapError, check_size};
 
 /// Texels per side of what is rendered in one pass; a larger map is rendered
 /// in tiles, which keeps the textures small beside the map.
@@ -98,49 +95,37 @@ impl Tile {
 }
 
 impl<E: Encode> RenderShadowMap for Gpu<E> {
-    fn shadow_map(
+    fn depths(
         &self,
         casters: &Casters<GpuMemory>,
-        emitter: &Emitter,
+        faces: &[Face],
         resolution: u32,
-    ) -> Result<ShadowMap<GpuMemory>, ShadowMapError> {
-        let faces = faces(casters.bounds(), emitter);
-        let depth = render_pictures(self, casters, &faces, resolution)?;
-        Ok(ShadowMap::from_depth(faces, resolution, depth))
+    ) -> Result<GpuBuffer<f32>, ShadowMapError> {
+        check_size(faces.len(), resolution)?;
+        let mut depth = self.zeros(faces.len() * (resolution as usize).pow(2))?;
+        let side = resolution.min(TILE);
+        let target = Target::new(self.context(), side)?;
+        let solid = casters.solid() as u32;
+        for tile in Tile::all(faces, resolution, casters.bounds()) {
+            let tile = Tile { solid, ..tile };
+            target.render(self, &tile, casters)?;
+            self.dispatch(
+                &Kernel {
+                    label: "copy shadow map",
+                    parts: &COPY,
+                    entry: "copy",
+                    constants: &[],
+                },
+                &[&[
+                    Argument::uniform(tile),
+                    Argument::texture(&target.distance),
+                    Argument::write(&mut depth),
+                ]],
+                Workgroups::Grid([side.div_ceil(8), side.div_ceil(8), 1]),
+            )?;
+        }
+        Ok(depth)
     }
-}
-
-/// The depths of faces, one after the other.
-pub(super) fn render_pictures<E: Encode>(
-    gpu: &Gpu<E>,
-    casters: &Casters<GpuMemory>,
-    faces: &[Face],
-    resolution: u32,
-) -> Result<GpuBuffer<f32>, ShadowMapError> {
-    check_size(faces.len(), resolution)?;
-    let mut depth = gpu.zeros(faces.len() * (resolution as usize).pow(2))?;
-    let side = resolution.min(TILE);
-    let target = Target::new(gpu.context(), side)?;
-    let solid = casters.solid() as u32;
-    for tile in Tile::all(faces, resolution, casters.bounds()) {
-        let tile = Tile { solid, ..tile };
-        target.render(gpu, &tile, casters)?;
-        gpu.dispatch(
-            &Kernel {
-                label: "copy shadow map",
-                parts: &COPY,
-                entry: "copy",
-                constants: &[],
-            },
-            &[&[
-                Argument::uniform(tile),
-                Argument::texture(&target.distance),
-                Argument::write(&mut depth),
-            ]],
-            Workgroups::Grid([side.div_ceil(8), side.div_ceil(8), 1]),
-        )?;
-    }
-    Ok(depth)
 }
 
 /// What a tile is rendered into.

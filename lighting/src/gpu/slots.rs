@@ -153,3 +153,31 @@ fn {name}(point: vec3<f32>) -> vec3<f32> {{
 "
     )
 }
+
+/// The first source of [`Both`](crate::visibility::Both) that is asked about surfaces.
+pub(super) struct FirstSurface;
+
+impl Slot for FirstSurface {
+    fn glue(part: &str) -> String {
+        visibility_on(part, "light_both_first_on_surface")
+    }
+}
+
+/// Its second source.
+pub(super) struct SecondSurface;
+
+impl Slot for SecondSurface {
+    fn glue(part: &str) -> String {
+        visibility_on(part, "light_both_second_on_surface")
+    }
+}
+
+pub(crate) fn visibility_on(part: &str, name: &str) -> String {
+    format!(
+        "
+fn {name}(point: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {{
+    return {part}_on_surface(point, normal);
+}}
+"
+    )
+}

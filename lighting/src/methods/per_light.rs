@@ -9,7 +9,7 @@ use super::{
     About, Evaluators, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
 use crate::culling::{self, PickPixels, RayTiles};
-use crate::{Emitter, Gather, Interleaving, LitRays, Ray, Touching};
+use crate::{Emitter, EyePanes, Gather, Interleaving, LitRays, Ray, Touching};
 
 /// A kind of visibility source: how there is one for each light.
 ///
@@ -356,56 +356,76 @@ where
         quality: u32,
         radiance: &mut BufferOf<B, [f32; 4]>,
     ) -> Result<(), MethodError> {
-        let [quality, detail] = self.qualities(quality);
-        let touching = self.sources.about().touching;
-        let inputs = &frame.inputs;
-        let panes = inputs.panes()?;
+        let qualities = self.qualities(quality);
+        let panes = frame.inputs.panes()?;
         let culled = match panes.is_some() {
             true => None,
-            false => ray_tiles(inputs).map(Culled),
+            false => ray_tiles(&frame.inputs).map(Culled::new),
         };
-        for (light, emitter) in inputs.emitters.iter().enumerate() {
-            let reached = culled.as_ref().and_then(|culled| culled.reached(emitter));
-            let emitter = self.sources.evaluated(emitter);
-            let skipped = reached.as_ref().map_or(0, |r| inputs.rays.len() - r.len());
-            if skipped > 0 {
-                inputs.watch.gathered(skipped);
-            }
-            if skipped == inputs.rays.len() {
-                continue;
-            }
-            let source = self.sources.source(frame, light, quality)?;
-            let evaluator = self.evaluators.of_light(frame, &emitter, detail)?;
-            let gather = |rays: &BufferOf<B, Ray>, radiance: &mut BufferOf<B, [f32; 4]>| {
-                let lit = LitRays {
-                    touching,
-                    panes: panes.as_ref(),
-                    watch: inputs.watch,
-                    ..LitRays::new(rays, &emitter, inputs.medium)
-                };
-                frame.pass("gather", || {
-                    Ok(frame.backend.gather(&lit, &source, &*evaluator, radiance)?)
-                })
-            };
-            match reached {
-                None => gather(&frame.rays, radiance)?,
-                Some(reached) => {
-                    let rays = reached.iter().map(|ray| inputs.rays[*ray as usize]);
-                    let rays = frame.backend.upload(&rays.collect::<Vec<_>>())?;
-                    let reached = frame.backend.upload(&reached)?;
-                    let mut some = frame.backend.pick(radiance, &reached)?;
-                    gather(&rays, &mut some)?;
-                    frame.backend.put_back(&some, &reached, radiance)?;
-                }
-            }
-            self.sources.done(frame, source, quality);
+        for light in 0..frame.inputs.emitters.len() {
+            let seen = (panes.as_ref(), culled.as_ref());
+            self.add_light(frame, (light, qualities), seen, radiance)?;
         }
         Ok(())
     }
 }
 
+impl<S, E: Evaluators> PerLight<S, E> {
+    /// Adds the airlight of one light, with the qualities of its source and of the
+    /// evaluator, through panes to the rays that it may reach.
+    pub(super) fn add_light<B>(
+        &self,
+        frame: &Frame<'_, B>,
+        (light, [quality, detail]): (usize, [u32; 2]),
+        (panes, culled): (Option<&EyePanes>, Option<&Culled>),
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), MethodError>
+    where
+        B: Backend + PickPixels + Gather<<S as SourceOn<B>>::Source, E::Evaluator>,
+        S: SourceOn<B>,
+    {
+        let inputs = &frame.inputs;
+        let emitter = &inputs.emitters[light];
+        let reached = culled.and_then(|culled| culled.reached(emitter));
+        let emitter = self.sources.evaluated(emitter);
+        let skipped = reached.as_ref().map_or(0, |r| inputs.rays.len() - r.len());
+        if skipped > 0 {
+            inputs.watch.gathered(skipped);
+        }
+        if skipped == inputs.rays.len() {
+            return Ok(());
+        }
+        let source = self.sources.source(frame, light, quality)?;
+        let evaluator = self.evaluators.of_light(frame, &emitter, detail)?;
+        let gather = |rays: &BufferOf<B, Ray>, radiance: &mut BufferOf<B, [f32; 4]>| {
+            let lit = LitRays {
+                touching: self.sources.about().touching,
+                panes,
+                watch: inputs.watch,
+                ..LitRays::new(rays, &emitter, inputs.medium)
+            };
+            frame.pass("gather", || {
+                Ok(frame.backend.gather(&lit, &source, &*evaluator, radiance)?)
+            })
+        };
+        match reached {
+            None => gather(&frame.rays, radiance)?,
+            Some(reached) => {
+                let rays = reached.iter().map(|ray| inputs.rays[*ray as usize]);
+                let rays = frame.backend.upload(&rays.collect::<Vec<_>>())?;
+                let reached = frame.backend.upload(&reached)?;
+                let mut some = frame.backend.pick(radiance, &reached)?;
+                gather(&rays, &mut some)?;
+                frame.backend.put_back(&some, &reached, radiance)?;
+            }
+        }
+        self.sources.done(frame, source, quality);
+        Ok(())
+    }
+}
+
 /// The lights of a frame, each with the rays that it may reach.
-struct Culled(RayTiles);
+pub(super) struct Culled(RayTiles);
 
 /// A light that may reach a larger share of the rays than this is gathered with all of
 /// them.
@@ -425,6 +445,15 @@ pub(super) fn ray_tiles(inputs: &FrameInputs<'_>) -> Option<RayTiles> {
 }
 
 impl Culled {
+    /// Those of rays in tiles.
+    pub(super) fn new(tiles: RayTiles) -> Self {
+        Self(tiles)
+    }
+
+    pub(super) fn tiles(&self) -> &RayTiles {
+        &self.0
+    }
+
     /// `None` for all rays.
     fn reached(&self, emitter: &Emitter) -> Option<Vec<u32>> {
         let most = MOST * self.0.rays() as f64;

@@ -6,10 +6,11 @@ use gpu_backend::{Backend, Cpu, Host};
 
 use super::{Frame, FrameInputs, MethodError, Store, Work};
 use crate::EyePanes;
+use crate::scene::Bounds;
 use crate::scene::Geometry;
 use crate::scene::trace::Tracer;
 use crate::scene::view::Cover;
-use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count};
+use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count, reached};
 
 /// The only one of its kind in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -23,6 +24,10 @@ pub struct OfLight {
     /// Texels or voxels a side.
     pub resolution: u32,
 }
+
+/// Of dynamic casters alone, what has the key `K` of all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct OfDynamic<K>(pub K);
 
 /// The hierarchy of the triangles, which a store on the host keeps.
 ///
@@ -81,6 +86,13 @@ impl FrameInputs<'_> {
         tracer(self.host, self.geometry)
     }
 
+    /// The part of the box around all dynamic casters that can shade what a light lights;
+    /// `None` if they can shade nothing.
+    pub fn dynamic_reached(&self, light: usize) -> Option<Bounds> {
+        let dynamic = self.geometry.dynamic_part()?;
+        reached(dynamic.bounds(), &self.emitters[light])
+    }
+
     /// What shadow maps of all lights cost.
     pub(super) fn map_work(&self) -> Work {
         let faces = self.emitters.iter();
@@ -121,5 +133,39 @@ impl<B: Backend> Frame<'_, B> {
                 .shadow_map(&casters, &self.inputs.emitters[light], resolution)
                 .map_err(MethodError::resource("a shadow map"))
         })
+    }
+
+    /// The shadow map of a light with the dynamic casters alone; `None` if they can shade
+    /// nothing that it lights.
+    ///
+    /// # Errors
+    /// [`MethodError`] if it cannot be rendered.
+    pub fn dynamic_map(
+        &self,
+        light: usize,
+    ) -> Result<Option<Arc<ShadowMap<B::Memory>>>, MethodError>
+    where
+        B: RenderShadowMap,
+    {
+        let inputs = &self.inputs;
+        let reached = inputs.dynamic_reached(light);
+        let Some((within, dynamic)) = reached.zip(inputs.geometry.dynamic_part()) else {
+            return Ok(None);
+        };
+        let resolution = inputs.map;
+        let key = OfDynamic(OfLight { light, resolution });
+        let what = "shadow map of dynamic casters";
+        let map = self.store.get(what, key, ShadowMap::bytes, || {
+            let casters = self.store.get(
+                "dynamic casters",
+                OfDynamic(OfScene),
+                |_| 0,
+                || Ok(Casters::upload(self.backend, dynamic)?),
+            )?;
+            self.backend
+                .shadow_map_within(&casters, within, &inputs.emitters[light], resolution)
+                .map_err(MethodError::resource("a shadow map"))
+        })?;
+        Ok(Some(map))
     }
 }

@@ -43,7 +43,7 @@ impl<M: Memory> Casters<M> {
     }
 
     /// A box around all of them.
-    pub(crate) fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 

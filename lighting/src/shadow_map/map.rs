@@ -1,7 +1,7 @@
 //! Shadow maps of all kinds of lights, and the step that renders them.
 
 use glam::Vec3;
-use gpu_backend::{Backend, Cpu, Error, Host, Memory};
+use gpu_backend::{Backend, BufferOf, Cpu, Error, Host, Memory};
 
 use super::Casters;
 use super::masked::Masked;
@@ -46,15 +46,6 @@ pub struct ShadowMap<M: Memory> {
 }
 
 impl<M: Memory> ShadowMap<M> {
-    #[cfg(feature = "wgpu")]
-    pub(crate) fn from_depth(faces: Vec<Face>, resolution: u32, depth: M::Buffer<f32>) -> Self {
-        Self {
-            faces,
-            resolution,
-            depth,
-        }
-    }
-
     /// One face, or six in the order +X −X +Y −Y +Z −Z.
     pub fn faces(&self) -> &[Face] {
         &self.faces
@@ -245,17 +236,51 @@ pub trait RenderShadowMap: Backend {
         casters: &Casters<Self::Memory>,
         emitter: &Emitter,
         resolution: u32,
-    ) -> Result<ShadowMap<Self::Memory>, ShadowMapError>;
+    ) -> Result<ShadowMap<Self::Memory>, ShadowMapError> {
+        self.shadow_map_within(casters, casters.bounds(), emitter, resolution)
+    }
+
+    /// The same of the casters within a box: it has as many texels for this part alone,
+    /// and what is outside of its pictures is lit. See [`reached`](super::reached).
+    ///
+    /// # Errors
+    /// As for [`RenderShadowMap::shadow_map`].
+    fn shadow_map_within(
+        &self,
+        casters: &Casters<Self::Memory>,
+        bounds: Bounds,
+        emitter: &Emitter,
+        resolution: u32,
+    ) -> Result<ShadowMap<Self::Memory>, ShadowMapError> {
+        let faces = faces(bounds, emitter);
+        let depth = self.depths(casters, &faces, resolution)?;
+        Ok(ShadowMap {
+            faces,
+            resolution,
+            depth,
+        })
+    }
+
+    /// The depths of any pictures of casters, one after the other, each row by row from
+    /// the top.
+    ///
+    /// # Errors
+    /// As for [`RenderShadowMap::shadow_map`].
+    fn depths(
+        &self,
+        casters: &Casters<Self::Memory>,
+        faces: &[Face],
+        resolution: u32,
+    ) -> Result<BufferOf<Self, f32>, ShadowMapError>;
 }
 
 impl RenderShadowMap for Cpu {
-    fn shadow_map(
+    fn depths(
         &self,
         casters: &Casters<Host>,
-        emitter: &Emitter,
+        faces: &[Face],
         resolution: u32,
-    ) -> Result<ShadowMap<Host>, ShadowMapError> {
-        let faces = faces(casters.bounds(), emitter);
+    ) -> Result<Vec<f32>, ShadowMapError> {
         check_size(faces.len(), resolution)?;
         let mut depth = self.zeros::<f32>(faces.len() * (resolution as usize).pow(2))?;
         for (face, texels) in faces
@@ -265,11 +290,7 @@ impl RenderShadowMap for Cpu {
             let (triangles, masked) = (casters.triangles(), casters.masks_on_host());
             render_face(self, face, triangles, masked, resolution, texels);
         }
-        Ok(ShadowMap {
-            faces,
-            resolution,
-            depth,
-        })
+        Ok(depth)
     }
 }
 

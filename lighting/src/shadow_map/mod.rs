@@ -12,6 +12,9 @@
 //! Lookups take the nearest texel and compare without a bias: points in the
 //! air have no surface of their own to be shadowed by.
 //!
+//! [`MapsOfMany`] are those of several lights in one buffer, filtered on surfaces: the
+//! shadows of what moves, beside precomputed ones of what stays.
+//!
 //! [`SmallMaps`] have 16 bits for a depth, and cascades for a sun: what engines keep, to
 //! compare with.
 //!
@@ -34,6 +37,7 @@ mod imperfect;
 #[cfg(test)]
 mod imperfect_tests;
 pub(crate) mod line;
+mod many;
 mod map;
 mod masked;
 #[cfg(feature = "wgpu")]
@@ -42,6 +46,7 @@ mod masks;
 mod octahedron;
 #[cfg(feature = "voxel-shadow")]
 mod points;
+mod reach;
 mod small;
 #[cfg(feature = "voxel-shadow")]
 mod tiles;
@@ -61,6 +66,7 @@ pub(crate) use holes::sides as pyramid_sides;
 pub use imperfect::RenderImperfectMaps;
 #[cfg(all(feature = "voxel-shadow", feature = "wgpu"))]
 pub(crate) use imperfect::{MOST_TEXELS, place, splat_scale};
+pub use many::{FilteredMapsOfMany, MapsOfMany};
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;
 pub(crate) use map::faces;
@@ -72,6 +78,7 @@ pub(crate) use map::{Place, locate};
 pub(crate) use masked::Masked;
 #[cfg(feature = "voxel-shadow")]
 pub use points::{CasterPoints, LevelOfDetail};
+pub use reach::reached;
 pub use small::{FilteredMaps, SmallMaps};
 #[cfg(feature = "voxel-shadow")]
 pub use tiles::TileMaps;

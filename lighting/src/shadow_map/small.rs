@@ -237,7 +237,7 @@ impl SurfaceShadow for FilteredMaps<'_> {
 }
 
 /// How wide a texel is at a point, m; 0 behind the picture.
-fn texel_width(faces: &[Face], resolution: u32, point: Vec3) -> f32 {
+pub(super) fn texel_width(faces: &[Face], resolution: u32, point: Vec3) -> f32 {
     let v = point - faces[0].origin;
     let face = &faces[face_along(faces.len(), v)];
     let half = match face.rays {

@@ -2,12 +2,13 @@
 
 use glam::Vec3;
 
-use super::{Behind, LitInterval, PointVisibility, Share, VisibilitySource};
+use super::{Behind, LitInterval, PointVisibility, Share, SurfaceShadow, VisibilitySource};
+use crate::direct_light::ShadowsOfMany;
 use crate::{Interval, LightPath};
 
 /// What reaches a ray through the blockers of both sources: where both are
-/// lit, with the product of their visibilities. Of two that are asked at points, the
-/// same at a point.
+/// lit, with the product of their visibilities. Of two that are asked at points, or about
+/// points of surfaces, the same there.
 ///
 /// Static and dynamic casters, say: shadows baked for the scenery, and a small
 /// shadow map, rendered anew for each frame, of what moves in it. Or a shadow map of
@@ -51,6 +52,26 @@ where
     fn visibility_between(&self, from: Vec3, to: Vec3) -> Self::Share {
         let other = self.1.visibility_between(from, to);
         self.0.visibility_between(from, to).behind(other)
+    }
+}
+
+impl<A: SurfaceShadow, B: SurfaceShadow> SurfaceShadow for Both<A, B> {
+    fn visibility(&self, point: Vec3, normal: Vec3) -> Vec3 {
+        let share = self.0.visibility(point, normal);
+        match share == Vec3::ZERO {
+            true => share,
+            false => share * self.1.visibility(point, normal),
+        }
+    }
+}
+
+impl<A: ShadowsOfMany, B: ShadowsOfMany> ShadowsOfMany for Both<A, B> {
+    fn visibility(&self, light: usize, point: Vec3, normal: Vec3) -> Vec3 {
+        let share = self.0.visibility(light, point, normal);
+        match share == Vec3::ZERO {
+            true => share,
+            false => share * self.1.visibility(light, point, normal),
+        }
     }
 }
 

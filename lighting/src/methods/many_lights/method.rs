@@ -7,7 +7,7 @@ use gpu_backend::{Backend, BufferOf, Cpu};
 
 use super::{GatherMany, LitByMany};
 use crate::culling::{PickPixels, RayTiles, TileLights, TooManyLights};
-use crate::methods::per_light::{is_culled, ray_tiles};
+use crate::methods::per_light::{Culled, is_culled, ray_tiles};
 use crate::methods::{
     About, Evaluators, Frame, FrameInputs, Method, MethodError, PerLight, RunOn, SourceOn, Verdict,
     Work,
@@ -44,6 +44,12 @@ pub trait SourcesTogether<B: Backend>: SourceOn<B> {
         frame: &Frame<'_, B>,
         quality: u32,
     ) -> Result<Vec<Together<Self::Together>>, MethodError>;
+
+    /// Whether a light is gathered by itself, from [`SourceOn::source`], because what holds the
+    /// others together does not know all of its shadows.
+    fn is_apart(&self, _inputs: &FrameInputs<'_>, _light: usize) -> bool {
+        false
+    }
 
     /// Turns of loops that the shader of a source takes for a ray and a light, about.
     fn turns(source: &Self::Together) -> f64;
@@ -191,11 +197,15 @@ where
         }
         let [quality, detail] = self.0.qualities(quality);
         self.0.evaluators().kept(frame, detail)?;
+        let sources = self.0.sources();
         for light in 0..frame.inputs.emitters.len() {
             frame.inputs.go_on(light)?;
-            self.0.sources().prepare_light(frame, light, quality)?;
+            sources.prepare_light(frame, light, quality)?;
+            if sources.is_apart(&frame.inputs, light) {
+                sources.prepare(frame, light, quality)?;
+            }
         }
-        self.0.sources().together(frame, quality).map(|_| ())
+        sources.together(frame, quality).map(|_| ())
     }
 
     fn add_radiance(
@@ -209,6 +219,7 @@ where
         let Some(tiles) = tiles.flatten() else {
             return self.0.add_radiance(frame, quality, radiance);
         };
+        let culled = Culled::new(tiles);
         let sources = self.0.sources();
         let [quality, detail] = self.0.qualities(quality);
         let evaluator = self.0.evaluators().kept(frame, detail)?;
@@ -219,9 +230,17 @@ where
             first = all.end;
             let mut start = all.start;
             while start < all.end {
-                let rest = &inputs.emitters[start..all.end];
+                if sources.is_apart(inputs, start) {
+                    let seen = (None, Some(&culled));
+                    (self.0).add_light(frame, (start, [quality, detail]), seen, radiance)?;
+                    start += 1;
+                    continue;
+                }
+                // Lights are added in their order.
+                let apart = (start..all.end).find(|light| sources.is_apart(inputs, *light));
+                let rest = &inputs.emitters[start..apart.unwrap_or(all.end)];
                 let (lists, count) = frame.pass("lists of lights", || {
-                    lists(&tiles, rest).map_err(MethodError::resource("lists of lights"))
+                    lists(culled.tiles(), rest).map_err(MethodError::resource("lists of lights"))
                 })?;
                 let emitters = &rest[..count];
                 // The lines of a cookie may take all turns that there are.

@@ -103,12 +103,8 @@ pub(crate) mod shadowed {
     use crate::precomputed::{BakedShadow, Builder, Resolution};
     use crate::scene::{Geometry, Mesh, Scene};
 
-    /// Plates between lamps and rays, and what they shadow.
-    pub(crate) fn plates(
-        random: &mut Random,
-        rays: &[Ray],
-        emitters: &[Emitter],
-    ) -> Vec<Arc<BakedShadow>> {
+    /// Plates between lamps and rays.
+    pub(crate) fn scattered_plates(random: &mut Random, rays: &[Ray]) -> Geometry {
         let mut positions = Vec::new();
         for _ in 0..40 {
             let ray = &rays[random.below(rays.len() as u32) as usize];
@@ -123,7 +119,16 @@ pub(crate) mod shadowed {
             positions,
             ..Mesh::default()
         });
-        let geometry = Geometry::new(&scene).unwrap();
+        Geometry::new(&scene).unwrap()
+    }
+
+    /// What they shadow.
+    pub(crate) fn plates(
+        random: &mut Random,
+        rays: &[Ray],
+        emitters: &[Emitter],
+    ) -> Vec<Arc<BakedShadow>> {
+        let geometry = scattered_plates(random, rays);
         let side = Resolution::new(32).unwrap();
         let bake = |emitter: &Emitter| {
             BakedShadow::bake(&Cpu::new(), &geometry, emitter, side, Builder::new())

@@ -1,18 +1,19 @@
-//! Precomputed voxelized shadows: baked once for static scenes, walked in large
-//! steps.
+//! Precomputed voxelized shadows: baked once for what is static, walked in large steps.
 
 use std::sync::Arc;
 
 use gpu_backend::{Cpu, Host, Memory};
 
+use super::dynamic::BesideDynamic;
 use super::{BakedShadow, Builder, Resolution};
 use crate::Touching;
 use crate::methods::many_lights::{SourcesTogether, Together};
 use crate::methods::registry::pairs;
 use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
-    SourceOn, SourceQuality, Store, Work,
+    SourceOn, SourceQuality, Store, Verdict, Work,
 };
+use crate::scene::SceneError;
 
 const VOXELS: SourceQuality = SourceQuality {
     unit: "voxels per axis",
@@ -48,10 +49,36 @@ impl LightSources for Baked {
         }
     }
 
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        match inputs.geometry.static_part() {
+            Some(_) => Verdict::Applies,
+            None => Verdict::Impossible("all casters are dynamic: there is nothing to bake".into()),
+        }
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        let dynamic = inputs.geometry.dynamic_part();
+        let note = dynamic.map(|dynamic| {
+            format!(
+                "the shadows of {} dynamic triangles are those of shadow maps of {} texels per \
+                 side around them",
+                dynamic.triangles().len(),
+                inputs.map
+            )
+        });
+        note.into_iter().collect()
+    }
+
     fn work(&self, inputs: &FrameInputs<'_>, side: u32) -> Work {
         let lights = inputs.emitters.len() as f64;
         let side = f64::from(side);
+        let texels = f64::from(inputs.map).powi(2);
+        let mapped = (0..inputs.emitters.len())
+            .filter(|light| inputs.dynamic_reached(*light).is_some())
+            .count() as f64;
         Work {
+            // The map of the dynamic casters and its trees.
+            per_frame: 2.0 * mapped * texels,
             // Silhouettes grow with the side, faces of open meshes with its square.
             once: lights * side.powf(1.5),
             per_ray: lights * side.sqrt(),
@@ -71,7 +98,7 @@ pub fn share_precomputed(host: &Store<Host>, light: usize, shadow: &Arc<BakedSha
     host.insert(WHAT, key, shadow.clone(), shadow.bytes());
 }
 
-/// Those of a light, in the memory of the host.
+/// Those of the static casters from a light, in the memory of the host.
 pub(super) fn baked(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -80,17 +107,19 @@ pub(super) fn baked(
     let key = OfLight { light, resolution };
     let bytes = |shadow: &BakedShadow| shadow.bytes();
     inputs.host.get(WHAT, key, bytes, || {
+        let casters = inputs.geometry.static_part();
+        let casters = casters.ok_or_else(|| MethodError::resource(WHAT)(SceneError::Empty))?;
         let side = Resolution::new(resolution).map_err(MethodError::resource(WHAT))?;
         let emitter = &inputs.emitters[light];
         let cpu = Cpu::new();
-        BakedShadow::bake(&cpu, inputs.geometry, emitter, side, Builder::new())
+        BakedShadow::bake(&cpu, casters, emitter, side, Builder::new())
             .map(|(shadow, _)| shadow)
             .map_err(MethodError::resource(WHAT))
     })
 }
 
 impl SourceOn<Cpu> for Baked {
-    type Source = Arc<BakedShadow>;
+    type Source = BesideDynamic<Host>;
 
     fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, side: u32) -> Result<(), MethodError> {
         baked(&frame.inputs, light, side).map(|_| ())
@@ -101,8 +130,8 @@ impl SourceOn<Cpu> for Baked {
         frame: &Frame<'_, Cpu>,
         light: usize,
         side: u32,
-    ) -> Result<Arc<BakedShadow>, MethodError> {
-        baked(&frame.inputs, light, side)
+    ) -> Result<Self::Source, MethodError> {
+        BesideDynamic::new(frame, light, baked(&frame.inputs, light, side)?)
     }
 }
 
@@ -132,9 +161,13 @@ impl SourcesTogether<Cpu> for Baked {
         side: u32,
     ) -> Result<Vec<Together<Self::Together>>, MethodError> {
         let lights = frame.inputs.emitters.len();
-        let all = (0..lights).map(|light| self.source(frame, light, side));
+        let all = (0..lights).map(|light| baked(&frame.inputs, light, side));
         let source = all.collect::<Result<_, _>>()?;
         Ok(vec![Together { source, lights }])
+    }
+
+    fn is_apart(&self, inputs: &FrameInputs<'_>, light: usize) -> bool {
+        inputs.dynamic_reached(light).is_some()
     }
 
     fn turns(source: &Self::Together) -> f64 {

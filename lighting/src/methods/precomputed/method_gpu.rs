@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
 
+use super::dynamic::BesideDynamic;
 use super::method::{Baked, WHAT, baked, turns};
 use super::{BakedShadow, BakedShadows};
 use crate::methods::many_lights::{SourcesTogether, Together};
-use crate::methods::{Frame, MethodError, OfLight, SourceOn};
+use crate::methods::{Frame, FrameInputs, MethodError, OfLight, SourceOn};
 
 impl<E: Encode> SourceOn<Gpu<E>> for Baked {
-    type Source = Arc<BakedShadow<GpuMemory>>;
+    type Source = BesideDynamic<GpuMemory>;
 
     fn prepare(
         &self,
@@ -26,15 +27,16 @@ impl<E: Encode> SourceOn<Gpu<E>> for Baked {
         frame: &Frame<'_, Gpu<E>>,
         light: usize,
         side: u32,
-    ) -> Result<Arc<BakedShadow<GpuMemory>>, MethodError> {
+    ) -> Result<Self::Source, MethodError> {
         let resolution = side;
         let key = OfLight { light, resolution };
         let bytes = |shadow: &BakedShadow<GpuMemory>| shadow.bytes();
-        frame.store.get(WHAT, key, bytes, || {
+        let baked = frame.store.get(WHAT, key, bytes, || {
             baked(&frame.inputs, light, side)?
                 .upload(frame.backend)
                 .map_err(MethodError::resource(WHAT))
-        })
+        })?;
+        BesideDynamic::new(frame, light, baked)
     }
 }
 
@@ -77,6 +79,10 @@ impl<E: Encode> SourcesTogether<Gpu<E>> for Baked {
             Ok(parts.into_iter().map(together).collect())
         })?;
         Ok(groups.to_vec())
+    }
+
+    fn is_apart(&self, inputs: &FrameInputs<'_>, light: usize) -> bool {
+        inputs.dynamic_reached(light).is_some()
     }
 
     fn turns(source: &Self::Together) -> f64 {
