@@ -271,7 +271,7 @@ pub(crate) struct Render {
     pub(crate) surface_shadows: Option<SurfaceShadows>,
 
     /// Files of precomputed shadows (see `bake`): their lights take them, in the air
-    /// and, filtered, on surfaces
+    /// and, filtered, on surfaces. Shadow maps have those of what is dynamic
     #[arg(long, value_name = "FILES", value_delimiter = ',')]
     pub(crate) shadows: Vec<PathBuf>,
 
@@ -400,7 +400,8 @@ pub(crate) struct IndirectOptions {
 /// Writes compact precomputed voxelized shadows: one grid for a light where a single
 /// picture holds all casters (a sun, a spotlight of up to 75 degrees half angle, a light
 /// far enough outside of the scene), six otherwise. Closed solids compress best; parts
-/// with holes are baked as surfaces, and the output says so.
+/// with holes are baked as surfaces, and the output says so. What is dynamic, by the
+/// file or by --dynamic, is left out: a file fits its scene wherever that has moved.
 ///
 /// Every ten seconds or so, and when it is told to end (Ctrl-C, SIGTERM), what is
 /// finished goes to a file beside the output, FILE.part, from which --resume goes
@@ -454,6 +455,11 @@ pub(crate) struct Bake {
     /// number of times
     #[arg(long, value_name = "NAME")]
     pub(crate) no_shadow: Vec<String>,
+
+    /// What may move and is left out, by the name of an object, a mesh or a material; any
+    /// number of times
+    #[arg(long, value_name = "NAME")]
+    pub(crate) dynamic: Vec<String>,
 
     /// How nodes are stored; with --part, `merge` decides
     #[arg(long, value_enum, default_value = "packed")]
@@ -611,6 +617,11 @@ pub(crate) struct SceneOptions {
     /// number of times
     #[arg(long, value_name = "NAME")]
     pub(crate) no_shadow: Vec<String>,
+
+    /// What may move, by the name of an object, a mesh or a material; any number of times.
+    /// Precomputed shadows leave it out, and shadow maps have its shadows
+    #[arg(long, value_name = "NAME")]
+    pub(crate) dynamic: Vec<String>,
 
     /// Texels per side of a shadow map [default: 1024, 512 with --quick]
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..=16384))]

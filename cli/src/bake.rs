@@ -56,9 +56,16 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
         input.notes.push(note.into());
     }
 
+    let casters = input.geometry.static_part();
+    let casters = casters
+        .ok_or_else(|| Failure::new("all triangles are dynamic: there are no shadows that stay"))?;
+    if let Some(dynamic) = input.geometry.dynamic_part() {
+        let left_out = count(dynamic.triangles().len(), "dynamic triangle");
+        input.notes.push(format!("{left_out} left out"));
+    }
     let spinner = progress::spinner("sorting triangles");
-    let surfaces = precomputed::surfaces(&input.geometry)?;
-    let grids = grids(&input.geometry, &surfaces, &emitters, (most, args.texel))?;
+    let surfaces = precomputed::surfaces(casters)?;
+    let grids = grids(casters, &surfaces, &emitters, (most, args.texel))?;
     let lights = (grids.into_iter())
         .map(|grids| LightGrids {
             bias: args.bias,
@@ -174,6 +181,7 @@ fn scene_options(args: &Bake) -> SceneOptions {
         seed: args.seed,
         lights: 1,
         no_shadow: args.no_shadow.clone(),
+        dynamic: args.dynamic.clone(),
         map: None,
         surroundings: args.surroundings,
         medium: MediumOptions::default(),
@@ -355,6 +363,7 @@ mod tests {
         let options = SceneOptions {
             seed: None,
             no_shadow: Vec::new(),
+            dynamic: Vec::new(),
             lights: 1,
             map: None,
             surroundings: Surroundings::default(),

@@ -80,7 +80,12 @@ impl Input {
         let for_file = options.file.for_file();
         (options.added).add(&mut scene, offset, &for_file, &mut notes)?;
         for meant in &options.no_shadow {
-            take_shadow(&mut scene, meant).map_err(about)?;
+            let found = scene.set_casts_shadow(meant, false);
+            check_name(&scene, ("--no-shadow", meant), found).map_err(about)?;
+        }
+        for meant in &options.dynamic {
+            let found = scene.set_dynamic(meant, true);
+            check_name(&scene, ("--dynamic", meant), found).map_err(about)?;
         }
         let floor = scene.lay_floor();
         notes.extend(floor.as_ref().map(ToString::to_string));
@@ -94,10 +99,12 @@ impl Input {
         for caster in &scene.translucent {
             notes.push(format!("translucent: {}", caster.describe()));
         }
-        let mut bounds = self::bounds(&scene, &geometry);
+        // What is placed here must not depend on what moves.
+        let stays = geometry.static_part().unwrap_or(&geometry);
+        let mut bounds = self::bounds(&scene, stays);
         // What was laid below hair and smoke need not be in view.
         let solid = if floor.is_none() {
-            geometry.triangles()
+            stays.triangles()
         } else {
             &[]
         };
@@ -111,7 +118,7 @@ impl Input {
         notes.extend(placed.iter().map(ToString::to_string));
         if is_bare
             && !options.surroundings.no_ground
-            && let Some(ground) = scene.lay_ground(&geometry)
+            && let Some(ground) = scene.lay_ground(stays)
         {
             notes.push(ground.to_string());
             geometry = Geometry::new(&scene).map_err(|error| about(error.into()))?;
@@ -238,9 +245,9 @@ fn translucent_corners(scene: &Scene) -> impl Iterator<Item = Vec3> + use<> {
     bounds.flat_map(|bounds| bounds.corners())
 }
 
-/// Lets no shadow fall from what has that name.
-fn take_shadow(scene: &mut Scene, name: &str) -> Result<(), Failure> {
-    if scene.set_casts_shadow(name, false) > 0 {
+/// Refuses a name of an option that nothing has.
+fn check_name(scene: &Scene, (option, name): (&str, &str), found: usize) -> Result<(), Failure> {
+    if found > 0 {
         return Ok(());
     }
     let objects = scene.instances.iter().map(|instance| &instance.name);
@@ -248,7 +255,7 @@ fn take_shadow(scene: &mut Scene, name: &str) -> Result<(), Failure> {
     let materials = scene.materials.iter().map(|material| &material.name);
     let names = objects.chain(meshes).chain(materials);
     Err(Failure::new(format!(
-        "--no-shadow {name}: no object, mesh or material has that name{}",
+        "{option} {name}: no object, mesh or material has that name{}",
         suggest::question(name, names)
     )))
 }

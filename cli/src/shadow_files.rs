@@ -22,6 +22,8 @@ pub(crate) type Shadows = Vec<Option<Shadow>>;
 pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure> {
     let mut shadows = vec![None; input.emitters.len()];
     let mut spaces = BTreeMap::new();
+    // What moves is in no file.
+    let casters = input.geometry.static_part();
     for path in files {
         let name = path.display().to_string();
         let about = |failure: Failure| failure.about(&name);
@@ -34,7 +36,7 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure>
             // Those of all emitters at a resolution are asked for again and again.
             let spaces = spaces.entry(resolution).or_insert_with(|| {
                 Cpu::new().map(input.emitters.len(), |light| {
-                    light_spaces(&input.geometry, &input.emitters[light], resolution).ok()
+                    light_spaces(casters?, &input.emitters[light], resolution).ok()
                 })
             });
             for (spaces, shadow) in spaces.iter().zip(&mut shadows) {

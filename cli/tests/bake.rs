@@ -425,3 +425,51 @@ fn an_interrupted_bake_leaves_a_checkpoint_and_is_resumed_to_the_same_bytes() {
         "the largest bake was done before it heard the signal"
     );
 }
+
+/// What moves is in no file, so that one file serves the scene wherever that has moved.
+#[test]
+fn a_file_of_what_stays_is_that_of_the_scene_with_and_without_what_moves() {
+    let place = tempfile::tempdir().unwrap();
+    let bake = |scene: &str, out: &str, more: &[&str]| {
+        let arguments = ["bake", scene, "--resolution", "256", "-o", out];
+        notes(place.path(), &[&arguments, more].concat())
+    };
+    assert!(!bake("city", "city.cpvs", &[]).contains("dynamic"));
+    let noted = bake("traffic", "traffic.cpvs", &[]);
+    assert!(noted.contains("dynamic triangles left out"), "{noted}");
+    let read = |name: &str| std::fs::read(place.path().join(name)).unwrap();
+    assert!(read("city.cpvs") == read("traffic.cpvs"));
+    let noted = bake("city", "crowns.cpvs", &["--dynamic", "crown"]);
+    assert!(noted.contains("dynamic triangles left out"), "{noted}");
+    assert!(read("city.cpvs") != read("crowns.cpvs"));
+
+    let render = |scene: &str, file: &str, out: &str, more: &[&str]| {
+        let arguments = ["render", scene, "--size", "32x18", "--map", "128"];
+        let arguments = [&arguments, &["--shadows", file, "-o", out][..], more].concat();
+        let noted = notes(place.path(), &arguments);
+        (noted, read(out))
+    };
+    let (noted, moving) = render("traffic", "city.cpvs", "traffic.exr", &[]);
+    assert!(
+        noted.contains("dynamic triangles are those of shadow maps"),
+        "{noted}"
+    );
+    let (_, crowns) = render("city", "crowns.cpvs", "crowns.exr", &["--dynamic", "crown"]);
+    let (noted, city) = render("city", "city.cpvs", "city.exr", &[]);
+    assert!(!noted.contains("dynamic"), "{noted}");
+    assert!(moving != city && crowns != city);
+
+    let refused = ["bake", "city", "-o", "none.cpvs", "--dynamic", "street"];
+    fails(place.path(), &refused, "--dynamic street");
+    let all = [
+        "bake",
+        "coil",
+        "-o",
+        "none.cpvs",
+        "--dynamic",
+        "coil",
+        "--dynamic",
+        "floor",
+    ];
+    fails(place.path(), &all, "all triangles are dynamic");
+}

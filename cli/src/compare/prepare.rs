@@ -132,11 +132,17 @@ impl Prepared {
     pub(crate) fn describe(&self) -> String {
         let input = &self.input;
         let mut text = format!(
-            "{}: {} as {}, {}, {}\n",
+            "{}: {} as {}, {}{}, {}\n",
             input.scene.name,
             input.lights(),
             count(input.emitters.len(), "emitter"),
             count(input.geometry.triangles().len(), "triangle"),
+            input
+                .geometry
+                .dynamic_part()
+                .map_or_else(String::new, |dynamic| {
+                    format!(", {} of them dynamic", dynamic.triangles().len())
+                }),
             self.describe_air()
         );
         for note in self.notes() {

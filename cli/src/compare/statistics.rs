@@ -28,6 +28,9 @@ pub(crate) fn of(input: &Input, kept: usize) -> Vec<(&'static str, String)> {
         ),
         ("hair and smoke", input.scene.translucent.len().to_string()),
     ];
+    if let Some(dynamic) = input.geometry.dynamic_part() {
+        all.push(("dynamic triangles", dynamic.triangles().len().to_string()));
+    }
     let Some(emitter) = input
         .emitters
         .first()

@@ -1,22 +1,18 @@
-//! The light of a picture: that of its surfaces, and that of the air before them.
+//! The light of a picture that methods know: that of the air, and of surfaces by area lights.
 
 use gpu_backend::gpu::Gpu;
-use gpu_backend::{Backend, Buffer, Cpu, Download, Host};
+use gpu_backend::{Buffer, Cpu, Download, Host};
 use indicatif::ProgressBar;
-use lighting::culling::PointLists;
-use lighting::direct_light::{AddDirectLight, LitPoints};
 use lighting::methods::heterogeneous::{
     AddEmission, EmittingRays, MediaMemory, MediaOf, UploadedMedia,
 };
 use lighting::methods::{
     Entry, Frame, FrameInputs, Method, MethodBackend, Selection, Store, Verdict,
 };
-use lighting::precomputed::{BakedShadow, BakedShadows, FilterSize};
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
-use lighting::surface::{self, Lit};
-use lighting::translucent::TransmittanceMap;
-use lighting::{Emitter, EyePanes, Ray, SurfacePoint, Watch};
+use lighting::surface;
+use lighting::{EyePanes, Ray, SurfacePoint, Watch};
 
 use crate::args::Render;
 use crate::devices::Device;
@@ -25,76 +21,7 @@ use crate::input::Input;
 use crate::parse::Size;
 use crate::picture::Picture;
 use crate::shadow_files::Shadow;
-use crate::{maps, progress, surfaces};
-
-/// The light of surfaces that `emitters` send, with the shadows of files where there
-/// are some, and else of the map of each if there is anything translucent. On a GPU those
-/// of files light them there, unless something else is in their way.
-pub(crate) fn of_surfaces(
-    args: &Render,
-    input: &mut Input,
-    (view, device): (&View, &Device),
-    emitters: &[Emitter],
-    shadows: &[Option<Shadow>],
-    maps: &[&TransmittanceMap],
-) -> Result<Vec<[f32; 4]>, Failure> {
-    if shadows.iter().all(Option::is_none) {
-        return Ok(surfaces::radiance_of(view, input, emitters, maps));
-    }
-    let filter = FilterSize::new(args.filter.unwrap_or(9))
-        .map_err(|error| Failure::from(error).about("--filter"))?;
-    let mut context = device.context.as_ref();
-    if let (Some(_), Some(why)) = (context, not_on_gpus(input)) {
-        (input.notes).push(format!("surfaces are lit on the CPU: {why}"));
-        context = None;
-    }
-    let lights = emitters.iter().zip(shadows);
-    let (on_gpu, on_cpu): (Vec<_>, Vec<_>) =
-        lights.partition(|(_, shadow)| context.is_some() && shadow.is_some());
-    let filtered: Vec<_> = on_cpu
-        .iter()
-        .map(|(_, shadow)| shadow.as_ref().map(|shadow| shadow.filtered(filter)))
-        .collect();
-    let lights: Vec<Lit<'_>> = (on_cpu.iter().zip(&filtered))
-        .map(|((emitter, _), filtered)| (*emitter, filtered.as_ref().map(|shadow| shadow as _)))
-        .collect();
-    let (scene, geometry) = (&input.scene, &input.geometry);
-    let (cpu, medium) = (Cpu::new(), scene.medium.as_ref());
-    let radiance =
-        surface::radiance_with(&cpu, view, scene, geometry, &input.tracer, &lights, medium);
-    let Some(context) = context else {
-        return Ok(radiance);
-    };
-    let gpu = Gpu::new(context.clone());
-    let points = gpu.upload(&surface::points(&cpu, view, scene, geometry, medium))?;
-    let mut sums = gpu.upload(&radiance)?;
-    let (emitters, shadows): (Vec<Emitter>, Vec<BakedShadow>) = on_gpu
-        .into_iter()
-        .filter_map(|(emitter, shadow)| Some((emitter.clone(), (**shadow.as_ref()?).clone())))
-        .unzip();
-    let mut rest = &emitters[..];
-    for part in BakedShadows::in_bindings(&shadows, &gpu)? {
-        let (own, others) = rest.split_at(part.lights().len());
-        rest = others;
-        let filtered = part.filtered(filter);
-        let lists = PointLists::of_picture(&cpu, view.rays(), view.width(), own);
-        let lit = LitPoints {
-            at_once: filtered.at_once(),
-            ..LitPoints::new(&points, own, &lists, medium)
-        };
-        gpu.add_direct_light(&lit, &filtered, &mut sums)?;
-    }
-    Ok(gpu.download(&sums)?)
-}
-
-/// What shaders do not know that is between lights and surfaces.
-fn not_on_gpus(input: &Input) -> Option<&'static str> {
-    if input.geometry.coatings().any_see_through() {
-        return Some("the shadows of see-through surfaces are traced");
-    }
-    let fog = input.scene.height_fog.is_some();
-    fog.then_some("fog thins out with altitude on the way from the lights")
-}
+use crate::{maps, progress};
 
 /// What smoke emits along the rays of a view, one RGB0 per ray; `None` if it is dark.
 pub(crate) fn of_media(
@@ -230,7 +157,8 @@ impl Job<'_> {
         let emitters = &input.picked(indices);
         let areas = &input.areas(indices);
         let asked = self.args.options.map();
-        let map = if entry.about().uses_shadow_map {
+        let has_maps = entry.about().uses_shadow_map || input.geometry.dynamic_part().is_some();
+        let map = if has_maps {
             maps::affordable(asked, &input.geometry, emitters, &mut input.notes)
         } else {
             asked

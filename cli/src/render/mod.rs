@@ -1,5 +1,6 @@
 //! One picture: surfaces and airlight.
 
+mod baked;
 mod chosen;
 mod hair;
 mod layers;
@@ -217,7 +218,7 @@ impl Shot<'_> {
         let shadows: Shadows = emitters.iter().map(|i| self.shadows[*i].clone()).collect();
         let maps = self.maps(input, emitters)?;
         let lights = input.picked(emitters);
-        let radiance = light::of_surfaces(
+        let radiance = baked::of_surfaces(
             self.args,
             input,
             (self.view, self.device),
