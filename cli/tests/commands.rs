@@ -385,6 +385,7 @@ fn lists_name_everything() {
         "smoke",
         "stiff",
         "smoke-room",
+        "traffic",
     ] {
         assert!(
             scenes.lines().any(|line| line.starts_with(name)),

@@ -6,9 +6,10 @@
 //!       --features methods,procedural,shadow-dag -- 480x270 6
 //! ```
 //!
-//! A size and a number of frames of the embedded scene `traffic`, on the CPU. Three ways
+//! A size and a number of frames of the embedded scene `traffic`, on the CPU. Four ways
 //! take turns in each frame:
 //!
+//! * `alone`: what stays is baked once, and what moves has no shadow;
 //! * `beside`: what stays is baked once, and what moves has a map of its own;
 //! * `rebuild`: the grid of all casters is baked anew where they have moved;
 //! * `map`: a map of all casters.
@@ -158,7 +159,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let mut kept = KeptGrid::new(cpu, Builder::new(), &mesh(&geometry)?)?;
 
-    let [mut beside, mut rebuilt, mut mapped] = ["beside", "rebuild", "map"].map(Way::new);
+    let ways = ["alone", "beside", "rebuild", "map"].map(Way::new);
+    let [mut alone, mut beside, mut rebuilt, mut mapped] = ways;
     for _ in 0..frames {
         drive(&mut scene);
         let whole = Geometry::new(&scene)?;
@@ -167,6 +169,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             .rays()
             .to_vec();
         let exact = stand.gather(&rays, &Exact::new(&tracer))?;
+
+        let clock = Instant::now();
+        alone.add(clock, clock, &stand.gather(&rays, &baked)?, &exact);
 
         let clock = Instant::now();
         let runs = stand.with_map(&Geometry::of_dynamic(&scene)?, TEXELS, &rays)?;
@@ -188,7 +193,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let ready = Instant::now();
         mapped.add(clock, ready, &stand.gather(&rays, &source)?, &exact);
     }
-    for way in [beside, rebuilt, mapped] {
+    for way in [alone, beside, rebuilt, mapped] {
         way.print();
     }
     Ok(())

@@ -65,7 +65,8 @@ pub(crate) fn of_surfaces(
     for part in BakedShadows::in_bindings(&shadows, &gpu)? {
         let (own, others) = rest.split_at(part.lights().len());
         rest = others;
-        let moving = dynamic_maps(&gpu, input, own, (side, most))?;
+        let biases: Vec<f32> = part.lights().iter().map(BakedShadow::bias).collect();
+        let moving = dynamic_maps(&gpu, input, (own, &biases), (side, most))?;
         let filtered = part.filtered(filter);
         let lists = PointLists::of_picture(&cpu, view.rays(), view.width(), own);
         let medium = input.scene.medium.as_ref();
@@ -79,7 +80,7 @@ pub(crate) fn of_surfaces(
         };
         let maps = maps.filtered(filter.width());
         let lit = LitPoints {
-            // As many turns of loops for both as for either.
+            // The loops of both end within the turns that there are for those of one.
             at_once: (filtered.at_once().min(maps.at_once()) / 2).max(1),
             ..lit
         };
@@ -96,9 +97,12 @@ fn on_the_cpu(
     (filter, side): (FilterSize, u32),
 ) -> Result<Vec<[f32; 4]>, Failure> {
     let cpu = Cpu::new();
-    let of_files = lights.iter().filter(|(_, shadow)| shadow.is_some());
-    let emitters: Vec<Emitter> = of_files.map(|(emitter, _)| (*emitter).clone()).collect();
-    let moving = dynamic_maps(&cpu, input, &emitters, (side, MOST_BYTES))?;
+    let of_files = lights.iter().filter_map(|(emitter, shadow)| {
+        let shadow = shadow.as_ref()?;
+        Some(((*emitter).clone(), shadow.bias()))
+    });
+    let (emitters, biases): (Vec<Emitter>, Vec<f32>) = of_files.unzip();
+    let moving = dynamic_maps(&cpu, input, (&emitters, &biases), (side, MOST_BYTES))?;
     let mut numbers = 0..;
     let shadows: Vec<Option<Box<dyn SurfaceShadow>>> = lights
         .iter()
@@ -133,11 +137,12 @@ fn on_the_cpu(
 const MOST_BYTES: u64 = 1 << 29;
 
 /// The maps of some lights with the dynamic casters alone, of `side` texels per side or
-/// as many as fit into `most` bytes; `None` if no light reaches any.
+/// as many as fit into `most` bytes, with the bias of each light's file in texels; `None` if
+/// no light reaches any.
 fn dynamic_maps<B: RenderShadowMap>(
     backend: &B,
     input: &mut Input,
-    emitters: &[Emitter],
+    (emitters, biases): (&[Emitter], &[f32]),
     (side, most): (u32, u64),
 ) -> Result<Option<MapsOfMany<B::Memory>>, Failure> {
     let Some(dynamic) = input.geometry.dynamic_part() else {
@@ -161,7 +166,7 @@ fn dynamic_maps<B: RenderShadowMap>(
         ));
     }
     let maps = MapsOfMany::render(backend, &casters, emitters, affordable)?;
-    Ok(Some(maps))
+    Ok(Some(maps.with_biases(biases)))
 }
 
 /// What shaders do not know that is between lights and surfaces.

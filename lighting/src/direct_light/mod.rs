@@ -25,6 +25,8 @@
 //! |---|---|
 //! | [`Unshadowed`] | none |
 //! | `precomputed::FilteredShadows` | precomputed voxelized shadows, k × k filtered |
+//! | `shadow_map::FilteredMapsOfMany` | shadow maps, k × k filtered |
+//! | [`Both`](crate::visibility::Both) of two | shadows of either: of what stays and of what moves |
 //! | `Vec<S>` of any [`SurfaceShadow`] | on the CPU alone: maps, voxels and all others |
 //!
 //! # What is guaranteed
@@ -32,7 +34,7 @@
 //! Every point adds its lights in their order. On either backend the result does not depend
 //! on the lists, as long as they leave out no light that reaches a point, nor on how many
 //! lights a dispatch takes. Backends agree to rounding but for points that are within
-//! rounding of the border of a voxel, as `shadow_dag::gpu` says.
+//! rounding of the border of a voxel, as `shadow_dag::gpu` says, or of a texel.
 //!
 //! Cost: a test for each point and light of its list; a lookup of the shadow where the
 //! light reaches the front of the surface.

@@ -20,7 +20,8 @@
 //! (`precomputed`) with every evaluator run so where [lights are
 //! culled](crate::culling#in-a-picture), except for tables of a frame, which each light has
 //! one of. Pairs whose source is made anew for each light in each frame stay light by
-//! light.
+//! light, and so do those lights of `precomputed` that reach a dynamic caster: they are gathered
+//! between the others, in the order of the lights.
 //!
 //! # What is guaranteed
 //!
