@@ -125,7 +125,7 @@ pub(crate) fn select(
     for part in plan.left_out() {
         selection.left_out.push(LeftOut {
             what: part.subject.to_string(),
-            why: part.reason.to_string(),
+            why: part.why(),
         });
     }
     let no_airlight = || {

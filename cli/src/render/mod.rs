@@ -97,7 +97,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     let plan = Plan::of_media(&input.emitters, &input.media(), view.rays());
     for part in plan.left_out() {
         if part.reason != Reason::OnlyDirectionalLight {
-            (input.notes).push(format!("left out: {} ({})", part.subject, part.reason));
+            (input.notes).push(format!("left out: {} ({})", part.subject, part.why()));
         }
     }
     let shot = Shot {
