@@ -266,6 +266,11 @@ pub(crate) struct Render {
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     pub(crate) backend: BackendName,
 
+    /// Ask the method for the shadows of all lights, also of those that have nothing in
+    /// their way in this view, whose light in the air has a closed form
+    #[arg(long)]
+    pub(crate) all_shadows: bool,
+
     /// Where shadows on surfaces come from [default: traced]
     #[arg(long, value_enum, value_name = "WAY", conflicts_with = "shadows")]
     pub(crate) surface_shadows: Option<SurfaceShadows>,

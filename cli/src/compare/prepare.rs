@@ -2,7 +2,7 @@
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::methods::Registry;
+use lighting::methods::{FrameInputs, Registry};
 use lighting::plan::Plan;
 use lighting::scene::view::View;
 use lighting::scene::{AreaEmitters, Camera, Medium, Translucent};
@@ -27,6 +27,7 @@ pub(crate) struct Prepared {
     pub(crate) asked: Size,
     pub(crate) size: Size,
     pub(crate) view: View,
+    /// Of lights, medium and rays.
     pub(crate) plan: Plan,
     /// The emitters that the plan keeps.
     pub(crate) emitters: Vec<Emitter>,
@@ -98,7 +99,8 @@ impl Prepared {
         let mut selection = {
             let job = prepared.job(args.quick);
             let inputs = job.as_ref().map(|job| job.inputs(&()));
-            select(methods, args, &prepared.plan, inputs.as_ref(), sees_media)
+            let plan = prepared.plan_of_frame(inputs.as_ref())?;
+            select(methods, args, &plan, inputs.as_ref(), sees_media)
         };
         let backends = &prepared.backends;
         selection.left_out.extend(backends.left_out.clone());
@@ -126,6 +128,21 @@ impl Prepared {
                 .flatten(),
             sees_media: self.sees_media,
         })
+    }
+
+    /// The plan with what is known of casters. What `inputs` says of lights is of those
+    /// that the plan keeps.
+    fn plan_of_frame(&self, inputs: Option<&FrameInputs<'_>>) -> Result<Plan, Failure> {
+        let plan = self.plan.clone();
+        let Some(inputs) = inputs else {
+            return Ok(plan);
+        };
+        let all: Vec<usize> = (0..self.input.emitters.len()).collect();
+        Ok(plan.with_casters(&FrameInputs {
+            emitters: &self.input.emitters,
+            areas: &self.input.areas(&all),
+            ..*inputs
+        })?)
     }
 
     /// What `--plan` prints.

@@ -123,8 +123,13 @@ pub(crate) fn select(
 ) -> Selection {
     let mut selection = Selection::default();
     for part in plan.left_out() {
+        let what = match part.subject {
+            // Methods are compared with all that they do.
+            Subject::Shadows(_) => format!("{}, by `render`", part.subject),
+            _ => part.subject.to_string(),
+        };
         selection.left_out.push(LeftOut {
-            what: part.subject.to_string(),
+            what,
             why: part.why(),
         });
     }

@@ -9,10 +9,11 @@ use lighting::methods::heterogeneous::{
 use lighting::methods::{
     Entry, Frame, FrameInputs, Method, MethodBackend, Selection, Store, Verdict,
 };
+use lighting::plan::Plan;
 use lighting::scene::view::View;
-use lighting::scene::{Camera, Medium};
+use lighting::scene::{AreaEmitters, Camera, Medium};
 use lighting::surface;
-use lighting::{EyePanes, Ray, SurfacePoint, Watch};
+use lighting::{Emitter, EyePanes, Ray, SurfacePoint, Watch};
 
 use crate::args::Render;
 use crate::devices::Device;
@@ -144,6 +145,66 @@ impl Job<'_> {
         Ok(radiance)
     }
 
+    /// The plan with what is known of casters, and the lights that it takes out of a method's
+    /// hands: those that are unshadowed, if the method can draw the others.
+    pub(crate) fn planned(
+        &self,
+        plan: Plan,
+        input: &Input,
+        entry: &Entry,
+    ) -> Result<(Plan, Vec<usize>), Failure> {
+        let host = Store::new();
+        let all: Vec<usize> = (0..input.emitters.len()).collect();
+        let areas = input.areas(&all);
+        let map = self.args.options.map();
+        let inputs = self.inputs(input, (&input.emitters, &areas), map, &host);
+        let plan = plan.with_casters(&inputs)?;
+        let runs = match &self.device.context {
+            None => entry.on::<Cpu>().is_some(),
+            Some(_) => entry.runs_on_gpus(),
+        };
+        let kept = FrameInputs {
+            emitters: &input.picked(plan.emitters()),
+            areas: &input.areas(plan.emitters()),
+            ..inputs
+        };
+        let is_possible = !matches!(entry.applies(&kept), Verdict::Impossible(_));
+        let sees_all = entry.sees_cover() || !inputs.is_covered()?;
+        let unshadowed = match runs && is_possible && sees_all {
+            true => plan.unshadowed().to_vec(),
+            false => Vec::new(),
+        };
+        Ok((plan, unshadowed))
+    }
+
+    /// What methods are told of some emitters and the area lights among them.
+    fn inputs<'b>(
+        &'b self,
+        input: &'b Input,
+        (emitters, areas): (&'b [Emitter], &'b [AreaEmitters]),
+        map: u32,
+        host: &'b Store<Host>,
+    ) -> FrameInputs<'b> {
+        lighting::methods::share_tracer(host, &input.tracer);
+        lighting::methods::share_cover(host, self.view.cover());
+        FrameInputs {
+            emitters,
+            areas,
+            medium: self.medium,
+            height_fog: input.scene.height_fog.as_ref(),
+            geometry: &input.geometry,
+            translucent: &input.scene.translucent,
+            camera: self.camera,
+            size: [self.size.width, self.size.height],
+            rays: self.view.rays(),
+            hits: self.view.hits(),
+            map,
+            host,
+            selection: Selection::default(),
+            watch: &(),
+        }
+    }
+
     /// What comes of a frame of some emitters, and what is to be said of it.
     fn with_inputs<R>(
         &self,
@@ -163,25 +224,11 @@ impl Job<'_> {
         } else {
             asked
         };
-        lighting::methods::share_tracer(host, &input.tracer);
-        lighting::methods::share_cover(host, self.view.cover());
         let rays = self.view.rays().len() * emitters.len();
         let bar = Bar(progress::bar(what, rays as u64));
         let inputs = FrameInputs {
-            emitters,
-            areas,
-            medium: self.medium,
-            height_fog: input.scene.height_fog.as_ref(),
-            geometry: &input.geometry,
-            translucent: &input.scene.translucent,
-            camera: self.camera,
-            size: [self.size.width, self.size.height],
-            rays: self.view.rays(),
-            hits: self.view.hits(),
-            map,
-            host,
-            selection: Selection::default(),
             watch: &bar,
+            ..self.inputs(input, (emitters, areas), map, host)
         };
         match entry.applies(&inputs) {
             Verdict::Impossible(why) => {

@@ -10,8 +10,8 @@ use std::cell::OnceCell;
 use std::path::Path;
 
 use gpu_backend::Cpu;
-use lighting::methods::{FROM_FILE, Registry};
-use lighting::plan::{Plan, Reason};
+use lighting::methods::{Entry, FROM_FILE, Registry};
+use lighting::plan::{Plan, Subject};
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
 use lighting::translucent::TransmittanceMap;
@@ -95,12 +95,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
     }
     let plan = Plan::of_media(&input.emitters, &input.media(), view.rays());
-    for part in plan.left_out() {
-        if part.reason != Reason::OnlyDirectionalLight {
-            (input.notes).push(format!("left out: {} ({})", part.subject, part.why()));
-        }
-    }
-    let shot = Shot {
+    let mut shot = Shot {
         methods,
         args,
         size,
@@ -112,8 +107,20 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         shadows: &shadows,
         hair,
         maps: OnceCell::new(),
-        kept: plan.emitters(),
+        kept: plan.emitters().to_vec(),
+        unshadowed: None,
     };
+    let plan = shot.planned(plan, &input)?;
+    for part in plan.left_out() {
+        let is_of_lights = match part.subject {
+            Subject::Airlight | Subject::Emitters(_) => true,
+            Subject::Shadows(_) => shot.unshadowed.is_some(),
+            _ => false,
+        };
+        if is_of_lights {
+            (input.notes).push(format!("left out: {} ({})", part.subject, part.why()));
+        }
+    }
     let (picture, content) = shot.taken(&mut input, format)?;
     let odd = picture.non_finite();
     if odd > 0 {
@@ -167,10 +174,39 @@ struct Shot<'a> {
     /// What translucent casters let through of each emitter, once it is asked for.
     maps: OnceCell<Vec<TransmittanceMap>>,
     /// The emitters that the plan keeps for the air.
-    kept: &'a [usize],
+    kept: Vec<usize>,
+    /// Those among them that have nothing in their way, if that is made use of.
+    unshadowed: Option<Unshadowed>,
+}
+
+/// Emitters with nothing in their way, and what gathers them.
+struct Unshadowed {
+    emitters: Vec<usize>,
+    entry: Entry,
+    quality: u32,
 }
 
 impl Shot<'_> {
+    /// The plan with what is known of casters, by which the lights of the air are divided.
+    fn planned(&mut self, plan: Plan, input: &Input) -> Result<Plan, Failure> {
+        let Some(medium) = self.medium.filter(|_| !self.args.all_shadows) else {
+            return Ok(plan);
+        };
+        let Chosen { entry, quality } = self.chosen;
+        let (plan, mut emitters) = self.job(&medium).planned(plan, input, entry)?;
+        emitters.retain(|index| self.shadows[*index].is_none());
+        if !emitters.is_empty() {
+            let lights = input.picked(&emitters);
+            let closed = (self.methods).unshadowed(entry, *quality, &lights, &medium);
+            self.unshadowed = closed.map(|(entry, quality)| Unshadowed {
+                emitters,
+                entry,
+                quality,
+            });
+        }
+        Ok(plan)
+    }
+
     /// The picture, and the file that holds it.
     fn taken(&self, input: &mut Input, format: Format) -> Result<(Picture, Vec<u8>), Failure> {
         if self.args.layers {
@@ -182,7 +218,7 @@ impl Shot<'_> {
         if let Some(indirect) = self.indirect(input)? {
             picture = picture.plus(&indirect);
         }
-        if let Some(airlight) = self.airlight(input, self.kept)? {
+        if let Some(airlight) = self.airlight(input, &self.kept)? {
             picture = picture.plus(&airlight);
         }
         if let Some(emission) = self.emission(input)? {
@@ -337,8 +373,19 @@ impl Shot<'_> {
                 None => picture,
             });
         };
-        if !others.is_empty() {
-            add(job.airlight(input, &others, entry, *quality, &[])?);
+        let is_unshadowed = |index: &usize| {
+            let all = self.unshadowed.as_ref();
+            all.is_some_and(|all| all.emitters.contains(index))
+        };
+        let (unshadowed, shadowed): (Vec<usize>, Vec<usize>) =
+            others.into_iter().partition(is_unshadowed);
+        if !shadowed.is_empty() {
+            add(job.airlight(input, &shadowed, entry, *quality, &[])?);
+        }
+        if let Some(closed) = &self.unshadowed
+            && !unshadowed.is_empty()
+        {
+            add(job.airlight(input, &unshadowed, &closed.entry, closed.quality, &[])?);
         }
         if !from_files.is_empty() {
             let entry = self.chosen.of_files(self.methods)?;

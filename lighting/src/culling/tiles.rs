@@ -155,6 +155,12 @@ impl RayTiles {
         self.tile_of.get(ray).map(|tile| *tile as usize)
     }
 
+    /// The numbers of all rays, tile by tile: any that follow each other are neighbours.
+    #[cfg(feature = "methods")]
+    pub(crate) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
     /// Whence the rays come.
     pub(super) fn eye(&self) -> DVec3 {
         self.eye

@@ -123,6 +123,8 @@ mod frame;
 #[cfg(feature = "methods")]
 mod per_light;
 #[cfg(feature = "methods")]
+mod planned;
+#[cfg(feature = "methods")]
 mod registry;
 #[cfg(feature = "methods")]
 mod shared;

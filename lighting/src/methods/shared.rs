@@ -6,10 +6,9 @@ use gpu_backend::{Backend, Cpu, Host};
 
 use super::{Frame, FrameInputs, MethodError, Store, Work};
 use crate::EyePanes;
-use crate::scene::Bounds;
-use crate::scene::Geometry;
 use crate::scene::trace::Tracer;
 use crate::scene::view::Cover;
+use crate::scene::{Bounds, Emitter, Geometry};
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count, reached};
 
 /// The only one of its kind in a scene.
@@ -54,6 +53,18 @@ impl FrameInputs<'_> {
         self.host.get("cover", OfScene, |_| 0, clear)
     }
 
+    /// Whether there are hair, smoke or see-through surfaces, which let a share of light
+    /// through.
+    pub fn has_translucent_casters(&self) -> bool {
+        !self.translucent.is_empty() || self.geometry.coatings().any_see_through()
+    }
+
+    /// Whether a light has a cookie.
+    pub fn has_cookies(&self) -> bool {
+        let cookie = |light: &Emitter| light.spot()?.texture().map(|_| ());
+        self.emitters.iter().any(|light| cookie(light).is_some())
+    }
+
     /// Whether anything may cover parts of the rays.
     ///
     /// # Errors
@@ -93,10 +104,15 @@ impl FrameInputs<'_> {
         reached(dynamic.bounds(), &self.emitters[light])
     }
 
+    /// The faces of the shadow maps of some lights.
+    pub(crate) fn map_faces<'e>(&self, emitters: impl IntoIterator<Item = &'e Emitter>) -> usize {
+        let faces = emitters.into_iter();
+        faces.map(|e| face_count(self.geometry, e)).sum()
+    }
+
     /// What shadow maps of all lights cost.
     pub(super) fn map_work(&self) -> Work {
-        let faces = self.emitters.iter();
-        let faces: usize = faces.map(|e| face_count(self.geometry, e)).sum();
+        let faces = self.map_faces(self.emitters);
         let texels = faces as f64 * f64::from(self.map).powi(2);
         Work {
             once: texels + (faces * self.geometry.triangles().len()) as f64,

@@ -1,5 +1,11 @@
 //! What a picture needs, decided before any of it is computed.
 
+#[cfg(feature = "methods")]
+mod casters;
+#[cfg(feature = "methods")]
+mod frame;
+#[cfg(feature = "methods")]
+mod hull;
 mod parts;
 #[cfg(test)]
 mod tests;
@@ -106,20 +112,10 @@ impl Plan {
     /// The plan of a frame: what its casters leave alone is known, too.
     ///
     /// # Errors
-    /// Those of [`FrameInputs::tracer`].
+    /// Those of [`Plan::with_casters`].
     #[cfg(feature = "methods")]
     pub fn of_frame(inputs: &FrameInputs<'_>) -> Result<Self, MethodError> {
         Self::of_media(inputs.emitters, &inputs.media(), inputs.rays).with_casters(inputs)
-    }
-
-    /// The same plan, made for the emitters, the medium and the rays of a frame, with what
-    /// its casters leave alone.
-    ///
-    /// # Errors
-    /// Those of [`FrameInputs::tracer`].
-    #[cfg(feature = "methods")]
-    pub fn with_casters(self, _inputs: &FrameInputs<'_>) -> Result<Self, MethodError> {
-        Ok(self)
     }
 
     /// Indices of the emitters whose airlight is gathered, rising.

@@ -103,4 +103,6 @@ pub enum Reason {
     NoCookie,
     /// Neither hair nor smoke nor a see-through surface lets a share of light through.
     NothingTranslucent,
+    /// No see-through surface and no hair is before any of the air.
+    NothingCoversTheAir,
 }

@@ -93,6 +93,33 @@ fn what_is_left_out_does_not_change_a_bit_of_the_picture() {
 }
 
 #[test]
+fn lights_behind_all_that_the_eye_sees_are_left_out() {
+    let cone = Cone {
+        inner: 0.1,
+        outer: 0.4,
+    };
+    let lamp = |position: Vec3, emission: Emission| {
+        Emitter::point(position, Vec3::ONE, 2.0, emission).unwrap()
+    };
+    let behind = Vec3::new(0.0, 0.0, -14.5);
+    let back = Emission::spot(Quat::IDENTITY, cone, None).unwrap();
+    let all = [
+        lamp(behind, Emission::Isotropic),
+        lamp(behind + Vec3::Z, Emission::Isotropic),
+        lamp(Vec3::new(0.0, 0.0, -12.01), back),
+    ];
+    // No ray of the view is longer than 12 m.
+    let walled: Vec<Ray> = view()
+        .iter()
+        .map(|ray| ray.with_length(ray.length().min(12.0)))
+        .collect();
+    let plan = Plan::new(&all, Some(&fog()), &walled);
+    assert_eq!(plan.emitters(), [1]);
+    assert_eq!(plan.left_out()[0].subject, Subject::Emitters(vec![0, 2]));
+    assert_eq!(plan.left_out()[0].saving.rays, 2 * walled.len() as u64);
+}
+
+#[test]
 fn every_reason_is_given_where_it_holds() {
     let (all, rays) = (lights(), view());
     let reasons = |emitters: &[Emitter], medium: Option<&Medium>, rays: &[Ray]| {

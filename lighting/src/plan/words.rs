@@ -84,6 +84,7 @@ impl fmt::Display for Reason {
             Self::NothingInTheWay => "no caster is between the light and the air of the view",
             Self::FewBoundedLights => "fewer than eight lights have a range or a cone",
             Self::NoCookie => "no light has a cookie",
+            Self::NothingCoversTheAir => "neither hair nor a see-through surface is before the air",
             Self::NothingTranslucent => "nothing in the scene is translucent",
             Self::OnlyDirectionalLight => "a directional light has no equi-angular variable",
         })

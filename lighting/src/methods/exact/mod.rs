@@ -13,8 +13,8 @@ use std::cell::RefCell;
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::scene::Caster;
 use crate::scene::trace::{Line, Tracer};
+use crate::scene::{Bounds, Caster};
 use crate::visibility::{LitInterval, Share, VisibilitySource};
 use crate::{Emitter, Interval, LightPath};
 
@@ -53,7 +53,20 @@ impl<T: Borrow<Tracer>> Exact<T> {
         Self { tracer }
     }
 
+    /// Whether no triangle takes anything of the light of any part of the path:
+    /// [`lit_intervals`](VisibilitySource::lit_intervals) are then its whole span as it is.
+    ///
+    /// The first shadow that is found ends the walk.
+    pub fn is_wholly_lit(&self, path: &LightPath<'_>) -> bool {
+        !self.shadow_until(path, Shadow::darkens).darkens()
+    }
+
     fn shadow(&self, path: &LightPath<'_>) -> Shadow {
+        self.shadow_until(path, |_| false)
+    }
+
+    /// The shadow, or as much of it as is found until `is_enough`.
+    fn shadow_until(&self, path: &LightPath<'_>, is_enough: impl Fn(&Shadow) -> bool) -> Shadow {
         let mut shadow = Shadow::new(path.span());
         let tracer = self.tracer.borrow();
         let coatings = tracer.coatings();
@@ -68,7 +81,10 @@ impl<T: Borrow<Tracer>> Exact<T> {
                 let (a, b) = plane.shadow_of_box(centre, half)?;
                 shadow.borrow().clip(a, b)
             },
-            |(a, b)| shadow.borrow().covers(a, b),
+            |(a, b)| {
+                let shadow = shadow.borrow();
+                shadow.covers(a, b) || is_enough(&shadow)
+            },
             |triangle, index| match coatings.caster(index) {
                 Caster::Solid => {
                     if let Some((a, b)) = plane.shadow_of_triangle(triangle) {
@@ -148,6 +164,19 @@ impl<T: Borrow<Tracer>> Exact<T> {
                 }
             },
         );
+    }
+}
+
+/// Whether something in a box may be between a part of the path and its light.
+pub(crate) fn may_shadow(bounds: Bounds, path: &LightPath<'_>) -> bool {
+    let (min, max) = (bounds.min().as_dvec3(), bounds.max().as_dvec3());
+    let (centre, half) = (0.5 * (min + max), 0.5 * (max - min));
+    match Plane::new(path) {
+        Some(plane) => {
+            let shadow = plane.shadow_of_box(centre, half);
+            shadow.is_some_and(|(a, b)| Shadow::new(path.span()).clip(a, b).is_some())
+        }
+        None => Line::new(path.ray().origin(), path.ray().direction()).touches(centre, half),
     }
 }
 
@@ -282,6 +311,13 @@ impl Shadow {
     fn clip(&self, a: f64, b: f64) -> Option<(f64, f64)> {
         let (a, b) = (a.max(self.start), b.min(self.end));
         (a < b).then_some((a, b))
+    }
+
+    /// Whether any of the span is dark or filtered, to the rounding of its ends.
+    fn darkens(&self) -> bool {
+        let (start, end) = (self.start as f32, self.end as f32);
+        let is_inside = |&(a, b): &(f64, f64)| (a as f32) < end && start < b as f32;
+        !self.filters.is_empty() || self.intervals.iter().any(is_inside)
     }
 
     /// True if all of `[a, b]`, a part of the span, is dark.

@@ -88,9 +88,7 @@ impl LightSources for TexturedLights {
     }
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        let has_cookie =
-            |light: &Emitter| light.spot().is_some_and(|spot| spot.texture().is_some());
-        match inputs.emitters.iter().any(has_cookie) {
+        match inputs.has_cookies() {
             true => Verdict::Applies,
             false => Verdict::Pointless(NO_COOKIE.into()),
         }

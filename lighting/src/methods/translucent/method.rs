@@ -83,7 +83,7 @@ impl LightSources for Curves {
     }
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        if inputs.translucent.is_empty() && !inputs.geometry.coatings().any_see_through() {
+        if !inputs.has_translucent_casters() {
             return Verdict::Pointless("nothing in the scene is translucent".into());
         }
         if self.spacing == Spacing::Picture

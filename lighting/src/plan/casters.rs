@@ -1,0 +1,217 @@
+//! Which lights have nothing in their way.
+//!
+//! A light is unshadowed in a view if no caster meets any planar triangle of eye, end of a
+//! ray and light, as far as the ray is within the light's range, its cone and the medium.
+//! That is what [`Exact`] finds out of each ray; here it is found out of many at once:
+//!
+//! 1. A sample of rays is asked one by one. One that is shadowed ends the question, which
+//!    is how it ends for most lights.
+//! 2. The rays that the light may reach are taken in parts of neighbours, and the triangles
+//!    in the convex [hull](super::hull) of the lit spans of a part and of the light are
+//!    looked for. Those do not count that have the light and all of the spans on one side,
+//!    as floors and walls do that the rays end on.
+//! 3. Where a triangle counts, the part is quartered; few rays are asked one by one.
+//!
+//! So a light is never called unshadowed if exact visibility sees a shadow of it. It may be
+//! called shadowed though it is not: of a scene with hair or smoke if their box is in the
+//! way, and where the question takes more than [`BOXES_PER_RAY`] boxes of the hierarchy per
+//! ray, which bounds its cost whatever the number of casters.
+
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use gpu_backend::Cpu;
+
+use super::hull::{Hull, Place, Span, is_behind_all};
+use crate::culling::RayTiles;
+use crate::methods::exact::{Exact, may_shadow};
+use crate::methods::{FrameInputs, MethodError};
+use crate::scene::trace::Tracer;
+use crate::scene::{Bounds, Caster, Emitter};
+use crate::{LightPath, Ray};
+
+/// Rays of a sample.
+const SAMPLE: usize = 64;
+
+/// Rays that are taken together at first: 64 × 16 pixels.
+const PART: usize = 1024;
+
+/// Rays that are asked one by one rather than in parts.
+const FEW: usize = 16;
+
+/// Boxes that a light may ask for before it counts as shadowed, for each of its rays.
+const BOXES_PER_RAY: usize = 16;
+
+/// What a ray that is asked by itself counts for, in boxes.
+const BOXES_OF_A_RAY: usize = 64;
+
+/// A triangle is compared with so many spans in the time of a box.
+const SPANS_PER_BOX: usize = 16;
+
+/// What may be in the way of the lights of a frame.
+pub(super) struct Search<'a> {
+    inputs: &'a FrameInputs<'a>,
+    tracer: Arc<Tracer>,
+    exact: Exact<Arc<Tracer>>,
+    /// Around hair and smoke.
+    boxes: Vec<Bounds>,
+    tiles: Option<RayTiles>,
+}
+
+/// Rays that may be lit, and the lit span of each.
+struct Part<'a> {
+    rays: &'a [u32],
+    spans: &'a [Span],
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(inputs: &'a FrameInputs<'a>) -> Result<Self, MethodError> {
+        let tracer = inputs.tracer()?;
+        let boxes = inputs.translucent.iter();
+        Ok(Self {
+            inputs,
+            exact: Exact::new(tracer.clone()),
+            tracer,
+            boxes: boxes.filter_map(|caster| caster.bounds()).collect(),
+            tiles: None,
+        })
+    }
+
+    /// Whether all that a light reaches of the view is wholly lit.
+    pub(super) fn is_unshadowed(&mut self, emitter: &Emitter) -> bool {
+        let count = self.inputs.rays.len();
+        if count == 0 || !self.sample_is_lit(emitter, count, |index| index) {
+            return false;
+        }
+        if self.tiles.is_none() {
+            let FrameInputs { size, rays, .. } = *self.inputs;
+            let pixels = self.inputs.selection.pixels;
+            self.tiles = RayTiles::new(&Cpu::new(), rays, size[0], pixels);
+        }
+        let Some(tiles) = &self.tiles else {
+            return false;
+        };
+        let reached = tiles.reached(emitter);
+        let rays = reached.as_deref().unwrap_or(tiles.order());
+        if !self.sample_is_lit(emitter, rays.len(), |index| rays[index] as usize) {
+            return false;
+        }
+        let is_over = AtomicBool::new(false);
+        let parts = rays.chunks(PART).collect::<Vec<_>>();
+        let lit = Cpu::new().map(parts.len(), |part| {
+            let is_lit = !is_over.load(Ordering::Relaxed) && self.part_is_lit(emitter, parts[part]);
+            if !is_lit {
+                is_over.store(true, Ordering::Relaxed);
+            }
+            is_lit
+        });
+        lit.into_iter().all(|is_lit| is_lit)
+    }
+
+    fn sample_is_lit(&self, emitter: &Emitter, count: usize, ray: impl Fn(usize) -> usize) -> bool {
+        let sample = SAMPLE.min(count);
+        (0..sample).all(|i| self.ray_is_lit(emitter, &self.inputs.rays[ray(i * count / sample)]))
+    }
+
+    fn ray_is_lit(&self, emitter: &Emitter, ray: &Ray) -> bool {
+        let Some(path) = LightPath::new(ray, emitter, self.inputs.medium) else {
+            return true;
+        };
+        let path = path.off_the_light();
+        let is_clear = |bounds: &Bounds| !may_shadow(*bounds, &path);
+        self.boxes.iter().all(is_clear) && self.exact.is_wholly_lit(&path)
+    }
+
+    fn part_is_lit(&self, emitter: &Emitter, rays: &[u32]) -> bool {
+        let span = |ray: &u32| {
+            let whole = &self.inputs.rays[*ray as usize];
+            let path = LightPath::new(whole, emitter, self.inputs.medium)?;
+            let span = Span {
+                direction: whole.direction().as_dvec3().normalize(),
+                lit: path.span(),
+            };
+            Some((*ray, span))
+        };
+        let (rays, spans): (Vec<u32>, Vec<Span>) = rays.iter().filter_map(span).unzip();
+        let part = Part {
+            rays: &rays,
+            spans: &spans,
+        };
+        let mut boxes = BOXES_PER_RAY * rays.len();
+        self.is_lit(emitter, part, &mut boxes)
+    }
+
+    /// `boxes` may still be asked for.
+    fn is_lit(&self, emitter: &Emitter, part: Part<'_>, boxes: &mut usize) -> bool {
+        let count = part.rays.len();
+        if count == 0 || self.hull_is_clear(emitter, &part, boxes) {
+            return true;
+        }
+        if count <= FEW {
+            return part.rays.iter().all(|ray| {
+                let Some(left) = boxes.checked_sub(BOXES_OF_A_RAY) else {
+                    return false;
+                };
+                *boxes = left;
+                self.ray_is_lit(emitter, &self.inputs.rays[*ray as usize])
+            });
+        }
+        let quarter = count.div_ceil(4);
+        let quarters = part.rays.chunks(quarter).zip(part.spans.chunks(quarter));
+        quarters.into_iter().all(|(rays, spans)| {
+            let part = Part { rays, spans };
+            self.is_lit(emitter, part, boxes)
+        })
+    }
+
+    /// Whether nothing that may cast a shadow is between the spans of a part and the light.
+    fn hull_is_clear(&self, emitter: &Emitter, part: &Part<'_>, boxes: &mut usize) -> bool {
+        let eye = self.inputs.rays[part.rays[0] as usize].origin().as_dvec3();
+        let light = Place::of(emitter, eye);
+        let Some(hull) = Hull::new(part.spans, light) else {
+            return false;
+        };
+        let may_meet = |bounds: &Bounds| {
+            let (min, max) = (bounds.min().as_dvec3(), bounds.max().as_dvec3());
+            hull.may_meet_box(0.5 * (min + max) - eye, 0.5 * (max - min))
+        };
+        if self.boxes.iter().any(may_meet) {
+            return false;
+        }
+        let is_clear = Cell::new(true);
+        let asked = Cell::new(0_usize);
+        let coatings = self.tracer.coatings();
+        self.tracer.walk(
+            |centre, half| {
+                asked.set(asked.get() + 1);
+                hull.may_meet_box(centre - eye, half).then_some((0.0, 0.0))
+            },
+            |_| !is_clear.get() || asked.get() > *boxes,
+            |triangle, index| {
+                if !is_clear.get() || coatings.caster(index) == Caster::Absent {
+                    return;
+                }
+                let corners = triangle.map(|corner| corner.as_dvec3() - eye);
+                if !hull.may_meet_triangle(&corners) {
+                    return;
+                }
+                asked.set(asked.get() + part.spans.len() / SPANS_PER_BOX);
+                let is_end = |span: usize| self.ends_on(part.rays[span], index);
+                if !is_behind_all(&corners, light, part.spans, is_end) {
+                    is_clear.set(false);
+                }
+            },
+        );
+        let is_whole = asked.get() <= *boxes;
+        *boxes = boxes.saturating_sub(asked.get());
+        is_clear.get() && is_whole
+    }
+
+    /// Whether a ray ends on a triangle, which it does not reach through.
+    fn ends_on(&self, ray: u32, triangle: usize) -> bool {
+        let hit = self.inputs.hits.get(ray as usize).copied().flatten();
+        let length = self.inputs.rays[ray as usize].length();
+        hit.is_some_and(|hit| hit.triangle as usize == triangle && length <= hit.distance)
+    }
+}

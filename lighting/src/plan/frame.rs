@@ -1,0 +1,117 @@
+//! What a plan knows of a whole frame.
+
+use super::casters::Search;
+use super::{LeftOut, Pass, Plan, Reason, Saving, Subject};
+use crate::culling;
+use crate::methods::{FrameInputs, MethodError};
+
+impl Plan {
+    /// The same plan, of the emitters, the medium and the rays of a frame, with what the
+    /// frame says besides: which lights have nothing in their way, and what methods leave
+    /// out by themselves, by the conditions that they ask.
+    ///
+    /// The points of area lights are not asked, as methods choose their own, and no light is
+    /// where the medium is not the same everywhere.
+    ///
+    /// It costs 64 shadow rays for a light that casts shadows on most of the view. For others
+    /// it is bounded by 16 boxes of the hierarchy of triangles per ray.
+    ///
+    /// # Errors
+    /// Those of [`FrameInputs::tracer`] and [`FrameInputs::is_covered`].
+    pub fn with_casters(mut self, inputs: &FrameInputs<'_>) -> Result<Self, MethodError> {
+        for part in &mut self.left_out {
+            if let Subject::Emitters(emitters) = &part.subject {
+                let maps = shadow_maps(inputs, emitters);
+                part.saving = Saving {
+                    rays: part.saving.rays,
+                    ..maps
+                };
+            }
+        }
+        if self.emitters.is_empty() {
+            return Ok(self);
+        }
+        if inputs.media().is_homogeneous() {
+            self.find_unshadowed(inputs)?;
+        }
+        let gathered = self.emitters.iter().map(|index| &inputs.emitters[*index]);
+        let reasons = [
+            (
+                !culling::is_worthwhile(gathered),
+                Subject::LightLists,
+                Reason::FewBoundedLights,
+            ),
+            (!inputs.has_cookies(), Subject::Cookies, Reason::NoCookie),
+            (
+                !inputs.has_translucent_casters(),
+                Subject::Curves,
+                Reason::NothingTranslucent,
+            ),
+            (
+                !inputs.is_covered()?,
+                Subject::Panes,
+                Reason::NothingCoversTheAir,
+            ),
+        ];
+        for (holds, subject, reason) in reasons {
+            if holds {
+                self.left_out.push(LeftOut {
+                    subject,
+                    reason,
+                    saving: Saving::NOTHING,
+                });
+            }
+        }
+        Ok(self)
+    }
+
+    fn find_unshadowed(&mut self, inputs: &FrameInputs<'_>) -> Result<(), MethodError> {
+        let has_area = |index: usize| {
+            let mut areas = inputs.areas.iter();
+            areas.any(|area| area.emitters.contains(&index))
+        };
+        let mut search = Search::new(inputs)?;
+        let all = self.emitters.iter().copied();
+        let (unshadowed, shadowed): (Vec<usize>, Vec<usize>) = all
+            .partition(|index| !has_area(*index) && search.is_unshadowed(&inputs.emitters[*index]));
+        if unshadowed.is_empty() {
+            return Ok(());
+        }
+        for pass in &mut self.passes {
+            if let Pass::Airlight { emitters } | Pass::ShadowMaps { emitters } = pass {
+                emitters.clone_from(&shadowed);
+            }
+        }
+        if shadowed.is_empty() {
+            let is_shadowed =
+                |pass: &Pass| !matches!(pass, Pass::Airlight { .. } | Pass::ShadowMaps { .. });
+            self.passes.retain(is_shadowed);
+        }
+        self.passes.push(Pass::Unshadowed {
+            emitters: unshadowed.clone(),
+        });
+        let saving = Saving {
+            rays: (inputs.rays.len() * unshadowed.len()) as u64,
+            ..shadow_maps(inputs, &unshadowed)
+        };
+        self.unshadowed.clone_from(&unshadowed);
+        self.leave_out(
+            unshadowed,
+            Subject::Shadows,
+            Reason::NothingInTheWay,
+            saving,
+        );
+        Ok(())
+    }
+}
+
+/// The shadow maps of some emitters.
+fn shadow_maps(inputs: &FrameInputs<'_>, emitters: &[usize]) -> Saving {
+    let faces = inputs.map_faces(emitters.iter().map(|index| &inputs.emitters[*index]));
+    let texels = faces as u64 * u64::from(inputs.map).pow(2);
+    Saving {
+        rays: 0,
+        texels,
+        bytes: 4 * texels,
+    }
+}
