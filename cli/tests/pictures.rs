@@ -262,3 +262,70 @@ fn surfaces_have_the_shadows_of_the_voxels_where_that_is_asked_for() {
     assert!(!output.status.success());
     assert!(message.contains("no shadows on surfaces"), "{message}");
 }
+
+/// A wall, a camera before it and a lamp between the two whose range ends before the wall.
+fn lamp_before_a_wall(place: &Path) {
+    let corners = [-8.0_f32, -8.0, 0.0, 8.0, -8.0, 0.0, 0.0, 8.0, 0.0];
+    let bytes: Vec<u8> = corners.iter().flat_map(|n| n.to_le_bytes()).collect();
+    std::fs::write(place.join("wall.bin"), bytes).unwrap();
+    let scene = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1, 2]}],
+        "nodes": [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 6]},
+            {"translation": [0.5, 0.2, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}],
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": {"KHR_lights_punctual": {"lights":
+            [{"type": "point", "intensity": 100, "range": 2.5}]}},
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": "wall.bin"}]}"#;
+    std::fs::write(place.join("wall.gltf"), scene).unwrap();
+}
+
+#[test]
+fn the_shadows_of_a_lamp_with_nothing_in_its_way_are_left_out() {
+    let place = tempfile::tempdir().unwrap();
+    lamp_before_a_wall(place.path());
+    let size = ["wall.gltf", "--size", "48x27", "--sigma-s", "0.1"];
+    let with = |more: &[&'static str]| red(place.path(), &[&size[..], more].concat());
+    let exact = with(&["--all-shadows"]);
+    assert!(exact.iter().any(|light| *light > 0.0));
+    assert!(with(&[]) == exact, "of exact visibility not a bit changes");
+    let error = |picture: &[f32]| {
+        let errors = picture.iter().zip(&exact).map(|(a, b)| (a - b).abs() / b);
+        errors.filter(|e| e.is_finite()).fold(0.0, f32::max)
+    };
+    let march = [
+        "--visibility",
+        "march",
+        "--airlight",
+        "midpoint",
+        "--samples",
+        "4",
+    ];
+    let forced = with(&[&march[..], &["--all-shadows"]].concat());
+    let planned = with(&march);
+    assert!(error(&planned) < 4e-4, "{}", error(&planned));
+    assert!(error(&forced) > 0.01, "{}", error(&forced));
+
+    let render = [&["render"][..], &size, &["-o", "a.png"]].concat();
+    let said = notes(place.path(), &render);
+    let left_out = "left out: shadows in the air of emitter 0 (no caster is between the light and \
+                    the air of the view; saves 1296 rays";
+    assert!(said.contains(left_out), "{said}");
+    let said = notes(place.path(), &[&render[..], &["--all-shadows"]].concat());
+    assert!(!said.contains("left out"), "{said}");
+    let compare = [
+        "compare",
+        "wall.gltf",
+        "--quick",
+        "--plan",
+        "--backend",
+        "cpu",
+    ];
+    let said = succeeds(place.path(), &compare);
+    assert!(
+        said.contains("left out: shadows in the air of emitter 0, by `render` ("),
+        "{said}"
+    );
+}

@@ -6,6 +6,14 @@ use crate::culling;
 use crate::methods::{FrameInputs, MethodError};
 
 impl Plan {
+    /// The plan of a frame: what its casters leave alone is known, too.
+    ///
+    /// # Errors
+    /// Those of [`Plan::with_casters`].
+    pub fn of_frame(inputs: &FrameInputs<'_>) -> Result<Self, MethodError> {
+        Self::of_media(inputs.emitters, &inputs.media(), inputs.rays).with_casters(inputs)
+    }
+
     /// The same plan, of the emitters, the medium and the rays of a frame, with what the
     /// frame says besides: which lights have nothing in their way, and what methods leave
     /// out by themselves, by the conditions that they ask.
@@ -41,6 +49,7 @@ impl Plan {
                 Subject::LightLists,
                 Reason::FewBoundedLights,
             ),
+            (inputs.areas.is_empty(), Subject::Atlas, Reason::NoArea),
             (!inputs.has_cookies(), Subject::Cookies, Reason::NoCookie),
             (
                 !inputs.has_translucent_casters(),

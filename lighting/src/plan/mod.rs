@@ -13,18 +13,17 @@ mod words;
 
 pub use parts::{LeftOut, Pass, Reason, Saving, Subject};
 
-#[cfg(feature = "methods")]
-use crate::methods::{FrameInputs, MethodError};
 use crate::scene::{Emitter, Media, Medium, PhaseFunction};
 use crate::{LightPath, Ray};
 
 /// Which passes a picture needs and which it does not, each with its reason.
 ///
-/// Made from the lights, the medium and the rays of the view. Leaving out what
-/// the plan leaves out never changes the picture: only emitters are dropped
-/// whose airlight is 0 along every ray.
+/// Made from the lights, the medium and the rays of the view, and with the feature
+/// `methods` from whole frames (`Plan::of_frame`). Leaving out what the plan leaves out
+/// never changes the picture: only emitters are dropped whose airlight is 0 along every
+/// ray, and only shadows of lights that light all of the view that they reach.
 ///
-/// `Display` writes one line per pass.
+/// `Display` writes one line for each pass and for each part that is left out.
 ///
 /// ```
 /// use glam::Vec3;
@@ -107,15 +106,6 @@ impl Plan {
         let everywhere = Medium::new(glam::Vec3::ONE, glam::Vec3::ZERO, PhaseFunction::Isotropic)
             .expect("a sound medium");
         Self::new(emitters, Some(&everywhere), rays)
-    }
-
-    /// The plan of a frame: what its casters leave alone is known, too.
-    ///
-    /// # Errors
-    /// Those of [`Plan::with_casters`].
-    #[cfg(feature = "methods")]
-    pub fn of_frame(inputs: &FrameInputs<'_>) -> Result<Self, MethodError> {
-        Self::of_media(inputs.emitters, &inputs.media(), inputs.rays).with_casters(inputs)
     }
 
     /// Indices of the emitters whose airlight is gathered, rising.

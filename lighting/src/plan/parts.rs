@@ -71,6 +71,8 @@ pub enum Subject {
     EquiAngularSteps,
     /// Lists of the lights of each tile of the picture.
     LightLists,
+    /// One atlas of the maps and the voxels of many points.
+    Atlas,
     /// The colours of cookies.
     Cookies,
     /// Curves of transmittance for each texel of a light's map.
@@ -99,6 +101,8 @@ pub enum Reason {
     OnlyDirectionalLight,
     /// [Culling](crate::culling::is_worthwhile) has too little to choose from.
     FewBoundedLights,
+    /// No light has an area.
+    NoArea,
     /// No light has a cookie.
     NoCookie,
     /// Neither hair nor smoke nor a see-through surface lets a share of light through.
