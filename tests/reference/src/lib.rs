@@ -10,6 +10,7 @@
 //! |---|---|---|
 //! | [`oracle`] | | the truth in f64, sharing no mathematics with what it judges; with `scene` the reference image |
 //! | [`metrics`] | | the error of an image |
+//! | [`film`] | | the error of a film, how much of it flickers, and how late it is |
 //! | [`tolerances`] | | every allowed error, with its derivation |
 //! | [`segments`] | | parts of rays with the extinction around them, easy and stiff, to judge evaluators by |
 //! | [`curves`] | | transmittance behind blockers, and the best curve of few nodes |
@@ -38,6 +39,7 @@
 //! ```
 
 pub mod curves;
+pub mod film;
 #[cfg(feature = "proptest")]
 pub mod generators;
 #[cfg(feature = "scene")]
