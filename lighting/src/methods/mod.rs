@@ -144,7 +144,10 @@ pub use precomputed::{FROM_FILE, PRECOMPUTED, share_precomputed};
 #[cfg(feature = "methods")]
 pub use registry::{Entry, MethodBackend, Registry, RunEverywhere};
 #[cfg(feature = "methods")]
-pub use shared::{OfDynamic, OfLight, OfScene, share_cover, share_tracer, tracer};
+pub use shared::{
+    OfDynamic, OfLight, OfScene, forget_lights, share_cover, share_film_frame, share_tracer,
+    tracer,
+};
 #[cfg(feature = "methods")]
 pub use store::{Store, Used};
 #[cfg(all(feature = "methods", feature = "translucent"))]

@@ -1,8 +1,9 @@
 //! What several methods share, each made once.
 
+use std::any::TypeId;
 use std::sync::Arc;
 
-use gpu_backend::{Backend, Cpu, Host};
+use gpu_backend::{Backend, Cpu, Host, Memory};
 
 use super::{Frame, FrameInputs, MethodError, Store, Work};
 use crate::EyePanes;
@@ -46,7 +47,53 @@ pub fn share_cover(host: &Store<Host>, cover: &Arc<Cover>) {
     host.insert("cover", OfScene, cover.clone(), 0);
 }
 
+/// The place of a frame in a film.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct FilmFrame(u32);
+
+/// Tells the methods of a frame, through the store on the host, that it is the frame of
+/// this number in a film, from 0: those that blend frames keep theirs from one to the next,
+/// and begin with frames of a still camera. Each frame is made once, in order.
+///
+/// Without it every frame is one of a still camera.
+pub fn share_film_frame(host: &Store<Host>, frame: u32) {
+    host.insert("frame of a film", OfScene, Arc::new(FilmFrame(frame)), 0);
+}
+
+/// Forgets what may depend on the lights of a scene, so that they can move: keeps what is known by
+/// [`OfScene`], or by a plain `u32`, as evaluators and memory that is used again are.
+///
+/// A camera can move without it.
+///
+/// ```
+/// use gpu_backend::Host;
+/// use lighting::methods::{OfLight, OfScene, Store, forget_lights};
+///
+/// let store = Store::<Host>::new();
+/// let light = OfLight { light: 0, resolution: 64 };
+/// let made = |value| {
+///     let of_light = store.get("map", light, |_| 0, || Ok(value))?;
+///     let of_scene = store.get("BVH", OfScene, |_| 0, || Ok(value))?;
+///     Ok::<_, lighting::methods::MethodError>((*of_light, *of_scene))
+/// };
+/// assert_eq!(made(1)?, (1, 1));
+/// assert_eq!(made(2)?, (1, 1));
+/// forget_lights(&store);
+/// assert_eq!(made(3)?, (3, 1));
+/// # Ok::<(), lighting::methods::MethodError>(())
+/// ```
+pub fn forget_lights<M: Memory>(store: &Store<M>) {
+    store.keep_only(&[TypeId::of::<OfScene>(), TypeId::of::<u32>()]);
+}
+
 impl FrameInputs<'_> {
+    /// The number of the frame in its film, if [`share_film_frame`] told of one.
+    pub fn film_frame(&self) -> Option<u32> {
+        self.host
+            .find::<_, FilmFrame>(&OfScene)
+            .map(|frame| frame.0)
+    }
+
     /// What [`share_cover`] told.
     fn cover(&self) -> Result<Arc<Cover>, MethodError> {
         let clear = || Ok(Cover::default());

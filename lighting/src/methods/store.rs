@@ -28,14 +28,21 @@ type Wait = Box<dyn Fn() -> Result<(), Error> + Send + Sync>;
 
 #[derive(Default)]
 struct Shelves {
-    /// A `HashMap<K, Kept<T>>` for the types of each key and value.
-    by_type: HashMap<TypeId, Box<dyn Any + Send>>,
+    /// A shelf for the types of each key and value.
+    by_type: HashMap<TypeId, Shelf>,
     /// Seconds that were spent on what is being made, for each level of nesting, on
     /// other things.
     nested: Vec<f64>,
     /// What was handed out since [`Store::watch_use`].
     used: Vec<Used>,
     made: usize,
+}
+
+struct Shelf {
+    /// The type of its keys.
+    key: TypeId,
+    /// A `HashMap<K, Kept<T>>`.
+    things: Box<dyn Any + Send>,
 }
 
 struct Kept<T> {
@@ -136,14 +143,15 @@ impl<M: Memory> Store<M> {
         self.put(key, value, what, 0.0, bytes);
     }
 
-    fn find<K, T>(&self, key: &K) -> Option<Arc<T>>
+    /// The value for a key, if there is one.
+    pub(super) fn find<K, T>(&self, key: &K) -> Option<Arc<T>>
     where
         K: Eq + Hash + Send + 'static,
         T: Send + Sync + 'static,
     {
         let mut shelves = self.lock();
         let shelf = shelves.by_type.get(&TypeId::of::<(K, T)>())?;
-        let shelf = shelf.downcast_ref::<HashMap<K, Kept<T>>>()?;
+        let shelf = shelf.things.downcast_ref::<HashMap<K, Kept<T>>>()?;
         let Kept { value, used } = shelf.get(key)?;
         let (value, used) = (value.clone(), used.clone());
         shelves.note(used);
@@ -172,12 +180,20 @@ impl<M: Memory> Store<M> {
         shelves.made += 1;
         shelves.note(used.clone());
         let shelf = shelves.by_type.entry(TypeId::of::<(K, T)>());
-        let shelf = shelf.or_insert_with(|| Box::new(HashMap::<K, Kept<T>>::new()));
-        if let Some(shelf) = shelf.downcast_mut::<HashMap<K, Kept<T>>>() {
+        let shelf = shelf.or_insert_with(|| Shelf {
+            key: TypeId::of::<K>(),
+            things: Box::new(HashMap::<K, Kept<T>>::new()),
+        });
+        if let Some(shelf) = shelf.things.downcast_mut::<HashMap<K, Kept<T>>>() {
             let value = value.clone();
             shelf.insert(key, Kept { value, used });
         }
         value
+    }
+
+    /// Forgets all but what is known by keys of these types.
+    pub(super) fn keep_only(&self, keys: &[TypeId]) {
+        (self.lock().by_type).retain(|_, shelf| keys.contains(&shelf.key));
     }
 
     /// Forgets what was handed out so far; see [`Store::used`].

@@ -1,5 +1,6 @@
 //! Froxels of a frame, with the shadow map of every light.
 
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec3;
@@ -10,7 +11,7 @@ use super::{
     InjectFroxels, Jitter, MOST_SLICES, lit_depths,
 };
 use crate::methods::{
-    About, Entry, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
+    About, Entry, Frame, FrameInputs, Method, MethodError, OfScene, Role, RunOn, Verdict, Work,
 };
 use crate::scene::{AreaEmitters, Emission};
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
@@ -69,6 +70,10 @@ struct Kept<M: Memory>(Mutex<Option<(FroxelVolume<M>, FroxelAirlight<M>)>>);
 /// The frames before that of a still camera, and the froxels that they are of.
 #[derive(Debug)]
 struct Earlier<M: Memory>(Mutex<Option<(FroxelGrid, FroxelHistory<M>)>>);
+
+/// The frames of a film so far, for each kind of froxels: what stays when lights move.
+#[derive(Debug)]
+struct Film<M: Memory>(Mutex<HashMap<OfHistory, FroxelHistory<M>>>);
 
 fn froxel_error(error: FroxelError) -> MethodError {
     match error {
@@ -188,6 +193,70 @@ impl Froxels {
         Ok(())
     }
 
+    fn history<B: Backend>(&self, frame: &Frame<'_, B>, grid: FroxelGrid) -> OfHistory {
+        let [_, _, slices] = grid.counts();
+        OfHistory {
+            slices,
+            map: frame.inputs.map,
+            extinction: self.extinction,
+        }
+    }
+
+    /// Frames of a still camera, all but the last.
+    fn still_frames<B>(
+        &self,
+        frame: &Frame<'_, B>,
+        grid: FroxelGrid,
+        taps: &[Tap<B::Memory>],
+    ) -> Result<FroxelHistory<B::Memory>, MethodError>
+    where
+        B: RenderShadowMap + InjectFroxels<Arc<ShadowMap<<B as Backend>::Memory>>> + FroxelSteps,
+    {
+        let mut history = FroxelHistory::new(SHARE).map_err(froxel_error)?;
+        for _ in 1..self.frames {
+            let mut volume = history.begin(frame.backend, grid)?;
+            self.inject(frame, taps, &mut volume)?;
+            history.finish(frame.backend, volume)?;
+        }
+        Ok(history)
+    }
+
+    /// The next frame of a film, blended with those before it. The first one comes after
+    /// frames of a still camera.
+    fn add_film_frame<B>(
+        &self,
+        frame: &Frame<'_, B>,
+        grid: FroxelGrid,
+        taps: &[Tap<B::Memory>],
+        radiance: &mut BufferOf<B, [f32; 4]>,
+    ) -> Result<(), MethodError>
+    where
+        B: RenderShadowMap + InjectFroxels<Arc<ShadowMap<<B as Backend>::Memory>>> + FroxelSteps,
+    {
+        let backend = frame.backend;
+        let bytes = |_: &Film<B::Memory>| 32 * grid.froxels() as u64;
+        let film = frame.store.get("froxels of a film", OfScene, bytes, || {
+            Ok(Film::<B::Memory>(Mutex::default()))
+        })?;
+        let mut film = film.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = self.history(frame, grid);
+        let before = film.remove(&key).map_or_else(
+            || self.still_frames(frame, grid, taps),
+            Ok::<_, MethodError>,
+        )?;
+        let history = film.entry(key).or_insert(before);
+        let mut volume = history.begin(backend, grid)?;
+        frame.pass("inject", || self.inject(frame, taps, &mut volume))?;
+        let volume = frame.pass("blend", || Ok(history.finish(backend, volume)?))?;
+        let mut airlight = FroxelAirlight::new(backend, grid)?;
+        frame.pass("integrate", || {
+            Ok(backend.integrate(frame.inputs.medium, volume, &mut airlight)?)
+        })?;
+        frame.pass("look up", || {
+            Ok(backend.look_up(&airlight, &frame.rays, radiance)?)
+        })
+    }
+
     /// The frames before that of a still camera; from the store, if they are of the
     /// same view. Others are forgotten: there is never more than one.
     fn earlier<B>(
@@ -199,21 +268,8 @@ impl Froxels {
     where
         B: RenderShadowMap + InjectFroxels<Arc<ShadowMap<<B as Backend>::Memory>>> + FroxelSteps,
     {
-        let [_, _, slices] = grid.counts();
-        let key = OfHistory {
-            slices,
-            map: frame.inputs.map,
-            extinction: self.extinction,
-        };
-        let made = || -> Result<_, MethodError> {
-            let mut history = FroxelHistory::new(SHARE).map_err(froxel_error)?;
-            for _ in 1..self.frames {
-                let mut volume = history.begin(frame.backend, grid)?;
-                self.inject(frame, taps, &mut volume)?;
-                history.finish(frame.backend, volume)?;
-            }
-            Ok((grid, history))
-        };
+        let key = self.history(frame, grid);
+        let made = || Ok::<_, MethodError>((grid, self.still_frames(frame, grid, taps)?));
         // Two volumes, the last and one to be used again.
         let bytes = |_: &Earlier<B::Memory>| 32 * grid.froxels() as u64;
         let kept = frame.store.get("earlier froxels", key, bytes, || {
@@ -315,7 +371,7 @@ where
             return Ok(());
         };
         let taps = taps(frame, frame.inputs.watch)?;
-        if self.frames > 1 {
+        if self.frames > 1 && frame.inputs.film_frame().is_none() {
             self.earlier(frame, grid, &taps)?;
         }
         Ok(())
@@ -339,6 +395,11 @@ where
         };
         // Frames are not stopped halfway.
         let taps = taps(frame, &())?;
+        if self.frames > 1 && frame.inputs.film_frame().is_some() {
+            self.add_film_frame(frame, grid, &taps, radiance)?;
+            watch.gathered(rays.len() * emitters.len());
+            return Ok(());
+        }
         let earlier = match self.frames {
             ..=1 => None,
             _ => Some(self.earlier(frame, grid, &taps)?),

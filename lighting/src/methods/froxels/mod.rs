@@ -35,7 +35,9 @@
 //!
 //! A [`FroxelHistory`] samples each frame at another place of its froxels and blends
 //! it with the frames before ([`FroxelSteps::blend`]), by the position in the world, so that the
-//! camera may move.
+//! camera may move. The method of the list keeps it over the frames of a
+//! [film](crate::methods::share_film_frame), and otherwise shows the last of sixteen frames of a still
+//! camera.
 //!
 //! # Departures
 //!
@@ -59,6 +61,8 @@
 //! At most 1024 slices and 2²³ froxels. Hair, smoke and what is see-through are not
 //! seen.
 
+#[cfg(all(test, feature = "methods"))]
+mod film_tests;
 #[cfg(feature = "wgpu")]
 mod gpu;
 #[cfg(feature = "wgpu")]
