@@ -190,6 +190,37 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "SHARE", default_value = "1e-6", value_parser = parse::tolerance)]
     pub(crate) tolerance: f64,
 
+    /// Make a film of so many frames in each shot, too: how much errors flicker while the
+    /// camera or the lights move, and whether methods lag; film.csv has the figures
+    ///
+    /// A shot with small steps goes forth and back by the same places, and one with large
+    /// steps to places that have nothing to do with each other. Pictures are at most as
+    /// large as 160x90, or as the comparison's with --fixed. A film takes half of the
+    /// --time-budget; without one it adds 4 seconds for each frame of each shot.
+    #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(5..=600), allow_negative_numbers = true)]
+    pub(crate) film: Option<u32>,
+
+    /// What moves in the film
+    #[arg(
+        long,
+        value_enum,
+        value_name = "WHAT",
+        default_value = "camera",
+        requires = "film"
+    )]
+    pub(crate) film_path: FilmPath,
+
+    /// Put the frames of the film into the report's folder as numbered PNG files, for
+    /// programs that compare films
+    ///
+    /// They are called film-MOVED-STEPS-NAME-0000.png and so on, those of the reference
+    /// film-MOVED-STEPS-reference-0000.png, and all have one exposure. ColorVideoVDP
+    /// (https://github.com/gfxdisp/ColorVideoVDP) says what a viewer sees of the difference:
+    /// cvvdp --test film-camera-small-NAME-%04d.png --ref film-camera-small-reference-%04d.png
+    /// --fps 30 --display standard_fhd
+    #[arg(long, requires = "film")]
+    pub(crate) film_frames: bool,
+
     /// Let smoke cast shadows into even fog without being seen itself, and leave out fog
     /// that thins out: what is compared then are the methods of shadows in even fog
     #[arg(long)]
@@ -209,6 +240,17 @@ pub(crate) struct Compare {
 
     #[command(flatten)]
     pub(crate) options: SceneOptions,
+}
+
+/// What moves in a film.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FilmPath {
+    /// The camera, by a third of a pixel from frame to frame in one shot and far in another
+    Camera,
+    /// All lights, by half a voxel and far
+    Light,
+    /// One after the other
+    Both,
 }
 
 /// Render one picture: surfaces and airlight

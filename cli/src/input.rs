@@ -12,7 +12,7 @@ use lighting::scene::load::{Loaded, scene_from_path};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::{
-    AreaEmitters, Bounds, Camera, Geometry, Media, Medium, PhaseFunction, Scene, SceneError,
+    AreaEmitters, Bounds, Camera, Geometry, Light, Media, Medium, PhaseFunction, Scene, SceneError,
     Translucent,
 };
 
@@ -170,12 +170,17 @@ impl Input {
 
     /// The area lights of some of the emitters, which are numbered anew.
     pub(crate) fn areas(&self, emitters: &[usize]) -> Vec<AreaEmitters> {
+        self.areas_of(&self.scene.lights, emitters)
+    }
+
+    /// The same where the lights of the scene have moved.
+    pub(crate) fn areas_of(&self, lights: &[Light], emitters: &[usize]) -> Vec<AreaEmitters> {
         let owner = |emitter: &usize| {
             let has_it = |range: &Range<usize>| range.contains(emitter);
             self.of_light.iter().position(has_it)
         };
         let owners: Vec<usize> = emitters.iter().filter_map(owner).collect();
-        AreaEmitters::find(&self.scene.lights, &owners)
+        AreaEmitters::find(lights, &owners)
     }
 
     /// The scene's camera.

@@ -103,11 +103,15 @@ impl Picture {
     /// `1 - exp(-x)` per channel, which is linear in the dark and never clips.
     /// Pixels that are not finite are magenta.
     pub(crate) fn png(&self, exposure: f32) -> Result<Vec<u8>, Failure> {
+        encode_png(self.size, &self.tones(exposure))
+    }
+
+    /// The bytes of [`Picture::png`], three for each pixel.
+    pub(crate) fn tones(&self, exposure: f32) -> Vec<u8> {
         let scale = exposure.exp2();
         let tone = |x: f32| encode_srgb(-(-(x * scale).max(0.0)).exp_m1());
         let colour = |p: &[f32; 3]| if is_finite(p) { p.map(tone) } else { SIGNAL };
-        let bytes: Vec<u8> = self.pixels.iter().flat_map(colour).collect();
-        encode_png(self.size, &bytes)
+        self.pixels.iter().flat_map(colour).collect()
     }
 
     /// An EXR file of 32-bit floats with the radiance as it is.
@@ -129,6 +133,11 @@ impl Picture {
     /// darker, orange where it is brighter, full colour at ± `scale`. What a
     /// difference of 0 looks like is grey; what is not finite is magenta.
     pub(crate) fn difference_png(&self, reference: &Self, scale: f32) -> Result<Vec<u8>, Failure> {
+        encode_png(self.size, &self.differences(reference, scale))
+    }
+
+    /// The bytes of [`Picture::difference_png`], three for each pixel.
+    pub(crate) fn differences(&self, reference: &Self, scale: f32) -> Vec<u8> {
         let colour = |(a, b): (&[f32; 3], &[f32; 3])| {
             if !is_finite(a) || !is_finite(b) {
                 return SIGNAL;
@@ -137,8 +146,7 @@ impl Picture {
             diverging(if t.is_nan() { 1.0 } else { t })
         };
         let pairs = self.pixels.iter().zip(&reference.pixels);
-        let bytes: Vec<u8> = pairs.flat_map(colour).collect();
-        encode_png(self.size, &bytes)
+        pairs.flat_map(colour).collect()
     }
 
     /// Absolute differences in luminance to `reference`, sorted.

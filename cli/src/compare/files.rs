@@ -1,5 +1,6 @@
 //! The files of a report.
 
+use super::film;
 use super::records::records;
 use super::results::Results;
 use super::studies::STUDIES;
@@ -19,6 +20,7 @@ const SURFACES: &str = "surfaces.exr";
 pub(crate) fn is_ours(name: &str) -> bool {
     [PAGE, RESULTS, SURFACES].contains(&name)
         || STUDIES.iter().any(|study| study.csv == name)
+        || film::is_ours(name)
         || name.starts_with("airlight-") && name.ends_with(".exr")
 }
 
@@ -28,6 +30,9 @@ pub(crate) fn write(folder: &PendingFolder, results: &Results) -> Result<(), Fai
     folder.write(RESULTS, &report::csv(&records(results))?)?;
     for study in &results.studies {
         folder.write(study.csv, &report::csv(&study.records)?)?;
+    }
+    if let Some(film) = &results.film {
+        folder.write(film::CSV, &report::csv(&film.study.records)?)?;
     }
     let pictures = &results.pictures;
     folder.write(REFERENCE, &pictures.airlight.exr()?)?;
@@ -52,7 +57,7 @@ pub(crate) fn of_measurement(results: &Results, index: usize) -> String {
 }
 
 /// A name without what file systems, or shells, take for something else.
-fn slug(name: &str) -> String {
+pub(super) fn slug(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
     let text: String = name.chars().map(plain).collect();
     let words = text.split('-').filter(|word| !word.is_empty());

@@ -5,7 +5,8 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::files;
-use super::results::{LeftOut, Measurement, Results, Slope, slopes};
+use super::results::{Film, LeftOut, Measurement, Results, Slope, slopes};
+use super::study::{self, Cell, Row};
 use crate::report;
 
 /// What `--json` prints: one object, with a line feed at its end. Errors, times and
@@ -57,6 +58,7 @@ pub(crate) fn summary(results: &Results, place: &Path) -> String {
             .iter()
             .map(|slope| of_slope(results, slope))
             .collect::<Vec<_>>(),
+        "film": results.film.as_ref().map(of_film),
         "left_out": results.left_out.iter().map(|LeftOut { what, why }| json!({
             "what": what,
             "why": why,
@@ -101,6 +103,32 @@ fn of_slope(results: &Results, slope: &Slope) -> Value {
         "error_over_quality": slope.over_quality,
         "error_over_time": slope.over_time,
     })
+}
+
+/// The rows of `film.csv`, each as an object.
+fn of_film(film: &Film) -> Value {
+    let records = &film.study.records;
+    let row = |row: &Row| -> Value {
+        let cells = records.columns.iter().zip(&row.cells);
+        let named = cells.map(|(column, cell)| (column.name.clone(), of_cell(cell)));
+        named.collect::<serde_json::Map<_, _>>().into()
+    };
+    json!({
+        "frames": film.frames,
+        "width": film.size.width,
+        "height": film.size.height,
+        "rows": records.rows().iter().map(row).collect::<Vec<_>>(),
+    })
+}
+
+/// What a cell holds; null if that is nothing.
+fn of_cell(cell: &Cell) -> Value {
+    match &cell.value {
+        study::Value::Text(text) if text.is_empty() => Value::Null,
+        study::Value::Text(text) => text.as_str().into(),
+        study::Value::Count(count) => (*count).into(),
+        study::Value::Number(number) => (*number).into(),
+    }
 }
 
 #[cfg(test)]

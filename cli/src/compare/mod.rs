@@ -4,6 +4,7 @@
 mod backends;
 mod budget;
 mod files;
+mod film;
 mod flip;
 mod floors;
 mod json;
@@ -25,6 +26,7 @@ mod times;
 mod truth;
 
 use std::ffi::OsString;
+use std::sync::atomic::AtomicBool;
 
 use lighting::methods::Registry;
 
@@ -38,7 +40,7 @@ use crate::{indirect, interrupt, progress, report, surfaces};
 use budget::Budget;
 use measure::{Job, Outcome, Truth, measure};
 use prepare::Prepared;
-use results::{Pictures, ReferenceFacts, Results};
+use results::{Film, Pictures, ReferenceFacts, Results};
 use run_facts::RunFacts;
 use selection::{check_names, dropped};
 use studies::{Device, Subject};
@@ -53,20 +55,25 @@ const SOFTWARE: f64 = 0.25;
 /// Runs `crepuscular compare` with these arguments, which are `command` as a whole.
 pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> Result<(), Failure> {
     let default = if args.quick { 14.0 } else { 150.0 };
+    let (in_all, of_film) = film::seconds_and_share(args, default);
     let budget = match args.fixed {
         true => Budget::unlimited(),
-        false => Budget::new(args.time_budget.unwrap_or(default)),
+        false => Budget::new(in_all),
     };
+    // What a film takes is not there for larger pictures.
+    let of_picture = (1.0 - of_film) * budget.total();
     let facts = RunFacts::now(command);
     check_names(methods, &args.methods)?;
     if args.plan {
-        let prepared = Prepared::new(methods, args, budget.total())?;
+        let prepared = Prepared::new(methods, args, of_picture)?;
         indirect::check_ambient(&args.ambient, &prepared.input)?;
+        film::check(args, &prepared)?;
         return print(&prepared.describe());
     }
     let folder = PendingFolder::create(&args.out, files::is_ours, files::PAGE, report::MARK)?;
-    let prepared = Prepared::new(methods, args, budget.total())?;
+    let prepared = Prepared::new(methods, args, of_picture)?;
     indirect::check_ambient(&args.ambient, &prepared.input)?;
+    film::check(args, &prepared)?;
     let dropped = dropped(methods, &args.methods, &prepared.selection);
     if !dropped.is_empty() && prepared.selection.candidates.is_empty() {
         return Err(Failure::new(format!(
@@ -80,7 +87,14 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     if let Some(size) = prepared.size_note() {
         note(&[size]);
     }
-    let results = compare(methods, args, &prepared, budget, facts)?;
+    let results = compare(
+        methods,
+        args,
+        &prepared,
+        [budget.share(1.0 - of_film), budget],
+        facts,
+        &folder,
+    )?;
     let spinner = progress::spinner("writing the report");
     files::write(&folder, &results)?;
     let place = folder.finish()?;
@@ -153,8 +167,9 @@ fn compare(
     methods: &Registry,
     args: &Compare,
     prepared: &Prepared,
-    budget: Budget,
+    [budget, of_all]: [Budget; 2],
     run: RunFacts,
+    folder: &PendingFolder,
 ) -> Result<Results, Failure> {
     let mut shadow_maps = "none".to_owned();
     let mut found = Found {
@@ -164,11 +179,16 @@ fn compare(
         backends: Vec::new(),
     };
     let mut studies = studies::all_blank();
+    let mut film = None;
     let is_empty = prepared.selection.candidates.is_empty();
     if let (Some(job), false) = (prepared.job(args.quick), is_empty) {
         shadow_maps = format!("{} texels per side", job.map);
         found = measure_all(args, prepared, job, budget.share(PICTURES))?;
-        studies = study(args, prepared, job, budget)?;
+        let stop = interrupt::flag()?;
+        studies = study(args, prepared, job, budget, &stop)?;
+        film = film::make(args, prepared, of_all, &stop, &|name, file| {
+            folder.write(name, file)
+        })?;
     }
     let Prepared { input, size, .. } = prepared;
     let map = args.options.map.unwrap_or(512);
@@ -183,7 +203,8 @@ fn compare(
                 .into(),
         );
     }
-    let of_studies = studies.iter().flat_map(|study| &study.left_out);
+    let of_film = film.iter().map(|film: &Film| &film.study);
+    let of_studies = of_film.chain(&studies).flat_map(|study| &study.left_out);
     let mut left_out: Vec<_> = of_studies.cloned().collect();
     left_out.extend(prepared.selection.left_out.iter().cloned());
     left_out.extend(found.outcome.left_out);
@@ -215,6 +236,7 @@ fn compare(
             .collect(),
         measurements: found.outcome.measurements,
         studies,
+        film,
         seconds_total: budget.elapsed(),
     })
 }
@@ -271,6 +293,7 @@ fn study(
     prepared: &Prepared,
     job: Job<'_>,
     budget: Budget,
+    stop: &AtomicBool,
 ) -> Result<Vec<Study>, Failure> {
     let devices = prepared.backends.present.iter().map(|device| Device {
         label: device.label.clone(),
@@ -292,7 +315,7 @@ fn study(
         devices: devices.collect(),
         quick: args.quick,
     };
-    studies::run_all(&subject, budget, &*interrupt::flag()?)
+    studies::run_all(&subject, budget, stop)
 }
 
 /// The processor, as the system names it, and the threads in use.

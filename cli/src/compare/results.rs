@@ -1,5 +1,6 @@
 //! What a comparison found: plain data between measuring and reporting.
 
+pub(crate) use super::film::Film;
 pub(crate) use super::run_facts::RunFacts;
 pub(crate) use super::slopes::{Slope, slopes};
 pub(crate) use super::study::LeftOut;
@@ -48,6 +49,8 @@ pub(crate) struct Results {
     pub(crate) measurements: Vec<Measurement>,
     /// What was measured beside the methods.
     pub(crate) studies: Vec<Study>,
+    /// The film, if one was asked for.
+    pub(crate) film: Option<Film>,
     /// None if there is no airlight.
     pub(crate) pictures: Pictures,
     /// Wall time of everything.
@@ -358,6 +361,7 @@ pub(crate) mod tests {
             methods,
             measurements,
             studies: vec![study::tests::example()],
+            film: None,
             seconds_total: 20.0,
         }
     }

@@ -6,6 +6,8 @@
 //! results. Numbers stay numbers up to there; the [`Unit`] of their column says
 //! how they are written for people.
 
+use crate::parse::Size;
+
 /// One study, as far as it was carried out.
 #[derive(Debug, Clone)]
 pub(crate) struct Study {
@@ -29,8 +31,18 @@ pub(crate) struct Study {
 pub(crate) enum Part {
     Table(Table),
     Charts(Charts),
+    /// Films beside each other.
+    Strips(Vec<Strip>),
     /// A paragraph.
     Note(String),
+}
+
+/// A film as an animated PNG file.
+#[derive(Debug, Clone)]
+pub(crate) struct Strip {
+    pub(crate) name: String,
+    pub(crate) size: Size,
+    pub(crate) file: Vec<u8>,
 }
 
 /// Something that the scene or the budget made pointless.

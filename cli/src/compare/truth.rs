@@ -34,19 +34,51 @@ pub(crate) fn converge(
     tolerance: f64,
     quick: bool,
 ) -> (Reference, ReferenceFacts) {
-    let with_areas = !job.sees_media && job.parts.is_none() && !job.areas.is_empty();
-    let least = match (job.sees_media, with_areas, quick) {
+    let tolerance = self::tolerance(job, tolerance, quick);
+    let bar = progress::bar("reference", rays.len() as u64);
+    let clock = Instant::now();
+    let truth = refine(job, rays, tolerance, &|rays| bar.inc(rays as u64));
+    bar.finish_and_clear();
+    let mean = truth.mean();
+    let absolute = !(mean > 0.0);
+    let facts = ReferenceFacts {
+        seconds: clock.elapsed().as_secs_f64(),
+        tolerance,
+        bound: truth.max_bound() / if absolute { 1.0 } else { mean },
+        mean,
+        absolute,
+        parts: job.parts,
+        has_areas: has_areas(job),
+        sees_media: job.sees_media,
+    };
+    (truth, facts)
+}
+
+/// Whether area lights are integrated over.
+fn has_areas(job: &Job<'_>) -> bool {
+    !job.sees_media && job.parts.is_none() && !job.areas.is_empty()
+}
+
+/// The tolerance of a picture for which this one was asked.
+pub(crate) fn tolerance(job: &Job<'_>, asked: f64, quick: bool) -> f64 {
+    let least = match (job.sees_media, has_areas(job), quick) {
         (true, _, true) => QUICK_MEDIA_TOLERANCE,
         (true, _, false) => MEDIA_TOLERANCE,
         (_, true, true) => QUICK_AREA_TOLERANCE,
         (_, true, false) => AREA_TOLERANCE,
         _ => 0.0,
     };
-    let tolerance = tolerance.max(least);
-    let bar = progress::bar("reference", rays.len() as u64);
-    let clock = Instant::now();
-    let progress = |rays: usize| bar.inc(rays as u64);
-    let truth = match job.parts {
+    asked.max(least)
+}
+
+/// The reference of some rays; `progress` is told how many are ready.
+pub(crate) fn refine(
+    job: &Job<'_>,
+    rays: &[Ray],
+    tolerance: f64,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Reference {
+    match job.parts {
         _ if job.sees_media => {
             let scene = &job.input.scene;
             let air = Air {
@@ -56,7 +88,7 @@ pub(crate) fn converge(
             };
             let options = Options {
                 tolerance,
-                progress: &progress,
+                progress,
                 ..Options::default()
             };
             media_image::reference(rays, air, job.emitters, &job.input.geometry, options)
@@ -68,12 +100,12 @@ pub(crate) fn converge(
             &job.input.geometry,
             &job.input.scene.translucent,
             parts,
-            &progress,
+            progress,
         ),
-        None if with_areas => {
+        None if has_areas(job) => {
             let options = Options {
                 tolerance,
-                progress: &progress,
+                progress,
                 ..Options::default()
             };
             let stands_for_area =
@@ -95,26 +127,12 @@ pub(crate) fn converge(
         None => {
             let options = Options {
                 tolerance,
-                progress: &progress,
+                progress,
                 ..Options::default()
             };
             reference(rays, job.emitters, job.medium, &job.input.geometry, options)
         }
-    };
-    bar.finish_and_clear();
-    let mean = truth.mean();
-    let absolute = !(mean > 0.0);
-    let facts = ReferenceFacts {
-        seconds: clock.elapsed().as_secs_f64(),
-        tolerance,
-        bound: truth.max_bound() / if absolute { 1.0 } else { mean },
-        mean,
-        absolute,
-        parts: job.parts,
-        has_areas: with_areas,
-        sees_media: job.sees_media,
-    };
-    (truth, facts)
+    }
 }
 
 /// That of a picture without airlight.

@@ -89,7 +89,8 @@ fn facts(results: &Results) -> Markup {
 fn more(results: &Results) -> Markup {
     let others = plots::others(results);
     let software = tables::on_software(results);
-    let studies = results.studies.iter().map(section::study);
+    let film = results.film.iter().map(|film| &film.study);
+    let studies = film.chain(&results.studies).map(section::study);
     let studies: Vec<Markup> = studies.collect();
     let is_empty = |part: &Markup| part.0.is_empty();
     html! {

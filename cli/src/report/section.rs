@@ -5,7 +5,8 @@ use maud::{Markup, html};
 
 use super::chart::{chart, swatch};
 use super::numbers::value;
-use crate::compare::study::{Cell, Charts, Column, Part, Row, Series, Study, Table};
+use crate::compare::study::{Cell, Charts, Column, Part, Row, Series, Strip, Study, Table};
+use crate::picture::data_uri;
 
 /// A study's section, folded; nothing if it has no parts.
 pub(super) fn study(study: &Study) -> Markup {
@@ -20,10 +21,25 @@ pub(super) fn study(study: &Study) -> Markup {
                     @match part {
                         Part::Table(part) => (table(part)),
                         Part::Charts(part) => (charts(part)),
+                        Part::Strips(part) => (strips(part)),
                         Part::Note(text) => p { (text) },
                     }
                 }
                 p.soft { "All numbers are in " code { (study.csv) } "." }
+            }
+        }
+    }
+}
+
+/// Films, one below the other where there is no room beside.
+fn strips(strips: &[Strip]) -> Markup {
+    html! {
+        .strips {
+            @for strip in strips {
+                figure {
+                    figcaption { (strip.name) }
+                    img loading="lazy" src=(data_uri(&strip.file)) width=(strip.size.width) height=(strip.size.height) alt={ "film of " (strip.name) };
+                }
             }
         }
     }

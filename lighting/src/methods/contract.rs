@@ -145,6 +145,12 @@ pub trait Method: Send + Sync + Debug {
         Verdict::Applies
     }
 
+    /// Whether its picture of a frame of a [film](super::share_film_frame) depends on the
+    /// frames before.
+    fn remembers_frames(&self) -> bool {
+        false
+    }
+
     /// What it promises of the light of each ray, if it promises anything: a relative error
     /// that rounding alone adds to, as far as the scene has nothing but what blocks light and
     /// what lets it pass.

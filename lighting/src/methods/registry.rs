@@ -212,6 +212,10 @@ impl Method for Entry {
         self.method.takes_some_pixels()
     }
 
+    fn remembers_frames(&self) -> bool {
+        self.method.remembers_frames()
+    }
+
     fn tolerance(&self, quality: u32) -> Option<f64> {
         self.method.tolerance(quality)
     }

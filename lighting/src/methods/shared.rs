@@ -52,8 +52,9 @@ pub fn share_cover(host: &Store<Host>, cover: &Arc<Cover>) {
 struct FilmFrame(u32);
 
 /// Tells the methods of a frame, through the store on the host, that it is the frame of
-/// this number in a film, from 0: those that blend frames keep theirs from one to the next,
-/// and begin with frames of a still camera. Each frame is made once, in order.
+/// this number in a film: those that
+/// [remember frames](super::Method::remembers_frames) keep theirs from one to the next, and
+/// begin with frames of a still camera. Each frame is made once, in order.
 ///
 /// Without it every frame is one of a still camera.
 pub fn share_film_frame(host: &Store<Host>, frame: u32) {

@@ -295,6 +295,24 @@ mod tests {
     }
 
     #[test]
+    fn a_trail_of_many_frames_lags() {
+        let reference = reference(16);
+        // Each frame is a tenth of its picture; the film went on before.
+        let mut trail: Vec<[f64; 3]> = vec![[2.0; 3]; PIXELS];
+        let mut late = Vec::new();
+        for truth in [&reference[..]; 4].concat() {
+            for (trail, pixel) in trail.iter_mut().zip(&truth.radiance) {
+                *trail = std::array::from_fn(|c| 0.9 * trail[c] + 0.1 * pixel[c]);
+            }
+            late.push(trail.clone());
+        }
+        let late = &late[3 * 16..];
+        let film = film(&reference, |t, i, _| late[t][i]);
+        let lag = lag(&film, &reference).unwrap();
+        assert!(lag.frames >= 2.0 && lag.share > 0.2, "{lag:?}");
+    }
+
+    #[test]
     fn what_is_shifted_or_blurred_in_space_does_not_lag() {
         let reference = reference(16);
         let near =

@@ -316,6 +316,10 @@ impl Method for Froxels {
         Verdict::Applies
     }
 
+    fn remembers_frames(&self) -> bool {
+        self.frames > 1
+    }
+
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let mut notes = Vec::new();
         if !inputs.areas.is_empty() {

@@ -133,6 +133,10 @@ impl<M: Method> Method for Reduced<M> {
         self.inner.sees_cover()
     }
 
+    fn remembers_frames(&self) -> bool {
+        self.inner.remembers_frames()
+    }
+
     fn takes_some_pixels(&self) -> Verdict {
         match self.reduction.is_none() {
             true => self.inner.takes_some_pixels(),
