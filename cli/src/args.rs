@@ -247,7 +247,7 @@ pub(crate) struct Compare {
 pub(crate) enum FilmPath {
     /// The camera, by a third of a pixel from frame to frame in one shot and far in another
     Camera,
-    /// All lights, by half a voxel and far
+    /// All lights, by half a texel of their shadow maps and far
     Light,
     /// One after the other
     Both,

@@ -11,7 +11,8 @@
 //!
 //! Both are over all channels of all pixels and divided by the mean radiance of the
 //! reference film. An error that stays where it is has the ratio 0, one that is new in
-//! each frame √2, and one that changes its sign in each frame 2. An error that stays on the
+//! each frame √2, and one that changes its sign in each frame 2; one frame of n that is off
+//! by far more than the others makes √(2n / (n − 1)). An error that stays on the
 //! scene while the camera moves slowly is between 0 and 1.
 //!
 //! *Lag* is the shift s, in frames, with which the film fits its reference best: the least

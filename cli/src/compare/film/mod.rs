@@ -1,7 +1,7 @@
 //! Films: whether errors stay where they are while the camera or the lights move, or flicker.
 //!
 //! A film has shots. In each of them either the camera moves or the lights do, in one of two ways
-//! ([`path`]): by small steps, a third of a pixel or half a voxel from frame to frame, forth and back by the same
+//! ([`path`]): by small steps, a third of a pixel or half a texel of a shadow map from frame to frame, forth and back by the same
 //! places; or by large ones, to places that have nothing to do with each other. Every frame has a
 //! converged reference. Each method makes all frames of a shot in order, with one store: what
 //! does not depend on what moves is kept from frame to frame, all else is made anew.

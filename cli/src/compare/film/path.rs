@@ -1,7 +1,5 @@
 //! The ways of cameras and lights through a film.
 
-use std::f32::consts::PI;
-
 use glam::{Quat, Vec3};
 use lighting::scene::trace::Tracer;
 use lighting::scene::{Camera, Light, SceneError};
@@ -15,10 +13,8 @@ use crate::parse::Size;
 /// Steps of the camera, in pixels at the mean distance of what is seen.
 const PIXELS: f32 = 1.0 / 3.0;
 
-/// Steps of lights, in voxels, of which so many see all that is around a light from pole to
-/// pole.
-const VOXELS: f32 = 0.5;
-const VOXELS_PER_HALF_TURN: f32 = 256.0;
+/// Steps of lights, in texels of a shadow map that spans a right angle.
+const TEXELS: f32 = 0.5;
 
 /// How far large steps go at most: as a share of the mean distance, and in radians.
 const FAR: f32 = 0.1;
@@ -89,7 +85,7 @@ impl Shot {
     pub(super) fn name(&self) -> String {
         let steps = match (self.moved, self.steps) {
             (Moved::Camera, Steps::Small) => "a third of a pixel from frame to frame",
-            (Moved::Lights, Steps::Small) => "half a voxel from frame to frame",
+            (Moved::Lights, Steps::Small) => "half a texel from frame to frame",
             (_, Steps::Large) => "frames far apart",
         };
         format!("{}: {steps}", self.moved.name())
@@ -221,7 +217,7 @@ impl<'a> Space<'a> {
         };
         let places: Vec<Vec3> = job.input.scene.lights.iter().filter_map(place).collect();
         let distance = mean_distance(job, &places);
-        let angle = VOXELS * PI / VOXELS_PER_HALF_TURN;
+        let angle = TEXELS * 2.0 / job.map as f32;
         let directions = [[0.8, 0.6], [-0.6, 0.8], [-0.8, -0.6], [0.6, -0.8]];
         Self {
             tracer: &job.input.tracer,

@@ -225,7 +225,7 @@ fn caption(shot: &Shot) -> String {
         ),
         (Steps::Small, Moved::Lights) => format!(
             "{length} m from frame to frame, forth and back by the same places: at the mean \
-             distance half of one of 256 voxels from pole to pole; suns turn by as much. An \
+             distance half a texel of a shadow map that spans a right angle; suns turn by as much. An \
              error that stays on the scene has a ratio below 1."
         ),
         (Steps::Large, _) => format!(

@@ -115,8 +115,8 @@ fn a_film_in_which_nothing_moves_does_not_flicker_or_lag() {
         assert!(error.rmse > 0.0);
         assert_eq!(lag.frames, 0.0, "{}", one.title);
         match one.entry.about().name.ends_with("history") {
-            // Each frame is sampled at another place.
-            true => assert!(error.ratio() < 0.5, "{error:?}"),
+            // Each frame is sampled at another place, and most of it is of earlier ones.
+            true => assert!(error.ratio() < 1.0, "{error:?}"),
             false => assert_eq!(error.change, 0.0, "{}", one.title),
         }
     }
