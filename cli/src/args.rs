@@ -25,6 +25,8 @@ Examples:
       The same on your scene, with more pixels and more time.
   crepuscular compare city --quick --plan
       Print what would run and what would not, and why.
+  crepuscular plan city --error 1%
+      Which method is the fastest within an error, foreseen in seconds.
   crepuscular render city --visibility exact -o city.png
       One picture with exact shadows.
   crepuscular render street.glb --sigma-s 0.02,0.03,0.05 --phase hg --g 0.6 \\
@@ -101,6 +103,7 @@ fn with_names(command: clap::Command, methods: &Registry) -> clap::Command {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Compare(Compare),
+    Plan(Plan),
     Render(Render),
     Bake(Bake),
     Merge(Merge),
@@ -230,6 +233,11 @@ pub(crate) struct Compare {
     #[arg(long)]
     pub(crate) plan: bool,
 
+    /// Only what is expected to be worth it: leave out what another method at some quality
+    /// is expected to beat by 2 in both time and error (see `crepuscular plan`)
+    #[arg(long)]
+    pub(crate) auto: bool,
+
     /// Print the summary as JSON: the run, the scene, all measurements, the slopes of
     /// the curves, what was left out
     #[arg(long, conflicts_with = "plan")]
@@ -252,6 +260,91 @@ pub(crate) enum FilmPath {
     /// One after the other
     Both,
 }
+
+/// Foresee what each method will cost on a scene and how far off it will be
+///
+/// Runs methods on a few thousand pixels and compares them with the reference of some of
+/// these. Prints what of the airlight is computed and what is left out, and for each method
+/// at each quality: seconds before the first frame, seconds per frame, memory, and the error
+/// with its standard error. What is too expensive to be tried is foreseen from other
+/// qualities of the method, or named. With --error or --time also the choice that `render`
+/// makes with the same option, here by the time of one of many frames unless --frames says
+/// how many; if nothing meets it, what comes nearest, and the exit code is 1.
+///
+/// Errors are those of `compare` on the same picture. They do not depend on the clock; times
+/// are those of the machine as it is now.
+///
+/// --calibrate learns what the methods cost on this machine, in seconds per unit of counted
+/// work, and writes that to a file, which decides from then on what is cheap enough to be tried:
+/// profile.json in the folder crepuscular of the user's cache, or --profile FILE.
+#[derive(Debug, Args)]
+#[command(after_long_help = PLAN_EXAMPLES)]
+pub(crate) struct Plan {
+    /// A glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB file, or the name of an embedded scene;
+    /// with --calibrate any number of them [default with --calibrate: a few embedded ones]
+    #[arg(required_unless_present = "calibrate")]
+    pub(crate) scene: Vec<String>,
+
+    /// Choose the fastest method within this error: RMSE over the mean radiance, such as 1%
+    /// or 0.01
+    #[arg(long, value_name = "ERROR", value_parser = parse::error_target, allow_hyphen_values = true)]
+    pub(crate) error: Option<f64>,
+
+    /// Choose the most accurate method within this time, such as 16ms or 2s
+    #[arg(long, value_name = "TIME", conflicts_with = "error", value_parser = parse::time_target, allow_hyphen_values = true)]
+    pub(crate) time: Option<f64>,
+
+    /// Frames that share what is made before the first one [default: infinitely many]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) frames: Option<u32>,
+
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = parse::size, allow_hyphen_values = true)]
+    pub(crate) size: Size,
+
+    /// Only methods whose name contains one of these (see `crepuscular methods`)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) methods: Vec<String>,
+
+    /// Backends to foresee [default: the CPU, and a GPU that is one]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) backend: Vec<BackendName>,
+
+    /// Then run everything, and print what was foreseen beside what came out
+    #[arg(long, conflicts_with = "calibrate")]
+    pub(crate) analyze: bool,
+
+    /// Learn what the methods cost on this machine
+    #[arg(long, conflicts_with_all = ["error", "time", "frames"])]
+    pub(crate) calibrate: bool,
+
+    /// What the methods cost on this machine: read, or written with --calibrate [default:
+    /// the one in the cache, if there is one]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) profile: Option<PathBuf>,
+
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    #[command(flatten)]
+    pub(crate) options: SceneOptions,
+}
+
+const PLAN_EXAMPLES: &str = "\
+Examples:
+  crepuscular plan city --error 1%
+      The fastest method that is off by 1 % of the mean radiance at most.
+  crepuscular plan city --time 16ms --size 960x540
+      The most accurate one that draws such a frame in 16 ms.
+  crepuscular plan fence --frames 1 --error 0.1%
+      The same for one picture, with what has to be made before it.
+  crepuscular plan city --analyze
+      What was foreseen beside what came out.
+  crepuscular plan --calibrate
+      Learn what the methods cost on this machine.
+  crepuscular render city --error 1% -o city.png
+      Render with the choice.";
 
 /// Render one picture: surfaces and airlight
 ///
@@ -278,6 +371,16 @@ pub(crate) struct Render {
     /// surface; `gaussian`, last, fills with a 3 x 3 Gaussian that ignores surfaces.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["visibility", "airlight"])]
     pub(crate) method: Option<String>,
+
+    /// Take the method that is expected to be the fastest within this error of the airlight: RMSE
+    /// over the mean radiance, such as 1% or 0.01 (see `crepuscular plan`)
+    #[arg(long, value_name = "ERROR", conflicts_with_all = CHOICES, value_parser = parse::error_target, allow_hyphen_values = true)]
+    pub(crate) error: Option<f64>,
+
+    /// Take the method that is expected to be the most accurate of those that make the
+    /// airlight within this time, such as 16ms or 2s
+    #[arg(long, value_name = "TIME", conflicts_with = "error", conflicts_with_all = CHOICES, value_parser = parse::time_target, allow_hyphen_values = true)]
+    pub(crate) time: Option<f64>,
 
     /// The method's quality, whatever that is a number of
     #[arg(long, value_name = "N", conflicts_with_all = ["samples"], value_parser = clap::value_parser!(u32).range(1..=65536))]
@@ -371,6 +474,17 @@ pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) options: SceneOptions,
 }
+
+/// What says which method a picture is made with.
+const CHOICES: [&str; 7] = [
+    "method",
+    "visibility",
+    "airlight",
+    "quality",
+    "samples",
+    "nodes",
+    "shadows",
+];
 
 /// What strands of hair do with light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

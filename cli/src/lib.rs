@@ -32,6 +32,7 @@ mod merge;
 mod output;
 mod parse;
 mod picture;
+mod plan;
 mod print;
 mod progress;
 mod render;
@@ -73,6 +74,7 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
     let reports_what_there_is =
         matches!(arguments.command, Command::Compare(_) | Command::Stress(_));
     let done = interrupt::listen().and_then(|()| match arguments.command {
+        Command::Plan(args) => plan::run(methods, &args),
         Command::Compare(args) => compare::run(methods, &args, &words),
         Command::Render(args) => render::run(methods, &args),
         Command::Bake(args) => bake::run(&args),

@@ -184,6 +184,38 @@ pub(crate) fn duration(text: &str) -> Result<f64, String> {
     Ok(value)
 }
 
+/// An error that a picture may have: a percentage, or a share.
+pub(crate) fn error_target(text: &str) -> Result<f64, String> {
+    let expected = "expected an error above 0 and at most 100 %, such as 1% or 0.01";
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    let value: f64 = number.trim().parse().map_err(|_| expected)?;
+    let share = value * unit;
+    match share > 0.0 && share <= 1.0 {
+        true => Ok(share),
+        false => Err(expected.into()),
+    }
+}
+
+/// A time that a frame may take, in seconds unless it has a unit.
+pub(crate) fn time_target(text: &str) -> Result<f64, String> {
+    let expected = "expected a time above 0 and at most a day, such as 16ms, 2s or 0.016";
+    let units = [("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("s", 1.0)];
+    let text = text.trim();
+    let with_unit = units
+        .iter()
+        .find_map(|(name, unit)| Some((text.strip_suffix(name)?, *unit)));
+    let (number, unit) = with_unit.unwrap_or((text, 1.0));
+    let value: f64 = number.trim().parse().map_err(|_| expected)?;
+    let seconds = value * unit;
+    match seconds > 0.0 && seconds <= 86_400.0 {
+        true => Ok(seconds),
+        false => Err(expected.into()),
+    }
+}
+
 /// The relative error that the reference may have per pixel.
 pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number")?;

@@ -48,6 +48,7 @@
 //! | [`visibility`] | `shadow-map`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
+//! | `prediction` | `methods` | what each method will cost and how far off it will be, from a short probe |
 //! | [`methods::heterogeneous`] | `translucent` for the list | smoke and fog that thins out with altitude, seen and lit |
 //! | [`methods::many_lights`] | | many lights in one pass |
 //! | [`methods`] | `methods` for the list | every way of making an image of airlight, a folder each, and the list of them |
@@ -93,6 +94,8 @@ mod interleaving;
 pub mod methods;
 mod path;
 pub mod plan;
+#[cfg(feature = "methods")]
+pub mod prediction;
 #[cfg(feature = "shadow-map")]
 pub mod shadow_map;
 

@@ -5,8 +5,7 @@ use gpu_backend::gpu::{Gpu, Queued};
 
 use super::results::LeftOut;
 use super::selection::Candidate;
-use crate::args::Compare;
-use crate::devices::{self, Device};
+use crate::devices::{self, BackendName, Device};
 use crate::failure::Failure;
 use crate::print::complain;
 
@@ -44,8 +43,8 @@ pub(crate) struct Backends {
 
 impl Backends {
     /// Finds those asked for, or all there are.
-    pub(crate) fn find(args: &Compare) -> Result<Self, Failure> {
-        let (present, missing) = devices::find(&args.backend)?;
+    pub(crate) fn find(asked: &[BackendName]) -> Result<Self, Failure> {
+        let (present, missing) = devices::find(asked)?;
         Ok(Self {
             present,
             left_out: missing.iter().map(|why| skipped("gpu", why)).collect(),

@@ -572,7 +572,7 @@ mod tests {
         else {
             panic!("a comparison is asked for");
         };
-        let prepared = Prepared::new(&methods, &args, f64::INFINITY).unwrap();
+        let prepared = Prepared::new(&methods, args.asked(), f64::INFINITY).unwrap();
         let job = prepared.job(false).unwrap();
         let (reference, _) = truth::converge(&job, prepared.view.rays(), 1e-6, false);
         let truth = Truth::new(prepared.size, &reference);

@@ -2,20 +2,20 @@
 //! the converged reference and its time.
 
 mod backends;
-mod budget;
+pub(crate) mod budget;
 mod files;
 mod film;
 mod flip;
 mod floors;
 mod json;
-mod measure;
+pub(crate) mod measure;
 mod patience;
-mod prepare;
+pub(crate) mod prepare;
 mod records;
 pub(crate) mod results;
 mod run_facts;
 mod schedule;
-mod selection;
+pub(crate) mod selection;
 pub(crate) mod shown;
 mod size;
 mod slopes;
@@ -23,7 +23,7 @@ mod statistics;
 pub(crate) mod studies;
 pub(crate) mod study;
 mod times;
-mod truth;
+pub(crate) mod truth;
 
 use std::ffi::OsString;
 use std::sync::atomic::AtomicBool;
@@ -36,7 +36,7 @@ use crate::format::{count, seconds};
 use crate::output::PendingFolder;
 use crate::picture::Picture;
 use crate::print::{complain, note, print, summarise};
-use crate::{indirect, interrupt, progress, report, surfaces};
+use crate::{indirect, interrupt, plan, progress, report, surfaces};
 use budget::Budget;
 use measure::{Job, Outcome, Truth, measure};
 use prepare::Prepared;
@@ -65,13 +65,13 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     let facts = RunFacts::now(command);
     check_names(methods, &args.methods)?;
     if args.plan {
-        let prepared = Prepared::new(methods, args, of_picture)?;
+        let prepared = prepare(methods, args, of_picture)?;
         indirect::check_ambient(&args.ambient, &prepared.input)?;
         film::check(args, &prepared)?;
         return print(&prepared.describe());
     }
     let folder = PendingFolder::create(&args.out, files::is_ours, files::PAGE, report::MARK)?;
-    let prepared = Prepared::new(methods, args, of_picture)?;
+    let prepared = prepare(methods, args, of_picture)?;
     indirect::check_ambient(&args.ambient, &prepared.input)?;
     film::check(args, &prepared)?;
     let dropped = dropped(methods, &args.methods, &prepared.selection);
@@ -125,6 +125,15 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
         )));
     }
     Ok(())
+}
+
+/// What is known before the long work; with `--auto` what is worth it alone.
+fn prepare(methods: &Registry, args: &Compare, seconds: f64) -> Result<Prepared, Failure> {
+    let mut prepared = Prepared::new(methods, args.asked(), seconds)?;
+    if args.auto {
+        plan::keep_worthwhile(&mut prepared)?;
+    }
+    Ok(prepared)
 }
 
 /// Why nothing was measured, and what to do about it.

@@ -12,12 +12,39 @@ use super::measure::Job;
 use super::results::LeftOut;
 use super::selection::{Candidate, Selection, select};
 use super::size::{Counted, fitted};
-use crate::args::Compare;
+use crate::args::{Compare, SceneOptions};
+use crate::devices::BackendName;
 use crate::failure::Failure;
 use crate::format::count;
 use crate::input::{Input, describe_media, describe_medium};
 use crate::maps;
 use crate::parse::Size;
+
+/// What is asked of pictures that methods are compared on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub(crate) scene: &'a str,
+    pub(crate) size: Option<Size>,
+    pub(crate) quick: bool,
+    pub(crate) methods: &'a [String],
+    pub(crate) backend: &'a [BackendName],
+    pub(crate) smoke_unseen: bool,
+    pub(crate) options: &'a SceneOptions,
+}
+
+impl Compare {
+    pub(crate) fn asked(&self) -> Asked<'_> {
+        Asked {
+            scene: &self.scene,
+            size: self.size,
+            quick: self.quick,
+            methods: &self.methods,
+            backend: &self.backend,
+            smoke_unseen: self.smoke_unseen,
+            options: &self.options,
+        }
+    }
+}
 
 /// The scene and what is to be done with it.
 pub(crate) struct Prepared {
@@ -41,13 +68,15 @@ pub(crate) struct Prepared {
     pub(crate) map: u32,
     pub(crate) selection: Selection,
     pub(crate) backends: Backends,
+    /// Counted work of a pixel of the reference.
+    pub(crate) per_pixel: f64,
 }
 
 impl Prepared {
-    pub(crate) fn new(methods: &Registry, args: &Compare, seconds: f64) -> Result<Self, Failure> {
+    pub(crate) fn new(methods: &Registry, args: Asked<'_>, seconds: f64) -> Result<Self, Failure> {
         let (width, height) = if args.quick { (160, 90) } else { (480, 270) };
         let asked = args.size.unwrap_or(Size { width, height });
-        let mut input = Input::for_picture(&args.scene, &args.options, asked)?;
+        let mut input = Input::for_picture(args.scene, args.options, asked)?;
         let camera = input.camera()?;
         let sees_media = !args.smoke_unseen && !input.media().is_homogeneous();
         let counted = match sees_media {
@@ -80,7 +109,7 @@ impl Prepared {
             .map
             .unwrap_or(if args.quick { 512 } else { 1024 });
         let map = maps::affordable(asked_map, &input.geometry, &emitters, &mut input.notes);
-        let backends = Backends::find(args)?;
+        let backends = Backends::find(args.backend)?;
         let mut prepared = Self {
             input,
             camera,
@@ -95,12 +124,13 @@ impl Prepared {
             map,
             selection: Selection::default(),
             backends,
+            per_pixel: counted.per_pixel(),
         };
         let mut selection = {
             let job = prepared.job(args.quick);
             let inputs = job.as_ref().map(|job| job.inputs(&()));
             let plan = prepared.plan_of_frame(inputs.as_ref())?;
-            select(methods, args, &plan, inputs.as_ref(), sees_media)
+            select(methods, &args, &plan, inputs.as_ref(), sees_media)
         };
         let backends = &prepared.backends;
         selection.left_out.extend(backends.left_out.clone());

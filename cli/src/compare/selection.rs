@@ -3,10 +3,10 @@
 use lighting::methods::{Entry, FrameInputs, Method, Registry, Role, Verdict};
 use lighting::plan::{Plan, Subject};
 
+use super::prepare::Asked;
 use super::results::LeftOut;
 use super::schedule::Place;
 use super::shown::{self, Shown};
-use crate::args::Compare;
 use crate::failure::Failure;
 use crate::suggest::unknown_method;
 
@@ -116,7 +116,7 @@ fn out_of_place(sees_media: bool, entry: &Entry, inputs: &FrameInputs<'_>) -> Op
 /// part of the pictures.
 pub(crate) fn select(
     methods: &Registry,
-    args: &Compare,
+    args: &Asked<'_>,
     plan: &Plan,
     inputs: Option<&FrameInputs<'_>>,
     sees_media: bool,

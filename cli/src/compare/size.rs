@@ -23,16 +23,23 @@ pub(crate) struct Counted {
     pub(crate) parts: Option<u32>,
 }
 
+impl Counted {
+    /// Units of work for a pixel.
+    pub(crate) fn per_pixel(self) -> f64 {
+        let parts = self
+            .parts
+            .map_or(1.0, |parts| f64::from(parts) / PARTS_PER_RAY);
+        self.lights as f64 * (2.0 + self.casters as f64).log2() * parts.max(1.0)
+    }
+}
+
 /// The size of the picture of a comparison with so much time: the one asked for,
 /// with both sides halved at most twice while the counted work of the scene does
 /// not fit.
 ///
 /// Nothing is measured, so every machine compares the same picture.
 pub(crate) fn fitted(asked: Size, scene: Counted, seconds: f64) -> Size {
-    let parts = scene
-        .parts
-        .map_or(1.0, |parts| f64::from(parts) / PARTS_PER_RAY);
-    let per_pixel = scene.lights as f64 * (2.0 + scene.casters as f64).log2() * parts.max(1.0);
+    let per_pixel = scene.per_pixel();
     let fits = |size: Size| size.pixels() as f64 * per_pixel <= UNITS_PER_SECOND * seconds;
     let mut size = asked;
     for _ in 0..MOST_HALVINGS {

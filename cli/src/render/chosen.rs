@@ -1,11 +1,15 @@
 //! The method that the command line names.
 
 use lighting::methods::{Entry, GAUSS_NODES, Method, Registry};
+use lighting::prediction::Target;
 
 use crate::args::{Render, SurfaceScattering};
+use crate::compare::prepare::Asked;
 use crate::devices::BackendName;
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::parse::Size;
+use crate::plan;
 use crate::shadow_files;
 use crate::suggest::unknown_method;
 
@@ -20,6 +24,30 @@ const VISIBILITY: &str = "exact";
 const AIRLIGHT: &str = "quadrature";
 
 impl Chosen {
+    /// What is expected to meet a target, and what is said of that.
+    pub(crate) fn foreseen(
+        methods: &Registry,
+        args: &Render,
+        size: Size,
+        target: Target,
+    ) -> Result<(Self, String), Failure> {
+        let asked = Asked {
+            scene: &args.scene,
+            size: Some(size),
+            quick: false,
+            methods: &[],
+            backend: &[args.backend],
+            smoke_unseen: false,
+            options: &args.options,
+        };
+        let (candidate, row) = plan::choose(methods, asked, target)?;
+        let chosen = Self {
+            entry: candidate.entry,
+            quality: candidate.quality,
+        };
+        Ok((chosen, format!("for {target}: {row}")))
+    }
+
     pub(crate) fn new(methods: &Registry, args: &Render) -> Result<Self, Failure> {
         let entry = match &args.method {
             Some(name) => {

@@ -12,6 +12,7 @@ use std::path::Path;
 use gpu_backend::Cpu;
 use lighting::methods::{Entry, FROM_FILE, Registry};
 use lighting::plan::{Plan, Subject};
+use lighting::prediction::Target;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Medium};
 use lighting::translucent::TransmittanceMap;
@@ -64,13 +65,22 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         return Err(Failure::new("--layers are channels of an EXR file"));
     }
     let size = (args.size.of_rays(args.spp)).map_err(|why| Failure::new(why).about("--spp"))?;
-    let chosen = Chosen::new(methods, args)?;
+    let target = args.error.map(Target::Error);
+    let target = target.or(args.time.map(Target::Time));
+    let (chosen, expected) = match target {
+        Some(target) => {
+            let (chosen, expected) = Chosen::foreseen(methods, args, size, target)?;
+            (chosen, Some(expected))
+        }
+        None => (Chosen::new(methods, args)?, None),
+    };
     let environment = args.indirect.environment.as_deref().map(Path::new);
     let inputs: Vec<&Path> = environment.into_iter().collect();
     let file = PendingFile::beside(&args.output, &inputs)?;
     let (devices, _) = devices::find(&[args.backend])?;
     let mut input = Input::for_picture(&args.scene, &args.options, args.size)?;
     let chosen = chosen.for_media(methods, args, &mut input);
+    input.notes.extend(expected);
     chosen.check_map(args, &input)?;
     if args.layers {
         layers::check(args.size, input.scene.lights.len())?;

@@ -1,0 +1,90 @@
+//! What a machine is known to cost.
+
+use std::collections::BTreeMap;
+
+use super::{Forecast, Known};
+
+/// Seconds per unit of [counted work](crate::methods::Work) of a method on a backend.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Costs {
+    /// For what is made before the first frame.
+    pub once: f64,
+    /// For a frame: of the work of the frame and of all its rays.
+    pub frame: f64,
+}
+
+impl Costs {
+    /// What is assumed of a method that is not known: a unit is meant to be about this much
+    /// on a core of 2020.
+    pub const ASSUMED: Self = Self {
+        once: 1e-8,
+        frame: 1e-8,
+    };
+}
+
+/// What the methods cost on a machine, see the [module](super).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Profile {
+    costs: BTreeMap<(String, String), Costs>,
+}
+
+impl Profile {
+    /// Without any method.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// For each method the medians of what was probed, over some scenes; what was not is
+    /// assumed.
+    pub fn learned<'a>(forecasts: impl IntoIterator<Item = &'a Forecast>) -> Self {
+        let mut all: BTreeMap<(String, String), Vec<Costs>> = BTreeMap::new();
+        let rows = forecasts.into_iter().flat_map(|forecast| &forecast.rows);
+        for row in rows.filter(|row| row.known == Known::Probed) {
+            let key = (row.backend.clone(), row.method.clone());
+            let [once, frame] = row.counted;
+            all.entry(key).or_default().push(Costs {
+                once: row.once / once,
+                frame: row.frame / frame,
+            });
+        }
+        let of = |costs: &[Costs]| Costs {
+            once: median(costs.iter().map(|c| c.once)).unwrap_or(Costs::ASSUMED.once),
+            frame: median(costs.iter().map(|c| c.frame)).unwrap_or(Costs::ASSUMED.frame),
+        };
+        Self {
+            costs: all
+                .into_iter()
+                .map(|(key, some)| (key, of(&some)))
+                .collect(),
+        }
+    }
+
+    /// Adds what is known of a method, in place of what was.
+    pub fn insert(&mut self, backend: &str, method: &str, costs: Costs) {
+        self.costs.insert((backend.into(), method.into()), costs);
+    }
+
+    /// What is known of a method, or assumed.
+    pub fn costs(&self, backend: &str, method: &str) -> Costs {
+        let key = (backend.to_owned(), method.to_owned());
+        self.costs.get(&key).copied().unwrap_or(Costs::ASSUMED)
+    }
+
+    /// All that is known, by backend and method.
+    pub fn all(&self) -> impl Iterator<Item = (&str, &str, Costs)> {
+        let all = self.costs.iter();
+        all.map(|((backend, method), costs)| (backend.as_str(), method.as_str(), *costs))
+    }
+
+    /// Whether nothing is known.
+    pub fn is_empty(&self) -> bool {
+        self.costs.is_empty()
+    }
+}
+
+/// The lower median of those that are finite and positive.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.filter(|x| x.is_finite() && *x > 0.0).collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len().saturating_sub(1) / 2).copied()
+}

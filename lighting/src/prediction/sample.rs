@@ -1,0 +1,250 @@
+//! Which pixels stand for a picture.
+
+/// Pixels of a segment, which are beside each other in a row: half of what a backend takes
+/// at once, so that they are as coherent as those of a picture.
+const SEGMENT: u32 = 32;
+
+/// The part of the segments that make up the smaller of the two samples of the time.
+const SMALLER: usize = 4;
+
+/// Some pixels of a picture, in segments that are spread over it evenly.
+///
+/// The same for the same size on every run and every machine.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sample {
+    pixels: Vec<u32>,
+    /// Where each segment begins in `pixels`, and the end of the last.
+    starts: Vec<usize>,
+    total: usize,
+}
+
+impl Sample {
+    /// About `most` pixels of a picture; all of them, if there are no more than twice as
+    /// many.
+    pub fn new([width, height]: [u32; 2], most: usize) -> Self {
+        let total = width as usize * height as usize;
+        let mut sample = Self {
+            pixels: Vec::new(),
+            starts: vec![0],
+            total,
+        };
+        if total <= 2 * most {
+            for row in 0..height {
+                for first in (0..width).step_by(SEGMENT as usize) {
+                    sample.push(row * width + first, SEGMENT.min(width - first));
+                }
+            }
+            return sample;
+        }
+        let length = SEGMENT.min(width);
+        let segments = (most / length as usize).max(1);
+        let square = (segments as f64 * f64::from(width) / f64::from(height)).sqrt();
+        let columns = (square as u32).clamp(1, width / length);
+        let rows = (segments as u32 / columns).clamp(1, height);
+        for row in 0..rows {
+            let [top, bottom] = [row, row + 1].map(|edge| cut(height, edge, rows));
+            // One row of pixels in each row of cells; a row of its own in each cell.
+            let mut cells: Vec<u32> = (0..columns)
+                .map(|column| {
+                    let [left, right] = [column, column + 1].map(|edge| cut(width, edge, columns));
+                    let cell = u64::from(row * columns + column);
+                    let x = left + below(right - left - length + 1, 2 * cell);
+                    let y = top + below(bottom - top, 2 * cell + 1);
+                    y * width + x
+                })
+                .collect();
+            cells.sort_unstable();
+            for first in cells {
+                sample.push(first, length);
+            }
+        }
+        sample
+    }
+
+    fn push(&mut self, first: u32, length: u32) {
+        self.pixels.extend(first..first + length);
+        self.starts.push(self.pixels.len());
+    }
+
+    /// The pixels, counted row by row from the top.
+    pub fn pixels(&self) -> &[u32] {
+        &self.pixels
+    }
+
+    /// The pixels of a quarter of the segments.
+    pub fn smaller(&self) -> Vec<u32> {
+        let segments = (0..self.segments()).skip(SMALLER / 2).step_by(SMALLER);
+        segments
+            .flat_map(|segment| self.segment(segment))
+            .map(|place| self.pixels[place])
+            .collect()
+    }
+
+    /// Whether it is the whole picture.
+    pub fn is_whole(&self) -> bool {
+        self.pixels.len() == self.total
+    }
+
+    /// Pixels of the picture.
+    pub fn of(&self) -> usize {
+        self.total
+    }
+
+    fn segments(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    fn segment(&self, index: usize) -> std::ops::Range<usize> {
+        self.starts[index]..self.starts[index + 1]
+    }
+}
+
+/// Where the part `edge` of `parts` of a length begins.
+fn cut(length: u32, edge: u32, parts: u32) -> u32 {
+    (u64::from(length) * u64::from(edge) / u64::from(parts)) as u32
+}
+
+/// A number below `count`, which is not 0, without pattern: the finaliser of SplitMix64
+/// (Steele, Lea and Flood, OOPSLA 2014).
+fn below(count: u32, index: u64) -> u32 {
+    let mut x = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (((x ^ (x >> 31)) >> 32) * u64::from(count) >> 32) as u32
+}
+
+/// The truth about some of the pixels of a sample.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    segments: Vec<Segment>,
+    number: usize,
+    is_whole: bool,
+}
+
+/// What is known of a segment.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Segment {
+    /// Places in the sample, rising within each of the two rounds.
+    pub(super) places: Vec<usize>,
+    pub(super) truth: Vec<[f64; 3]>,
+}
+
+/// The least share of the second round that a segment gets, of an even share, whatever its
+/// light: what does not vary between a few pixels may do so between others.
+const LEAST: f64 = 0.2;
+
+impl Judged {
+    /// Asks `truth` for the radiance of about `most` pixels of a sample, at least one: half of
+    /// them at equal distances, the others where these differ most from those beside them.
+    ///
+    /// # Errors
+    /// Those of `truth`.
+    pub fn new<E>(
+        sample: &Sample,
+        most: usize,
+        mut truth: impl FnMut(&[u32]) -> Result<Vec<[f64; 3]>, E>,
+    ) -> Result<Self, E> {
+        let mut segments = vec![Segment::default(); sample.segments()];
+        let number = sample.pixels.len();
+        if most >= number {
+            ask(sample, &mut segments, &mut truth, |segment| {
+                sample.segment(segment).collect()
+            })?;
+        } else {
+            let each = (most / 2 / sample.segments().max(1)).max(1);
+            let apart = (sample.segments() as f64 / most as f64).max(1.0);
+            // Where there are fewer pixels than segments, some have none.
+            let has_any = |segment: usize| {
+                ((segment as f64 / apart) as usize as f64 * apart).ceil() as usize == segment
+            };
+            ask(sample, &mut segments, &mut truth, |segment| {
+                match has_any(segment) {
+                    true => spread(&sample.segment(segment).collect::<Vec<_>>(), each, segment),
+                    false => Vec::new(),
+                }
+            })?;
+            let left = most.saturating_sub(each * sample.segments());
+            if left > 0 {
+                let shares = shares(&segments, left);
+                let first = segments.clone();
+                ask(sample, &mut segments, &mut truth, |segment| {
+                    let mut free: Vec<usize> = sample.segment(segment).collect();
+                    free.retain(|place| !first[segment].places.contains(place));
+                    spread(&free, shares[segment], segment)
+                })?;
+            }
+        }
+        segments.retain(|segment| !segment.places.is_empty());
+        Ok(Self {
+            number: segments.iter().map(|segment| segment.places.len()).sum(),
+            is_whole: sample.is_whole() && most >= number,
+            segments,
+        })
+    }
+
+    /// How many pixels are judged.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
+    pub(super) fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    pub(super) fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+}
+
+/// Asks for the truth at places of each segment, all at once.
+fn ask<E>(
+    sample: &Sample,
+    segments: &mut [Segment],
+    truth: &mut impl FnMut(&[u32]) -> Result<Vec<[f64; 3]>, E>,
+    places: impl Fn(usize) -> Vec<usize>,
+) -> Result<(), E> {
+    let wanted: Vec<Vec<usize>> = (0..segments.len()).map(places).collect();
+    let all: Vec<u32> = wanted
+        .iter()
+        .flatten()
+        .map(|place| sample.pixels[*place])
+        .collect();
+    let mut light = truth(&all)?.into_iter();
+    for (segment, places) in segments.iter_mut().zip(wanted) {
+        segment.truth.extend(light.by_ref().take(places.len()));
+        segment.places.extend(places);
+    }
+    Ok(())
+}
+
+/// `count` of some places, or all of them, at equal distances.
+fn spread(free: &[usize], count: usize, seed: usize) -> Vec<usize> {
+    let count = count.min(free.len());
+    let offset = f64::from(below(1 << 16, seed as u64)) / f64::from(1 << 16);
+    let place = |k: usize| ((k as f64 + offset) / count as f64 * free.len() as f64) as usize;
+    (0..count)
+        .map(|k| free[place(k).min(free.len() - 1)])
+        .collect()
+}
+
+/// How many more pixels each segment gets, by how much its light varies.
+fn shares(segments: &[Segment], left: usize) -> Vec<usize> {
+    let grey = |light: &[f64; 3]| light.iter().sum::<f64>() / 3.0;
+    let variation = |index: usize| {
+        let around = &segments[index.saturating_sub(1)..(index + 2).min(segments.len())];
+        let light: Vec<f64> = around.iter().flat_map(|s| &s.truth).map(grey).collect();
+        let mean = light.iter().sum::<f64>() / light.len().max(1) as f64;
+        let squares: f64 = light.iter().map(|x| (x - mean).powi(2)).sum();
+        (squares / light.len().max(1) as f64).sqrt()
+    };
+    let all: Vec<f64> = (0..segments.len()).map(variation).collect();
+    let even = 1.0 / segments.len() as f64;
+    let sum: f64 = all.iter().sum();
+    let share = |x: &f64| match sum > 0.0 {
+        true => LEAST * even + (1.0 - LEAST) * x / sum,
+        false => even,
+    };
+    all.iter()
+        .map(|x| (share(x) * left as f64).round() as usize)
+        .collect()
+}
