@@ -1,5 +1,6 @@
 //! The probe of a picture that a comparison or a render is about to make.
 
+use std::convert::Infallible;
 use std::time::Instant;
 
 use gpu_backend::gpu::Gpu;
@@ -20,8 +21,11 @@ use crate::progress;
 /// Pixels that methods are run on.
 const PIXELS: usize = 4096;
 
+/// Those of the picture that are the nearest to lights, beside them.
+const NEAREST: usize = 256;
+
 /// Seconds of counted work of a probe, beside the truth.
-pub(crate) const SECONDS: f64 = 2.0;
+pub(crate) const SECONDS: f64 = 5.0;
 
 /// Units of work of the truth about the judged pixels; see [`Prepared::per_pixel`].
 const TRUTH: f64 = 5e5;
@@ -45,16 +49,18 @@ impl<'a> Foresight<'a> {
     /// Finds the truth about some pixels; nothing if there is no airlight.
     pub(crate) fn new(prepared: &'a Prepared, profile: &'a Profile, seconds: f64) -> Option<Self> {
         let job = prepared.job(false)?;
-        let sample = Sample::new([job.size.width, job.size.height], PIXELS);
         let most = (TRUTH / prepared.per_pixel).max(LEAST_JUDGED) as usize;
-        let judged = Judged::new(&sample, most, |pixels| {
+        let sample = Sample::new([job.size.width, job.size.height], PIXELS);
+        let nearest = NEAREST.min(most / 2);
+        let sample = sample.with_nearest(job.view.rays(), job.emitters, nearest);
+        let Ok(judged) = Judged::new::<Infallible>(&sample, most, |pixels| {
             let rays = job.view.rays();
             let rays: Vec<_> = pixels.iter().map(|pixel| rays[*pixel as usize]).collect();
             let (truth, _) = truth::converge(&job, &rays, TOLERANCE, false);
-            Ok::<_, Failure>(truth.radiance)
+            Ok(truth.radiance)
         });
         Some(Self {
-            judged: judged.ok()?,
+            judged,
             job,
             sample,
             profile,

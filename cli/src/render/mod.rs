@@ -81,7 +81,9 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     let mut input = Input::for_picture(&args.scene, &args.options, args.size)?;
     let chosen = chosen.for_media(methods, args, &mut input);
     input.notes.extend(expected);
-    chosen.check_map(args, &input)?;
+    if target.is_none() {
+        chosen.check_map(args, &input)?;
+    }
     if args.layers {
         layers::check(args.size, input.scene.lights.len())?;
     }

@@ -35,9 +35,11 @@ pub struct Prediction {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Known {
-    /// It was run on the sample.
+    /// Its time and its error were found on the sample.
     Probed,
-    /// Qualities around it, or on one side of it, were.
+    /// Its error was; its time is that between other qualities, or beyond them.
+    Tried,
+    /// Its error is that between two other qualities, its time too or beyond them.
     Interpolated,
 }
 
@@ -76,6 +78,7 @@ impl Known {
     pub fn name(self) -> &'static str {
         match self {
             Self::Probed => "probed",
+            Self::Tried => "tried",
             Self::Interpolated => "interpolated",
         }
     }

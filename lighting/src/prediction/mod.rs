@@ -26,15 +26,19 @@
 //! ```
 //!
 //! One segment of pixels is drawn from each cell of the picture. Within a segment more pixels
-//! are judged where the light varies, and `wᵢ` makes up for that. The standard error of `e`
+//! are judged where the light varies, and `wᵢ` makes up for that. The pixels nearest to lights,
+//! where a few can have most of the error, are judged all
+//! ([`Sample::with_nearest`]) and stand for themselves. The standard error of `e`
 //! comes from the differences of neighbouring cells. Errors do not depend on the clock.
 //!
 //! # Settings that are not probed
-//! Which settings are probed is decided by [counted work](crate::methods::Work) and the
-//! [`Profile`] of the machine, never by the clock: first the ends of the qualities of each
-//! method and one between, then the others. What is left is interpolated between probed
-//! qualities of the method, along straight lines of logarithms: times over counted work,
-//! errors over the quality. Beyond the ends lines go on, errors never rising.
+//! What is run is decided by [counted work](crate::methods::Work) and the [`Profile`] of the
+//! machine, never by the clock: first the ends of the qualities of each method and one
+//! between, with their times; then the others, for their errors. The time of these is found
+//! on straight lines through the logarithms of times over those of counted work (of the
+//! quality, where work is the same), which go on beyond the ends. Errors that are not known
+//! are found between two that are, over the quality; beyond these nothing is foreseen,
+//! because errors level out where something else limits them.
 //!
 //! # The profile
 //! A [`Profile`] holds, for each method on each backend, seconds per unit of counted work,
@@ -58,3 +62,6 @@ pub use forecast::{Forecast, Known, Prediction, Skipped};
 pub use probe::{Probe, Setting};
 pub use profile::{Costs, Profile};
 pub use sample::{Judged, Sample};
+
+#[cfg(test)]
+mod tests;

@@ -13,7 +13,7 @@ use crate::methods::{
 use crate::scene::trace::Hit;
 
 /// How often a setting is timed with each of the two samples.
-const REPETITIONS: usize = 3;
+const REPETITIONS: usize = 5;
 
 /// The largest share of the budget that one setting may take.
 const LARGEST: f64 = 0.25;
@@ -68,8 +68,8 @@ struct Run {
     once: f64,
     bytes: u64,
     error: Estimate,
-    /// The shortest times with fewer and with more rays.
-    times: [f64; 2],
+    /// The shortest times with fewer and with more rays, if it is timed.
+    times: Option<[f64; 2]>,
 }
 
 /// Rays with what belongs to them.
@@ -156,8 +156,8 @@ impl Probe<'_> {
             },
         };
         let mut runs: Vec<Run> = Vec::new();
-        for setting in chosen(&groups, &costs, self.seconds) {
-            match self.first(&mut frames, setting, &settings[setting]) {
+        for (setting, is_timed) in chosen(&groups, &costs, self.seconds) {
+            match self.first(&mut frames, (setting, is_timed), &settings[setting]) {
                 Ok(run) => runs.push(run),
                 Err(MethodError::Backend(error @ Error::DeviceLost { .. })) => {
                     return Err(error.into());
@@ -171,8 +171,11 @@ impl Probe<'_> {
         }
         for _ in 0..REPETITIONS {
             for run in &mut runs {
+                let Some(shortest) = &mut run.times else {
+                    continue;
+                };
                 let times = self.times(&mut frames, &settings[run.setting])?;
-                for (shortest, time) in run.times.iter_mut().zip(times) {
+                for (shortest, time) in shortest.iter_mut().zip(times) {
                     *shortest = shortest.min(time);
                 }
             }
@@ -194,7 +197,7 @@ impl Probe<'_> {
                 {
                     continue;
                 }
-                match self.expected(setting, &settings[setting], &works, &own, settings) {
+                match self.expected(setting, settings, &works, &own) {
                     Some(row) => forecast.rows.push(Prediction {
                         backend: label.into(),
                         ..row
@@ -247,7 +250,8 @@ impl Probe<'_> {
         };
         Cost {
             once: known.once * work.once,
-            frames: known.frame * (more + REPETITIONS as f64 * repeated),
+            error: known.frame * more,
+            time: known.frame * REPETITIONS as f64 * repeated,
         }
     }
 
@@ -255,7 +259,7 @@ impl Probe<'_> {
     fn first<B: MethodBackend + Download>(
         &self,
         frames: &mut Frames<'_, B>,
-        index: usize,
+        (index, is_timed): (usize, bool),
         setting: &Setting,
     ) -> Result<Run, MethodError> {
         let frame = frames.larger(setting);
@@ -281,7 +285,7 @@ impl Probe<'_> {
             once: used.iter().map(|used| used.seconds).sum(),
             bytes: used.iter().map(|used| used.bytes).sum(),
             error: estimate(&light, self.judged),
-            times: [f64::INFINITY; 2],
+            times: is_timed.then_some([f64::INFINITY; 2]),
         })
     }
 
@@ -322,83 +326,91 @@ impl Probe<'_> {
         more + per_ray * beyond
     }
 
-    /// What is expected of a setting by what its method did; the backend is missing.
+    /// What is expected of a setting by what its method did; the backend is missing. `None`
+    /// if too little is known.
     fn expected(
         &self,
         index: usize,
-        setting: &Setting,
+        settings: &[Setting],
         works: &[Work],
         own: &[&Run],
-        settings: &[Setting],
     ) -> Option<Prediction> {
+        let setting = &settings[index];
         let about = setting.entry.about();
         let rays = self.sample.of();
-        let work = &works[index];
-        let row = Prediction {
+        let counted = |index: usize| Self::counted(&works[index], rays);
+        let quality = |index: usize| f64::from(settings[index].quality.max(1));
+        let timed = own.iter().filter_map(|run| {
+            let time = self.frame_time(&settings[run.setting], run.times?);
+            Some((run.setting, time.max(f64::MIN_POSITIVE)))
+        });
+        let timed: Vec<(usize, f64)> = timed.collect();
+        let it = own.iter().find(|run| run.setting == index);
+        let frame = match timed.iter().find(|(setting, _)| *setting == index) {
+            Some((_, time)) => *time,
+            None => over(&timed, counted, index).or_else(|| over(&timed, quality, index))?,
+        };
+        let error = match it {
+            Some(run) => run.error,
+            None => error_between(own, quality, index)?,
+        };
+        let made: Vec<(usize, f64)> = (own.iter())
+            .map(|run| (run.setting, run.once.max(f64::MIN_POSITIVE)))
+            .collect();
+        let stored: Vec<(usize, f64)> = (own.iter())
+            .map(|run| (run.setting, run.bytes.max(1) as f64))
+            .collect();
+        let work = |index: usize| works[index].once.max(1.0);
+        let nearest = own.iter().min_by_key(|run| run.setting.abs_diff(index))?;
+        Some(Prediction {
             setting: index,
             method: about.name.into_owned(),
             backend: String::new(),
             quality: setting.quality,
             unit: about.quality,
-            once: 0.0,
-            frame: 0.0,
-            bytes: 0,
-            rmse: 0.0,
-            rmse_spread: 0.0,
-            known: Known::Probed,
-            counted: [work.once, Self::counted(work, rays)],
-        };
-        if let Some(run) = own.iter().find(|run| run.setting == index) {
-            return Some(Prediction {
-                once: run.once,
-                frame: self.frame_time(setting, run.times),
-                bytes: run.bytes,
-                rmse: run.error.rmse,
-                rmse_spread: run.error.spread,
-                ..row
-            });
-        }
-        let line = |x: &dyn Fn(usize) -> f64, y: &dyn Fn(&Run) -> f64| {
-            let points = own.iter().map(|run| (x(run.setting), y(run)));
-            let mut points: Vec<(f64, f64)> = points.collect();
-            // Where counted work is the same, the quality tells settings apart.
-            if points.windows(2).any(|pair| !(pair[0].0 < pair[1].0)) {
-                for (point, run) in points.iter_mut().zip(own) {
-                    point.0 = f64::from(settings[run.setting].quality.max(1));
-                }
-                return along_logarithms(&points, f64::from(setting.quality.max(1)));
-            }
-            along_logarithms(&points, x(index))
-        };
-        let quality = |setting: usize| f64::from(settings[setting].quality.max(1));
-        let counted = |setting: usize| Self::counted(&works[setting], rays);
-        let made = |setting: usize| works[setting].once.max(1.0);
-        let shortest = f64::MIN_POSITIVE;
-        let frame = |run: &Run| {
-            self.frame_time(&settings[run.setting], run.times)
-                .max(shortest)
-        };
-        let highest = own.last()?;
-        let nearest = own
-            .iter()
-            .min_by_key(|run| run.setting.abs_diff(index))
-            .unwrap_or(highest);
-        let rmse = line(&quality, &|run| run.error.rmse.max(LEAST_ERROR))?;
-        // Errors level out where something else limits them.
-        let rmse = match index > highest.setting {
-            true => rmse.min(highest.error.rmse),
-            false => rmse,
-        };
-        Some(Prediction {
-            once: line(&made, &|run| run.once.max(shortest))?,
-            frame: line(&counted, &frame)?,
-            bytes: line(&made, &|run| run.bytes.max(1) as f64)? as u64,
-            rmse,
-            rmse_spread: nearest.error.spread,
-            known: Known::Interpolated,
-            ..row
+            once: it.map_or_else(
+                || over(&made, work, index).unwrap_or(nearest.once),
+                |run| run.once,
+            ),
+            frame,
+            bytes: it.map_or_else(
+                || over(&stored, work, index).map_or(nearest.bytes, |bytes| bytes as u64),
+                |run| run.bytes,
+            ),
+            rmse: error.rmse,
+            rmse_spread: error.spread,
+            known: match (it, it.and_then(|run| run.times)) {
+                (Some(_), Some(_)) => Known::Probed,
+                (Some(_), None) => Known::Tried,
+                (None, _) => Known::Interpolated,
+            },
+            counted: [works[index].once, counted(index)],
         })
     }
+}
+
+/// The value of a setting on lines of logarithms through those of others, over `x`, which
+/// goes with the quality; `None` if `x` does not tell them apart. In proportion to `x` if
+/// there is one alone.
+fn over(known: &[(usize, f64)], x: impl Fn(usize) -> f64, index: usize) -> Option<f64> {
+    let points: Vec<(f64, f64)> = known.iter().map(|(i, y)| (x(*i), *y)).collect();
+    if let [(only, y)] = points[..] {
+        return Some(y * x(index) / only);
+    }
+    let is_rising = points.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    is_rising.then(|| along_logarithms(&points, x(index)))?
+}
+
+/// The error of a setting between two whose errors are known. Beyond the last nothing is:
+/// errors level out where something else limits them.
+fn error_between(own: &[&Run], quality: impl Fn(usize) -> f64, index: usize) -> Option<Estimate> {
+    let after = own.iter().position(|run| run.setting > index)?;
+    let pair = [own[after.checked_sub(1)?], own[after]];
+    let points = pair.map(|run| (quality(run.setting), run.error.rmse.max(LEAST_ERROR)));
+    Some(Estimate {
+        rmse: along_logarithms(&points, quality(index))?,
+        spread: pair[0].error.spread.max(pair[1].error.spread),
+    })
 }
 
 impl<'a, B: MethodBackend> Frames<'a, B> {
@@ -458,8 +470,12 @@ fn said(error: &MethodError) -> String {
 /// Seconds that a probe of a setting takes, by counted work.
 #[derive(Debug, Clone, Copy)]
 struct Cost {
+    /// What has to be made.
     once: f64,
-    frames: f64,
+    /// The run that tells the error.
+    error: f64,
+    /// Those that tell the time.
+    time: f64,
 }
 
 /// The settings of each method, by their places.
@@ -475,10 +491,11 @@ fn groups(settings: &[Setting]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// What is run: the ends of each group and one between, then the others, each unless what
-/// it takes is too much by itself or with those before.
-fn chosen(groups: &[Vec<usize>], costs: &[Cost], seconds: f64) -> Vec<usize> {
-    let is_first = |group: &[usize], place: usize| {
+/// What is run, and whether it is timed too: first the ends of each group and one between,
+/// with their times; then the errors of the others. What takes too much by itself, or with
+/// those before, is left out.
+fn chosen(groups: &[Vec<usize>], costs: &[Cost], seconds: f64) -> Vec<(usize, bool)> {
+    let is_timed = |group: &[usize], place: usize| {
         let last = group.len() - 1;
         [0, last / 2, last].contains(&place)
     };
@@ -486,19 +503,19 @@ fn chosen(groups: &[Vec<usize>], costs: &[Cost], seconds: f64) -> Vec<usize> {
     let mut chosen = Vec::new();
     // What is made for one quality is often a part of what another needs.
     let mut made = vec![0.0_f64; groups.len()];
-    for round in [true, false] {
+    for timed in [true, false] {
         for (number, group) in groups.iter().enumerate() {
             for (place, &setting) in group.iter().enumerate() {
-                if is_first(group, place) != round {
+                if is_timed(group, place) != timed {
                     continue;
                 }
-                let Cost { once, frames } = costs[setting];
+                let Cost { once, error, time } = costs[setting];
+                let frames = if timed { error + time } else { error };
                 let more = (once - made[number]).max(0.0) + frames;
-                let own = once + frames;
-                if own <= LARGEST * seconds && spent + more <= seconds {
+                if once + frames <= LARGEST * seconds && spent + more <= seconds {
                     spent += more;
                     made[number] = made[number].max(once);
-                    chosen.push(setting);
+                    chosen.push((setting, timed));
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! Which pixels stand for a picture.
 
+use crate::{Emitter, Ray};
+
 /// Pixels of a segment, which are beside each other in a row: half of what a backend takes
 /// at once, so that they are as coherent as those of a picture.
 const SEGMENT: u32 = 32;
@@ -13,7 +15,8 @@ const SMALLER: usize = 4;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sample {
     pixels: Vec<u32>,
-    /// Where each segment begins in `pixels`, and the end of the last.
+    /// Where each segment begins in `pixels`, and the end of the last, behind which are the
+    /// pixels nearest to lights.
     starts: Vec<usize>,
     total: usize,
 }
@@ -61,12 +64,51 @@ impl Sample {
         sample
     }
 
+    /// The same with the `number` pixels whose rays are the nearest to lights, which have a
+    /// large part of the error of methods that take steps: light falls with the square of
+    /// the distance. They stand for themselves alone.
+    ///
+    /// Takes one operation for each ray and point light.
+    #[must_use]
+    pub fn with_nearest(mut self, rays: &[Ray], emitters: &[Emitter], number: usize) -> Self {
+        if self.is_whole() {
+            return self;
+        }
+        let mut nearest: Vec<(f32, u32)> = (rays.iter().zip(0..))
+            .map(|(ray, pixel)| (brightness(ray, emitters), pixel))
+            .filter(|(brightness, _)| *brightness > 0.0)
+            .collect();
+        let number = number.min(nearest.len());
+        if number == 0 {
+            return self;
+        }
+        let order = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+        nearest.select_nth_unstable_by(number - 1, order);
+        let mut nearest: Vec<u32> = nearest[..number].iter().map(|(_, pixel)| *pixel).collect();
+        nearest.sort_unstable();
+        let mut others = Self {
+            pixels: Vec::new(),
+            starts: vec![0],
+            total: self.total,
+        };
+        for segment in 0..self.segments() {
+            let own = self.segment(segment).map(|place| self.pixels[place]);
+            let far = own.filter(|pixel| nearest.binary_search(pixel).is_err());
+            others.pixels.extend(far);
+            others.starts.push(others.pixels.len());
+        }
+        self = others;
+        self.pixels.extend(nearest);
+        self
+    }
+
     fn push(&mut self, first: u32, length: u32) {
         self.pixels.extend(first..first + length);
         self.starts.push(self.pixels.len());
     }
 
-    /// The pixels, counted row by row from the top.
+    /// The pixels, counted row by row from the top: those of segments in this order, then
+    /// those nearest to lights.
     pub fn pixels(&self) -> &[u32] {
         &self.pixels
     }
@@ -97,6 +139,27 @@ impl Sample {
     fn segment(&self, index: usize) -> std::ops::Range<usize> {
         self.starts[index]..self.starts[index + 1]
     }
+
+    /// The places of those nearest to lights.
+    fn nearest(&self) -> std::ops::Range<usize> {
+        self.starts[self.segments()]..self.pixels.len()
+    }
+}
+
+/// The light that a ray would get of the point on it that is nearest to each light.
+fn brightness(ray: &Ray, emitters: &[Emitter]) -> f32 {
+    let of = |emitter: &Emitter| {
+        let Emitter::Point(light) = emitter else {
+            return 0.0;
+        };
+        let to_light = light.position() - ray.origin();
+        let along = to_light.dot(ray.direction()).clamp(0.0, ray.length());
+        let distance = (to_light - along * ray.direction()).length_squared();
+        light.intensity().element_sum() / distance.max(1e-12 * to_light.length_squared())
+    };
+    let sum: f32 = emitters.iter().map(of).sum();
+    // A light at the eye is equally near to all.
+    if sum.is_finite() { sum } else { 0.0 }
 }
 
 /// Where the part `edge` of `parts` of a length begins.
@@ -117,6 +180,9 @@ fn below(count: u32, index: u64) -> u32 {
 #[derive(Debug, Clone)]
 pub struct Judged {
     segments: Vec<Segment>,
+    nearest: Segment,
+    /// The share of the picture that `nearest` is.
+    share: f64,
     number: usize,
     is_whole: bool,
 }
@@ -134,8 +200,9 @@ pub(super) struct Segment {
 const LEAST: f64 = 0.2;
 
 impl Judged {
-    /// Asks `truth` for the radiance of about `most` pixels of a sample, at least one: half of
-    /// them at equal distances, the others where these differ most from those beside them.
+    /// Asks `truth` for the radiance of about `most` pixels of a sample, at least one, beside
+    /// those nearest to lights: half of them at equal distances, the others where these differ
+    /// most from those beside them.
     ///
     /// # Errors
     /// Those of `truth`.
@@ -145,7 +212,7 @@ impl Judged {
         mut truth: impl FnMut(&[u32]) -> Result<Vec<[f64; 3]>, E>,
     ) -> Result<Self, E> {
         let mut segments = vec![Segment::default(); sample.segments()];
-        let number = sample.pixels.len();
+        let number = sample.starts[sample.segments()];
         if most >= number {
             ask(sample, &mut segments, &mut truth, |segment| {
                 sample.segment(segment).collect()
@@ -175,10 +242,19 @@ impl Judged {
             }
         }
         segments.retain(|segment| !segment.places.is_empty());
+        let mut nearest = [Segment::default()];
+        ask(sample, &mut nearest, &mut truth, |_| {
+            sample.nearest().collect()
+        })?;
+        let [nearest] = nearest;
         Ok(Self {
-            number: segments.iter().map(|segment| segment.places.len()).sum(),
+            share: nearest.places.len() as f64 / sample.total.max(1) as f64,
+            number: (segments.iter().chain([&nearest]))
+                .map(|segment| segment.places.len())
+                .sum(),
             is_whole: sample.is_whole() && most >= number,
             segments,
+            nearest,
         })
     }
 
@@ -189,6 +265,11 @@ impl Judged {
 
     pub(super) fn segments(&self) -> &[Segment] {
         &self.segments
+    }
+
+    /// The pixels nearest to lights, and the share of the picture that they are.
+    pub(super) fn nearest(&self) -> (&Segment, f64) {
+        (&self.nearest, self.share)
     }
 
     pub(super) fn is_whole(&self) -> bool {

@@ -30,6 +30,10 @@ pub const PRECOMPUTED: &str = "precomputed";
 /// resolution: those of a file.
 pub const FROM_FILE: u32 = 0;
 
+/// A node of the shadows as a share of texels of a shadow map: it is found, compared and
+/// numbered. Counted on a city and a fence.
+const TILE: f64 = 60.0;
+
 /// The precomputed shadows of every light.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Baked;
@@ -80,7 +84,7 @@ impl LightSources for Baked {
             // The map of the dynamic casters and its trees.
             per_frame: 2.0 * mapped * texels,
             // Silhouettes grow with the side, faces of open meshes with its square.
-            once: lights * side.powf(1.5),
+            once: TILE * lights * side.powf(1.5),
             per_ray: lights * side.sqrt(),
             ..Work::default()
         }
