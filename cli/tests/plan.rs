@@ -284,23 +284,24 @@ fn a_picture_is_about_as_far_off_as_was_asked_for() {
         };
         let (truth, _) = render("truth.exr", &[]);
         let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-        for target in [0.2, 0.02] {
-            let (found, said) = render("chosen.exr", &["--error", &target.to_string()]);
-            let squares: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
-            let error = (squares / truth.len() as f64).sqrt() / mean;
-            assert!(error <= 1.5 * target, "{scene}: {error}: {said}");
-            assert!(said.contains("note: for an error of"), "{said}");
-        }
+        let target = 0.05;
+        let (found, said) = render("chosen.exr", &["--error", &target.to_string()]);
+        let squares: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+        let error = (squares / truth.len() as f64).sqrt() / mean;
+        assert!(error <= 1.5 * target, "{scene}: {error}: {said}");
+        assert!(said.contains("note: for an error of"), "{said}");
     }
 }
 
 #[test]
-fn a_comparison_of_what_is_worth_it_leaves_out_what_is_beaten_by_far() {
+fn a_comparison_of_what_is_worth_it_keeps_the_baseline() {
     let place = tempfile::tempdir().unwrap();
     let all = [
         "compare",
         "fence",
         "--auto",
+        "--methods",
+        "march x midpoint,slices,hybrid x gauss",
         "--plan",
         "--backend",
         "cpu",
@@ -310,11 +311,7 @@ fn a_comparison_of_what_is_worth_it_leaves_out_what_is_beaten_by_far() {
         "128",
     ];
     let text = succeeds(place.path(), &all);
-    assert!(
-        text.contains("expected to be beaten by far (--auto)"),
-        "{text}"
-    );
-    // What others are compared with stays.
+    // What others are compared with stays, whatever the times are.
     let marches = text
         .lines()
         .find(|line| line.starts_with("runs: ray marching"));

@@ -181,7 +181,7 @@ mod tests {
     fn what_is_wrong_with_a_profile_is_said() {
         let mut sound = of(&example());
         assert!(parse(sound.to_string().as_bytes()).is_ok());
-        let mut wrong = |change: &dyn Fn(&mut Value)| {
+        let wrong = |change: &dyn Fn(&mut Value)| {
             let mut value = sound.clone();
             change(&mut value);
             parse(value.to_string().as_bytes()).unwrap_err()

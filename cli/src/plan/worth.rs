@@ -62,3 +62,33 @@ pub(crate) fn keep_worthwhile(prepared: &mut Prepared) -> Result<(), Failure> {
 fn is_beaten(row: &Prediction, other: &Prediction) -> bool {
     MUCH * other.frame < row.frame && MUCH * other.rmse < row.rmse
 }
+
+#[cfg(test)]
+mod tests {
+    use lighting::prediction::Known;
+
+    use super::*;
+
+    #[test]
+    fn beaten_by_far_is_what_is_twice_as_slow_and_twice_as_far_off() {
+        let row = |frame: f64, rmse: f64| Prediction {
+            setting: 0,
+            method: "any".into(),
+            backend: "cpu".into(),
+            quality: 1,
+            unit: "steps",
+            once: 0.0,
+            frame,
+            bytes: 0,
+            rmse,
+            rmse_spread: 0.0,
+            known: Known::Probed,
+            counted: [1.0; 2],
+        };
+        let this = row(1.0, 0.1);
+        assert!(is_beaten(&this, &row(0.4, 0.04)));
+        for other in [row(0.4, 0.06), row(0.6, 0.04), row(2.0, 0.0), this.clone()] {
+            assert!(!is_beaten(&this, &other), "{other}");
+        }
+    }
+}

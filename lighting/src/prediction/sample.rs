@@ -42,7 +42,7 @@ impl Sample {
         let length = SEGMENT.min(width);
         let segments = (most / length as usize).max(1);
         let square = (segments as f64 * f64::from(width) / f64::from(height)).sqrt();
-        let columns = (square as u32).clamp(1, width / length);
+        let columns = (square as u32).clamp(1, (width / length).min(segments as u32));
         let rows = (segments as u32 / columns).clamp(1, height);
         for row in 0..rows {
             let [top, bottom] = [row, row + 1].map(|edge| cut(height, edge, rows));
@@ -115,7 +115,8 @@ impl Sample {
 
     /// The pixels of a quarter of the segments.
     pub fn smaller(&self) -> Vec<u32> {
-        let segments = (0..self.segments()).skip(SMALLER / 2).step_by(SMALLER);
+        let first = (SMALLER / 2).min(self.segments().saturating_sub(1));
+        let segments = (first..self.segments()).step_by(SMALLER);
         segments
             .flat_map(|segment| self.segment(segment))
             .map(|place| self.pixels[place])
