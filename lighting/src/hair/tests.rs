@@ -83,7 +83,8 @@ impl Seen {
     fn radiance_on(&self, cpu: &Cpu, emitter: &Emitter, fibre: Fibre) -> Vec<[f32; 4]> {
         let casters = Casters::new(&self.scene.translucent, None);
         let clear = Stream::<8>::new();
-        let map = TransmittanceMap::build(cpu, &casters, emitter, 256, &clear).unwrap();
+        let map: TransmittanceMap =
+            TransmittanceMap::build(cpu, &casters, emitter, 256, &clear).unwrap();
         let lit = LitHair {
             view: &self.view,
             translucent: &self.scene.translucent,

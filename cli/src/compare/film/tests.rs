@@ -27,7 +27,7 @@ fn args(methods: &str) -> Compare {
 }
 
 fn prepared(args: &Compare) -> Prepared {
-    Prepared::new(&Registry::standard(), args, f64::INFINITY).unwrap()
+    Prepared::new(&Registry::standard(), args.asked(), f64::INFINITY).unwrap()
 }
 
 const SIZE: Size = Size {
