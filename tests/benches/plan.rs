@@ -51,8 +51,7 @@ fn shadows(criterion: &mut Criterion) {
             b.iter(|| {
                 let plan = Plan::of_frame(&frame).expect("a plan");
                 assert_eq!(plan.unshadowed(), [0]);
-                let lights = &scene.emitters;
-                let closed = methods.unshadowed(&entry, quality, lights, &scene.medium);
+                let closed = methods.unshadowed(&entry, quality);
                 let (closed, quality) = closed.expect("a method");
                 image(&cpu, frame, &closed, quality)
             });

@@ -154,9 +154,7 @@ fn exact_visibility_of_unshadowed_lights_is_none_bit_for_bit() {
                 continue;
             };
             let quality = exact.about().usual;
-            let (lights, medium) = (&scene.emitters, &scene.medium);
-            let closed = methods.unshadowed(&exact, quality, lights, medium);
-            let (closed, of_closed) = closed.unwrap();
+            let (closed, of_closed) = methods.unshadowed(&exact, quality).unwrap();
             assert!(closed.about().name.starts_with("none x "));
             let (forced, planned) = (
                 picture(&scene, &exact, quality),
@@ -174,14 +172,10 @@ fn unshadowed_lights_are_right_to_the_bound_of_the_closed_form() {
     for name in ["march x midpoint", "epipolar-sampling", "froxels"] {
         let method = methods.find(name).unwrap();
         for scene in unshadowed(20) {
-            let (lights, medium) = (&scene.emitters, &scene.medium);
             let quality = method.about().usual;
-            let (closed, quality) = methods
-                .unshadowed(&method, quality, lights, medium)
-                .unwrap();
-            let table = airlight::Table::new(&medium.phase(), 64).unwrap();
-            // That of the closed form, and of the quadrature that it is compared with.
-            let allowed = table.error_bound().max(1e-4) + 1e-6;
+            let (closed, quality) = methods.unshadowed(&method, quality).unwrap();
+            // Those of both quadratures.
+            let allowed = 1e-4 + 1e-6;
             let (exact, planned) = (
                 picture(&scene, &truth, 6),
                 picture(&scene, &closed, quality),
@@ -199,15 +193,13 @@ fn unshadowed_lights_are_right_to_the_bound_of_the_closed_form() {
 #[test]
 fn what_has_no_shadows_is_not_replaced() {
     let methods = Registry::standard();
-    let scene = unshadowed(20).next().unwrap();
-    let (lights, medium) = (&scene.emitters, &scene.medium);
     for entry in methods.all() {
-        let closed = methods.unshadowed(entry, entry.about().usual, lights, medium);
+        let closed = methods.unshadowed(entry, entry.about().usual);
         if entry.about().role == Role::Unshadowed {
             assert!(closed.is_none(), "{:?}", entry.about().name);
         }
         if let Some((closed, _)) = closed {
-            let again = methods.unshadowed(&closed, closed.about().usual, lights, medium);
+            let again = methods.unshadowed(&closed, closed.about().usual);
             assert!(again.is_none());
         }
     }

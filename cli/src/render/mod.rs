@@ -208,8 +208,7 @@ impl Shot<'_> {
         let (plan, mut emitters) = self.job(&medium).planned(plan, input, entry)?;
         emitters.retain(|index| self.shadows[*index].is_none());
         if !emitters.is_empty() {
-            let lights = input.picked(&emitters);
-            let closed = (self.methods).unshadowed(entry, *quality, &lights, &medium);
+            let closed = self.methods.unshadowed(entry, *quality);
             self.unshadowed = closed.map(|(entry, quality)| Unshadowed {
                 emitters,
                 entry,

@@ -11,7 +11,7 @@ use crate::airlight::{
     AirlightEvaluator, Analytic, Daylight, EquiAngular, Midpoint, PerFrame, Quadrature,
 };
 use crate::path::full_cone;
-use crate::scene::{Bounds, Emitter, Medium};
+use crate::scene::Emitter;
 
 /// A kind of airlight evaluator.
 pub trait Evaluators: Send + Sync + Debug {
@@ -114,8 +114,18 @@ impl FrameInputs<'_> {
     /// pattern, and those outside of a bounded medium. Parallel light is none of
     /// these: it has a closed form.
     fn lights_with_a_pattern(&self) -> Vec<usize> {
+        let has_pattern = |emitter: &Emitter| match emitter {
+            Emitter::Directional(_) => false,
+            Emitter::Point(point) => {
+                let is_outside = self
+                    .medium
+                    .bounds()
+                    .is_some_and(|bounds| !bounds.contains(point.position()));
+                !point.is_plain() || is_outside
+            }
+        };
         let all = self.emitters.iter().enumerate();
-        all.filter(|(_, emitter)| has_pattern(emitter, self.medium))
+        all.filter(|(_, emitter)| has_pattern(emitter))
             .map(|(index, _)| index)
             .collect()
     }
@@ -155,18 +165,6 @@ impl FrameInputs<'_> {
         Verdict::Impossible(
             "no light shines alike in all directions of a cone from a point in the medium".into(),
         )
-    }
-}
-
-/// Whether evaluators of plain points do not stand for a light: it has a pattern, or is
-/// outside of a bounded medium.
-pub(super) fn has_pattern(emitter: &Emitter, medium: &Medium) -> bool {
-    match emitter {
-        Emitter::Directional(_) => false,
-        Emitter::Point(point) => {
-            let is_outside = |bounds: Bounds| !bounds.contains(point.position());
-            !point.is_plain() || medium.bounds().is_some_and(is_outside)
-        }
     }
 }
 

@@ -1,15 +1,14 @@
 //! Methods for lights that a [plan](crate::plan) calls unshadowed.
 
-use super::evaluators::{Gauss, Midpoints, Tables, Tolerances, has_pattern};
+use super::evaluators::{Gauss, Midpoints, Tolerances};
 use super::{Entry, Evaluators, Registry, Role};
-use crate::scene::{Emitter, Medium};
 
 /// The visibility of lights with nothing in their way.
 const NOTHING: &str = "none";
 
 impl Registry {
-    /// What gathers unshadowed lights in a medium instead of a method at a quality, and the
-    /// quality of its own; `None` if the method should do that itself.
+    /// What gathers unshadowed lights instead of a method at a quality, and the quality of its
+    /// own; `None` if the method should do that itself.
     ///
     /// Nothing is in the way of these lights, so that their airlight is that of whole rays.
     ///
@@ -17,15 +16,9 @@ impl Registry {
     ///   evaluator and quality: the picture is the same, bit for bit.
     /// * Another product keeps an evaluator by which its light has a look of its own. In
     ///   place of sums over nodes or over single samples, and in place of a method that is no
-    ///   product, the airlight has the closed form, to the bound of
-    ///   [`Table`](airlight::Table); to 1e-4 where lights have a pattern.
-    pub fn unshadowed(
-        &self,
-        entry: &Entry,
-        quality: u32,
-        emitters: &[Emitter],
-        medium: &Medium,
-    ) -> Option<(Entry, u32)> {
+    ///   product, whole rays are integrated to a relative 1e-4: a table would be looked up
+    ///   faster, but takes longer to make than the rays of a picture.
+    pub fn unshadowed(&self, entry: &Entry, quality: u32) -> Option<(Entry, u32)> {
         let (evaluator, quality) = match entry.halves() {
             Some([(NOTHING, _), _]) => return None,
             None if entry.about().role == Role::Unshadowed => return None,
@@ -35,20 +28,10 @@ impl Registry {
             {
                 (evaluator, None)
             }
-            _ => (closed(emitters, medium), None),
+            _ => (Tolerances::ABOUT.name, None),
         };
         let found = self.pair(NOTHING, evaluator, None)?;
         let quality = quality.unwrap_or_else(|| found.about().usual);
         Some((found, quality))
-    }
-}
-
-/// The evaluator in closed form of whole rays.
-fn closed(emitters: &[Emitter], medium: &Medium) -> &'static str {
-    let is_point = |emitter: &Emitter| matches!(emitter, Emitter::Point(_));
-    let is_plain = |emitter: &Emitter| !has_pattern(emitter, medium);
-    match emitters.iter().any(is_point) && emitters.iter().all(is_plain) {
-        true => Tables::ABOUT.name,
-        false => Tolerances::ABOUT.name,
     }
 }
