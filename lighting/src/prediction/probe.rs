@@ -205,7 +205,7 @@ impl Probe<'_> {
                     None => forecast.skipped.push(Skipped {
                         setting,
                         what: name(&settings[setting]),
-                        why: "no quality of it is cheap enough for a probe".into(),
+                        why: "it is too expensive for a probe, and not between qualities that are not".into(),
                     }),
                 }
             }

@@ -174,7 +174,7 @@ fn below(count: u32, index: u64) -> u32 {
     let mut x = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (((x ^ (x >> 31)) >> 32) * u64::from(count) >> 32) as u32
+    ((((x ^ (x >> 31)) >> 32) * u64::from(count)) >> 32) as u32
 }
 
 /// The truth about some of the pixels of a sample.
