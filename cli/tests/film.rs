@@ -53,7 +53,7 @@ fn a_film_is_in_the_report_in_its_table_and_in_the_summary() {
                 );
             }
             // The light moves, and the history stays behind.
-            _ if row["moved"] == "lights" => assert!(number("lag_share") > Some(0.1), "{row}"),
+            _ if row["moved"] == "lights" => assert!(number("lag_frames") > Some(0.25), "{row}"),
             _ => {}
         }
     }
