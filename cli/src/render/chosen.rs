@@ -163,6 +163,7 @@ impl Chosen {
     pub(crate) fn check_map(&self, args: &Render, input: &Input) -> Result<(), Failure> {
         let used = self.entry.about().uses_shadow_map
             || !input.scene.translucent.is_empty()
+            || (!args.shadows.is_empty() && input.geometry.dynamic_part().is_some())
             || args.indirect.surface_scattering == Some(SurfaceScattering::Shadowed);
         if args.options.map.is_some() && !used {
             return Err(Failure::new(format!(
