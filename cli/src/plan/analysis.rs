@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use lighting::prediction::{Forecast, Prediction};
+use lighting::prediction::Prediction;
 
+use super::Foreseen;
 use crate::compare::budget::Budget;
 use crate::compare::measure::{Job, Truth, measure};
 use crate::compare::results::Measurement;
 use crate::compare::selection::Candidate;
 use crate::compare::truth;
-use crate::devices::Device;
 use crate::failure::Failure;
 use crate::format::{count, significant};
 
@@ -34,10 +34,7 @@ pub(super) struct Analysis {
 }
 
 /// Measures, as a comparison does, what was foreseen.
-pub(super) fn analyze(
-    job: Job<'_>,
-    forecasts: &[(&Device, Vec<&Candidate>, Forecast)],
-) -> Result<Analysis, Failure> {
+pub(super) fn analyze(job: Job<'_>, forecasts: &[Foreseen<'_>]) -> Result<Analysis, Failure> {
     let (reference, _) = truth::converge(&job, job.view.rays(), 1e-6, false);
     let truth = Truth::new(job.size, &reference);
     let mut copies = vec![copy_seconds()];

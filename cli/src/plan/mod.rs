@@ -26,6 +26,9 @@ pub(crate) use worth::keep_worthwhile;
 /// Scenes that methods are learned from: a sun, lamps, a spot, hair and smoke.
 const LEARNED_FROM: [&str; 5] = ["city", "fence", "coil", "smoke", "translucent"];
 
+/// A device, what may run on it, and what is expected of that.
+type Foreseen<'a> = (&'a Device, Vec<&'a Candidate>, Forecast);
+
 /// Runs `crepuscular plan`.
 pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
     check_names(methods, &args.methods)?;
@@ -89,7 +92,7 @@ fn forecasts<'a>(
     args: &Plan,
     profile: &Profile,
     seconds: f64,
-) -> Result<Vec<(&'a Device, Vec<&'a Candidate>, Forecast)>, Failure> {
+) -> Result<Vec<Foreseen<'a>>, Failure> {
     let Some(foresight) = Foresight::new(prepared, profile, seconds) else {
         return Ok(Vec::new());
     };
@@ -105,7 +108,7 @@ fn forecasts<'a>(
 }
 
 /// The choice among all devices, if there is a target.
-fn choice(args: &Plan, forecasts: &[(&Device, Vec<&Candidate>, Forecast)]) -> Choice {
+fn choice(args: &Plan, forecasts: &[Foreseen<'_>]) -> Choice {
     let of_error = args.error.map(Target::Error);
     let target = of_error.or(args.time.map(Target::Time))?;
     let frames = args.frames.map_or(f64::INFINITY, f64::from);

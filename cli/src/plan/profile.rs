@@ -141,6 +141,9 @@ fn parse(bytes: &[u8]) -> Result<Profile, String> {
 mod tests {
     use super::*;
 
+    /// What makes a sound profile unsound.
+    type Change = dyn Fn(&mut Value);
+
     fn example() -> Profile {
         let mut profile = Profile::new();
         let costs = Costs {
@@ -186,7 +189,7 @@ mod tests {
             change(&mut value);
             parse(value.to_string().as_bytes()).unwrap_err()
         };
-        let cases: [(&dyn Fn(&mut Value), &str); 5] = [
+        let cases: [(&Change, &str); 5] = [
             (
                 &|v| v["format"] = json!("a table"),
                 "its format is \"a table\"",
