@@ -61,7 +61,8 @@
 //! At most 1024 slices and 2²³ froxels. Hair, smoke and what is see-through are not
 //! seen.
 
-#[cfg(all(test, feature = "methods"))]
+#[cfg(feature = "methods")]
+#[cfg(test)]
 mod film_tests;
 #[cfg(feature = "wgpu")]
 mod gpu;
