@@ -1,5 +1,7 @@
 //! Films from the command line.
 
+#![allow(clippy::unwrap_used, reason = "what does not unwrap is a failed test")]
+
 mod common;
 
 use common::{fails, names, succeeds};
