@@ -6,7 +6,7 @@ use std::cell::Cell;
 use std::convert::Infallible;
 
 use gpu_backend::{Backend, Cpu, Download};
-use lighting::methods::{Entry, Frame, FrameInputs, Method, Registry, RunOn, Selection, Store};
+use lighting::methods::{Entry, Frame, FrameInputs, Registry, RunOn, Selection, Store};
 use lighting::prediction::{Forecast, Judged, Known, Probe, Profile, Sample, Setting};
 use lighting::scene::procedural::Embedded;
 use reference::metrics::{Reference, image_error};
