@@ -48,25 +48,27 @@ impl Picture {
         }
     }
 
-    /// The picture whose pixels are the means of `side` × `side` of these. Both sides
-    /// must be multiples of it.
+    /// The picture whose pixels are the means of `side` × `side` of these, or of as many as
+    /// there are across or down. What is left at the right and below is not in it.
     #[must_use]
     pub(crate) fn averaged(self, side: u32) -> Self {
         if side == 1 {
             return self;
         }
+        let [across, down] = [self.size.width, self.size.height].map(|length| side.min(length));
         let size = Size {
-            width: self.size.width / side,
-            height: self.size.height / side,
+            width: self.size.width / across,
+            height: self.size.height / down,
         };
-        let (side, width) = (side as usize, size.width as usize);
-        let weight = 1.0 / (side * side) as f64;
+        let [across, down] = [across, down].map(|side| side as usize);
+        let (stride, width) = (self.size.width as usize, size.width as usize);
+        let weight = 1.0 / (across * down) as f64;
         let pixels = (0..size.pixels()).map(|pixel| {
-            let (row, column) = (pixel / width * side, pixel % width * side);
+            let (row, column) = (pixel / width * down, pixel % width * across);
             let mut sum = [0.0_f64; 3];
-            for y in row..row + side {
-                let begin = y * side * width + column;
-                for value in &self.pixels[begin..begin + side] {
+            for y in row..row + down {
+                let begin = y * stride + column;
+                for value in &self.pixels[begin..begin + across] {
                     for (sum, value) in sum.iter_mut().zip(value) {
                         *sum += f64::from(*value);
                     }

@@ -33,6 +33,9 @@ use crate::metrics::Reference;
 /// By how much the past must fit better than the future, as a share: rounding is less.
 const CLEARLY: f64 = 1e-3;
 
+/// The largest lag that is looked for, in frames.
+const MOST_LAG: usize = 16;
+
 /// The fewest frames that have a [`lag`].
 pub const LEAST_FRAMES: usize = 5;
 
@@ -51,11 +54,12 @@ pub struct FilmError {
 }
 
 impl FilmError {
-    /// `change` as a multiple of `rmse`; 0 if nothing changes.
+    /// `change` as a multiple of `rmse`; 0 if nothing changes, infinite if `change` is.
     pub fn ratio(&self) -> f64 {
-        match self.change > 0.0 {
-            true => self.change / self.rmse,
-            false => 0.0,
+        match self.change {
+            change if change.is_infinite() => f64::INFINITY,
+            change if change > 0.0 => change / self.rmse,
+            _ => 0.0,
         }
     }
 }
@@ -104,8 +108,9 @@ pub fn film_error<P: AsRef<[[f32; 4]]>>(film: &[P], reference: &[Reference]) -> 
     }
 }
 
-/// The lag of a film whose frames follow each other closely, up to about a quarter of its length; `None`
-/// if it has fewer than [`LEAST_FRAMES`] frames, or a pixel that is not finite.
+/// The lag of a film whose frames follow each other closely, up to about a quarter of its
+/// length and 16 frames at most; `None` if it has fewer than [`LEAST_FRAMES`] frames, or a
+/// pixel that is not finite.
 ///
 /// # Panics
 /// As [`film_error`].
@@ -116,7 +121,7 @@ pub fn lag<P: AsRef<[[f32; 4]]>>(film: &[P], reference: &[Reference]) -> Option<
     }
     let turn = film.len() / 2;
     let side = film.len() - 1 - turn;
-    let most = side / 2;
+    let most = (side / 2).min(MOST_LAG);
     let window = turn + most - side..=turn + side - most;
     // Mean products of the differences to the references of two shifts.
     let product = |a: isize, b: isize| -> f64 {
@@ -127,12 +132,14 @@ pub fn lag<P: AsRef<[[f32; 4]]>>(film: &[P], reference: &[Reference]) -> Option<
         };
         window.clone().map(of_frame).sum()
     };
+    let unshifted = product(0, 0);
     // The best shift on one side: the sign tells which.
     let best = |sign: isize| {
-        let mut best = (0.0, product(0, 0));
+        let mut best = (0.0, unshifted);
+        let mut first = unshifted;
         for near in 0..most as isize {
             let [a, b] = [near, near + 1].map(|shift| sign * shift);
-            let (first, both, second) = (product(a, a), product(a, b), product(b, b));
+            let (both, second) = (product(a, b), product(b, b));
             let curvature = first - 2.0 * both + second;
             let part = match curvature > 0.0 {
                 true => ((first - both) / curvature).clamp(0.0, 1.0),
@@ -143,6 +150,7 @@ pub fn lag<P: AsRef<[[f32; 4]]>>(film: &[P], reference: &[Reference]) -> Option<
             if left < best.1 {
                 best = (near as f64 + part, left.max(0.0));
             }
+            first = second;
         }
         best
     };
@@ -337,6 +345,7 @@ mod tests {
         film[2][7][1] = f32::NAN;
         let error = film_error(&film, &reference);
         assert!(error.rmse.is_infinite() && error.change.is_infinite());
+        assert_eq!(error.ratio(), f64::INFINITY);
         assert_eq!(lag(&film, &reference), None);
         assert_eq!(lag(&film[..4], &reference[..4]), None);
         let black = [Reference {

@@ -54,8 +54,9 @@ const REFERENCES: f64 = 0.6;
 /// Pictures are halved until they have no more pixels than this.
 const MOST_PIXELS: usize = 160 * 90;
 
-/// All frames of a shot together may have so many pixels: a GiB of references and views.
-const MOST_IN_ALL: usize = 1 << 23;
+/// All frames of a shot together may have so many pixels, those of the longest film: a GiB of
+/// references and views.
+const MOST_IN_ALL: usize = 600 * MOST_PIXELS;
 
 /// A film that was made.
 #[derive(Debug)]

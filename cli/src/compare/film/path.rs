@@ -57,8 +57,12 @@ pub(super) struct Pose {
 pub(super) struct Shot {
     pub(super) moved: Moved,
     pub(super) steps: Steps,
-    /// The length of a step, m; of large ones the largest distance from the middle.
-    pub(super) length: f32,
+    /// The length of a step, m; of large ones the largest distance from the middle. None if
+    /// nothing that moves has a place.
+    pub(super) length: Option<f32>,
+    /// By how much what has no place turns, rad; in large steps everything turns by as much
+    /// at most.
+    pub(super) angle: f32,
     pub(super) poses: Vec<Pose>,
 }
 
@@ -153,16 +157,19 @@ pub(super) fn shots(
             let mut shot = Shot {
                 moved,
                 steps,
-                length: space.step,
+                length: Some(space.step),
+                angle: space.angle,
                 poses: Vec::new(),
             };
             match steps {
                 Steps::Small => shot.poses = space.forth_and_back(frames),
                 Steps::Large => {
-                    shot.length = space.far;
+                    shot.length = Some(space.far);
+                    shot.angle = TURN;
                     shot.poses = space.far_apart(frames);
                 }
             }
+            shot.length = shot.length.filter(|_| !space.places.is_empty());
             shots.push(match shot.poses.is_empty() {
                 true => Err(LeftOut {
                     what: shot.name(),

@@ -18,8 +18,10 @@ use crate::picture::Picture;
 /// Full colour in pictures of differences, as a share of the mean radiance.
 const FULL: f64 = 0.1;
 
-/// Frames of a strip, at most.
-const MOST_FRAMES: usize = 48;
+/// Frames of a strip, at most, and the sides of each of its two pictures: a page holds the
+/// strips of all methods.
+const MOST_FRAMES: usize = 24;
+const MOST_SIDES: [u32; 2] = [160, 90];
 
 /// A method in a shot.
 pub(super) struct Shown {
@@ -48,14 +50,10 @@ impl Shown {
         let is_continuous = shot.steps == Steps::Small;
         let error = film_error(&take.pictures, &frames.references);
         let strip = match is_continuous {
-            true => Some(Strip {
-                name: format!("{}, {} {}", filmed.title, filmed.quality, about.quality),
-                size: Size {
-                    width: 2 * frames.size.width,
-                    height: frames.size.height,
-                },
-                file: strip(&take, frames, &error)?,
-            }),
+            true => {
+                let name = format!("{}, {} {}", filmed.title, filmed.quality, about.quality);
+                Some(strip(name, &take, frames, &error)?)
+            }
             false => None,
         };
         Ok(Self {
@@ -76,27 +74,36 @@ impl Shown {
     }
 }
 
-/// The picture and its difference to the reference, frame by frame.
-fn strip(take: &Take, frames: &Frames, error: &FilmError) -> Result<Vec<u8>, Failure> {
+/// By how much the sides of a picture are divided for a strip.
+fn reduction(size: Size) -> u32 {
+    let [width, height] = MOST_SIDES;
+    (size.width.div_ceil(width)).max(size.height.div_ceil(height))
+}
+
+/// The picture and its difference to the reference, frame by frame, no larger than
+/// [`MOST_SIDES`].
+fn strip(name: String, take: &Take, frames: &Frames, error: &FilmError) -> Result<Strip, Failure> {
+    let side = reduction(frames.size);
     let unit = if error.absolute { 1.0 } else { error.mean };
     let scale = (FULL * unit) as f32;
     let frame = |(picture, truth): (&Vec<[f32; 4]>, &reference::metrics::Reference)| {
-        let picture = Picture::new(frames.size, picture);
-        let truth = Picture::of_reference(frames.size, &truth.radiance);
+        let picture = Picture::new(frames.size, picture).averaged(side);
+        let truth = Picture::of_reference(frames.size, &truth.radiance).averaged(side);
         let tones = picture.tones(frames.exposure);
-        beside(
-            frames.size.width,
-            &tones,
-            &picture.differences(&truth, scale),
+        let differences = picture.differences(&truth, scale);
+        (
+            picture.size,
+            beside(picture.size.width, &tones, &differences),
         )
     };
     let all = take.pictures.iter().zip(&frames.references);
-    let all: Vec<Vec<u8>> = all.take(MOST_FRAMES).map(frame).collect();
+    let (sizes, all): (Vec<Size>, Vec<Vec<u8>>) = all.take(MOST_FRAMES).map(frame).unzip();
     let size = Size {
-        width: 2 * frames.size.width,
-        height: frames.size.height,
+        width: 2 * sizes[0].width,
+        height: sizes[0].height,
     };
-    apng(size, &all)
+    let file = apng(size, &all)?;
+    Ok(Strip { name, size, file })
 }
 
 /// Columns of the records; later versions add to the end.
@@ -162,7 +169,7 @@ pub(super) fn add(
         study.records.push(vec![
             shot.moved.name().into(),
             shot.steps.name().into(),
-            f64::from(shot.length).into(),
+            or_empty(shot.length.map(f64::from)),
             shown.name.as_str().into(),
             shown.title.as_str().into(),
             backend.into(),
@@ -217,7 +224,22 @@ fn capitalised(text: &str) -> String {
 }
 
 fn caption(shot: &Shot) -> String {
-    let length = significant(f64::from(shot.length));
+    let Some(length) = shot.length else {
+        return match shot.steps {
+            Steps::Small => format!(
+                "Turned by {} rad from frame to frame, to and fro by the same directions: half a \
+                 texel of a shadow map that spans a right angle. An error that stays on the scene \
+                 has a ratio below 1.",
+                significant(f64::from(shot.angle))
+            ),
+            Steps::Large => format!(
+                "Turned by up to {} rad, to directions that have nothing to do with each other. \
+                 Errors that have nothing to do with each other either have the ratio √2 = 1.41.",
+                significant(f64::from(shot.angle))
+            ),
+        };
+    };
+    let length = significant(f64::from(length));
     match (shot.steps, shot.moved) {
         (Steps::Small, Moved::Camera) => format!(
             "{length} m from frame to frame, forth and back by the same places: a third of a pixel at the \
@@ -291,5 +313,44 @@ pub(super) fn write(
 
 /// Whether a report may have a file of that name.
 pub(crate) fn is_ours(name: &str) -> bool {
-    name == CSV || name.starts_with("film-") && name.ends_with(".png")
+    let is_frame = || {
+        let name = name.strip_prefix("film-")?.strip_suffix(".png")?;
+        let (name, index) = name.rsplit_once('-')?;
+        let mut words = name.splitn(3, '-');
+        let moved = [Moved::Camera, Moved::Lights].map(Moved::name);
+        let steps = [Steps::Small, Steps::Large].map(Steps::name);
+        let is_it = moved.contains(&words.next()?)
+            && steps.contains(&words.next()?)
+            && words
+                .next()
+                .is_some_and(|of| of == slug(of) && !of.is_empty())
+            && index.len() == 4
+            && index.bytes().all(|digit| digit.is_ascii_digit());
+        is_it.then_some(())
+    };
+    name == CSV || is_frame().is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_are_no_larger_than_a_page_can_hold() {
+        for (width, height) in [
+            (160, 90),
+            (161, 90),
+            (480, 270),
+            (1000, 7),
+            (1, 3000),
+            (3, 3),
+        ] {
+            let size = Size { width, height };
+            let side = reduction(size);
+            let small = Picture::black(size).averaged(side).size;
+            assert!(small.width <= MOST_SIDES[0] && small.height <= MOST_SIDES[1]);
+            assert!(small.width >= 1 && small.height >= 1);
+            assert_eq!(side == 1, width <= 160 && height <= 90);
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
-use lighting::methods::Registry;
+use lighting::methods::{Method, Registry};
 
 use super::frames::Frames;
 use super::path::{Moved, Pose, Shot, Steps, shots};
@@ -52,20 +52,21 @@ fn paths_are_the_same_in_every_run_and_lead_back() {
         );
         for shot in &all {
             assert_eq!(shot.poses.len(), frames);
+            let length = shot.length.unwrap();
             let turn = frames / 2;
             let shift = |frame: usize| shot.poses[frame].shift;
             for frame in 1..frames {
                 let step = shift(frame).distance(shift(frame - 1));
                 match shot.steps {
                     Steps::Small => {
-                        assert!((step / shot.length - 1.0).abs() < 1e-3, "{step}");
+                        assert!((step / length - 1.0).abs() < 1e-3, "{step}");
                         let mirrored = (2 * turn).checked_sub(frame).filter(|m| *m < frames);
                         if let Some(mirrored) = mirrored {
                             assert_eq!(shot.poses[frame], shot.poses[mirrored]);
                         }
                     }
                     Steps::Large => {
-                        assert!(shift(frame).length() <= shot.length);
+                        assert!(shift(frame).length() <= length);
                         assert_ne!(shot.poses[frame], shot.poses[frame - 1]);
                     }
                 }
@@ -76,7 +77,7 @@ fn paths_are_the_same_in_every_run_and_lead_back() {
     let shot = shots(FilmPath::Camera, 7, &job, SIZE).remove(0).unwrap();
     let camera = shot.poses[2].of_camera(&prepared.camera).unwrap();
     assert_eq!(camera.rotation(), prepared.camera.rotation());
-    assert!(camera.eye().distance(prepared.camera.eye()) <= 1.001 * shot.length);
+    assert!(camera.eye().distance(prepared.camera.eye()) <= 1.001 * shot.length.unwrap());
 }
 
 /// A film of a scene in which nothing moves.
@@ -84,7 +85,8 @@ fn still(args: &Compare, prepared: &Prepared, limit: Limit<'_>) -> Frames {
     let shot = Shot {
         moved: Moved::Lights,
         steps: Steps::Small,
-        length: 0.0,
+        length: None,
+        angle: 0.0,
         poses: vec![Pose::default(); 5],
     };
     let job = prepared.job(false).unwrap();
@@ -114,7 +116,7 @@ fn a_film_in_which_nothing_moves_does_not_flicker_or_lag() {
         let lag = reference::film::lag(&take.pictures, &frames.references).unwrap();
         assert!(error.rmse > 0.0);
         assert_eq!(lag.frames, 0.0, "{}", one.title);
-        match one.entry.about().name.ends_with("history") {
+        match one.entry.remembers_frames() {
             // Each frame is sampled at another place, and most of it is of earlier ones.
             true => assert!(error.ratio() < 1.0, "{error:?}"),
             false => assert_eq!(error.change, 0.0, "{}", one.title),
@@ -177,6 +179,15 @@ fn a_film_has_a_row_for_each_method_in_each_shot_and_strips_where_it_is_continuo
         "{names:?}"
     );
     assert!(names.iter().all(|name| is_ours(name)));
+    for other in [
+        "film-poster.png",
+        "film-camera-small-0000.png",
+        "film-camera-small-march-1.png",
+        "film-camera-small-my holidays-0001.png",
+        "film-0001.png",
+    ] {
+        assert!(!is_ours(other), "{other}");
+    }
 }
 
 #[test]
@@ -217,13 +228,13 @@ fn a_film_that_is_too_large_is_refused() {
     assert!(check(&args, &prepared).is_ok());
     args.film = Some(600);
     assert!(check(&args, &prepared).is_ok());
-    let large = Prepared {
-        size: Size {
-            width: 480,
-            height: 270,
-        },
+    let of = |width: u32, height: u32, prepared| Prepared {
+        size: Size { width, height },
         ..prepared
     };
+    let usual = of(160, 90, prepared);
+    assert!(check(&args, &usual).is_ok());
+    let large = of(480, 270, usual);
     // Halved.
     assert!(check(&args, &large).is_ok());
     args.fixed = true;
@@ -253,4 +264,20 @@ fn poses_move_what_they_are_of() {
         panic!("a sun stays one");
     };
     assert!((turned.direction.angle_between(sun.direction) - 0.1).abs() < 1e-4);
+}
+
+#[test]
+fn suns_alone_turn_and_have_no_length() {
+    let mut args = args("march x midpoint");
+    args.scene = "city".into();
+    let prepared = prepared(&args);
+    let job = prepared.job(false).unwrap();
+    for shot in shots(FilmPath::Light, 7, &job, SIZE) {
+        let shot = shot.unwrap();
+        assert_eq!(shot.length, None);
+        assert!(shot.angle > 0.0);
+        for pose in &shot.poses {
+            assert!(pose.turn.iter().all(|turn| turn.abs() <= 4.0 * shot.angle));
+        }
+    }
 }
