@@ -159,14 +159,7 @@ impl Probe<'_> {
         for (setting, is_timed) in chosen(&groups, &costs, self.seconds) {
             match self.first(&mut frames, (setting, is_timed), &settings[setting]) {
                 Ok(run) => runs.push(run),
-                Err(MethodError::Backend(error @ Error::DeviceLost { .. })) => {
-                    return Err(error.into());
-                }
-                Err(error) => skipped.push(Skipped {
-                    setting,
-                    what: name(&settings[setting]),
-                    why: said(&error),
-                }),
+                Err(error) => skipped.push(skip(setting, settings, error)?),
             }
         }
         for _ in 0..REPETITIONS {
@@ -174,12 +167,21 @@ impl Probe<'_> {
                 let Some(shortest) = &mut run.times else {
                     continue;
                 };
-                let times = self.times(&mut frames, &settings[run.setting])?;
-                for (shortest, time) in shortest.iter_mut().zip(times) {
-                    *shortest = shortest.min(time);
+                match self.times(&mut frames, &settings[run.setting]) {
+                    Ok(times) => {
+                        for (shortest, time) in shortest.iter_mut().zip(times) {
+                            *shortest = shortest.min(time);
+                        }
+                    }
+                    Err(error) => {
+                        run.times = None;
+                        skipped.push(skip(run.setting, settings, error)?);
+                    }
                 }
             }
         }
+        // What failed later tells nothing of other qualities either.
+        runs.retain(|run| !skipped.iter().any(|other| other.setting == run.setting));
         let mut forecast = Forecast {
             rows: Vec::new(),
             skipped,
@@ -428,6 +430,18 @@ impl<'a, B: MethodBackend> Frames<'a, B> {
         let [smaller, _] = self.parts.as_mut().filter(|_| takes_parts(setting))?;
         smaller.inputs.map = setting.map;
         Some(smaller)
+    }
+}
+
+/// Why a setting that failed is skipped; a device that is lost fails for all.
+fn skip(setting: usize, settings: &[Setting], error: MethodError) -> Result<Skipped, MethodError> {
+    match error {
+        MethodError::Backend(error @ Error::DeviceLost { .. }) => Err(error.into()),
+        error => Ok(Skipped {
+            setting,
+            what: name(&settings[setting]),
+            why: said(&error),
+        }),
     }
 }
 

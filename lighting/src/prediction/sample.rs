@@ -1,6 +1,9 @@
 //! Which pixels stand for a picture.
 
-use crate::{Emitter, Ray};
+use gpu_backend::Cpu;
+
+use crate::scene::Medium;
+use crate::{Emitter, LightPath, Ray};
 
 /// Pixels of a segment, which are beside each other in a row: half of what a backend takes
 /// at once, so that they are as coherent as those of a picture.
@@ -31,7 +34,7 @@ impl Sample {
             starts: vec![0],
             total,
         };
-        if total <= 2 * most {
+        if total <= most.saturating_mul(2) {
             for row in 0..height {
                 for first in (0..width).step_by(SEGMENT as usize) {
                     sample.push(row * width + first, SEGMENT.min(width - first));
@@ -68,14 +71,15 @@ impl Sample {
     /// large part of the error of methods that take steps: light falls with the square of
     /// the distance. They stand for themselves alone.
     ///
-    /// Takes one operation for each ray and point light.
+    /// Takes one operation for each ray and point light. A light whose range or cone a ray
+    /// misses is not near to it.
     #[must_use]
     pub fn with_nearest(mut self, rays: &[Ray], emitters: &[Emitter], number: usize) -> Self {
         if self.is_whole() {
             return self;
         }
-        let mut nearest: Vec<(f32, u32)> = (rays.iter().zip(0..))
-            .map(|(ray, pixel)| (brightness(ray, emitters), pixel))
+        let bright = Cpu::new().map(rays.len(), |index| brightness(&rays[index], emitters));
+        let mut nearest: Vec<(f32, u32)> = (bright.into_iter().zip(0..))
             .filter(|(brightness, _)| *brightness > 0.0)
             .collect();
         let number = number.min(nearest.len());
@@ -153,6 +157,9 @@ fn brightness(ray: &Ray, emitters: &[Emitter]) -> f32 {
         let Emitter::Point(light) = emitter else {
             return 0.0;
         };
+        if LightPath::new(ray, emitter, &Medium::VACUUM).is_none() {
+            return 0.0;
+        }
         let to_light = light.position() - ray.origin();
         let along = to_light.dot(ray.direction()).clamp(0.0, ray.length());
         let distance = (to_light - along * ray.direction()).length_squared();
