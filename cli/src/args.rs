@@ -48,7 +48,8 @@ A scene without a camera, a light or a medium is given one, and a note says so. 
 Lengths are metres, coefficients 1/m, light is linear RGB.
 
 Results go to standard output; notes, progress and errors to standard error. The exit code is 0, or 1 \
-for a comparison that measured nothing and for hard cases with a violation, or 2 \
+for a comparison that measured nothing, for an error or a time that no method is expected to meet \
+and for hard cases with a violation, or 2 \
 if something is wrong with what was asked for, or 128 and the number of the signal that ended the \
 program: 130 after Ctrl-C.";
 

@@ -94,7 +94,16 @@ fn errors_are_foreseen_alike_whenever_and_as_json() {
     assert_eq!(first["choice"]["met"], true);
     assert_eq!(first["choice"]["time"], 1.0);
     assert!(first["choice"]["error"].is_null() && first["analysis"].is_null());
-    assert!(first["passes"][0].as_str().unwrap().starts_with("runs: "));
+    let passes = first["passes"].as_array().unwrap().iter();
+    assert!(
+        passes
+            .clone()
+            .any(|pass| pass.as_str().unwrap().contains("airlight of"))
+    );
+    assert!(!first["passes"].to_string().contains("left out"));
+    let left_out = first["left_out"].as_array().unwrap();
+    let is_named = |part: &Value| part["what"].as_str().unwrap().contains("(hybrid x gauss)");
+    assert!(left_out.iter().any(is_named), "{left_out:?}");
     let errors = |value: &Value| -> Vec<Value> {
         let rows = value["rows"].as_array().unwrap().iter();
         rows.map(|row| row["error_rmse"].clone()).collect()
@@ -237,6 +246,15 @@ fn a_target_that_nothing_meets_is_an_exit_code_of_1_and_the_nearest() {
             "nothing is expected to meet an error of 0.100 %; the nearest is none x gauss"
         ),
         "{why}"
+    );
+    let never = ["render", "fence", "-o", "a.exr", "--time", "1ns"];
+    let output = run(place.path(), &[&never[..], &SMALL].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let unwritable = ["render", "fence", "-o", "no/a.exr", "--time", "1ns"];
+    fails(
+        place.path(),
+        &[&unwritable[..], &SMALL].concat(),
+        "no/a.exr",
     );
     let vacuum = [
         &[

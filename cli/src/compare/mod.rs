@@ -131,7 +131,7 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
 fn prepare(methods: &Registry, args: &Compare, seconds: f64) -> Result<Prepared, Failure> {
     let mut prepared = Prepared::new(methods, args.asked(), seconds)?;
     if args.auto {
-        plan::keep_worthwhile(&mut prepared)?;
+        plan::keep_worthwhile(&mut prepared, &args.backend)?;
     }
     Ok(prepared)
 }

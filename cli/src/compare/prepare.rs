@@ -162,7 +162,7 @@ impl Prepared {
 
     /// The plan with what is known of casters. What `inputs` says of lights is of those
     /// that the plan keeps.
-    fn plan_of_frame(&self, inputs: Option<&FrameInputs<'_>>) -> Result<Plan, Failure> {
+    pub(crate) fn plan_of_frame(&self, inputs: Option<&FrameInputs<'_>>) -> Result<Plan, Failure> {
         let plan = self.plan.clone();
         let Some(inputs) = inputs else {
             return Ok(plan);

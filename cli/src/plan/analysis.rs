@@ -42,7 +42,13 @@ pub(super) fn analyze(job: Job<'_>, forecasts: &[Foreseen<'_>]) -> Result<Analys
     for (device, candidates, forecast) in forecasts {
         let measured: Vec<Candidate> = candidates.iter().map(|c| (*c).clone()).collect();
         let budget = Budget::unlimited();
-        let outcome = measure(device, job, &measured, &truth, budget, None)?;
+        let outcome = match measure(device, job, &measured, &truth, budget, None) {
+            Ok(outcome) => outcome,
+            Err(failure) => {
+                device.excuse(failure)?;
+                continue;
+            }
+        };
         copies.push(copy_seconds());
         for row in &forecast.rows {
             let candidate = candidates[row.setting];

@@ -147,6 +147,6 @@ pub(crate) fn choose(
     let forecast = foresight.of(device, &candidates)?;
     let row = forecast
         .choose(target, 1.0)
-        .map_err(|unmet| Failure::from(*unmet))?;
+        .map_err(|unmet| Failure::nothing(unmet.to_string()))?;
     Ok((candidates[row.setting].clone(), row.clone()))
 }

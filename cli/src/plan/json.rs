@@ -5,18 +5,32 @@ use serde_json::{Value, json};
 
 use super::analysis::{Analysis, LEAST_ERROR, QUIET};
 use crate::compare::prepare::Prepared;
+use crate::compare::results::LeftOut;
 
 /// What was chosen, or what comes nearest.
 pub(super) type Choice = Option<(Target, Result<Prediction, Box<Unmet>>)>;
 
+/// What is known before anything is foreseen.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'a> {
+    pub(super) prepared: &'a Prepared,
+    pub(super) passes: &'a [String],
+    pub(super) left_out: &'a [&'a LeftOut],
+}
+
 /// One object. What is measured is called as `compare --json` calls it; what is not known is
 /// null.
 pub(super) fn of(
-    prepared: &Prepared,
+    known: Known<'_>,
     forecasts: &[&Forecast],
     choice: &Choice,
     analysis: Option<&Analysis>,
 ) -> Value {
+    let Known {
+        prepared,
+        passes,
+        left_out,
+    } = known;
     let rows = forecasts.iter().flat_map(|forecast| &forecast.rows);
     let skipped = forecasts.iter().flat_map(|forecast| &forecast.skipped);
     json!({
@@ -24,7 +38,11 @@ pub(super) fn of(
         "scene": prepared.input.scene.name,
         "width": prepared.size.width,
         "height": prepared.size.height,
-        "passes": prepared.plan.to_string().lines().collect::<Vec<_>>(),
+        "passes": passes,
+        "left_out": left_out.iter().map(|LeftOut { what, why }| json!({
+            "what": what,
+            "why": why,
+        })).collect::<Vec<_>>(),
         "rows": rows.map(|row| of_row(row, analysis)).collect::<Vec<_>>(),
         "skipped": skipped.map(|Skipped { what, why, .. }| json!({
             "what": what,

@@ -7,15 +7,17 @@ mod profile;
 mod worth;
 
 use lighting::methods::Registry;
+use lighting::plan::Pass;
 use lighting::prediction::{Forecast, Profile, Target};
 
 use crate::args::Plan;
 use crate::compare::prepare::{Asked, Prepared};
-use crate::compare::selection::{Candidate, check_names};
-use crate::devices::Device;
+use crate::compare::results::LeftOut;
+use crate::compare::selection::{Candidate, check_names, dropped};
+use crate::devices::{BackendName, Device};
 use crate::failure::Failure;
 use crate::format::count;
-use crate::print::{note, print, summarise};
+use crate::print::{complain, note, print, summarise};
 use analysis::analyze;
 use foresight::{Foresight, SECONDS, foreseen};
 use json::Choice;
@@ -42,8 +44,16 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
     };
     let profile = profile::read(args.profile.as_deref())?;
     let prepared = prepare(methods, args, scene)?;
-    let forecasts = forecasts(&prepared, args, &profile, SECONDS)?;
-    let analysis = match (args.analyze, prepared.job(false)) {
+    for line in dropped(methods, &args.methods, &prepared.selection) {
+        complain(&format!("warning: {line}"));
+    }
+    let (forecasts, failed) = forecasts(&prepared, &args.backend, &profile, SECONDS)?;
+    let left_out: Vec<&LeftOut> = prepared.selection.left_out.iter().chain(&failed).collect();
+    let job = prepared.job(false);
+    let inputs = job.as_ref().map(|job| job.inputs(&()));
+    let plan = prepared.plan_of_frame(inputs.as_ref())?;
+    let passes: Vec<String> = plan.passes().iter().map(Pass::to_string).collect();
+    let analysis = match (args.analyze, job) {
         (true, Some(job)) => Some(analyze(job, &forecasts)?),
         _ => None,
     };
@@ -51,10 +61,21 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
     note(&prepared.input.notes);
     if args.json {
         let all: Vec<&Forecast> = forecasts.iter().map(|(_, _, forecast)| forecast).collect();
-        let value = json::of(&prepared, &all, &choice, analysis.as_ref());
+        let known = json::Known {
+            prepared: &prepared,
+            passes: &passes,
+            left_out: &left_out,
+        };
+        let value = json::of(known, &all, &choice, analysis.as_ref());
         print(&format!("{value:#}\n"))?;
     } else {
-        let mut text = prepared.plan.to_string();
+        let mut text = String::new();
+        for pass in &passes {
+            text += &format!("runs: {pass}\n");
+        }
+        for LeftOut { what, why } in left_out {
+            text += &format!("left out: {what} ({why})\n");
+        }
         for (_, _, forecast) in &forecasts {
             text += &format!("\n{forecast}");
         }
@@ -85,26 +106,30 @@ fn prepare(methods: &Registry, args: &Plan, scene: &str) -> Result<Prepared, Fai
     Prepared::new(methods, asked, f64::INFINITY)
 }
 
-/// What is foreseen on each device, with what it was foreseen of. Software that plays a GPU is
-/// left out unless it was asked for.
+/// What is foreseen on each device, with what it was foreseen of, and the devices that failed
+/// though nobody asked for them. Software that plays a GPU is no device unless it was `asked`
+/// for.
 fn forecasts<'a>(
     prepared: &'a Prepared,
-    args: &Plan,
+    asked: &[BackendName],
     profile: &Profile,
     seconds: f64,
-) -> Result<Vec<Foreseen<'a>>, Failure> {
+) -> Result<(Vec<Foreseen<'a>>, Vec<LeftOut>), Failure> {
+    let (mut all, mut failed) = (Vec::new(), Vec::new());
     let Some(foresight) = Foresight::new(prepared, profile, seconds) else {
-        return Ok(Vec::new());
+        return Ok((all, failed));
     };
-    let devices = prepared.backends.present.iter();
-    let devices = devices.filter(|device| device.representative || !args.backend.is_empty());
-    devices
-        .map(|device| {
-            let candidates = foreseen(prepared, device);
-            let forecast = foresight.of(device, &candidates)?;
-            Ok((device, candidates, forecast))
-        })
-        .collect()
+    for device in &prepared.backends.present {
+        if !device.representative && asked.is_empty() {
+            continue;
+        }
+        let candidates = foreseen(prepared, device);
+        match foresight.of(device, &candidates) {
+            Ok(forecast) => all.push((device, candidates, forecast)),
+            Err(failure) => failed.push(device.excuse(failure)?),
+        }
+    }
+    Ok((all, failed))
 }
 
 /// The choice among all devices, if there is a target.
@@ -127,15 +152,16 @@ fn calibrate(methods: &Registry, args: &Plan) -> Result<(), Failure> {
         true => &usual[..],
         false => &args.scene[..],
     };
+    let file = profile::open(args.profile.as_deref())?;
     let mut all = Vec::new();
     for scene in scenes {
         let prepared = prepare(methods, args, scene)?;
-        let found = forecasts(&prepared, args, &Profile::new(), f64::INFINITY)?;
+        let (found, _) = forecasts(&prepared, &args.backend, &Profile::new(), f64::INFINITY)?;
         all.extend(found.into_iter().map(|(_, _, forecast)| forecast));
     }
     let profile = Profile::learned(&all);
     let number = profile.all().count();
-    let path = profile::write(args.profile.as_deref(), &profile)?;
+    let path = file.write(&profile)?;
     summarise(&format!(
         "{}: {} from {}\n",
         path.display(),

@@ -41,9 +41,15 @@ pub(super) fn read(given: Option<&Path>) -> Result<Profile, Failure> {
     }
 }
 
-/// Writes a profile to `given` or to the usual place, in place of an earlier profile but of
-/// nothing else; where it is.
-pub(super) fn write(given: Option<&Path>, profile: &Profile) -> Result<PathBuf, Failure> {
+/// A place for a profile that can be written.
+pub(super) struct Pending {
+    path: PathBuf,
+    file: PendingFile,
+}
+
+/// Makes sure that a profile can be written to `given` or to the usual place, in place of an
+/// earlier profile but of nothing else.
+pub(super) fn open(given: Option<&Path>) -> Result<Pending, Failure> {
     let path = match given {
         Some(path) => path.to_owned(),
         None => {
@@ -70,8 +76,16 @@ pub(super) fn write(given: Option<&Path>, profile: &Profile) -> Result<PathBuf, 
         }
         _ => {}
     }
-    let _ = PendingFile::create(&path)?.finish(format!("{:#}\n", of(profile)).as_bytes())?;
-    Ok(path)
+    let file = PendingFile::create(&path)?;
+    Ok(Pending { path, file })
+}
+
+impl Pending {
+    /// Writes a profile; where it is.
+    pub(super) fn write(self, profile: &Profile) -> Result<PathBuf, Failure> {
+        let _ = (self.file).finish(format!("{:#}\n", of(profile)).as_bytes())?;
+        Ok(self.path)
+    }
 }
 
 fn damaged(path: &Path, why: &str) -> Failure {
@@ -144,6 +158,10 @@ mod tests {
     /// What makes a sound profile unsound.
     type Change = dyn Fn(&mut Value);
 
+    fn write(path: &Path, profile: &Profile) -> Result<PathBuf, Failure> {
+        open(Some(path))?.write(profile)
+    }
+
     fn example() -> Profile {
         let mut profile = Profile::new();
         let costs = Costs {
@@ -158,10 +176,10 @@ mod tests {
     fn a_profile_is_read_as_it_was_written() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("profile.json");
-        let written = write(Some(&path), &example()).unwrap();
+        let written = write(&path, &example()).unwrap();
         assert_eq!(read(Some(&written)).unwrap(), example());
         // Another one takes its place.
-        write(Some(&path), &Profile::new()).unwrap();
+        write(&path, &Profile::new()).unwrap();
         assert!(read(Some(&path)).unwrap().is_empty());
     }
 
@@ -171,13 +189,13 @@ mod tests {
         let path = place.path().join("notes.json");
         for content in ["{}", "", "crepuscular machine profile", "a text"] {
             std::fs::write(&path, content).unwrap();
-            let failure = write(Some(&path), &example()).unwrap_err().to_string();
+            let failure = write(&path, &example()).unwrap_err().to_string();
             assert!(failure.contains("is not overwritten"), "{failure}");
             assert_eq!(std::fs::read_to_string(&path).unwrap(), content);
         }
         // One that is damaged is.
         std::fs::write(&path, format!("{{\"format\": \"{FORMAT}\", ")).unwrap();
-        write(Some(&path), &example()).unwrap();
+        write(&path, &example()).unwrap();
     }
 
     #[test]

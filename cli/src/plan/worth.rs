@@ -3,9 +3,10 @@
 use lighting::methods::Role;
 use lighting::prediction::Prediction;
 
-use super::foresight::{Foresight, SECONDS, foreseen};
+use super::foresight::SECONDS;
 use crate::compare::prepare::Prepared;
 use crate::compare::results::LeftOut;
+use crate::devices::BackendName;
 use crate::failure::Failure;
 
 /// How many times better another setting has to be in both time and error: what is foreseen
@@ -13,12 +14,14 @@ use crate::failure::Failure;
 const MUCH: f64 = 2.0;
 
 /// Leaves out the candidates that others are expected to beat by far in both time and error,
-/// on every backend. The baseline, what has no shadows, and what cannot be foreseen stay.
-pub(crate) fn keep_worthwhile(prepared: &mut Prepared) -> Result<(), Failure> {
+/// on every backend. The baseline, what has no shadows, and what cannot be foreseen on one of
+/// them stay. Backends are those that were `asked` for, or all but software that plays a GPU.
+pub(crate) fn keep_worthwhile(
+    prepared: &mut Prepared,
+    asked: &[BackendName],
+) -> Result<(), Failure> {
     let profile = super::profile::read(None)?;
-    let Some(foresight) = Foresight::new(prepared, &profile, SECONDS) else {
-        return Ok(());
-    };
+    let (forecasts, failed) = super::forecasts(prepared, asked, &profile, SECONDS)?;
     let number = prepared.selection.candidates.len();
     let mut beaten_by: Vec<Option<String>> = vec![None; number];
     let mut is_needed = vec![false; number];
@@ -26,20 +29,22 @@ pub(crate) fn keep_worthwhile(prepared: &mut Prepared) -> Result<(), Failure> {
         let all = &prepared.selection.candidates;
         all.iter().position(|other| std::ptr::eq(other, candidate))
     };
-    for device in &prepared.backends.present {
-        let candidates = foreseen(prepared, device);
-        let forecast = foresight.of(device, &candidates)?;
-        for row in &forecast.rows {
-            let Some(index) = place(candidates[row.setting]) else {
+    for (_, candidates, forecast) in &forecasts {
+        for (setting, candidate) in candidates.iter().enumerate() {
+            let Some(index) = place(*candidate) else {
                 continue;
             };
-            match forecast.rows.iter().find(|other| is_beaten(row, other)) {
+            let mut rows = forecast.rows.iter();
+            let row = rows.find(|row| row.setting == setting);
+            let other = row.and_then(|row| forecast.rows.iter().find(|o| is_beaten(row, o)));
+            match other {
                 Some(other) => beaten_by[index] = Some(other.to_string()),
                 None => is_needed[index] = true,
             }
         }
     }
     let selection = &mut prepared.selection;
+    selection.left_out.extend(failed);
     let mut kept = Vec::new();
     for (index, candidate) in std::mem::take(&mut selection.candidates)
         .into_iter()

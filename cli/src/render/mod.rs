@@ -65,6 +65,9 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         return Err(Failure::new("--layers are channels of an EXR file"));
     }
     let size = (args.size.of_rays(args.spp)).map_err(|why| Failure::new(why).about("--spp"))?;
+    let environment = args.indirect.environment.as_deref().map(Path::new);
+    let inputs: Vec<&Path> = environment.into_iter().collect();
+    let file = PendingFile::beside(&args.output, &inputs)?;
     let target = args.error.map(Target::Error);
     let target = target.or(args.time.map(Target::Time));
     let (chosen, expected) = match target {
@@ -74,9 +77,6 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         }
         None => (Chosen::new(methods, args)?, None),
     };
-    let environment = args.indirect.environment.as_deref().map(Path::new);
-    let inputs: Vec<&Path> = environment.into_iter().collect();
-    let file = PendingFile::beside(&args.output, &inputs)?;
     let (devices, _) = devices::find(&[args.backend])?;
     let mut input = Input::for_picture(&args.scene, &args.options, args.size)?;
     let chosen = chosen.for_media(methods, args, &mut input);

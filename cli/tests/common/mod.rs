@@ -5,10 +5,12 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Runs it in `place`.
+/// Runs it in `place`, with an empty cache.
 pub(crate) fn run(place: &Path, arguments: &[&str]) -> Output {
+    let cache = tempfile::tempdir().unwrap();
     Command::new(env!("CARGO_BIN_EXE_crepuscular"))
         .current_dir(place)
+        .env("XDG_CACHE_HOME", cache.path())
         .args(arguments)
         .output()
         .unwrap()
