@@ -12,14 +12,16 @@ half. Targets of a scene are errors and times between the least and the largest 
 
 With --leave-out each scene is foreseen with a profile of the machine that was learned from the
 other scenes; without, with none. Times are the minima of interleaved repetitions, RMSE below
-1e-5 counts as 1e-5. Where copies of memory took up to 20 % longer than the fastest, the
+1e-5 counts as 1e-5. Where copies of memory took more than 20 % longer than the fastest, the
 machine was not quiet, and times are printed but not judged.
 """
 
 import argparse
+import hashlib
 import json
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 SCENES = ["city", "landscape", "fence", "coil", "smoke", "textured-spot", "stiff", "translucent"]
@@ -40,7 +42,25 @@ def ratio(a, b):
 def analyzed(asked, scene, profile):
     command = [asked.program, "-q", "plan", scene, "--size", asked.size, "--backend", "cpu", "--analyze", "--json"]
     command += ["--profile", str(profile), *only(asked)]
-    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    return json.loads(ran(command))
+
+
+def ran(command):
+    """What a command prints; its errors end the script."""
+    try:
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    except OSError as error:
+        sys.exit(f"{command[0]}: {error.strerror}")
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(command)}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def file_name(asked, scene):
+    """The name of a report, by all that it depends on."""
+    learned = sorted(set(asked.scenes) - {scene}) if asked.leave_out else []
+    what = json.dumps([asked.methods or "", asked.leave_out, learned])
+    return f"{scene}-{asked.size}-{hashlib.sha256(what.encode()).hexdigest()[:12]}.json"
 
 
 def only(asked):
@@ -74,6 +94,8 @@ def between(values, number):
 def choices(found):
     """(what, target, regret, how many times the target is exceeded) for a few targets."""
     out = []
+    if not found:
+        return out
     for what, other in (("rmse", "time"), ("time", "rmse")):
         for target in between([row[what][1] for row in found], 4):
             meeting = [row for row in found if row[what][0] <= target]
@@ -99,25 +121,27 @@ def main():
     arguments.add_argument("--keep", type=pathlib.Path, help="folder for the reports; those there are read again")
     arguments.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE")
     asked = arguments.parse_args()
+    if asked.leave_out and len(set(asked.scenes)) < 2:
+        arguments.error("--leave-out learns from the other scenes: name at least two")
     found, made, copies = [], [], {}
     with tempfile.TemporaryDirectory() as folder:
         keep = asked.keep or pathlib.Path(folder)
         keep.mkdir(parents=True, exist_ok=True)
         for scene in asked.scenes:
-            file = keep / f"{scene}-{asked.size}.json"
+            file = keep / file_name(asked, scene)
             if not file.exists():
                 profile = pathlib.Path(folder) / f"without-{scene}.json"
                 if asked.leave_out:
                     others = [other for other in asked.scenes if other != scene]
                     learn = [asked.program, "-q", "plan", "--calibrate", *others, "--size", "80x45", "--backend", "cpu"]
-                    subprocess.run([*learn, "--profile", str(profile), *only(asked)], check=True)
+                    ran([*learn, "--profile", str(profile), *only(asked)])
                 else:
                     nothing = {"format": "crepuscular machine profile", "version": 1, "methods": []}
                     profile.write_text(json.dumps(nothing))
                 file.write_text(json.dumps(analyzed(asked, scene, profile)))
             report = json.loads(file.read_text())
             own = rows(report)
-            copies[scene] = report["analysis"]["copy_spread"]
+            copies[scene] = (report["analysis"] or {}).get("copy_spread", 0.0)
             found += own
             made += [(scene, *choice) for choice in choices(own)]
             time, rmse = ([ratio(*row[what]) for row in own] for what in ("time", "rmse"))
@@ -127,6 +151,8 @@ def main():
                 f"RMSE {quantile(rmse, 0.5):.2f} / {quantile(rmse, 0.95):.2f}",
                 flush=True,
             )
+    if not found:
+        sys.exit("no row has both a forecast and what came out")
     quiet = max(copies.values()) <= 0.2
     print()
     for what, limits in (("time", TIME), ("once", TIME), ("rmse", RMSE)):
@@ -156,7 +182,7 @@ def main():
         print(f"  {scene}: {what} ≤ {target:.2e}: regret {regret:.2f}, {over:.2f} of the target")
     if not quiet:
         worst = max(copies, key=copies.get)
-        print(f"times are not judged: copies beside {worst} took up to {100 * copies[worst]:.0f} % longer than the fastest")
+        print(f"times are not judged: copies beside {worst} took {100 * copies[worst]:.0f} % longer than the fastest")
 
 
 if __name__ == "__main__":
