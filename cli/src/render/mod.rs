@@ -130,6 +130,10 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
             _ => false,
         };
         if is_of_lights {
+            let mut part = part.clone();
+            if !chosen.entry.about().uses_shadow_map {
+                (part.saving.texels, part.saving.bytes) = (0, 0);
+            }
             (input.notes).push(format!("left out: {} ({})", part.subject, part.why()));
         }
     }

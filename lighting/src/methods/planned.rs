@@ -1,10 +1,8 @@
 //! Methods for lights that a [plan](crate::plan) calls unshadowed.
 
 use super::evaluators::{Gauss, Midpoints, Tolerances};
+use super::unshadowed::NAME as NOTHING;
 use super::{Entry, Evaluators, Registry, Role};
-
-/// The visibility of lights with nothing in their way.
-const NOTHING: &str = "none";
 
 impl Registry {
     /// What gathers unshadowed lights instead of a method at a quality, and the quality of its

@@ -12,6 +12,9 @@ use crate::methods::{
     Work,
 };
 
+/// Its name as a half of a pair.
+pub(in crate::methods) const NAME: &str = "none";
+
 /// Nothing is in the way of any light.
 #[derive(Debug, Clone, Copy)]
 struct Nothing;
@@ -19,7 +22,7 @@ struct Nothing;
 impl LightSources for Nothing {
     fn about(&self) -> SourceAbout {
         SourceAbout {
-            name: "none",
+            name: NAME,
             title: "no shadows",
             quality: None,
             touching: Touching::Apart,

@@ -6,7 +6,7 @@ mod gpu;
 mod method;
 
 #[cfg(feature = "methods")]
-pub(super) use method::methods;
+pub(super) use method::{NAME, methods};
 
 use glam::Vec3;
 
