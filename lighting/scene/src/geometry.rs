@@ -1,5 +1,6 @@
 //! The triangles of a scene in world space, checked.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
@@ -9,7 +10,8 @@ use super::coatings::{Coatings, CoatingsOf};
 use super::{AlphaMode, Bounds, Instance, Material, Mesh, Scene, SceneError, is_near};
 
 /// The largest number of triangles a scene may have once its instances are
-/// expanded: 2²⁶, which is 3 GiB with its bookkeeping.
+/// expanded: 2²⁶, which is 3 GiB with its bookkeeping, and twice as much if some of them are
+/// dynamic, as the static and the dynamic part are kept beside the whole.
 pub const MAX_TRIANGLES: u64 = 1 << 26;
 
 /// All triangles of a scene in world space, known to be finite.
@@ -75,11 +77,12 @@ impl Geometry {
     /// out than 1e9 m, for vertex colours that are negative or not finite, and
     /// for an opacity or a transmission that is not from 0 to 1.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        check(scene, &scene.meshes)?;
         let whole = Self::expand(scene, |_| true)?;
         if scene.instances.iter().all(|instance| !instance.dynamic) {
             return Ok(whole);
         }
-        let dynamic = match Self::of_dynamic(scene) {
+        let dynamic = match Self::expand(scene, |instance| instance.dynamic) {
             // What is marked has no area.
             Err(SceneError::Empty) => return Ok(whole),
             dynamic => dynamic?,
@@ -100,19 +103,18 @@ impl Geometry {
     /// It is one geometry like any other, without parts.
     ///
     /// # Errors
-    /// As for [`Geometry::new`]; [`SceneError::Empty`] if nothing is dynamic.
+    /// As for [`Geometry::new`], which also checks what is not dynamic;
+    /// [`SceneError::Empty`] if nothing is.
     pub fn of_dynamic(scene: &Scene) -> Result<Self, SceneError> {
+        let dynamic = scene.instances.iter().filter(|instance| instance.dynamic);
+        let meshes: BTreeSet<usize> = dynamic.map(|instance| instance.mesh).collect();
+        let meshes = meshes.iter().filter_map(|mesh| scene.meshes.get(*mesh));
+        check(scene, meshes)?;
         Self::expand(scene, |instance| instance.dynamic)
     }
 
-    /// Expands some of the instances.
+    /// Expands some of the instances, whose meshes have been checked.
     fn expand(scene: &Scene, is_wanted: impl Fn(&Instance) -> bool) -> Result<Self, SceneError> {
-        for mesh in &scene.meshes {
-            check_mesh(mesh, scene.materials.len())?;
-        }
-        for (index, material) in scene.materials.iter().enumerate() {
-            check_material(material, index)?;
-        }
         let mut total = 0_u64;
         for (index, instance) in scene.instances.iter().enumerate() {
             let mesh =
@@ -339,6 +341,17 @@ fn describe(mesh: &Mesh) -> String {
     } else {
         format!("mesh \"{}\"", mesh.name)
     }
+}
+
+/// Checks some of the meshes, and all materials.
+fn check<'a>(scene: &Scene, meshes: impl IntoIterator<Item = &'a Mesh>) -> Result<(), SceneError> {
+    for mesh in meshes {
+        check_mesh(mesh, scene.materials.len())?;
+    }
+    for (index, material) in scene.materials.iter().enumerate() {
+        check_material(material, index)?;
+    }
+    Ok(())
 }
 
 fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), SceneError> {
