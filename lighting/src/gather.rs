@@ -12,6 +12,11 @@ use crate::{
     AirlightEvaluator, Emitter, EyePanes, Interval, LightPath, LitInterval, Ray, VisibilitySource,
 };
 
+/// Turns of all loops of an invocation, after which some drivers end them; a quarter is
+/// left for what is not counted.
+#[cfg(feature = "shadow-map")]
+pub(crate) const MOST_TURNS: f64 = 0.75 * 65_535.0;
+
 /// What a visibility source and an evaluator are asked about.
 #[derive(Debug)]
 pub struct LitRays<'a, M: Memory> {

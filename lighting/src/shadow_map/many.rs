@@ -8,6 +8,7 @@ use super::small::texel_width;
 use super::{Casters, RenderShadowMap, ShadowMapError, reached};
 use crate::Emitter;
 use crate::direct_light::ShadowsOfMany;
+use crate::gather::MOST_TURNS;
 use crate::scene::raster::Face;
 use crate::visibility::SurfaceShadow;
 
@@ -105,7 +106,7 @@ impl<M: Memory> MapsOfMany<M> {
     }
 
     /// Shadows on surfaces: the lit share of the `width × width` texels around a point. Even
-    /// widths count as the next odd one.
+    /// widths count as the next odd one, and those above 65535 as 65535.
     ///
     /// The point is lifted along its normal by half of that and by the light's
     /// [bias](MapsOfMany::with_biases), as precomputed shadows do it. Texels beyond the rim
@@ -113,7 +114,7 @@ impl<M: Memory> MapsOfMany<M> {
     pub fn filtered(&self, width: u32) -> FilteredMapsOfMany<'_, M> {
         FilteredMapsOfMany {
             maps: self,
-            half: width / 2,
+            half: width.min(u16::MAX.into()) / 2,
         }
     }
 }
@@ -131,10 +132,6 @@ impl MapsOfMany<Host> {
         })
     }
 }
-
-/// Turns of all loops of an invocation, after which some drivers end them; a quarter is
-/// left for what is not counted.
-const MOST_TURNS: f64 = 0.75 * 65_535.0;
 
 /// The pictures of lights, without a light's that reaches no caster.
 fn pictures<M: Memory>(casters: &Casters<M>, emitters: &[Emitter]) -> Vec<PicturesOf> {
@@ -237,7 +234,7 @@ impl ShadowsOfMany for FilteredMapsOfMany<'_, Host> {
                 lit += u32::from(place.depth <= depth);
             }
         }
-        Vec3::splat(lit as f32 / (width * width) as f32)
+        Vec3::splat(lit as f32 / (width as f32).powi(2))
     }
 }
 
@@ -323,6 +320,8 @@ mod tests {
         let both = [sun.clone(), sun];
         let maps = MapsOfMany::render(&cpu, &casters, &both, 64).unwrap();
         let maps = maps.with_biases(&[1.0, 40.0]);
+        let widest = [0, 1, 65_535, 65_536, u32::MAX].map(|width| maps.filtered(width).width());
+        assert_eq!(widest, [1, 1, 65_535, 65_535, 65_535]);
         let filtered = maps.filtered(1);
         // Under the rim a point that is lifted far is in front of the square.
         let below = Vec3::new(0.0, 1.8, 0.0);

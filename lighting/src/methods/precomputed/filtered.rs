@@ -6,6 +6,7 @@ use shadow_dag::FilterSize;
 
 use super::{BakedShadow, BakedShadows};
 use crate::direct_light::ShadowsOfMany;
+use crate::gather::MOST_TURNS;
 use crate::visibility::SurfaceShadow;
 
 /// Filtered shadows on surfaces, from a [`BakedShadow`].
@@ -95,10 +96,6 @@ impl<'a, M: Memory> FilteredShadows<'a, M> {
         (MOST_TURNS / most.fold(1.0, f64::max)).max(1.0) as usize
     }
 }
-
-/// Turns of all loops of an invocation, after which some drivers end them; a quarter is
-/// left for what is not counted.
-const MOST_TURNS: f64 = 0.75 * 65_535.0;
 
 /// Turns for a node in a window: down to it, on to the next one, and among its children.
 const TURNS_OF_NODE: f64 = 12.0;
