@@ -25,10 +25,10 @@ use gpu_backend::Cpu;
 
 use super::hull::{Hull, Place, Span, is_behind_all};
 use crate::culling::RayTiles;
-use crate::methods::exact::{Exact, may_shadow};
 use crate::methods::{FrameInputs, MethodError};
 use crate::scene::trace::Tracer;
 use crate::scene::{Bounds, Caster, Emitter};
+use crate::visibility::{Exact, may_shadow};
 use crate::{LightPath, Ray};
 
 /// Rays of a sample.

@@ -6,6 +6,8 @@ mod share;
 
 #[cfg(feature = "trace")]
 pub use crate::methods::exact::Exact;
+#[cfg(feature = "methods")]
+pub(crate) use crate::methods::exact::may_shadow;
 #[cfg(feature = "shadow-map")]
 pub use crate::methods::march::{March, Spacing};
 pub use crate::methods::unshadowed::Unshadowed;
