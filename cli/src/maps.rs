@@ -7,7 +7,7 @@ use lighting::shadow_map::face_count;
 use crate::format::count;
 
 /// Memory that the shadow maps of all lights may take together.
-const MAX_BYTES: u64 = 1 << 29;
+pub(crate) const MAX_BYTES: u64 = 1 << 29;
 
 /// The resolution asked for, or less if the maps of all `emitters` would take
 /// more than 512 MiB; a note then.
@@ -21,16 +21,22 @@ pub(crate) fn affordable(
         .iter()
         .map(|e| face_count(geometry, e) as u64)
         .sum();
-    let bytes = |side: u32| 4 * faces * u64::from(side) * u64::from(side);
-    let mut side = asked;
-    while side > 16 && bytes(side) > MAX_BYTES {
-        side /= 2;
-    }
+    let side = side_within(MAX_BYTES, faces, asked);
     if side < asked {
         notes.push(format!(
             "shadow maps have {side} texels per side instead of {asked}, so that those of {} fit into 512 MiB",
             count(emitters.len(), "emitter")
         ));
+    }
+    side
+}
+
+/// The resolution asked for, or less if so many pictures of it would take more than `most`
+/// bytes; 16 in any case.
+pub(crate) fn side_within(most: u64, pictures: u64, asked: u32) -> u32 {
+    let mut side = asked;
+    while side > 16 && 4 * pictures * u64::from(side).pow(2) > most {
+        side /= 2;
     }
     side
 }

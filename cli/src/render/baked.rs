@@ -17,6 +17,7 @@ use crate::devices::Device;
 use crate::failure::Failure;
 use crate::format::{bytes, count};
 use crate::input::Input;
+use crate::maps;
 use crate::shadow_files::Shadow;
 use crate::surfaces;
 
@@ -102,7 +103,7 @@ fn on_the_cpu(
         Some(((*emitter).clone(), shadow.bias()))
     });
     let (emitters, biases): (Vec<Emitter>, Vec<f32>) = of_files.unzip();
-    let moving = dynamic_maps(&cpu, input, (&emitters, &biases), (side, MOST_BYTES))?;
+    let moving = dynamic_maps(&cpu, input, (&emitters, &biases), (side, maps::MAX_BYTES))?;
     let mut numbers = 0..;
     let shadows: Vec<Option<Box<dyn SurfaceShadow>>> = lights
         .iter()
@@ -133,9 +134,6 @@ fn on_the_cpu(
     ))
 }
 
-/// Memory that the maps of dynamic casters may take on the CPU.
-const MOST_BYTES: u64 = 1 << 29;
-
 /// The maps of some lights with the dynamic casters alone, of `side` texels per side or
 /// as many as fit into `most` bytes, with the bias of each light's file in texels; `None` if
 /// no light reaches any.
@@ -153,10 +151,7 @@ fn dynamic_maps<B: RenderShadowMap>(
     if pictures == 0 {
         return Ok(None);
     }
-    let mut affordable = side;
-    while affordable > 16 && 4 * pictures * u64::from(affordable).pow(2) > most {
-        affordable /= 2;
-    }
+    let affordable = maps::side_within(most, pictures, side);
     if affordable < side {
         input.notes.push(format!(
             "shadow maps of what is dynamic have {affordable} texels per side instead of {side}, \
