@@ -12,7 +12,8 @@ use glam::{Affine3A, Vec3};
 use gpu_backend::Cpu;
 use lighting::methods::epipolar::MapRuns;
 use lighting::methods::{
-    Entry, FROM_FILE, Frame, FrameInputs, Registry, Store, Verdict, share_precomputed,
+    Entry, FROM_FILE, Frame, FrameInputs, Registry, Store, Verdict, forget_dynamic,
+    share_precomputed,
 };
 use lighting::precomputed::{BakedShadow, Builder, Resolution};
 use lighting::scene::procedural::Embedded;
@@ -141,10 +142,13 @@ fn traffic_is_as_right_as_the_same_city_without_motion<B: Subject>(backend: &B) 
     );
 }
 
-on_every_backend! { heavy: traffic_is_as_right_as_the_same_city_without_motion }
-
 /// Boxes in a row on a floor, a lamp above each; every third box is dynamic.
 fn row_of_lamps() -> TestScene {
+    row_of_lamps_moved(0.0)
+}
+
+/// The same where the dynamic ones have moved so far along the row.
+fn row_of_lamps_moved(by: f32) -> TestScene {
     let mut scene = Scene::default();
     let triangles = |mesh: &[[Vec3; 3]]| Mesh {
         positions: mesh.as_flattened().to_vec(),
@@ -162,11 +166,12 @@ fn row_of_lamps() -> TestScene {
     scene.camera = Some(camera.unwrap());
     scene.medium = Some(fog());
     for i in 0..12 {
-        let x = 4.0 * i as f32 - 22.0;
+        let dynamic = i % 3 == 0 && i < 6;
+        let x = 4.0 * i as f32 - 22.0 + if dynamic { by } else { 0.0 };
         scene.instances.push(Instance {
             mesh: 1,
             transform: Affine3A::from_translation(Vec3::new(x, 0.0, -1.0)),
-            dynamic: i % 3 == 0 && i < 6,
+            dynamic,
             ..Instance::default()
         });
     }
@@ -283,6 +288,54 @@ fn frames_of_what_moves_bake_nothing_and_are_those_of_a_bake_of_their_own() {
         assert!(found == expected && found != last);
         last = found;
     }
+}
+
+/// Frames whose stores are used again, against those with stores of their own.
+fn check_stores<B: Subject>(backend: &B, frames: &[TestScene], lights: usize) {
+    let maps = Registry::standard().pair("map-runs", "gauss", None);
+    for (entry, quality) in [(pair(), 512), (maps.unwrap(), 8)] {
+        let (host, store) = (Store::new(), Store::new());
+        let mut last = Vec::new();
+        for scene in frames {
+            forget_dynamic(&host);
+            forget_dynamic(&store);
+            let again = inputs(scene, TEXELS, &host);
+            let frame = Frame::new(backend, again, &store).unwrap();
+            let mut radiance = backend.zeros::<[f32; 4]>(scene.rays.len()).unwrap();
+            let method = entry.on::<B>().unwrap();
+            method.add_radiance(&frame, quality, &mut radiance).unwrap();
+            let found = backend.download(&radiance).unwrap();
+            let own = Store::new();
+            let expected = image(backend, inputs(scene, TEXELS, &own), &entry, quality);
+            assert!(found == expected.unwrap().unwrap() && found != last);
+            last = found;
+        }
+        let used = host.used();
+        let bakes = used
+            .iter()
+            .filter(|used| used.what == "precomputed shadows");
+        assert!(bakes.count() <= lights, "{used:?}");
+    }
+}
+
+fn stores_that_forget_what_is_dynamic_are_as_good_as_new_and_bake_once<B: Subject>(backend: &B) {
+    let mut scene = Embedded::Traffic.build(1);
+    let frames = [0, 1, 2].map(|_| {
+        for instance in scene.instances.iter_mut().filter(|i| i.dynamic) {
+            let step = Affine3A::from_translation(Vec3::new(3.0, 0.0, -2.0));
+            instance.transform = step * instance.transform;
+        }
+        TestScene::of("traffic", scene.clone(), 32, 18)
+    });
+    check_stores(backend, &frames, 1);
+    let lamps = [0.0, 0.3, 0.6].map(row_of_lamps_moved);
+    check_stores(backend, &lamps, 12);
+}
+
+on_every_backend! {
+    heavy:
+    traffic_is_as_right_as_the_same_city_without_motion,
+    stores_that_forget_what_is_dynamic_are_as_good_as_new_and_bake_once,
 }
 
 #[test]

@@ -21,6 +21,8 @@ pub(crate) struct Candidate {
     pub(crate) quality: u32,
     /// Texels per side of the shadow maps that it may look into.
     pub(crate) map: u32,
+    /// Whether it does look into some.
+    uses_maps: bool,
     /// Its maps are finer where its quality is higher.
     pub(crate) refines_map: bool,
     is_end: bool,
@@ -35,7 +37,7 @@ impl Candidate {
 
     /// Texels per side of the shadow maps that it does look into.
     pub(crate) fn map_in_use(&self) -> Option<u32> {
-        self.entry.about().uses_shadow_map.then_some(self.map)
+        self.uses_maps.then_some(self.map)
     }
 
     /// What its turn depends on.
@@ -187,6 +189,7 @@ pub(crate) fn select(
                 title: shown.title.clone(),
                 quality: *quality,
                 map: shown.map(*quality, inputs),
+                uses_maps: entry.uses_maps_of(inputs.geometry),
                 refines_map: shown.refines_map,
                 is_end: place == 0 || place == last,
             });

@@ -161,7 +161,7 @@ impl Chosen {
 
     /// Refuses a size of maps that nothing uses.
     pub(crate) fn check_map(&self, args: &Render, input: &Input) -> Result<(), Failure> {
-        let used = self.entry.about().uses_shadow_map
+        let used = self.entry.uses_maps_of(&input.geometry)
             || !input.scene.translucent.is_empty()
             || (!args.shadows.is_empty() && input.geometry.dynamic_part().is_some())
             || args.indirect.surface_scattering == Some(SurfaceScattering::Shadowed);

@@ -218,7 +218,7 @@ impl Job<'_> {
         let emitters = &input.picked(indices);
         let areas = &input.areas(indices);
         let asked = self.args.options.map();
-        let has_maps = entry.about().uses_shadow_map || input.geometry.dynamic_part().is_some();
+        let has_maps = entry.uses_maps_of(&input.geometry);
         let map = if has_maps {
             maps::affordable(asked, &input.geometry, emitters, &mut input.notes)
         } else {

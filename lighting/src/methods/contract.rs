@@ -7,6 +7,7 @@ use gpu_backend::{Backend, BufferOf};
 
 use super::{Frame, FrameInputs};
 use crate::SurfacePoint;
+use crate::scene::Geometry;
 
 /// What a method says of itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -107,6 +108,12 @@ pub trait Method: Send + Sync + Debug {
 
     /// Whether it applies to a frame.
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict;
+
+    /// Whether it looks into shadow maps of these casters. If
+    /// [it says so](About::uses_shadow_map), it does of any.
+    fn uses_maps_of(&self, _geometry: &Geometry) -> bool {
+        self.about().uses_shadow_map
+    }
 
     /// Those of `qualities`, in rising order, that differ on this frame; why the
     /// others do not, if there are others.

@@ -145,7 +145,8 @@ pub use precomputed::{FROM_FILE, PRECOMPUTED, share_precomputed};
 pub use registry::{Entry, MethodBackend, Registry, RunEverywhere};
 #[cfg(feature = "methods")]
 pub use shared::{
-    OfDynamic, OfLight, OfScene, forget_lights, share_cover, share_film_frame, share_tracer, tracer,
+    OfDynamic, OfLight, OfScene, OfStatic, forget_dynamic, forget_lights, share_cover,
+    share_film_frame, share_tracer, tracer,
 };
 #[cfg(feature = "methods")]
 pub use store::{Store, Used};

@@ -9,6 +9,7 @@ use super::{
     About, Evaluators, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
 use crate::culling::{self, PickPixels, RayTiles};
+use crate::scene::Geometry;
 use crate::{Emitter, EyePanes, Gather, Interleaving, LitRays, Ray, Touching};
 
 /// A kind of visibility source: how there is one for each light.
@@ -21,6 +22,11 @@ pub trait LightSources: Send + Sync + Debug {
     /// Whether it applies to a frame.
     fn applies(&self, _inputs: &FrameInputs<'_>) -> Verdict {
         Verdict::Applies
+    }
+
+    /// See [`Method::uses_maps_of`].
+    fn uses_maps_of(&self, _geometry: &Geometry) -> bool {
+        self.about().uses_shadow_map
     }
 
     /// What is left of a light for the evaluator to integrate: all of it, unless the
@@ -275,6 +281,10 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
                     ),
                 }
             })
+    }
+
+    fn uses_maps_of(&self, geometry: &Geometry) -> bool {
+        self.sources.uses_maps_of(geometry)
     }
 
     fn distinct<'q>(

@@ -188,6 +188,10 @@ impl Method for Entry {
         self.method.applies(inputs)
     }
 
+    fn uses_maps_of(&self, geometry: &crate::scene::Geometry) -> bool {
+        self.method.uses_maps_of(geometry)
+    }
+
     fn distinct<'q>(
         &self,
         inputs: &FrameInputs<'_>,

@@ -25,6 +25,10 @@ pub struct OfLight {
     pub resolution: u32,
 }
 
+/// Of static casters alone, what has the key `K` of all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct OfStatic<K>(pub K);
+
 /// Of dynamic casters alone, what has the key `K` of all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct OfDynamic<K>(pub K);
@@ -85,6 +89,39 @@ pub fn share_film_frame(host: &Store<Host>, frame: u32) {
 /// ```
 pub fn forget_lights<M: Memory>(store: &Store<M>) {
     store.keep_only(&[TypeId::of::<OfScene>(), TypeId::of::<u32>()]);
+}
+
+/// Forgets what may depend on where the [dynamic](crate::scene::Instance::dynamic) casters
+/// of a scene are, so that they can move: shadow maps, the hierarchy of the triangles, what
+/// [covers](share_cover) the rays. Keeps what is known by [`OfStatic`], as precomputed shadows
+/// are, or by a plain `u32`.
+///
+/// Both stores of a frame have to forget, that on the host and that of the backend. What
+/// frames are told through the store on the host, they are told again.
+///
+/// ```
+/// use gpu_backend::Host;
+/// use lighting::methods::{OfDynamic, OfLight, OfStatic, Store, forget_dynamic};
+///
+/// let store = Store::<Host>::new();
+/// let light = OfLight { light: 0, resolution: 64 };
+/// let made = |value| {
+///     let baked = store.get("bake", OfStatic(light), |_| 0, || Ok(value))?;
+///     let map = store.get("map", OfDynamic(light), |_| 0, || Ok(value))?;
+///     Ok::<_, lighting::methods::MethodError>((*baked, *map))
+/// };
+/// assert_eq!(made(1)?, (1, 1));
+/// assert_eq!(made(2)?, (1, 1));
+/// forget_dynamic(&store);
+/// assert_eq!(made(3)?, (1, 3));
+/// # Ok::<(), lighting::methods::MethodError>(())
+/// ```
+pub fn forget_dynamic<M: Memory>(store: &Store<M>) {
+    let (of_light, of_all) = (
+        TypeId::of::<OfStatic<OfLight>>(),
+        TypeId::of::<OfStatic<u32>>(),
+    );
+    store.keep_only(&[of_light, of_all, TypeId::of::<u32>()]);
 }
 
 impl FrameInputs<'_> {

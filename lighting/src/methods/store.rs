@@ -16,7 +16,10 @@ use super::MethodError;
 /// asked for and shared by all methods.
 ///
 /// One store belongs to one scene and the memory of one backend. It keeps what it
-/// was given as long as it lives, and counts the time and the bytes of all.
+/// was given as long as it lives, and counts the time and the bytes of all. Where lights or
+/// dynamic casters move from frame to frame, it has to be told, or shadows stay where they
+/// were: see [`forget_lights`](super::forget_lights) and
+/// [`forget_dynamic`](super::forget_dynamic).
 pub struct Store<M: Memory> {
     shelves: Mutex<Shelves>,
     wait: Option<Wait>,

@@ -11,7 +11,7 @@ use super::{
     InjectFroxels, Jitter, MOST_SLICES, lit_depths,
 };
 use crate::methods::{
-    About, Entry, Frame, FrameInputs, Method, MethodError, OfScene, Role, RunOn, Verdict, Work,
+    About, Entry, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
 };
 use crate::scene::{AreaEmitters, Emission};
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
@@ -235,7 +235,7 @@ impl Froxels {
     {
         let backend = frame.backend;
         let bytes = |_: &Film<B::Memory>| 32 * grid.froxels() as u64;
-        let film = frame.store.get("froxels of a film", OfScene, bytes, || {
+        let film = frame.store.get("froxels of a film", 0_u32, bytes, || {
             Ok(Film::<B::Memory>(Mutex::default()))
         })?;
         let mut film = film.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -7,12 +7,13 @@ use gpu_backend::{Backend, BufferOf, Cpu};
 
 use super::{GatherMany, LitByMany};
 use crate::culling::{PickPixels, RayTiles, TileLights, TooManyLights};
+use crate::gather::MOST_TURNS;
 use crate::methods::per_light::{Culled, is_culled, ray_tiles};
 use crate::methods::{
     About, Evaluators, Frame, FrameInputs, Method, MethodError, PerLight, RunOn, SourceOn, Verdict,
     Work,
 };
-use crate::scene::Emission;
+use crate::scene::{Emission, Geometry};
 use crate::{Emitter, Gather};
 
 /// A kind of visibility source that answers for many lights at once.
@@ -77,10 +78,6 @@ impl<S, E> ManyLights<S, E> {
         Self(pair)
     }
 }
-
-/// Turns of all loops of an invocation, after which some drivers end them; a quarter is
-/// left for what is not counted.
-const MOST_TURNS: f64 = 0.75 * 65_535.0;
 
 /// Turns for what a shader finds out about a ray and a light before it evaluates anything:
 /// where the ray enters the cone, and the kinks.
@@ -147,6 +144,10 @@ where
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         self.0.applies(inputs)
+    }
+
+    fn uses_maps_of(&self, geometry: &Geometry) -> bool {
+        self.0.uses_maps_of(geometry)
     }
 
     fn distinct<'q>(

@@ -46,21 +46,15 @@ impl<M: Memory> BesideDynamic<M> {
     where
         B: RenderShadowMap + BuildMapBlocks + BuildLineTrees + Backend<Memory = M>,
     {
-        let Some(map) = frame.dynamic_map(light)? else {
+        let Some((map, blocks)) = mapped(frame, light)? else {
             return Ok(Self::Static(baked));
         };
         let FrameInputs {
             emitters,
             medium,
             rays,
-            map: resolution,
             ..
         } = frame.inputs;
-        let key = OfDynamic(OfLight { light, resolution });
-        let what = "blocks of the map of dynamic casters";
-        let blocks = frame.store.get(what, key, MapBlocks::bytes, || {
-            Ok(frame.backend.map_blocks(&map)?)
-        })?;
         let runs = frame.pass("line trees", || {
             let emitter = &emitters[light];
             Ok(MapRuns::with_blocks(
@@ -74,6 +68,26 @@ impl<M: Memory> BesideDynamic<M> {
         })?;
         Ok(Self::Both(Box::new(Both(baked, runs))))
     }
+}
+
+/// A map with its blocks.
+type Mapped<M> = (Arc<ShadowMap<M>>, Arc<MapBlocks<M>>);
+
+/// The map of the dynamic casters that a light reaches, if it reaches any: the store keeps it.
+pub(super) fn mapped<B: RenderShadowMap + BuildMapBlocks>(
+    frame: &Frame<'_, B>,
+    light: usize,
+) -> Result<Option<Mapped<B::Memory>>, MethodError> {
+    let Some(map) = frame.dynamic_map(light)? else {
+        return Ok(None);
+    };
+    let resolution = frame.inputs.map;
+    let key = OfDynamic(OfLight { light, resolution });
+    let what = "blocks of the map of dynamic casters";
+    let blocks = frame.store.get(what, key, MapBlocks::bytes, || {
+        Ok(frame.backend.map_blocks(&map)?)
+    })?;
+    Ok(Some((map, blocks)))
 }
 
 impl VisibilitySource for BesideDynamic<Host> {

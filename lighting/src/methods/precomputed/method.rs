@@ -4,16 +4,17 @@ use std::sync::Arc;
 
 use gpu_backend::{Cpu, Host, Memory};
 
-use super::dynamic::BesideDynamic;
+use super::dynamic::{BesideDynamic, mapped};
 use super::{BakedShadow, Builder, Resolution};
 use crate::Touching;
 use crate::methods::many_lights::{SourcesTogether, Together};
 use crate::methods::registry::pairs;
 use crate::methods::{
-    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
-    SourceOn, SourceQuality, Store, Verdict, Work,
+    Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, OfStatic, Role,
+    SourceAbout, SourceOn, SourceQuality, Store, Verdict, Work,
 };
-use crate::scene::SceneError;
+use crate::scene::{Geometry, SceneError};
+use crate::shadow_map::face_count;
 
 const VOXELS: SourceQuality = SourceQuality {
     unit: "voxels per axis",
@@ -60,12 +61,16 @@ impl LightSources for Baked {
         }
     }
 
+    fn uses_maps_of(&self, geometry: &Geometry) -> bool {
+        geometry.dynamic_part().is_some()
+    }
+
     fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
         let dynamic = inputs.geometry.dynamic_part();
         let note = dynamic.map(|dynamic| {
             format!(
                 "the shadows of {} dynamic triangles are those of shadow maps of {} texels per \
-                 side around them",
+                 side around them, and the time of a frame is without these maps",
                 dynamic.triangles().len(),
                 inputs.map
             )
@@ -76,15 +81,21 @@ impl LightSources for Baked {
     fn work(&self, inputs: &FrameInputs<'_>, side: u32) -> Work {
         let lights = inputs.emitters.len() as f64;
         let side = f64::from(side);
-        let texels = f64::from(inputs.map).powi(2);
-        let mapped = (0..inputs.emitters.len())
-            .filter(|light| inputs.dynamic_reached(*light).is_some())
-            .count() as f64;
+        let dynamic = inputs.geometry.dynamic_part();
+        let faces = dynamic.map_or(0, |dynamic| {
+            (inputs.emitters.iter().enumerate())
+                .filter(|(light, _)| inputs.dynamic_reached(*light).is_some())
+                .map(|(_, emitter)| face_count(dynamic, emitter))
+                .sum()
+        });
+        let triangles = dynamic.map_or(0, |dynamic| dynamic.triangles().len());
+        let texels = faces as f64 * f64::from(inputs.map).powi(2);
         Work {
-            // The map of the dynamic casters and its trees.
-            per_frame: 2.0 * mapped * texels,
-            // Silhouettes grow with the side, faces of open meshes with its square.
-            once: TILE * lights * side.powf(1.5),
+            // The trees of the map of the dynamic casters.
+            per_frame: texels,
+            // Silhouettes grow with the side, faces of open meshes with its square. A store
+            // keeps the map.
+            once: TILE * lights * side.powf(1.5) + texels + (faces * triangles) as f64,
             per_ray: lights * side.sqrt(),
             ..Work::default()
         }
@@ -98,7 +109,7 @@ pub(super) const WHAT: &str = "precomputed shadows";
 /// [`FROM_FILE`].
 pub fn share_precomputed(host: &Store<Host>, light: usize, shadow: &Arc<BakedShadow>) {
     let resolution = FROM_FILE;
-    let key = OfLight { light, resolution };
+    let key = OfStatic(OfLight { light, resolution });
     host.insert(WHAT, key, shadow.clone(), shadow.bytes());
 }
 
@@ -108,7 +119,7 @@ pub(super) fn baked(
     light: usize,
     resolution: u32,
 ) -> Result<Arc<BakedShadow>, MethodError> {
-    let key = OfLight { light, resolution };
+    let key = OfStatic(OfLight { light, resolution });
     let bytes = |shadow: &BakedShadow| shadow.bytes();
     inputs.host.get(WHAT, key, bytes, || {
         let casters = inputs.geometry.static_part();
@@ -126,7 +137,8 @@ impl SourceOn<Cpu> for Baked {
     type Source = BesideDynamic<Host>;
 
     fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, side: u32) -> Result<(), MethodError> {
-        baked(&frame.inputs, light, side).map(|_| ())
+        baked(&frame.inputs, light, side)?;
+        mapped(frame, light).map(|_| ())
     }
 
     fn source(
@@ -156,7 +168,7 @@ impl SourcesTogether<Cpu> for Baked {
         light: usize,
         side: u32,
     ) -> Result<(), MethodError> {
-        self.prepare(frame, light, side)
+        baked(&frame.inputs, light, side).map(|_| ())
     }
 
     fn together(

@@ -8,7 +8,7 @@ use super::dynamic::BesideDynamic;
 use super::method::{Baked, WHAT, baked, turns};
 use super::{BakedShadow, BakedShadows};
 use crate::methods::many_lights::{SourcesTogether, Together};
-use crate::methods::{Frame, FrameInputs, MethodError, OfLight, SourceOn};
+use crate::methods::{Frame, FrameInputs, MethodError, OfLight, OfStatic, SourceOn};
 
 impl<E: Encode> SourceOn<Gpu<E>> for Baked {
     type Source = BesideDynamic<GpuMemory>;
@@ -29,7 +29,7 @@ impl<E: Encode> SourceOn<Gpu<E>> for Baked {
         side: u32,
     ) -> Result<Self::Source, MethodError> {
         let resolution = side;
-        let key = OfLight { light, resolution };
+        let key = OfStatic(OfLight { light, resolution });
         let bytes = |shadow: &BakedShadow<GpuMemory>| shadow.bytes();
         let baked = frame.store.get(WHAT, key, bytes, || {
             baked(&frame.inputs, light, side)?
@@ -39,10 +39,6 @@ impl<E: Encode> SourceOn<Gpu<E>> for Baked {
         BesideDynamic::new(frame, light, baked)
     }
 }
-
-/// Those of all lights, by the resolution.
-#[derive(Debug, PartialEq, Eq, Hash)]
-struct OfAll(u32);
 
 /// Those of as many lights as fit into one buffer; then those of the next.
 type Groups = Vec<Together<Arc<BakedShadows<GpuMemory>>>>;
@@ -65,7 +61,7 @@ impl<E: Encode> SourcesTogether<Gpu<E>> for Baked {
         side: u32,
     ) -> Result<Vec<Together<Self::Together>>, MethodError> {
         let bytes = |groups: &Groups| groups.iter().map(|group| group.source.bytes()).sum();
-        let groups = frame.store.get(WHAT, OfAll(side), bytes, || {
+        let groups = frame.store.get(WHAT, OfStatic(side), bytes, || {
             let lights = 0..frame.inputs.emitters.len();
             let all = lights
                 .map(|light| Ok((*baked(&frame.inputs, light, side)?).clone()))

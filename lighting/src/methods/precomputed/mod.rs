@@ -77,8 +77,10 @@
 //!
 //! # What moves
 //!
-//! [Instances](crate::scene::Instance::dynamic) that a scene marks as dynamic are in no
-//! bake and in no file. The methods `precomputed x …`, and `render` with a file, take their
+//! [Instances](crate::scene::Instance::dynamic) that a scene marks as dynamic have no place in
+//! a bake: the methods `precomputed x …` and the program's `bake` leave them out, and whoever
+//! calls [`bake`] or [`BakedShadow::bake`] passes the
+//! [static part](crate::scene::Geometry::static_part). The methods `precomputed x …`, and `render` with a file, take their
 //! shadows from a map of the [dynamic part](crate::scene::Geometry::dynamic_part) alone,
 //! for each light with a picture of its own around that part as far as the light
 //! [reaches](crate::shadow_map::reached): a point is lit where grid and map say so.
@@ -88,6 +90,9 @@
 //! voxel of the grid or a texel of the map of where it should. A march would add half a
 //! step, a light volume half a texel. On surfaces the k × k texels of the grid's filter are
 //! multiplied by as many of the [map](crate::shadow_map::MapsOfMany).
+//!
+//! A store keeps the maps as long as nothing moves. Before a frame in which something has
+//! moved, `methods::forget_dynamic` empties the stores but for the bakes.
 //!
 //! Lights that reach no dynamic caster, and scenes without any, take the sources and shaders
 //! that they would take anyway. Many lights stay in one pass but for those that do.

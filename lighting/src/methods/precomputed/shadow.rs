@@ -75,6 +75,9 @@ impl<M: Memory> Clone for BakedShadow<M> {
 /// ones, and masked ones with their holes. What casts no shadow is left out, and so is
 /// what is see-through.
 ///
+/// It takes every triangle that casts a shadow, also of what is dynamic: pass
+/// [`Geometry::static_part`] where something moves.
+///
 /// Which parts of the scene are closed, [`Surfaces::watertightness`] tells: the
 /// inside of those compresses well. All others cast their shadows as open
 /// surfaces, and so do parts with masks.
@@ -155,6 +158,9 @@ impl Holes for MaskHoles {
 /// nothing done yet: it can be watched, stopped, saved, resumed and shared out.
 /// [`BakedShadow::of_set`] takes what comes out.
 ///
+/// It takes every triangle that casts a shadow, also of what is dynamic: pass
+/// [`Geometry::static_part`] where something moves.
+///
 /// # Errors
 /// Those of [`SetBake::new`].
 pub fn bake(
@@ -170,6 +176,9 @@ impl BakedShadow {
     /// voxels along each axis, and tells how much of the scene is closed.
     ///
     /// [`bake`] does the same with breaks, and for several lights.
+    ///
+    /// It takes every triangle that casts a shadow, also of what is dynamic: pass
+    /// [`Geometry::static_part`] where something moves.
     ///
     /// # Errors
     /// Those of [`light_spaces`](super::light_spaces), and [`Error::TooManyNodes`].

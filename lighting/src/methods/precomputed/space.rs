@@ -23,6 +23,9 @@ const ROUNDING: f64 = 1e-4;
 /// from a point it shines on. Slices end at the light's range: behind it nothing is lit
 /// that could be shadowed.
 ///
+/// Every triangle counts as a caster, also of what is dynamic: pass
+/// [`Geometry::static_part`] where something moves.
+///
 /// Casters closer to a point light than 1e-5 of the distance of the farthest
 /// may be cut off.
 ///

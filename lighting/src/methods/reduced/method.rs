@@ -6,6 +6,7 @@ use super::{Choice, FillPicture, Filling, Reduction};
 use crate::methods::{
     About, Frame, FrameInputs, LightFrameSurfaces, Method, MethodError, Role, RunOn, Verdict, Work,
 };
+use crate::scene::Geometry;
 
 /// A method whose picture is made of fewer rays, or of rays that share its work; see
 /// the [module](super).
@@ -142,6 +143,10 @@ impl<M: Method> Method for Reduced<M> {
             true => self.inner.takes_some_pixels(),
             false => Verdict::Impossible("the neighbours of a pixel are not known then".into()),
         }
+    }
+
+    fn uses_maps_of(&self, geometry: &Geometry) -> bool {
+        self.inner.uses_maps_of(geometry)
     }
 
     fn distinct<'q>(

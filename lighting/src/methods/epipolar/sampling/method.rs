@@ -11,6 +11,7 @@ use crate::methods::{
     About, Evaluators, Frame, FrameInputs, LightSources, Method, MethodError, PerLight, Role,
     RunOn, SourceOn, Verdict, Work,
 };
+use crate::scene::Geometry;
 use crate::{EyePanes, Gather, LitRays};
 
 /// Pixels for whose number of samples a quality stands, and the best quality: a sample
@@ -116,6 +117,10 @@ impl<S: LightSources + Clone, E: Evaluators + Clone> Method for EpipolarSampling
 
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
         self.whole.applies(inputs)
+    }
+
+    fn uses_maps_of(&self, geometry: &Geometry) -> bool {
+        self.whole.uses_maps_of(geometry)
     }
 
     fn takes_some_pixels(&self) -> Verdict {
