@@ -108,6 +108,16 @@ pub(crate) struct Subject<'a> {
     pub(crate) quick: bool,
 }
 
+impl Subject<'_> {
+    /// What is to be said of studies whose bakes take every triangle.
+    fn dynamic_baked(&self) -> &'static str {
+        match self.geometry.dynamic_part() {
+            Some(_) => " What is dynamic is baked like the rest here.",
+            None => "",
+        }
+    }
+}
+
 /// A backend to measure on.
 pub(crate) struct Device<'a> {
     /// Its full name.

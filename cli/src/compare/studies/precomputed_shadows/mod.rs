@@ -110,6 +110,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     let mut study = KIND.blank();
     let found = measure_all(&mut study, subject, limit)?;
     describe(&mut study, &found);
+    study.introduction += subject.dynamic_baked();
     Ok(study)
 }
 

@@ -122,9 +122,10 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
         "{} of the scene, each with precomputed voxelized shadows of {}³ voxels in every grid (a \
          light that shines in all directions has six), on the CPU. Exact visibility is that of \
          shadow rays. To compare scenes, and a scene with its open twin, run this on each: sizes and \
-         errors are the same on every machine, of times only the ratios.",
+         errors are the same on every machine, of times only the ratios.{}",
         count(lights.len(), "light"),
-        extent.voxels
+        extent.voxels,
+        subject.dynamic_baked()
     );
     Ok(study)
 }
