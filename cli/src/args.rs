@@ -422,7 +422,8 @@ pub(crate) struct Render {
     pub(crate) surface_shadows: Option<SurfaceShadows>,
 
     /// Files of precomputed shadows (see `bake`): their lights take them, in the air
-    /// and, filtered, on surfaces. Shadow maps have those of what is dynamic
+    /// and, filtered, on surfaces. Shadow maps have those of what is dynamic: give
+    /// the same --dynamic and --no-shadow as to `bake`, or shadows are missing
     #[arg(long, value_name = "FILES", value_delimiter = ',')]
     pub(crate) shadows: Vec<PathBuf>,
 
@@ -619,7 +620,7 @@ pub(crate) struct Bake {
     pub(crate) no_shadow: Vec<String>,
 
     /// What may move and is left out, by the name of an object, a mesh or a material; any
-    /// number of times
+    /// number of times. `render --shadows` needs the same names, and those of --no-shadow
     #[arg(long, value_name = "NAME")]
     pub(crate) dynamic: Vec<String>,
 
@@ -781,7 +782,8 @@ pub(crate) struct SceneOptions {
     pub(crate) no_shadow: Vec<String>,
 
     /// What may move, by the name of an object, a mesh or a material; any number of times.
-    /// Precomputed shadows leave it out, and shadow maps have its shadows
+    /// Precomputed shadows leave it out, and shadow maps have its shadows: with --shadows
+    /// the names that `bake` was given, and those of --no-shadow
     #[arg(long, value_name = "NAME")]
     pub(crate) dynamic: Vec<String>,
 

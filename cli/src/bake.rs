@@ -56,13 +56,11 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
         input.notes.push(note.into());
     }
 
-    let casters = input.geometry.static_part();
-    let casters = casters
-        .ok_or_else(|| Failure::new("all triangles are dynamic: there are no shadows that stay"))?;
     if let Some(dynamic) = input.geometry.dynamic_part() {
         let left_out = count(dynamic.triangles().len(), "dynamic triangle");
         input.notes.push(format!("{left_out} left out"));
     }
+    let casters = input.casters_that_stay()?;
     let spinner = progress::spinner("sorting triangles");
     let surfaces = precomputed::surfaces(casters)?;
     let grids = grids(casters, &surfaces, &emitters, (most, args.texel))?;

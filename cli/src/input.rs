@@ -31,6 +31,8 @@ pub(crate) struct Input {
     pub(crate) host: Store<Host>,
     /// Every light as emitters, area lights as several.
     pub(crate) emitters: Vec<Emitter>,
+    /// Whether any triangle stays, but for a ground that was laid.
+    stays: bool,
     /// Which emitters each light consists of.
     pub(crate) of_light: Vec<Range<usize>>,
     /// What was placed, assumed or ignored.
@@ -99,8 +101,9 @@ impl Input {
         for caster in &scene.translucent {
             notes.push(format!("translucent: {}", caster.describe()));
         }
+        let part = geometry.static_part();
         // What is placed here must not depend on what moves.
-        let stays = geometry.static_part().unwrap_or(&geometry);
+        let (any, stays) = (part.is_some(), part.unwrap_or(&geometry));
         let mut bounds = self::bounds(&scene, stays);
         // What was laid below hair and smoke need not be in view.
         let solid = if floor.is_none() {
@@ -145,8 +148,17 @@ impl Input {
             tracer,
             host,
             emitters,
+            stays: any,
             of_light,
             notes,
+        })
+    }
+
+    /// The casters whose shadows files have.
+    pub(crate) fn casters_that_stay(&self) -> Result<&Geometry, Failure> {
+        let part = self.geometry.static_part().filter(|_| self.stays);
+        part.ok_or_else(|| {
+            Failure::new("all triangles are dynamic: there are no shadows that stay")
         })
     }
 

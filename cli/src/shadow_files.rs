@@ -23,7 +23,10 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure>
     let mut shadows = vec![None; input.emitters.len()];
     let mut spaces = BTreeMap::new();
     // What moves is in no file.
-    let casters = input.geometry.static_part();
+    let casters = match files {
+        [] => &input.geometry,
+        _ => input.casters_that_stay()?,
+    };
     for path in files {
         let name = path.display().to_string();
         let about = |failure: Failure| failure.about(&name);
@@ -36,7 +39,7 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure>
             // Those of all emitters at a resolution are asked for again and again.
             let spaces = spaces.entry(resolution).or_insert_with(|| {
                 Cpu::new().map(input.emitters.len(), |light| {
-                    light_spaces(casters?, &input.emitters[light], resolution).ok()
+                    light_spaces(casters, &input.emitters[light], resolution).ok()
                 })
             });
             for (spaces, shadow) in spaces.iter().zip(&mut shadows) {

@@ -472,4 +472,34 @@ fn a_file_of_what_stays_is_that_of_the_scene_with_and_without_what_moves() {
         "floor",
     ];
     fails(place.path(), &all, "all triangles are dynamic");
+    // Nor is there anything to bake of the ground that a model is given.
+    let triangle = "o kite\nv 0 1 0\nv 1 1 0\nv 0 2 1\nf 1 2 3\n";
+    std::fs::write(place.path().join("kite.obj"), triangle).unwrap();
+    let kite = ["bake", "kite.obj", "-o", "none.cpvs", "--dynamic", "kite"];
+    fails(place.path(), &kite, "all triangles are dynamic");
+    let kite = ["render", "kite.obj", "-o", "none.exr", "--dynamic", "kite"];
+    let kite = [&kite[..], &["--size", "8x8", "--shadows", "city.cpvs"]].concat();
+    fails(place.path(), &kite, "all triangles are dynamic");
+
+    let pair = |scene| {
+        let arguments = [
+            "render", scene, "--size", "8x8", "--map", "64", "-o", "pair.exr",
+        ];
+        let method = [
+            "--visibility",
+            "precomputed",
+            "--airlight",
+            "gauss",
+            "--samples",
+            "64",
+        ];
+        [&arguments[..], &method].concat()
+    };
+    succeeds(place.path(), &pair("traffic"));
+    std::fs::remove_file(place.path().join("pair.exr")).unwrap();
+    fails(
+        place.path(),
+        &pair("city"),
+        "--map is the size of shadow maps",
+    );
 }
