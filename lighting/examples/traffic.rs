@@ -13,7 +13,7 @@
 //! * `alone`: what stays is baked once, and what moves has no shadow;
 //! * `beside`: what stays is baked once, and what moves has a map of its own;
 //! * `method`: the same by the method `precomputed x gauss-8`, whose stores forget what has
-//!   moved;
+//!   moved, with the whole scene expanded anew;
 //! * `rebuild`: the grid of all casters is baked anew where they have moved;
 //! * `map`: a map of all casters.
 //!
