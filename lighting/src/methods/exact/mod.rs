@@ -13,8 +13,8 @@ use std::cell::RefCell;
 
 use glam::{DVec2, DVec3, Vec3};
 
+use crate::scene::Caster;
 use crate::scene::trace::{Line, Tracer};
-use crate::scene::{Bounds, Caster};
 use crate::visibility::{LitInterval, Share, VisibilitySource};
 use crate::{Emitter, Interval, LightPath};
 
@@ -168,7 +168,8 @@ impl<T: Borrow<Tracer>> Exact<T> {
 }
 
 /// Whether something in a box may be between a part of the path and its light.
-pub(crate) fn may_shadow(bounds: Bounds, path: &LightPath<'_>) -> bool {
+#[cfg(feature = "methods")]
+pub(crate) fn may_shadow(bounds: crate::scene::Bounds, path: &LightPath<'_>) -> bool {
     let (min, max) = (bounds.min().as_dvec3(), bounds.max().as_dvec3());
     let (centre, half) = (0.5 * (min + max), 0.5 * (max - min));
     match Plane::new(path) {
