@@ -17,11 +17,10 @@ use transmittance::baseline::{Captured, Uncompressed};
 use transmittance::{Accumulate, CurveMap, Evaluate};
 
 use super::curves::kinds::{Named, Visit, range, visit_all};
+use super::curves::show::series_of_kinds;
 use super::curves::{Family, collect_any};
 use super::{Kind, Limit, Subject};
-use crate::compare::study::{
-    Axis, Cell, Chart, Charts, Column, Part, Point, Scale, Series, Shape, Study, Unit,
-};
+use crate::compare::study::{Axis, Cell, Chart, Charts, Column, Part, Point, Scale, Study, Unit};
 use crate::failure::Failure;
 use crate::format::{bytes, seconds, significant};
 use crate::progress;
@@ -78,6 +77,10 @@ fn columns() -> Vec<Column> {
 
 fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     let mut study = KIND.blank();
+    if let Some(why) = limit.reached() {
+        study.leave_out("all hair", why);
+        return Ok(study);
+    }
     let hair: Vec<Translucent> = subject
         .translucent
         .iter()
@@ -114,6 +117,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     let clock = Instant::now();
     let truth = stand.truth()?;
     let Some(truth) = truth else {
+        bar.finish_and_clear();
         study.leave_out("all hair", "no light reaches what is in view");
         return Ok(study);
     };
@@ -336,16 +340,9 @@ fn chart(rows: &[Row]) -> Chart {
             seconds(row.light),
         ),
     };
-    let series = |family: Family| Series {
-        name: family.title().into(),
-        aside: String::new(),
-        key: family.key(),
-        competes: true,
-        shape: Shape::Points,
-        points: (rows.iter())
-            .filter(|row| row.name.family == family)
-            .map(point)
-            .collect(),
+    let points = |family: Family| {
+        let own = rows.iter().filter(|row| row.name.family == family);
+        own.map(point).collect()
     };
     Chart {
         title: "hair".into(),
@@ -363,13 +360,7 @@ fn chart(rows: &[Row]) -> Chart {
             unit: Unit::Share,
         },
         front: true,
-        series: Family::ALL
-            .into_iter()
-            // The truth itself would leave no room for the others.
-            .filter(|family| *family != Family::Uncompressed)
-            .map(series)
-            .filter(|series| !series.points.is_empty())
-            .collect(),
+        series: series_of_kinds(points),
     }
 }
 
@@ -403,6 +394,14 @@ mod tests {
         let [four, sixteen] = ["4", "16"].map(|nodes| error(Family::Area, nodes));
         assert!(sixteen < 0.5 * four && four < 0.2, "{four} {sixteen}");
         assert!(sixteen < error(Family::Opacity, "32"));
+    }
+
+    #[test]
+    fn nothing_is_begun_when_the_time_is_over() {
+        let stand = Stand::of(Embedded::SmokeHair);
+        let study = run(&stand.subject(), &Limit::of(0.0)).unwrap();
+        assert!(study.parts.is_empty() && study.records.rows().is_empty());
+        assert_eq!(study.left_out.len(), 1);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 mod entries;
 pub(super) mod kinds;
 mod rays;
-mod show;
+pub(super) mod show;
 
 use glam::Vec3;
 use gpu_backend::Cpu;

@@ -89,18 +89,9 @@ fn chart(specimen: &Specimen) -> Chart {
             bytes(row.bytes.round() as u64)
         ),
     };
-    let series = |family: Family| Series {
-        name: family.title().into(),
-        aside: String::new(),
-        key: family.key(),
-        competes: true,
-        shape: Shape::Points,
-        points: specimen
-            .rows
-            .iter()
-            .filter(|row| row.family == family)
-            .map(point)
-            .collect(),
+    let points = |family: Family| {
+        let rows = specimen.rows.iter();
+        rows.filter(|row| row.family == family).map(point).collect()
     };
     Chart {
         title: specimen.name.clone(),
@@ -118,14 +109,27 @@ fn chart(specimen: &Specimen) -> Chart {
             unit: Unit::Number,
         },
         front: true,
-        series: Family::ALL
-            .into_iter()
-            // The truth itself would leave no room for the others.
-            .filter(|family| *family != Family::Uncompressed)
-            .map(series)
-            .filter(|series| !series.points.is_empty())
-            .collect(),
+        series: series_of_kinds(points),
     }
+}
+
+/// The kinds that have points in a chart of errors. The truth itself would leave no room for
+/// the others.
+pub(crate) fn series_of_kinds(points: impl Fn(Family) -> Vec<Point>) -> Vec<Series> {
+    let series = |family: Family| Series {
+        name: family.title().into(),
+        aside: String::new(),
+        key: family.key(),
+        competes: true,
+        shape: Shape::Points,
+        points: points(family),
+    };
+    let kinds = Family::ALL.into_iter();
+    kinds
+        .filter(|family| *family != Family::Uncompressed)
+        .map(series)
+        .filter(|series| !series.points.is_empty())
+        .collect()
 }
 
 /// Transmittance against depth.
