@@ -5,12 +5,16 @@
 use std::cell::Cell;
 use std::convert::Infallible;
 
+use crepuscular_tests::frames::inputs;
 use gpu_backend::{Backend, Cpu, Download};
-use lighting::methods::{Entry, Frame, FrameInputs, Registry, RunOn, Selection, Store};
+use lighting::methods::{Entry, Frame, Registry, RunOn, Store};
 use lighting::prediction::{Forecast, Judged, Known, Probe, Profile, Sample, Setting};
 use lighting::scene::procedural::Embedded;
 use reference::metrics::{Reference, image_error};
 use reference::scenes::TestScene;
+
+/// Texels per side of shadow maps.
+const MAP: u32 = 256;
 
 const METHODS: [&str; 5] = [
     "none x gauss",
@@ -24,7 +28,7 @@ fn settings(methods: &Registry) -> Vec<Setting> {
     let setting = |entry: &Entry, quality: &u32| Setting {
         entry: entry.clone(),
         quality: *quality,
-        map: 256,
+        map: MAP,
     };
     let entries = METHODS.map(|name| methods.find(name).unwrap());
     let all = entries.iter().flat_map(|entry| {
@@ -32,25 +36,6 @@ fn settings(methods: &Registry) -> Vec<Setting> {
         qualities.iter().map(|quality| setting(entry, quality))
     });
     all.collect()
-}
-
-fn inputs<'a>(scene: &'a TestScene, host: &'a Store<gpu_backend::Host>) -> FrameInputs<'a> {
-    FrameInputs {
-        emitters: &scene.emitters,
-        areas: &scene.areas,
-        medium: &scene.medium,
-        height_fog: None,
-        geometry: &scene.geometry,
-        translucent: &scene.translucent,
-        camera: &scene.camera,
-        size: scene.size,
-        rays: &scene.rays,
-        hits: &scene.hits,
-        map: 256,
-        host,
-        selection: Selection::default(),
-        watch: &(),
-    }
 }
 
 fn judged(sample: &Sample, truth: &Reference, most: usize) -> Judged {
@@ -68,7 +53,7 @@ fn forecast(scene: &TestScene, truth: &Reference, pixels: usize, seconds: f64) -
     let sample = sample.with_nearest(&scene.rays, &scene.emitters, pixels / 16);
     let now = Cell::new(0.0);
     let probe = Probe {
-        inputs: inputs(scene, &host),
+        inputs: inputs(scene, MAP, &host),
         sample: &sample,
         judged: &judged(&sample, truth, pixels / 2),
         profile: &Profile::new(),
@@ -90,7 +75,7 @@ fn errors_of_a_sample_are_those_of_the_picture() {
     let settings = settings(&Registry::standard());
     assert_eq!(forecast.rows.len(), settings.len(), "{forecast}");
     let (cpu, store) = (Cpu::new(), Store::new());
-    let frame = Frame::new(&cpu, inputs(&scene, &store), &store).unwrap();
+    let frame = Frame::new(&cpu, inputs(&scene, MAP, &store), &store).unwrap();
     for row in &forecast.rows {
         assert_ne!(row.known, Known::Interpolated);
         let Setting { entry, quality, .. } = &settings[row.setting];
