@@ -41,6 +41,13 @@ pub struct RayTiles {
     levels: [Vec<Tile>; LEVELS],
 }
 
+/// Rays that follow each other in one tile.
+struct Run {
+    place: u64,
+    first: u32,
+    end: u32,
+}
+
 /// A tile, or a block of them.
 #[derive(Debug, Clone)]
 pub(super) struct Tile {
@@ -70,57 +77,24 @@ impl RayTiles {
             place_of([pixel % width, pixel / width])
         };
         // More rays than a u32 counts do not fit into memory.
-        let mut places: Vec<(u64, u32)> = cpu.map(rays.len(), |ray| (place(ray), ray as u32));
-        places.sort_unstable();
-        let order: Vec<u32> = places.iter().map(|(_, ray)| *ray).collect();
-        let lengths = order
-            .iter()
-            .map(|ray| rays[*ray as usize].length())
-            .collect();
-        let directions = order
-            .iter()
-            .map(|ray| rays[*ray as usize].direction())
-            .collect();
-        let ends = |level: usize| -> Vec<[usize; 2]> {
-            let shift = PLACE * (LEVELS - 1 - level) as u32;
-            let mut end = 0;
-            let chunks = places.chunk_by(|a, b| a.0 >> shift == b.0 >> shift);
-            chunks
-                .map(|chunk| {
-                    let first = end;
-                    end += chunk.len();
-                    [first, end]
-                })
-                .collect()
-        };
-        let all: [Vec<[usize; 2]>; LEVELS] = std::array::from_fn(ends);
-        let levels = std::array::from_fn(|level| {
-            let bundles = cpu.map(all[level].len(), |tile| {
-                let [first, end] = all[level][tile];
-                let own = order[first..end].iter().map(|ray| &rays[*ray as usize]);
-                Bundle::new(own.map(|ray| (ray.direction(), ray.length())))
-            });
-            let mut below = 0;
-            let tiles = bundles.into_iter().zip(&all[level]);
-            tiles
-                .map(|(bundle, &[first, end])| {
-                    let (mut first, mut end) = (first, end);
-                    if let Some(next) = all.get(level + 1) {
-                        let count = next[below..]
-                            .iter()
-                            .take_while(|tile| tile[1] <= end)
-                            .count();
-                        (first, end) = (below, below + count);
-                        below = end;
-                    }
-                    Tile { bundle, first, end }
-                })
-                .collect()
-        });
+        let places: Vec<u64> = cpu.map(rays.len(), place);
+        let mut runs: Vec<Run> = Vec::with_capacity(rays.len() / SIDE as usize);
+        for of_one in places.chunk_by(|a, b| a == b) {
+            let first = runs.last().map_or(0, |run| run.end);
+            let end = first + of_one.len() as u32;
+            let place = of_one[0];
+            runs.push(Run { place, first, end });
+        }
+        runs.sort_unstable_by_key(|run| (run.place, run.first));
+        let order: Vec<u32> = runs.iter().flat_map(|run| run.first..run.end).collect();
+        let of_rays = |ray: u32| &rays[ray as usize];
+        let lengths = cpu.map(order.len(), |i| of_rays(order[i]).length());
+        let directions = cpu.map(order.len(), |i| of_rays(order[i]).direction());
+        let levels = Self::levels(cpu, &runs, &directions, &lengths);
         let mut tile_of = vec![0; rays.len()];
-        for (tile, [first, end]) in (0..).zip(&all[LEVELS - 1]) {
-            for ray in &order[*first..*end] {
-                tile_of[*ray as usize] = tile;
+        for (number, tile) in (0..).zip(&levels[LEVELS - 1]) {
+            for ray in &order[tile.first..tile.end] {
+                tile_of[*ray as usize] = number;
             }
         }
         Some(Self {
@@ -131,6 +105,47 @@ impl RayTiles {
             tile_of,
             levels,
         })
+    }
+
+    /// The tiles of the last level, and the blocks of the others around them.
+    fn levels(
+        cpu: &Cpu,
+        runs: &[Run],
+        directions: &[Vec3],
+        lengths: &[f32],
+    ) -> [Vec<Tile>; LEVELS] {
+        // Places of the tiles of a level, and what is in each: rays, or tiles of the next.
+        let mut places: Vec<u64> = Vec::new();
+        let mut inside: Vec<[usize; 2]> = Vec::new();
+        let mut end = 0;
+        for tile in runs.chunk_by(|a, b| a.place == b.place) {
+            let rays: u32 = tile.iter().map(|run| run.end - run.first).sum();
+            let first = end;
+            end += rays as usize;
+            places.push(tile[0].place);
+            inside.push([first, end]);
+        }
+        let mut levels: [Vec<Tile>; LEVELS] = Default::default();
+        levels[LEVELS - 1] = cpu.map(inside.len(), |tile| {
+            let [first, end] = inside[tile];
+            let ways = directions[first..end].iter().zip(&lengths[first..end]);
+            let bundle = Bundle::new(ways.map(|(direction, length)| (*direction, *length)));
+            Tile { bundle, first, end }
+        });
+        for level in (0..LEVELS - 1).rev() {
+            let (mut outer, mut blocks) = (Vec::new(), Vec::new());
+            let mut end = 0;
+            for block in places.chunk_by(|a, b| a >> PLACE == b >> PLACE) {
+                let first = end;
+                end += block.len();
+                outer.push(block[0] >> PLACE);
+                let bundle = Bundle::around(levels[level + 1][first..end].iter());
+                blocks.push(Tile { bundle, first, end });
+            }
+            levels[level] = blocks;
+            places = outer;
+        }
+        levels
     }
 
     /// Number of rays.
@@ -221,6 +236,21 @@ impl Bundle {
             axis,
             spread: spread.fold(0.0, f64::max),
             farthest: lengths.fold(0.0, f64::max),
+        }
+    }
+    /// A cone around the cones of some tiles.
+    fn around<'a>(tiles: impl Iterator<Item = &'a Tile> + Clone) -> Self {
+        let bundles = tiles.map(|tile| &tile.bundle);
+        let sum: DVec3 = bundles.clone().map(|inner| inner.axis).sum();
+        let axis = sum.try_normalize().unwrap_or(DVec3::Z);
+        // Chords: that to a ray is no longer than those to the axis around it and from there.
+        let spread = bundles
+            .clone()
+            .map(|inner| (inner.axis - axis).length() + inner.spread);
+        Self {
+            axis,
+            spread: spread.fold(0.0, f64::max),
+            farthest: bundles.fold(0.0, |most, inner| inner.farthest.max(most)),
         }
     }
 }
