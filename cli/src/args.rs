@@ -51,7 +51,8 @@ Results go to standard output; notes, progress and errors to standard error. The
 for a comparison that measured nothing, for an error or a time that no method is expected to meet \
 and for hard cases with a violation, or 2 \
 if something is wrong with what was asked for, or 128 and the number of the signal that ended the \
-program: 130 after Ctrl-C.";
+program: 130 after Ctrl-C. Files appear when they are complete; a program that is killed (SIGKILL) \
+can leave one behind beside them whose name begins with .crepuscular-, which can be deleted.";
 
 /// Light and shadow in fog: which method, at which quality, is worth its time?
 ///

@@ -9,9 +9,9 @@ use lighting::scene::{AreaEmitters, Camera, Medium, Translucent};
 
 use super::backends::Backends;
 use super::measure::Job;
-use super::results::LeftOut;
 use super::selection::{Candidate, Selection, select};
 use super::size::{Counted, fitted};
+use super::study::described;
 use crate::args::{Compare, SceneOptions};
 use crate::devices::BackendName;
 use crate::failure::Failure;
@@ -198,10 +198,7 @@ impl Prepared {
         for line in self.passes() {
             text += &format!("runs: {line}\n");
         }
-        for LeftOut { what, why } in &self.selection.left_out {
-            text += &format!("left out: {what} ({why})\n");
-        }
-        text
+        text + &described(&self.selection.left_out)
     }
 
     /// What is seen of the air, in words.

@@ -52,6 +52,27 @@ pub(crate) struct LeftOut {
     pub(crate) why: String,
 }
 
+/// A line for each reason, which names the first few things and counts the others.
+pub(crate) fn described<'a>(left_out: impl IntoIterator<Item = &'a LeftOut>) -> String {
+    const NAMED: usize = 3;
+    let mut lines: Vec<(&'a str, Vec<&'a str>)> = Vec::new();
+    for LeftOut { what, why } in left_out {
+        match lines.iter_mut().find(|(reason, _)| reason == why) {
+            Some((_, all)) => all.push(what),
+            None => lines.push((why, vec![what])),
+        }
+    }
+    let line = |(why, all): (&str, Vec<&str>)| {
+        let named = all[..all.len().min(NAMED)].join(", ");
+        let others = match all.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        format!("left out: {named}{others} ({why})\n")
+    };
+    lines.into_iter().map(line).collect()
+}
+
 /// Why something is left out that there was no time for.
 pub(crate) const NO_TIME: &str = "no time left (--time-budget)";
 
@@ -404,6 +425,21 @@ impl Point {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_left_out_for_one_reason_is_one_line() {
+        let of = |what: &str, why: &str| LeftOut {
+            what: what.into(),
+            why: why.into(),
+        };
+        let all = ["a", "b", "c", "d", "e"].map(|what| of(what, "not asked for"));
+        let mut left_out = all.to_vec();
+        left_out.insert(1, of("x", NO_TIME));
+        let expected =
+            format!("left out: a, b, c and 2 more (not asked for)\nleft out: x ({NO_TIME})\n");
+        assert_eq!(described(&left_out), expected);
+        assert_eq!(described(&[]), "");
+    }
 
     /// A study with one of everything, and with text that HTML and CSV must
     /// escape.

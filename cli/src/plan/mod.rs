@@ -14,6 +14,7 @@ use crate::args::Plan;
 use crate::compare::prepare::{Asked, Prepared};
 use crate::compare::results::LeftOut;
 use crate::compare::selection::{Candidate, check_names, dropped};
+use crate::compare::study::described;
 use crate::devices::{BackendName, Device};
 use crate::failure::Failure;
 use crate::format::count;
@@ -73,9 +74,7 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
         for pass in &passes {
             text += &format!("runs: {pass}\n");
         }
-        for LeftOut { what, why } in left_out {
-            text += &format!("left out: {what} ({why})\n");
-        }
+        text += &described(left_out.iter().copied());
         for (_, _, forecast) in &forecasts {
             text += &format!("\n{forecast}");
         }
