@@ -223,7 +223,7 @@ def memory(asked, folder):
         [*BAKE, "--output", "grid.cpvs"],
         ["plan", "city", "--size", "30000x30000", "--backend", "cpu"],
     ):
-        for megabytes in (200, 400, 1000, 2000):
+        for megabytes in (400, 1000, 2000):
             limits = [(resource.RLIMIT_AS, megabytes << 20)]
             judge(case, arguments, run(asked, arguments, folder, limits))
     return case
