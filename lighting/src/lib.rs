@@ -66,6 +66,7 @@
 //! | `indirect` | `shadow-map`, `trace` | the two for a whole view, on any backend |
 //! | [`culling`] | | which rays of a picture a light may reach, and which lights a ray or a surface |
 //! | [`environment`] | | light from all around, seen through fog and on surfaces |
+//! | `fog_pass` | `wgpu`, `voxel-shadow` | the fog of a renderer's frame by one object: its own depths and shadow maps in, a texture out |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
 //!
 //! # Conventions and limits
@@ -83,6 +84,8 @@ pub mod culling;
 pub mod direct_light;
 pub mod environment;
 mod eye_panes;
+#[cfg(all(feature = "wgpu", feature = "voxel-shadow"))]
+pub mod fog_pass;
 mod gather;
 #[cfg(feature = "wgpu")]
 pub mod gpu;
@@ -105,6 +108,7 @@ mod surface_point;
 pub mod surface_scattering;
 pub mod visibility;
 
+pub use gpu_backend;
 pub use scene;
 
 pub use airlight::AirlightEvaluator;

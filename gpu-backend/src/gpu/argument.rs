@@ -18,8 +18,13 @@ enum Value<'a> {
     Sampler(&'a wgpu::Sampler, wgpu::SamplerBindingType),
 }
 
-/// What a texture is declared as: what its texels are, and the dimension of the view.
-type TextureKind = (wgpu::TextureSampleType, wgpu::TextureViewDimension);
+/// What a texture is declared as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct TextureKind {
+    texels: wgpu::TextureSampleType,
+    dimension: wgpu::TextureViewDimension,
+    multisampled: bool,
+}
 
 /// How a binding is declared in the shader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -77,7 +82,23 @@ impl<'a> Argument<'a> {
         texels: wgpu::TextureSampleType,
         dimension: wgpu::TextureViewDimension,
     ) -> Self {
-        Self(Value::Texture(view, (texels, dimension)))
+        let kind = TextureKind {
+            texels,
+            dimension,
+            multisampled: false,
+        };
+        Self(Value::Texture(view, kind))
+    }
+
+    /// A two-dimensional texture with several samples in each texel, such as `var depth:
+    /// texture_depth_multisampled_2d` for [`Depth`](wgpu::TextureSampleType::Depth).
+    pub fn multisampled(view: &'a wgpu::TextureView, texels: wgpu::TextureSampleType) -> Self {
+        let kind = TextureKind {
+            texels,
+            dimension: wgpu::TextureViewDimension::D2,
+            multisampled: true,
+        };
+        Self(Value::Texture(view, kind))
     }
 
     /// A sampler: `var nearest: sampler`, or `sampler_comparison` for
@@ -128,10 +149,10 @@ impl Kind {
             Self::Uniform => buffer(wgpu::BufferBindingType::Uniform),
             Self::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
             Self::Write => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-            Self::Texture((sample_type, view_dimension)) => wgpu::BindingType::Texture {
-                sample_type,
-                view_dimension,
-                multisampled: false,
+            Self::Texture(kind) => wgpu::BindingType::Texture {
+                sample_type: kind.texels,
+                view_dimension: kind.dimension,
+                multisampled: kind.multisampled,
             },
             Self::Sampler(kind) => wgpu::BindingType::Sampler(kind),
         }

@@ -92,8 +92,8 @@ where
 }
 
 /// The lights, and behind them the texels of their cookies.
-pub(crate) fn table(emitters: &[Emitter]) -> Vec<[u32; 4]> {
-    let mut lights = Vec::with_capacity(emitters.len());
+pub(crate) fn table<'a>(emitters: impl IntoIterator<Item = &'a Emitter>) -> Vec<[u32; 4]> {
+    let mut lights = Vec::new();
     let mut texels: Vec<[u32; 4]> = Vec::new();
     for emitter in emitters {
         let (emitter, cookie) = EmitterRecord::new(emitter);

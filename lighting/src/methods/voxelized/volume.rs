@@ -222,8 +222,27 @@ impl<M: Memory> VoxelVolume<M> {
     where
         B: BuildVoxels + Backend<Memory = M>,
     {
+        self.update_from(backend, emitter, eye, map)
+    }
+
+    /// The same from anything that knows the first blockers of the light: on the CPU a
+    /// [`FirstBlocker`](voxel_shadow::FirstBlocker), on a GPU the depths that a renderer has
+    /// drawn (`voxel_shadow::gpu::DepthLayers`).
+    ///
+    /// # Errors
+    /// Those of [`VoxelVolume::update`].
+    pub fn update_from<B, S: ?Sized>(
+        &mut self,
+        backend: &B,
+        emitter: &Emitter,
+        eye: &Eye,
+        blockers: &S,
+    ) -> Result<(), VoxelError>
+    where
+        B: BuildGrid + Rectify<S> + Backend<Memory = M>,
+    {
         self.make(backend, emitter, eye, |lattice, indices| {
-            backend.rectify(lattice, map, indices)
+            backend.rectify(lattice, blockers, indices)
         })
     }
 
@@ -260,7 +279,7 @@ impl<M: Memory> VoxelVolume<M> {
         rectify: impl FnOnce(&Lattice, &mut IndexMap<M>) -> Result<(), voxel_shadow::Error>,
     ) -> Result<(), VoxelError>
     where
-        B: BuildVoxels + Backend<Memory = M>,
+        B: BuildGrid + Backend<Memory = M>,
     {
         self.state = State::Lit;
         let lattice = match eye.lattice(emitter, self.grid.resolution(), 0.0)? {

@@ -1,0 +1,1 @@
+../../../airlight/examples/screen/mod.rs
