@@ -88,8 +88,8 @@
 //!   in a [box](ShadowDag::visibility), and many of these at once.
 //! * [`ShadowDag::upload`] takes shadows to the memory of a backend, where
 //!   [`Query`] answers questions in batches: on the CPU, and with the feature
-//!   `wgpu` on GPUs, where the depths of a [`Mesh`] can be found too. The feature
-//!   `wgsl` alone has the questions as parts for shaders, without wgpu; both
+//!   `wgpu` on GPUs, where the depths of a [`Mesh`] can be found too, except in a browser. The
+//!   feature `wgsl` alone has the questions as parts for shaders, without wgpu; both
 //!   are in the module `gpu`.
 //! * [`LightSpace`] takes points, normals and rays of the world to the grid of
 //!   a parallel or perspective light; [`Slices`] are equal or grow with the

@@ -139,7 +139,7 @@ impl Patches {
         let whole = patch.at.floor();
         let class = of_level.class(patch.at - whole, patch.error)?;
         let (node, within) = (whole as usize / side, whole as usize % side);
-        let number = of_level.known.insert((class << 32 | within) as u64) as usize;
+        let number = of_level.known.insert((class as u64) << 32 | within as u64) as usize;
         if number >= of_level.kept.len() {
             of_level.kept.resize(number + 1, None);
             self.entries += 1;

@@ -8,7 +8,11 @@ mod dispatch;
 mod encode;
 mod in_shader;
 mod queued;
+#[cfg(not(target_family = "wasm"))]
+mod read_back;
+#[cfg(not(target_family = "wasm"))]
 mod request;
+#[cfg(not(target_family = "wasm"))]
 mod time;
 mod uniform;
 
@@ -20,7 +24,9 @@ pub use context::Context;
 pub use dispatch::{INDEX_WGSL, Kernel, Workgroups};
 pub use encode::{Encode, Queued, Recording};
 pub use in_shader::InShader;
+#[cfg(not(target_family = "wasm"))]
 pub use request::ADAPTER_VARIABLE;
+#[cfg(not(target_family = "wasm"))]
 pub use time::{Clock, Timing};
 
 use crate::{Backend, Buffer, BufferOf, Element, Error};

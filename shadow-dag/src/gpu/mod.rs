@@ -50,7 +50,8 @@
 //! entry point; the shader above finds the voxels in the pass before.
 
 mod parts;
-#[cfg(feature = "wgpu")]
+// Depths are read back tile by tile, for which a browser does not wait.
+#[cfg(all(feature = "wgpu", not(target_family = "wasm")))]
 mod peel;
 #[cfg(feature = "wgpu")]
 mod query;
@@ -60,6 +61,6 @@ mod record;
 mod tests;
 
 pub use parts::{EXTENT, PACKED, PLAIN, POINT, RAY, SPACE};
-#[cfg(feature = "wgpu")]
+#[cfg(all(feature = "wgpu", not(target_family = "wasm")))]
 pub use peel::PeeledMesh;
 pub use record::{DagRecord, SpaceRecord};

@@ -174,7 +174,7 @@ impl<'a> Scratch<'a> {
 
     /// The triangles over each block of `side` texels of a tile: `each` is
     /// given the first texel of the block and their numbers.
-    #[cfg(feature = "wgpu")]
+    #[cfg(all(feature = "wgpu", not(target_family = "wasm")))]
     pub(crate) fn blocks(
         &mut self,
         tile: TileRect,

@@ -30,7 +30,7 @@ pub use holes::Holes;
 use holes::Masks;
 use sorted::{PARTS, Parts, runs};
 pub use surfaces::Surfaces;
-#[cfg(feature = "wgpu")]
+#[cfg(all(feature = "wgpu", not(target_family = "wasm")))]
 pub(crate) use triangle::Kind;
 pub(crate) use triangle::ONE;
 pub(crate) use triangle::Triangle;

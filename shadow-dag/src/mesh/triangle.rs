@@ -82,13 +82,13 @@ impl Triangle {
     }
 
     /// Corners, the area at their left side or zero.
-    #[cfg(feature = "wgpu")]
+    #[cfg(all(feature = "wgpu", not(target_family = "wasm")))]
     pub(crate) fn corners(&self) -> [[i32; 2]; 3] {
         self.corners
     }
 
     /// The depths of the corners, and the least and the largest of them.
-    #[cfg(feature = "wgpu")]
+    #[cfg(all(feature = "wgpu", not(target_family = "wasm")))]
     pub(crate) fn corner_depths(&self) -> ([f64; 3], [f64; 2]) {
         (self.corners.map(|corner| self.depth(corner)), self.range)
     }
