@@ -14,9 +14,9 @@ pub struct FogFrame<'a> {
     /// The depth of pixels in which nothing was drawn, to which the textures were cleared: 0
     /// where depths are reversed, else 1.
     pub empty_depth: f32,
-    /// The distance from the eye at which the fog ends, m; positive, may be infinite. Shadows
-    /// are finer where it is short, and as far as it is infinite they end, like those of every
-    /// method, after ten mean free paths.
+    /// The distance from the eye at which the fog ends, m; positive, may be infinite. A short
+    /// reach makes shadows finer. Voxels reach no farther than ten mean free paths, and air
+    /// behind the last of them is as lit as that.
     pub reach: f32,
     /// The fog.
     pub medium: &'a Medium,

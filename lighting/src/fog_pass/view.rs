@@ -82,7 +82,7 @@ impl View {
                 corner(1.0, -1.0).normalize(),
                 corner(-1.0, -1.0).normalize(),
             ]),
-            depths: Interval::new(start, end.min(reach)),
+            depths: Interval::new(start, end.min(reach).max(start)),
             lamp_spacing: Spacing::Angle,
             sun_spacing: Spacing::Airlight {
                 sigma_t: medium.sigma_t().x,
