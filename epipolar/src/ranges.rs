@@ -52,10 +52,15 @@ impl Ranges {
             angles(f64::from(space.distance()), view, alpha)
         };
         if let Kind::Spot { axis, outer, .. } = space.light().0 {
+            // A light ray is in the cone if it is at most `outer` away from its axis, whose φ
+            // is `tilt`.
             let tilt = angle_between(axis, -frame[0]);
             phi = [phi[0].max(tilt - outer), phi[1].min(tilt + outer)];
             // α + φ < π.
             alpha[1] = alpha[1].min(PI - phi[0]);
+            // With the line to the eye outside of the cone and of the opposite one, the planes
+            // around that line that touch the cone are the sides of a right-angled triangle
+            // on the sphere: sin half = sin outer / sin tilt.
             if outer < tilt && tilt < PI - outer {
                 let middle = DVec2::new(axis.dot(frame[1]), axis.dot(frame[2]));
                 let cone = Arc::Part {

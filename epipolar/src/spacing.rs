@@ -153,6 +153,9 @@ fn airlight(
         return (b - a) * (-sigma_t * 0.5 * (a + b)).exp();
     }
     let eye_light = f64::from(space.distance());
+    // dx/d² = dφ / (D sin α): the inverse square of the light is in the width of the cell, and
+    // the same for all cells of a ray but for a factor.
+    //
     // x = D sin φ / sin(α + φ), d = D sin α / sin(α + φ); x + d ≥ D, and the
     // constant factor exp(−σ D) might underflow.
     let sine = (alpha + middle).sin();

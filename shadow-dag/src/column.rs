@@ -19,7 +19,7 @@ use crate::pool::{LIT, Pool, Reference, SHADOWED, is_mixed};
 use crate::resolution::Resolution;
 use crate::rule::{Rule, Tile, Transition};
 
-/// From volume `start` of a column on, all are `node`.
+/// The volumes of a column from `start` up to the next run are all `node`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Run {
     pub(crate) start: u32,
@@ -82,7 +82,7 @@ impl Columns {
         Column::Runs { first, bounds }
     }
 
-    /// The runs of the last column behind the first, but for the end; none if
+    /// The runs of the last column without its first and without the end; `None` if
     /// it is uniform.
     pub(crate) fn runs(&self, column: Column) -> Option<&[Run]> {
         match column {
@@ -180,6 +180,7 @@ impl Columns {
         self.walk(span, |volume| {
             let mut children = [LIT; 8];
             let mut change = u32::MAX;
+            // The children in front are volume 2 v of the level below, those behind 2 v + 1.
             for (quarter, at) in at.iter_mut().enumerate() {
                 while stack[*at + 1].start <= 2 * volume {
                     *at += 1;

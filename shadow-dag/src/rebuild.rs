@@ -14,8 +14,8 @@ use crate::progress::Progress;
 use crate::tiles::{Tiles, Watch};
 use crate::{Builder, Error, Form, Mesh, ShadowDag};
 
-/// Nodes that no tile needs any more are thrown away when there are more than so many
-/// times those that were needed when that was done last.
+/// The pool is pruned of nodes that no tile needs any more once it has this many times the
+/// nodes that the last pruning left.
 const WASTE: usize = 2;
 
 /// The grid of a light together with what it was put together from, so that a change of

@@ -52,7 +52,7 @@ impl LightGrids {
 
     /// # Errors
     /// [`Error::Length`] if there is no light, or one without grids;
-    /// [`Error::BadValue`] for a bias that is none.
+    /// [`Error::BadValue`] for a bias that is negative or not finite.
     pub(crate) fn check(lights: &[Self]) -> Result<(), Error> {
         if lights.is_empty() || lights.iter().any(|light| light.spaces.is_empty()) {
             return Err(Error::Length {
@@ -65,7 +65,7 @@ impl LightGrids {
     }
 
     /// # Errors
-    /// [`Error::BadValue`] for a bias that is none.
+    /// [`Error::BadValue`] for a bias that is negative or not finite.
     pub(crate) fn check_biases(mut biases: impl Iterator<Item = f32>) -> Result<(), Error> {
         match biases.find(|bias| !(0.0..f32::INFINITY).contains(bias)) {
             Some(bias) => Err(Error::bad_value("a bias", bias, "a finite number from 0")),

@@ -59,11 +59,13 @@ impl Pair<'_> {
         if first == last {
             return self.visibility(first) * (to - from);
         }
+        // Parts of the first and the last bit, and a count of the whole ones between them.
         let before = (first + 1) as f32 - ends[0];
         let after = ends[1] - last as f32;
         let whole = [self.first, self.second].map(|texel| lit_bits(texel, first + 1, last));
         let between = blend(whole[0], whole[1], self.share);
         let [at_first, at_last] = [first, last].map(|bit| self.visibility(bit));
+        // The three lengths add up to `to − from` but for rounding.
         if at_first == 1.0 && at_last == 1.0 && between == (last - first - 1) as f32 {
             return to - from;
         }
@@ -75,6 +77,8 @@ impl Pair<'_> {
     #[inline]
     fn next_change(&self, bit: u32) -> u32 {
         let at = (bit / 32) as usize;
+        // Combined with copies of the bits at `bit`, equal bits are 0 and the first 1 is the
+        // first change of either texel.
         let ones = |texel: &[u32]| ((texel[at] >> (bit % 32)) & 1).wrapping_neg();
         let (ones_first, ones_second) = (ones(self.first), ones(self.second));
         let differs = |first: u32, second: u32| (first ^ ones_first) | (second ^ ones_second);

@@ -14,7 +14,7 @@ fn key(position: Vec3) -> [u32; 3] {
     (position + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
-/// A hash that nobody can foresee, so that no positions make it slow.
+/// A hash with a random key, so that no choice of positions can make it slow.
 #[derive(Debug)]
 struct Salt([u64; 2]);
 

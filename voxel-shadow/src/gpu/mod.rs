@@ -6,12 +6,11 @@
 //! a [`Sampling`]. The page of each part has the signatures of its functions with their
 //! units, and the source.
 //!
-//! A depth texture that a renderer has drawn takes part in [`Rectify`](crate::Rectify) as
-//! [`DepthLayers`], whatever else lives on the GPU as what fits the [`FirstBlockerSlot`]
-//! ([`DEPTH`] helps to write it). Maps of many lights in
-//! [`RectifyAtlas`](crate::RectifyAtlas) as what fits the [`AtlasBlockerSlot`], and holes
-//! of triangles in [`RectifyMasked`](crate::RectifyMasked) as what fits the
-//! [`HolesSlot`].
+//! Here [`Rectify`](crate::Rectify) takes a depth texture that a renderer has drawn, as
+//! [`DepthLayers`], and anything else that fits the [`FirstBlockerSlot`]; [`DEPTH`] helps to
+//! write that. [`RectifyAtlas`](crate::RectifyAtlas) takes shadow maps of many lights that
+//! fit the [`AtlasBlockerSlot`], and [`RectifyMasked`](crate::RectifyMasked) holes of
+//! triangles that fit the [`HolesSlot`].
 //!
 //! # A whole shader
 //!
@@ -35,7 +34,7 @@
 //!
 //! # Limits
 //!
-//! At most five storage buffers, and what a part in one of the two slots adds.
+//! Steps bind at most five storage buffers, and those that a part in a slot adds.
 
 #[cfg(feature = "wgpu")]
 mod atlas;
