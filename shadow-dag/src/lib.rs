@@ -94,7 +94,7 @@
 //! * [`LightSpace`] takes points, normals and rays of the world to the grid of
 //!   a parallel or perspective light; [`Slices`] are equal or grow with the
 //!   distance from the light. [`FilterSize::bias`] keeps a surface from
-//!   shadowing itself.
+//!   shadowing itself, and [`FilterSize::clearance`] says how much more it takes on slopes.
 //! * [`Form`] is how nodes are stored: plain, or packed into 0.25 to 0.33 of the
 //!   bytes for closed scenes and 0.38 to 0.49 for open ones. Either is a file
 //!   as it lies in memory; [`ShadowDag::from_bytes`] uses it in place and

@@ -14,7 +14,7 @@ const CHUNK: usize = 1024;
 /// sky).
 pub trait Query: Backend {
     /// [`ShadowVolume::visibility`] of points on surfaces (metres; the fourth
-    /// numbers are not used).
+    /// numbers are not used). [`Sampling`](crate::Sampling) says which bias they need.
     ///
     /// # Errors
     /// [`gpu_backend::Error::LengthMismatch`] unless there are as many results as

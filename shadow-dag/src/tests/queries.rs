@@ -292,3 +292,28 @@ fn a_slanted_surface_does_not_shadow_itself_once_biased() {
         assert_eq!(dag.filter(size.bias(at, normal), size), 1.0, "{x}");
     }
 }
+
+proptest! {
+    #![proptest_config(reference::property::cases(64))]
+
+    #[test]
+    fn no_plane_shadows_itself_once_it_is_cleared(
+        slopes in [-3.0_f32..3.0, -3.0_f32..3.0],
+        width in 0_u32..6,
+        at in [20.0_f32..44.0, 20.0_f32..44.0],
+    ) {
+        let [a, b] = slopes;
+        let plane = |x: f32, y: f32| 32.0 + a * (x - 32.0) + b * (y - 32.0);
+        let map = Map::new(64, |x, y| {
+            let slice = plane(x as f32 + 0.5, y as f32 + 0.5).floor().clamp(0.0, 64.0);
+            [slice as u32; 2]
+        });
+        let dag = Builder::new().build(&Cpu::new(), &map).unwrap();
+        let size = FilterSize::new(2 * width + 1).unwrap();
+        let normal = Vec3::new(a, b, -1.0);
+        let [x, y] = at;
+        let point = DVec3::new(x.into(), y.into(), plane(x, y).into());
+        let voxel = size.bias_beyond(size.clearance(normal), point, normal);
+        prop_assert_eq!(dag.filter(voxel, size), 1.0);
+    }
+}
