@@ -20,6 +20,13 @@ for package in json.load(sys.stdin)["packages"]:
     if package["publish"] != []:
         print(package["name"], package["version"])
 ')
+# All features but the one that says that it needs a newer Rust than all others.
+features=$(cargo metadata --format-version 1 --no-deps | python3 -c '
+import json, sys
+for package in json.load(sys.stdin)["packages"]:
+    if package["publish"] != []:
+        print(*(package["name"] + "/" + name for name in package["features"] if name != "avx512"))
+')
 
 step() { printf '\n=== %s (after %d s)\n' "$1" "$SECONDS"; }
 skipped() { printf 'SKIPPED %s: %s\n' "$1" "$2"; }
@@ -72,7 +79,7 @@ fi
 step 'the oldest Rust'
 oldest=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 if cargo "+$oldest" --version >/dev/null 2>&1; then
-    cargo "+$oldest" check "${names[@]}" --all-features
+    cargo "+$oldest" check --quiet "${names[@]}" --features "${features//$'\n'/ }"
 else
     skipped "Rust $oldest" "rustup toolchain install $oldest"
 fi
