@@ -132,13 +132,13 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
     #[inline]
     pub fn transmittances(&self, depth: f32) -> [f32; C] {
         let nodes = self.nodes();
-        let next = count_in_front(|index| nodes[index].depth, nodes.len(), depth);
-        let Some(node) = next.checked_sub(1).map(|index| &nodes[index]) else {
+        let Some(last) = nodes.len().checked_sub(1) else {
             return [1.0; C];
         };
-        let Some(next) = nodes.get(next) else {
-            return node.value.map(L::transmittance);
-        };
+        let next = count_in_front(|index| nodes[index].depth, nodes.len(), depth);
+        // In front of the first node, which is clear, and behind the last both are
+        // the same, and its value comes out: no branch upon where the depth lies.
+        let (node, next) = (&nodes[next.saturating_sub(1)], &nodes[next.min(last)]);
         let fraction = fraction(node.depth, next.depth, depth);
         std::array::from_fn(|c| L::transmittance(mix(node.value[c], next.value[c], fraction)))
     }

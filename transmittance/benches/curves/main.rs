@@ -131,23 +131,23 @@ fn ask<E: Evaluate>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, curves
     });
 }
 
+/// A curve for each ray.
+fn all<A: Accumulate + Clone>(rays: &[Vec<BlockerSegment>], clear: &A) -> Vec<A::Curve> {
+    rays.iter().map(|ray| made(clear, ray)).collect()
+}
+
 fn evaluation(criterion: &mut Criterion) {
     let range = Range::new(0.0, 300.0).expect("a range");
     let rays = rays(streams::columns_of_smoke);
     let mut group = criterion.benchmark_group("evaluate/smoke");
     let group = &mut group;
-    let curves: Vec<_> = rays
-        .iter()
-        .map(|ray| made(&Stream::<8>::new(), ray))
-        .collect();
+    let curves = all(&rays, &Stream::<8>::new());
     ask(group, "curve 8", &curves);
     let packed: Vec<_> = curves.iter().copied().map(Packed::from).collect();
     ask(group, "packed 8", &packed);
     let half: Vec<_> = curves.iter().copied().map(PackedHalf::from).collect();
     ask(group, "packed half 8", &half);
-    fn all<A: Accumulate + Clone>(rays: &[Vec<BlockerSegment>], clear: &A) -> Vec<A::Curve> {
-        rays.iter().map(|ray| made(clear, ray)).collect()
-    }
+    ask(group, "plain linear 8", &all(&rays, &Plain::<8, 10>::new()));
     let linear: Vec<Packed<16, Linear>> = all(&rays, &Curve::<16, Linear>::new())
         .into_iter()
         .map(Packed::from)
