@@ -1,9 +1,11 @@
 //! The rules of curves whose nodes hold optical depths.
 
+use wide::f32x4;
+
 use crate::BlockerSegment;
 use crate::lookup::{Exponential, INFLATE, ROUNDING, Rules, inverse_length};
 use crate::node::Node;
-use crate::numeric::{EXP_ERROR, exp_neg, larger, smaller};
+use crate::numeric::{EXP_ERROR, Number, exp_neg, exp_neg_4, smaller};
 
 impl Rules for Exponential {
     const CLEAR: f32 = 0.0;
@@ -19,6 +21,11 @@ impl Rules for Exponential {
     #[inline]
     fn transmittance(value: f32) -> f32 {
         exp_neg(value)
+    }
+
+    #[inline(always)]
+    fn transmittances(values: f32x4) -> f32x4 {
+        exp_neg_4(values)
     }
 
     #[inline]
@@ -58,17 +65,19 @@ impl Rules for Exponential {
         }
     }
 
-    #[inline]
-    fn area(widths: [f32; 2], values: [f32; 3], transmittances: [f32; 3]) -> f32 {
+    #[inline(always)]
+    fn area<T: Number>(widths: [T; 2], values: [T; 3], transmittances: [T; 3]) -> T {
         // Mean of an exponential: (T₀ − T₁) / (τ₁ − τ₀), and its series where
         // that loses its digits, the mean of the ends times tanh(u/2) / (u/2).
+        let number = T::from;
         let mean = |a: usize, b: usize| {
             let u = values[b] - values[a];
             let u2 = u * u;
-            let series = 1.0 - u2 * (1.0 / 12.0 - u2 * (1.0 / 120.0 - u2 * (17.0 / 20160.0)));
-            let mean = 0.5 * (transmittances[a] + transmittances[b]);
-            let quotient = (transmittances[a] - transmittances[b]) / larger(u, 0.1);
-            if u > 0.5 { quotient } else { mean * series }
+            let last = number(1.0 / 120.0) - u2 * number(17.0 / 20160.0);
+            let series = number(1.0) - u2 * (number(1.0 / 12.0) - u2 * last);
+            let mean = number(0.5) * (transmittances[a] + transmittances[b]);
+            let quotient = (transmittances[a] - transmittances[b]) / u.larger(number(0.1));
+            u.choose_above(0.5, quotient, mean * series)
         };
         let both = mean(0, 2);
         (widths[0] * (mean(0, 1) - both) + widths[1] * (mean(1, 2) - both)).abs()

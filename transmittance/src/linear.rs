@@ -1,9 +1,11 @@
 //! The rules of curves whose nodes hold transmittances.
 
+use wide::f32x4;
+
 use crate::BlockerSegment;
 use crate::lookup::{INFLATE, Linear, ROUNDING, Rules, inverse_length};
 use crate::node::Node;
-use crate::numeric::{EXP_ERROR, exp_neg, larger, smaller};
+use crate::numeric::{EXP_ERROR, Number, exp_neg, larger, smaller};
 
 impl Rules for Linear {
     const CLEAR: f32 = 1.0;
@@ -18,6 +20,11 @@ impl Rules for Linear {
     #[inline]
     fn transmittance(value: f32) -> f32 {
         value
+    }
+
+    #[inline(always)]
+    fn transmittances(values: f32x4) -> f32x4 {
+        values
     }
 
     #[inline]
@@ -94,10 +101,11 @@ impl Rules for Linear {
         }
     }
 
-    #[inline]
-    fn area(widths: [f32; 2], values: [f32; 3], _: [f32; 3]) -> f32 {
+    #[inline(always)]
+    fn area<T: Number>(widths: [T; 2], values: [T; 3], _: [T; 3]) -> T {
         // The triangle of the three.
-        0.5 * (widths[0] * (values[1] - values[2]) - widths[1] * (values[0] - values[1])).abs()
+        let front = widths[0] * (values[1] - values[2]);
+        T::from(0.5) * (front - widths[1] * (values[0] - values[1])).abs()
     }
 
     #[inline]

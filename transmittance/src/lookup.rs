@@ -2,8 +2,11 @@
 
 use std::fmt::Debug;
 
+use wide::f32x4;
+
 use crate::BlockerSegment;
 use crate::node::Node;
+use crate::numeric::Number;
 
 /// How a curve runs between its nodes: [`Linear`] or [`Exponential`].
 pub trait Lookup: Rules {}
@@ -52,6 +55,9 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
     /// Transmittance of a value.
     fn transmittance(value: f32) -> f32;
 
+    /// [`Rules::transmittance`] of four values, with the same bits.
+    fn transmittances(values: f32x4) -> f32x4;
+
     /// Value of a transmittance that is greater than 0.
     fn value(transmittance: f32) -> f32;
 
@@ -65,7 +71,7 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
     /// Area between the curve through three nodes and the curve through the
     /// outer two, from the lengths of the two stretches, and the values and the
     /// transmittances of the nodes.
-    fn area(widths: [f32; 2], values: [f32; 3], transmittances: [f32; 3]) -> f32;
+    fn area<T: Number>(widths: [T; 2], values: [T; 3], transmittances: [T; 3]) -> T;
 
     /// Transmittances that the exact curve cannot leave on a stretch where it
     /// is within `below` and `above` of a value, as an error of transmittance.

@@ -2,6 +2,8 @@
 
 use std::fmt::Debug;
 
+use wide::f32x4;
+
 use crate::joined::joined;
 use crate::lookup::Rules;
 use crate::node::Node;
@@ -22,27 +24,20 @@ pub struct Maximum;
 impl Metric for Area {}
 impl Metric for Maximum {}
 
-/// Distance from one node to another, a quarter of it: sums of such lengths
-/// times transmittances cannot overflow.
-#[inline]
-pub(crate) fn quarter<const C: usize>(from: &Node<C>, to: &Node<C>) -> f32 {
-    0.25 * to.depth - 0.25 * from.depth
-}
-
 /// The arithmetic behind [`Metric`].
 pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'static {
     /// The same for shaders.
     #[cfg(feature = "wgsl")]
     const WGSL: &'static str;
 
-    /// What it costs to remove the middle one of three nodes, whose
+    /// What it costs to remove the second of four nodes, and what the third, whose
     /// transmittances are given.
-    fn of_removal<L: Rules, const C: usize>(
-        nodes: [&Node<C>; 3],
-        transmittance: [[f32; C]; 3],
-    ) -> f32;
+    fn of_two<L: Rules, const C: usize>(
+        nodes: [&Node<C>; 4],
+        transmittance: [[f32; C]; 4],
+    ) -> [f32; 2];
 
-    /// [`Cost::of_removal`] of each inner node of the first `len`, at its index;
+    /// What it costs to remove each inner node of the first `len`, at its index;
     /// what is at other indices means nothing.
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
         nodes: &[[Node<C>; N]; W],
@@ -50,8 +45,8 @@ pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'stat
         len: usize,
     ) -> [[f32; N]; W];
 
-    /// The cost of two stretches or channels together.
-    fn both(a: f32, b: f32) -> f32;
+    /// The costs of two stretches together.
+    fn both(a: f32x4, b: f32x4) -> f32x4;
 
     /// Whether the cost of a stretch is the area that its inner nodes have been
     /// cut from; else it is the bound of its error.
@@ -62,18 +57,25 @@ impl Cost for Area {
     #[cfg(feature = "wgsl")]
     const WGSL: &'static str = include_str!("gpu/area.wgsl");
 
-    #[inline]
-    fn of_removal<L: Rules, const C: usize>(
-        [p, q, n]: [&Node<C>; 3],
-        [at_p, at_q, at_n]: [[f32; C]; 3],
-    ) -> f32 {
-        let widths = [quarter(p, q), quarter(q, n)];
-        let mut cost = 0.0;
+    #[inline(always)]
+    fn of_two<L: Rules, const C: usize>(
+        nodes: [&Node<C>; 4],
+        transmittance: [[f32; C]; 4],
+    ) -> [f32; 2] {
+        // Both at once.
+        let triple = |x: [f32; 4]| {
+            let lanes = |front, back| f32x4::from([front, back, front, back]);
+            [lanes(x[0], x[1]), lanes(x[1], x[2]), lanes(x[2], x[3])]
+        };
+        let [p, q, n] = triple(nodes.map(|node| 0.25 * node.depth));
+        let mut costs = f32x4::ZERO;
         for c in 0..C {
-            let values = [p.value[c], q.value[c], n.value[c]];
-            cost += L::area(widths, values, [at_p[c], at_q[c], at_n[c]]);
+            let values = triple(nodes.map(|node| node.value[c]));
+            let transmittances = triple(transmittance.map(|transmittance| transmittance[c]));
+            costs += L::area([q - p, n - q], values, transmittances);
         }
-        cost
+        let [front, back, ..] = costs.to_array();
+        [front, back]
     }
 
     #[inline(always)]
@@ -111,7 +113,7 @@ impl Cost for Area {
     }
 
     #[inline]
-    fn both(a: f32, b: f32) -> f32 {
+    fn both(a: f32x4, b: f32x4) -> f32x4 {
         a + b
     }
 
@@ -123,16 +125,16 @@ impl Cost for Maximum {
     const WGSL: &'static str = include_str!("gpu/maximum.wgsl");
 
     #[inline]
-    fn of_removal<L: Rules, const C: usize>(
-        [p, q, n]: [&Node<C>; 3],
-        [at_p, _, at_n]: [[f32; C]; 3],
-    ) -> f32 {
-        let (above, below) = joined::<L, C>(p, q, n);
-        let mut cost = 0.0_f32;
-        for c in 0..C {
-            cost = cost.max(L::spread([at_p[c], at_n[c]], below[c], above[c]));
-        }
-        cost
+    fn of_two<L: Rules, const C: usize>(
+        nodes: [&Node<C>; 4],
+        transmittance: [[f32; C]; 4],
+    ) -> [f32; 2] {
+        let [a, b, c, d] = nodes;
+        let [at_a, at_b, at_c, at_d] = transmittance;
+        [
+            Self::of_removal::<L, C>([a, b, c], [at_a, at_c]),
+            Self::of_removal::<L, C>([b, c, d], [at_b, at_d]),
+        ]
     }
 
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
@@ -143,19 +145,35 @@ impl Cost for Maximum {
         let (nodes, transmittance) = (nodes.as_flattened(), transmittance.as_flattened());
         let mut costs = [[0.0; N]; W];
         for q in 1..len - 1 {
-            let around = [q - 1, q, q + 1];
             costs.as_flattened_mut()[q] = Self::of_removal::<L, C>(
-                around.map(|index| &nodes[index]),
-                around.map(|index| transmittance[index]),
+                [q - 1, q, q + 1].map(|index| &nodes[index]),
+                [q - 1, q + 1].map(|index| transmittance[index]),
             );
         }
         costs
     }
 
     #[inline]
-    fn both(a: f32, b: f32) -> f32 {
-        a.max(b)
+    fn both(a: f32x4, b: f32x4) -> f32x4 {
+        a.fast_max(b)
     }
 
     const WEIGHS_AREA: bool = false;
+}
+
+impl Maximum {
+    /// What it costs to remove the middle one of three nodes; the transmittances of
+    /// the outer ones are given.
+    #[inline]
+    fn of_removal<L: Rules, const C: usize>(
+        [p, q, n]: [&Node<C>; 3],
+        [at_p, at_n]: [[f32; C]; 2],
+    ) -> f32 {
+        let (above, below) = joined::<L, C>(p, q, n);
+        let mut cost = 0.0_f32;
+        for c in 0..C {
+            cost = cost.max(L::spread([at_p[c], at_n[c]], below[c], above[c]));
+        }
+        cost
+    }
 }

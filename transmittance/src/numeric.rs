@@ -1,11 +1,24 @@
 //! Numbers of curves: the exponential function of optical depths, and shares of a
 //! way.
 
+use std::ops::{Add, Div, Mul, Sub};
+
+use wide::{CmpGt, f32x4, i32x4};
+
 /// Bound of the relative error of [`exp_neg`] where the result is at least
 /// [`f32::MIN_POSITIVE`]; below, the result may be 0. Three roundings of half an
 /// ULP in the argument and the last steps of the polynomial, whose own error is
 /// 1e-8; the largest that the test meets is 0.7e-7.
 pub(crate) const EXP_ERROR: f64 = 1.2e-7;
+
+// From this argument on the result of `exp_neg` is 0: 2^-127 is written as exponent 0.
+const LAST: f32 = 88.0;
+// Adding 1.5 · 2²³ rounds to an integer and leaves it in the low bits.
+const TO_INTEGER: f32 = 12_582_912.0;
+// ln 2 in two parts, the first with 9 significant bits, so that its multiples up to
+// 128 are exact.
+const LN_2_HIGH: f32 = 0.693_359_4;
+const LN_2_LOW: f32 = -2.121_944_4e-4;
 
 /// `exp(−x)` for `x ≥ 0`, infinity included; 0 where the result is below the
 /// range of normal numbers, and for NaN.
@@ -14,14 +27,6 @@ pub(crate) const EXP_ERROR: f64 = 1.2e-7;
 /// the same bits on every machine.
 #[inline]
 pub(crate) fn exp_neg(x: f32) -> f32 {
-    // From this argument on the result is 0: 2^-127 is written as exponent 0.
-    const LAST: f32 = 88.0;
-    // Adding 1.5 · 2²³ rounds to an integer and leaves it in the low bits.
-    const TO_INTEGER: f32 = 12_582_912.0;
-    // ln 2 in two parts, the first with 9 significant bits, so that its
-    // multiples up to 128 are exact.
-    const LN_2_HIGH: f32 = 0.693_359_4;
-    const LN_2_LOW: f32 = -2.121_944_4e-4;
     // One instruction, also for NaN.
     let x = if x < LAST { x } else { LAST };
     let shifted = x * std::f32::consts::LOG2_E + TO_INTEGER;
@@ -35,6 +40,23 @@ pub(crate) fn exp_neg(x: f32) -> f32 {
     p * f32::from_bits(power)
 }
 
+/// [`exp_neg`] of four numbers, with the same bits.
+#[inline(always)]
+pub(crate) fn exp_neg_4(x: f32x4) -> f32x4 {
+    let number = f32x4::splat;
+    let x = x.fast_min(number(LAST));
+    let shifted = x * number(std::f32::consts::LOG2_E) + number(TO_INTEGER);
+    let k = shifted - number(TO_INTEGER);
+    let r = (k * number(LN_2_HIGH) - x) + k * number(LN_2_LOW);
+    let p = number(1.0 / 720.0) + r * number(1.0 / 5040.0);
+    let p = number(1.0 / 24.0) + r * (number(1.0 / 120.0) + r * p);
+    let p = number(0.5) + r * (number(1.0 / 6.0) + r * p);
+    let p = number(1.0) + (r + r * r * p);
+    let bits: i32x4 = bytemuck::cast(shifted);
+    let power: f32x4 = bytemuck::cast(i32x4::splat(127 << 23) - (bits << 23));
+    p * power
+}
+
 /// The smaller of two numbers: one instruction, where [`f32::min`] also has an
 /// answer for NaN.
 #[inline(always)]
@@ -46,6 +68,53 @@ pub(crate) fn smaller(a: f32, b: f32) -> f32 {
 #[inline(always)]
 pub(crate) fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
+}
+
+/// One number, or four at a time with the same results.
+pub trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + From<f32>
+{
+    fn abs(self) -> Self;
+
+    /// The larger of two numbers, the second where one is NaN.
+    fn larger(self, other: Self) -> Self;
+
+    /// The first of two numbers where this is above a bound, else the second.
+    fn choose_above(self, bound: f32, above: Self, below: Self) -> Self;
+}
+
+impl Number for f32 {
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32::abs(self)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        larger(self, other)
+    }
+
+    #[inline(always)]
+    fn choose_above(self, bound: f32, above: Self, below: Self) -> Self {
+        if self > bound { above } else { below }
+    }
+}
+
+impl Number for f32x4 {
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32x4::abs(self)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        self.fast_max(other)
+    }
+
+    #[inline(always)]
+    fn choose_above(self, bound: f32, above: Self, below: Self) -> Self {
+        self.cmp_gt(f32x4::splat(bound)).blend(above, below)
+    }
 }
 
 /// Share of the way from `from` to `to` at which `depth` lies. In f64 neither
@@ -92,6 +161,17 @@ mod tests {
         assert_eq!(exp_neg(f32::MIN_POSITIVE), 1.0);
         for x in [88.0, 1e3, 1e30, f32::MAX, f32::INFINITY, f32::NAN] {
             assert_eq!(exp_neg(x), 0.0, "{x}");
+        }
+    }
+
+    #[test]
+    fn four_at_once_are_as_each_by_itself() {
+        let last = f32::INFINITY.to_bits();
+        for bits in (0..last).step_by(9973).chain([last, f32::NAN.to_bits()]) {
+            let x = std::array::from_fn(|lane| f32::from_bits(bits.saturating_sub(lane as u32)));
+            let each: [u32; 4] = x.map(|x| exp_neg(x).to_bits());
+            let at_once = exp_neg_4(f32x4::from(x)).to_array();
+            assert_eq!(at_once.map(f32::to_bits), each, "{x:?}");
         }
     }
 }

@@ -1,4 +1,9 @@
 //! Removal of nodes one after the other, the cheapest first.
+//!
+//! A node takes about 100 cycles, which are one chain: the least key says which node
+//! goes, its neighbours' new areas take two divisions behind each other, and these
+//! are the next keys to choose from. The bounds of the stretch that is left are
+//! computed beside it.
 
 use crate::joined::joined;
 use crate::lookup::Rules;
@@ -54,20 +59,29 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
         previous[index] = (index - 1) as u8;
         next[index - 1] = index as u8;
     }
+    let mut least_of_all = least(&keys);
     for _ in keep..len {
-        let q = least(&keys);
+        let q = number(least_of_all);
         let (p, n) = (usize::from(previous[q]), usize::from(next[q]));
+        // While the new costs of the neighbours are computed, the least of the others
+        // is found.
+        for index in [p, q, n] {
+            keys.as_flattened_mut()[index] = NONE;
+        }
+        let others = least(&keys);
         nodes_joined::<L, C>(nodes, [p, q, n]);
-        let keys = keys.as_flattened_mut();
-        keys[q] = NONE;
+        let around = [usize::from(previous[p]), p, n, usize::from(next[n])];
+        let [front, back] = M::of_two::<L, C>(
+            around.map(|index| &nodes[index]),
+            around.map(|index| transmittance[index]),
+        );
         next[p] = n as u8;
         previous[n] = p as u8;
-        if p > 0 {
-            keys[p] = key::<L, M, C>(nodes, transmittance, [usize::from(previous[p]), p, n]);
-        }
-        if n + 1 < len {
-            keys[n] = key::<L, M, C>(nodes, transmittance, [p, n, usize::from(next[n])]);
-        }
+        let front = if p > 0 { key_of(front, p) } else { NONE };
+        let back = if n + 1 < len { key_of(back, n) } else { NONE };
+        let keys = keys.as_flattened_mut();
+        (keys[p], keys[n]) = (front, back);
+        least_of_all = smaller(others, smaller(front, back));
     }
     let mut index = 0;
     for kept in 0..keep {
@@ -78,7 +92,7 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
 }
 
 /// One or two nodes, without the links that many need: what every blocker of a
-/// curve without spare room comes to.
+/// curve without spare room comes to. No branch depends on which nodes they are.
 #[inline(always)]
 fn remove_few<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>(
     nodes: &mut [Node<C>],
@@ -87,62 +101,38 @@ fn remove_few<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>
     len: usize,
     keep: usize,
 ) -> usize {
-    let q = least(keys);
+    let q = number(least(keys));
     nodes_joined::<L, C>(nodes, [q - 1, q, q + 1]);
-    if len - keep == 1 {
-        close(&mut nodes[..len], q);
-        return keep;
-    }
-    // The removed node has no key any more and its neighbours have others: kept
-    // apart, because numbers that were just written are slow to read as vectors.
-    let mut next = least_key(keys, |index, key| {
-        let is_near = (index as u32 + 1).wrapping_sub(q as u32) <= 2;
-        if is_near { NONE } else { key }
-    });
-    if q > 1 {
-        next = smaller(
-            next,
-            key::<L, M, C>(nodes, transmittance, [q - 2, q - 1, q + 1]),
+    let mut removed = [q, len];
+    if len - keep == 2 {
+        // The removed node has no key any more and its neighbours have others: kept
+        // apart, because numbers that were just written are slow to read as vectors.
+        let others = least_key(keys, |index, key| {
+            let is_near = (index as u32 + 1).wrapping_sub(q as u32) <= 2;
+            if is_near { NONE } else { key }
+        });
+        let around = [q.saturating_sub(2), q - 1, q + 1, (q + 2).min(len - 1)];
+        let [front, back] = M::of_two::<L, C>(
+            around.map(|index| &nodes[index]),
+            around.map(|index| transmittance[index]),
         );
+        // Keys are not negative: as integers they are ordered as they are as floats,
+        // and are chosen from without a branch.
+        let [front, back] =
+            [(front, q - 1), (back, q + 1)].map(|(cost, q)| key_of(cost, q).to_bits());
+        let front = if q > 1 { front } else { u32::MAX };
+        let back = if q + 2 < len { back } else { u32::MAX };
+        let r = number(f32::from_bits(others.to_bits().min(front).min(back)));
+        let p = r - 1 - usize::from(r - 1 == q);
+        let n = r + 1 + usize::from(r + 1 == q);
+        nodes_joined::<L, C>(nodes, [p, r, n]);
+        removed = [q.min(r), q.max(r)];
     }
-    if q + 2 < len {
-        next = smaller(
-            next,
-            key::<L, M, C>(nodes, transmittance, [q - 1, q + 1, q + 2]),
-        );
+    for place in 0..keep {
+        let by = usize::from(place >= removed[0]) + usize::from(place + 1 >= removed[1]);
+        nodes[place] = nodes[place + by];
     }
-    let r = (next.to_bits() & NUMBER) as usize;
-    let (p, n) = (
-        r - 1 - usize::from(r - 1 == q),
-        r + 1 + usize::from(r + 1 == q),
-    );
-    nodes_joined::<L, C>(nodes, [p, r, n]);
-    close(&mut nodes[..len], q.max(r));
-    close(&mut nodes[..len - 1], q.min(r));
     keep
-}
-
-/// Moves the nodes behind place `index` by one, over it.
-#[inline(always)]
-fn close<const C: usize>(nodes: &mut [Node<C>], index: usize) {
-    // The few nodes of a curve are moved before a call to do it has begun.
-    for place in index + 1..nodes.len() {
-        nodes[place - 1] = nodes[place];
-    }
-}
-
-/// The key of the middle one of three nodes.
-#[inline(always)]
-fn key<L: Rules, M: Cost, const C: usize>(
-    nodes: &[Node<C>],
-    transmittance: &[[f32; C]],
-    around: [usize; 3],
-) -> f32 {
-    let cost = M::of_removal::<L, C>(
-        around.map(|index| &nodes[index]),
-        around.map(|index| transmittance[index]),
-    );
-    key_of(cost, around[1])
 }
 
 #[inline(always)]
@@ -152,10 +142,16 @@ fn key_of(cost: f32, node: usize) -> f32 {
     f32::from_bits((cost.to_bits() & !NUMBER) | node as u32)
 }
 
-/// The node of the least key.
+/// The node of a key.
 #[inline(always)]
-fn least<const N: usize, const W: usize>(keys: &[[f32; N]; W]) -> usize {
-    (least_key(keys, |_, key| key).to_bits() & NUMBER) as usize
+fn number(key: f32) -> usize {
+    (key.to_bits() & NUMBER) as usize
+}
+
+/// The least key.
+#[inline(always)]
+fn least<const N: usize, const W: usize>(keys: &[[f32; N]; W]) -> f32 {
+    least_key(keys, |_, key| key)
 }
 
 /// The least of what becomes of the keys, four at a time.
@@ -179,7 +175,7 @@ fn least_key<const N: usize, const W: usize>(
 }
 
 /// Gives the first of three nodes the bounds that it has without the second.
-#[inline]
+#[inline(always)]
 fn nodes_joined<L: Rules, const C: usize>(nodes: &mut [Node<C>], [p, q, n]: [usize; 3]) {
     let (above, below) = joined::<L, C>(&nodes[p], &nodes[q], &nodes[n]);
     (nodes[p].above, nodes[p].below) = (above, below);
