@@ -41,7 +41,7 @@
 //! 2.1 and 1.1, hair 2.4 and 1.2, hair in smoke with a wall 2.9 and 1.2; what
 //! the order of the segments changes is a third to a half of what it changes by
 //! the paper's rule over these streams (`tests/quality.rs`), up to 0.64 of it over
-//! the hair of other files. A curve of 8 nodes takes about 1.6 times as
+//! the hair of other files. A curve of 8 nodes takes 1.7 to 2 times as
 //! long to make that way (`benches/curves.rs`).
 //!
 //! # What holds for every curve

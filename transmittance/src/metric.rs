@@ -40,8 +40,8 @@ pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'stat
     /// What it costs to remove each inner node of the first `len`, at its index;
     /// what is at other indices means nothing.
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
-        nodes: &[[Node<C>; N]; W],
-        transmittance: &[[[f32; C]; N]; W],
+        nodes: &[Node<C>],
+        transmittance: &[[f32; C]],
         len: usize,
     ) -> [[f32; N]; W];
 
@@ -80,13 +80,12 @@ impl Cost for Area {
 
     #[inline(always)]
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
-        nodes: &[[Node<C>; N]; W],
-        transmittance: &[[[f32; C]; N]; W],
+        nodes: &[Node<C>],
+        transmittance: &[[f32; C]],
         _: usize,
     ) -> [[f32; N]; W] {
         // One quantity after the other and all of the capacity, used or not, so that it
         // vectorises.
-        let (nodes, transmittance) = (nodes.as_flattened(), transmittance.as_flattened());
         let mut costs = [[0.0; N]; W];
         let mut depth = [[0.0_f32; N]; W];
         for (depth, node) in depth.as_flattened_mut().iter_mut().zip(nodes) {
@@ -103,7 +102,7 @@ impl Cost for Area {
             }
             let (v, t) = (value.as_flattened(), t.as_flattened());
             let costs = costs.as_flattened_mut();
-            for q in 1..N * W - 1 {
+            for q in 1..nodes.len() - 1 {
                 let (p, n) = (q - 1, q + 1);
                 let widths = [d[q] - d[p], d[n] - d[q]];
                 costs[q] += L::area(widths, [v[p], v[q], v[n]], [t[p], t[q], t[n]]);
@@ -138,11 +137,10 @@ impl Cost for Maximum {
     }
 
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
-        nodes: &[[Node<C>; N]; W],
-        transmittance: &[[[f32; C]; N]; W],
+        nodes: &[Node<C>],
+        transmittance: &[[f32; C]],
         len: usize,
     ) -> [[f32; N]; W] {
-        let (nodes, transmittance) = (nodes.as_flattened(), transmittance.as_flattened());
         let mut costs = [[0.0; N]; W];
         for q in 1..len - 1 {
             costs.as_flattened_mut()[q] = Self::of_removal::<L, C>(

@@ -25,33 +25,32 @@ const NONE: f32 = f32::MAX;
 /// Removes inner nodes from the first `len` until at most `keep` are left; the
 /// first and the last stay, and no node moves. Returns how many are left.
 ///
-/// `nodes` has room for `W × N`, so that everything here has a fixed size.
+/// `nodes` has room for `W × N`, of which the first `room` may be in use, so that
+/// everything here has a fixed size.
+#[inline(always)]
 pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>(
     nodes: &mut [[Node<C>; N]; W],
+    room: usize,
     len: usize,
     keep: usize,
 ) -> usize {
     if len <= keep {
         return len;
     }
+    let nodes = &mut nodes.as_flattened_mut()[..room];
     let mut transmittance = [[[0.0; C]; N]; W];
-    for (transmittance, node) in transmittance
-        .as_flattened_mut()
-        .iter_mut()
-        .zip(nodes.as_flattened())
-    {
+    let transmittance = &mut transmittance.as_flattened_mut()[..room];
+    for (transmittance, node) in transmittance.iter_mut().zip(&*nodes) {
         *transmittance = node.value.map(L::transmittance);
     }
-    let costs = M::of_each::<L, C, N, W>(nodes, &transmittance, len);
-    let (nodes, transmittance) = (nodes.as_flattened_mut(), transmittance.as_flattened());
-    let mut keys = [[NONE; N]; W];
-    let each = keys.as_flattened_mut().iter_mut().zip(costs.as_flattened());
-    for (q, (key, &cost)) in each.enumerate() {
+    let mut keys = M::of_each::<L, C, N, W>(nodes, transmittance, len);
+    let keys = &mut keys.as_flattened_mut()[..room];
+    for (q, key) in keys.iter_mut().enumerate() {
         let is_inner = (q as u32).wrapping_sub(1) < len as u32 - 2;
-        *key = if is_inner { key_of(cost, q) } else { NONE };
+        *key = if is_inner { key_of(*key, q) } else { NONE };
     }
     if len - keep <= 2 {
-        return remove_few::<L, M, C, N, W>(nodes, transmittance, &keys, len, keep);
+        return remove_few::<L, M, C>(nodes, transmittance, keys, len, keep);
     }
     let (mut previous, mut next) = ([[0_u8; N]; W], [[0_u8; N]; W]);
     let (previous, next) = (previous.as_flattened_mut(), next.as_flattened_mut());
@@ -59,16 +58,16 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
         previous[index] = (index - 1) as u8;
         next[index - 1] = index as u8;
     }
-    let mut least_of_all = least(&keys);
+    let mut least_of_all = least(keys);
     for _ in keep..len {
         let q = number(least_of_all);
         let (p, n) = (usize::from(previous[q]), usize::from(next[q]));
         // While the new costs of the neighbours are computed, the least of the others
         // is found.
         for index in [p, q, n] {
-            keys.as_flattened_mut()[index] = NONE;
+            keys[index] = NONE;
         }
-        let others = least(&keys);
+        let others = least(keys);
         nodes_joined::<L, C>(nodes, [p, q, n]);
         let around = [usize::from(previous[p]), p, n, usize::from(next[n])];
         let [front, back] = M::of_two::<L, C>(
@@ -79,7 +78,6 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
         previous[n] = p as u8;
         let front = if p > 0 { key_of(front, p) } else { NONE };
         let back = if n + 1 < len { key_of(back, n) } else { NONE };
-        let keys = keys.as_flattened_mut();
         (keys[p], keys[n]) = (front, back);
         least_of_all = smaller(others, smaller(front, back));
     }
@@ -94,10 +92,10 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
 /// One or two nodes, without the links that many need: what every blocker of a
 /// curve without spare room comes to. No branch depends on which nodes they are.
 #[inline(always)]
-fn remove_few<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>(
+fn remove_few<L: Rules, M: Cost, const C: usize>(
     nodes: &mut [Node<C>],
     transmittance: &[[f32; C]],
-    keys: &[[f32; N]; W],
+    keys: &[f32],
     len: usize,
     keep: usize,
 ) -> usize {
@@ -150,17 +148,14 @@ fn number(key: f32) -> usize {
 
 /// The least key.
 #[inline(always)]
-fn least<const N: usize, const W: usize>(keys: &[[f32; N]; W]) -> f32 {
+fn least(keys: &[f32]) -> f32 {
     least_key(keys, |_, key| key)
 }
 
 /// The least of what becomes of the keys, four at a time.
 #[inline(always)]
-fn least_key<const N: usize, const W: usize>(
-    keys: &[[f32; N]; W],
-    change: impl Fn(usize, f32) -> f32,
-) -> f32 {
-    let (fours, rest) = keys.as_flattened().as_chunks::<4>();
+fn least_key(keys: &[f32], change: impl Fn(usize, f32) -> f32) -> f32 {
+    let (fours, rest) = keys.as_chunks::<4>();
     let mut least = [NONE; 4];
     for (index, four) in fours.iter().enumerate() {
         let changed: [f32; 4] = std::array::from_fn(|lane| change(4 * index + lane, four[lane]));

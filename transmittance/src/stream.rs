@@ -87,7 +87,7 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> Strea
         }
         let mut len = self.len as usize;
         if len + 2 > W * N {
-            len = remove::<L, M, C, N, W>(&mut self.nodes, len, Self::REFILL);
+            len = remove::<L, M, C, N, W>(&mut self.nodes, W * N, len, Self::REFILL);
         }
         insert::<L, C>(self.nodes.as_flattened_mut(), &mut len, segment);
         self.len = len as u32;
@@ -97,7 +97,7 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> Strea
     /// The best curve of at most `N` nodes from what was kept.
     #[must_use]
     pub fn finish(mut self) -> Curve<N, L, C> {
-        let len = remove::<L, M, C, N, W>(&mut self.nodes, self.len as usize, (W - 1) * N);
+        let len = remove::<L, M, C, N, W>(&mut self.nodes, W * N, self.len as usize, (W - 1) * N);
         let len = select::<L, M, C, N, W>(&mut self.nodes, len);
         Curve::from_nodes(&self.nodes[0][..len], self.insertions)
     }
