@@ -151,7 +151,7 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
         // the same, and its value comes out: no branch upon where the depth lies.
         let (node, next) = (&nodes[next.saturating_sub(1)], &nodes[next.min(last)]);
         let fraction = fraction(node.depth, next.depth, depth);
-        std::array::from_fn(|c| L::transmittance(mix(node.value[c], next.value[c], fraction)))
+        std::array::from_fn(|c| L::transmittance(L::mix(node.value[c], next.value[c], fraction)))
     }
 
     /// An upper bound of the error of [`Curve::transmittances`] at `depth`, per
@@ -222,7 +222,7 @@ impl<const N: usize, L: Lookup> Curve<N, L> {
         // lookup itself decides between the floats around it.
         last_float([front.depth, back.depth], guess, |depth| {
             let fraction = fraction(front.depth, back.depth, depth);
-            L::transmittance(mix(front.value[0], back.value[0], fraction)) >= transmittance
+            L::transmittance(L::mix(front.value[0], back.value[0], fraction)) >= transmittance
         })
     }
 }

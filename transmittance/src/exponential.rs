@@ -33,6 +33,11 @@ impl Rules for Exponential {
         0.0 - transmittance.ln()
     }
 
+    #[inline(always)]
+    fn first(a: f32, b: f32) -> f32 {
+        smaller(a, b)
+    }
+
     #[inline]
     fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &BlockerSegment<C>) {
         // Where light has long gone, values stop growing before they overflow.

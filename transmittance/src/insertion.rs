@@ -4,7 +4,7 @@
 use crate::BlockerSegment;
 use crate::lookup::Rules;
 use crate::node::{Node, count_in_front};
-use crate::numeric::{fraction, mix};
+use crate::numeric::fraction;
 
 /// A node at `depth` on the curve, to be put at `index`, between its
 /// neighbours there.
@@ -21,7 +21,7 @@ fn on_the_curve<L: Rules, const C: usize>(nodes: &[Node<C>], index: usize, depth
     if let Some(next) = nodes.get(index) {
         let fraction = fraction(node.depth, next.depth, depth);
         for (value, next) in node.value.iter_mut().zip(next.value) {
-            *value = mix(*value, next, fraction);
+            *value = L::mix(*value, next, fraction);
         }
     }
     Node { depth, ..node }

@@ -32,6 +32,11 @@ impl Rules for Linear {
         transmittance
     }
 
+    #[inline(always)]
+    fn first(a: f32, b: f32) -> f32 {
+        larger(a, b)
+    }
+
     #[inline]
     fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &BlockerSegment<C>) {
         let inverse = inverse_length(segment);

@@ -6,7 +6,7 @@ use wide::f32x4;
 
 use crate::BlockerSegment;
 use crate::node::Node;
-use crate::numeric::Number;
+use crate::numeric::{Number, mix};
 
 /// How a curve runs between its nodes: [`Linear`] or [`Exponential`].
 pub trait Lookup: Rules {}
@@ -60,6 +60,15 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
 
     /// Value of a transmittance that is greater than 0.
     fn value(transmittance: f32) -> f32;
+
+    /// A share of the way from one value to one behind it, and never beyond that.
+    #[inline(always)]
+    fn mix(from: f32, to: f32, fraction: f64) -> f32 {
+        Self::first(mix(from, to, fraction), to)
+    }
+
+    /// Of two values the one that comes first along a curve.
+    fn first(a: f32, b: f32) -> f32;
 
     /// Multiplies the curve by a segment. The first node is at its entry, the
     /// node `after` is at its exit.
