@@ -3,7 +3,7 @@
 use std::fmt::{self, Debug};
 
 use glam::Vec3;
-use gpu_backend::{Backend, Cpu, Error, Memory};
+use gpu_backend::{Backend, Cpu, Error, Host, Memory};
 
 use crate::eye_panes::Behind;
 use crate::scene::Medium;
@@ -258,6 +258,10 @@ where
         if lit.medium.scatters_nothing() {
             return Ok(());
         }
+        if let Some(order) = visibility.neighbours(lit.rays, lit.emitter) {
+            gather_neighbours(self, lit, &order, visibility, airlight, radiance);
+            return Ok(());
+        }
         self.for_each_chunk(radiance, RAYS, |first, chunk| {
             let mut parts = Vec::new();
             let mut batch = Batch::new(airlight);
@@ -277,5 +281,47 @@ where
             lit.watch.gathered(rays);
         });
         Ok(())
+    }
+}
+
+/// Gathers rays in an order in which they are asked about together.
+fn gather_neighbours<V: VisibilitySource, A: AirlightEvaluator>(
+    cpu: &Cpu,
+    lit: &LitRays<'_, Host>,
+    order: &[u32],
+    visibility: &V,
+    airlight: &A,
+    radiance: &mut [[f32; 4]],
+) {
+    let before: &[[f32; 4]] = radiance;
+    let sums = cpu.map(order.len().div_ceil(RAYS), |unit| {
+        let first = unit * RAYS;
+        let rays = &order[first..order.len().min(first + RAYS)];
+        let (mut numbers, mut paths) = (Vec::new(), Vec::new());
+        for (number, ray) in rays.iter().enumerate() {
+            let path = LightPath::new(&lit.rays[*ray as usize], lit.emitter, lit.medium);
+            if let Some(path) = path {
+                numbers.push(number);
+                paths.push(path.with_index(lit.first + *ray).off_the_light());
+            }
+        }
+        let mut parts = vec![Vec::new(); paths.len()];
+        visibility.lit_of_neighbours(&paths, &mut parts);
+        let mut sums: Vec<[f32; 4]> = rays.iter().map(|ray| before[*ray as usize]).collect();
+        let mut batch = Batch::new(airlight);
+        for ((number, path), mut parts) in numbers.into_iter().zip(paths).zip(parts) {
+            if lit.touching == Touching::Joined {
+                join_touching(&mut parts, 0);
+            }
+            let panes = lit.panes.map_or(&[][..], |panes| panes.of(path.index()));
+            batch.path(number, path);
+            batch.lit_parts(&parts, panes, &mut sums);
+        }
+        batch.finish(&mut sums);
+        lit.watch.gathered(rays.len());
+        sums
+    });
+    for (ray, sum) in order.iter().zip(sums.into_iter().flatten()) {
+        radiance[*ray as usize] = sum;
     }
 }

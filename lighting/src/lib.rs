@@ -91,6 +91,8 @@ mod gather;
 pub mod gpu;
 #[cfg(all(feature = "translucent", feature = "trace"))]
 pub mod hair;
+#[cfg(feature = "trace")]
+mod hull;
 #[cfg(all(feature = "shadow-map", feature = "trace"))]
 pub mod indirect;
 mod interleaving;

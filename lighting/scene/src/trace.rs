@@ -304,15 +304,14 @@ impl Tracer {
         }
     }
 
-    /// Walks the hierarchy for shadows. `shadow_of_box` says which interval a
-    /// box (centre and half extent) could hide, if any; `is_dark` whether an
-    /// interval is hidden already, so that the box can be skipped; `leaf` takes
-    /// the triangles of the boxes that remain, with their index in
-    /// [`Geometry::triangles`], larger intervals first.
-    pub fn walk(
+    /// Walks the hierarchy for shadows. `shadow_of_box` says what a box (centre and half
+    /// extent) could hide, if anything; `is_dark` whether all of that is hidden already,
+    /// so that the box can be skipped; `leaf` takes the triangles of the boxes that
+    /// remain, with their index in [`Geometry::triangles`], larger shadows first.
+    pub fn walk<S: Copy + PartialOrd>(
         &self,
-        shadow_of_box: impl Fn(DVec3, DVec3) -> Option<(f64, f64)>,
-        is_dark: impl Fn((f64, f64)) -> bool,
+        shadow_of_box: impl Fn(DVec3, DVec3) -> Option<S>,
+        is_dark: impl Fn(S) -> bool,
         mut leaf: impl FnMut(&[Vec3; 3], usize),
     ) {
         let enter = |index: usize| {
@@ -344,7 +343,7 @@ impl Tracer {
             match (enter(first), enter(first + 1)) {
                 (Some(left), Some(right)) => {
                     let mut children = [(first, left), (first + 1, right)];
-                    if left.1 - left.0 > right.1 - right.0 {
+                    if left > right {
                         children.swap(0, 1);
                     }
                     stack.extend(children);

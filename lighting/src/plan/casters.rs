@@ -23,8 +23,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use gpu_backend::Cpu;
 
-use super::hull::{Hull, Place, Span, is_behind_all};
+use super::hull::{Span, hull, is_behind_all};
 use crate::culling::RayTiles;
+use crate::hull::Place;
 use crate::methods::{FrameInputs, MethodError};
 use crate::scene::trace::Tracer;
 use crate::scene::{Bounds, Caster, Emitter};
@@ -169,7 +170,7 @@ impl<'a> Search<'a> {
     fn hull_is_clear(&self, emitter: &Emitter, part: &Part<'_>, boxes: &mut usize) -> bool {
         let eye = self.inputs.rays[part.rays[0] as usize].origin().as_dvec3();
         let light = Place::of(emitter, eye);
-        let Some(hull) = Hull::new(part.spans, light) else {
+        let Some(hull) = hull(part.spans, light) else {
             return false;
         };
         let may_meet = |bounds: &Bounds| {
@@ -185,7 +186,7 @@ impl<'a> Search<'a> {
         self.tracer.walk(
             |centre, half| {
                 asked.set(asked.get() + 1);
-                hull.may_meet_box(centre - eye, half).then_some((0.0, 0.0))
+                hull.may_meet_box(centre - eye, half).then_some(0.0)
             },
             |_| !is_clear.get() || asked.get() > *boxes,
             |triangle, index| {

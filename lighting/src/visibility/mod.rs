@@ -19,7 +19,7 @@ pub use share::{Behind, LitInterval, Share, join_touching};
 
 use std::sync::Arc;
 
-use crate::LightPath;
+use crate::{Emitter, LightPath, Ray};
 
 /// Tells which parts of a ray a light reaches.
 ///
@@ -32,6 +32,28 @@ pub trait VisibilitySource: Sync {
     /// ray, not overlapping, none of them dark. Parts may touch (a march yields one
     /// per lit step); [`Gather`](crate::Gather) joins them where that is asked for.
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<Self::Share>>);
+
+    /// The order in which rays are best asked about: the numbers of all of them, so that
+    /// those that follow each other have much in their way in common. `None` if a ray costs
+    /// as much by itself, for which a source need not say anything.
+    fn neighbours(&self, _rays: &[Ray], _emitter: &Emitter) -> Option<Vec<u32>> {
+        None
+    }
+
+    /// Appends the lit parts of each path to the list of the same number: the bits of
+    /// [`lit_intervals`](Self::lit_intervals), at less cost if the paths are of
+    /// [neighbours](Self::neighbours).
+    ///
+    /// There are as many lists as paths.
+    fn lit_of_neighbours(
+        &self,
+        paths: &[LightPath<'_>],
+        lit: &mut [Vec<LitInterval<Self::Share>>],
+    ) {
+        for (path, lit) in paths.iter().zip(lit) {
+            self.lit_intervals(path, lit);
+        }
+    }
 }
 
 impl<V: VisibilitySource + ?Sized> VisibilitySource for &V {
@@ -40,6 +62,14 @@ impl<V: VisibilitySource + ?Sized> VisibilitySource for &V {
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<V::Share>>) {
         (**self).lit_intervals(path, lit);
     }
+
+    fn neighbours(&self, rays: &[Ray], emitter: &Emitter) -> Option<Vec<u32>> {
+        (**self).neighbours(rays, emitter)
+    }
+
+    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], lit: &mut [Vec<LitInterval<V::Share>>]) {
+        (**self).lit_of_neighbours(paths, lit);
+    }
 }
 
 impl<V: VisibilitySource + Send + ?Sized> VisibilitySource for Arc<V> {
@@ -47,5 +77,13 @@ impl<V: VisibilitySource + Send + ?Sized> VisibilitySource for Arc<V> {
 
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<V::Share>>) {
         (**self).lit_intervals(path, lit);
+    }
+
+    fn neighbours(&self, rays: &[Ray], emitter: &Emitter) -> Option<Vec<u32>> {
+        (**self).neighbours(rays, emitter)
+    }
+
+    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], lit: &mut [Vec<LitInterval<V::Share>>]) {
+        (**self).lit_of_neighbours(paths, lit);
     }
 }
