@@ -45,11 +45,11 @@ use shadow::Shadow;
 ///
 /// Cost: it grows with the number of blockers, not with a number of samples. A ray by
 /// itself walks the hierarchy along the whole planar triangle; a gather asks 64
-/// [neighbours](VisibilitySource::neighbours) from one eye in one walk, in two fifths to
-/// a fifth of the time for the same bits. Parts of the hierarchy whose whole shadow is already known to
-/// be dark are skipped. A triangle whose plane contains the light is seen edge-on and
-/// blocks nothing. Masks and see-through triangles cost in proportion to the texels that the
-/// plane crosses.
+/// [neighbours](VisibilitySource::neighbours) from one eye in one walk, in two fifths to a
+/// quarter of the time for the same bits. Parts of the hierarchy whose whole shadow is
+/// already known to be dark are skipped. A triangle whose plane contains the light is seen
+/// edge-on and blocks nothing. Masks and see-through triangles cost in proportion to the
+/// texels that the plane crosses.
 ///
 /// [`Coating::along`]: crate::scene::Coating::along
 #[derive(Debug, Clone, Copy)]
