@@ -5,7 +5,11 @@
 //! lengths from 1e-6 of D to infinity, D from 1 mm to 1 km, and half of its
 //! rays within a few degrees of the light or away from it.
 //!
-//! The third has the steps of a march: parts of a hundredth of the easy ones.
+//! The third has the steps of a march: parts of a hundredth of the easy ones. The
+//! march is along rays of 64 steps each, as long as the easy ones.
+//!
+//! Each group copies its list, for comparison with what memory allows; see
+//! `tests/scripts/kernel_ratios.py`.
 //!
 //! Before it measures, the bench prints each evaluator's largest and median
 //! error on each list: time says nothing without it.
@@ -16,7 +20,10 @@ use std::hint::black_box;
 use airlight::{
     Evaluator, Exact, FrameTable, Framed, PhaseFunction, Quadrature, Segment, SunTable, Table,
 };
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{
+    BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
+};
 use reference::random::Random;
 
 const SIGMA_T: f32 = 0.3;
@@ -191,7 +198,30 @@ fn evaluators(criterion: &mut Criterion) {
         iso,
         Box::new(SunTable::new()) as Box<dyn Evaluator>,
     )])
-    .chain([32_u32, 128, 512, 2048].map(|steps| {
+    .chain(
+        [
+            ("quadrature/isotropic, 1e-4", iso),
+            ("quadrature/Henyey-Greenstein 0.6, 1e-4", henyey(0.6)),
+            ("quadrature/Rayleigh, 1e-4", PhaseFunction::Rayleigh),
+        ]
+        .map(|(name, phase)| {
+            let quadrature = Quadrature::with_tolerance(phase, 1e-4).expect("in range");
+            let evaluator: Box<dyn Evaluator> = Box::new(quadrature);
+            (name.to_owned(), phase, evaluator)
+        }),
+    )
+    .chain(
+        [
+            ("exact/isotropic", iso),
+            ("exact/Henyey-Greenstein 0.6", henyey(0.6)),
+        ]
+        .map(|(name, phase)| {
+            let exact = Exact::new(phase).expect("in range");
+            let evaluator: Box<dyn Evaluator> = Box::new(exact);
+            (name.to_owned(), phase, evaluator)
+        }),
+    )
+    .chain([32_u32, 64, 128, 512, 2048].map(|steps| {
         let march: Box<dyn Evaluator> = Box::new(March { steps });
         (format!("march/{steps} steps"), iso, march)
     }))
@@ -204,6 +234,7 @@ fn evaluators(criterion: &mut Criterion) {
     for (list_name, list) in [("easy", easy()), ("stiff", stiff()), ("steps", steps)] {
         let mut group = criterion.benchmark_group(list_name);
         group.throughput(Throughput::Elements(list.len() as u64));
+        copy(&mut group, &list);
         for (name, phase, evaluator) in &cases {
             let [largest, median] = errors(&**evaluator, *phase, &list);
             println!("{list_name}: {name}: largest error {largest:.1e}, median {median:.1e}");
@@ -216,6 +247,52 @@ fn evaluators(criterion: &mut Criterion) {
         }
         group.finish();
     }
+}
+
+/// Copies a list of segments: what memory allows.
+fn copy(group: &mut BenchmarkGroup<'_, WallTime>, list: &[Segment]) {
+    let mut target = list.to_vec();
+    group.bench_function("copy", |bencher| {
+        bencher.iter(|| black_box(&mut target[..]).copy_from_slice(black_box(list)));
+    });
+}
+
+/// Steps of rays: by the published table, by a table as segments of a batch, and by its
+/// march.
+fn march(criterion: &mut Criterion) {
+    const STEPS: usize = 64;
+    let phase = PhaseFunction::Isotropic;
+    let table = Table::new(&phase, 64).expect("the parameters are in range");
+    let rays: Vec<Segment> = easy().into_iter().take(COUNT / STEPS).collect();
+    let end = |ray: &Segment, i: usize| ray.length * (i as f32 / STEPS as f32);
+    let ends: Vec<f32> = (rays.iter())
+        .flat_map(|ray| (1..=STEPS).map(move |i| end(ray, i)))
+        .collect();
+    let steps: Vec<Segment> = (rays.iter())
+        .flat_map(|ray| (0..STEPS).map(move |i| ray.part(end(ray, i), end(ray, i + 1))))
+        .collect();
+    let mut airlight = vec![0.0; steps.len()];
+    let mut group = criterion.benchmark_group("march");
+    group.throughput(Throughput::Elements(steps.len() as u64));
+    copy(&mut group, &steps);
+    let evaluators: [(&str, &dyn Evaluator); 2] = [
+        ("sun/512", &SunTable::new()),
+        ("table/isotropic, 64 KiB", &table),
+    ];
+    for (name, evaluator) in evaluators {
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| evaluator.airlight_batch(SIGMA_T, black_box(&steps), &mut airlight));
+        });
+    }
+    group.bench_function("march/isotropic, 64 KiB", |bencher| {
+        bencher.iter(|| {
+            let chunks = ends.chunks(STEPS).zip(airlight.chunks_mut(STEPS));
+            for (ray, (ends, airlight)) in rays.iter().zip(chunks) {
+                table.march(SIGMA_T, black_box(ray), ends, airlight);
+            }
+        });
+    });
+    group.finish();
 }
 
 /// Tables of a frame: how long they take to make, and the steps of rays all around, one
@@ -275,5 +352,5 @@ fn frame(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, evaluators, frame);
+criterion_group!(benches, evaluators, march, frame);
 criterion_main!(benches);

@@ -2,12 +2,13 @@
 //!
 //! A batch is worked off in blocks of [`LANES`] segments. Within a block every
 //! step is a loop over arrays that the compiler turns into vector
-//! instructions, compiled once for each level of instruction set and chosen
-//! when the program runs. No step fuses a multiplication with an addition, so
+//! instructions, compiled for AVX-512, for AVX2 and for what every processor has,
+//! and chosen when the program runs. No step fuses a multiplication with an addition, so
 //! that all levels, and a segment by itself, give the same bits.
 
 use std::f32::consts::LN_2;
 use std::ops::Range;
+use std::sync::LazyLock;
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -63,7 +64,25 @@ pub(crate) trait Kernel {
 /// # Panics
 /// If the slices differ in length.
 pub(crate) fn batch<K: Kernel>(kernel: &K, segments: &[Segment], airlight: &mut [f32]) {
-    batch_on(Arch::new(), kernel, segments, airlight);
+    batch_on(arch(), kernel, segments, airlight);
+}
+
+/// The best instructions that this processor has: asked once.
+pub(crate) fn arch() -> Arch {
+    static ARCH: LazyLock<Arch> = LazyLock::new(Arch::new);
+    *ARCH
+}
+
+/// All levels of instructions that this processor has.
+#[cfg(test)]
+pub(crate) fn every_arch() -> Vec<Arch> {
+    let mut all = vec![Arch::Scalar];
+    #[cfg(target_arch = "x86_64")]
+    {
+        all.extend(pulp::x86::V3::try_new().map(Arch::V3));
+        all.extend(pulp::x86::V4::try_new().map(Arch::V4));
+    }
+    all
 }
 
 /// The same with these instructions.

@@ -35,7 +35,8 @@ const air_TABLE_REST: f32 = 0.5;
 // Parts that are shorter, over the distance of the light and by twice their
 // optical depth over ln 2, are not looked up: most of the light is behind their
 // end.
-const air_TABLE_NEAR: f32 = 0.25;
+const air_TABLE_NEAR: f32 = 0.125;
+const air_TABLE_THIN: f32 = 0.5;
 
 // Below every length of a scaled segment but 0, and stands for that where it
 // would be divided by.
@@ -48,21 +49,22 @@ fn air_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
         return select(0.0, air_FAR, part.kind == air_MEETS_LIGHT);
     }
     let octaves = air_LOG2_E * part.sigma;
-    let far = part.length >= air_TABLE_NEAR * part.d_start || 2.0 * octaves * part.length >= air_TABLE_NEAR;
-    if far {
-        let start = air_table_end(part, part.s, part.d_start);
-        let end = air_table_end(part, part.end, part.d_end);
-        // In this order: the difference of the distances is at most the length.
-        let growth = max(octaves * (part.length + (part.d_end - part.d_start)), 0.0);
-        let fall = 2.0 * (end.y - start.y) - growth;
-        // What is left behind the end, as a share. What a lookup leaves out
-        // never falls along the ray.
-        let rest = start.x / end.x * air_exp2(fall);
-        if rest < air_TABLE_REST {
-            return air_exp2_times((1.0 - rest) / start.x, 2.0 * start.y - part.octaves, -part.exponent);
-        }
+    let far = part.length >= air_TABLE_NEAR * part.d_start || 2.0 * octaves * part.length >= air_TABLE_THIN;
+    if !far {
+        return air_table_near(part);
     }
-    return air_table_short(part, !far);
+    let start = air_table_end(part, part.s, part.d_start);
+    let end = air_table_end(part, part.end, part.d_end);
+    // In this order: the difference of the distances is at most the length.
+    let growth = max(octaves * (part.length + (part.d_end - part.d_start)), 0.0);
+    let fall = 2.0 * (end.y - start.y) - growth;
+    // What is left behind the end, as a share. What a lookup leaves out
+    // never falls along the ray.
+    let rest = start.x / end.x * air_exp2(fall);
+    if rest < air_TABLE_REST {
+        return air_exp2_times((1.0 - rest) / start.x, 2.0 * start.y - part.octaves, -part.exponent);
+    }
+    return air_table_short(part);
 }
 
 // `w (1 + v)`, the inverse of the factor that was left out of the table, and
@@ -87,7 +89,7 @@ fn air_table_end(part: air_Scaled, s: f32, d: f32) -> vec2<f32> {
 fn air_table_row(h: f32, q: f32, behind: bool) -> vec2<f32> {
     let table = air_table_uniforms();
     let slope = select(table.slope.xy, table.slope.zw, behind);
-    let position = h / (slope.x * h + slope.y * q);
+    let position = slope.y * h / (slope.x * h + q);
     let row = floor(position);
     return vec2(row + select(0.0, f32(table.rows_front), behind), position - row - 0.5);
 }
@@ -103,8 +105,46 @@ fn air_table_polynomial(cell: vec4<u32>, alpha: f32, beta: f32) -> f32 {
     return first.x + (alpha * (first.y + (alpha * aa + beta * ab)) + beta * (first.z + beta * bb));
 }
 
+// The logarithm for base 2 of the phase function where tan(θ/2) = w/h.
+fn air_table_phase(w: f32, h: f32) -> f32 {
+    let table = air_table_uniforms();
+    if table.is_constant == 1u {
+        return table.constant;
+    }
+    // On the axis in front of the light both are 0, and so is b.
+    let row = air_table_row(min(w, h), max(max(w, h), air_TABLE_LEAST), w > h);
+    let index = min(u32(row.x), table.rows - 1u);
+    let c = bitcast<vec4<f32>>(air_table_cell(table.radial * table.rows + index));
+    return c.x + row.y * (c.y + row.y * (c.z + row.y * c.w));
+}
+
+// The first node of a rule.
+fn air_table_rule(before: u32) -> u32 {
+    let table = air_table_uniforms();
+    return table.radial * table.rows + select(table.rows, 0u, table.is_constant == 1u) + before;
+}
+
+// Quadrature in the distance along the ray.
+fn air_table_near(part: air_Scaled) -> f32 {
+    let table = air_table_uniforms();
+    let first = air_table_rule(table.nodes);
+    let octaves = air_LOG2_E * part.sigma;
+    var sum = 0.0;
+    for (var i = 0u; i < table.near_nodes; i++) {
+        let node = bitcast<vec2<f32>>(air_table_cell(first + i).xy);
+        let way = node.x * part.length;
+        let s = part.s + way;
+        let d = air_distance(s, part.h);
+        let q = abs(s) + d;
+        let phase = air_table_phase(select(q, part.h, s < 0.0), select(part.h, q, s < 0.0));
+        let growth = octaves * (way + (d - part.d_start));
+        sum += node.y / (d * d) * air_exp2(phase - growth);
+    }
+    return air_exp2_times(part.length * sum, -part.octaves, -part.exponent);
+}
+
 // Quadrature in t from 0 to 1, a Möbius map of w = s + d.
-fn air_table_short(part: air_Scaled, is_near: bool) -> f32 {
+fn air_table_short(part: air_Scaled) -> f32 {
     let table = air_table_uniforms();
     let front_a = part.s < 0.0;
     let front_b = part.end < 0.0;
@@ -132,26 +172,14 @@ fn air_table_short(part: air_Scaled, is_near: bool) -> f32 {
     let w_a = select(q_a, h * (h / q_a), front_a);
     let w_b = select(q_b, h * (h / q_b), front_b);
 
-    let cells = table.radial * table.rows;
-    let rows = select(table.rows, 0u, table.is_constant == 1u);
-    let first = cells + rows + select(0u, table.nodes, is_near);
-    let nodes = select(table.nodes, table.near_nodes, is_near);
+    let first = air_table_rule(0u);
     var sum = 0.0;
-    for (var i = 0u; i < nodes; i++) {
+    for (var i = 0u; i < table.nodes; i++) {
         let node = bitcast<vec2<f32>>(air_table_cell(first + i).xy);
         let near = kappa * (1.0 - node.x);
         let along = near + node.x;
         let bent = 1.0 - bend * (node.x * (1.0 - node.x));
-        var phase = table.constant;
-        if table.is_constant == 0u {
-            let w = w_a * near + w_b * node.x;
-            let across = h * along;
-            // On the axis in front of the light both are 0, and so is b.
-            let row = air_table_row(min(w, across), max(max(w, across), air_TABLE_LEAST), w > across);
-            let index = min(u32(row.x), table.rows - 1u);
-            let c = bitcast<vec4<f32>>(air_table_cell(cells + index));
-            phase = c.x + row.y * (c.y + row.y * (c.z + row.y * c.w));
-        }
+        let phase = air_table_phase(w_a * near + w_b * node.x, h * along);
         sum += node.y / bent * air_exp2(phase - growth * (node.x / along));
     }
     let angle = roots * rise * part_of_both;

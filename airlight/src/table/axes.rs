@@ -24,7 +24,7 @@ pub(super) struct Axes {
     pub(super) radial: u32,
     /// Rows of cells along b in front of the foot point and behind it.
     pub(super) rows: [u32; 2],
-    /// Row number plus one half is `b / (slope[0] b + slope[1])`.
+    /// Row number plus one half is `slope[1] b / (1 + slope[0] b)`.
     pub(super) slope: [[f32; 2]; 2],
 }
 
@@ -53,8 +53,11 @@ impl Axes {
     pub(super) fn new(low: i32, steps: u32, rows: [u32; 2], crowding: [f32; 2]) -> Self {
         let slope = [0, 1].map(|side| {
             // b = 1 must fall into the last row in spite of rounding.
-            let scale = 1.0 / (rows[side] as f32 * (1.0 - 4e-6));
-            [crowding[side] * scale, (1.0 - crowding[side]) * scale]
+            let rows = rows[side] as f32 * (1.0 - 4e-6);
+            [
+                crowding[side] / (1.0 - crowding[side]),
+                rows / (1.0 - crowding[side]),
+            ]
         });
         Self {
             offset: (low as f32).exp2(),
@@ -83,11 +86,22 @@ impl Axes {
     /// The row of `b = h / q`.
     #[inline(always)]
     pub(super) fn row(&self, h: f32, q: f32, behind: bool) -> Row {
+        self.row_at(h / self.along(h, q, behind), behind)
+    }
+
+    /// What h is divided by on the way to its row: q, and more by what rows crowd.
+    #[inline(always)]
+    pub(super) fn along(&self, h: f32, q: f32, behind: bool) -> f32 {
         let [front, back] = self.slope;
-        let across = if behind { back[0] } else { front[0] };
-        let along = if behind { back[1] } else { front[1] };
+        q + if behind { back[0] } else { front[0] } * h
+    }
+
+    /// The row of a quotient of h.
+    #[inline(always)]
+    pub(super) fn row_at(&self, quotient: f32, behind: bool) -> Row {
+        let [front, back] = self.slope;
         let first = if behind { self.rows[0] as f32 } else { 0.0 };
-        let position = h / (across * h + along * q) - 0.5;
+        let position = quotient * if behind { back[1] } else { front[1] } - 0.5;
         let index = (position + ROUND) - ROUND;
         Row {
             index: index + first,
@@ -95,12 +109,17 @@ impl Axes {
         }
     }
 
-    /// The cell of v in a row. Numbers outside of the axes, and NaN, give some
-    /// cell of the table.
+    /// v, but no more than the axis has.
+    #[inline(always)]
+    pub(super) fn within(&self, v: f32) -> f32 {
+        let end = (END as f32).exp2() * (1.0 - 1e-6) - self.offset;
+        if v < end { v } else { end }
+    }
+
+    /// The cell of v, which is [within](Axes::within) the axis, in a row. Rows
+    /// outside of the axes, and NaN, give some cell of the table.
     #[inline(always)]
     pub(super) fn place(&self, v: f32, row: Row) -> Place {
-        let end = (END as f32).exp2() * (1.0 - 1e-6) - self.offset;
-        let v = if v < end { v } else { end };
         let bits = (v + self.offset).to_bits();
         let column = (bits - self.offset.to_bits()) >> (23 - self.steps);
         let fraction = f32::from_bits(((bits << self.steps) & 0x7f_ffff) | 0x3f80_0000);
@@ -128,9 +147,6 @@ impl Axes {
         let first = if behind { self.rows[0] } else { 0 };
         let position = f64::from(row - first) + 0.5 + beta;
         let [across, along] = self.slope[usize::from(behind)].map(f64::from);
-        (
-            (position * along / (1.0 - position * across)).min(1.0),
-            behind,
-        )
+        ((position / (along - position * across)).min(1.0), behind)
     }
 }

@@ -2,7 +2,8 @@
 //! square its distance: the same two ways in double precision, one by one.
 
 use super::cells;
-use super::long::{Lookup, NEAR, distances};
+use super::long::{Lookup, distances};
+use super::near::{NEAR, Node, THIN};
 use super::short::Short;
 use super::{LARGEST_REST, Table};
 use crate::{Segment, Segment64};
@@ -16,7 +17,8 @@ pub(super) fn is_close(segment: &Segment) -> bool {
     let Segment { s, h, length, .. } = *segment;
     let end = s + length;
     let nearer = if s.abs() < end.abs() { s } else { end };
-    nearer.abs() < CLOSE && (0.0..CLOSE).contains(&h)
+    // Without branches, for loops over segments.
+    (nearer.abs() < CLOSE) & (0.0..CLOSE).contains(&h)
 }
 
 impl Table {
@@ -34,13 +36,13 @@ impl Table {
             let longer = if behind { q } else { h };
             let v = sigma_t * longer;
             let row = self.axes.row((h / q) as f32, 1.0, behind);
-            let place = self.axes.place(v as f32, row);
+            let place = self.axes.place(self.axes.within(v as f32), row);
             let cell = self.cells[place.cell as usize];
             let value = cells::value(cell, self.units, place.alpha, place.beta);
             (f64::from(value), 1.0 / (longer * (1.0 + v)))
         };
-        let near = f64::from(NEAR);
-        let is_near = length < near * d_start && 2.0 * octaves * length < near;
+        let is_near =
+            length < f64::from(NEAR) * d_start && 2.0 * octaves * length < f64::from(THIN);
         let depth = octaves * (x + d_start);
         if !is_near {
             let (from, scale) = at(s, d_start);
@@ -63,10 +65,16 @@ impl Table {
                 f64::from(cells::phase_value(self.phase[index], row.beta)).exp2()
             }
         };
-        let short = Short::new(octaves, [x, s, h, length]);
-        let rule = if is_near { &self.near_rule } else { &self.rule };
+        let lengths = [x, s, h, length];
+        if is_near {
+            let term = |&[t, weight]: &[f32; 2]| {
+                Node::new(octaves, lengths, t.into()).term(weight.into(), phase)
+            };
+            return self.near_rule.iter().map(term).sum::<f64>() as f32;
+        }
+        let short = Short::new(octaves, lengths);
         let term = |&[t, weight]: &[f32; 2]| short.term(t.into(), weight.into(), phase);
-        let sum: f64 = rule.iter().map(term).sum();
+        let sum: f64 = self.rule.iter().map(term).sum();
         ((-depth).exp2() * (2.0 * short.angle * sum)) as f32
     }
 }

@@ -3,7 +3,7 @@
 use super::axes::Axes;
 use super::cells::{self, ZEROS, parabola, stored};
 use super::integral::Tail;
-use super::long::NEAR;
+use super::near::{NEAR, Node, THIN};
 use super::short::Short;
 use super::{LARGEST_REST, Table};
 use crate::gauss::Rule;
@@ -140,8 +140,9 @@ pub(super) fn table<P: Phase>(phase: &P, kibibytes: u32) -> Table {
     let rows = phase_error(&table, &tail);
     // So that short parts are not what sets the bound.
     let enough = RULE_ERROR.max(long - rows);
-    let (far, rule) = shortest_rule(&tail, &far_parts(&tail), enough);
-    let (near, near_rule) = shortest_rule(&tail, &near_parts(&tail), enough);
+    let (short, near) = (short_parts(&tail), near_parts(&tail));
+    let (far, rule) = shortest_rule(enough, |rule| short_error(&tail, rule, &short));
+    let (near, near_rule) = shortest_rule(enough, |rule| near_error(&tail, rule, &near));
     table.rule = rule;
     table.near_rule = near_rule;
     let short = (1.0 + far.max(near)) * (1.0 + rows) - 1.0;
@@ -151,15 +152,11 @@ pub(super) fn table<P: Phase>(phase: &P, kibibytes: u32) -> Table {
 
 /// The rule with the fewest nodes that are enough, or with the smallest error
 /// of those that are tried, and its error.
-fn shortest_rule<P: Phase>(
-    tail: &Tail<'_, P>,
-    parts: &[Part],
-    enough: f64,
-) -> (f64, Vec<[f32; 2]>) {
+fn shortest_rule(enough: f64, error: impl Fn(&Rule) -> f64) -> (f64, Vec<[f32; 2]>) {
     let mut best = (f64::INFINITY, Vec::new());
     for count in NODES {
         let rule = Rule::of(count);
-        let error = BETWEEN * short_error(tail, &rule, parts);
+        let error = BETWEEN * error(&rule);
         if error < best.0 {
             let single = rule.iter().map(|(t, w)| [t as f32, w as f32]);
             best = (error, single.collect());
@@ -252,19 +249,35 @@ fn starts() -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
+/// A part that is near, in double precision.
+#[derive(Debug)]
+struct NearPart {
+    octaves: f64,
+    lengths: [f64; 4],
+    airlight: f64,
+}
+
 /// Parts that are near: their error grows with the length and with the
 /// extinction but for a change of sign, so that most of the samples are as long
 /// and as deep as such parts may be.
-fn near_parts<P: Phase>(tail: &Tail<'_, P>) -> Vec<Part> {
+fn near_parts<P: Phase>(tail: &Tail<'_, P>) -> Vec<NearPart> {
     let most = f64::from(NEAR);
     let lengths = [1.0, 0.8, 0.5, 0.2].map(|share| share * most);
-    // By twice the octaves over a part, see `Lookup::is_near`.
-    let depths = [0.0, 0.5, 1.0].map(|share| share * most * LN_2 / 2.0);
+    // Over a part, see `THIN`.
+    let depths = [0.0, 0.5, 1.0].map(|share| share * f64::from(THIN) * LN_2 / 2.0);
     let mut parts = Vec::new();
-    for start in starts() {
+    for [s, h] in starts() {
         for length in lengths {
             for depth in depths {
-                parts.push(Part::new(tail, depth / length, start, length));
+                let sigma_t = depth / length;
+                let lengths = [0.0, s, h, length];
+                let [x, s, h, length] = lengths;
+                let segment = Segment64 { x, s, h, length };
+                parts.push(NearPart {
+                    octaves: sigma_t * std::f64::consts::LOG2_E,
+                    lengths,
+                    airlight: exact::estimate(tail.phase_function(), sigma_t, &segment).value,
+                });
             }
         }
     }
@@ -274,7 +287,7 @@ fn near_parts<P: Phase>(tail: &Tail<'_, P>) -> Vec<Part> {
 /// Lengths of parts in distances of their start from the light. Those to the
 /// foot point and a little beyond are the hardest where the ray all but meets
 /// the light.
-const LENGTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 5.0];
+const LENGTHS: [f64; 6] = [0.125, 0.25, 0.5, 1.0, 2.0, 5.0];
 
 /// The same in distances from the start to the foot point.
 const AT_FOOT: [f64; 10] = [0.8, 0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.3];
@@ -282,7 +295,7 @@ const AT_FOOT: [f64; 10] = [0.8, 0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 
 /// Parts that are integrated because most of the light of the ray is behind
 /// their end, up to the longest such part, where the difference of two lookups
 /// takes over.
-fn far_parts<P: Phase>(tail: &Tail<'_, P>) -> Vec<Part> {
+fn short_parts<P: Phase>(tail: &Tail<'_, P>) -> Vec<Part> {
     let mut parts = Vec::new();
     for sigma_t in [0.0, 0.3, 1.0, 3.0, 10.0, 50.0] {
         for start in starts() {
@@ -341,5 +354,18 @@ fn short_error<P: Phase>(tail: &Tail<'_, P>, rule: &Rule, parts: &[Part]) -> f64
     };
     // What is dark as a whole has no relative error.
     let lit = parts.iter().filter(|part| part.truth > cells::LEAST);
+    lit.map(error).fold(0.0, f64::max)
+}
+
+/// The same for parts that are near.
+fn near_error<P: Phase>(tail: &Tail<'_, P>, rule: &Rule, parts: &[NearPart]) -> f64 {
+    let error = |part: &NearPart| {
+        let term = |(t, weight)| {
+            let node = Node::new(part.octaves, part.lengths, t);
+            node.term(weight, |w, h| tail.phase_at(w, h))
+        };
+        (rule.iter().map(term).sum::<f64>() / part.airlight - 1.0).abs()
+    };
+    let lit = parts.iter().filter(|part| part.airlight > cells::LEAST);
     lit.map(error).fold(0.0, f64::max)
 }

@@ -41,7 +41,7 @@ mod tests {
     use gpu_backend::testing::Shader;
 
     use crate::gpu::{NUMERIC, SCALED, SEGMENT, TABLE};
-    use crate::table::{LARGEST_REST, long};
+    use crate::table::{LARGEST_REST, near};
 
     #[test]
     fn shaders_integrate_the_parts_that_the_cpu_integrates() {
@@ -50,7 +50,8 @@ mod tests {
             fn air_table_cell(index: u32) -> vec4<u32> { return vec4(index); }";
         let shader = Shader::new(&[SEGMENT, NUMERIC, SCALED, TABLE, DATA]).unwrap();
         for (name, value) in [
-            ("air_TABLE_NEAR", long::NEAR),
+            ("air_TABLE_NEAR", near::NEAR),
+            ("air_TABLE_THIN", near::THIN),
             ("air_TABLE_REST", LARGEST_REST),
         ] {
             assert_eq!(shader.values(name).unwrap(), [f64::from(value)], "{name}");

@@ -2,15 +2,15 @@
 //! difference of two lookups.
 
 use super::axes::{Axes, Place};
-use super::cells;
 use crate::{Real, Segment};
 
 /// What has to be known of one end of a segment, apart from its cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct End {
     pub(super) place: Place,
-    /// `1 / (w (1 + v))` with `w = max(s + d, h)`, 1/m: the factor that was left out of the table.
-    pub(super) scale: f32,
+    /// `w (1 + v)` with `w = max(s + d, h)`, m: by which the table is divided. Of no
+    /// more v than the table has: nothing is left there.
+    pub(super) divisor: f32,
 }
 
 /// What has to be known of a segment, apart from its cells.
@@ -22,10 +22,25 @@ pub(super) struct Ends {
     pub(super) depth: f32,
     /// How much longer the way by the end is, over ln 2.
     pub(super) growth: f32,
-    /// See [`known`].
-    pub(super) known: f32,
-    /// Whether the part is so short that there is no need to look.
-    pub(super) is_near: bool,
+}
+
+/// What was found at an end.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    /// The polynomial of its cell.
+    pub(super) value: f32,
+    /// As in [`End`].
+    pub(super) divisor: f32,
+}
+
+/// An end on the way to its place.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    behind: bool,
+    v: f32,
+    /// See [`Axes::along`].
+    along: f32,
+    divisor: f32,
 }
 
 /// Extinction as lookups want it.
@@ -48,10 +63,6 @@ impl Extinction {
 
 /// m: longer lengths are taken for this one, so that squares stay in range.
 const FAR: f32 = 1e18;
-
-/// Parts that are shorter than this, over the distance from the light and in
-/// optical depth, are integrated: most of the light is behind their end.
-pub(super) const NEAR: f32 = 0.25;
 
 /// The length of a part, where it ends, and the distances of both its ends from
 /// the light.
@@ -86,20 +97,10 @@ pub(super) fn half_depth<T: Real>(octaves: T, x: T, d: T) -> T {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lookup {
     pub(super) axes: Axes,
-    pub(super) units: [f32; 3],
     pub(super) extinction: Extinction,
 }
 
 impl Lookup {
-    /// Whether a part is so short that there is no need to look.
-    #[inline(always)]
-    pub(super) fn is_near(&self, segment: &Segment) -> bool {
-        let Segment { s, h, length, .. } = *segment;
-        // The way by the end is at most two lengths longer.
-        length * length < (NEAR * NEAR) * (s * s + h * h)
-            && 2.0 * self.extinction.octaves * length < NEAR
-    }
-
     #[inline(always)]
     pub(super) fn ends(&self, segment: &Segment) -> Ends {
         let extinction = self.extinction;
@@ -108,44 +109,74 @@ impl Lookup {
         // In this order: the difference of the distances is at most the
         // length, and added to it as exactly as it is known.
         let growth = extinction.octaves * (length + (d_end - d_start));
+        // One division for both ends: these products are in range for every
+        // segment that is not close, see `close`.
+        let (from, to) = (self.way(segment.s, h, d_start), self.way(end, h, d_end));
+        let quotient = h / (from.along * to.along);
         Ends {
-            start: self.end(segment.s, h, d_start),
-            end: self.end(end, h, d_end),
+            start: self.end(from, quotient * to.along),
+            end: self.end(to, quotient * from.along),
             depth: half_depth(extinction.octaves, segment.x, d_start),
             growth: if growth > 0.0 { growth } else { 0.0 },
-            known: known(segment),
-            is_near: self.is_near(segment),
+        }
+    }
+
+    /// One end by itself.
+    #[inline(always)]
+    pub(super) fn end_at(&self, s: f32, h: f32, d: f32) -> End {
+        let way = self.way(s, h, d);
+        self.end(way, h / way.along)
+    }
+
+    #[inline(always)]
+    fn way(&self, s: f32, h: f32, d: f32) -> Way {
+        let behind = s >= 0.0;
+        let q = s.abs() + d;
+        let longer = if behind { q } else { h };
+        let v = self.axes.within(self.extinction.sigma_t * longer);
+        Way {
+            behind,
+            v,
+            along: self.axes.along(h, q, behind),
+            divisor: longer * (1.0 + v),
         }
     }
 
     #[inline(always)]
-    fn end(&self, s: f32, h: f32, d: f32) -> End {
-        let behind = s >= 0.0;
-        let q = s.abs() + d;
-        let longer = if behind { q } else { h };
-        let v = self.extinction.sigma_t * longer;
+    fn end(&self, way: Way, quotient: f32) -> End {
         End {
-            place: self.axes.place(v, self.axes.row(h, q, behind)),
-            scale: 1.0 / (longer * (1.0 + v)),
+            place: self
+                .axes
+                .place(way.v, self.axes.row_at(quotient, way.behind)),
+            divisor: way.divisor,
         }
     }
 
     /// The airlight, and whether too much of it was lost in the difference:
     /// then it has to be integrated as a short part.
     #[inline(always)]
-    pub(super) fn difference(&self, ends: &Ends, cells: [[f32; 4]; 2]) -> (f32, bool) {
-        let Ends { start, end, .. } = ends;
-        let at = |place: &Place, cell| cells::value(cell, self.units, place.alpha, place.beta);
-        let from = at(&start.place, cells[0]);
-        let to = at(&end.place, cells[1]);
-        let fall = (to - from) + (to - from) - ends.growth;
-        let rest = end.scale * crate::simd::exp2(fall);
-        let root = crate::simd::exp2(from - ends.depth);
-        let airlight = root * (root * (start.scale - rest));
-        // Not the same as `rest >= …`: on the axis both are infinite, and
-        // short parts cope with that and with NaN.
-        let keeps_digits = rest < super::LARGEST_REST * start.scale;
-        (airlight, ends.is_near || !keeps_digits)
+    pub(super) fn difference(
+        &self,
+        [start, end]: [Found; 2],
+        depth: f32,
+        growth: f32,
+    ) -> (f32, bool) {
+        let half_fall = end.value - start.value;
+        let fall = half_fall + half_fall - growth;
+        // What is left behind the end, over what is behind the start, in units of
+        // the end's divisor.
+        let rest = start.divisor * crate::simd::exp2(fall);
+        let root = crate::simd::exp2(start.value - depth);
+        // Divided by the mantissa of the start's divisor, with which the product is
+        // in range, and then by its power of two.
+        let power =
+            f32::from_bits((254_u32 << 23).wrapping_sub(start.divisor.to_bits() & 0x7f80_0000));
+        let share = (end.divisor - rest) / (end.divisor * (start.divisor * power));
+        let airlight = root * (root * (share * power));
+        // Not the same as `rest >= …`: on the axis in front of the light both are 0.
+        // Short parts cope with that and with NaN.
+        let keeps_digits = rest < super::LARGEST_REST * end.divisor;
+        (airlight, !keeps_digits)
     }
 }
 

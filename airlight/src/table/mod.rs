@@ -27,9 +27,12 @@ mod design;
 mod gpu;
 mod integral;
 mod long;
+mod march;
+mod near;
 mod short;
 #[cfg(test)]
 mod tests;
+mod waiting;
 
 use axes::Axes;
 use batch::Batch;
@@ -95,7 +98,7 @@ pub struct Table {
     phase: Vec<[f32; 4]>,
     /// Nodes and weights for short parts.
     rule: Vec<[f32; 2]>,
-    /// Those that are enough for parts that are near, see [`Lookup::is_near`].
+    /// The same for parts that are near, see [`near`].
     near_rule: Vec<[f32; 2]>,
     error_bound: f32,
 }
@@ -149,11 +152,20 @@ impl Table {
         self.error_bound
     }
 
+    /// What there is at an end.
+    fn found(&self, end: &long::End) -> long::Found {
+        let place = end.place;
+        let cell = self.cells[place.cell as usize];
+        long::Found {
+            value: cells::value(cell, self.units, place.alpha, place.beta),
+            divisor: end.divisor,
+        }
+    }
+
     /// Unless the extinction is none.
     fn lookup(&self, sigma_t: f32) -> Option<Lookup> {
         (0.0..f32::INFINITY).contains(&sigma_t).then(|| Lookup {
             axes: self.axes,
-            units: self.units,
             extinction: Extinction::new(sigma_t),
         })
     }
@@ -167,15 +179,18 @@ impl Evaluator for Table {
         if close::is_close(segment) {
             return settle(known(segment), self.close(&lookup, segment));
         }
+        if lookup.is_near(segment) {
+            return settle(known(segment), self.near(&lookup, segment));
+        }
         let ends = lookup.ends(segment);
-        let cell = |end: &long::End| self.cells[end.place.cell as usize];
-        let (value, is_short) = lookup.difference(&ends, [cell(&ends.start), cell(&ends.end)]);
+        let found = [self.found(&ends.start), self.found(&ends.end)];
+        let (value, is_short) = lookup.difference(found, ends.depth, ends.growth);
         let value = if is_short {
             self.short(&lookup, segment)
         } else {
             value
         };
-        settle(ends.known, value)
+        settle(known(segment), value)
     }
 
     fn airlight_batch(&self, sigma_t: f32, segments: &[Segment], airlight: &mut [f32]) {

@@ -15,7 +15,6 @@
 //! G and cos φ have no difference that loses digits, nor a division by h.
 
 use super::Table;
-use super::axes::Row;
 use super::cells;
 use super::long::{Extinction, Lookup, distances, half_depth};
 use crate::simd::exp2;
@@ -148,29 +147,16 @@ impl Lookup {
         let behind = w > across;
         let (less, more) = if behind { (across, w) } else { (w, across) };
         // On the axis in front of the light both are 0, and so is b.
-        let row: Row = self.axes.row(less, more + f32::MIN_POSITIVE, behind);
-        // Lengths that are none give any index.
-        let index = (row.index + crate::simd::ROUND).to_bits();
-        let index = index.wrapping_sub(crate::simd::ROUND.to_bits());
-        (index.min(self.axes.all_rows() - 1), row.beta)
+        let row = self.axes.row(less, more + f32::MIN_POSITIVE, behind);
+        self.phase_index(row)
     }
 }
 
 impl Table {
     /// The airlight of a short part.
     pub(super) fn short(&self, lookup: &Lookup, segment: &Segment) -> f32 {
-        let rule = if lookup.is_near(segment) {
-            &self.near_rule
-        } else {
-            &self.rule
-        };
-        self.integrate(lookup, segment, rule)
-    }
-
-    /// The same with this rule.
-    pub(super) fn integrate(&self, lookup: &Lookup, segment: &Segment, rule: &[[f32; 2]]) -> f32 {
         let short = Short::of(lookup.extinction, segment);
-        let sum = rule.iter().fold(0.0, |sum, &[t, weight]| {
+        let sum = self.rule.iter().fold(0.0, |sum, &[t, weight]| {
             let phase = match self.constant {
                 Some(constant) => constant,
                 None => {
