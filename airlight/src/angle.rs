@@ -28,6 +28,7 @@ impl<T: Real> ScatteringAngle<T> {
     /// ```
     ///
     /// On an eye ray `tan(θ/2) = (s + d)/h = h/(d − s)`.
+    #[inline(always)]
     pub fn from_half_tangent(b: T, a: T) -> Self {
         let (a2, b2) = (a * a, b * b);
         let factor = T::from(2.0) / (a2 + b2);
@@ -58,16 +59,19 @@ impl<T: Real> ScatteringAngle<T> {
     }
 
     /// `1 − cos θ`, in [0, 2].
+    #[inline(always)]
     pub fn one_minus_cos(self) -> T {
         self.one_minus_cos
     }
 
     /// `1 + cos θ`, in [0, 2].
+    #[inline(always)]
     pub fn one_plus_cos(self) -> T {
         self.one_plus_cos
     }
 
     /// `cos θ`.
+    #[inline(always)]
     pub fn cos(self) -> T {
         T::from(0.5) * (self.one_plus_cos - self.one_minus_cos)
     }

@@ -17,6 +17,24 @@ pub trait Phase: Sync {
         self.value_f64(angle.into()) as f32
     }
 
+    /// [`Phase::value_f64`] of many angles, of which there are as many as values. A
+    /// function whose loop is `#[inline(always)]` is compiled for the vector
+    /// instructions of the loops around it.
+    #[inline(always)]
+    fn values_f64(&self, angles: &[ScatteringAngle<f64>], values: &mut [f64]) {
+        for (value, angle) in values.iter_mut().zip(angles) {
+            *value = self.value_f64(*angle);
+        }
+    }
+
+    /// The same in single precision.
+    #[inline(always)]
+    fn values_f32(&self, angles: &[ScatteringAngle<f32>], values: &mut [f32]) {
+        for (value, angle) in values.iter_mut().zip(angles) {
+            *value = self.value_f32(*angle);
+        }
+    }
+
     /// The widths of the forward and the backward peak, as `tan(θ/2)` and
     /// `tan((π−θ)/2)` within which p varies slowly; 1 is no peak at all.
     /// Quadratures place their nodes by them.
@@ -192,6 +210,7 @@ impl PhaseFunction {
 
     /// p(cos θ) in 1/sr, for parameters in range, to a few units of the last
     /// digit at every angle.
+    #[inline(always)]
     pub fn value<T: Real>(self, angle: ScatteringAngle<T>) -> T {
         let one = T::from(1.0);
         match self {
@@ -236,6 +255,45 @@ impl PhaseFunction {
                 let forward = henyey_greenstein(T::from(g), angle);
                 T::of(0.25 / PI) * ((one - weight) * forward + weight * draine)
             }
+        }
+    }
+
+    /// The values of many angles: a loop for each function, which the compiler then
+    /// turns into vectors.
+    #[inline(always)]
+    fn values<T: Real>(self, angles: &[ScatteringAngle<T>], values: &mut [T]) {
+        match self {
+            Self::Isotropic => Self::Isotropic.loop_over(angles, values),
+            Self::HenyeyGreenstein { g } => {
+                Self::HenyeyGreenstein { g }.loop_over(angles, values);
+            }
+            Self::Rayleigh => Self::Rayleigh.loop_over(angles, values),
+            Self::Schlick { k } => Self::Schlick { k }.loop_over(angles, values),
+            Self::CornetteShanks { g } => Self::CornetteShanks { g }.loop_over(angles, values),
+            Self::DoubleHenyeyGreenstein { g, weight } => {
+                Self::DoubleHenyeyGreenstein { g, weight }.loop_over(angles, values);
+            }
+            Self::HenyeyGreensteinDraine {
+                g,
+                draine_g,
+                alpha,
+                weight,
+            } => {
+                let phase = Self::HenyeyGreensteinDraine {
+                    g,
+                    draine_g,
+                    alpha,
+                    weight,
+                };
+                phase.loop_over(angles, values);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn loop_over<T: Real>(self, angles: &[ScatteringAngle<T>], values: &mut [T]) {
+        for (value, angle) in values.iter_mut().zip(angles) {
+            *value = self.value(*angle);
         }
     }
 
@@ -299,6 +357,16 @@ impl Phase for PhaseFunction {
         self.value(angle)
     }
 
+    #[inline(always)]
+    fn values_f64(&self, angles: &[ScatteringAngle<f64>], values: &mut [f64]) {
+        self.values(angles, values);
+    }
+
+    #[inline(always)]
+    fn values_f32(&self, angles: &[ScatteringAngle<f32>], values: &mut [f32]) {
+        self.values(angles, values);
+    }
+
     fn peaks(&self) -> [f64; 2] {
         // Where the functions of tan(θ/2) have their poles.
         if let Self::Schlick { k } = *self {
@@ -346,6 +414,7 @@ impl Phase for PhaseFunction {
 }
 
 /// `(1 − g²) / (1 + g² − 2 g cos θ)^{3/2}`.
+#[inline(always)]
 fn henyey_greenstein<T: Real>(g: T, angle: ScatteringAngle<T>) -> T {
     let one = T::from(1.0);
     let two = T::from(2.0);

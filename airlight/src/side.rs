@@ -53,6 +53,10 @@ pub(crate) struct Side {
 /// in single precision.
 pub(crate) const SHARPEST: f64 = 1e-9;
 
+fn sharpest(peak: f64) -> f64 {
+    if peak > SHARPEST { peak } else { SHARPEST }
+}
+
 impl Side {
     /// The sides of a segment; `peaks` as in
     /// [`Phase::peaks`](crate::Phase::peaks). Absorption behind the foot point
@@ -63,6 +67,17 @@ impl Side {
         peaks: [f64; 2],
         thin: f64,
     ) -> impl Iterator<Item = Self> + use<> {
+        let sides = [
+            Self::front(segment, peaks),
+            Self::behind(segment, peaks, thin),
+        ];
+        sides.into_iter().filter(|side| side.extent > 0.0)
+    }
+
+    /// What is in front of the foot point; nothing has no extent. Without branches,
+    /// for loops over segments, as the other side.
+    #[inline(always)]
+    pub(crate) fn front(segment: &Scaled, peaks: [f64; 2]) -> Self {
         let Scaled {
             sigma,
             s,
@@ -72,87 +87,100 @@ impl Side {
             end_distance,
             ..
         } = *segment;
-        let peaks = peaks.map(|peak| if peak > SHARPEST { peak } else { SHARPEST });
+        let ends = end < 0.0;
+        let length = if ends { length } else { -s };
+        let (end, distance) = (
+            if ends { end } else { 0.0 },
+            if ends { end_distance } else { h },
+        );
+        let first = 1.0 / (1.0 - s);
+        let ratio = (1.0 - s) / (distance - end);
+        let extent = length * ((1.0 + ratio) / (1.0 + distance));
+        Self {
+            a: 1.0,
+            unit: h * first,
+            base: 1.0,
+            kind: Kind::Front,
+            scale: first,
+            depth: 0.0,
+            rate: sigma * h * h * first,
+            extent: if s < 0.0 { extent } else { 0.0 },
+            finest: sharpest(peaks[0]),
+            offset: 0.0,
+            faded: 0.0,
+        }
+    }
 
-        let mut depth = 0.0;
-        let front = (s < 0.0).then(|| {
-            let (length, end, distance) = if end < 0.0 {
-                (length, end, end_distance)
+    /// What is behind the foot point.
+    #[inline(always)]
+    pub(crate) fn behind(segment: &Scaled, peaks: [f64; 2], thin: f64) -> Self {
+        let Scaled {
+            sigma,
+            s,
+            end,
+            h,
+            length,
+            end_distance,
+            ..
+        } = *segment;
+        let front = Self::front(segment, peaks);
+        let crosses = s < 0.0;
+        let finite = length < f64::INFINITY;
+        let length = if crosses { end } else { length };
+        let distance = if crosses { h } else { 1.0 };
+        let first = if crosses { h } else { s + 1.0 };
+        let is_thin = sigma < thin;
+        let per_first = 1.0 / first;
+        let along = length / (distance + end_distance);
+        let base = first / (end + end_distance);
+        let growth = along * (1.0 + (end + end_distance) / first);
+        let thin_extent = if finite { along * (base + 1.0) } else { 1.0 };
+        let extent = if finite { growth } else { f64::INFINITY };
+        let extent = if is_thin { thin_extent } else { extent };
+        let base = if finite { base } else { 0.0 };
+        Self {
+            a: if is_thin { 1.0 } else { h / first },
+            unit: if is_thin { h / first } else { 1.0 },
+            base: if is_thin { base } else { 1.0 },
+            kind: if is_thin { Kind::Thin } else { Kind::Behind },
+            scale: per_first,
+            depth: if crosses {
+                front.rate * front.extent
             } else {
-                (-s, 0.0, h)
-            };
-            let first = 1.0 / (1.0 - s);
-            let ratio = (1.0 - s) / (distance - end);
-            let extent = length * ((1.0 + ratio) / (1.0 + distance));
-            let rate = sigma * h * h * first;
-            depth = rate * extent;
-            Self {
-                a: 1.0,
-                unit: h * first,
-                base: 1.0,
-                kind: Kind::Front,
-                scale: first,
-                depth: 0.0,
-                rate,
-                extent,
-                finest: peaks[0],
-                offset: 0.0,
-                faded: 0.0,
-            }
-        });
+                0.0
+            },
+            rate: if is_thin { 0.0 } else { sigma * first },
+            extent: if end > 0.0 { extent } else { 0.0 },
+            finest: if is_thin { sharpest(peaks[1]) } else { 0.0 },
+            offset: if crosses { -s } else { 0.0 },
+            faded: 0.0,
+        }
+    }
 
-        let behind = (end > 0.0).then(|| {
-            let (length, start, distance, offset) = if s < 0.0 {
-                (end, 0.0, h, -s)
-            } else {
-                (length, s, 1.0, 0.0)
-            };
-            let first = start + distance;
-            let finite = length.is_finite();
-            if sigma < thin {
-                let (base, extent) = if finite {
-                    let base = first / (end + end_distance);
-                    (base, length * ((base + 1.0) / (distance + end_distance)))
-                } else {
-                    (0.0, 1.0)
-                };
-                return Self {
-                    a: 1.0,
-                    unit: h / first,
-                    base,
-                    kind: Kind::Thin,
-                    scale: 1.0 / first,
-                    depth,
-                    rate: 0.0,
-                    extent,
-                    finest: peaks[1],
-                    offset,
-                    faded: 0.0,
-                };
-            }
-            let extent = if finite {
-                length * ((1.0 + (end + end_distance) / first) / (distance + end_distance))
-            } else {
-                f64::INFINITY
-            };
-            Self {
-                a: h / first,
-                unit: 1.0,
-                base: 1.0,
-                kind: Kind::Behind,
-                scale: 1.0 / first,
-                depth,
-                rate: sigma * first,
-                extent,
-                finest: 0.0,
-                offset,
-                faded: 0.0,
-            }
-        });
-        front.into_iter().chain(behind)
+    /// Ends where nothing is left behind this optical depth, or this growth of the
+    /// distance from the light.
+    #[inline(always)]
+    pub(crate) fn reach(&mut self, opacity: f64, far: f64) {
+        let opaque = (opacity - self.depth) / self.rate;
+        let limit = if self.rate > 0.0 {
+            opaque
+        } else {
+            f64::INFINITY
+        };
+        let limit = if self.kind == Kind::Behind && far < limit {
+            far
+        } else {
+            limit
+        };
+        self.extent = if limit < self.extent {
+            limit
+        } else {
+            self.extent
+        };
     }
 
     /// `b` at `o`.
+    #[inline(always)]
     pub(crate) fn b(&self, o: f64) -> f64 {
         self.unit * (self.base + o)
     }
@@ -174,6 +202,7 @@ impl Side {
     }
 
     /// The distance from the light at `o`.
+    #[inline(always)]
     pub(crate) fn distance(&self, o: f64) -> f64 {
         let b = self.b(o);
         (self.a * self.a + b * b) / (2.0 * self.scale * (self.base + o))
@@ -206,6 +235,17 @@ impl Side {
         } else {
             self.extent
         }
+    }
+
+    /// The light that is left behind `o`, if p is 1 there: no more than this if it is
+    /// absorbed, else infinite.
+    pub(crate) fn left(&self, o: f64) -> f64 {
+        if self.kind != Kind::Behind {
+            return f64::INFINITY;
+        }
+        let b = self.b(o);
+        let fall = (-(self.depth + self.rate * o)).exp();
+        2.0 * self.scale * fall / (self.rate * (self.a * self.a + b * b))
     }
 
     /// Whether light is left at `o`, of which `opacity` leaves nothing.

@@ -23,10 +23,17 @@ impl std::ops::AddAssign for Estimate {
     }
 }
 
+/// What is integrated.
+pub(super) trait Integrand {
+    /// Its values at offsets of a side. Must be `#[inline(always)]`, or it is not
+    /// compiled for the instructions of the loops around it.
+    fn values(&self, side: usize, offsets: &[f64; NODES]) -> [f64; NODES];
+}
+
 /// The pieces of an integral.
 #[derive(Debug, Default)]
 pub(super) struct Adaptive {
-    pieces: BinaryHeap<Piece>,
+    pieces: Vec<Piece>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -61,91 +68,159 @@ impl PartialEq for Piece {
 
 impl Eq for Piece {}
 
-/// Two rules that judge each other; the finer one counts.
-static RULES: LazyLock<[Rule; 2]> = LazyLock::new(|| [Rule::of(15), Rule::of(10)]);
+/// Nodes of both rules together: a few vectors of any processor.
+pub(super) const NODES: usize = 32;
+
+/// Nodes of two rules that judge each other; the finer one, which counts, comes
+/// first.
+const RULES: [u32; 2] = [18, 14];
+
+/// The nodes of both, and their weights in either.
+#[derive(Debug)]
+struct Rules {
+    nodes: [f64; NODES],
+    weights: [[f64; NODES]; 2],
+}
+
+static BOTH: LazyLock<Rules> = LazyLock::new(|| {
+    let mut both = Rules {
+        nodes: [0.5; NODES],
+        weights: [[0.0; NODES]; 2],
+    };
+    let mut first = 0;
+    for (count, weights) in RULES.into_iter().zip(&mut both.weights) {
+        for (i, (node, weight)) in (first..).zip(Rule::of(count).iter()) {
+            both.nodes[i] = node;
+            weights[i] = weight;
+        }
+        first += count as usize;
+    }
+    both
+});
+
+/// The sum of products, in the same order with all instructions.
+#[inline(always)]
+fn product(a: &[f64; NODES], b: &[f64; NODES]) -> f64 {
+    let mut sums = [0.0; 8];
+    for (a, b) in a.as_chunks::<8>().0.iter().zip(b.as_chunks::<8>().0) {
+        for i in 0..8 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
+}
 
 /// Relative error at which refinement ends.
 const GOAL: f64 = 1e-14;
+
+/// The share of the error of a piece that each of its halves has at least: at a step
+/// the rules may agree by chance.
+const LEAST_SHARE: f64 = 1.0 / 16.0;
 
 /// Pieces beyond which a function counts as too rough.
 const MOST_PIECES: usize = 10_000;
 
 impl Adaptive {
-    /// Adds the integral of `f(side, ·)` from `start` to `end`.
+    /// Adds the integral over a side from `start` to `end`, and returns it.
+    #[inline(always)]
     pub(super) fn add(
         &mut self,
         side: usize,
         start: f64,
         end: f64,
-        f: &impl Fn(usize, f64) -> f64,
-    ) {
-        let width = end - start;
-        let [fine, coarse] = &*RULES;
-        let integral = |rule: &Rule| {
-            let sum: f64 = rule
-                .iter()
-                .map(|(t, weight)| weight * f(side, start + width * t))
-                .sum();
-            width * sum
+        integrand: &impl Integrand,
+    ) -> f64 {
+        let piece = Piece::new(side, start, end, integrand);
+        self.pieces.push(piece);
+        piece.value
+    }
+
+    /// Divides the worst piece until all is well.
+    #[inline(always)]
+    pub(super) fn refine(self, integrand: &impl Integrand) -> Estimate {
+        let mut total = total(&self.pieces);
+        if is_enough(&total) {
+            return total;
+        }
+        let mut pieces = BinaryHeap::from(self.pieces);
+        let mut countdown = 0;
+        while !is_enough(&total) {
+            if pieces.len() >= MOST_PIECES {
+                break;
+            }
+            let Some(worst) = pieces.pop() else {
+                break;
+            };
+            let middle = 0.5 * (worst.start + worst.end);
+            if !(worst.start < middle && middle < worst.end) {
+                pieces.push(worst);
+                break;
+            }
+            for [start, end] in [[worst.start, middle], [middle, worst.end]] {
+                let mut half = Piece::new(worst.side, start, end, integrand);
+                half.error = half.error.max(LEAST_SHARE * worst.error);
+                pieces.push(half);
+            }
+            // Summed afresh now and then: a running difference of sums that
+            // shrink by orders of magnitude would be left with their rounding.
+            if countdown == 0 {
+                total = self::total(&pieces);
+                countdown = pieces.len() / 8;
+            } else {
+                countdown -= 1;
+            }
+        }
+        self::total(&pieces)
+    }
+}
+
+fn is_enough(total: &Estimate) -> bool {
+    !(total.bound > GOAL * total.value && total.bound.is_finite())
+}
+
+fn total<'a>(pieces: impl IntoIterator<Item = &'a Piece>) -> Estimate {
+    let mut total = Estimate::default();
+    for piece in pieces {
+        total += Estimate {
+            value: piece.value,
+            bound: piece.error,
         };
-        let value = integral(fine);
+    }
+    total
+}
+
+impl Piece {
+    #[inline(always)]
+    fn new(side: usize, start: f64, end: f64, integrand: &impl Integrand) -> Self {
+        let width = end - start;
+        let both = &*BOTH;
+        let mut offsets = both.nodes;
+        for offset in &mut offsets {
+            *offset = start + width * *offset;
+        }
+        let values = integrand.values(side, &offsets);
+        let [fine, coarse] = &both.weights;
+        // The nodes of the coarse rule weigh nothing in the fine one, but they
+        // count if a value is not finite.
+        let value = width * product(fine, &values);
+        let coarse = width * product(coarse, &values);
         let (value, error) = if value.is_finite() {
             // Of a smooth function far too much, as the finer rule is the better
             // one by orders of magnitude; at a step it may be by chance that
             // they agree.
-            (value, 4.0 * (value - integral(coarse)).abs())
+            (value, 4.0 * (value - coarse).abs())
         } else {
             (0.0, f64::INFINITY)
         };
         // Not to be divided any more.
         let error = if error.is_nan() { f64::INFINITY } else { error };
-        self.pieces.push(Piece {
+        Self {
             side,
             start,
             end,
             value,
             error,
-        });
-    }
-
-    /// Divides the worst piece until all is well.
-    pub(super) fn refine(mut self, f: &impl Fn(usize, f64) -> f64) -> Estimate {
-        let mut total = self.total();
-        let mut countdown = 0;
-        while total.bound > GOAL * total.value && total.bound.is_finite() {
-            if self.pieces.len() >= MOST_PIECES {
-                break;
-            }
-            let Some(worst) = self.pieces.pop() else {
-                break;
-            };
-            let middle = 0.5 * (worst.start + worst.end);
-            if !(worst.start < middle && middle < worst.end) {
-                self.pieces.push(worst);
-                break;
-            }
-            self.add(worst.side, worst.start, middle, f);
-            self.add(worst.side, middle, worst.end, f);
-            // Summed afresh now and then: a running difference of sums that
-            // shrink by orders of magnitude would be left with their rounding.
-            if countdown == 0 {
-                total = self.total();
-                countdown = self.pieces.len() / 8;
-            } else {
-                countdown -= 1;
-            }
         }
-        self.total()
-    }
-
-    fn total(&self) -> Estimate {
-        let mut total = Estimate::default();
-        for piece in &self.pieces {
-            total += Estimate {
-                value: piece.value,
-                bound: piece.error,
-            };
-        }
-        total
     }
 }

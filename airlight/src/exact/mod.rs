@@ -16,6 +16,10 @@
 //! scattering it is the difference of two scaled exponential integrals
 //! ([`tail`]); where the difference would lose more than one bit, and for
 //! other phase functions, it is integrated numerically.
+//!
+//! A piece of that has 32 nodes, four vectors of AVX-512, and takes about 150 cycles:
+//! an exponential of 14 terms, two divisions and a root for each vector bind. Most
+//! segments have two to five pieces.
 
 mod adaptive;
 #[cfg(test)]
@@ -29,14 +33,16 @@ pub use tail::tail;
 
 use std::sync::LazyLock;
 
+use pulp::{Simd, WithSimd};
+
 use crate::emission::Part;
 use crate::gauss::Rule;
 use crate::scaled::{Extent, Scaled};
-use crate::side::{Kind, Side};
+use crate::side::{Kind, SHARPEST, Side};
 use crate::{
-    Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, Segment64,
+    Emission, Error, Evaluator, Phase, PhaseFunction, ScatteringAngle, Segment, Segment64, simd,
 };
-use adaptive::Adaptive;
+use adaptive::{Adaptive, Integrand, NODES};
 
 /// Depth `σ_t d` below which absorption behind the foot point changes the
 /// result by less than rounding does.
@@ -57,8 +63,8 @@ const OPAQUE: f64 = 750.0;
 /// numbers that are no lengths or no extinction: NaN, an infinite `x`, `s` or
 /// `h`, and a negative `h`, `length` or extinction.
 ///
-/// Isotropic scattering takes a fraction of a microsecond to a few, other
-/// functions two to nine times as long.
+/// It takes a fraction of a microsecond, and a few where the light is next to the
+/// ray and the fog is dense.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact<P = PhaseFunction> {
     phase: P,
@@ -99,9 +105,18 @@ impl<P: Phase> Exact<P> {
                 Extent::MeetsLight => MEETS_LIGHT,
                 Extent::Ordinary(scaled) => {
                     let range = emission.fading_range() / scaled.unit;
-                    numeric(&scaled, self.phase.peaks(), range, |angle, d| {
-                        self.phase.value_f64(angle) * emission.factor(angle, d * scaled.unit)
-                    })
+                    let weight = OfLight {
+                        phase: &self.phase,
+                        emission,
+                        unit: scaled.unit,
+                    };
+                    let numeric = Numeric {
+                        segment: &scaled,
+                        peaks: self.phase.peaks(),
+                        range,
+                        weight,
+                    };
+                    numeric.estimate()
                 }
             };
         }
@@ -125,9 +140,15 @@ pub(crate) fn estimate<P: Phase>(phase: &P, sigma_t: f64, segment: &Segment64) -
         Extent::MeetsLight => MEETS_LIGHT,
         Extent::Ordinary(scaled) => match phase.constant() {
             Some(constant) => isotropic(&scaled, constant),
-            None => numeric(&scaled, phase.peaks(), f64::INFINITY, |angle, _| {
-                phase.value_f64(angle)
-            }),
+            None => {
+                let numeric = Numeric {
+                    segment: &scaled,
+                    peaks: phase.peaks(),
+                    range: f64::INFINITY,
+                    weight: OfPhase(phase),
+                };
+                numeric.estimate()
+            }
         },
     }
 }
@@ -238,60 +259,169 @@ fn smooth(segment: &Scaled) -> f64 {
         .map(|side| {
             let sum: f64 = RULE
                 .iter()
-                .map(|(t, weight)| weight * at(&side, side.extent * t).1)
+                .map(|(t, weight)| weight * without_phase(&side, side.extent * t))
                 .sum();
             side.extent * sum
         })
         .sum()
 }
 
-/// The angle of scattering at an offset, and everything else of the integrand.
-fn at(side: &Side, offset: f64) -> (ScatteringAngle<f64>, f64) {
+/// Everything of the integrand but the phase function.
+fn without_phase(side: &Side, offset: f64) -> f64 {
     let (a, b) = (side.a, side.b(offset));
-    let angle = if side.kind == Kind::Thin {
-        ScatteringAngle::from_half_tangent(a, b)
-    } else {
-        ScatteringAngle::from_half_tangent(b, a)
-    };
     let exponential = (-(side.depth + side.rate * offset)).exp();
-    (angle, 2.0 * side.scale * exponential / (a * a + b * b))
+    2.0 * side.scale * exponential / (a * a + b * b)
+}
+
+/// The same over [`NODES`] offsets, and
+/// the angles of scattering.
+#[inline(always)]
+fn at(side: &Side, offsets: &[f64; NODES]) -> ([ScatteringAngle<f64>; NODES], [f64; NODES]) {
+    let mut angles = [ScatteringAngle::from_half_tangent(1.0, 1.0); NODES];
+    let mut rest = [0.0; NODES];
+    let is_thin = side.kind == Kind::Thin;
+    for i in 0..NODES {
+        let (a, b) = (side.a, side.b(offsets[i]));
+        let (numerator, denominator) = if is_thin { (a, b) } else { (b, a) };
+        angles[i] = ScatteringAngle::from_half_tangent(numerator, denominator);
+        let exponential = simd::exp(-(side.depth + side.rate * offsets[i]));
+        rest[i] = 2.0 * side.scale * exponential / (a * a + b * b);
+    }
+    (angles, rest)
 }
 
 /// The share of the range of a light up to which fading does not matter: it
 /// changes the light by its fourth power.
 const UNFADED: f64 = 1e-4;
 
-/// The airlight for any `weight` of the angle and the distance from the light in
-/// place of the phase function. If that fades, it is towards a range, in units of
-/// the segment.
-fn numeric(
-    segment: &Scaled,
+/// The most that `b` may grow, and the exponent, over a piece: with these the rules
+/// agree to about 1e-15.
+const GROWTH: f64 = 2.5;
+const FADE: f64 = 12.0;
+
+/// The share of the light in front that may be behind the last piece.
+const CUT_OFF: f64 = 1e-18;
+
+/// What stands in place of the phase function.
+trait Weight {
+    /// Its values at offsets of a side. Must be `#[inline(always)]`, as
+    /// [`Integrand::values`].
+    fn values(
+        &self,
+        side: &Side,
+        offsets: &[f64; NODES],
+        angles: &[ScatteringAngle<f64>; NODES],
+    ) -> [f64; NODES];
+}
+
+/// A phase function alone.
+struct OfPhase<'a, P>(&'a P);
+
+impl<P: Phase> Weight for OfPhase<'_, P> {
+    #[inline(always)]
+    fn values(
+        &self,
+        _: &Side,
+        _: &[f64; NODES],
+        angles: &[ScatteringAngle<f64>; NODES],
+    ) -> [f64; NODES] {
+        let mut values = [0.0; NODES];
+        self.0.values_f64(angles, &mut values);
+        values
+    }
+}
+
+/// With the emission of a light, in units of a segment.
+struct OfLight<'a, P> {
+    phase: &'a P,
+    emission: &'a Emission,
+    unit: f64,
+}
+
+impl<P: Phase> Weight for OfLight<'_, P> {
+    #[inline(always)]
+    fn values(
+        &self,
+        side: &Side,
+        offsets: &[f64; NODES],
+        angles: &[ScatteringAngle<f64>; NODES],
+    ) -> [f64; NODES] {
+        std::array::from_fn(|i| {
+            let d = side.distance(offsets[i]) * self.unit;
+            self.phase.value_f64(angles[i]) * self.emission.factor(angles[i], d)
+        })
+    }
+}
+
+/// The airlight for any weight in place of the phase function. If that fades, it is
+/// towards a range, in units of the segment.
+struct Numeric<'a, W> {
+    segment: &'a Scaled,
     peaks: [f64; 2],
     range: f64,
-    weight: impl Fn(ScatteringAngle<f64>, f64) -> f64,
-) -> Estimate {
-    let mut sides = [None; 2];
-    for (slot, side) in sides
-        .iter_mut()
-        .zip(Side::both(segment, peaks, THIN * peaks[1].min(1.0)))
-    {
-        *slot = Some(side.fading(range, UNFADED));
-    }
-    let integrand = |side: usize, offset: f64| {
-        sides[side].map_or(0.0, |side: Side| {
-            let (angle, rest) = at(&side, offset);
-            weight(angle, side.distance(offset)) * rest
-        })
-    };
-    let mut pieces = Adaptive::default();
-    for (index, side) in sides.iter().enumerate() {
-        let Some(side) = side else { continue };
-        let mut start = 0.0;
-        while side.reaches(start, OPAQUE) {
-            let end = side.next(start, 2.0, 6.0);
-            pieces.add(index, start, end, &integrand);
-            start = end;
+    weight: W,
+}
+
+/// Its sides.
+struct Sides<W> {
+    sides: [Option<Side>; 2],
+    weight: W,
+}
+
+impl<W: Weight> Integrand for Sides<W> {
+    #[inline(always)]
+    fn values(&self, side: usize, offsets: &[f64; NODES]) -> [f64; NODES] {
+        let Some(side) = &self.sides[side] else {
+            return [0.0; NODES];
+        };
+        let (angles, rest) = at(side, offsets);
+        let mut values = self.weight.values(side, offsets, &angles);
+        for (value, rest) in values.iter_mut().zip(rest) {
+            *value *= rest;
         }
+        values
     }
-    finish(segment, pieces.refine(&integrand))
+}
+
+impl<W: Weight> WithSimd for Numeric<'_, W> {
+    type Output = Estimate;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Estimate {
+        let Self {
+            segment,
+            peaks,
+            range,
+            weight,
+        } = self;
+        let mut sides = [None; 2];
+        for (slot, side) in
+            sides
+                .iter_mut()
+                .zip(Side::both(segment, peaks, THIN * peaks[1].min(1.0)))
+        {
+            *slot = Some(side.fading(range, UNFADED));
+        }
+        let integrand = Sides { sides, weight };
+        // How much brighter the backward peak may be than what is in front of it.
+        let peak = peaks[1].clamp(SHARPEST, 1.0).powi(-3);
+        let mut pieces = Adaptive::default();
+        let mut sum = 0.0;
+        for (index, side) in sides.iter().enumerate() {
+            let Some(side) = side else { continue };
+            let mut start = 0.0;
+            while side.reaches(start, OPAQUE) && !(side.left(start) * peak < CUT_OFF * sum) {
+                let end = side.next(start, GROWTH, FADE);
+                sum += pieces.add(index, start, end, &integrand);
+                start = end;
+            }
+        }
+        finish(segment, pieces.refine(&integrand))
+    }
+}
+
+impl<W: Weight> Numeric<'_, W> {
+    fn estimate(self) -> Estimate {
+        simd::arch().dispatch(self)
+    }
 }

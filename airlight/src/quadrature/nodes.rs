@@ -6,7 +6,7 @@ use super::profile::{self, Pattern};
 use super::{FADE, FARTHEST, GROWTH, Quadrature};
 use crate::emission::{Emission, Part};
 use crate::scaled::{Extent, Scaled};
-use crate::side::{Kind, Side};
+use crate::side::Side;
 use crate::{Phase, Segment, Segment64};
 
 impl<P: Phase> Quadrature<P> {
@@ -145,12 +145,7 @@ impl<P: Phase> Quadrature<P> {
         let opacity = self.opacity + deeper;
         let far = (self.far * deeper.exp()).min(FARTHEST);
         Side::both(&segment, self.peaks, self.thin()).map(move |mut side| {
-            if side.rate > 0.0 {
-                side.extent = side.extent.min((opacity - side.depth) / side.rate);
-            }
-            if side.kind == Kind::Behind {
-                side.extent = side.extent.min(far);
-            }
+            side.reach(opacity, far);
             side
         })
     }
