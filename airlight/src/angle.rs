@@ -38,6 +38,16 @@ impl<T: Real> ScatteringAngle<T> {
         }
     }
 
+    /// With the squares of `b` and `a`, and the inverse of their sum.
+    #[inline(always)]
+    pub(crate) fn from_squares(b2: T, a2: T, per_sum: T) -> Self {
+        let factor = T::from(2.0) * per_sum;
+        Self {
+            one_minus_cos: b2 * factor,
+            one_plus_cos: a2 * factor,
+        }
+    }
+
     /// At distance `s` along the ray behind the foot point of a point light
     /// that is `h` away from the ray: `cos θ = -s / √(s² + h²)`. Not both may
     /// be 0.

@@ -86,6 +86,29 @@ impl Scaled {
     }
 }
 
+impl Scaled {
+    /// Of a segment in single precision, whose squares are in range; of a segment that
+    /// has no airlight, anything. Without branches, for loops over segments.
+    #[inline(always)]
+    pub(crate) fn of_singles(sigma_t: f64, segment: &Segment64) -> Self {
+        let Segment64 { x, s, h, length } = *segment;
+        let unit = (s * s + h * h).sqrt();
+        let per_unit = 1.0 / unit;
+        // The sum first, as above.
+        let (end, h) = ((s + length) * per_unit, h * per_unit);
+        Self {
+            unit,
+            sigma: sigma_t * unit,
+            s: s * per_unit,
+            end,
+            h,
+            length: length * per_unit,
+            end_distance: (end * end + h * h).sqrt(),
+            depth: sigma_t * x + sigma_t * unit,
+        }
+    }
+}
+
 /// `√(s² + h²)`, and in the usual range without the care of `hypot`.
 fn distance(s: f64, h: f64) -> f64 {
     let square = s * s + h * h;

@@ -74,6 +74,9 @@ pub(super) struct Span {
     depth: f64,
 }
 
+/// tan(π/8)
+const TANGENT: f64 = std::f64::consts::SQRT_2 - 1.0;
+
 impl Span {
     /// Over which a rule has this relative error for a phase function of this
     /// [`steepness`](crate::Phase::steepness). The constants were fitted to
@@ -102,8 +105,6 @@ impl Span {
 
     /// Of a piece with `√(b_a/b_b) = alpha`.
     fn new(alpha: f64, depth: f64, kind: Kind) -> Self {
-        /// tan(π/8)
-        const TANGENT: f64 = std::f64::consts::SQRT_2 - 1.0;
         // With z from −1 to 1, b is proportional to (1 + kz) / (1 − kz).
         let k = ((1.0 - alpha) / (1.0 + alpha)).abs();
         let mut span = Self {
@@ -118,6 +119,30 @@ impl Span {
             span.shifted = k / (TANGENT + (TANGENT * TANGENT + k * k).sqrt());
         }
         span
+    }
+
+    /// The least `√(b_a/b_b)` of pieces in front of the foot point, and behind it.
+    pub(super) fn least_alphas(&self) -> [f64; 2] {
+        // With the k of `Span::new`: shifted = k / (T + √(T² + k²)), and behind is
+        // (1 − √alpha) / (1 + √alpha).
+        let k = 2.0 * TANGENT * self.shifted / (1.0 - self.shifted * self.shifted);
+        let part = |k: f64| (1.0 - k) / (1.0 + k);
+        let front = if self.shifted < 1.0 && k < 1.0 {
+            part(k)
+        } else {
+            0.0
+        };
+        let behind = if self.behind < 1.0 {
+            part(self.behind)
+        } else {
+            0.0
+        };
+        [front, behind * behind]
+    }
+
+    /// Change of the exponent.
+    pub(super) fn depth(&self) -> f64 {
+        self.depth
     }
 
     /// All of it, for shaders.

@@ -63,9 +63,13 @@ const SHARPEST: [PhaseFunction; 9] = [
 fn worst(quadrature: &Quadrature, truths: &[(f32, Segment, f64)]) -> (f64, usize) {
     let mut worst = (0.0, 0);
     for (index, (sigma_t, segment, truth)) in truths.iter().enumerate() {
-        let error = (f64::from(quadrature.airlight(*sigma_t, segment)) / truth - 1.0).abs();
-        if !(error <= worst.0) {
-            worst = (error, index);
+        let mut values = [quadrature.airlight(*sigma_t, segment); 2];
+        quadrature.airlight_batch(*sigma_t, &[*segment], &mut values[1..]);
+        for value in values {
+            let error = (f64::from(value) / truth - 1.0).abs();
+            if !(error <= worst.0) {
+                worst = (error, index);
+            }
         }
     }
     worst
@@ -103,6 +107,43 @@ fn every_tolerance_is_kept_wherever_the_result_is_normal() {
                 "{phase:?} {tolerance}: {error} at {:?}",
                 truths[index]
             );
+        }
+    }
+}
+
+#[test]
+fn batches_keep_the_tolerance_and_have_the_same_bits_with_any_instructions() {
+    for phase in PHASES {
+        let exact = Exact::new(phase).unwrap();
+        for tolerance in [1e-2, 1e-4, 1e-5] {
+            let quadrature = Quadrature::with_tolerance(phase, tolerance).unwrap();
+            // All of them in the same fog, so that segments of every kind share groups.
+            let segments: Vec<Segment> = (stiff::cases(1500).into_iter())
+                .map(|(_, segment)| segment)
+                .collect();
+            let sigma_t = 0.3;
+            let mut values = vec![f32::NAN; segments.len()];
+            quadrature.airlight_batch(sigma_t, &segments, &mut values);
+            for (segment, value) in segments.iter().zip(&values) {
+                let truth = exact.airlight(f64::from(sigma_t), &(*segment).into());
+                if truth > f64::from(f32::MIN_POSITIVE) && truth < 1e38 {
+                    let error = (f64::from(*value) / truth - 1.0).abs();
+                    assert!(
+                        error <= f64::from(tolerance),
+                        "{phase:?} {tolerance} {segment:?}: {error:e}"
+                    );
+                }
+            }
+            let batch = Batch {
+                quadrature: &quadrature,
+                sigma_t: sigma_t.into(),
+            };
+            for arch in simd::every_arch() {
+                let mut again = vec![f32::NAN; segments.len()];
+                simd::batch_on(arch, &batch, &segments, &mut again);
+                let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&values), bits(&again), "{arch:?}");
+            }
         }
     }
 }
@@ -297,6 +338,9 @@ fn degenerate_segments_have_their_documented_values() {
         Segment { h: -1.0, ..good },
     ] {
         assert_eq!(quadrature.airlight(0.3, &bad), 0.0, "{bad:?}");
+        let mut batch = [f32::NAN; 2];
+        quadrature.airlight_batch(0.3, &[bad, through], &mut batch);
+        assert_eq!(batch, [0.0, f32::INFINITY], "{bad:?}");
         assert_eq!(quadrature.nodes(0.3, &bad, 0).count(), 0, "{bad:?}");
     }
     assert_eq!(quadrature.airlight(f32::NAN, &good), 0.0);
@@ -311,6 +355,7 @@ fn extreme_magnitudes_are_never_nan() {
         PhaseFunction::HenyeyGreenstein { g: -0.999_999_94 },
     ] {
         let quadrature = Quadrature::with_tolerance(phase, 1e-6).unwrap();
+        let coarse = Quadrature::with_tolerance(phase, 1e-2).unwrap();
         for sigma_t in sizes {
             for s in sizes.into_iter().flat_map(|s| [s, -s]) {
                 for h in sizes {
@@ -321,8 +366,11 @@ fn extreme_magnitudes_are_never_nan() {
                             h,
                             length,
                         };
-                        let value = quadrature.airlight(sigma_t, &segment);
-                        assert!(value >= 0.0, "{sigma_t} {segment:?}: {value}");
+                        let mut values = [quadrature.airlight(sigma_t, &segment); 2];
+                        coarse.airlight_batch(sigma_t, &[segment], &mut values[1..]);
+                        for value in values {
+                            assert!(value >= 0.0, "{sigma_t} {segment:?}: {value}");
+                        }
                     }
                 }
             }
