@@ -225,7 +225,8 @@ impl<P: Phase> Batch<'_, P> {
             let fade = side.fade.0[k];
             let faded = if start > fade { start } else { fade };
             let width = if wide < faded { wide } else { faded };
-            let is_last = !(rest > 1.1 * width);
+            // Numbers that are no lengths come to an end, too.
+            let is_last = !(rest > 1.1 * width) | !(width > 0.0);
             let width = if is_last { rest } else { width };
             from[i] = if is_last { extent } else { start + width };
             let blurred = at + side.finest.0[k];
