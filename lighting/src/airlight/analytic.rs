@@ -50,6 +50,54 @@ impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
             |piece| self.fallback.radiance(path, piece),
         )
     }
+
+    /// Parts in which the light shines alike in all directions as a batch of the
+    /// evaluator.
+    fn radiances(
+        &self,
+        paths: &[LightPath<'_>],
+        parts: &[(usize, Interval)],
+        radiances: &mut Vec<Vec3>,
+    ) {
+        let Some(path) = paths.first() else { return };
+        let first = radiances.len();
+        radiances.resize(first + parts.len(), Vec3::ZERO);
+        let radiances = &mut radiances[first..];
+        let (mut plain, mut segments) = (Vec::new(), Vec::new());
+        for (i, &(path, interval)) in parts.iter().enumerate() {
+            let path = &paths[path];
+            if let Some(segment) = path.segment(interval) {
+                plain.push(i);
+                segments.push(segment);
+            } else {
+                radiances[i] = self.radiance(path, interval);
+            }
+        }
+        let mut airlight = vec![0.0; segments.len()];
+        let sigma_t = path.medium().sigma_t();
+        let is_grey = sigma_t == Vec3::splat(sigma_t.x);
+        for channel in 0..if is_grey { 1 } else { 3 } {
+            self.evaluator
+                .airlight_batch(sigma_t[channel], &segments, &mut airlight);
+            for (&i, &airlight) in plain.iter().zip(&airlight) {
+                if is_grey {
+                    radiances[i] = Vec3::splat(airlight);
+                } else {
+                    radiances[i][channel] = airlight;
+                }
+            }
+        }
+        for i in plain {
+            radiances[i] = lit(path, radiances[i]);
+        }
+    }
+}
+
+/// The radiance of this airlight. A channel without light stays dark, even through the
+/// light.
+fn lit(path: &LightPath<'_>, airlight: Vec3) -> Vec3 {
+    let light = path.medium().sigma_s() * path.emitter().intensity();
+    Vec3::select(light.cmpgt(Vec3::ZERO), light * airlight, Vec3::ZERO)
 }
 
 /// The radiance of an interval by `plain` where the light shines alike in all
@@ -78,16 +126,13 @@ pub(super) fn by_cone(
 impl<E: airlight::Evaluator> Analytic<E> {
     /// The radiance of a part in which the light shines alike in all directions.
     fn plain(&self, path: &LightPath<'_>, segment: &Segment) -> Vec3 {
-        let medium = path.medium();
-        let light = medium.sigma_s() * path.emitter().intensity();
-        let sigma_t = medium.sigma_t();
+        let sigma_t = path.medium().sigma_t();
         let channel = |sigma: f32| self.evaluator.airlight(sigma, segment);
         let airlight = if sigma_t == Vec3::splat(sigma_t.x) {
             Vec3::splat(channel(sigma_t.x))
         } else {
             sigma_t.map(channel)
         };
-        // A channel without light stays dark, even through the light.
-        Vec3::select(light.cmpgt(Vec3::ZERO), light * airlight, Vec3::ZERO)
+        lit(path, airlight)
     }
 }

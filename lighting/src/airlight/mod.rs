@@ -97,6 +97,7 @@ mod tests {
                 Emission::spot(down, cone, None).unwrap(),
             ),
         ];
+        let table = airlight::Table::new(&PhaseFunction::Rayleigh, 8).unwrap();
         for (light, medium) in
             (lights.iter()).flat_map(|light| [(light, open), (light, open.within(bounds))])
         {
@@ -136,6 +137,11 @@ mod tests {
                 check(&EquiAngular::new(nodes).unwrap(), &paths, &parts);
             }
             let fallback = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
+            check(
+                &Analytic::new(table.clone(), fallback.clone()),
+                &paths,
+                &parts,
+            );
             let of_eye = PerFrame::of_light(fallback, Vec3::ZERO, light, &medium, 64).unwrap();
             check(&of_eye, &paths, &parts);
         }
