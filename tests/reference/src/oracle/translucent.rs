@@ -12,6 +12,8 @@
 //! each times the mean transmittance at two of its points. Parts are short where
 //! the shadows of casters can be, and whole elsewhere.
 
+mod strands;
+
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use scene::{DensityGrid, Emitter, Geometry, Interpolation, Medium, Profile, Ray, Translucent};
@@ -19,23 +21,16 @@ use scene::{DensityGrid, Emitter, Geometry, Interpolation, Medium, Profile, Ray,
 use super::airlight::{Airlight, Tolerance, reach};
 use super::image::Reference;
 use super::shades::Shades;
-use super::visibility::{Blockers, Region, Search};
+use super::visibility::{Blockers, Search};
 use super::{Fog, Lamp, Line, Phase, Span};
+use strands::{Hair, Plane, Ribbon};
 
 /// Hair and smoke in f64.
 #[derive(Debug, Clone, Default)]
 pub struct Translucency {
-    ribbons: Vec<Ribbon>,
+    hair: Hair,
     balls: Vec<Ball>,
     boxes: Vec<SmokeBox>,
-}
-
-/// A piece of strand.
-#[derive(Debug, Clone, Copy)]
-struct Ribbon {
-    ends: [DVec3; 2],
-    radius: f64,
-    passed: f64,
 }
 
 /// A particle.
@@ -65,17 +60,12 @@ impl Translucency {
     /// Reads the casters.
     pub fn new(casters: &[Translucent]) -> Self {
         let mut translucency = Self::default();
+        let mut ribbons = Vec::new();
         for caster in casters {
             match caster {
                 Translucent::Strands(strands) => {
-                    for index in 0..strands.piece_count() {
-                        let piece = strands.piece(index);
-                        translucency.ribbons.push(Ribbon {
-                            ends: piece.axis.map(Vec3::as_dvec3),
-                            radius: piece.radius.into(),
-                            passed: 1.0 - f64::from(piece.opacity),
-                        });
-                    }
+                    let pieces = (0..strands.piece_count()).map(|index| strands.piece(index));
+                    ribbons.extend(pieces.map(Ribbon::from));
                 }
                 Translucent::Particles(particles) => {
                     translucency
@@ -92,6 +82,7 @@ impl Translucency {
                 Translucent::Grid(grid) => translucency.boxes.push(SmokeBox::new(grid)),
             }
         }
+        translucency.hair = Hair::new(ribbons);
         translucency
     }
 
@@ -99,27 +90,14 @@ impl Translucency {
     /// one side of their common plane.
     #[must_use]
     pub fn between(&self, line: &Line, lamp: &Lamp) -> Self {
-        let towards = match lamp {
-            Lamp::Point(point) => point.position - line.origin,
-            Lamp::Sun(sun) => sun.toward,
-        };
-        let normal = line.direction.cross(towards);
-        if normal.length() <= 1e-9 * towards.length() {
+        let Some(plane) = Plane::new(line, lamp) else {
             return self.clone();
-        }
-        let normal = normal.normalize();
-        let touches = |centre: DVec3, radius: f64| {
-            (centre - line.origin).dot(normal).abs() <= radius * (1.0 + 1e-9) + 1e-12
         };
-        let ribbons = self.ribbons.iter().filter(|ribbon| {
-            let (centre, radius) = ribbon.ball_around();
-            touches(centre, radius)
-        });
         let balls = self.balls.iter();
         Self {
-            ribbons: ribbons.copied().collect(),
+            hair: Hair::new(self.hair.near(Some(plane)).copied().collect()),
             balls: balls
-                .filter(|ball| touches(ball.centre, ball.radius))
+                .filter(|ball| plane.touches((ball.centre, ball.radius)))
                 .copied()
                 .collect(),
             boxes: self.boxes.clone(),
@@ -128,7 +106,7 @@ impl Translucency {
 
     /// Balls around all of its parts.
     pub(super) fn balls_around(&self) -> impl Iterator<Item = (DVec3, f64)> {
-        let ribbons = self.ribbons.iter().map(Ribbon::ball_around);
+        let ribbons = self.hair.ribbons().iter().map(Ribbon::ball_around);
         ribbons.chain(self.balls_around_media())
     }
 
@@ -161,32 +139,12 @@ impl Translucency {
     /// Where on a part of a line pieces of strand are in front of a lamp, and what share of
     /// its light each of them lets pass.
     pub(super) fn strand_shadows(&self, line: &Line, lamp: &Lamp, span: Span) -> Vec<(Span, f64)> {
-        let region = Region::new(line, lamp, span);
-        let shadow = |ribbon: &Ribbon| {
-            let [a, b] = ribbon.ends;
-            let light = match lamp {
-                Lamp::Point(point) => point.position - a,
-                Lamp::Sun(sun) => sun.toward,
-            };
-            let across = ribbon.radius * (b - a).cross(light).try_normalize()?;
-            let [p, q, r, s] = [a - across, a + across, b + across, b - across];
-            let halves = [[p, q, r], [p, r, s]].map(|triangle| region.shadow(&triangle));
-            let whole = match halves {
-                [Some(one), Some(other)] => {
-                    Span::new(one.start.min(other.start), one.end.max(other.end))
-                }
-                [one, other] => one.or(other)?,
-            };
-            Some((whole, ribbon.passed))
-        };
-        self.ribbons.iter().filter_map(shadow).collect()
+        self.hair.shadows(line, lamp, span)
     }
 
     /// Share of light that strands let pass over `distance` from a point.
     pub fn passed(&self, point: DVec3, towards: DVec3, distance: f64) -> f64 {
-        let crossed = self.ribbons.iter();
-        let crossed = crossed.filter(|ribbon| ribbon.is_crossed(point, towards, distance));
-        crossed.map(|ribbon| ribbon.passed).product()
+        self.hair.passed(point, towards, distance)
     }
 
     /// The optical depth of grids and particles over `distance` from a point.
@@ -268,43 +226,6 @@ impl Translucency {
             let origin = smoke.turn * (line.origin - smoke.shift);
             smoke.crossings(origin, smoke.turn * line.direction, line.length, edges);
         }
-    }
-}
-
-impl Ribbon {
-    fn ball_around(&self) -> (DVec3, f64) {
-        let [a, b] = self.ends;
-        (0.5 * (a + b), 0.5 * a.distance(b) + self.radius)
-    }
-
-    /// True if the path from `point` meets the ribbon that a light at the end
-    /// of the path sees: along the axis, and across it at right angles to both
-    /// axis and light.
-    fn is_crossed(&self, point: DVec3, towards: DVec3, distance: f64) -> bool {
-        let [a, b] = self.ends;
-        let along = b - a;
-        // From the light's side for a lamp; any point of the axis does for a sun.
-        let light = if distance.is_finite() {
-            point + distance * towards - a
-        } else {
-            towards
-        };
-        let Some(across) = along.cross(light).try_normalize() else {
-            return false;
-        };
-        // point + t towards = a + s along + w across
-        let normal = along.cross(across);
-        let speed = normal.dot(towards);
-        if speed == 0.0 {
-            return false;
-        }
-        let t = normal.dot(a - point) / speed;
-        if !(t > 0.0 && t < distance) {
-            return false;
-        }
-        let offset = point + t * towards - a;
-        let s = offset.dot(along) / along.length_squared();
-        (0.0..=1.0).contains(&s) && offset.dot(across).abs() <= self.radius
     }
 }
 
