@@ -163,7 +163,8 @@ pub(crate) struct Compare {
     pub(crate) size: Option<Size>,
 
     /// Seconds for everything, from start to report; the picture is halved once or
-    /// twice where the lights and triangles of the scene are too many for them
+    /// twice where the lights and triangles of the scene are too many for them, and as
+    /// often as it takes if the reference alone would not fit
     /// [default: 150, 14 with --quick]
     #[arg(long, value_name = "SECONDS", value_parser = parse::duration, allow_negative_numbers = true)]
     pub(crate) time_budget: Option<f64>,

@@ -21,6 +21,14 @@ impl Size {
     pub(crate) fn pixels(self) -> usize {
         self.width as usize * self.height as usize
     }
+
+    /// Both sides halved, as far as they can be.
+    pub(crate) fn halved(self) -> Self {
+        Self {
+            width: (self.width / 2).max(1),
+            height: (self.height / 2).max(1),
+        }
+    }
 }
 
 impl std::fmt::Display for Size {

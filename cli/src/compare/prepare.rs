@@ -220,7 +220,7 @@ impl Prepared {
     pub(crate) fn size_note(&self) -> Option<String> {
         (self.size != self.asked).then(|| {
             format!(
-                "the picture is {} instead of {}, by the number of lights and triangles and the time there is (--time-budget, --fixed)",
+                "the picture is {} instead of {}, by the number of lights, triangles and parts of smoke and hair and the time there is (--time-budget, --fixed)",
                 self.size, self.asked
             )
         })
@@ -274,7 +274,8 @@ fn emits(caster: &Translucent) -> bool {
 }
 
 /// What the reference does in media that are seen: in each cell on a ray it looks through as
-/// many towards the light, and it asks every particle and every piece of a strand.
+/// many towards the light, it asks every particle, and it cuts the ray at the edges of the
+/// shadows of strands.
 fn counted_in_media(input: &Input) -> Counted {
     let mut cells = 0.0;
     let mut pieces = 0;

@@ -2,7 +2,8 @@
 
 use crate::parse::Size;
 
-/// The largest number of times that a side is halved.
+/// The largest number of times that a side is halved for the sake of methods, which can be
+/// left out.
 const MOST_HALVINGS: u32 = 2;
 
 /// Units of work for which a second is set aside: a unit is one light of one pixel
@@ -12,6 +13,10 @@ const UNITS_PER_SECOND: f64 = 2.0e4;
 
 /// Parts of a ray behind hair and smoke that are as much work as a ray without them.
 const PARTS_PER_RAY: f64 = 12.0;
+
+/// Share of the work that is the reference's where rays are not cut into parts: then its
+/// rays are less work than those of all methods together.
+const REFERENCE: f64 = 0.05;
 
 /// What is counted of a scene.
 #[derive(Debug, Clone, Copy)]
@@ -31,25 +36,30 @@ impl Counted {
             .map_or(1.0, |parts| f64::from(parts) / PARTS_PER_RAY);
         self.lights as f64 * (2.0 + self.casters as f64).log2() * parts.max(1.0)
     }
+
+    /// Those of the reference alone.
+    fn of_reference(self) -> f64 {
+        let share = self.parts.map_or(REFERENCE, |_| 1.0);
+        share * self.per_pixel()
+    }
 }
 
 /// The size of the picture of a comparison with so much time: the one asked for,
 /// with both sides halved at most twice while the counted work of the scene does
-/// not fit.
+/// not fit, and as often as it takes until the reference alone does. Methods that there is
+/// no time for are left out, but without a reference there is nothing to be compared.
 ///
 /// Nothing is measured, so every machine compares the same picture.
 pub(crate) fn fitted(asked: Size, scene: Counted, seconds: f64) -> Size {
-    let per_pixel = scene.per_pixel();
-    let fits = |size: Size| size.pixels() as f64 * per_pixel <= UNITS_PER_SECOND * seconds;
+    let units = UNITS_PER_SECOND * seconds;
+    let fits = |size: Size, per_pixel: f64| size.pixels() as f64 * per_pixel <= units;
     let mut size = asked;
-    for _ in 0..MOST_HALVINGS {
-        if fits(size) {
+    for halvings in 0.. {
+        let is_small = halvings >= MOST_HALVINGS || fits(size, scene.per_pixel());
+        if is_small && fits(size, scene.of_reference()) || size.pixels() == 1 {
             break;
         }
-        size = Size {
-            width: (size.width / 2).max(1),
-            height: (size.height / 2).max(1),
-        };
+        size = size.halved();
     }
     size
 }
@@ -64,7 +74,7 @@ mod tests {
     };
 
     #[test]
-    fn pictures_are_halved_at_most_twice_and_keep_their_shape() {
+    fn pictures_are_halved_at_most_twice_for_methods_and_keep_their_shape() {
         let fitted = |asked, lights, casters, seconds| {
             let parts = None;
             let scene = Counted {
@@ -77,13 +87,42 @@ mod tests {
         assert_eq!(fitted(ASKED, 1, 1000, 150.0), ASKED);
         let half = fitted(ASKED, 4, 1000, 150.0);
         assert_eq!((half.width, half.height), (240, 135));
-        let quarter = fitted(ASKED, 1_000_000, 1_000_000, 1.0);
+        let quarter = fitted(ASKED, 165, 100_000, 150.0);
         assert_eq!((quarter.width, quarter.height), (120, 67));
         let one = Size {
             width: 1,
             height: 1,
         };
         assert_eq!(fitted(one, 1_000_000, 1, 1.0), one);
+    }
+
+    #[test]
+    fn there_is_time_for_a_reference_in_any_scene() {
+        for (casters, parts) in [
+            (0, None),
+            (0, Some(100)),
+            (900_000, None),
+            (0, Some(40_000)),
+        ] {
+            for lights in [1, 3, 165, 10_000] {
+                let scene = Counted {
+                    lights,
+                    casters,
+                    parts,
+                };
+                for seconds in [0.5, 14.0, 40.0, 150.0, 3600.0] {
+                    let size = fitted(ASKED, scene, seconds);
+                    let work = size.pixels() as f64 * scene.of_reference();
+                    let fits = work <= UNITS_PER_SECOND * seconds;
+                    assert!(fits || size.pixels() == 1, "{scene:?} {seconds}: {size}");
+                    // A picture that is smaller than for the sake of methods has to be.
+                    let is_small = size.width < ASKED.width / 4;
+                    let larger = f64::from(2 * size.width + 1) * f64::from(2 * size.height + 1);
+                    let would_fit = larger * scene.of_reference() <= UNITS_PER_SECOND * seconds;
+                    assert!(!(is_small && would_fit), "{scene:?} {seconds}: {size}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -97,10 +97,7 @@ pub(super) fn seconds_and_share(args: &Compare, default: f64) -> (f64, f64) {
 fn size(args: &Compare, prepared: &Prepared, frames: usize) -> Result<Size, Failure> {
     let mut size = prepared.size;
     while !args.fixed && size.pixels() > MOST_PIXELS {
-        size = Size {
-            width: (size.width / 2).max(1),
-            height: (size.height / 2).max(1),
-        };
+        size = size.halved();
     }
     let all = size.pixels() * frames;
     if all > MOST_IN_ALL {
