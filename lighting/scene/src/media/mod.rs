@@ -165,9 +165,14 @@ impl<'a> Media<'a> {
     /// particles of a kind.
     pub fn boxes(&self) -> impl Iterator<Item = Bounds> {
         let medium = self.medium.as_ref().and_then(Medium::bounds);
+        medium.into_iter().chain(self.smoke_boxes())
+    }
+
+    /// Those around smoke alone: each grid, all particles of a kind.
+    pub fn smoke_boxes(&self) -> impl Iterator<Item = Bounds> {
         let grids = self.grids.iter().map(|grid| grid.bounds());
         let particles = self.particles().filter_map(Particles::bounds);
-        medium.into_iter().chain(grids).chain(particles)
+        grids.chain(particles)
     }
 
     /// True if there is nothing but the homogeneous medium, or not even that.

@@ -28,6 +28,7 @@ pub struct MediaPart<'a> {
     extinction: DVec3,
     scattering: DVec3,
     phase: PhaseFunction,
+    is_smoke: bool,
     /// What has an albedo or an emission for each sample.
     samples: Option<(&'a DensityGrid, CellSpan)>,
 }
@@ -51,6 +52,7 @@ impl<'a> MediaPart<'a> {
             extinction: medium.sigma_t().as_dvec3(),
             scattering: medium.sigma_s().as_dvec3(),
             phase: medium.phase(),
+            is_smoke: false,
             samples: None,
         }
     }
@@ -65,6 +67,7 @@ impl<'a> MediaPart<'a> {
             extinction: fog.sigma_t().as_dvec3(),
             scattering: fog.sigma_s().as_dvec3(),
             phase: fog.phase(),
+            is_smoke: false,
             samples: None,
         }
     }
@@ -82,6 +85,7 @@ impl<'a> MediaPart<'a> {
             extinction,
             scattering: albedo * extinction,
             phase: grid.phase(),
+            is_smoke: true,
             samples: has_samples.then_some((grid, span)),
         }
     }
@@ -94,6 +98,7 @@ impl<'a> MediaPart<'a> {
             extinction: DVec3::ONE,
             scattering: ball.of.albedo().as_dvec3(),
             phase: ball.of.phase(),
+            is_smoke: true,
             samples: None,
         }
     }
@@ -101,6 +106,11 @@ impl<'a> MediaPart<'a> {
     /// How scattered light spreads over directions.
     pub fn phase(&self) -> PhaseFunction {
         self.phase
+    }
+
+    /// True if it is a grid or a particle.
+    pub(super) fn is_smoke(&self) -> bool {
+        self.is_smoke
     }
 
     /// True if it emits light of its own.
@@ -142,13 +152,29 @@ impl<'a> MediaPart<'a> {
             phase: self.phase,
         };
         if let Some((grid, span)) = self.samples {
-            let place = span.entry * (1.0 - share) + span.exit * share;
+            let place = span.place(share);
             if !grid.albedo_samples().is_empty() {
                 point.scattering *= grid.albedo_in(span.cell, place);
             }
             point.emission = grid.emission_in(span.cell, place);
         }
         point
+    }
+
+    /// The share of what it takes from light that it scatters, at `x` metres behind the start
+    /// of a piece of `length`; 0 in channels without extinction.
+    pub(super) fn albedo(&self, x: f64, length: f64) -> DVec3 {
+        let mut albedo = DVec3::select(
+            self.extinction.cmpgt(DVec3::ZERO),
+            self.scattering / self.extinction,
+            DVec3::ZERO,
+        );
+        if let Some((grid, span)) = self.samples
+            && !grid.albedo_samples().is_empty()
+        {
+            albedo *= grid.albedo_in(span.cell, span.place(share(x, length)));
+        }
+        albedo
     }
 
     /// The optical depth of the first `x` metres of a piece of `length`.

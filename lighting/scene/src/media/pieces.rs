@@ -163,13 +163,16 @@ impl<'a> MediaPieces<'a> {
         }
         self.parts.retain(|part| !part.is_nothing());
         self.at = end;
+        let length = end - start;
+        let depths = self.parts.iter().map(|part| part.depth_to(length, length));
         let piece = MediaPiece {
             start,
             end,
             depth_before: self.depth,
+            own_depth: depths.sum(),
             parts: &self.parts,
         };
-        self.depth += piece.optical_depth();
+        self.depth += piece.own_depth;
         Some(piece)
     }
 }
@@ -181,6 +184,7 @@ pub struct MediaPiece<'a> {
     start: f64,
     end: f64,
     depth_before: DVec3,
+    own_depth: DVec3,
     parts: &'a [MediaPart<'a>],
 }
 
@@ -203,6 +207,11 @@ impl<'a> MediaPiece<'a> {
     /// True if there is no medium on it.
     pub fn is_empty(&self) -> bool {
         self.parts.is_empty()
+    }
+
+    /// True if there is a grid or a particle on it.
+    pub fn has_smoke(&self) -> bool {
+        self.parts.iter().any(MediaPart::is_smoke)
     }
 
     /// True if something on it emits light of its own.
@@ -228,7 +237,7 @@ impl<'a> MediaPiece<'a> {
 
     /// The optical depth of this piece.
     pub fn optical_depth(&self) -> DVec3 {
-        self.own_depth_to(self.end)
+        self.own_depth
     }
 
     /// The optical depth from the start of the line to `t`, which is on this piece.
@@ -238,6 +247,12 @@ impl<'a> MediaPiece<'a> {
 
     /// The optical depth from the start of this piece to `t` on it.
     pub fn own_depth_to(&self, t: f64) -> DVec3 {
+        if t == self.end {
+            return self.own_depth;
+        }
+        if t == self.start {
+            return DVec3::ZERO;
+        }
         let length = self.end - self.start;
         let depths = self
             .parts
@@ -250,6 +265,12 @@ impl<'a> MediaPiece<'a> {
     /// this piece.
     pub fn scattering(&self, part: &MediaPart<'_>, t: f64) -> Scattering {
         part.at(t - self.start, self.end - self.start)
+    }
+
+    /// The share of what one of its [parts](MediaPiece::parts) takes from light that it
+    /// scatters, around `t` on this piece.
+    pub fn albedo(&self, part: &MediaPart<'_>, t: f64) -> DVec3 {
+        part.albedo(t - self.start, self.end - self.start)
     }
 
     /// The extinction coefficient at `t` on this piece, 1/m.

@@ -21,11 +21,10 @@ impl CellSpan {
     /// The part of it between `from` and `to`, both within it.
     #[must_use]
     pub fn part(&self, from: f64, to: f64) -> Self {
-        let length = self.to - self.from;
-        let at = |t: f64| {
-            let share = (t - self.from) / length;
-            self.entry * (1.0 - share) + self.exit * share
-        };
+        if (from, to) == (self.from, self.to) {
+            return *self;
+        }
+        let at = |t: f64| self.place((t - self.from) / (self.to - self.from));
         Self {
             cell: self.cell,
             from,
@@ -33,6 +32,11 @@ impl CellSpan {
             entry: at(from),
             exit: at(to),
         }
+    }
+
+    /// Where in the cell the line is after a share of the span.
+    pub(crate) fn place(&self, share: f64) -> DVec3 {
+        self.entry * (1.0 - share) + self.exit * share
     }
 }
 
@@ -48,6 +52,8 @@ pub struct CellWalk {
     direction: DVec3,
     cells: [u32; 3],
     cell: [u32; 3],
+    /// Where the line leaves the cell through a face of each axis.
+    leaving: [f64; 3],
     from: f64,
     end: f64,
 }
@@ -59,6 +65,7 @@ impl CellWalk {
             direction,
             cells,
             cell: [0; 3],
+            leaving: [f64::INFINITY; 3],
             from,
             end: to,
         };
@@ -79,8 +86,19 @@ impl CellWalk {
                 let place = start[axis] + walk.from * direction[axis];
                 (place.max(0.0) as u32).min(cells[axis] - 1)
             });
+            walk.leaving = [0, 1, 2].map(|axis| walk.leaves(axis));
         }
         walk
+    }
+
+    fn leaves(&self, axis: usize) -> f64 {
+        let step = self.direction[axis];
+        let face = f64::from(self.cell[axis]) + f64::from(u8::from(step > 0.0));
+        if step == 0.0 {
+            f64::INFINITY
+        } else {
+            (face - self.start[axis]) / step
+        }
     }
 
     fn place(&self, t: f64) -> DVec3 {
@@ -95,15 +113,7 @@ impl Iterator for CellWalk {
     fn next(&mut self) -> Option<CellSpan> {
         // A cell is left through one of three faces, never to come back.
         while self.from < self.end {
-            let leaving = [0, 1, 2].map(|axis| {
-                let step = self.direction[axis];
-                let face = f64::from(self.cell[axis]) + f64::from(u8::from(step > 0.0));
-                if step == 0.0 {
-                    f64::INFINITY
-                } else {
-                    (face - self.start[axis]) / step
-                }
-            });
+            let leaving = self.leaving;
             let axis = (0..3).fold(0, |a, b| if leaving[b] < leaving[a] { b } else { a });
             let to = leaving[axis].min(self.end);
             let span = (to > self.from).then(|| CellSpan {
@@ -121,6 +131,7 @@ impl Iterator for CellWalk {
             match next {
                 Some(next) if leaving[axis] < self.end => {
                     self.cell[axis] = next;
+                    self.leaving[axis] = self.leaves(axis);
                     self.from = self.from.max(to);
                 }
                 _ => self.from = self.end,

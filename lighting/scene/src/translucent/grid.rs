@@ -421,10 +421,11 @@ impl DensityGrid {
             return Cubic::constant(0.0);
         }
         let ends = [span.entry, span.exit];
-        let value = |i: usize| {
-            let (x, y, z) = (ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z);
-            trilinear(&corner, DVec3::new(x, y, z))
-        };
+        // Along x at either end, then y, then z.
+        let rows = ends.map(|end| [0, 2, 4, 6].map(|i| mix(corner[i], corner[i + 1], end.x)));
+        let slices = rows.map(|row| ends.map(|end| [0, 2].map(|i| mix(row[i], row[i + 1], end.y))));
+        let values = slices.map(|row| row.map(|[near, far]| ends.map(|end| mix(near, far, end.z))));
+        let value = |i: usize| values[i & 1][i >> 1 & 1][i >> 2];
         let third = 1.0 / 3.0;
         Cubic([
             scale * value(0),
@@ -481,9 +482,12 @@ impl DensityGrid {
     }
 }
 
+fn mix(a: f64, b: f64, t: f64) -> f64 {
+    a + (b - a) * t
+}
+
 /// Between the corners of a cell, in the order of [`DensityGrid::corners`].
 fn trilinear(corner: &[f64; 8], place: DVec3) -> f64 {
-    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
     let row = |i: usize| mix(corner[i], corner[i + 1], place.x);
     let slice = |i: usize| mix(row(i), row(i + 2), place.y);
     mix(slice(0), slice(4), place.z)
