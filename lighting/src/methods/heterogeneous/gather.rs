@@ -6,10 +6,10 @@ use glam::{DVec3, Vec3};
 use gpu_backend::{Backend, BufferOf, Cpu, Error};
 
 use super::memory::{MediaMemory, MediaOf};
-use super::steps::{Arriving, Limits, Line, Steps};
+use super::steps::{Arriving, Limits, Line, Steps, exp};
 use crate::eye_panes::Behind;
 use crate::gather::check_lengths;
-use crate::scene::{Emitter, Media, Medium, ScatteringAngle};
+use crate::scene::{Bounds, Emitter, Media, Medium, ScatteringAngle};
 use crate::visibility::PointVisibility;
 use crate::{EyePanes, Interval, LightPath, Ray, Watch};
 
@@ -98,11 +98,11 @@ fn along<V: PointVisibility>(
         ray.origin().as_dvec3(),
         ray.direction().as_dvec3().normalize(),
     );
-    let length = length_within(lit.media, origin, direction, [start, end]);
-    if length == 0.0 {
+    let lengths = lengths_within(lit.media, origin, direction, [start, end]);
+    if lengths.iter().all(|length| *length == 0.0) {
         return DVec3::ZERO;
     }
-    let limits = Limits::new(lit.steps, length, line.angle(start, end));
+    let limits = Limits::new(lit.steps, lengths, line.angle(start, end));
     let mut sum = DVec3::ZERO;
     // What the panes before a step let through.
     let seen = Cell::new(DVec3::ONE);
@@ -138,33 +138,38 @@ fn along<V: PointVisibility>(
     sum
 }
 
-/// About how far a line runs within media, for the length of steps: never less than it
-/// does, but that endless parts are as long as they are seen.
-fn length_within(media: &Media<'_>, origin: DVec3, direction: DVec3, line: [f64; 2]) -> f64 {
+/// About how far a line runs within smoke, and how far through fog, for the length of steps:
+/// of several fogs that which is seen the least far.
+fn lengths_within(media: &Media<'_>, origin: DVec3, direction: DVec3, line: [f64; 2]) -> [f64; 2] {
     /// In mean free paths.
     const SEEN: f64 = 10.0;
     let [start, end] = line;
-    let boxes = media.boxes().filter_map(|bounds| {
+    let inside = |bounds: Bounds| {
         let interval = Interval::new(start as f32, end as f32);
-        bounds.clip(origin.as_vec3(), direction.as_vec3(), interval)
-    });
-    let mut length: f64 = boxes.map(|inside| f64::from(inside.length())).sum();
+        bounds
+            .clip(origin.as_vec3(), direction.as_vec3(), interval)
+            .map_or(0.0, |inside| f64::from(inside.length()))
+    };
+    let smoke = media.smoke_boxes().map(inside).sum();
     let seen = |sigma: Vec3| match sigma.max_element() {
         0.0 => 0.0,
         sigma => SEEN / f64::from(sigma),
     };
-    if let Some(medium) = media.medium()
-        && medium.bounds().is_none()
-    {
-        length += (end - start).min(seen(medium.sigma_t()));
+    let mut fogs = [0.0; 2];
+    if let Some(medium) = media.medium() {
+        fogs[0] = match medium.bounds() {
+            Some(bounds) => inside(bounds),
+            None => (end - start).min(seen(medium.sigma_t())),
+        };
     }
     if let Some(fog) = media.height_fog() {
         let y = origin.y + start * direction.y;
         let sigma = fog.sigma_t() * (fog.density(y) as f32).max(f32::MIN_POSITIVE);
         let rise = SEEN * f64::from(fog.scale_height()) / direction.y.abs();
-        length += (end - start).min(rise.min(seen(sigma)));
+        fogs[1] = (end - start).min(rise.min(seen(sigma)));
     }
-    length
+    let [a, b] = fogs;
+    [smoke, if a > 0.0 && b > 0.0 { a.min(b) } else { a + b }]
 }
 
 /// The light that comes to a point of a ray through fog in closed form.
@@ -193,7 +198,7 @@ fn arriving(path: &LightPath<'_>, media: &Media<'_>, x: f64) -> Arriving {
     };
     let leg = even_depth(media, at, to_light, distance);
     Arriving {
-        light: light.as_dvec3() * (-leg).exp(),
+        light: light.as_dvec3() * exp(-leg),
         angle,
     }
 }

@@ -54,7 +54,7 @@ fn gather_media(
     var walk = light_media_walk(path.origin, path.direction, base, last);
     let first = path.start - base;
     var steps = light_media_steps(path, &walk, base, first, walk.end, scene.steps);
-    if steps.limits.length == 0.0 {
+    if all(steps.limits.lengths == vec2(0.0)) {
         return;
     }
     let panes = panes_of(i);

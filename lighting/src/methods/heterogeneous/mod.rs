@@ -26,14 +26,15 @@
 //! A ray has about N steps. A third of them is spread evenly over the length within
 //! media, a third over the angle at the light, a third over what is left of T: a step
 //! ends where it has had its share of any of the three. Under a sun there is no angle
-//! and it is halves.
+//! and it is halves. Where a ray runs through smoke and fog, either has half of the steps of
+//! even lengths, however far the fog is seen beside the smoke.
 //!
 //! # Error and cost
 //!
 //! What is not shadowed is right to the second order in the lengths of parts; shadows are
 //! sampled N times and converge with the first order at their edges and the second
-//! elsewhere. A ray
-//! visits each cell on its way once for every light.
+//! elsewhere. A ray visits each cell on its way once for every light, which is most of the
+//! time with few steps.
 //!
 //! # Emission
 //!

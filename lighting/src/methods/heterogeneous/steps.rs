@@ -80,8 +80,8 @@ const SMALL: f64 = 0.05;
 /// How far a step goes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits {
-    /// Of the length within media, m.
-    pub(super) length: f64,
+    /// Of the length within smoke, and of that through fog, m.
+    lengths: [f64; 2],
     /// Of the angle at the light.
     pub(super) angle: f64,
     /// Of what is left of the light.
@@ -92,13 +92,25 @@ pub(super) struct Limits {
 }
 
 impl Limits {
+    /// The length of a step on a piece.
+    fn length(&self, piece: &MediaPiece<'_>) -> f64 {
+        let [smoke, fog] = self.lengths;
+        if piece.has_smoke() { smoke } else { fog }
+    }
+
     /// Those of `steps` steps along a ray with so much of each.
-    pub(super) fn new(steps: u32, length: f64, angle: f64) -> Self {
+    pub(super) fn new(steps: u32, lengths: [f64; 2], angle: f64) -> Self {
         let share = f64::from(steps) / if angle > 0.0 { 3.0 } else { 2.0 };
         // A ray has at least one step.
         let share = share.max(1.0);
+        let each = match lengths {
+            [0.0, fog] => [fog; 2],
+            [smoke, 0.0] => [smoke; 2],
+            // Half of the steps for each.
+            [smoke, fog] => [2.0 * smoke, 2.0 * fog],
+        };
         Self {
-            length: length / share,
+            lengths: each.map(|length| length / share),
             angle: if angle > 0.0 {
                 angle / share
             } else {
@@ -137,6 +149,8 @@ pub(super) struct Steps<L, V> {
     scattered: Vec<(PhaseFunction, DVec3)>,
     /// Of the step: what comes to the eye, all of the light arriving.
     radiance: DVec3,
+    /// How far the pieces so far go, and what is left of the light there.
+    behind: (f64, DVec3),
 }
 
 /// A run of pieces.
@@ -201,6 +215,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             first: None,
             scattered: Vec::new(),
             radiance: DVec3::ZERO,
+            behind: (f64::NAN, DVec3::ONE),
         }
     }
 
@@ -211,12 +226,18 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             // A gap, over which the falloff must not be averaged.
             self.finish_part();
         }
+        let length = self.limits.length(piece);
+        // Smoke may want shorter steps than the fog before it.
+        self.step.last = self.step.last.min(from + self.grown(length, from));
         let mut start = from;
         let mut depth = piece.depth_to(start);
-        let mut before = exp(-depth);
+        let mut before = match self.behind {
+            (end, left) if end == start => left,
+            _ => exp(-depth),
+        };
         let all = piece.depth_to(to);
-        if to - start > LONG * self.limits.length {
-            start = self.first_seen(piece, [start, to], (depth, before));
+        if to - start > LONG * length {
+            start = self.first_seen(piece, [start, to], (depth, before), length);
             depth = piece.depth_to(start);
             before = exp(-depth);
         }
@@ -224,16 +245,21 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             if before.max_element() < NOTHING {
                 return false;
             }
+            let mut taken = -exp_m1(depth - all);
             // What is left of the piece, of every colour, is nothing to be seen.
-            if (before * -exp_m1(depth - all)).max_element() < NOTHING {
+            if (before * taken).max_element() < NOTHING {
                 return to < f64::INFINITY;
             }
-            self.begin(start, depth, before);
-            let end = self.end_of_part(piece, [start, to], depth);
-            let behind = piece.depth_to(end);
-            let own = behind - depth;
-            let lost = before * -exp_m1(-own);
-            self.scatter(piece, [start, end], lost, own);
+            self.begin(start, depth, before, length);
+            let end = self.end_of_part(piece, [start, to], [depth, all]);
+            let mut behind = all;
+            if end < to {
+                behind = piece.depth_to(end);
+                taken = -exp_m1(depth - behind);
+            }
+            let lost = before * taken;
+            let front = front_share((behind - depth).max_element(), taken.max_element());
+            self.scatter(piece, start + (end - start) * front, lost);
             self.part.end = end;
             // The channel of which most is left.
             let least = behind.min_element();
@@ -245,6 +271,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
                 self.finish_step();
             }
             (depth, before, start) = (behind, before - lost, end);
+            self.behind = (start, before);
         }
         true
     }
@@ -255,12 +282,13 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         piece: &MediaPiece<'_>,
         [start, to]: [f64; 2],
         (depth, before): (DVec3, DVec3),
+        mut step: f64,
     ) -> f64 {
         let is_seen = |x: f64| {
             let lost = before * -exp_m1(depth - piece.depth_to(x));
             lost.max_element() >= NOTHING
         };
-        let (mut unseen, mut step) = (start, self.limits.length);
+        let mut unseen = start;
         let mut seen = start + step;
         while seen < to && !is_seen(seen) {
             (unseen, step) = (seen, 2.0 * step);
@@ -288,17 +316,22 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         self.finish_step();
     }
 
+    /// A length of a step as it is at a distance.
+    fn grown(&self, length: f64, at: f64) -> f64 {
+        let first = self.first.unwrap_or(at);
+        length.max((at - first) * self.limits.growth)
+    }
+
     /// Begins a step and a part where there are none.
-    fn begin(&mut self, start: f64, depth: DVec3, before: DVec3) {
+    fn begin(&mut self, start: f64, depth: DVec3, before: DVec3, length: f64) {
         let Limits {
-            length,
             angle,
             transmittance,
-            growth,
+            ..
         } = self.limits;
         let least = depth.min_element();
-        let first = *self.first.get_or_insert(start);
-        let length = length.max((start - first) * growth);
+        self.first.get_or_insert(start);
+        let length = self.grown(length, start);
         if !self.step.is_open {
             let left = before.max_element() - transmittance;
             let deepest = if left > 0.0 {
@@ -315,8 +348,14 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         }
     }
 
-    /// Where what of a piece ends that fits into the part and the step.
-    fn end_of_part(&self, piece: &MediaPiece<'_>, [start, to]: [f64; 2], depth: DVec3) -> f64 {
+    /// Where what of a piece ends that fits into the part and the step; the optical depth is
+    /// `depth` at its start, and `all` at the end of the piece.
+    fn end_of_part(
+        &self,
+        piece: &MediaPiece<'_>,
+        [start, to]: [f64; 2],
+        [depth, all]: [DVec3; 2],
+    ) -> f64 {
         let mut end = to.min(self.part.last).min(self.step.last);
         if end == f64::INFINITY {
             let sigma = piece.extinction(start).max_element();
@@ -324,7 +363,8 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         }
         let deepest = self.part.deepest.min(self.step.deepest);
         let least = depth.min_element();
-        let own = piece.depth_to(end).min_element() - least;
+        let reached = if end == to { all } else { piece.depth_to(end) };
+        let own = reached.min_element() - least;
         let most = deepest - least;
         if own > UNEVEN * most {
             // It may all be at the end: halves, until no float is between.
@@ -358,10 +398,8 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         end.max(start.next_up())
     }
 
-    /// Adds what of a piece scatters, of which the ray loses `lost`.
-    fn scatter(&mut self, piece: &MediaPiece<'_>, [start, end]: [f64; 2], lost: DVec3, own: DVec3) {
-        // Dense media scatter at their front: the mean of x weighted by T.
-        let centroid = start + (end - start) * front_share(own.max_element());
+    /// Adds what is scattered of `lost`, which a piece takes from the ray around `centroid`.
+    fn scatter(&mut self, piece: &MediaPiece<'_>, centroid: f64, lost: DVec3) {
         let mut weight = 0.0;
         let mut add = |phase, scattered: DVec3| {
             weight += scattered.max_element();
@@ -372,8 +410,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         };
         // The share of what is lost that each medium scatters.
         if let [part] = piece.parts() {
-            let at = piece.scattering(part, centroid);
-            add(at.phase, share(at.scattering, at.extinction) * lost);
+            add(part.phase(), piece.albedo(part, centroid) * lost);
         } else {
             let extinction = piece.extinction(centroid);
             for part in piece.parts() {
@@ -437,7 +474,7 @@ fn of_each(x: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
     }
 }
 
-fn exp(x: DVec3) -> DVec3 {
+pub(super) fn exp(x: DVec3) -> DVec3 {
     of_each(x, f64::exp)
 }
 
@@ -445,12 +482,12 @@ fn exp_m1(x: DVec3) -> DVec3 {
     of_each(x, f64::exp_m1)
 }
 
-/// `1/τ − 1/(e^τ − 1)`: where on an even piece of this optical depth light is scattered in
-/// the mean, from 1/2 for thin ones to 0.
-fn front_share(depth: f64) -> f64 {
+/// `1/τ − 1/(e^τ − 1)`: where on an even piece of this optical depth, which takes
+/// `taken = 1 − e^−τ`, light is scattered in the mean, from 1/2 for thin ones to 0.
+fn front_share(depth: f64, taken: f64) -> f64 {
     if depth < 0.1 {
         // To 1e-8.
         return 0.5 - depth / 12.0 * (1.0 - depth * depth / 60.0);
     }
-    1.0 / depth - 1.0 / depth.exp_m1()
+    1.0 / depth - (1.0 - taken) / taken
 }

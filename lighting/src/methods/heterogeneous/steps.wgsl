@@ -24,7 +24,8 @@ const light_media_OPAQUE: f32 = 16.2;
 // How far a step goes, see `Limits`. The angle is at most a half turn;
 // `has_angle` is false where it is no limit.
 struct light_media_Limits {
-    length: f32,
+    // On pieces with smoke, and on others.
+    lengths: vec2<f32>,
     sin: f32,
     cos: f32,
     has_angle: bool,
@@ -114,13 +115,18 @@ fn light_media_turned(path: light_Path, steps: ptr<function, light_media_Steps>,
     return min(ahead, light_media_END);
 }
 
-// About how far the line runs within media, see `length_within`.
-fn light_media_length(walk: ptr<function, light_MediaWalk>, start: f32, end: f32) -> f32 {
+// About how far the line runs within smoke, and how far through fog, see `lengths_within`.
+fn light_media_lengths(
+    walk: ptr<function, light_MediaWalk>,
+    start: f32,
+    end: f32,
+) -> vec2<f32> {
     // In mean free paths.
     let seen = 10.0;
     let origin = (*walk).origin;
     let direction = (*walk).direction;
-    var length = 0.0;
+    var smoke = 0.0;
+    var even = 0.0;
     for (var i = 0u; i < light_media.boxes; i++) {
         let at = light_media.first_box + 2u * i;
         let inside = light_media_inside(
@@ -130,20 +136,28 @@ fn light_media_length(walk: ptr<function, light_MediaWalk>, start: f32, end: f32
             direction,
             vec2(start, end),
         );
-        length += max(inside.y - inside.x, 0.0);
+        let length = max(inside.y - inside.x, 0.0);
+        // The box of bounded fog is the first.
+        if i == 0u && light_media.even.bounded != 0u {
+            even = length;
+        } else {
+            smoke += length;
+        }
     }
     let sigma = light_media_most(light_media.even.sigma_t);
     if light_media.even.bounded == 0u && sigma > 0.0 {
-        length += min(end - start, seen / sigma);
+        even = min(end - start, seen / sigma);
     }
     let height = light_media.height;
     let most = light_media_most(height.sigma_t);
+    var thinning = 0.0;
     if most > 0.0 {
         let density = scn_height_density(height, origin.y + start * direction.y);
         let rise = seen * height.scale_height / max(abs(direction.y), 1e-18);
-        length += min(end - start, min(rise, seen / max(most * max(density, 1e-18), 1e-18)));
+        thinning = min(end - start, min(rise, seen / max(most * max(density, 1e-18), 1e-18)));
     }
-    return length;
+    let both = even > 0.0 && thinning > 0.0;
+    return vec2(smoke, select(even + thinning, min(even, thinning), both));
 }
 
 // The steps of a ray from `start` to `end`; `count` of them.
@@ -164,7 +178,13 @@ fn light_media_steps(
         angle = light_media_angle(path.h, start - steps.foot, end - steps.foot);
     }
     let share = max(f32(count) / select(2.0, 3.0, angle > 0.0), 1.0);
-    steps.limits.length = light_media_length(walk, start, end) / share;
+    let lengths = light_media_lengths(walk, start, end);
+    var each = vec2(max(lengths.x, lengths.y));
+    if all(lengths > vec2(0.0)) {
+        // Half of the steps for each.
+        each = 2.0 * lengths;
+    }
+    steps.limits.lengths = each / share;
     steps.limits.transmittance = 1.0 / share;
     steps.limits.growth = 1.0 / share;
     angle /= share;
@@ -180,6 +200,12 @@ fn light_media_run(start: f32, last: f32, depth: f32, deepest: f32) -> light_med
     return light_media_Run(true, start, start, last, deepest, full, 0.0, 0.0);
 }
 
+// A length of a step as it is at a distance.
+fn light_media_grown(steps: ptr<function, light_media_Steps>, length: f32, at: f32) -> f32 {
+    let first = select(at, (*steps).first, (*steps).has_first);
+    return max(length, (at - first) * (*steps).limits.growth);
+}
+
 // Begins a step and a part where there are none.
 fn light_media_begin(
     path: light_Path,
@@ -187,6 +213,7 @@ fn light_media_begin(
     start: f32,
     depth: vec3<f32>,
     before: vec3<f32>,
+    step_length: f32,
 ) {
     let limits = (*steps).limits;
     let least = light_media_least(depth);
@@ -195,7 +222,7 @@ fn light_media_begin(
         (*steps).first = start;
     }
     if !(*steps).step.is_open {
-        let length = max(limits.length, (start - (*steps).first) * limits.growth);
+        let length = light_media_grown(steps, step_length, start);
         let left = light_media_most(before) - limits.transmittance;
         var deepest = light_media_END;
         if left > 0.0 {
@@ -498,6 +525,9 @@ fn light_media_add(
         // A gap, over which the falloff must not be averaged.
         light_media_finish_part(path, walk, steps);
     }
+    let length = select((*steps).limits.lengths.y, (*steps).limits.lengths.x, (*walk).has_smoke);
+    // Smoke may want shorter steps than the fog before it.
+    (*steps).step.last = min((*steps).step.last, begin + light_media_grown(steps, length, begin));
     // From here on on the piece.
     var start = begin - (*walk).start;
     let to = select(stop - (*walk).start, light_media_END, stop >= light_media_END);
@@ -505,7 +535,6 @@ fn light_media_add(
     var own = light_media_own_depth(walk, start);
     var before = light_media_exp((*walk).depth + own);
     let whole = light_media_own_depth(walk, to);
-    let length = (*steps).limits.length;
     if to - start > light_media_LONG * length {
         start = light_media_first_seen(walk, start, to, own, before, length);
         own = light_media_own_depth(walk, start);
@@ -520,7 +549,7 @@ fn light_media_add(
         if light_media_most(before * rest) < light_media_NOTHING {
             return to < light_media_END;
         }
-        light_media_begin(path, steps, (*walk).start + start, (*walk).depth + own, before);
+        light_media_begin(path, steps, (*walk).start + start, (*walk).depth + own, before, length);
         let end = light_media_end_of_part(walk, steps, start, to, own);
         let behind = light_media_own_depth(walk, end);
         let grown = max(behind - own, vec3(0.0));

@@ -150,7 +150,9 @@ struct light_MediaWalk {
     // coefficients of a cubic.
     sigma: mat4x3<f32>,
     is_empty: bool,
-    // The same of each grid, where the tint is 1.
+    // Whether there is smoke on it, of a grid or of particles.
+    has_smoke: bool,
+    // The coefficients of each grid, where the tint is 1.
     cells: array<scn_Walk, light_media_MOST>,
     cubics: array<vec4<f32>, light_media_MOST>,
     // The particles that end behind the start of the piece, by where they begin: those
@@ -348,12 +350,14 @@ fn light_media_advance(walk: ptr<function, light_MediaWalk>) -> bool {
     (*walk).stop = stop;
     // Now that it is known where the piece ends, what is on it.
     var sigma = mat4x3<f32>(even, even, even, even);
+    var has_smoke = false;
     for (var i = 0u; i < light_media.grids; i++) {
         let cells = (*walk).cells[i];
         var cubic = vec4(0.0);
         if light_media_is_in(cells, start) {
             let grid = light_media_grid(i).grid;
             cubic = scn_cubic(grid, cells, start - cells.base, stop - cells.base);
+            has_smoke = has_smoke || any(cubic != vec4(0.0));
             let tint = grid.tint;
             sigma += mat4x3<f32>(cubic.x * tint, cubic.y * tint, cubic.z * tint, cubic.w * tint);
         }
@@ -364,6 +368,7 @@ fn light_media_advance(walk: ptr<function, light_MediaWalk>) -> bool {
         for (var i = 0u; i < count; i++) {
             let met = light_media_met(walk, i);
             if light_media_is_open(met, start) {
+                has_smoke = true;
                 let ball = met.ball;
                 let is_soft = light_media_kind(ball.kind).is_soft;
                 let cubic = scn_ball_cubic(
@@ -379,6 +384,7 @@ fn light_media_advance(walk: ptr<function, light_MediaWalk>) -> bool {
         }
     }
     (*walk).sigma = sigma;
+    (*walk).has_smoke = has_smoke;
     let most = max(max(sigma[0], sigma[1]), max(sigma[2], sigma[3]));
     (*walk).is_empty = all(most == vec3(0.0)) && all(light_media.height.sigma_t == vec3(0.0));
     return true;
