@@ -44,7 +44,8 @@ pub(crate) fn exp_neg(x: f32) -> f32 {
 #[inline(always)]
 pub(crate) fn exp_neg_4(x: f32x4) -> f32x4 {
     let number = f32x4::splat;
-    let x = x.fast_min(number(LAST));
+    // Not `fast_min`, which on some processors gives NaN for NaN.
+    let x = f32x4::from(x.to_array().map(|x| smaller(x, LAST)));
     let shifted = x * number(std::f32::consts::LOG2_E) + number(TO_INTEGER);
     let k = shifted - number(TO_INTEGER);
     let r = (k * number(LN_2_HIGH) - x) + k * number(LN_2_LOW);
@@ -108,7 +109,7 @@ impl Number for f32x4 {
 
     #[inline(always)]
     fn larger(self, other: Self) -> Self {
-        self.fast_max(other)
+        self.cmp_gt(other).blend(self, other)
     }
 
     #[inline(always)]
