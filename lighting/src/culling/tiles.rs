@@ -238,6 +238,7 @@ impl Bundle {
             farthest: lengths.fold(0.0, f64::max),
         }
     }
+
     /// A cone around the cones of some tiles.
     fn around<'a>(tiles: impl Iterator<Item = &'a Tile> + Clone) -> Self {
         let bundles = tiles.map(|tile| &tile.bundle);

@@ -40,7 +40,6 @@ struct Filters {
 impl Filters {
     fn new(mut all: Vec<Filter>) -> Self {
         // A product of the same factors in another order may differ in its last digit.
-        // Products of the same factors in another order may differ in their last digit.
         all.sort_unstable_by(|a, b| {
             let pairs = a.in_order().into_iter().zip(b.in_order());
             pairs.fold(Ordering::Equal, |so_far, (a, b)| {
