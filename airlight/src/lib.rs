@@ -112,7 +112,10 @@ pub trait Evaluator: Sync {
     /// f32, +∞ for a segment that contains the light.
     fn airlight(&self, sigma_t: f32, segment: &Segment) -> f32;
 
-    /// [`Evaluator::airlight`] of each segment of a batch.
+    /// [`Evaluator::airlight`] of each segment of a batch, with the same error bound.
+    /// Within that bound a value may depend on the other segments of the slice, as those
+    /// of a [`Quadrature`] do, unless the evaluator
+    /// [has independent batches](Evaluator::has_independent_batches).
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -121,6 +124,13 @@ pub trait Evaluator: Sync {
         for (segment, value) in segments.iter().zip(airlight) {
             *value = self.airlight(sigma_t, segment);
         }
+    }
+
+    /// Whether [`Evaluator::airlight_batch`] gives each segment the bits of
+    /// [`Evaluator::airlight`], whatever the others are. Callers that need these bits
+    /// take segments one by one otherwise.
+    fn has_independent_batches(&self) -> bool {
+        false
     }
 }
 

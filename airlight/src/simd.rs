@@ -4,7 +4,8 @@
 //! step is a loop over arrays that the compiler turns into vector
 //! instructions, compiled for AVX-512, for AVX2 and for what every processor has,
 //! and chosen when the program runs. No step fuses a multiplication with an addition, so
-//! that all levels, and a segment by itself, give the same bits.
+//! that all levels give the same bits, and for [`Table`](crate::Table) and
+//! [`SunTable`](crate::SunTable) those of a segment by itself.
 
 use std::f32::consts::LN_2;
 use std::ops::Range;

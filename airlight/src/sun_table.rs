@@ -238,6 +238,10 @@ impl Evaluator for SunTable {
             None => airlight.fill(0.0),
         }
     }
+
+    fn has_independent_batches(&self) -> bool {
+        true
+    }
 }
 
 struct Batch<'a> {

@@ -56,7 +56,8 @@ use piece::{Rule, Span};
 ///
 /// Batches are vectors for tolerances from 1e-5 up and for up to 5 nodes, and take a
 /// tenth of the time then. They keep the tolerance, but a segment may get more nodes
-/// for the sake of those beside it. Finer ones go through single segments.
+/// for the sake of those beside it: within the tolerance its value depends on the slice
+/// that it is in. Finer ones go through single segments.
 ///
 /// The light on the segment gives +∞; a length of 0, and numbers that are no
 /// lengths or no extinction, give 0, as with [`Exact`](crate::Exact).
@@ -121,7 +122,8 @@ impl<P: Phase> Quadrature<P> {
     /// With as few nodes as keep the relative error below `tolerance`, for a
     /// phase function as smooth as its [`peaks`](Phase::peaks) and its
     /// [`steepness`](Phase::steepness) say: those of this crate up to |g| = 0.9999
-    /// and |k| = 0.9999.
+    /// and |k| = 0.9999. Two batches that share a segment may differ there by as much
+    /// as the tolerance allows.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless the tolerance is between 1e-6 and 0.1 and

@@ -207,4 +207,8 @@ impl Evaluator for Table {
             None => airlight.fill(0.0),
         }
     }
+
+    fn has_independent_batches(&self) -> bool {
+        true
+    }
 }

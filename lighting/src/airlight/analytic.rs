@@ -52,7 +52,7 @@ impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
     }
 
     /// Parts in which the light shines alike in all directions as a batch of the
-    /// evaluator.
+    /// evaluator, if its batches are independent.
     fn radiances(
         &self,
         paths: &[LightPath<'_>],
@@ -60,6 +60,10 @@ impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
         radiances: &mut Vec<Vec3>,
     ) {
         let Some(path) = paths.first() else { return };
+        if !self.evaluator.has_independent_batches() {
+            let each = |&(path, interval): &(usize, _)| self.radiance(&paths[path], interval);
+            return radiances.extend(parts.iter().map(each));
+        }
         let first = radiances.len();
         radiances.resize(first + parts.len(), Vec3::ZERO);
         let radiances = &mut radiances[first..];

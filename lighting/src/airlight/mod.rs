@@ -98,6 +98,7 @@ mod tests {
             ),
         ];
         let table = airlight::Table::new(&PhaseFunction::Rayleigh, 8).unwrap();
+        let coarse = airlight::Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-3).unwrap();
         for (light, medium) in
             (lights.iter()).flat_map(|light| [(light, open), (light, open.within(bounds))])
         {
@@ -139,6 +140,11 @@ mod tests {
             let fallback = Quadrature::with_tolerance(PhaseFunction::Rayleigh, 1e-4).unwrap();
             check(
                 &Analytic::new(table.clone(), fallback.clone()),
+                &paths,
+                &parts,
+            );
+            check(
+                &Analytic::new(coarse.clone(), fallback.clone()),
                 &paths,
                 &parts,
             );
