@@ -25,6 +25,12 @@ use crate::node::Node;
 /// Ends of stretches that are priced together.
 const LANES: usize = 4;
 
+/// One in so many nodes of a stretch is where it is asked whether it costs too much.
+const LOOKS: usize = 4;
+
+/// Stretches from a node to so many times [`LANES`] ends are short.
+const SHORT: usize = 2;
+
 /// Keeps `N` of the first `len` nodes, or all if there are fewer: the first,
 /// the last, and those between that cost least together. Returns how many are
 /// left.
@@ -55,9 +61,27 @@ fn choose<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>(
     len: usize,
 ) -> [usize; N] {
     let mut paths = Paths::<N, W>::new(len);
+    // Areas only add up inside a stretch. So once the best curve of short stretches is known,
+    // the pricing of a long one can end where a curve with it would cost more than that.
+    let mut short = [[[f32x4::ZERO; SHORT]; N]; W];
+    let ends_early = if M::WEIGHS_AREA { len - 1 } else { 0 };
+    let short = &mut short.as_flattened_mut()[..ends_early];
+    for (i, all) in short.iter_mut().enumerate() {
+        for (costs, first) in all.iter_mut().zip(paths.firsts(i)) {
+            *costs = columns.costs::<L, M>(i, first, len, [0.0, f32::INFINITY]);
+            paths.extend::<M>(i, first, *costs);
+        }
+    }
+    let most = paths.total();
+    paths = Paths::new(len);
     for i in 0..len - 1 {
-        for first in (i + 1..paths.farthest(i) + 1).step_by(LANES) {
-            let costs = columns.costs::<L, M>(i, first, len);
+        let so_far = paths.least_to(i);
+        let known = short.get(i).map_or(&[][..], |all| all);
+        for (four, first) in paths.firsts(i).enumerate() {
+            let costs = match known.get(four) {
+                Some(costs) => *costs,
+                None => columns.costs::<L, M>(i, first, len, [so_far, most]),
+            };
             paths.extend::<M>(i, first, costs);
         }
     }
@@ -90,6 +114,11 @@ impl<const N: usize, const W: usize> Paths<N, W> {
         (i + self.len - N + 1).min(self.len - 1)
     }
 
+    /// The first of each of the ends of stretches from node `i` that are priced together.
+    fn firsts(&self, i: usize) -> impl Iterator<Item = usize> + use<N, W> {
+        (i + 1..self.farthest(i) + 1).step_by(LANES)
+    }
+
     /// The places in the chosen curve that node `i` can have.
     fn places(&self, i: usize) -> Range<usize> {
         i.saturating_sub(self.len - N).max(usize::from(i > 0))..(i + 1).min(N - 1)
@@ -101,6 +130,17 @@ impl<const N: usize, const W: usize> Paths<N, W> {
             Some(before) => self.best[before].as_flattened()[i],
             None => 0.0,
         }
+    }
+
+    /// Least cost of a curve from the first node to node `i`.
+    fn least_to(&self, i: usize) -> f32 {
+        let costs = self.places(i).map(|place| self.to(i, place));
+        costs.fold(f32::INFINITY, f32::min)
+    }
+
+    /// Cost of the best curve to the last node.
+    fn total(&self) -> f32 {
+        self.best[N - 2].as_flattened()[self.len - 1]
     }
 
     /// Goes on from node `i` to the nodes from `first` on, at these costs.
@@ -181,9 +221,17 @@ impl<const C: usize, const N: usize, const W: usize> Columns<C, N, W> {
     }
 
     /// Cost of the stretches from node `i` to the nodes from `first` on; what is
-    /// behind the last of `len` nodes means nothing.
+    /// behind the last of `len` nodes means nothing. Areas may be too small where all of
+    /// them and `so_far` are more than `most`; they are more even so.
     #[inline(always)]
-    fn costs<L: Rules, M: Cost>(&self, i: usize, first: usize, len: usize) -> f32x4 {
+    fn costs<L: Rules, M: Cost>(
+        &self,
+        i: usize,
+        first: usize,
+        len: usize,
+        [so_far, most]: [f32; 2],
+    ) -> f32x4 {
+        let [so_far, most_in_all] = [so_far, most].map(f32x4::splat);
         let depth = self.depth.as_flattened();
         let share = self.share.as_flattened();
         // A stretch of no length has nothing inside.
@@ -206,6 +254,9 @@ impl<const C: usize, const N: usize, const W: usize> Columns<C, N, W> {
                 if M::WEIGHS_AREA {
                     let off = f32x4::splat(transmittance[x]) - L::transmittances(chord);
                     costs += (f32x4::splat(share[x]) * off.abs()) & counts;
+                    if x % LOOKS == 0 && (so_far + costs).cmp_gt(most_in_all).all() {
+                        return costs;
+                    }
                 } else {
                     let (up, down) = (above[x - 1].max(above[x]), below[x - 1].max(below[x]));
                     let height = f32x4::splat(value[x]) - chord;
@@ -276,7 +327,11 @@ mod tests {
     fn costs<L: Rules, M: Cost>(nodes: &[Node<1>]) -> [f32; 2] {
         let len = nodes.len();
         let columns = Columns::<1, 8, 4>::new::<L>(nodes);
-        let of_stretch = |i: usize, j: usize| columns.costs::<L, M>(i, j, len).to_array()[0];
+        let of_stretch = |i: usize, j: usize| {
+            columns
+                .costs::<L, M>(i, j, len, [0.0, f32::INFINITY])
+                .to_array()[0]
+        };
         let of_stretches: Vec<Vec<f32>> = (0..len)
             .map(|i| {
                 (0..len)
