@@ -197,8 +197,8 @@ impl<'a> ShadowVolume<'a, Host> {
     }
 
     /// The visibility of the light from a visible point of a surface, in
-    /// [0, 1]. Which bias surfaces need, and where none is enough, [`Sampling`] says. A point that is not finite counts as one in the direction of the
-    /// light.
+    /// [0, 1]. [`Sampling`] says which bias surfaces need, and where none is enough. A point
+    /// that is not finite counts as one in the direction of the light.
     pub fn visibility(&self, point: impl Into<[f32; 3]>) -> f32 {
         let point = Vec3::from(point.into());
         let space = self.lattice.space();

@@ -153,6 +153,7 @@ fn what_has_no_tiles_or_no_bounds_says_so() {
     assert_eq!(tiles.reached(&sideways), Some(Vec::new()));
 }
 
+#[cfg(feature = "rayon")]
 #[test]
 fn tiles_do_not_depend_on_threads() {
     let mut random = Random::new(3);
@@ -276,6 +277,7 @@ fn lists_that_would_be_huge_are_refused() {
     assert!(fewer.entries() <= MOST_LISTED);
 }
 
+#[cfg(feature = "rayon")]
 #[test]
 fn lists_do_not_depend_on_threads() {
     let mut random = Random::new(6);

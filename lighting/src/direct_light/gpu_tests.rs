@@ -3,7 +3,7 @@
 use glam::Vec3;
 use gpu_backend::gpu::{GpuMemory, InShader};
 use gpu_backend::testing::{self, Shader};
-use gpu_backend::{Cpu, Download, Host, assert_same_layout};
+use gpu_backend::{Cpu, Download, assert_same_layout};
 use reference::random::Random;
 use reference::tolerances::Allowed;
 
@@ -155,7 +155,7 @@ fn shadows_on_points_of_both_backends_are_alike_whatever_the_lists() {
         let shadows = plates(&mut random, &rays, &emitters);
         let owned: Vec<BakedShadow> = shadows.iter().map(|shadow| (**shadow).clone()).collect();
         let size = FilterSize::new([1, 3, 9][set % 3]).unwrap();
-        let here = BakedShadows::<Host>::upload(&owned, &cpu).unwrap();
+        let here = BakedShadows::upload(&owned, &cpu).unwrap();
         let there = BakedShadows::upload(&owned, &gpu).unwrap();
         assert!(there.filtered(size).at_once() >= 30);
         let of = (&rays[..], &points[..]);
@@ -198,7 +198,7 @@ fn shadows_of_what_stays_and_of_what_moves_are_alike_on_both_backends() {
         let moving = scattered_plates(&mut random, &rays);
         let owned: Vec<BakedShadow> = shadows.iter().map(|shadow| (**shadow).clone()).collect();
         let size = FilterSize::new([1, 3, 9][set % 3]).unwrap();
-        let here = BakedShadows::<Host>::upload(&owned, &cpu).unwrap();
+        let here = BakedShadows::upload(&owned, &cpu).unwrap();
         let there = BakedShadows::upload(&owned, &gpu).unwrap();
         let casters = Casters::upload(&cpu, &moving).unwrap();
         let maps = MapsOfMany::render(&cpu, &casters, &emitters, 64).unwrap();

@@ -108,7 +108,7 @@ fn gather_fog(@builtin(global_invocation_id) at: vec3<u32>) {
         ends[s] = distance_of(depth_of(pixel, s), v);
         farthest = max(farthest, ends[s]);
         let inside = light_length_inside(scene.eye, direction, ends[s]);
-        // Smaller ones are no numbers.
+        // The exponential of what is deeper underflows.
         let depth = min(scene.medium.sigma_t.x * inside, 100.0);
         transmittance += exp(-depth) / f32(SAMPLES);
     }

@@ -15,8 +15,8 @@ pub struct FogFrame<'a> {
     /// where depths are reversed, else 1.
     pub empty_depth: f32,
     /// The distance from the eye at which the fog ends, m; positive, may be infinite. A short
-    /// reach makes shadows finer. Voxels reach no farther than ten mean free paths, and air
-    /// behind the last of them is as lit as that.
+    /// reach makes shadows finer. Voxels reach no farther than ten mean free paths into the
+    /// fog, and air behind the last of them is as lit as that.
     pub reach: f32,
     /// The fog.
     pub medium: &'a Medium,

@@ -66,7 +66,7 @@
 //! # Lights
 //!
 //! Each light with a shadow map is a voxelized shadow volume for each eye (the module
-//! [`voxelized`](crate::voxelized)), made in each frame in three dispatches and gathered in
+//! [`voxelized`](crate::voxelized)), made in each frame in a few dispatches and gathered in
 //! one; all lights without a map are one dispatch together. What is between two samples of
 //! the map is lost, and shadows are off by about a voxel of [`FogPass::with_voxels`]. The
 //! light of lit parts is integrated to a relative error of 1e-3.

@@ -60,18 +60,26 @@ impl View {
         }
     }
 
-    /// What is divided into voxels: all of the fog as far as it is seen.
+    /// What is divided into voxels: all of the fog as far as it is seen, which is ten mean
+    /// free paths behind where a line of sight enters it.
     pub(super) fn volume(&self, medium: &Medium, reach: f32) -> Eye {
         let corner = |x: f32, y: f32| (self.forward + x * self.right + y * self.up).truncate();
         let [start, end] = match medium.bounds() {
             None => [0.0, far_end(medium)],
             Some(bounds) => {
                 let nearest = self.eye.clamp(bounds.min(), bounds.max());
-                let corners = bounds.corners().map(|corner| corner.distance(self.eye));
-                [
-                    nearest.distance(self.eye),
-                    corners.into_iter().fold(0.0, f32::max),
-                ]
+                let outside = nearest.cmpne(self.eye);
+                let (mut entry, mut farthest) = (0.0_f32, 0.0_f32);
+                for corner in bounds.corners() {
+                    let distance = corner.distance(self.eye);
+                    farthest = farthest.max(distance);
+                    // Lines of sight enter through the faces that the eye sees from outside.
+                    if (corner.cmpeq(nearest) & outside).any() {
+                        entry = entry.max(distance);
+                    }
+                }
+                let start = nearest.distance(self.eye);
+                [start, farthest.min(entry + far_end(medium))]
             }
         };
         Eye {
@@ -100,6 +108,7 @@ mod tests {
     use glam::camera::rh::view::look_to_mat4;
 
     use super::*;
+    use crate::scene::{Bounds, PhaseFunction};
 
     #[test]
     fn depths_lead_back_to_points_whatever_the_projection() {
@@ -130,6 +139,27 @@ mod tests {
                     "{found} {w}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn voxels_end_ten_mean_free_paths_behind_the_entry_into_a_box() {
+        let fog = Medium::new([0.1; 3], [0.0; 3], PhaseFunction::Isotropic).unwrap();
+        let look = look_to_mat4(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y);
+        let matrix = perspective_infinite_reverse(1.1, 1.7, 0.1) * look;
+        let view = View::new(&matrix.to_cols_array_2d()).unwrap();
+        for (min, max, start, end) in [
+            // Around the eye, in front of it, and smaller than that.
+            ([-1e4; 3], [1e4; 3], 0.0, 100.0),
+            ([-3.0, -4.0, -1e4], [3.0, 4.0, -12.0], 12.0, 113.0),
+            ([-1.0, -4.0, -8.0], [1.0, 4.0, 0.0], 0.0, 9.0),
+            // A layer below, which is seen up to the horizon.
+            ([-300.0, -6.0, -300.0], [300.0, -5.0, 300.0], 5.0, 424.306),
+        ] {
+            let bounds = Bounds::new(Vec3::from(min), Vec3::from(max)).unwrap();
+            let depths = view.volume(&fog.within(bounds), f32::INFINITY).depths;
+            assert!((depths.start - start).abs() < 1e-3, "{depths:?}");
+            assert!((depths.end - end).abs() < 1e-3, "{depths:?}");
         }
     }
 

@@ -13,7 +13,7 @@ fn maps(resolution: u32, depth: Vec<f32>) -> ShadowMapAtlas<Host> {
 
 fn filled(resolution: u32, depth: &[f32], levels: u32) -> Vec<f32> {
     let mut maps = maps(resolution, depth.to_vec());
-    let cpu = Cpu::with_threads(2).unwrap();
+    let cpu = Cpu::new();
     cpu.fill_holes(&mut maps, levels).unwrap();
     maps.depth().clone()
 }

@@ -51,7 +51,7 @@ fn imperfect(
     points: u32,
     level: LevelOfDetail,
 ) -> ShadowMapAtlas<Host> {
-    let cpu = Cpu::with_threads(2).expect("two threads");
+    let cpu = Cpu::new();
     let casters = CasterPoints::sample(&cpu, geometry, 1 << 16).expect("few points");
     cpu.imperfect_maps(&casters, lights, 128, points, level)
         .expect("small maps")

@@ -452,9 +452,7 @@ mod tests {
     use glam::Quat;
 
     use super::*;
-    use glam::Vec2;
-
-    use crate::scene::{AlphaMode, Cone, Instance, Material, Mesh, Scene, Texture};
+    use crate::scene::{Cone, Mesh, Scene};
 
     /// A square of side 2 in the plane z = −2 and a far larger one at z = −6.
     fn casters() -> Casters<Host> {
@@ -564,7 +562,12 @@ mod tests {
 
     /// A card of side 2 at z = −2 with a pattern of holes, beside a pane of glass and
     /// what casts no shadow.
+    #[cfg(feature = "trace")]
     fn card() -> Geometry {
+        use glam::Vec2;
+
+        use crate::scene::{AlphaMode, Instance, Material, Texture};
+
         let square = |shift: f32, z: f32| {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(x, y)| Vec3::new(x + shift, y, z))
@@ -606,6 +609,7 @@ mod tests {
         Geometry::new(&scene).unwrap()
     }
 
+    #[cfg(feature = "trace")]
     #[test]
     fn texels_see_through_the_holes_of_a_mask() {
         let cpu = Cpu::new();

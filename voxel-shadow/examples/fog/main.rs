@@ -176,7 +176,7 @@ fn draw(screen: &Screen) -> Result<Vec<[f32; 4]>, Box<dyn std::error::Error>> {
         ..Default::default()
     });
 
-    // The shadow volume of it, in the same encoder: three dispatches.
+    // The shadow volume of it, in the same encoder: a few dispatches.
     let space = Space::new(Light::point(LAMP)?, EYE)?;
     let view = ViewVolume::perspective([0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.7, 0.7], 0.0, 30.0)?;
     let voxels = Resolution::new(512, 512, 256)?;

@@ -11,7 +11,7 @@ use super::*;
 use crate::methods::epipolar::MapRuns;
 use crate::scene::{Bounds, Cone, Emission, Geometry, Medium, Mesh, PhaseFunction, Scene};
 use crate::shadow_map::{Casters, RenderShadowMap};
-use crate::{Emitter, Interval, Ray};
+use crate::{Emitter, Ray};
 
 /// Texels per side of maps, no multiple of a cell. The axis of a light is in the middle of
 /// a texel: on a border it would be rounded to either side.
@@ -127,6 +127,7 @@ pub(super) fn case(number: u32, size: u32) -> Case {
 }
 
 /// What a ray may be off by, as a distance: its positions are rounded.
+#[cfg(feature = "trace")]
 fn rounding(ray: &Ray, x: f32) -> f32 {
     8.0 * f32::EPSILON * (ray.origin().abs().max_element() + x.abs() + 10.0)
 }
@@ -143,6 +144,7 @@ fn no_shadow_is_outside(
     rays_of_a_case: usize,
     made: impl Fn(&Geometry, &Emitter, ShadowVolumes<Host>) -> ShadowVolumes<Host>,
 ) {
+    use crate::Interval;
     use crate::scene::trace::Tracer;
     use crate::visibility::Exact;
 

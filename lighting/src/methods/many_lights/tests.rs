@@ -181,6 +181,7 @@ fn rays_need_not_be_those_of_the_pixels_in_order() {
         bits(&found)
     };
     assert!(on(Cpu::new()) == bits(&expected));
+    #[cfg(feature = "rayon")]
     assert!(on(Cpu::single_threaded()) == on(Cpu::with_threads(3).unwrap()));
 }
 
