@@ -6,8 +6,9 @@
 
 * kills: bakes and comparisons, N of each (100), are killed (SIGKILL) or told to end (SIGINT,
   SIGTERM) at random moments. A file or report that was there before must be as it was, or be
-  the new one as a whole; a bake that goes on from what is left must come to the same bytes; what
-  is left besides must have the names that `--help` states.
+  the new one as a whole, or be where `--help` says that an earlier report can be; a bake that
+  goes on from what is left must come to the same bytes; what is left besides must have the names
+  that `--help` states.
 * disk: a file may be no larger than a few kilobytes (RLIMIT_FSIZE), as on a disk that is full.
 * folder: the output is in a folder that is none, or cannot be written to.
 * memory: huge requests with little memory (RLIMIT_AS).
@@ -84,13 +85,14 @@ def run(asked, arguments, folder, limits=()):
 
 
 def judge(case, arguments, done, may_succeed=True):
-    """Whether a run that was not killed ended in words."""
+    """Counts how a run ended that was not killed, and whether it did so in words."""
     name = " ".join(arguments)
     if done is not None and done.returncode == -signal.SIGABRT and "memory allocation of" in done.stderr:
         case.outcomes["ended by the allocator"] += 1
-        return None
+        return
     if done is None:
-        return case.violated(f"{name}: not done in {LIMIT} s")
+        case.violated(f"{name}: not done in {LIMIT} s")
+        return
     case.outcomes["done" if done.returncode == 0 else f"exit code {done.returncode}"] += 1
     if done.returncode == 0 and not may_succeed:
         case.violated(f"{name}: succeeds")
@@ -100,7 +102,6 @@ def judge(case, arguments, done, may_succeed=True):
         case.violated(f"{name}: no error in words: {done.stderr.strip()[-300:]}")
     if "panicked" in done.stderr:
         case.violated(f"{name}: {done.stderr.strip()[-300:]}")
-    return None
 
 
 def stopped(asked, arguments, folder, after, by):
@@ -126,7 +127,9 @@ def kills(asked, folder, name, arguments, output, left):
     chance = random.Random(asked.seed)
     whole, other = folder / output, folder / "other"
     start = time.monotonic()
-    if judge(case, arguments, run(asked, arguments, folder)):
+    done = run(asked, arguments, folder)
+    judge(case, arguments, done)
+    if done is None or done.returncode:
         return case
     seconds = time.monotonic() - start
     fresh = digest(whole)
@@ -151,6 +154,9 @@ def kills(asked, folder, name, arguments, output, left):
         if "panicked" in said:
             case.violated(said.strip()[-300:])
         after = digest(whole)
+        if after is None:
+            # Killed between the two renames that replace a report.
+            after = next((digest(earlier) for earlier in folder.glob(".crepuscular-old-*/report")), None)
         if after not in (before, fresh) and (is_same_each_time or not is_report(whole)):
             case.violated(f"{output} is neither the old one nor whole after {by.name}")
         if code == 0 and after == before:
