@@ -52,7 +52,8 @@ for a comparison that measured nothing, for an error or a time that no method is
 and for hard cases with a violation, or 2 \
 if something is wrong with what was asked for, or 128 and the number of the signal that ended the \
 program: 130 after Ctrl-C. Files appear when they are complete; a program that is killed (SIGKILL) \
-can leave one behind beside them whose name begins with .crepuscular-, which can be deleted.";
+can leave one behind beside them whose name begins with .crepuscular-, which can be deleted; an \
+earlier report that was being replaced is in .crepuscular-old-… if its folder is missing.";
 
 /// Light and shadow in fog: which method, at which quality, is worth its time?
 ///

@@ -276,8 +276,15 @@ impl PendingFolder {
             retired = Some(folder);
         }
         if let Err(error) = fs::rename(self.folder.path(), &self.path) {
-            if let Some(folder) = &retired {
-                fs::rename(folder.path().join("report"), &self.path).map_err(fail)?;
+            if let Some(folder) = retired
+                && fs::rename(folder.path().join("report"), &self.path).is_err()
+            {
+                let kept = folder.keep().join("report");
+                return Err(Failure::new(format!(
+                    "{}; the earlier report is in {}",
+                    fail(error),
+                    kept.display()
+                )));
             }
             return Err(fail(error));
         }

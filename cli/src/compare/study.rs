@@ -52,9 +52,8 @@ pub(crate) struct LeftOut {
     pub(crate) why: String,
 }
 
-/// A line for each reason, which names the first few things and counts the others.
+/// A line for each reason, with the names of all things that it is true of.
 pub(crate) fn described<'a>(left_out: impl IntoIterator<Item = &'a LeftOut>) -> String {
-    const NAMED: usize = 3;
     let mut lines: Vec<(&'a str, Vec<&'a str>)> = Vec::new();
     for LeftOut { what, why } in left_out {
         match lines.iter_mut().find(|(reason, _)| reason == why) {
@@ -62,14 +61,7 @@ pub(crate) fn described<'a>(left_out: impl IntoIterator<Item = &'a LeftOut>) -> 
             None => lines.push((why, vec![what])),
         }
     }
-    let line = |(why, all): (&str, Vec<&str>)| {
-        let named = all[..all.len().min(NAMED)].join(", ");
-        let others = match all.len().saturating_sub(NAMED) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        format!("left out: {named}{others} ({why})\n")
-    };
+    let line = |(why, all): (&str, Vec<&str>)| format!("left out: {} ({why})\n", all.join(", "));
     lines.into_iter().map(line).collect()
 }
 
@@ -436,7 +428,7 @@ pub(crate) mod tests {
         let mut left_out = all.to_vec();
         left_out.insert(1, of("x", NO_TIME));
         let expected =
-            format!("left out: a, b, c and 2 more (not asked for)\nleft out: x ({NO_TIME})\n");
+            format!("left out: a, b, c, d, e (not asked for)\nleft out: x ({NO_TIME})\n");
         assert_eq!(described(&left_out), expected);
         assert_eq!(described(&[]), "");
     }
