@@ -397,7 +397,7 @@ def main():
                 return match.group(0)
             try:
                 written = WRITERS[match.group(2)](rows)
-            except KeyError:
+            except LookupError:
                 # A quick comparison, or one whose time was short.
                 missing.append(f"all of {match.group(2)}")
                 return match.group(0)
