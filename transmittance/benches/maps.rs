@@ -156,8 +156,11 @@ where
     let receivers = receivers();
     let mut results = backend.zeros(receivers.len())?;
     let receivers = backend.upload(&receivers)?;
-    for filter in [Filter::Nearest, Filter::Bilinear] {
-        let name = format!("{name} {filter:?}").to_lowercase();
+    for filter in [Filter::Nearest, Filter::Bilinear, Filter::Square(3)] {
+        let name = match filter {
+            Filter::Square(side) => format!("{name} {side} x {side}"),
+            other => format!("{name} {other:?}").to_lowercase(),
+        };
         group.bench_function(BenchmarkId::new(backend.name(), name), |bench| {
             bench.iter(|| {
                 backend.query_map(&map, &receivers, filter, &mut results)?;

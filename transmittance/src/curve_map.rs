@@ -158,7 +158,7 @@ impl<T, const C: usize> CurveMap<T, C> {
 impl<T: Evaluate<C>, const C: usize> CurveMap<T, C> {
     /// Share of the light that gets to a receiver, per channel. The error of a
     /// filtered result is at most that of the worst of its texels, and 4
-    /// roundings.
+    /// roundings; of a [`Filter::Square`] of k texels per side, 2 k + 6.
     #[must_use]
     pub fn transmittance(&self, receiver: Receiver, filter: Filter) -> [f32; C] {
         let texel = |index: usize| self.texels[index].evaluate(receiver.depth);

@@ -8,6 +8,22 @@ pub enum Filter {
     /// Transmittances of the four texels around, weighted.
     #[default]
     Bilinear,
+    /// The mean over a square of so many texels per side with the point at its centre: softer
+    /// shadows, with less noise of single texels. A texel counts as far as the square covers
+    /// it, so the result changes without steps as the point moves. `Square(1)` is
+    /// [`Filter::Bilinear`], `Square(0)` is [`Filter::Nearest`]. Costs (side + 1)² lookups.
+    Square(u8),
+}
+
+impl Filter {
+    /// Texels per side of the square over which the mean is taken, 0 for the nearest texel.
+    pub fn side(self) -> u8 {
+        match self {
+            Self::Nearest => 0,
+            Self::Bilinear => 1,
+            Self::Square(side) => side,
+        }
+    }
 }
 
 /// A point whose share of the light is wanted.
@@ -33,13 +49,13 @@ pub(crate) fn filtered<const C: usize>(
         return [1.0; C];
     }
     let [x, y] = position;
-    match filter {
-        Filter::Nearest => {
+    match filter.side() {
+        0 => {
             // The conversion cuts off what is outside, and makes 0 of NaN.
             let (x, y) = ((x as usize).min(width - 1), (y as usize).min(height - 1));
             texel(y * width + x)
         }
-        Filter::Bilinear => {
+        1 => {
             let ([left, right], u) = neighbours(x, width);
             let ([above, below], v) = neighbours(y, height);
             let row = |y: usize| {
@@ -50,7 +66,40 @@ pub(crate) fn filtered<const C: usize>(
             // Rounding may leave the range of the four by an ULP.
             std::array::from_fn(|c| (above[c] + (below[c] - above[c]) * v).clamp(0.0, 1.0))
         }
+        side => {
+            let mean = 1.0 / (f32::from(side) * f32::from(side));
+            let mut sum = [0.0; C];
+            for (y, of_row) in covered(y, side, height) {
+                let mut row = [0.0; C];
+                for (x, of_column) in covered(x, side, width) {
+                    let texel = texel(y * width + x);
+                    row = std::array::from_fn(|c| row[c] + texel[c] * of_column);
+                }
+                sum = std::array::from_fn(|c| sum[c] + row[c] * of_row);
+            }
+            sum.map(|sum| (sum * mean).clamp(0.0, 1.0))
+        }
     }
+}
+
+/// The texels that `side` texels around a position reach into, and how much of each they
+/// cover; beside the map it is the texel at its rim.
+fn covered(position: f32, side: u8, count: usize) -> impl Iterator<Item = (usize, f32)> {
+    // NaN is 0.
+    let position = position.max(0.0).min(count as f32);
+    let start = position - 0.5 * f32::from(side);
+    let first = start.floor();
+    let beside = start - first;
+    (0..=side).map(move |i| {
+        let covered = match i {
+            0 => 1.0 - beside,
+            _ if i == side => beside,
+            _ => 1.0,
+        };
+        // The conversion cuts off what is before the first.
+        let texel = ((first + f32::from(i)) as usize).min(count - 1);
+        (texel, covered)
+    })
 }
 
 /// The two texels around a position, and the weight of the second.

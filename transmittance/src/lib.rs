@@ -65,7 +65,8 @@
 //!   ([`SegmentLists`]), in memory that does not depend on their number;
 //! * [`CaptureSegments`] makes such lists of segments that come in any order, at
 //!   will sorted from front to back;
-//! * [`QueryMap`] answers receivers, nearest or bilinear.
+//! * [`QueryMap`] answers receivers from the nearest texel, the four around, or a square of
+//!   them ([`Filter`]).
 //!
 //! The module `gpu` (feature `wgsl`) says what shaders can do with the same curves.
 //!

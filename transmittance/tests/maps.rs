@@ -70,6 +70,14 @@ fn clouds(tile: &Tile, put: &mut dyn FnMut([usize; 2], BlockerSegment)) {
     }
 }
 
+/// Of each kind.
+const FILTERS: [Filter; 4] = [
+    Filter::Nearest,
+    Filter::Bilinear,
+    Filter::Square(2),
+    Filter::Square(7),
+];
+
 #[test]
 fn maps_do_not_depend_on_threads() -> Result<(), Error> {
     let build =
@@ -82,7 +90,7 @@ fn maps_do_not_depend_on_threads() -> Result<(), Error> {
             depth: (i % 101) as f32,
         })
         .collect();
-    for filter in [Filter::Nearest, Filter::Bilinear] {
+    for filter in FILTERS {
         let mut many = vec![[0.0]; receivers.len()];
         one.transmittances(&Cpu::new(), &receivers, filter, &mut many)?;
         for (receiver, many) in receivers.iter().zip(many) {
@@ -208,11 +216,11 @@ fn bilinear_filtering_weighs_the_four_around() -> Result<(), Error> {
     }
     let corners = [
         (-5.0, -5.0, 0.0, 0.0),
-        (9.0, 9.0, 2.5, 2.5),
-        (f32::NAN, 1.5, 0.5, 1.5),
+        (9.0, 9.0, 3.0, 3.0),
+        (f32::NAN, 1.5, 0.0, 1.5),
     ];
     for (x, y, like_x, like_y) in corners {
-        for filter in [Filter::Nearest, Filter::Bilinear] {
+        for filter in FILTERS {
             assert_eq!(at(x, y, filter), at(like_x, like_y, filter), "{x} {y}");
         }
     }
@@ -225,6 +233,39 @@ fn bilinear_filtering_weighs_the_four_around() -> Result<(), Error> {
 }
 
 #[test]
+fn a_square_is_the_mean_of_the_bilinear_lookups_in_it() -> Result<(), Error> {
+    let extent = [23, 9];
+    let map = CurveMap::<Packed<8>>::build(&Cpu::new(), extent, &Stream::<8>::new(), &clouds)?;
+    for i in 0..500 {
+        // Beside the map, too, and on the borders of texels.
+        let position = [(i % 61) as f32 * 0.5 - 3.0, (i % 47) as f32 * 0.31 - 1.0];
+        let depth = (i % 101) as f32;
+        let at = |position, filter| map.transmittance(Receiver { position, depth }, filter)[0];
+        let same = [
+            (Filter::Square(0), Filter::Nearest),
+            (Filter::Square(1), Filter::Bilinear),
+        ];
+        for (a, b) in same {
+            assert_eq!(at(position, a), at(position, b));
+        }
+        for side in [2, 3, 8, 40_u8] {
+            // The centre counts as in the map, which is what the others are around.
+            let [x, y] = [0, 1].map(|axis| position[axis].clamp(0.0, extent[axis] as f32));
+            let offset = |i: u8| f32::from(i) - 0.5 * f32::from(side - 1);
+            let of_row = |j| (0..side).map(move |i| [x + offset(i), y + offset(j)]);
+            let all = (0..side).flat_map(of_row);
+            let sum: f64 = all.map(|at_| f64::from(at(at_, Filter::Bilinear))).sum();
+            let mean = sum / f64::from(side).powi(2);
+            // As many roundings as are documented.
+            let error = f64::from(2 * u32::from(side) + 6) * f64::from(f32::EPSILON);
+            let found = f64::from(at(position, Filter::Square(side)));
+            assert!((found - mean).abs() <= error, "{found} for {mean}, {side}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
 fn sizes_that_cannot_be_are_errors_and_empty_maps_are_clear() -> Result<(), Error> {
     let nothing = |_: &Tile, _: &mut dyn FnMut([usize; 2], BlockerSegment)| {};
     for extent in [[usize::MAX, 2], [1 << 40, 1 << 20]] {
@@ -232,7 +273,7 @@ fn sizes_that_cannot_be_are_errors_and_empty_maps_are_clear() -> Result<(), Erro
         assert!(matches!(error.unwrap_err(), Error::TooLarge { .. }));
     }
     let empty = CurveMap::<Packed<8>>::build(&Cpu::new(), [0, 5], &Curve::<8>::new(), &nothing)?;
-    for filter in [Filter::Nearest, Filter::Bilinear] {
+    for filter in FILTERS {
         assert_eq!(empty.transmittance(Receiver::default(), filter), [1.0]);
     }
     let mismatch = empty.transmittances(&Cpu::new(), &[], Filter::Nearest, &mut [[0.0]]);
@@ -278,7 +319,7 @@ where
     for (index, texel) in map.texels().iter().enumerate() {
         assert_eq!(*texel, words.texel(index % 37, index / 37));
     }
-    for filter in [Filter::Nearest, Filter::Bilinear] {
+    for filter in FILTERS {
         cpu.query_map(&words, &receivers, filter, &mut answers)?;
         for (receiver, answer) in receivers.iter().zip(&answers) {
             assert_eq!(map.transmittance(*receiver, filter), [*answer]);

@@ -42,6 +42,6 @@ fn fragment(pixel: Pixel) -> @location(0) vec4<f32> {
         albedo = 0.6;
     }
     let position = (point.xz - light.low) / light.size * f32(light.texels);
-    let share = avsm_filtered(vec2(light.texels), position, light.top - point.y, true)[0];
+    let share = avsm_filtered(vec2(light.texels), position, light.top - point.y, 1u)[0];
     return vec4(vec3(albedo * share), share);
 }

@@ -13,17 +13,37 @@ fn avsm_nearest(position: f32, count: u32) -> u32 {
     return min(u32(clamp(select(0.0, position, position > 0.0), 0.0, f32(count))), count - 1u);
 }
 
+// Where `side` texels around a position begin.
+fn avsm_square_start(position: f32, side: u32, count: u32) -> f32 {
+    return clamp(select(0.0, position, position > 0.0), 0.0, f32(count)) - 0.5 * f32(side);
+}
+
+// How much of its texel number i such a square covers, along one side.
+fn avsm_covered(i: u32, side: u32, start: f32) -> f32 {
+    let beside = start - floor(start);
+    return select(select(1.0, beside, i == side), 1.0 - beside, i == 0u);
+}
+
+// That texel; beside the map it is the one at its rim.
+fn avsm_square_texel(i: u32, start: f32, count: u32) -> u32 {
+    return u32(clamp(floor(start) + f32(i), 0.0, f32(count - 1u)));
+}
+
 // Share of the light that gets to a receiver, per channel, from a map of
-// `extent` texels, at least one. Texel centres are at 0.5, 1.5, ...
+// `extent` texels, at least one. Texel centres are at 0.5, 1.5, ... The mean over a square of
+// `side` texels per side: 0 for the nearest texel, 1 for the four around.
 fn avsm_filtered(
     extent: vec2<u32>,
     position: vec2<f32>,
     depth: f32,
-    is_bilinear: bool,
+    side: u32,
 ) -> array<f32, avsm_CHANNELS> {
-    if !is_bilinear {
+    if side == 0u {
         let texel = avsm_nearest(position.y, extent.y) * extent.x + avsm_nearest(position.x, extent.x);
         return avsm_transmittances(texel, depth);
+    }
+    if side > 1u {
+        return avsm_square(extent, position, depth, side);
     }
     let x = avsm_neighbours(position.x, extent.x);
     let y = avsm_neighbours(position.y, extent.y);
@@ -38,6 +58,38 @@ fn avsm_filtered(
         let above = a[i] + (b[i] - a[i]) * x.z;
         let below = c[i] + (d[i] - c[i]) * x.z;
         result[i] = clamp(above + (below - above) * y.z, 0.0, 1.0);
+    }
+    return result;
+}
+
+// That of two and more texels per side.
+fn avsm_square(
+    extent: vec2<u32>,
+    position: vec2<f32>,
+    depth: f32,
+    side: u32,
+) -> array<f32, avsm_CHANNELS> {
+    let left = avsm_square_start(position.x, side, extent.x);
+    let top = avsm_square_start(position.y, side, extent.y);
+    var result: array<f32, avsm_CHANNELS>;
+    for (var i = 0u; i <= side; i++) {
+        let row = avsm_square_texel(i, top, extent.y) * extent.x;
+        var sum: array<f32, avsm_CHANNELS>;
+        for (var j = 0u; j <= side; j++) {
+            let texel = avsm_transmittances(row + avsm_square_texel(j, left, extent.x), depth);
+            let weight = avsm_covered(j, side, left);
+            for (var c = 0u; c < avsm_CHANNELS; c++) {
+                sum[c] += texel[c] * weight;
+            }
+        }
+        let weight = avsm_covered(i, side, top);
+        for (var c = 0u; c < avsm_CHANNELS; c++) {
+            result[c] += sum[c] * weight;
+        }
+    }
+    let mean = 1.0 / f32(side * side);
+    for (var c = 0u; c < avsm_CHANNELS; c++) {
+        result[c] = clamp(result[c] * mean, 0.0, 1.0);
     }
     return result;
 }

@@ -112,16 +112,18 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> WgslR
 ///     extent: vec2<u32>,
 ///     position: vec2<f32>,
 ///     depth: f32,
-///     is_bilinear: bool,
+///     side: u32,
 /// ) -> array<f32, avsm_CHANNELS>
 /// ```
 ///
 /// The same between texels of a map of `extent` texels, at least one: `position` is in
 /// texels, whose centres are at 0.5, 1.5, …; beside the map the texel at its rim answers.
+/// `side` is that of [`Filter`](crate::Filter): 0 asks the nearest texel, 1 the four around,
+/// and k takes the mean over k × k texels, with (k + 1)² lookups.
 /// Of a curve with one channel:
 ///
 /// ```wgsl
-/// let light = avsm_filtered(extent, position, depth, true)[0];
+/// let light = avsm_filtered(extent, position, depth, 1u)[0];
 /// ```
 ///
 /// ```wgsl

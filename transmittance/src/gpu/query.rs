@@ -16,7 +16,7 @@ pub(super) struct Parameters {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) count: u32,
-    pub(super) is_bilinear: u32,
+    pub(super) side: u32,
 }
 
 /// All parts of the shader.
@@ -42,7 +42,7 @@ impl<P: WgslStored<C>, E: Encode, const C: usize> QueryMap<P, C> for Gpu<E> {
             height: if has_texels { height as u32 } else { 0 },
             // More are refused by the dispatch.
             count: receivers.len() as u32,
-            is_bilinear: u32::from(filter == Filter::Bilinear),
+            side: filter.side().into(),
         };
         self.dispatch(
             &Kernel {

@@ -9,7 +9,7 @@ struct Parameters {
     width: u32,
     height: u32,
     count: u32,
-    is_bilinear: u32,
+    side: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -36,7 +36,7 @@ fn query(
     if extent.x > 0u && extent.y > 0u {
         let receiver = receivers[i];
         let position = vec2(receiver.position[0], receiver.position[1]);
-        result = avsm_filtered(extent, position, receiver.depth, parameters.is_bilinear != 0u);
+        result = avsm_filtered(extent, position, receiver.depth, parameters.side);
     } else {
         for (var c = 0u; c < avsm_CHANNELS; c++) {
             result[c] = 1.0;

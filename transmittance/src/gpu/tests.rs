@@ -48,7 +48,7 @@ where
             width,
             height,
             count,
-            is_bilinear
+            side
         }
     );
     assert_same_layout!(query, "Receiver", Receiver { position, depth });

@@ -88,7 +88,7 @@ fn lookups_agree_within_the_stated_error() {
     fn check<P: WgslStored + From<Curve<8>>>(gpu: &Gpu<Queued>) {
         let map = clouds::<P>();
         let receivers = receivers();
-        for filter in [Filter::Nearest, Filter::Bilinear] {
+        for filter in [Filter::Nearest, Filter::Bilinear, Filter::Square(3)] {
             let found = asked(gpu, &map, &receivers, filter);
             let mut worst = 0.0_f32;
             for (receiver, found) in receivers.iter().zip(found) {

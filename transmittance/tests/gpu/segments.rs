@@ -226,7 +226,7 @@ fn maps_without_texels_are_clear_and_wrong_lengths_are_errors() {
     let none: Streams = Vec::new();
     let map = made::<_, Packed<8>, 1>(&gpu, &Curve::<8>::new(), &none);
     let receivers = [Receiver::default(); 3];
-    for filter in [Filter::Nearest, Filter::Bilinear] {
+    for filter in [Filter::Nearest, Filter::Bilinear, Filter::Square(3)] {
         assert_eq!(asked(&gpu, &map, &receivers, filter), [1.0; 3]);
     }
     let there = map.upload(&gpu).unwrap();

@@ -5,8 +5,8 @@ use std::fmt::Debug;
 use gpu_backend::Host;
 use gpu_backend::gpu::{Argument, Encode, Gpu, GpuMemory, InShader};
 use gpu_backend::shader::Part;
+use transmittance::Stored;
 use transmittance::gpu::{WgslStored, lookup_parts};
-use transmittance::{Filter, Stored};
 
 use super::map::CurveMemory;
 use super::{TransmittanceMap, TransmittanceMapError};
@@ -59,9 +59,8 @@ impl<T: WgslStored + Debug> InShader<PointSlot> for TransmittanceMap<GpuMemory, 
     }
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
-        let is_bilinear = self.filter() == Filter::Bilinear;
         vec![
-            ("BILINEAR", f64::from(u8::from(is_bilinear))),
+            ("SIDE", f64::from(self.filter().side())),
             ("FACE_WORDS", f64::from(self.face_words())),
             ("COLOURS", f64::from(u8::from(self.channels() == 3))),
         ]

@@ -6,7 +6,8 @@
 //   light_curve_words: array<u32>, the curves of face after face, and of colour after
 //   colour where there are several
 
-override BILINEAR: bool = true;
+// Texels per side of the filter, 0 for the nearest texel.
+override SIDE: u32 = 1u;
 // Words of the curves of a face.
 override FACE_WORDS: u32 = 0u;
 // Whether red, green and blue have curves of their own.
@@ -34,13 +35,13 @@ fn light_curves_visibility(point: vec3<f32>) -> vec3<f32> {
     light_curve_face = index * FACE_WORDS;
     let extent = vec2(light_curves.resolution);
     let depth = light_depth_of(face, v);
-    let red = avsm_filtered(extent, texel, depth, BILINEAR)[0];
+    let red = avsm_filtered(extent, texel, depth, SIDE)[0];
     if !COLOURS {
         return vec3(red);
     }
     let words = light_curves.face_count * FACE_WORDS;
     light_curve_face += words;
-    let green = avsm_filtered(extent, texel, depth, BILINEAR)[0];
+    let green = avsm_filtered(extent, texel, depth, SIDE)[0];
     light_curve_face += words;
-    return vec3(red, green, avsm_filtered(extent, texel, depth, BILINEAR)[0]);
+    return vec3(red, green, avsm_filtered(extent, texel, depth, SIDE)[0]);
 }
