@@ -1,6 +1,6 @@
 // The fog before the surfaces of a picture: entry point. One invocation per pixel.
 //
-// Needs a part with the depths, and the part lights.wgsl.
+// Needs a part with the depths, and the parts lights.wgsl and lit_parts.wgsl.
 
 struct Scene {
     medium: light_Medium,
@@ -68,28 +68,8 @@ fn airlight_before(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     return sum;
 }
 
-// The light of all lit parts of a path; those that touch are joined.
-fn airlight_of(path: light_Path) -> vec3<f32> {
-    var cursor = light_cursor(path);
-    // The last interval that was found and has not been evaluated yet.
-    var part = light_dark();
-    var sum = vec3(0.0);
-    loop {
-        let next = light_next_lit(&cursor, path);
-        let is_last = light_is_dark(next);
-        if !is_last && all(next.visibility == part.visibility) && next.start == part.end {
-            part.end = next.end;
-            continue;
-        }
-        if !light_is_dark(part) {
-            sum += part.visibility * airlight_before(path, part.start, part.end);
-        }
-        if is_last {
-            break;
-        }
-        part = next;
-    }
-    return sum;
+fn light_of_part(path: light_Path, part: light_Lit) -> vec3<f32> {
+    return part.visibility * airlight_before(path, part.start, part.end);
 }
 
 @compute @workgroup_size(8, 8)
@@ -122,7 +102,7 @@ fn gather_fog(@builtin(global_invocation_id) at: vec3<u32>) {
         many_number = light;
         let path = light_path(ray, i);
         if path.start < path.end {
-            sum += vec4(airlight_of(light_off_the_light(path)), 0.0);
+            sum += vec4(light_of_parts(light_off_the_light(path), true), 0.0);
         }
     }
     fog[i] = sum;

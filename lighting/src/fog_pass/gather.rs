@@ -11,7 +11,7 @@ use super::{DepthLayers, FogFrame};
 use crate::Emitter;
 use crate::airlight::Quadrature;
 use crate::gpu::scene::MediumRecord;
-use crate::gpu::{AirlightSlot, VisibilitySlot, assembly};
+use crate::gpu::{AirlightSlot, LIT_PARTS, VisibilitySlot, assembly};
 use crate::methods::many_lights::gpu::{LIGHTS, first_texel, table};
 
 /// `Scene` of `fog.wgsl`.
@@ -124,7 +124,7 @@ pub(super) fn shader<V: InShader<VisibilitySlot>>(
         1 => include_str!("depth.wgsl"),
         _ => include_str!("depth_of_samples.wgsl"),
     };
-    let mut shader = assembly(&[LIGHTS, depths, include_str!("fog.wgsl")]);
+    let mut shader = assembly(&[LIGHTS, LIT_PARTS, depths, include_str!("fog.wgsl")]);
     shader.fill::<VisibilitySlot>(&V::part())?;
     shader.fill::<AirlightSlot>(&Quadrature::part())?;
     Ok(shader)

@@ -8,7 +8,7 @@ use gpu_backend::shader::Assembly;
 use gpu_backend::{Buffer, Error};
 
 use super::scene::{EmitterRecord, MediumRecord, Scene};
-use super::{ARC, AirlightSlot, DIRECTIONAL, LIT, NUMERIC, PANES, PATH, VisibilitySlot};
+use super::{ARC, AirlightSlot, DIRECTIONAL, LIT, LIT_PARTS, NUMERIC, PANES, PATH, VisibilitySlot};
 use crate::gather::check_lengths;
 use crate::{Gather, LitRays, Touching};
 
@@ -33,7 +33,7 @@ where
     V: InShader<VisibilitySlot>,
     A: InShader<AirlightSlot>,
 {
-    let mut shader = assembly(&[PANES, include_str!("gather.wgsl")]);
+    let mut shader = assembly(&[PANES, LIT_PARTS, include_str!("gather.wgsl")]);
     shader.fill::<VisibilitySlot>(&V::part())?;
     shader.fill::<AirlightSlot>(&A::part())?;
     Ok(shader)

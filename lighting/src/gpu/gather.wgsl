@@ -1,4 +1,6 @@
 // The airlight of a bundle of rays: entry point. One invocation per ray.
+//
+// Needs the parts panes.wgsl and lit_parts.wgsl.
 
 struct Scene {
     emitter: light_Emitter,
@@ -30,6 +32,35 @@ fn light_cookie(index: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(table[index].xyz);
 }
 
+// The next pane, the one after the last, and what those before let through.
+var<private> pane: u32;
+var<private> panes_end: u32;
+var<private> seen: vec3<f32>;
+
+// The light of a lit part behind the panes, in as many pieces as they cut it into.
+fn light_of_part(path: light_Path, part: light_Lit) -> vec3<f32> {
+    var sum = vec3(0.0);
+    var start = part.start;
+    loop {
+        var end = part.end;
+        while pane < panes_end {
+            let behind = pane_behind(pane);
+            if behind.w > start {
+                end = min(end, behind.w);
+                break;
+            }
+            seen = behind.xyz;
+            pane += 1u;
+        }
+        sum += seen * (part.visibility * light_airlight(path, start, end));
+        start = end;
+        if !(start < part.end) {
+            return sum;
+        }
+    }
+    return sum;
+}
+
 @compute @workgroup_size(64)
 fn gather(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -44,47 +75,10 @@ fn gather(
     if !(unmoved.start < unmoved.end) {
         return;
     }
-    let path = light_off_the_light(unmoved);
-    var cursor = light_cursor(path);
-    // The next pane, the one after the last, and what those before let through.
     let panes = panes_of(i);
-    var pane = panes.x;
-    var seen = vec3(1.0);
-    // The last interval that was found and has not been evaluated yet.
-    var part = light_dark();
-    var sum = vec3(0.0);
-    loop {
-        let next = light_next_lit(&cursor, path);
-        let is_last = light_is_dark(next);
-        let is_same = all(next.visibility == part.visibility);
-        if scene.joined != 0u && !is_last && is_same && next.start == part.end {
-            part.end = next.end;
-            continue;
-        }
-        if !light_is_dark(part) {
-            var start = part.start;
-            loop {
-                var end = part.end;
-                while pane < panes.y {
-                    let behind = pane_behind(pane);
-                    if behind.w > start {
-                        end = min(end, behind.w);
-                        break;
-                    }
-                    seen = behind.xyz;
-                    pane += 1u;
-                }
-                sum += seen * (part.visibility * light_airlight(path, start, end));
-                start = end;
-                if !(start < part.end) {
-                    break;
-                }
-            }
-        }
-        if is_last {
-            break;
-        }
-        part = next;
-    }
+    pane = panes.x;
+    panes_end = panes.y;
+    seen = vec3(1.0);
+    let sum = light_of_parts(light_off_the_light(unmoved), scene.joined != 0u);
     radiance[i] = vec4(radiance[i].xyz + sum, radiance[i].w);
 }

@@ -7,6 +7,7 @@
 //! ```text
 //! airlight::gpu::PHASE                     phase functions
 //! NUMERIC  PATH  ARC  DIRECTIONAL  LIT     what every part may use
+//! lit_parts.wgsl                           the loop over the lit parts of a ray
 //! panes.wgsl  gather.wgsl                  entry point, rays and panes before them,
 //!                                          light, medium
 //! the part in the VisibilitySlot           light_cursor, light_next_lit
@@ -80,6 +81,8 @@ pub const ARC: &str = include_str!("arc.wgsl");
 pub const DIRECTIONAL: &str = include_str!("directional.wgsl");
 /// Lit parts of a path.
 pub const LIT: &str = include_str!("lit.wgsl");
+/// The light of all lit parts of a path, for the entry points of gathers.
+pub(crate) const LIT_PARTS: &str = include_str!("lit_parts.wgsl");
 /// What covers parts of rays before the eye, for the entry points of gathers.
 pub(crate) const PANES: &str = include_str!("panes.wgsl");
 /// Which points of masked triangles are holes.

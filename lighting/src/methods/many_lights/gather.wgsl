@@ -1,7 +1,7 @@
 // The airlight of a bundle of rays due to many lights: entry point. One invocation per
 // ray, tile by tile.
 //
-// Needs the part lights.wgsl.
+// Needs the parts lights.wgsl and lit_parts.wgsl.
 
 struct Scene {
     medium: light_Medium,
@@ -28,29 +28,8 @@ struct Scene {
 @group(0) @binding(3) var<storage> lists: array<u32>;
 @group(0) @binding(4) var<storage, read_write> radiance: array<vec4<f32>>;
 
-// The airlight of a path due to the light that is being gathered.
-fn many_airlight(path: light_Path) -> vec3<f32> {
-    var cursor = light_cursor(path);
-    // The last interval that was found and has not been evaluated yet.
-    var part = light_dark();
-    var sum = vec3(0.0);
-    loop {
-        let next = light_next_lit(&cursor, path);
-        let is_last = light_is_dark(next);
-        let is_same = all(next.visibility == part.visibility);
-        if scene.joined != 0u && !is_last && is_same && next.start == part.end {
-            part.end = next.end;
-            continue;
-        }
-        if !light_is_dark(part) {
-            sum += part.visibility * light_airlight(path, part.start, part.end);
-        }
-        if is_last {
-            break;
-        }
-        part = next;
-    }
-    return sum;
+fn light_of_part(path: light_Path, part: light_Lit) -> vec3<f32> {
+    return part.visibility * light_airlight(path, part.start, part.end);
 }
 
 @compute @workgroup_size(64)
@@ -77,7 +56,7 @@ fn gather_many(
         many_number = scene.first + light;
         let path = light_path(rays[i], i);
         if path.start < path.end {
-            sum += many_airlight(light_off_the_light(path));
+            sum += light_of_parts(light_off_the_light(path), scene.joined != 0u);
         }
     }
     radiance[i] = vec4(sum, radiance[i].w);

@@ -10,7 +10,7 @@ use crate::Emitter;
 use crate::Touching;
 use crate::culling::TileLights;
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
-use crate::gpu::{AirlightSlot, VisibilitySlot, assembly};
+use crate::gpu::{AirlightSlot, LIT_PARTS, VisibilitySlot, assembly};
 use crate::visibility::Unshadowed;
 
 /// *Which parts of this ray see this one of many lights?* A part defines what one in the
@@ -85,7 +85,7 @@ where
     V: InShader<ManyVisibilitySlot>,
     A: InShader<AirlightSlot>,
 {
-    let mut shader = assembly(&[LIGHTS, include_str!("gather.wgsl")]);
+    let mut shader = assembly(&[LIGHTS, LIT_PARTS, include_str!("gather.wgsl")]);
     shader.fill::<ManyVisibilitySlot>(&V::part())?;
     shader.fill::<AirlightSlot>(&A::part())?;
     Ok(shader)
