@@ -6,7 +6,7 @@ use crepuscular_tests::frames::{image, inputs};
 use glam::{Quat, Vec3};
 use gpu_backend::Cpu;
 use lighting::methods::{Entry, FrameInputs, Method, Registry, Role, Store, Verdict};
-use lighting::plan::{Plan, Reason};
+use lighting::plan::{Pass, Plan, Reason, Subject};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::view::View;
@@ -228,4 +228,51 @@ fn methods_and_the_plan_leave_out_the_same_by_the_same_conditions() {
             !plan.emitters().is_empty() && !frame.has_cookies()
         );
     }
+}
+
+#[test]
+fn what_is_dynamic_and_casts_no_shadow_changes_no_bit_of_the_picture() {
+    let methods = Registry::standard();
+    let exact = methods.pair("exact", "quadrature", None).unwrap();
+    let quality = exact.about().usual;
+    let mut scene = TestScene::new(Embedded::Traffic, 48, 27);
+    let mut random = Random::new(33);
+    // Lamps before the surfaces in view, some of them among what moves.
+    let surfaces: Vec<Vec3> = (scene.rays.iter().zip(&scene.hits))
+        .filter(|(_, hit)| hit.is_some())
+        .map(|(ray, _)| ray.at(ray.length() - 0.3))
+        .collect();
+    scene.emitters = (0..60)
+        .map(|_| {
+            let position = surfaces[random.below(surfaces.len() as u32) as usize];
+            let range = random.between(0.5, 8.0);
+            Emitter::point(position, Vec3::ONE, range, Emission::Isotropic).unwrap()
+        })
+        .collect();
+    let host = Store::new();
+    let plan = Plan::of_frame(&inputs(&scene, 64, &host)).unwrap();
+    let left_out = plan.left_out().iter().find_map(|part| match &part.subject {
+        Subject::DynamicMaps(emitters) => Some((emitters.clone(), part.reason, part.saving)),
+        _ => None,
+    });
+    let (still, reason, saving) = left_out.unwrap();
+    assert_eq!(reason, Reason::ReachesNothingDynamic);
+    assert_eq!(saving.texels, 64 * 64 * 6 * still.len() as u64);
+    let moving = plan.passes().iter().find_map(|pass| match pass {
+        Pass::DynamicMaps { emitters } => Some(emitters.len()),
+        _ => None,
+    });
+    let moving = moving.unwrap();
+    assert!(still.len() > 5 && moving > 5, "{} {moving}", still.len());
+    scene.emitters = still
+        .iter()
+        .map(|index| scene.emitters[*index].clone())
+        .collect();
+    let whole = picture(&scene, &exact, quality);
+    scene.geometry = scene.geometry.static_part().unwrap().clone();
+    scene.tracer = Tracer::new(&scene.geometry);
+    assert_eq!(picture(&scene, &exact, quality), whole);
+    let plan = Plan::of_frame(&inputs(&scene, 64, &host)).unwrap();
+    let reasons = plan.left_out().iter().map(|part| part.reason);
+    assert!(reasons.clone().any(|reason| reason == Reason::NothingMoves));
 }

@@ -15,8 +15,9 @@ impl Plan {
     }
 
     /// The same plan, of the emitters, the medium and the rays of a frame, with what the
-    /// frame says besides: which lights have nothing in their way, and what methods leave
-    /// out by themselves, by the conditions that they ask.
+    /// frame says besides: which lights have nothing in their way, which shadows can be
+    /// precomputed for all frames, and what methods leave out by themselves, by the conditions
+    /// that they ask.
     ///
     /// The points of area lights are not asked, as methods choose their own, and no light is
     /// where the medium is not the same everywhere.
@@ -42,6 +43,7 @@ impl Plan {
         if inputs.media().is_homogeneous() {
             self.find_unshadowed(inputs)?;
         }
+        self.find_dynamic(inputs);
         let gathered = self.emitters.iter().map(|index| &inputs.emitters[*index]);
         let reasons = [
             (
@@ -72,6 +74,27 @@ impl Plan {
             }
         }
         Ok(self)
+    }
+
+    /// What methods with precomputed shadows make once, and what they make again.
+    fn find_dynamic(&mut self, inputs: &FrameInputs<'_>) {
+        let is_shadowed = |index: &usize| !self.unshadowed.contains(index);
+        let shadowed: Vec<usize> = self.emitters.iter().copied().filter(is_shadowed).collect();
+        if shadowed.is_empty() {
+            return;
+        }
+        let (moving, still): (Vec<usize>, Vec<usize>) =
+            (shadowed.iter()).partition(|index| inputs.dynamic_reached(**index).is_some());
+        self.passes.push(Pass::Bakes { emitters: shadowed });
+        if !moving.is_empty() {
+            self.passes.push(Pass::DynamicMaps { emitters: moving });
+        }
+        let reason = match inputs.geometry.dynamic_part() {
+            None => Reason::NothingMoves,
+            Some(_) => Reason::ReachesNothingDynamic,
+        };
+        let saving = shadow_maps(inputs, &still);
+        self.leave_out(still, Subject::DynamicMaps, reason, saving);
     }
 
     fn find_unshadowed(&mut self, inputs: &FrameInputs<'_>) -> Result<(), MethodError> {

@@ -19,6 +19,19 @@ pub enum Pass {
         /// Indices of the emitters.
         emitters: Vec<usize>,
     },
+    /// For precomputed methods: shadows of all that stays, made once for all frames.
+    Bakes {
+        /// Indices of the emitters.
+        emitters: Vec<usize>,
+    },
+    /// For precomputed methods: shadow maps of the [dynamic] casters alone, made anew when
+    /// these have moved.
+    ///
+    /// [dynamic]: crate::scene::Geometry::dynamic_part
+    DynamicMaps {
+        /// Indices of the emitters.
+        emitters: Vec<usize>,
+    },
     /// For equi-angular methods: steps of equal angle at these emitters.
     EquiAngularSteps {
         /// Indices of the emitters.
@@ -67,6 +80,8 @@ pub enum Subject {
     Emitters(Vec<usize>),
     /// The shadows of these emitters in the air, and their shadow maps.
     Shadows(Vec<usize>),
+    /// For precomputed methods, shadow maps of the dynamic casters for these emitters.
+    DynamicMaps(Vec<usize>),
     /// Steps of equal angle.
     EquiAngularSteps,
     /// Lists of the lights of each tile of the picture.
@@ -97,6 +112,10 @@ pub enum Reason {
     NeverMeetsTheView,
     /// No caster is between the light and the air that the view shows.
     NothingInTheWay,
+    /// No caster is marked as dynamic.
+    NothingMoves,
+    /// The light shines on no dynamic caster.
+    ReachesNothingDynamic,
     /// Parallel light is seen from everywhere under one direction.
     OnlyDirectionalLight,
     /// [Culling](crate::culling::is_worthwhile) has too little to choose from.

@@ -50,6 +50,13 @@ impl fmt::Display for Pass {
             Self::Airlight { emitters } => ("airlight of", emitters),
             Self::Unshadowed { emitters } => ("in closed form, airlight of", emitters),
             Self::ShadowMaps { emitters } => ("if marched or voxelized, shadow map of", emitters),
+            Self::Bakes { emitters } => {
+                ("if precomputed, once for all frames, shadows of", emitters)
+            }
+            Self::DynamicMaps { emitters } => (
+                "if precomputed, whenever it moves, shadow map of what is dynamic for",
+                emitters,
+            ),
             Self::EquiAngularSteps { emitters } => {
                 ("if asked for, equi-angular steps at", emitters)
             }
@@ -64,6 +71,9 @@ impl fmt::Display for Subject {
             Self::Airlight => f.write_str("airlight"),
             Self::Emitters(emitters) => write!(f, "airlight of {}", list(emitters)),
             Self::Shadows(emitters) => write!(f, "shadows in the air of {}", list(emitters)),
+            Self::DynamicMaps(emitters) => {
+                write!(f, "shadow map of what is dynamic for {}", list(emitters))
+            }
             Self::EquiAngularSteps => f.write_str("equi-angular steps"),
             Self::LightLists => f.write_str("lists of the lights of each tile"),
             Self::Atlas => f.write_str("an atlas of the points of area lights"),
@@ -83,6 +93,8 @@ impl fmt::Display for Reason {
             Self::Dark => "no intensity",
             Self::NeverMeetsTheView => "range and cone never meet the view inside the medium",
             Self::NothingInTheWay => "no caster is between the light and the air of the view",
+            Self::NothingMoves => "nothing is dynamic",
+            Self::ReachesNothingDynamic => "the light shines on nothing that is dynamic",
             Self::FewBoundedLights => "fewer than eight lights have a range or a cone",
             Self::NoArea => "no light has an area",
             Self::NoCookie => "no light has a cookie",
