@@ -30,7 +30,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 RECORD = ROOT / "tests" / "kernel_ratios.json"
 
 # The benches, and for each group its kernels with the peer of each.
-BENCHES = [("crepuscular-airlight", "evaluators")]
+BENCHES = [("crepuscular-airlight", "evaluators"), ("crepuscular-tests", "exact")]
 KERNELS = {
     "easy": {
         "table/isotropic, 64 KiB": "sun/512",
@@ -54,6 +54,8 @@ KERNELS = {
         "table/isotropic, 64 KiB": "sun/512",
         "march/isotropic, 64 KiB": "sun/512",
     },
+    "exact/city": {"together": "ray by ray"},
+    "exact/hairball": {"together": "ray by ray"},
 }
 
 
