@@ -72,7 +72,7 @@ pub(crate) fn of_surfaces(
         let lists = PointLists::of_picture(&cpu, view.rays(), view.width(), own);
         let medium = input.scene.medium.as_ref();
         let lit = LitPoints {
-            at_once: filtered.at_once(),
+            lights_per_dispatch: filtered.lights_per_dispatch(),
             ..LitPoints::new(&points, own, &lists, medium)
         };
         let Some(maps) = moving else {
@@ -82,7 +82,11 @@ pub(crate) fn of_surfaces(
         let maps = maps.filtered(filter.width());
         let lit = LitPoints {
             // The loops of both end within the turns that there are for those of one.
-            at_once: (filtered.at_once().min(maps.at_once()) / 2).max(1),
+            lights_per_dispatch: (filtered
+                .lights_per_dispatch()
+                .min(maps.lights_per_dispatch())
+                / 2)
+            .max(1),
             ..lit
         };
         gpu.add_direct_light(&lit, &Both(filtered, maps), &mut sums)?;

@@ -103,8 +103,8 @@ where
         let lists = self.upload(&lit.lists.words())?;
         let parts = shader::<V>()?.finish(PARTS);
         let constants = shadows.constants();
-        let at_once = lit.at_once.clamp(1, longest);
-        for entry in (0..longest).step_by(at_once) {
+        let lights_per_dispatch = lit.lights_per_dispatch.clamp(1, longest);
+        for entry in (0..longest).step_by(lights_per_dispatch) {
             let scene = Scene {
                 medium: lit
                     .medium
@@ -113,7 +113,7 @@ where
                 points: lit.points.len() as u32,
                 lists: lit.lists.lists() as u32,
                 entry: entry as u32,
-                most: at_once as u32,
+                most: lights_per_dispatch as u32,
                 cookies: first_texel(lit.emitters.len()),
                 padding_a: 0,
                 padding_b: 0,

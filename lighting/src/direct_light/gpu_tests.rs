@@ -84,10 +84,10 @@ where
     let uploaded = backend.upload(points).unwrap();
     let culled = PointLists::of_picture(&Cpu::new(), rays, WIDTH, emitters);
     let all = PointLists::all(points.len(), emitters.len());
-    let lit = |lists: &PointLists, at_once| {
+    let lit = |lists: &PointLists, lights_per_dispatch| {
         let mut found = backend.upload(&before(points.len())).unwrap();
         let lit = LitPoints {
-            at_once,
+            lights_per_dispatch,
             ..LitPoints::new(&uploaded, emitters, lists, medium)
         };
         backend.add_direct_light(&lit, shadows, &mut found).unwrap();
@@ -157,7 +157,7 @@ fn shadows_on_points_of_both_backends_are_alike_whatever_the_lists() {
         let size = FilterSize::new([1, 3, 9][set % 3]).unwrap();
         let here = BakedShadows::upload(&owned, &cpu).unwrap();
         let there = BakedShadows::upload(&owned, &gpu).unwrap();
-        assert!(there.filtered(size).at_once() >= 30);
+        assert!(there.filtered(size).lights_per_dispatch() >= 30);
         let of = (&rays[..], &points[..]);
         let found = check_lists(&gpu, of, &emitters, None, &there.filtered(size));
         let expected = check_lists(&cpu, of, &emitters, None, &here.filtered(size));
@@ -206,7 +206,7 @@ fn shadows_of_what_stays_and_of_what_moves_are_alike_on_both_backends() {
         let maps_there = maps.upload(&gpu).unwrap();
         let of = (&rays[..], &points[..]);
         let mapped = maps.filtered(size.width());
-        assert!(mapped.at_once() >= 100);
+        assert!(mapped.lights_per_dispatch() >= 100);
         let both = Both(here.filtered(size), mapped);
         let both_there = Both(there.filtered(size), maps_there.filtered(size.width()));
         let found = check_lists(&gpu, of, &emitters, None, &both_there);

@@ -97,7 +97,7 @@ pub struct LitPoints<'a, M: Memory> {
     pub medium: Option<&'a Medium>,
     /// Entries of each list that one dispatch takes on a GPU, at least 1; the others are
     /// those of the next ones.
-    pub at_once: usize,
+    pub lights_per_dispatch: usize,
 }
 
 impl<'a, M: Memory> LitPoints<'a, M> {
@@ -113,7 +113,7 @@ impl<'a, M: Memory> LitPoints<'a, M> {
             emitters,
             lists,
             medium,
-            at_once: usize::MAX,
+            lights_per_dispatch: usize::MAX,
         }
     }
 }

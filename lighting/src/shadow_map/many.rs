@@ -178,10 +178,10 @@ impl<'a, M: Memory> FilteredMapsOfMany<'a, M> {
     }
 
     /// Lights of a point that one dispatch should take, as
-    /// [`LitPoints::at_once`](crate::direct_light::LitPoints::at_once): as many as take some
+    /// [`LitPoints::lights_per_dispatch`](crate::direct_light::LitPoints::lights_per_dispatch): as many as take some
     /// 50,000 turns of loops. One light alone takes more with filters that are wider than
     /// some 200 texels.
-    pub fn at_once(&self) -> usize {
+    pub fn lights_per_dispatch(&self) -> usize {
         let texels = f64::from(self.width()).powi(2) + f64::from(self.width());
         (MOST_TURNS / texels).max(1.0) as usize
     }

@@ -150,8 +150,8 @@ where
         let lists = self.upload(&words(lit.lists))?;
         let parts = shader::<V, A>()?.finish(PARTS);
         let constants = [visibility.constants(), airlight.constants()].concat();
-        let at_once = lit.at_once.clamp(1, longest);
-        for entry in (0..longest).step_by(at_once) {
+        let lights_per_dispatch = lit.lights_per_dispatch.clamp(1, longest);
+        for entry in (0..longest).step_by(lights_per_dispatch) {
             let mut arguments = visibility.arguments();
             arguments.extend(airlight.arguments());
             let scene = Scene {
@@ -162,7 +162,7 @@ where
                 joined: u32::from(lit.touching == Touching::Joined),
                 first: lit.first as u32,
                 entry: entry as u32,
-                most: at_once as u32,
+                most: lights_per_dispatch as u32,
                 cookies: first_texel(lit.emitters.len()),
                 padding: 0,
             };

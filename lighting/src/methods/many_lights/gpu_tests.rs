@@ -92,11 +92,11 @@ where
     let culled = TileLights::new(&Cpu::new(), &tiles, emitters).unwrap();
     let all = TileLights::all(&tiles, emitters.len());
     let uploaded = gpu.upload(rays).unwrap();
-    let picture = |lists: &TileLights<'_>, at_once| {
+    let picture = |lists: &TileLights<'_>, lights_per_dispatch| {
         let mut found = gpu.upload(&before(rays.len())).unwrap();
         let lit = LitByMany {
             touching,
-            at_once,
+            lights_per_dispatch,
             ..LitByMany::new(&uploaded, emitters, lists, &medium)
         };
         gpu.gather_many(&lit, sources, airlight, &mut found)

@@ -245,14 +245,14 @@ where
                 })?;
                 let emitters = &rest[..count];
                 // The lines of a cookie may take all turns that there are.
-                let at_once = match emitters.iter().any(|emitter| texels(emitter) > 0) {
+                let lights_per_dispatch = match emitters.iter().any(|emitter| texels(emitter) > 0) {
                     true => 1,
                     false => (MOST_TURNS / turns).max(1.0) as usize,
                 };
                 let lit = LitByMany {
                     first: start - all.start,
                     touching: sources.about().touching,
-                    at_once,
+                    lights_per_dispatch,
                     watch: inputs.watch,
                     ..LitByMany::new(&frame.rays, emitters, &lists, inputs.medium)
                 };

@@ -119,7 +119,7 @@ pub struct LitByMany<'a, M: Memory> {
     pub touching: Touching,
     /// Entries of each list that one dispatch takes on a GPU, at least 1; the others are
     /// those of the next ones.
-    pub at_once: usize,
+    pub lights_per_dispatch: usize,
     /// Told of progress, on backends that make any.
     pub watch: &'a dyn Watch,
 }
@@ -139,7 +139,7 @@ impl<'a, M: Memory> LitByMany<'a, M> {
             lists,
             medium,
             touching: Touching::Apart,
-            at_once: usize::MAX,
+            lights_per_dispatch: usize::MAX,
             watch: &(),
         }
     }

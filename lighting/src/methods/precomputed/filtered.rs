@@ -82,10 +82,10 @@ impl<'a, M: Memory> FilteredShadows<'a, M> {
     }
 
     /// Lights of a point that one dispatch should take, as
-    /// [`LitPoints::at_once`](crate::direct_light::LitPoints::at_once): as many as take some
+    /// [`LitPoints::lights_per_dispatch`](crate::direct_light::LitPoints::lights_per_dispatch): as many as take some
     /// 50,000 turns of loops. One light alone takes more with filters that are wider than
     /// some 300 texels.
-    pub fn at_once(&self) -> usize {
+    pub fn lights_per_dispatch(&self) -> usize {
         let lights = self.shadows.lights().iter();
         let most = lights.map(|light| {
             // A window reaches over a corner into three grids.
