@@ -63,7 +63,7 @@ pub(crate) fn of_surfaces(
         .unzip();
     let most = context.limits().max_storage_buffer_binding_size;
     let mut rest = &emitters[..];
-    for part in BakedShadows::in_bindings(&shadows, &gpu)? {
+    for part in BakedShadows::upload_in_bindings(&shadows, &gpu)? {
         let (own, others) = rest.split_at(part.lights().len());
         rest = others;
         let biases: Vec<f32> = part.lights().iter().map(BakedShadow::bias).collect();

@@ -50,7 +50,7 @@ impl BakedShadows<GpuMemory> {
     ///
     /// # Errors
     /// As for [`BakedShadows::upload`].
-    pub fn in_bindings<E: Encode>(
+    pub fn upload_in_bindings<E: Encode>(
         shadows: &[BakedShadow],
         gpu: &Gpu<E>,
     ) -> Result<Vec<Self>, Error> {
@@ -58,7 +58,7 @@ impl BakedShadows<GpuMemory> {
         let most = limits
             .max_storage_buffer_binding_size
             .min(limits.max_buffer_size);
-        Self::in_parts(shadows, gpu, most)
+        Self::upload_in_parts(shadows, gpu, most)
     }
 }
 

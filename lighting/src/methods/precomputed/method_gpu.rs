@@ -66,7 +66,7 @@ impl<E: Encode> SourcesTogether<Gpu<E>> for Baked {
             let all = lights
                 .map(|light| Ok((*baked(&frame.inputs, light, side)?).clone()))
                 .collect::<Result<Vec<BakedShadow>, MethodError>>()?;
-            let parts = BakedShadows::in_bindings(&all, frame.backend)
+            let parts = BakedShadows::upload_in_bindings(&all, frame.backend)
                 .map_err(MethodError::resource(WHAT))?;
             let together = |part: BakedShadows<GpuMemory>| Together {
                 lights: part.lights().len(),

@@ -322,7 +322,7 @@ impl<M: Memory> BakedShadows<M> {
     ///
     /// # Errors
     /// As for [`BakedShadows::upload`].
-    pub fn in_parts<B: Backend<Memory = M>>(
+    pub fn upload_in_parts<B: Backend<Memory = M>>(
         shadows: &[BakedShadow],
         backend: &B,
         most: u64,
