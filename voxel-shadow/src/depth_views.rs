@@ -6,7 +6,7 @@ use glam::{Mat4, Vec3, Vec4};
 use crate::Error;
 
 /// The largest number of views.
-pub const MOST_VIEWS: usize = 16;
+pub const MAX_VIEWS: usize = 16;
 
 /// The views in which a renderer has drawn what a light sees: the single one of a spotlight,
 /// six of a cube around a lamp, the cascades of a sun.
@@ -55,7 +55,7 @@ impl DepthViews {
     /// cleared: 0 where depths are reversed, else 1.
     ///
     /// # Errors
-    /// [`Error::BadValue`] unless there are 1 to [`MOST_VIEWS`], all numbers are finite, and
+    /// [`Error::BadValue`] unless there are 1 to [`MAX_VIEWS`], all numbers are finite, and
     /// `empty` is from 0 to 1.
     pub fn new(matrices: &[[[f32; 4]; 4]], empty: f32) -> Result<Self, Error> {
         let bad = |what, value, expected| {
@@ -65,7 +65,7 @@ impl DepthViews {
                 expected,
             })
         };
-        if !(1..=MOST_VIEWS).contains(&matrices.len()) {
+        if !(1..=MAX_VIEWS).contains(&matrices.len()) {
             let views = matrices.len() as f64;
             return bad("the number of depth views", views, "1 to 16");
         }
@@ -335,7 +335,7 @@ mod tests {
         endless[2][1] = f32::NAN;
         for (matrices, empty) in [
             (vec![], 1.0),
-            (vec![one; MOST_VIEWS + 1], 1.0),
+            (vec![one; MAX_VIEWS + 1], 1.0),
             (vec![one], f32::NAN),
             (vec![one], 1.5),
             (vec![endless], 1.0),

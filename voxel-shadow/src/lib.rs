@@ -110,7 +110,7 @@ mod weights;
 
 pub use atlas::{AtlasBlocker, AtlasGrid, AtlasMap, BuildAtlas, RectifyAtlas};
 pub use build::BuildGrid;
-pub use depth_views::{DepthViews, MOST_VIEWS};
+pub use depth_views::{DepthViews, MAX_VIEWS};
 pub use epipolar;
 pub use error::Error;
 pub use gpu_backend;

@@ -6,7 +6,7 @@ use gpu_backend::shader::Part;
 
 use super::{DEPTH, FirstBlockerSlot};
 use crate::DepthViews;
-use crate::depth_views::MOST_VIEWS;
+use crate::depth_views::MAX_VIEWS;
 
 /// [`DepthViews`] and the texture with their depths, where they are: what
 /// [`Rectify`](crate::Rectify) takes on a GPU.
@@ -49,7 +49,7 @@ pub struct DepthLayers<'a> {
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct DepthViewsRecord {
-    pub(super) matrices: [Mat4; MOST_VIEWS],
+    pub(super) matrices: [Mat4; MAX_VIEWS],
     pub(super) count: u32,
     pub(super) empty: f32,
     padding: [u32; 2],
@@ -72,7 +72,7 @@ impl InShader<FirstBlockerSlot> for DepthLayers<'_> {
     }
 
     fn arguments(&self) -> Vec<Argument<'_>> {
-        let mut matrices = [Mat4::ZERO; MOST_VIEWS];
+        let mut matrices = [Mat4::ZERO; MAX_VIEWS];
         for (view, matrix) in matrices.iter_mut().enumerate().take(self.views.len()) {
             *matrix = Mat4::from_cols_array_2d(&self.views.matrix(view));
         }

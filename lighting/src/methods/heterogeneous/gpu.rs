@@ -35,13 +35,13 @@ const EMISSION: &str = include_str!("emission.wgsl");
 /// Room for so many grids, and for so many phase functions, on a ray: the least that
 /// suffices is taken, because a ray has all of it in its registers.
 pub(super) const ROOMS: [(usize, &str); 3] = [
-    (1, "const light_media_MOST = 1u;"),
-    (4, "const light_media_MOST = 4u;"),
-    (MOST, "const light_media_MOST = 16u;"),
+    (1, "const light_media_MAX_GRIDS = 1u;"),
+    (4, "const light_media_MAX_GRIDS = 4u;"),
+    (MAX_GRIDS, "const light_media_MAX_GRIDS = 16u;"),
 ];
 
 /// The most grids, and the most different phase functions, that media on a GPU have.
-pub const MOST: usize = 16;
+pub const MAX_GRIDS: usize = 16;
 
 /// Why media are not on a GPU.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -68,7 +68,7 @@ pub enum MediaError {
         limit: u64,
     },
     /// There is more of something than a ray has room for.
-    #[error("there are {count} {what}, at most {MOST} are supported on GPUs")]
+    #[error("there are {count} {what}, at most {MAX_GRIDS} are supported on GPUs")]
     TooMany {
         /// What.
         what: &'static str,
@@ -213,7 +213,7 @@ impl UploadedMedia {
     /// # Errors
     /// [`MediaError::Grid`] if a grid does not fit into a binding beside those before it,
     /// which WebGPU's default limits do for 33 million densities and 11 million colours
-    /// in all; [`MediaError::TooMany`] for more than [`MOST`] grids or phase functions.
+    /// in all; [`MediaError::TooMany`] for more than [`MAX_GRIDS`] grids or phase functions.
     pub fn new<E: Encode>(gpu: &Gpu<E>, media: &Media<'_>) -> Result<Self, MediaError> {
         let limit = gpu.context().limits().max_storage_buffer_binding_size;
         let samples = |what| Samples {
@@ -293,7 +293,7 @@ impl UploadedMedia {
             .iter()
             .find(|(room, _)| media.grids().len().max(phases.0.len()) <= *room)
             .ok_or_else(|| match media.grids().len() {
-                grids if grids > MOST => too_many("grids", grids),
+                grids if grids > MAX_GRIDS => too_many("grids", grids),
                 _ => too_many("phase functions", phases.0.len()),
             })?;
         if records.is_empty() {

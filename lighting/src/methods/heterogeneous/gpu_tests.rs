@@ -9,7 +9,7 @@ use reference::tolerances::Allowed;
 use transmittance::{Linear, Packed, Stream};
 
 use super::gpu::{
-    EmissionScene, MOST, MediaError, MediaRecord, ROOMS, Scene, WALK, emission_shader, shader,
+    EmissionScene, MAX_GRIDS, MediaError, MediaRecord, ROOMS, Scene, WALK, emission_shader, shader,
 };
 use super::tests::{HAZE, glowing, lights, rays, smoke};
 use super::{
@@ -49,8 +49,11 @@ fn gathers_compile_with_every_map_and_see_media_as_they_are() {
     let (size, room) = ROOMS[ROOMS.len() - 1];
     complete::<Curves<Packed<4, Linear>>>(room);
     let shader = complete::<Curves<Packed<8>>>(room);
-    assert_eq!(shader.values("light_media_MOST").unwrap(), [size as f64]);
-    assert_eq!(size, MOST);
+    assert_eq!(
+        shader.values("light_media_MAX_GRIDS").unwrap(),
+        [size as f64]
+    );
+    assert_eq!(size, MAX_GRIDS);
     assert_same_layout!(
         shader,
         "light_Media",
@@ -450,14 +453,14 @@ fn what_the_same_media_emit_agrees() {
 #[test]
 fn more_than_a_ray_has_room_for_is_refused() {
     let Some(gpu) = testing::gpu() else { return };
-    let grids: Vec<Translucent> = (0..=MOST)
+    let grids: Vec<Translucent> = (0..=MAX_GRIDS)
         .map(|_| smoke(1.0, Interpolation::Linear).into())
         .collect();
     let media = Media::new(None, None, &grids[1..]);
     assert!(UploadedMedia::new(&gpu, &media).is_ok());
     let media = Media::new(None, None, &grids);
     let error = UploadedMedia::new(&gpu, &media).unwrap_err();
-    let (what, count) = ("grids", MOST + 1);
+    let (what, count) = ("grids", MAX_GRIDS + 1);
     assert_eq!(error, MediaError::TooMany { what, count });
     assert!(error.to_string().contains("17 grids"), "{error}");
 }

@@ -131,7 +131,7 @@ impl<C> fmt::Debug for Gathered<C> {
 }
 
 /// Steps of a ray, at most.
-const MOST: u32 = 1 << 16;
+const MAX_STEPS: u32 = 1 << 16;
 
 const QUALITIES: &[u32] = &[8, 16, 32, 64, 128];
 
@@ -152,13 +152,13 @@ fn about(named: Named, unit: &'static str) -> About {
 }
 
 fn check(steps: u32, unit: &'static str) -> Result<(), MethodError> {
-    if (1..=MOST).contains(&steps) {
+    if (1..=MAX_STEPS).contains(&steps) {
         return Ok(());
     }
     Err(MethodError::Quality {
         value: steps,
         unit,
-        expected: format!("1 to {MOST}"),
+        expected: format!("1 to {MAX_STEPS}"),
     })
 }
 

@@ -87,7 +87,7 @@ pub use baseline::DoubleMarch;
 pub use emission::{AddEmission, EmittingRays};
 pub use gather::{GatherMedia, MediaRays};
 #[cfg(feature = "wgpu")]
-pub use gpu::{MOST, MediaError, UploadedMedia};
+pub use gpu::{MAX_GRIDS, MediaError, UploadedMedia};
 pub use memory::{MediaMemory, MediaOf};
 #[cfg(all(feature = "methods", feature = "translucent"))]
 pub(super) use method::methods;

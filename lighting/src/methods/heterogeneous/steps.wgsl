@@ -55,7 +55,7 @@ struct light_media_Steps {
     has_first: bool,
     first: f32,
     // Of the part: what each phase function scatters, as a share of all light.
-    scattered: array<vec3<f32>, light_media_MOST>,
+    scattered: array<vec3<f32>, light_media_MAX_GRIDS>,
     // Of the step: what comes to the eye, all of the light arriving.
     radiance: vec3<f32>,
     // What the panes before the step let through, and the light of all steps.

@@ -7,7 +7,7 @@
 //   light_media_densities: array<f32>
 //   light_media_colours: array<f32>
 // and the constant
-//   light_media_MOST    room for so many grids on a line, and for so many phase functions
+//   light_media_MAX_GRIDS    room for so many grids on a line, and for so many phase functions
 //
 // Distances on a line are measured from where it enters the box around all grids and
 // particles: there they have the digits that voxels far from the eye need. Those on a
@@ -153,8 +153,8 @@ struct light_MediaWalk {
     // Whether there is smoke on it, of a grid or of particles.
     has_smoke: bool,
     // The coefficients of each grid, where the tint is 1.
-    cells: array<scn_Walk, light_media_MOST>,
-    cubics: array<vec4<f32>, light_media_MOST>,
+    cells: array<scn_Walk, light_media_MAX_GRIDS>,
+    cubics: array<vec4<f32>, light_media_MAX_GRIDS>,
     // The particles that end behind the start of the piece, by where they begin: those
     // that begin before `horizon`.
     window: array<u32, light_media_WINDOW>,
