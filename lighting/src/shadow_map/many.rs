@@ -3,8 +3,8 @@
 use glam::Vec3;
 use gpu_backend::{Backend, Error, Host, Memory};
 
+use super::depth16::texel_width;
 use super::map::{faces, locate};
-use super::small::texel_width;
 use super::{Casters, RenderShadowMap, ShadowMapError, reached};
 use crate::Emitter;
 use crate::direct_light::ShadowsOfMany;

@@ -15,7 +15,7 @@
 //! [`MapsOfMany`] are those of several lights in one buffer, filtered on surfaces: the
 //! shadows of what moves, beside precomputed ones of what stays.
 //!
-//! [`SmallMaps`] have 16 bits for a depth, and cascades for a sun: what engines keep, to
+//! [`Depth16Maps`] have 16 bits for a depth, and cascades for a sun: what engines keep, to
 //! compare with.
 //!
 //! A `ShadowMapAtlas` (feature `voxel-shadow`) has the maps of many lights in one
@@ -26,6 +26,7 @@
 #[cfg(feature = "voxel-shadow")]
 mod atlas;
 mod casters;
+mod depth16;
 #[cfg(feature = "voxel-shadow")]
 mod holes;
 #[cfg(feature = "voxel-shadow")]
@@ -47,7 +48,6 @@ mod octahedron;
 #[cfg(feature = "voxel-shadow")]
 mod points;
 mod reach;
-mod small;
 #[cfg(feature = "voxel-shadow")]
 mod tiles;
 
@@ -56,6 +56,7 @@ pub(crate) use atlas::{Layout, map_capacity};
 #[cfg(feature = "voxel-shadow")]
 pub use atlas::{RenderShadowMapAtlas, ShadowMapAtlas};
 pub use casters::Casters;
+pub use depth16::{Depth16Maps, FilteredMaps};
 #[cfg(feature = "voxel-shadow")]
 pub use holes::FillHoles;
 #[cfg(all(feature = "voxel-shadow", feature = "wgpu", test))]
@@ -79,6 +80,5 @@ pub(crate) use masked::Masked;
 #[cfg(feature = "voxel-shadow")]
 pub use points::{CasterPoints, LevelOfDetail};
 pub use reach::reached;
-pub use small::{FilteredMaps, SmallMaps};
 #[cfg(feature = "voxel-shadow")]
 pub use tiles::TileMaps;

@@ -8,7 +8,7 @@ use gpu_backend::Cpu;
 use lighting::Emitter;
 use lighting::direct_light::ShadowsOfMany;
 use lighting::precomputed::FilterSize;
-use lighting::shadow_map::{Casters, SmallMaps};
+use lighting::shadow_map::{Casters, Depth16Maps};
 use lighting::visibility::SurfaceShadow;
 
 use super::{
@@ -135,11 +135,11 @@ pub(super) fn measure(
             sums[0].compare(i, &receivers, &filtered);
         }
         let clock = Instant::now();
-        let maps = SmallMaps::new(&cpu, &casters, &light.emitter, extent.voxels)?;
+        let maps = Depth16Maps::new(&cpu, &casters, &light.emitter, extent.voxels)?;
         let mut maps = vec![(maps, clock.elapsed().as_secs_f64())];
         if let Emitter::Directional(sun) = &light.emitter {
             let clock = Instant::now();
-            let cascades = SmallMaps::cascades(&cpu, &casters, sun, seen, extent.cascade)?;
+            let cascades = Depth16Maps::cascades(&cpu, &casters, sun, seen, extent.cascade)?;
             maps.push((cascades, clock.elapsed().as_secs_f64()));
         }
         for ((maps, seconds), sums) in maps.iter().zip(&mut sums[1..]) {

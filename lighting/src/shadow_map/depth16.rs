@@ -30,7 +30,7 @@ const NOTHING: u16 = u16::MAX;
 /// Depths lie evenly between the first and the last of a picture, which is kinder than the
 /// projective depths of a rasteriser. They are rounded away from the light.
 #[derive(Debug, Clone)]
-pub struct SmallMaps {
+pub struct Depth16Maps {
     faces: Vec<Face>,
     resolution: u32,
     depth: Vec<u16>,
@@ -48,7 +48,7 @@ struct Splits {
     ends: [f32; CASCADES],
 }
 
-impl SmallMaps {
+impl Depth16Maps {
     /// The pictures of a [`ShadowMap`](super::ShadowMap) of `resolution` texels per side: one
     /// for a sun and a spotlight, or six.
     ///
@@ -74,7 +74,7 @@ impl SmallMaps {
     /// between the sun and the view are in all cascades.
     ///
     /// # Errors
-    /// As for [`SmallMaps::new`].
+    /// As for [`Depth16Maps::new`].
     pub fn cascades(
         cpu: &Cpu,
         casters: &Casters<Host>,
@@ -201,10 +201,10 @@ fn sphere(spread: f32, near: f32, far: f32) -> (f32, f32) {
     (middle, (far - middle).hypot(far * spread.sqrt()))
 }
 
-/// Filtered shadows from [`SmallMaps`].
+/// Filtered shadows from [`Depth16Maps`].
 #[derive(Debug, Clone, Copy)]
 pub struct FilteredMaps<'a> {
-    maps: &'a SmallMaps,
+    maps: &'a Depth16Maps,
     half: i64,
 }
 
@@ -311,7 +311,7 @@ mod tests {
         ] {
             let at = Vec3::new(0.0, above, 0.0);
             let lamp = Emitter::point(at, Vec3::ONE, f32::INFINITY, emission).unwrap();
-            let maps = SmallMaps::new(&cpu, &casters, &lamp, 512).unwrap();
+            let maps = Depth16Maps::new(&cpu, &casters, &lamp, 512).unwrap();
             let pictures = maps.bytes() / (2 * 512 * 512);
             assert!(pictures == 1 || pictures == 6);
             for width in [1, 3, 9] {
@@ -322,10 +322,10 @@ mod tests {
         let sun = sun();
         let offset = 2.0 * Vec3::new(0.2, 0.0, 0.1);
         let plain = Emitter::Directional(sun);
-        let plain = SmallMaps::new(&cpu, &casters, &plain, 512).unwrap();
+        let plain = Depth16Maps::new(&cpu, &casters, &plain, 512).unwrap();
         check(&plain.filtered(3), offset, 1.0);
         let view = (&camera(0.3, Vec3::new(0.0, 1.0, 8.0)), SIZE, [0.5, 60.0]);
-        let maps = SmallMaps::cascades(&cpu, &casters, &sun, view, 256).unwrap();
+        let maps = Depth16Maps::cascades(&cpu, &casters, &sun, view, 256).unwrap();
         assert_eq!(maps.bytes(), 4 * 2 * 256 * 256);
         check(&maps.filtered(3), offset, 1.0);
     }
@@ -340,7 +340,7 @@ mod tests {
             let camera = camera(3.0 * random.unit(), eye);
             let [near, far] = [0.3, 5.0 + 50.0 * random.unit()];
             let view = (&camera, SIZE, [near, far]);
-            let maps = SmallMaps::cascades(&cpu, &casters, &sun(), view, 64).unwrap();
+            let maps = Depth16Maps::cascades(&cpu, &casters, &sun(), view, 64).unwrap();
             let splits = maps.cascades.unwrap();
             assert!(splits.ends.is_sorted() && (splits.ends[3] / far - 1.0).abs() < 1e-5);
             for _ in 0..200 {
@@ -361,7 +361,7 @@ mod tests {
         let of = |yaw: f32, eye: Vec3| {
             let camera = camera(yaw, eye);
             let view = (&camera, SIZE, [0.5, 40.0]);
-            SmallMaps::cascades(&cpu, &casters, &sun(), view, 128).unwrap()
+            Depth16Maps::cascades(&cpu, &casters, &sun(), view, 128).unwrap()
         };
         let first = of(0.0, Vec3::ZERO);
         let second = of(1.0, Vec3::new(3.3, 0.7, 2.1));
@@ -388,7 +388,7 @@ mod tests {
         let at = Vec3::new(0.3, 3.0, 0.2);
         let lamp = Emitter::point(at, Vec3::ONE, f32::INFINITY, emission).unwrap();
         let exact = cpu.shadow_map(&casters, &lamp, 33).unwrap();
-        let maps = SmallMaps::new(&cpu, &casters, &lamp, 33).unwrap();
+        let maps = Depth16Maps::new(&cpu, &casters, &lamp, 33).unwrap();
         assert_eq!(maps.depth.len(), exact.depth().len());
         for (i, (small, depth)) in maps.depth.iter().zip(exact.depth()).enumerate() {
             let [first, step] = maps.ranges[i / (33 * 33)];
@@ -400,7 +400,7 @@ mod tests {
                 }
             }
         }
-        let refused = SmallMaps::new(&cpu, &casters, &lamp, 0).unwrap_err();
+        let refused = Depth16Maps::new(&cpu, &casters, &lamp, 0).unwrap_err();
         assert!(matches!(refused, ShadowMapError::Resolution { .. }));
     }
 }
