@@ -10,12 +10,11 @@ use crate::Emitter;
 use crate::scene::raster::{Face, Rays};
 use crate::scene::{Bounds, Emission};
 
-/// The first blocker in every direction from each of many lights: what a
-/// [`ShadowMap`](super::ShadowMap) holds for one, for all of them in one buffer.
+/// The first blocker in every direction from each of many lights. It holds what a
+/// [`ShadowMap`](super::ShadowMap) holds for each of them, in one buffer.
 ///
-/// Directions into which a light does not shine have no picture, and count as
-/// free: of the cube around a light with a cosine emission at least one face is
-/// left out.
+/// Directions into which a light does not shine have no picture and count as unblocked. For a
+/// light with a cosine emission, this leaves out at least one face of the cube.
 #[derive(Debug)]
 pub struct ShadowMapAtlas<M: Memory> {
     layout: Layout,
@@ -23,14 +22,13 @@ pub struct ShadowMapAtlas<M: Memory> {
     depth: M::Buffer<f32>,
 }
 
-/// Which pictures there are.
+/// The pictures of each light.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
-    /// The faces of all lights, each with the number of its picture.
+    /// The faces of all lights, each with the index of its picture, if it has one.
     pub(crate) faces: Vec<(Face, Option<u32>)>,
-    /// The first of its faces and how many there are, for each light; instead of
-    /// a number `HEMISPHERE` or `SPHERE` if there is one picture of that kind in
-    /// the frame of the face.
+    /// For each light, the index of its first face and their number. The number is `HEMISPHERE`
+    /// or `SPHERE` if there is a single picture of that kind, in the frame of the face.
     pub(crate) lights: Vec<[u32; 2]>,
     pub(super) pictures: u32,
 }
@@ -51,7 +49,7 @@ impl Layout {
         layout
     }
 
-    /// The faces that have a picture, in their order.
+    /// The faces that have a picture, in order.
     pub(crate) fn pictured(&self) -> Vec<Face> {
         let all = self.faces.iter();
         all.filter_map(|(face, picture)| picture.map(|_| *face))
@@ -59,7 +57,7 @@ impl Layout {
     }
 }
 
-/// Whether a light shines into a face, corners included.
+/// Whether a light shines into a face or its corners.
 fn is_lit(face: &Face, emitter: &Emitter) -> bool {
     let (Emitter::Point(point), Rays::Central { tan }) = (emitter, face.rays) else {
         return true;
@@ -81,7 +79,7 @@ impl<M: Memory> ShadowMapAtlas<M> {
         }
     }
 
-    /// How many lights it is for.
+    /// Number of lights.
     pub fn lights(&self) -> usize {
         self.layout.lights.len()
     }
@@ -109,8 +107,8 @@ impl<M: Memory> ShadowMapAtlas<M> {
         &self.layout
     }
 
-    /// The maps of some of the lights, as blockers of the tiles of an atlas: tile i
-    /// is that of light `lights[i]`. `None` if one of them has no maps here.
+    /// The maps of some of the lights, as blockers of the tiles of an atlas: tile i belongs to
+    /// light `lights[i]`. `None` if one of them has no maps here.
     pub fn of_tiles<'a>(&'a self, lights: &'a [u32]) -> Option<TileMaps<'a, M>> {
         let has_maps = |light: &u32| (*light as usize) < self.lights();
         let all = lights.iter().all(has_maps);
@@ -119,7 +117,7 @@ impl<M: Memory> ShadowMapAtlas<M> {
 }
 
 impl ShadowMapAtlas<Host> {
-    /// The same maps on another backend.
+    /// Copies the maps to another backend.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit there.
@@ -131,11 +129,11 @@ impl ShadowMapAtlas<Host> {
         })
     }
 
-    /// True if nothing lies between a light and `point`, as far as its map tells; true
-    /// where the light does not shine.
+    /// True if the map of a light shows no blocker between the light and `point`; true where
+    /// the light does not shine.
     ///
     /// # Panics
-    /// If there is no such light.
+    /// If there is no light with this index.
     pub fn is_lit(&self, light: usize, point: Vec3) -> bool {
         let [first, _] = self.layout.lights[light];
         let (front, _) = &self.layout.faces[first as usize];
@@ -148,7 +146,7 @@ impl ShadowMapAtlas<Host> {
     }
 }
 
-/// Renders the shadow maps of many lights.
+/// Backends that render the shadow maps of many lights.
 pub trait RenderShadowMapAtlas: Backend {
     /// The maps of `emitters`, with `resolution` texels per side of each picture.
     ///
@@ -163,19 +161,19 @@ pub trait RenderShadowMapAtlas: Backend {
         resolution: u32,
     ) -> Result<ShadowMapAtlas<Self::Memory>, ShadowMapError>;
 
-    /// The largest number of lights whose maps can be read together here, if each
-    /// has a whole cube; 0 if not even those of one can.
+    /// The largest number of lights whose maps can be read together on this backend, if each
+    /// has six faces; 0 if not even the maps of one can.
     fn map_capacity(&self, resolution: u32) -> usize;
 }
 
-/// How many cubes fit into so many bytes.
+/// Number of cubes that fit into so many bytes.
 pub(crate) fn map_capacity(resolution: u32, bytes: u64) -> usize {
     let cube = 24 * u64::from(resolution.max(1)).pow(2);
     usize::try_from(bytes / cube).unwrap_or(usize::MAX)
 }
 
 impl RenderShadowMapAtlas for Cpu {
-    /// A picture is a unit of work.
+    /// One unit of work is one picture.
     fn shadow_map_atlas(
         &self,
         casters: &Casters<Host>,

@@ -1,4 +1,4 @@
-//! What casts shadows in the maps of a light.
+//! The triangles that cast shadows in a shadow map.
 
 use glam::Vec3;
 #[cfg(any(feature = "voxel-shadow", feature = "wgpu"))]
@@ -8,11 +8,11 @@ use gpu_backend::{Backend, Error, Memory};
 use super::masked::Masked;
 use crate::scene::{Bounds, Geometry};
 
-/// Triangles that cast shadows, where a backend can render them.
+/// Triangles that cast shadows, in the memory of a backend that renders them.
 ///
-/// A map has one depth per texel, behind which all is dark. So it holds what no
-/// light passes: solid triangles, and masked ones where they are there. What casts no
-/// shadow is left out, and so is what is see-through.
+/// A map has one depth per texel, and everything behind it is dark. So only what blocks all
+/// light is in a map: solid triangles, and masked ones outside of their holes. Triangles that
+/// cast no shadow and see-through ones are left out.
 #[derive(Debug)]
 pub struct Casters<M: Memory> {
     triangles: M::Buffer<[Vec3; 3]>,
@@ -42,24 +42,24 @@ impl<M: Memory> Casters<M> {
         })
     }
 
-    /// A box around all of them.
+    /// A box around all of these triangles.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// The triangles: those of [`Geometry::triangles`] in their order, if all of
-    /// them are solid. Else what lets light pass is left out, and masked triangles
-    /// come last.
+    /// The triangles. If all triangles of the geometry are solid, these are
+    /// [`Geometry::triangles`] in their order. Otherwise those that let light pass are left
+    /// out, and masked triangles come last.
     pub fn triangles(&self) -> &M::Buffer<[Vec3; 3]> {
         &self.triangles
     }
 
-    /// Number of masked triangles, the last ones.
+    /// Number of masked triangles, which are the last ones.
     pub fn masked(&self) -> usize {
         self.masked.len()
     }
 
-    /// Number of solid triangles, the first ones.
+    /// Number of solid triangles, which are the first ones.
     #[cfg(any(feature = "voxel-shadow", feature = "wgpu"))]
     pub(crate) fn solid(&self) -> usize {
         self.triangles.len() - self.masked.len()

@@ -1,10 +1,12 @@
-//! Shadow maps as engines keep them: 16 bits for a depth, cascades for a sun, and a filter
-//! over texels of surfaces.
+//! Shadow maps as game engines keep them: depths of 16 bits, cascades for a sun, and a filter
+//! over the texels around a point of a surface.
 //!
-//! What precomputed shadows and others are compared with. Cascades are based on: Zhang, Sun,
+//! They are baselines with which other shadows are compared. Cascades are based on: Zhang, Sun,
 //! Xu and Lun, Parallel-Split Shadow Maps for Large-Scale Virtual Environments, VRCIA 2006
 //! (their practical split scheme); and Valient, Stable Rendering of Cascaded Shadow Maps,
 //! ShaderX6, 2008.
+
+use std::ops::RangeInclusive;
 
 use glam::Vec3;
 use gpu_backend::{Cpu, Host};
@@ -16,41 +18,45 @@ use crate::scene::raster::{Face, Rays};
 use crate::scene::{Camera, DirectionalEmitter};
 use crate::visibility::SurfaceShadow;
 
-/// Cascades of a sun.
+/// Number of cascades for a sun.
 const CASCADES: usize = 4;
 
-/// The share of the logarithmic split in the practical one; the rest is even.
+/// The weight of the logarithmic split in the practical one; the rest is the even split.
 const LOGARITHMIC: f32 = 0.5;
 
-/// Of a texel in which the light sees nothing.
+/// The distances between which cascades may lie, m. Within this range the ratio of two
+/// distances, and the radius of the widest view, do not overflow single precision.
+const DISTANCES: RangeInclusive<f32> = 1e-12..=1e12;
+
+/// Depth of a texel in which the light sees nothing.
 const NOTHING: u16 = u16::MAX;
 
 /// Shadow maps of one light with depths of 16 bits.
 ///
-/// Depths lie evenly between the first and the last of a picture, which is kinder than the
-/// projective depths of a rasteriser. They are rounded away from the light.
+/// Depths are spaced evenly between the nearest and the farthest one of a picture, which loses
+/// less than the projective depths of a rasteriser. They are rounded away from the light.
 #[derive(Debug, Clone)]
 pub struct Depth16Maps {
     faces: Vec<Face>,
     resolution: u32,
     depth: Vec<u16>,
-    /// The first depth of each picture, and from one to the next.
+    /// The nearest depth of each picture, and the step from one depth to the next.
     ranges: Vec<[f32; 2]>,
     cascades: Option<Splits>,
 }
 
-/// Which cascade shows a point.
+/// What tells which cascade shows a point.
 #[derive(Debug, Clone, Copy)]
 struct Splits {
     eye: Vec3,
     forward: Vec3,
-    /// How far each reaches along the view.
+    /// The distance along the view at which each cascade ends.
     ends: [f32; CASCADES],
 }
 
 impl Depth16Maps {
-    /// The pictures of a [`ShadowMap`](super::ShadowMap) of `resolution` texels per side: one
-    /// for a sun and a spotlight, or six.
+    /// The pictures that a [`ShadowMap`](super::ShadowMap) of `resolution` texels per side has:
+    /// one for a sun or a spotlight, or six.
     ///
     /// # Errors
     /// As for [`RenderShadowMap::shadow_map`](super::RenderShadowMap::shadow_map).
@@ -65,16 +71,19 @@ impl Depth16Maps {
     }
 
     /// Four cascades of a sun, of `resolution` texels per side each, over the part of a
-    /// camera's view of `[width, height]` pixels between two distances along its axis,
-    /// `0 < near < far`. The others have cascades that see nothing.
+    /// camera's view of `[width, height]` pixels, at least 1 each, that lies between two
+    /// distances along its axis, 10⁻¹² m ≤ near < far ≤ 10¹² m. Points nearer than `near`
+    /// are looked up in the first cascade, points beyond `far` in the last one; what a cascade
+    /// does not show is lit.
     ///
     /// Splits are the mean of logarithmic and even ones. Each cascade is a square around the
-    /// sphere around its part of the view, as large whichever way the camera looks, and
-    /// moves by whole texels: edges of shadows do not crawl as the camera moves. All casters
-    /// between the sun and the view are in all cascades.
+    /// bounding sphere of its part of the view. It keeps its size whichever way the camera
+    /// looks and moves by whole texels, so that edges of shadows do not crawl as the camera
+    /// moves. Every cascade shows all casters between the sun and the view.
     ///
     /// # Errors
-    /// As for [`Depth16Maps::new`].
+    /// [`ShadowMapError::CascadeDistances`] and [`ShadowMapError::ViewSize`] for values outside
+    /// of these ranges, NaN among them; else as for [`Depth16Maps::new`].
     pub fn cascades(
         cpu: &Cpu,
         casters: &Casters<Host>,
@@ -82,10 +91,17 @@ impl Depth16Maps {
         (camera, [width, height], [near, far]): (&Camera, [u32; 2], [f32; 2]),
         resolution: u32,
     ) -> Result<Self, ShadowMapError> {
+        let is_allowed = |distance: &f32| DISTANCES.contains(distance);
+        if !([near, far].iter().all(is_allowed) && near < far) {
+            return Err(ShadowMapError::CascadeDistances { near, far });
+        }
+        if width == 0 || height == 0 {
+            return Err(ShadowMapError::ViewSize { width, height });
+        }
         let (w, h) = (width as f32, height as f32);
         let forward = camera.direction(0.5 * w, 0.5 * h, width, height);
         let cos = forward.dot(camera.direction(0.0, 0.0, width, height));
-        // The square of the tangent of the angle to the corners of the view.
+        // The square of the tangent of the angle between the axis and a corner of the view.
         let spread = (cos * cos).recip() - 1.0;
         let end = |i: usize| {
             let share = i as f32 / CASCADES as f32;
@@ -93,11 +109,11 @@ impl Depth16Maps {
             LOGARITHMIC * near * (far / near).powf(share) + (1.0 - LOGARITHMIC) * even
         };
         let ends: [f32; CASCADES] = std::array::from_fn(|i| end(i + 1));
-        // The same axes wherever the camera is, and depths of all casters.
+        // Axes and depths do not depend on the camera: the depths are those of all casters.
         let whole = Face::orthographic(casters.bounds(), sun.direction());
         let of_part = |i: usize| {
             let (middle, radius) = sphere(spread, end(i), ends[i]);
-            // By half a texel the square is moved.
+            // A margin of half a texel on each side, by which rounding may move the square.
             let radius = radius * (1.0 + 1.0 / resolution.max(1) as f32);
             let texel = 2.0 * radius / resolution.max(1) as f32;
             let centre = camera.eye() + middle * forward - whole.origin;
@@ -142,11 +158,11 @@ impl Depth16Maps {
                 (first.min(*depth), last.max(*depth))
             });
             let step = (last - first) / f32::from(NOTHING - 1);
-            // A picture of one depth has steps of its rounding.
+            // If all depths are equal, the step is their rounding.
             let step = step.max(f32::EPSILON * last);
             depth.extend(one.iter().map(|depth| match *depth {
                 EMPTY => NOTHING,
-                // The last one may be rounded to the next.
+                // Rounding may push the last depth beyond the largest number.
                 depth => (((depth - first) / step).ceil() as u16).min(NOTHING - 1),
             }));
             ranges.push([first, step]);
@@ -165,11 +181,11 @@ impl Depth16Maps {
         2 * self.depth.len() as u64
     }
 
-    /// Shadows on surfaces: the lit share of the `width × width` texels around a point that is
-    /// lifted along its normal by half of that and a texel more, as precomputed
-    /// shadows do it. Even widths count as the next odd one.
+    /// Shadows on surfaces: the lit share of the `width × width` texels around a point. The
+    /// point is lifted along its normal by half of that width plus one texel, as for
+    /// precomputed shadows. Even widths count as the next odd one.
     ///
-    /// Texels beyond the rim of a picture are those at the rim; points outside of all
+    /// Texels beyond the border of a picture repeat those at the border; points outside of all
     /// pictures are lit.
     pub fn filtered(&self, width: u32) -> FilteredMaps<'_> {
         FilteredMaps {
@@ -178,7 +194,7 @@ impl Depth16Maps {
         }
     }
 
-    /// The pictures that may show a point, and the number of the first of them.
+    /// The pictures that may show a point, and the index of the first of them.
     fn pictures(&self, point: Vec3) -> (&[Face], usize) {
         let Some(splits) = &self.cascades else {
             return (&self.faces, 0);
@@ -190,10 +206,10 @@ impl Depth16Maps {
     }
 }
 
-/// The sphere around the part of a view between two distances along its axis: where its
-/// middle is on the axis, and its radius.
+/// The bounding sphere of the part of a view between two distances along its axis: the distance
+/// of its centre along the axis, and its radius.
 fn sphere(spread: f32, near: f32, far: f32) -> (f32, f32) {
-    // As far from the corners of the near end as from those of the far end.
+    // The centre is equally far from the corners of the near end and of the far end.
     let middle = 0.5 * (near + far) * (1.0 + spread);
     if middle >= far {
         return (far, far * spread.sqrt());
@@ -219,7 +235,7 @@ impl SurfaceShadow for FilteredMaps<'_> {
         };
         let picture = first + place.face;
         let [nearest, step] = maps.ranges[picture];
-        // Depths up to this are in front of the point.
+        // Points at stored depths of less than this block the light.
         let depth = (place.depth - nearest) / step;
         let side = i64::from(maps.resolution);
         let clamped = |at: i64| at.clamp(0, side - 1) as usize;
@@ -236,7 +252,7 @@ impl SurfaceShadow for FilteredMaps<'_> {
     }
 }
 
-/// How wide a texel is at a point, m; 0 behind the picture.
+/// The width of a texel at a point, m; 0 behind the picture.
 pub(super) fn texel_width(faces: &[Face], resolution: u32, point: Vec3) -> f32 {
     let v = point - faces[0].origin;
     let face = &faces[face_along(faces.len(), v)];
@@ -377,6 +393,41 @@ mod tests {
                 assert!((texels - texels.round()).abs() < 1e-2, "{texels}");
             }
         }
+    }
+
+    #[test]
+    fn cascades_without_a_part_of_a_view_are_refused() {
+        let cpu = Cpu::new();
+        let casters = Casters::upload(&cpu, &geometry()).unwrap();
+        let camera = camera(0.0, Vec3::ZERO);
+        let of = |size: [u32; 2], distances: [f32; 2]| {
+            Depth16Maps::cascades(&cpu, &casters, &sun(), (&camera, size, distances), 16)
+        };
+        for [near, far] in [
+            [0.0, 1.0],
+            [-1.0, 1.0],
+            [1.0, 1.0],
+            [2.0, 1.0],
+            [f32::NAN, 1.0],
+            [1.0, f32::NAN],
+            [1.0, f32::INFINITY],
+            [1e-13, 1.0],
+            [1.0, 1e13],
+        ] {
+            let refused = of(SIZE, [near, far]).unwrap_err();
+            let is_it = matches!(refused, ShadowMapError::CascadeDistances { .. });
+            assert!(is_it, "{near} to {far}: {refused}");
+        }
+        for [width, height] in [[0, 90], [160, 0]] {
+            let refused = of([width, height], [0.5, 40.0]).unwrap_err();
+            assert_eq!(refused, ShadowMapError::ViewSize { width, height });
+        }
+        let widest = of([u32::MAX, 1], [1e-12, 1e12]).unwrap();
+        let is_finite = |face: &Face| match face.rays {
+            Rays::Parallel { half_width, .. } => half_width.is_finite() && face.origin.is_finite(),
+            Rays::Central { .. } => false,
+        };
+        assert!(widest.faces.iter().all(is_finite));
     }
 
     /// Depths are rounded by a step at most, away from the light.

@@ -1,24 +1,23 @@
-//! Filling the holes of imperfect shadow maps: pull-push.
+//! Pull-push: filling the holes of imperfect shadow maps.
 //!
-//! Based on: Ritschel et al., Imperfect Shadow Maps for Efficient Computation of
-//! Indirect Illumination, SIGGRAPH Asia 2008, after Marroquim, Kraus, Cavalcanti,
-//! Efficient Point-Based Rendering Using Image Reconstruction, PBG 2007. Pulling
-//! averages texels up a pyramid, four into one, as far as there are depths among them
-//! that belong together; pushing fills texels that are empty, and no others, from the
-//! level above.
+//! Based on: Ritschel et al., Imperfect Shadow Maps for Efficient Computation of Indirect
+//! Illumination, SIGGRAPH Asia 2008, after Marroquim, Kraus, Cavalcanti, Efficient Point-Based
+//! Rendering Using Image Reconstruction, PBG 2007. Pulling averages texels up a pyramid, four
+//! into one, as far as their depths belong together. Pushing fills empty texels, and only
+//! these, from the level above.
 //!
-//! Departures. The pyramid ends after a few levels: where nothing is for many texels
-//! there is sky and no hole. A texel of the pyramid is empty unless at least half of
-//! those below it are not, or else every silhouette would grow by a texel of the
-//! highest level. Averages are those of two numbers each time, which processors and
-//! graphics hardware round alike.
+//! Departures. The pyramid ends after a few levels, because an area that is empty over many
+//! texels is sky and not a hole. A texel of the pyramid is empty unless at least half of the
+//! texels below it have a depth; otherwise every silhouette would grow by a texel of the
+//! highest level. Averages are taken of two numbers at a time, which processors and graphics
+//! hardware round alike.
 //!
 //! # What it is worth
 //!
-//! The splats of [imperfect maps](super::RenderImperfectMaps) overlap, so that next to no
-//! false light is left that comes from an empty texel, and filling adds false shadow along
-//! silhouettes. On the scene `pergola`, 16 lights, maps of 128² texels, in per cent of
-//! pairs of a light and a point of the air:
+//! The splats of [imperfect maps](super::RenderImperfectMaps) overlap, so hardly any false
+//! light comes from empty texels, and filling adds false shadow along silhouettes. On the scene
+//! `pergola` with 16 lights and maps of 128² texels, in per cent of the pairs of a light and a
+//! point of the air:
 //!
 //! | points | false light, not filled | filled | false shadow, not filled | 1 level | 2 levels | 3 levels |
 //! |---|---|---|---|---|---|---|
@@ -30,46 +29,46 @@
 //! | 16384 | 0.13 | 0.13 | 6.2 | 6.3 | 6.3 | 7.4 |
 //!
 //! The error of the airlight grows by less than 1 % of itself for up to three levels. Methods
-//! therefore leave holes as they are unless they are asked to fill them. Filling is for
-//! maps whose splats do not cover the surface: with splats of a quarter of the area, 4096
-//! points and two levels take false light from 5.8 to 4.8 % and the error of the airlight
-//! from 17 to 12 %.
+//! therefore leave holes as they are unless they are asked to fill them. Filling is for maps
+//! whose splats do not cover the surface: with splats of a quarter of the area, 4096 points and
+//! two levels, it reduces false light from 5.8 to 4.8 % and the error of the airlight from 17
+//! to 12 %.
 
 use gpu_backend::{Backend, Cpu, Error, Host};
 
 use super::{EMPTY, ShadowMapAtlas};
 
-/// Depths belong together if the larger is at most this many times the smaller; those of
-/// parallel light count from the first plane of the scene, next to which few do. Taking
-/// the farther of two that do not, instead of the nearer, changed no rate above by more
-/// than 0.2 for up to three levels.
+/// Two depths belong together if the larger is at most this many times the smaller. Depths of
+/// parallel light are measured from the first plane of the scene, next to which few belong
+/// together. For two that do not, taking the farther depth instead of the nearer one changed no
+/// rate above by more than 0.2, for up to three levels.
 pub(crate) const TOGETHER: f32 = 1.25;
 
-/// Fills the holes of shadow maps.
+/// Backends that fill the holes of shadow maps.
 pub trait FillHoles: Backend {
-    /// Fills the empty texels of all pictures of `maps` for which there is a depth in
-    /// one of the next `levels` levels of the pyramid over their picture; the others
-    /// stay empty, and texels that have a depth keep it. 0 levels change nothing; more
-    /// than a picture has, ⌈log₂⌉ of its resolution, count as all.
+    /// Fills the empty texels in all pictures of `maps` for which one of the next `levels`
+    /// levels of the pyramid over their picture has a depth. Other empty texels stay empty, and
+    /// texels that have a depth keep it. 0 levels change nothing; a number above ⌈log₂⌉ of the
+    /// resolution, which is all that a picture has, counts as that.
     ///
-    /// A picture never takes a depth from another one. What is filled has the depth of
-    /// what is around, a plane by interpolation; of depths of which one is more than
-    /// 1.25 times the other the nearer one alone counts.
+    /// A picture never takes a depth from another one. A filled texel has the depth of its
+    /// surroundings, which is interpolated on a plane; if of two depths one is more than 1.25
+    /// times the other, only the nearer one counts.
     ///
-    /// It is meant for [imperfect maps](super::RenderImperfectMaps). In an exact map an
-    /// empty texel is no hole, but light that passes.
+    /// This is meant for [imperfect maps](super::RenderImperfectMaps). In an exact map an empty
+    /// texel is not a hole: light passes there.
     ///
-    /// Cost: a third more texels than the pictures have, read and written twice. The
-    /// bits are the same on every backend.
+    /// Cost: a third more texels than the pictures have, read and written twice. The result has
+    /// the same bits on every backend.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if there is no memory for the pyramid, of at most a third
-    /// of the maps.
+    /// [`Error::TooLarge`] if there is no memory for the pyramid, which takes at most a third
+    /// of the memory of the maps.
     fn fill_holes(&self, maps: &mut ShadowMapAtlas<Self::Memory>, levels: u32)
     -> Result<(), Error>;
 }
 
-/// Texels per side of each level, that of the pictures first.
+/// Texels per side of each level, starting with the pictures.
 pub(crate) fn sides(resolution: u32, levels: u32) -> Vec<u32> {
     let mut sides = vec![resolution];
     let mut side = resolution;
@@ -80,7 +79,7 @@ pub(crate) fn sides(resolution: u32, levels: u32) -> Vec<u32> {
     sides
 }
 
-/// The mean of two depths that belong together, or the nearer one of others.
+/// The mean of two depths that belong together, else the nearer one.
 fn together(a: f32, b: f32) -> f32 {
     let (near, far) = (a.min(b), a.max(b));
     if far < EMPTY && far <= TOGETHER * near {
@@ -90,7 +89,8 @@ fn together(a: f32, b: f32) -> f32 {
     }
 }
 
-/// Three quarters of `here` and a quarter of `beside`, if they belong together.
+/// Three quarters of `here` plus a quarter of `beside` if they belong together, else the nearer
+/// one.
 fn nearer(here: f32, beside: f32) -> f32 {
     let (near, far) = (here.min(beside), here.max(beside));
     if far < EMPTY && far <= TOGETHER * near {
@@ -100,7 +100,7 @@ fn nearer(here: f32, beside: f32) -> f32 {
     }
 }
 
-/// The texel of the level above a square of up to four.
+/// The texel that a level has above a square of up to four texels.
 fn pulled(fine: &[f32], side: usize, column: usize, row: usize) -> f32 {
     let at = |c: usize, r: usize| {
         let [c, r] = [2 * column + c, 2 * row + r];
@@ -116,7 +116,8 @@ fn pulled(fine: &[f32], side: usize, column: usize, row: usize) -> f32 {
     together(together(a, b), together(c, d))
 }
 
-/// What fills a texel: the one above it, and its neighbours on the side of the texel.
+/// What fills a texel: a blend of the texel above and of its neighbours on the side of this
+/// one.
 fn pushed(coarse: &[f32], side: usize, column: usize, row: usize) -> f32 {
     let [c, r] = [column / 2, row / 2];
     let beside = |at: usize, above: usize| match at % 2 {
@@ -159,7 +160,7 @@ fn fill(picture: &mut [f32], sides: &[u32]) {
 }
 
 impl FillHoles for Cpu {
-    /// A picture is a unit of work.
+    /// One unit of work is one picture.
     fn fill_holes(&self, maps: &mut ShadowMapAtlas<Host>, levels: u32) -> Result<(), Error> {
         let sides = sides(maps.resolution(), levels);
         let texels = (maps.resolution() as usize).pow(2);

@@ -5,14 +5,13 @@
 //! Indirect Illumination, SIGGRAPH Asia 2008; Wyman and Dai, Imperfect Voxelized
 //! Shadow Volumes, HPG 2013, section 3.1.2.
 //!
-//! Departures. The pictures are unfolded octahedra and not paraboloids, so that a
-//! lookup needs no square root. A splat is a square whose area is twice the share of
-//! the surface that the point stands for, as if it faced the light, so that splats
-//! overlap. Holes are filled afterwards only where that is [asked
+//! Departures. The pictures are unfolded octahedra instead of paraboloids, so that a lookup
+//! needs no square root. A splat is a square with twice the area that the point stands for, as
+//! if it faced the light, so that splats overlap. Holes are filled only if this is [asked
 //! for](super::FillHoles).
 //!
-//! The error is mostly shadow that is too wide, by about half a splat on every side of
-//! a caster.
+//! Most of the error is shadow that is too wide, by about half a splat on every side of a
+//! caster.
 
 use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Host};
@@ -26,23 +25,23 @@ use crate::Emitter;
 use crate::scene::raster::{Face, Rays};
 use crate::scene::{Bounds, Emission};
 
-/// Texels from the middle of a splat to its side, at most. A point so near that it
-/// would cover more leaves holes.
+/// The largest distance in texels from the middle of a splat to its side. A point so near that
+/// its splat would be larger leaves holes.
 pub(crate) const MOST_TEXELS: f32 = 12.0;
 
-/// The side of a splat, relative to that of a square of the area that its point stands
-/// for. Independent points leave e⁻¹ of a surface uncovered by squares of just their
-/// area, and e⁻² by these; even points leave less.
+/// The side of a splat, relative to a square of the area that its point stands for. Squares of
+/// just this area around independent points would leave e⁻¹ of a surface uncovered, and these
+/// leave e⁻². Points that are spread evenly leave less.
 const OVERLAP: f32 = 1.4;
 
-/// Renders imperfect shadow maps.
+/// Backends that render imperfect shadow maps.
 pub trait RenderImperfectMaps: Backend {
-    /// The maps of `emitters`, one picture of `resolution` texels per side for each,
-    /// into which about `points` of the casters' points are splatted: a point light
-    /// has a picture of the sphere, a cosine emitter and a spotlight one of the
-    /// hemisphere that it lights, and a parallel light sees all casters in parallel.
+    /// The maps of `emitters`, one picture of `resolution` texels per side for each, into which
+    /// about `points` of the casters' points are splatted. A point light has a picture of the
+    /// sphere, a cosine emitter or a spotlight one of the hemisphere that it lights; a
+    /// directional light has a parallel projection of all casters.
     ///
-    /// Cost: points and their texels, whatever the number of triangles.
+    /// Cost: the points and their texels, whatever the number of triangles.
     ///
     /// # Errors
     /// As for [`RenderShadowMapAtlas::shadow_map_atlas`](super::RenderShadowMapAtlas::shadow_map_atlas).
@@ -57,7 +56,7 @@ pub trait RenderImperfectMaps: Backend {
 }
 
 impl Layout {
-    /// One picture per light.
+    /// The layout with one picture per light.
     pub(crate) fn imperfect(bounds: Bounds, emitters: &[Emitter]) -> Self {
         let mut layout = Self::default();
         for emitter in emitters {
@@ -70,7 +69,7 @@ impl Layout {
     }
 }
 
-/// The frame of a light, and the kind of its picture.
+/// The frame of a light, and the kind of picture that it has.
 fn picture(bounds: Bounds, emitter: &Emitter) -> (Face, u32) {
     let point = match emitter {
         Emitter::Directional(sun) => return (Face::orthographic(bounds, sun.direction()), 1),
@@ -92,7 +91,7 @@ fn picture(bounds: Bounds, emitter: &Emitter) -> (Face, u32) {
     (face, kind)
 }
 
-/// Where a light is; nowhere if it is parallel.
+/// The position of a light; `None` if it is directional.
 pub(crate) fn place(emitter: &Emitter) -> Option<Vec3> {
     match emitter {
         Emitter::Point(point) => Some(point.position()),
@@ -100,8 +99,8 @@ pub(crate) fn place(emitter: &Emitter) -> Option<Vec3> {
     }
 }
 
-/// Texels from the middle to the side of the splat of a point that stands for 1 m²,
-/// for one at a distance of 1 m from a light that is not parallel, on an axis of its
+/// The distance in texels from the middle of a splat to its side, for a point that stands for 1
+/// m². If the light is not directional, this is for a point at 1 m on an axis of the light's
 /// frame.
 pub(crate) fn splat_scale(face: &Face, kind: u32, resolution: u32) -> [f32; 2] {
     let n = resolution as f32;
@@ -114,7 +113,7 @@ pub(crate) fn splat_scale(face: &Face, kind: u32, resolution: u32) -> [f32; 2] {
     }
 }
 
-/// Splats what a light takes of the clusters.
+/// Splats the points that a light takes of each cluster.
 fn splat(
     casters: &CasterPoints<Host>,
     taken: &[Taken],
@@ -142,7 +141,7 @@ fn splat(
                 }
             };
             let Some([column, row]) = texel else { continue };
-            // The texels whose middle is in the splat; at least that of the point.
+            // The texels whose middle is in the splat, but at least the texel of the point.
             let range = |at: f32, scale: f32| {
                 let beyond = (scale * size).clamp(0.5, MOST_TEXELS) - 0.5;
                 let ends = [at - beyond, at + beyond];
@@ -161,7 +160,7 @@ fn splat(
 }
 
 impl RenderImperfectMaps for Cpu {
-    /// A picture is a unit of work.
+    /// One unit of work is one picture.
     fn imperfect_maps(
         &self,
         casters: &CasterPoints<Host>,

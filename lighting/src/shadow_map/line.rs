@@ -1,5 +1,5 @@
-//! A ray in the pictures of a light: where it is, how deep, in which picture, and its
-//! lit parts.
+//! A ray as the pictures of a light show it: its depth, the picture that shows each part of it,
+//! and its lit parts.
 
 use glam::DVec3;
 
@@ -7,13 +7,14 @@ use super::EMPTY;
 use crate::Ray;
 use crate::scene::raster::{Face, Rays};
 
-/// A picture of a light as a linear map to homogeneous coordinates (x, y, w):
-/// columns run from −1 to 1 of x/w, rows from the top from −1 to 1 of y/w.
+/// A picture of a light as a linear map to homogeneous coordinates (x, y, w). Columns
+/// correspond to x/w from −1 to 1; rows, from the top, to y/w from −1 to 1.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Projection {
     x: DVec3,
     y: DVec3,
-    /// Into the picture for central rays; for parallel ones w is 1.
+    /// The direction into the picture for central projections; `None` for parallel ones, where
+    /// w is 1.
     w: Option<DVec3>,
 }
 
@@ -37,41 +38,41 @@ impl Projection {
         }
     }
 
-    /// The picture of the light's origin plus `v`.
+    /// The image of the light's origin plus `v`.
     pub(crate) fn of_point(&self, v: DVec3) -> DVec3 {
         let w = self.w.map_or(1.0, |w| v.dot(w));
         DVec3::new(v.dot(self.x), v.dot(self.y), w)
     }
 
-    /// What the picture changes by along `direction`.
+    /// The derivative of the image along `direction`.
     pub(crate) fn of_direction(&self, direction: DVec3) -> DVec3 {
         let w = self.w.map_or(0.0, |w| direction.dot(w));
         DVec3::new(direction.dot(self.x), direction.dot(self.y), w)
     }
 }
 
-/// How deep a ray is, as the light sees it.
+/// The depth along a ray, as the light measures it.
 #[derive(Debug, Clone, Copy)]
 enum Depth {
-    /// √(h² + s²).
+    /// Depth √(h² + s²).
     Central { h2: f64 },
-    /// `base + slope s`.
+    /// Depth `base + slope s`.
     Parallel { base: f64, slope: f64 },
 }
 
-/// A ray as a light sees it. Positions `s` on it are measured from the foot point
-/// of a light at a point, and from the ray's origin in parallel light.
+/// A ray as a light sees it. Positions `s` on it are measured from the foot point of a point
+/// light, and from the ray's origin in parallel light.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Line {
-    /// From the light's origin to the position 0.
+    /// From the light's origin to position 0.
     base: DVec3,
     direction: DVec3,
-    /// Distance from the eye at the position 0.
+    /// Distance of position 0 from the eye.
     offset: f64,
     depth: Depth,
 }
 
-/// What is known of a part of a ray before each of its texels.
+/// What the least and the greatest depth of some texels say about a part of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Verdict {
     Lit,
@@ -79,14 +80,14 @@ pub(crate) enum Verdict {
     Unknown,
 }
 
-/// Rounding that a whole node must stay clear of, for its verdict to be that of
-/// each of its texels: thousands of roundings of an f64.
+/// How clearly a part must be lit or dark, relative to its depth, for the verdict to hold for
+/// each of its texels: thousands of times the rounding of an f64.
 const CLEAR: f64 = 1e-12;
 
 impl Line {
     pub(crate) fn new(ray: &Ray, face: &Face) -> Self {
         let v = (ray.origin() - face.origin).as_dvec3();
-        // The stored direction is a unit vector to f32 precision only.
+        // The stored direction is of unit length to f32 precision only.
         let direction = ray.direction().as_dvec3().normalize();
         match face.rays {
             Rays::Parallel { .. } => {
@@ -116,17 +117,17 @@ impl Line {
         }
     }
 
-    /// The position at the distance `x` from the eye.
+    /// The position of the point at distance `x` from the eye.
     pub(crate) fn position(&self, x: f32) -> f64 {
         f64::from(x) - self.offset
     }
 
-    /// The distance from the eye at the position `s`.
+    /// The distance of position `s` from the eye.
     pub(crate) fn distance(&self, s: f64) -> f32 {
         (s + self.offset) as f32
     }
 
-    /// Pictures of the position 0 and of the direction.
+    /// The image of position 0, and its derivative along the ray.
     pub(crate) fn pictures(&self, projection: &Projection) -> [DVec3; 2] {
         [
             projection.of_point(self.base),
@@ -142,7 +143,7 @@ impl Line {
         }
     }
 
-    /// The part of `a` to `b` that is no deeper than a texel.
+    /// The part of the range from `a` to `b` that is no deeper than a texel.
     #[inline]
     pub(crate) fn up_to(&self, texel: f32, a: f64, b: f64) -> [f64; 2] {
         if texel == EMPTY {
@@ -173,7 +174,8 @@ impl Line {
         }
     }
 
-    /// What the least and the greatest of the texels say of `a` to `b`.
+    /// The verdict on the range from `a` to `b`, from the least and the greatest depth of the
+    /// texels that it crosses.
     #[inline]
     pub(crate) fn verdict(&self, [min, max]: [f32; 2], a: f64, b: f64) -> Verdict {
         let value = |texel: f32| match texel == EMPTY {
@@ -214,8 +216,8 @@ impl Line {
         }
     }
 
-    /// Calls `part` for each part of `start` to `end` with the picture that shows
-    /// it, or `None` outside of all.
+    /// Calls `part` for each part of the range from `start` to `end` with the picture that
+    /// shows it, or with `None` outside of all pictures.
     pub(crate) fn for_each_picture(
         &self,
         projections: &[Projection],
@@ -265,7 +267,7 @@ impl Line {
     }
 }
 
-/// Which face of a cube, in the order +X −X +Y −Y +Z −Z, the direction points at.
+/// Which face of a cube, in the order +X −X +Y −Y +Z −Z, a direction points at.
 pub(crate) fn cube_face(v: DVec3) -> usize {
     let a = v.abs();
     let axis = if a.x >= a.y && a.x >= a.z {
@@ -278,17 +280,17 @@ pub(crate) fn cube_face(v: DVec3) -> usize {
     2 * axis + usize::from(v[axis] < 0.0)
 }
 
-/// A part of a ray.
+/// A part of a ray, from one position to another.
 pub(crate) type Part = [f64; 2];
 
-/// Lit parts of a ray in order; what touches is one run.
+/// Joins lit parts of a ray, which come in order, into runs.
 pub(crate) struct Runs<F: FnMut(Part)> {
     open: Part,
     emit: F,
 }
 
 impl<F: FnMut(Part)> Runs<F> {
-    /// Calls `emit` for each run.
+    /// Calls `emit` for each finished run.
     pub(crate) fn new(emit: F) -> Self {
         let open = [f64::INFINITY, f64::NEG_INFINITY];
         Self { open, emit }
@@ -316,7 +318,7 @@ impl<F: FnMut(Part)> Runs<F> {
     }
 }
 
-/// A position inside of a part, which may be infinite.
+/// A position inside a part, either end of which may be infinite.
 pub(crate) fn middle([a, b]: Part) -> f64 {
     if b < f64::INFINITY {
         0.5 * (a + b)

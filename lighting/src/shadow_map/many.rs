@@ -1,4 +1,4 @@
-//! The shadow maps of several lights on surfaces.
+//! Filtered shadows of several lights on surfaces, from shadow maps.
 
 use glam::Vec3;
 use gpu_backend::{Backend, Error, Host, Memory};
@@ -14,8 +14,8 @@ use crate::visibility::SurfaceShadow;
 
 /// The shadow maps of several lights, in one buffer of the memory `M`.
 ///
-/// Each covers the part of the casters that its light [reaches](reached); a light that
-/// reaches none has no picture, and nothing is in its shadow.
+/// Each map covers the casters that its light [reaches](reached). A light that reaches no
+/// caster has no picture and casts no shadow.
 #[derive(Debug)]
 pub struct MapsOfMany<M: Memory> {
     lights: Vec<PicturesOf>,
@@ -23,19 +23,19 @@ pub struct MapsOfMany<M: Memory> {
     depth: M::Buffer<f32>,
 }
 
-/// The pictures of one of the lights.
+/// The pictures of one light.
 #[derive(Debug, Clone)]
 struct PicturesOf {
     faces: Vec<Face>,
-    /// The number of the first of them among all.
+    /// The index of its first picture among those of all lights.
     first: u32,
     /// See [`MapsOfMany::with_biases`].
     bias: f32,
 }
 
 impl<M: Memory> MapsOfMany<M> {
-    /// How far points are lifted beyond half a filter's width unless something else is
-    /// asked for, in texels.
+    /// The default distance in texels by which points are lifted off their surface, beyond half
+    /// the width of the filter.
     pub const BIAS: f32 = 1.0;
 
     /// Renders the maps of `emitters` with `resolution` texels per side and face.
@@ -63,16 +63,16 @@ impl<M: Memory> MapsOfMany<M> {
         })
     }
 
-    /// How many pictures the maps of these lights have together: each has the texels of
-    /// one side squared.
+    /// Number of pictures that the maps of these lights have together. A picture has
+    /// resolution² texels.
     pub fn picture_count(casters: &Casters<M>, emitters: &[Emitter]) -> usize {
         let lights = pictures(casters, emitters);
         lights.iter().map(|light| light.faces.len()).sum()
     }
 
-    /// The same with a bias for each light, at least 0 and by default [`MapsOfMany::BIAS`]:
-    /// by so many texels beyond half a filter's width a point is lifted off its surface.
-    /// Lights without one keep theirs.
+    /// The same maps with a bias for each light, in texels, at least 0. A point is lifted off
+    /// its surface by the bias plus half the width of the filter. Lights for which no bias is
+    /// given keep theirs, which is [`MapsOfMany::BIAS`] at first.
     #[must_use]
     pub fn with_biases(mut self, biases: &[f32]) -> Self {
         for (light, bias) in self.lights.iter_mut().zip(biases) {
@@ -81,7 +81,7 @@ impl<M: Memory> MapsOfMany<M> {
         self
     }
 
-    /// Of each light its faces, the number of the first of them, and its bias.
+    /// For each light: its faces, the index of the first of its pictures, and its bias.
     #[cfg(feature = "wgpu")]
     pub(crate) fn pictures(&self) -> impl Iterator<Item = (&[Face], u32, f32)> {
         let lights = self.lights.iter();
@@ -108,9 +108,9 @@ impl<M: Memory> MapsOfMany<M> {
     /// Shadows on surfaces: the lit share of the `width × width` texels around a point. Even
     /// widths count as the next odd one, and those above 65535 as 65535.
     ///
-    /// The point is lifted along its normal by half of that and by the light's
-    /// [bias](MapsOfMany::with_biases), as precomputed shadows do it. Texels beyond the rim
-    /// of a picture are those at the rim; points outside of all pictures are lit.
+    /// The point is lifted along its normal by half of that width plus the light's
+    /// [bias](MapsOfMany::with_biases), as for precomputed shadows. Texels beyond the border of
+    /// a picture repeat those at the border; points outside of all pictures are lit.
     pub fn filtered(&self, width: u32) -> FilteredMapsOfMany<'_, M> {
         FilteredMapsOfMany {
             maps: self,
@@ -120,7 +120,7 @@ impl<M: Memory> MapsOfMany<M> {
 }
 
 impl MapsOfMany<Host> {
-    /// The same maps on another backend.
+    /// Copies the maps to another backend.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit there.
@@ -133,7 +133,7 @@ impl MapsOfMany<Host> {
     }
 }
 
-/// The pictures of lights, without a light's that reaches no caster.
+/// The pictures of each light; none for a light that reaches no caster.
 fn pictures<M: Memory>(casters: &Casters<M>, emitters: &[Emitter]) -> Vec<PicturesOf> {
     let mut first = 0;
     let of_light = |emitter: &Emitter| {
@@ -154,7 +154,7 @@ fn pictures<M: Memory>(casters: &Casters<M>, emitters: &[Emitter]) -> Vec<Pictur
 #[derive(Debug)]
 pub struct FilteredMapsOfMany<'a, M: Memory> {
     maps: &'a MapsOfMany<M>,
-    /// Texels on either side of the middle.
+    /// Texels on either side of the middle one.
     half: u32,
 }
 
@@ -172,15 +172,15 @@ impl<'a, M: Memory> FilteredMapsOfMany<'a, M> {
         self.maps
     }
 
-    /// Texels along a side of the filter.
+    /// Texels along each side of the filter.
     pub fn width(&self) -> u32 {
         2 * self.half + 1
     }
 
-    /// Lights of a point that one dispatch should take, as
-    /// [`LitPoints::lights_per_dispatch`](crate::direct_light::LitPoints::lights_per_dispatch): as many as take some
-    /// 50,000 turns of loops. One light alone takes more with filters that are wider than
-    /// some 200 texels.
+    /// How many lights of a point one dispatch should take, for
+    /// [`LitPoints`](crate::direct_light::LitPoints): so many that an invocation runs some
+    /// 50,000 iterations of its loops, which drivers allow. A single light exceeds this with
+    /// filters wider than some 200 texels.
     pub fn lights_per_dispatch(&self) -> usize {
         let texels = f64::from(self.width()).powi(2) + f64::from(self.width());
         (MOST_TURNS / texels).max(1.0) as usize
@@ -188,14 +188,14 @@ impl<'a, M: Memory> FilteredMapsOfMany<'a, M> {
 }
 
 impl<'a> FilteredMapsOfMany<'a, Host> {
-    /// The shadows of the light of a number; all is in the shadow of a light that nothing is
-    /// known of.
+    /// The shadows of the light with this index. With an index of no light everything is in
+    /// shadow.
     pub fn of_light(&self, light: usize) -> impl SurfaceShadow + use<'a> {
         OfLight { maps: *self, light }
     }
 }
 
-/// Those of one light.
+/// The shadows of one light.
 #[derive(Debug)]
 struct OfLight<'a> {
     maps: FilteredMapsOfMany<'a, Host>,

@@ -9,11 +9,11 @@ use crate::scene::raster::{Face, Footprint, Rays};
 use crate::scene::{Bounds, Emission, Emitter, Geometry};
 use crate::visibility::PointVisibility;
 
-/// Depth of a texel in which the light sees nothing. Shaders must not meet an
-/// infinity.
+/// Depth of a texel in which the light sees nothing. It is finite, because shaders must not
+/// meet an infinity.
 pub const EMPTY: f32 = f32::MAX;
 
-/// A map larger than this is refused: 4 GiB.
+/// Larger shadow maps are refused: 4 GiB.
 const MAX_BYTES: u64 = 1 << 32;
 
 /// Spotlights wider than this (tangent of 75°) get a cube of maps.
@@ -31,6 +31,25 @@ pub enum ShadowMapError {
     Resolution {
         /// Texels per side asked for.
         resolution: u32,
+    },
+    /// The distances between which cascades should lie are out of range, or not in this order.
+    #[error(
+        "cascades from {near} to {far} m were asked for, expected 1e-12 m or more for the first \
+         distance, and more than that but at most 1e12 m for the second"
+    )]
+    CascadeDistances {
+        /// The first distance, m.
+        near: f32,
+        /// The second distance, m.
+        far: f32,
+    },
+    /// The view that cascades cover has no pixels.
+    #[error("cascades of a view of {width} x {height} pixels were asked for, expected 1 or more")]
+    ViewSize {
+        /// Pixels along x.
+        width: u32,
+        /// Pixels along y.
+        height: u32,
     },
     /// The backend failed.
     #[error(transparent)]
@@ -73,7 +92,7 @@ fn map_bytes(faces: usize, resolution: u32) -> u64 {
 }
 
 impl ShadowMap<Host> {
-    /// The same map on another backend.
+    /// Copies the map to another backend.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if it does not fit there.
@@ -85,23 +104,23 @@ impl ShadowMap<Host> {
         })
     }
 
-    /// True if nothing lies between the light and `point`. Points outside of
-    /// the picture are lit: an orthographic map holds all casters, and a
-    /// spotlight does not light them anyway.
+    /// True if no blocker in the map lies between the light and `point`. Points outside of the
+    /// picture are lit: an orthographic map contains all casters, and a spotlight does not
+    /// light such points anyway.
     #[inline]
     pub fn is_lit(&self, point: Vec3) -> bool {
         let (face, v) = face_towards(&self.faces, point);
         depth_of(&self.faces[face], v) <= self.depth_along(face, v)
     }
 
-    /// The depth of the texel in which a face shows its origin plus `v`;
-    /// infinite outside of the picture.
+    /// The depth in the texel in which a face shows its origin plus `v`; infinite outside of
+    /// the picture.
     #[inline]
     fn depth_along(&self, index: usize, v: Vec3) -> f32 {
         let Some(texel) = texel_along(&self.faces[index], self.resolution, v) else {
             return f32::INFINITY;
         };
-        // The far border belongs to the last texel.
+        // The far border of the picture belongs to the last texel.
         let last = self.resolution - 1;
         let [column, row] = texel.map(|position| (position as u32).min(last) as usize);
         let side = self.resolution as usize;
@@ -119,14 +138,13 @@ impl PointVisibility for ShadowMap<Host> {
 
 #[cfg(feature = "voxel-shadow")]
 impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
-    /// The depth of the texel that the ray falls into; none outside of the
-    /// picture.
+    /// The depth of the texel that the light ray falls into; none outside of the picture.
     #[inline]
     fn distance(&self, ray: &epipolar::LightRay) -> f32 {
         let direction = Vec3::from(ray.direction);
         let (face, v) = match self.faces[0].rays {
             Rays::Parallel { .. } => (0, Vec3::from(ray.origin) - self.faces[0].origin),
-            // The light is the origin of all its faces.
+            // All faces have the light as their origin.
             Rays::Central { .. } => (face_along(self.faces.len(), direction), direction),
         };
         let depth = self.depth_along(face, v);
@@ -137,15 +155,15 @@ impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
     }
 }
 
-/// The face that shows `point`, and the way there from the origin that all faces
-/// have.
+/// The face that shows `point`, and the vector to the point from the common origin of all
+/// faces.
 #[inline]
 fn face_towards(faces: &[Face], point: Vec3) -> (usize, Vec3) {
     let v = point - faces[0].origin;
     (face_along(faces.len(), v), v)
 }
 
-/// The face, of so many, that shows what lies along `v` from the light.
+/// Which of `faces` faces shows what lies in the direction `v` from the light.
 #[inline]
 pub(super) fn face_along(faces: usize, v: Vec3) -> usize {
     match faces {
@@ -154,7 +172,7 @@ pub(super) fn face_along(faces: usize, v: Vec3) -> usize {
     }
 }
 
-/// Depth of the origin of a face plus `v`.
+/// The depth, in the sense of a face, of its origin plus `v`.
 #[inline]
 fn depth_of(face: &Face, v: Vec3) -> f32 {
     match face.rays {
@@ -163,8 +181,8 @@ fn depth_of(face: &Face, v: Vec3) -> f32 {
     }
 }
 
-/// Column and row, from 0 to the resolution, at which a face shows its origin
-/// plus `v`; `None` outside of the picture.
+/// Column and row, from 0 to the resolution, at which a face shows its origin plus `v`; `None`
+/// outside of the picture.
 #[inline]
 pub(super) fn texel_along(face: &Face, resolution: u32, v: Vec3) -> Option<[f32; 2]> {
     let (x, y) = (v.dot(face.right), v.dot(face.up));
@@ -188,10 +206,10 @@ pub(super) fn texel_along(face: &Face, resolution: u32, v: Vec3) -> Option<[f32;
     inside.then_some([column, row])
 }
 
-/// Where a point is in the pictures of a light.
+/// The place of a point in the pictures of a light.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
-    /// Which picture.
+    /// Index of the picture.
     pub(crate) face: usize,
     /// Column and row, from 0 to the resolution.
     pub(crate) texel: [f32; 2],
@@ -240,8 +258,9 @@ pub trait RenderShadowMap: Backend {
         self.shadow_map_within(casters, casters.bounds(), emitter, resolution)
     }
 
-    /// The same of the casters within a box: it has as many texels for this part alone,
-    /// and what is outside of its pictures is lit. See [`reached`](super::reached).
+    /// The map of the casters within a box alone. The same number of texels covers a smaller
+    /// part of the scene; points outside of the pictures are lit. See
+    /// [`reached`](super::reached).
     ///
     /// # Errors
     /// As for [`RenderShadowMap::shadow_map`].
@@ -261,8 +280,8 @@ pub trait RenderShadowMap: Backend {
         })
     }
 
-    /// The depths of any pictures of casters, one after the other, each row by row from
-    /// the top.
+    /// The depths of any pictures of the casters, one picture after the other, each row by row
+    /// from the top.
     ///
     /// # Errors
     /// As for [`RenderShadowMap::shadow_map`].
@@ -309,9 +328,9 @@ pub(crate) fn check_size(faces: usize, resolution: u32) -> Result<(), ShadowMapE
     Ok(())
 }
 
-/// Nearest depth per texel; the last of the triangles are `masked`, and count where
-/// they are there. Bands of rows are independent of each other and
-/// the minimum does not depend on order, so neither does the result on threads.
+/// Writes the nearest depth of each texel. The last triangles are those of `masked`; their
+/// holes are left out. Bands of rows are independent of each other, and a minimum does not
+/// depend on the order, so the result does not depend on threads.
 pub(crate) fn render_face(
     cpu: &Cpu,
     face: &Face,
@@ -322,7 +341,7 @@ pub(crate) fn render_face(
 ) {
     const CHUNK: usize = 4096;
     let solid = triangles.len() - masked.len();
-    // Footprints, and which of the masked triangles they are of.
+    // Footprints of the triangles, and for masked ones their index in `masked`.
     let footprints: Vec<Vec<(Footprint, Option<usize>)>> =
         cpu.map(triangles.len().div_ceil(CHUNK), |chunk| {
             (chunk * CHUNK..)
@@ -363,13 +382,13 @@ pub(crate) fn render_face(
     });
 }
 
-/// Number of faces that the shadow map of `emitter` has in a scene: one or
-/// six. A map takes 4 bytes × faces × resolution².
+/// Number of faces that the shadow map of `emitter` has in a scene: one or six. A map takes 4
+/// bytes × faces × resolution².
 pub fn face_count(geometry: &Geometry, emitter: &Emitter) -> usize {
     faces(geometry.bounds(), emitter).len()
 }
 
-/// The picture planes of a light that can see casters in a box.
+/// The picture planes from which a light sees all casters in a box.
 pub(crate) fn faces(bounds: Bounds, emitter: &Emitter) -> Vec<Face> {
     let point = match emitter {
         Emitter::Directional(sun) => return vec![Face::orthographic(bounds, sun.direction())],
@@ -395,9 +414,9 @@ pub(crate) fn faces(bounds: Bounds, emitter: &Emitter) -> Vec<Face> {
     }
 }
 
-/// One picture of all casters from a light outside of their box, and its
-/// tangent, if that is narrower than the face of a cube. The texels of a
-/// distant light would be wasted on empty space otherwise.
+/// One perspective picture of all casters in a box from a light outside of it, and the tangent
+/// of its half angle; `None` if it is no narrower than a face of a cube. The cube around a
+/// distant light would spend most texels on empty space.
 fn fitted(bounds: Bounds, origin: Vec3) -> Option<(Face, f32)> {
     let forward = (0.5 * (bounds.min() + bounds.max()) - origin).try_normalize()?;
     let right = forward.any_orthonormal_vector();
@@ -412,7 +431,7 @@ fn fitted(bounds: Bounds, origin: Vec3) -> Option<(Face, f32)> {
         }
         tan = tan.max(across / z);
     }
-    // The corners are rounded; nothing may fall off the edge.
+    // A margin for the rounding of the corners, so that no caster falls off the edge.
     let tan = tan * (1.0 + 1e-4);
     let face = Face {
         origin,

@@ -1,4 +1,4 @@
-//! Which triangles are masked, and what of them is there.
+//! Masked triangles, and where their masks have holes.
 
 use glam::Vec3;
 
@@ -31,8 +31,8 @@ impl Masked {
         }
     }
 
-    /// The solid triangles and after them the masked ones, but for those that are a hole
-    /// everywhere; `None` if all are solid.
+    /// The solid triangles, followed by the masked ones without those that are holes
+    /// everywhere; `None` if all triangles are solid.
     pub(crate) fn order(&self, geometry: &Geometry) -> Option<Vec<[Vec3; 3]>> {
         if self.coatings.all_solid() {
             return None;
@@ -47,13 +47,13 @@ impl Masked {
         self.triangles.len()
     }
 
-    /// What the masked triangle `index` does to light.
+    /// What the masked triangle `index` does to light that meets it.
     pub(crate) fn caster(&self, index: usize) -> Caster<'_> {
         self.coatings.caster(self.triangles[index] as usize)
     }
 
-    /// Whether the masked triangle `index` is there at the barycentric coordinates
-    /// (`u`, `v`).
+    /// Whether the masked triangle `index` blocks light at the barycentric coordinates (`u`,
+    /// `v`).
     pub(crate) fn blocks(&self, index: usize, u: f64, v: f64) -> bool {
         self.caster(index).transmittance_at(u, v) == Vec3::ZERO
     }

@@ -1,4 +1,4 @@
-//! Masks as the shaders of shadow maps see them.
+//! Masks as the shaders of shadow maps read them.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use crate::scene::{AlphaMode, Caster, Coating, Filter, Wrap};
 /// Words of a record: `light_Mask` of `mask.wgsl`.
 pub(crate) const WORDS: usize = 16;
 
-/// What the masked triangles of a scene are covered with.
+/// The masks of the masked triangles of a scene.
 #[derive(Debug)]
 pub(crate) struct Masks<M: Memory> {
-    /// One per masked triangle.
+    /// One record for each masked triangle.
     pub(crate) records: M::Buffer<[u32; WORDS]>,
     /// The opacities of all textures, one after the other.
     pub(crate) opacities: M::Buffer<f32>,
@@ -26,7 +26,7 @@ impl<M: Memory> Masks<M> {
         masked: &Masked,
     ) -> Result<Self, Error> {
         let mut opacities = Vec::new();
-        // Where the texels begin that are at an address.
+        // For the address of a texture's texels, the index of the first of them in `opacities`.
         let mut known = BTreeMap::new();
         let mut records = Vec::with_capacity(masked.len());
         for index in 0..masked.len() {
@@ -46,7 +46,7 @@ impl<M: Memory> Masks<M> {
     }
 }
 
-/// `first` tells where the texels of a texture begin.
+/// The record of a triangle; `first` gives the index of a texture's first texel.
 fn record(
     coating: &Coating<'_>,
     first: impl FnOnce(&[f32]) -> usize,
@@ -56,7 +56,7 @@ fn record(
     if let Some(texture) = coating.texture()
         && !coordinates.iter().all(|uv| uv.is_finite())
     {
-        // What is nowhere is the first texel; this is its middle.
+        // Coordinates that are not finite count as the middle of the first texel.
         let size = Vec2::new(texture.width() as f32, texture.height() as f32);
         coordinates = [0.5 / size; 3];
     }

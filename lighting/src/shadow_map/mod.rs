@@ -1,27 +1,26 @@
 //! What a light sees: the depth of the first blocker in every direction.
 //!
-//! * A **directional** light gets one orthographic map over all casters; depth
-//!   is the distance along the light.
-//! * A **spotlight** of up to 75° half angle gets one perspective map; depth
-//!   is the Euclidean distance from the light.
-//! * A **point** light, a wider spotlight or a cosine emitter gets six
-//!   perspective maps, the faces of a cube, of Euclidean distance.
-//! * Any of these outside of the casters' bounding box gets one perspective
-//!   map around the box instead where that is narrower.
+//! * A **directional** light has one orthographic map of all casters; depth is the distance
+//!   along the light.
+//! * A **spotlight** of up to 75° half angle has one perspective map; depth is the Euclidean
+//!   distance from the light.
+//! * A **point** light, a wider spotlight or a cosine emitter has six perspective maps, the
+//!   faces of a cube, with Euclidean distances.
+//! * If one of these is outside of the casters' bounding box, it has one perspective map around
+//!   the box where that is narrower.
 //!
-//! Lookups take the nearest texel and compare without a bias: points in the
-//! air have no surface of their own to be shadowed by.
+//! Lookups take the nearest texel and compare without a bias: a point in the air has no surface
+//! of its own that could shadow it.
 //!
-//! [`MapsOfMany`] are those of several lights in one buffer, filtered on surfaces: the
-//! shadows of what moves, beside precomputed ones of what stays.
+//! [`MapsOfMany`] holds the maps of several lights in one buffer, filtered on surfaces. It
+//! serves for the shadows of what moves, beside precomputed shadows of what stays.
 //!
-//! [`Depth16Maps`] have 16 bits for a depth, and cascades for a sun: what engines keep, to
-//! compare with.
+//! [`Depth16Maps`] has depths of 16 bits, and cascades for a sun, as game engines do. It is a
+//! baseline to compare with.
 //!
-//! A `ShadowMapAtlas` (feature `voxel-shadow`) has the maps of many lights in one
-//! buffer: exact ones (`RenderShadowMapAtlas`), or imperfect ones of points
-//! (`RenderImperfectMaps`), whose holes may be filled
-//! (`FillHoles`).
+//! A `ShadowMapAtlas` (feature `voxel-shadow`) holds the maps of many lights in one buffer:
+//! exact ones (`RenderShadowMapAtlas`), or imperfect ones made from points
+//! (`RenderImperfectMaps`), whose holes can be filled (`FillHoles`).
 
 #[cfg(feature = "voxel-shadow")]
 mod atlas;

@@ -3,23 +3,23 @@
 //! Based on: Cigolle, Donow, Evangelakos, Mara, McGuire, Meyer, A Survey of
 //! Efficient Representations for Independent Unit Vectors, JCGT 2014.
 //!
-//! A hemisphere is the half of the octahedron with z ≥ 0, a square of which the
-//! corners are turned to the sides; a sphere has the other half in its corners.
-//! The solid angle of a texel varies by a factor of 5.2 over either.
+//! A hemisphere is the half of the octahedron with z ≥ 0; it is a square that stands on a
+//! corner and is turned to fill the picture. A sphere has the other half in the corners of the
+//! picture. The solid angle of a texel varies by a factor of 5.2 over either.
 
 use glam::Vec3;
 
 use crate::scene::raster::Face;
 
-/// Stands for the number of faces of a light that has one picture of the hemisphere
+/// Takes the place of the number of faces for a light that has one picture of the hemisphere
 /// around the forward direction of its face.
 pub(crate) const HEMISPHERE: u32 = 0x100;
 
-/// The same of the sphere.
+/// The same for a picture of the sphere.
 pub(crate) const SPHERE: u32 = 0x101;
 
-/// Column and row, from 0 to the resolution, at which a picture of that kind shows
-/// what lies along `v`; `None` behind a hemisphere, and for no direction.
+/// Column and row, from 0 to the resolution, at which a picture of this kind shows the
+/// direction `v`; `None` behind a hemisphere, and for a vector of length 0.
 #[inline]
 pub(super) fn octahedral(face: &Face, kind: u32, resolution: u32, v: Vec3) -> Option<[f32; 2]> {
     let (x, y, z) = (v.dot(face.right), v.dot(face.up), v.dot(face.forward));
@@ -40,14 +40,15 @@ pub(super) fn octahedral(face: &Face, kind: u32, resolution: u32, v: Vec3) -> Op
     Some([inside(a), inside(b)])
 }
 
-/// Texels per radian around the axes of the frame, where they are the smallest. In
-/// the unit direction v a texel has |v|₁³ times the solid angle that it has there.
+/// Texels per radian on the axes of the frame, where texels have the smallest solid angle. A
+/// texel in the unit direction v has |v|₁³ times that solid angle.
 pub(crate) fn texels_per_radian(kind: u32, resolution: u32) -> f32 {
     let area: f32 = if kind == HEMISPHERE { 2.0 } else { 4.0 };
     resolution as f32 / area.sqrt()
 }
 
-/// The square root of that factor, for any v: how much wider texels are.
+/// The square root of that factor, for a v of any length: how much wider texels are than on an
+/// axis.
 #[inline]
 pub(super) fn width(face: &Face, v: Vec3) -> f32 {
     let sum = [face.right, face.up, face.forward].map(|axis| v.dot(axis).abs());

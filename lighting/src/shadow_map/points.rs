@@ -6,32 +6,32 @@
 //! 3.1.2.
 //!
 //! Departures. The points are the same in every run. They are sorted into clusters of
-//! neighbours, each in an order of which any beginning is spread over all of it, so
-//! that a light can take many of those that are near and few of those far away: the
-//! level of detail that Wyman and Dai miss (section 5).
+//! neighbours. Any first points of a cluster are spread over all of it, so that a light can
+//! take many points of near clusters and few of far ones. Wyman and Dai miss this level of
+//! detail (section 5).
 
 use glam::Vec3;
 use gpu_backend::{Backend, Error, Memory};
 
 use crate::scene::{Bounds, Caster, Geometry};
 
-/// Points of all casters, at most: 256 MiB of them.
+/// The largest number of points: 256 MiB of them.
 const MOST_POINTS: u32 = 1 << 24;
 
-/// Points of a cluster: few enough to lie close together.
+/// Points in a cluster: few enough to lie close together.
 const CLUSTER: usize = 64;
 
-/// Points of the surfaces that cast shadows, each for the same area.
+/// Points on the surfaces that cast shadows, each of which stands for the same area.
 #[derive(Debug)]
 pub struct CasterPoints<M: Memory> {
     points: M::Buffer<[f32; 4]>,
     clusters: Vec<Cluster>,
     bounds: Bounds,
-    /// The area that a point stands for.
+    /// The area that a point stands for, m².
     share: f64,
 }
 
-/// Neighbours among the points.
+/// Points that are neighbours.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cluster {
     pub(crate) first: u32,
@@ -40,18 +40,18 @@ pub(crate) struct Cluster {
     radius: f32,
 }
 
-/// How many points of each cluster a light takes.
+/// How many points a light takes of each cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LevelOfDetail {
-    /// The same share of all: the paper's.
+    /// The same share of each cluster, as in the paper.
     Even,
-    /// As many as make the splats of all clusters equally large seen from the light.
+    /// So many that seen from the light the splats of all clusters are equally large.
     #[default]
     Near,
 }
 
-/// What a light takes of a cluster: the first so many points, each as a splat of
-/// this area in m².
+/// What a light takes of a cluster: its first `count` points, each as a splat of this area in
+/// m².
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct Taken {
@@ -60,11 +60,11 @@ pub(crate) struct Taken {
 }
 
 impl<M: Memory> CasterPoints<M> {
-    /// About `count` points, evenly over the area of all triangles; those in the holes
-    /// of masks are left out, and so is what is see-through or casts no shadow.
+    /// About `count` points, spread evenly over the area of all triangles. Points in the holes
+    /// of masks are left out, and so are triangles that are see-through or cast no shadow.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] for more than 2^24, and if they do not fit.
+    /// [`Error::TooLarge`] for more than 2^24 points, or if the points do not fit.
     pub fn sample<B>(backend: &B, geometry: &Geometry, count: u32) -> Result<Self, Error>
     where
         B: Backend<Memory = M>,
@@ -111,8 +111,7 @@ impl<M: Memory> CasterPoints<M> {
         self.bounds
     }
 
-    /// What a light at `position` takes of each cluster, together about `budget`
-    /// points.
+    /// What a light at `position` takes of each cluster, about `budget` points in all.
     pub(crate) fn taken(
         &self,
         position: Option<Vec3>,
@@ -129,7 +128,8 @@ impl<M: Memory> CasterPoints<M> {
             })
             .collect();
         let scale = self.scale(&weights, f64::from(budget));
-        // Fractions of points are rounded up and down in turn.
+        // Fractions of points are rounded up or down by a golden-ratio sequence, so that the
+        // sum is right.
         let golden = 0.5 * (5_f64.sqrt() - 1.0);
         let each = self.clusters.iter().zip(&weights).enumerate();
         each.map(|(index, (cluster, weight))| {
@@ -143,12 +143,12 @@ impl<M: Memory> CasterPoints<M> {
         .collect()
     }
 
-    /// The points per weight of which all clusters together have `wanted`, where none has
-    /// more than its own; infinite for more than there are.
+    /// The factor f for which all clusters together have `wanted` points, if each takes min(f ·
+    /// weight, its count); infinite if they have no more than `wanted`.
     ///
-    /// Clusters are whole from count / weight on. Taken from the one that becomes whole
-    /// last, the others being whole, there is one number of clusters that are not for
-    /// which the scale is in between.
+    /// A cluster is taken whole where f ≥ count / weight. Clusters are sorted by this value,
+    /// the largest first, and one after the other is counted as not whole. For one number of
+    /// them the f that then gives `wanted` points lies between their value and the next.
     fn scale(&self, weights: &[f64], wanted: f64) -> f64 {
         let each = self.clusters.iter().zip(weights);
         let mut clusters: Vec<[f64; 3]> = each
@@ -190,15 +190,15 @@ impl Cluster {
         }
     }
 
-    /// How near it may be, not less than a fifth of its size: inside of it, one of its
-    /// points may be anywhere.
+    /// The distance of its nearest point, but at least a fifth of its radius: within the
+    /// cluster, a point may be anywhere.
     fn distance(&self, position: Vec3) -> f64 {
         let way = position.distance(self.centre) - self.radius;
         f64::from(way.max(0.2 * self.radius).max(1e-6))
     }
 }
 
-/// Points over the area of the triangles, and the area that each stands for.
+/// Points spread over the area of the triangles, and the area that each stands for.
 fn spread(geometry: &Geometry, count: u32) -> (Vec<Vec3>, f64) {
     let triangles = geometry.triangles();
     let area = |[a, b, c]: &[Vec3; 3]| {
@@ -215,7 +215,7 @@ fn spread(geometry: &Geometry, count: u32) -> (Vec<Vec3>, f64) {
         return (Vec::new(), 0.0);
     }
     let share = total / f64::from(count);
-    // The two of Roberts' sequence: 1/g and 1/g², g³ = g + 1.
+    // The steps of Roberts' two-dimensional sequence: 1/g and 1/g², where g³ = g + 1.
     let steps = [0.754_877_666_246_692_8, 0.569_840_290_998_053_2];
     let mut points = Vec::with_capacity(count as usize);
     let (mut before, mut next) = (0.0, 0_u32);
@@ -242,7 +242,7 @@ fn spread(geometry: &Geometry, count: u32) -> (Vec<Vec3>, f64) {
     (points, share)
 }
 
-/// In the order of Morton's curve.
+/// Sorts points along a Morton curve.
 fn sort_by_place(points: &mut [Vec3], bounds: Bounds) {
     let low = bounds.min();
     let size = (bounds.max() - low).max_element().max(f32::MIN_POSITIVE);

@@ -5,19 +5,19 @@ use glam::{DVec3, Vec3};
 use crate::Emitter;
 use crate::scene::{Bounds, Emission, PointEmitter};
 
-/// What roundings of f32 coordinates add, relative to the distances that go into a test.
+/// A bound on what rounding f32 coordinates adds, relative to the distances in a test.
 const ROUNDING: f64 = 1e-5;
 
-/// The part of a box of casters that matters for the shadows of a light: all casters that
-/// can be in the way of its light are in it. `None` if the light does not shine on any of
-/// them, so that they cannot hide it from anything that it lights.
+/// The part of a box of casters that can matter for the shadows of a light. Every caster that
+/// can block its light is in it. `None` if the light shines on none of the casters, so that
+/// they block none of its light.
 ///
-/// For a light with a range this is what the box has in common with the cube around the
-/// range. A [map](super::RenderShadowMap::shadow_map_within) of this part has smaller texels than
-/// one of the whole box.
+/// For a light with a range this is the intersection of the box with the cube around the range.
+/// A [map](super::RenderShadowMap::shadow_map_within) of this part has smaller texels than one
+/// of the whole box.
 ///
-/// The test is conservative: a light that shines close past the casters may be called one
-/// that reaches them.
+/// The test is conservative: a light that narrowly misses the casters may count as one that
+/// reaches them.
 pub fn reached(casters: Bounds, emitter: &Emitter) -> Option<Bounds> {
     let Emitter::Point(point) = emitter else {
         return Some(casters);
@@ -42,11 +42,11 @@ pub fn reached(casters: Bounds, emitter: &Emitter) -> Option<Bounds> {
     }
     let reach = Vec3::splat((range + slack) as f32);
     let (from, to) = (min.max(position - reach), max.min(position + reach));
-    // What the light merely touches has no volume.
+    // A box that the light only touches has no volume.
     Some(Bounds::new(from, to).unwrap_or(casters))
 }
 
-/// Whether a sphere may be in the cone of a light.
+/// Whether some of a sphere may be in the cone of a light.
 fn shines_towards(point: &PointEmitter, to_centre: DVec3, radius: f64) -> bool {
     let (axis, cos) = match point.emission() {
         Emission::Isotropic => return true,

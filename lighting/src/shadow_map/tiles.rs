@@ -9,15 +9,14 @@ use super::map::{EMPTY, cube_face, texel_along};
 use super::octahedron::{HEMISPHERE, SPHERE, octahedral};
 use crate::scene::raster::{Face, Rays};
 
-/// The maps of some lights of a [`ShadowMapAtlas`]; see
-/// [`ShadowMapAtlas::of_tiles`].
+/// The maps of some lights of a [`ShadowMapAtlas`]. [`ShadowMapAtlas::of_tiles`] makes it.
 #[derive(Debug)]
 pub struct TileMaps<'a, M: Memory> {
     pub(crate) maps: &'a ShadowMapAtlas<M>,
     pub(crate) lights: &'a [u32],
 }
 
-/// A picture of a light; without texels where it does not shine.
+/// A picture of a light. It has no texels where the light does not shine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Picture<'a> {
     face: &'a Face,
@@ -29,16 +28,16 @@ pub(super) struct Picture<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum OfLight<'a> {
     Parallel(Picture<'a>),
-    /// One in perspective.
+    /// One perspective picture.
     Narrow(Picture<'a>),
-    /// The faces of a cube, in their order.
+    /// The six faces of a cube, in order.
     Cube([Picture<'a>; 6]),
-    /// An octahedron of that kind.
+    /// One octahedral picture of this kind.
     Octahedron(Picture<'a>, u32),
 }
 
 impl ShadowMapAtlas<Host> {
-    /// The pictures of the light of that number.
+    /// The pictures of the light with this index.
     #[inline]
     pub(super) fn of_light(&self, light: usize) -> OfLight<'_> {
         let layout = self.layout();
@@ -65,13 +64,13 @@ impl ShadowMapAtlas<Host> {
 }
 
 impl Picture<'_> {
-    /// The depth at a column and a row; [`EMPTY`] outside.
+    /// The depth at a column and a row; [`EMPTY`] outside of the picture.
     #[inline(always)]
     fn at(&self, place: Option<[f32; 2]>) -> f32 {
         let (Some(place), Some(texels)) = (place, self.texels) else {
             return EMPTY;
         };
-        // The far border belongs to the last texel.
+        // The far border of the picture belongs to the last texel.
         let last = self.side - 1;
         let [column, row] = place.map(|position| (position as u32).min(last) as usize);
         texels[row * self.side as usize + column]
@@ -100,9 +99,8 @@ fn octahedron(picture: &Picture<'_>, kind: u32, direction: Vec3) -> f32 {
 }
 
 impl OfLight<'_> {
-    /// The depth at which the light meets something along `direction` from `origin`;
-    /// [`EMPTY`] if it does not. Parallel light starts at `origin`, other light where it
-    /// is.
+    /// The depth at which light in the direction `direction` meets its first blocker; [`EMPTY`]
+    /// if it meets none. Parallel light starts at `origin`, other light at its own position.
     #[inline]
     pub(super) fn first_blocker(&self, origin: Vec3, direction: Vec3) -> f32 {
         match self {
@@ -122,7 +120,7 @@ impl voxel_shadow::AtlasBlocker for TileMaps<'_, Host> {
         self.maps.of_light(light).first_blocker(origin, direction)
     }
 
-    /// What kind of pictures the light has is found out once.
+    /// The kind of the light's pictures is determined once for all rays.
     fn distances(&self, tile: usize, rays: &[LightRay], distances: &mut [f32]) {
         let all = rays.iter().zip(distances);
         match &self.maps.of_light(self.lights[tile] as usize) {
