@@ -1,4 +1,4 @@
-//! Smoke and hair from files of their own, beside a scene.
+//! Smoke and hair from files of their own, added to a scene.
 
 use std::path::{Path, PathBuf};
 
@@ -8,25 +8,23 @@ use lighting::scene::load::{LoadOptions, Loaded, scene_from_path};
 use lighting::scene::{Scene, Translucent};
 
 use crate::failure::Failure;
-use crate::parse;
 
 /// What is added to a scene.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Smoke and hair")]
 pub(crate) struct AddedOptions {
-    /// Smoke beside what is in the scene, from a VOL or NanoVDB file; any number of times.
-    /// Its origin is put at X,Y,Z, in metres with +Y up [default: where it is in the file],
-    /// and it is SCALE times as large; the extinction stays what it is per metre
+    /// Add smoke from a VOL or NanoVDB file to the scene; may be repeated. Its origin is placed
+    /// at X,Y,Z, in metres with +Y up [default: where it is in the file], and its size is
+    /// multiplied by SCALE; the extinction per metre stays the same
     #[arg(long, value_name = "FILE[@X,Y,Z[,SCALE]]", value_parser = placed)]
     pub(crate) smoke: Vec<Placed>,
 
-    /// Hair beside what is in the scene, from a HAIR file, placed as smoke is; any number
-    /// of times
+    /// Add hair from a HAIR file to the scene, placed in the same way as smoke; may be repeated
     #[arg(long, value_name = "FILE[@X,Y,Z[,SCALE]]", value_parser = placed)]
     pub(crate) hair: Vec<Placed>,
 }
 
-/// A file, and where what is in it stands.
+/// A file, and the place of its contents.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Placed {
     path: PathBuf,
@@ -34,8 +32,8 @@ pub(crate) struct Placed {
     scale: f64,
 }
 
-/// `plume.nvdb@0,1.5,-2,0.5`. What follows an @ and is no list of numbers is part of the
-/// name.
+/// Reads `plume.nvdb@0,1.5,-2,0.5`. If the text after the last @ is not a list of numbers, it
+/// belongs to the name.
 fn placed(text: &str) -> Result<Placed, String> {
     let whole = |text: &str| Placed {
         path: text.into(),
@@ -45,13 +43,18 @@ fn placed(text: &str) -> Result<Placed, String> {
     let Some((path, place)) = text.rsplit_once('@') else {
         return Ok(whole(text));
     };
-    let Ok(numbers) = parse::doubles(place) else {
+    let numbers = place.split(',').map(|number| number.trim().parse::<f64>());
+    let Ok(numbers) = numbers.collect::<Result<Vec<_>, _>>() else {
         return Ok(whole(text));
     };
+    // "nan" and "inf" are numbers to the parser.
+    if !numbers.iter().all(|number| number.is_finite()) {
+        return Err(format!("the place is {place}, expected finite numbers"));
+    }
     let (at, scale) = match numbers[..] {
         [x, y, z] => (DVec3::new(x, y, z), 1.0),
         [x, y, z, scale] => (DVec3::new(x, y, z), scale),
-        _ => return Err("expected a place as X,Y,Z or X,Y,Z,SCALE behind the @".into()),
+        _ => return Err("expected a place as X,Y,Z or X,Y,Z,SCALE after the @".into()),
     };
     if !(1e-6..=1e6).contains(&scale) {
         return Err(format!("the scale is {scale}, expected 1e-6 to 1e6"));
@@ -66,7 +69,7 @@ fn placed(text: &str) -> Result<Placed, String> {
     })
 }
 
-/// What is meant by an option.
+/// The kind of contents that an option adds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Smoke,
@@ -79,8 +82,8 @@ impl AddedOptions {
         self.smoke.is_empty() && self.hair.is_empty()
     }
 
-    /// Reads the files and puts what is in them into a scene that was moved by `offset`
-    /// when it was read.
+    /// Reads the files and adds their contents to a scene that was moved by `offset` when it
+    /// was read.
     pub(crate) fn add(
         &self,
         scene: &mut Scene,
@@ -104,13 +107,18 @@ impl AddedOptions {
 
 fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
     if !path.exists() {
-        return Err(Failure::new("there is no such file"));
+        // A place that is no list of numbers was taken for a part of the name.
+        let hint = match path.to_string_lossy().contains('@') {
+            true => "; a place after an @ is X,Y,Z or X,Y,Z,SCALE",
+            false => "",
+        };
+        return Err(Failure::new(format!("there is no such file{hint}")));
     }
     Ok(scene_from_path(path, options)?)
 }
 
 impl Placed {
-    /// What of a file is meant, where it is to be.
+    /// The contents of this kind, moved to their place.
     fn of(&self, kind: Kind, loaded: Loaded, offset: DVec3) -> Result<Vec<Translucent>, Failure> {
         let shift = (self.at + self.scale * loaded.offset - offset).as_vec3();
         let scale = self.scale as f32;
@@ -163,6 +171,9 @@ mod tests {
             "p@1,2,3,-1",
         ] {
             assert!(placed(wrong).is_err(), "{wrong}");
+        }
+        for wrong in ["p.vol@nan,0,0", "p.vol@0,-inf,0", "p.vol@0,0,0,nan"] {
+            assert!(placed(wrong).unwrap_err().contains("finite"), "{wrong}");
         }
     }
 }

@@ -48,11 +48,11 @@ pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
             .map_or("nothing".into(), |part| format!("no {}", part.display()));
         input
             .notes
-            .push(format!("there is {missing} to go on from"));
+            .push(format!("there is {missing} to continue from"));
     }
 
     if !input.scene.translucent.is_empty() {
-        let note = "hair and smoke are left out: a grid knows lit and shadowed only";
+        let note = "hair and smoke are left out: a grid can only hold lit or shadowed";
         input.notes.push(note.into());
     }
 
@@ -197,7 +197,7 @@ fn emitters(lights: &[Light], names: &[String]) -> Result<(Vec<Emitter>, Vec<Str
             (0..lights.len()).partition(|&index| is_area(&lights[index]));
         if !soft.is_empty() {
             notes.push(format!(
-                "{} left out, whose shadows are soft; a grid holds those of a point",
+                "{} left out: their shadows are soft, and a grid holds the shadows of a point",
                 count(soft.len(), "area light")
             ));
         }
@@ -215,12 +215,12 @@ fn emitters(lights: &[Light], names: &[String]) -> Result<(Vec<Emitter>, Vec<Str
     for (at, &index) in wanted.iter().enumerate() {
         if is_area(&lights[index]) {
             return Err(Failure::new(format!(
-                "light {index} is an area light, whose shadows are soft; a grid holds those of a point"
+                "light {index} is an area light: its shadows are soft, and a grid holds the shadows of a point"
             )));
         }
         if wanted[..at].contains(&index) {
             return Err(Failure::new(format!(
-                "--light: light {index} is asked for twice"
+                "--light: light {index} is given twice"
             )));
         }
         // All others are one emitter.
@@ -340,8 +340,8 @@ fn run_bake(bake: &mut SetBake<'_>, stop: &AtomicBool, part: Option<&Path>) -> R
         Ended::Bake(shadow_dag::Error::Cancelled { finished, tiles }) => {
             let begin = format!("interrupted after {finished} of {tiles} tiles");
             Failure::new(match part {
-                Some(part) => format!("{begin}; --resume goes on from {}", part.display()),
-                None => format!("{begin}, which are lost: the output is no regular file"),
+                Some(part) => format!("{begin}; --resume continues from {}", part.display()),
+                None => format!("{begin}, which are lost because the output is not a regular file"),
             })
         }
         Ended::Bake(error) => error.into(),

@@ -1,4 +1,4 @@
-//! The backends that there are.
+//! The backends that are present.
 
 use clap::ValueEnum;
 use gpu_backend::gpu::Context;
@@ -9,16 +9,16 @@ use crate::print::complain;
 /// Turns a missing GPU into a failure if it is `1`.
 const REQUIRE_VARIABLE: &str = "REQUIRE_GPU";
 
-/// Where steps run.
+/// Backends by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum BackendName {
-    /// The processor, all threads
+    /// The CPU, with all threads
     Cpu,
-    /// The graphics processor, through Vulkan, Metal or Direct3D 12
+    /// The GPU, through Vulkan, Metal or Direct3D 12
     Gpu,
 }
 
-/// A backend that is there.
+/// A backend that is present.
 #[derive(Debug)]
 pub(crate) struct Device {
     /// Its name in reports.
@@ -53,8 +53,8 @@ impl Device {
     }
 }
 
-/// Those of the backends that are asked for, or of all if none is, that are there,
-/// the CPU first; why the GPU is not, if it is missing and nobody asked for it.
+/// The backends that are present among those in `asked`, or among all if it is empty, the CPU
+/// first. If the GPU is missing and was not asked for, also the reason.
 pub(crate) fn find(asked: &[BackendName]) -> Result<(Vec<Device>, Option<String>), Failure> {
     let any = asked.is_empty();
     let mut present = Vec::new();
@@ -76,8 +76,8 @@ pub(crate) fn find(asked: &[BackendName]) -> Result<(Vec<Device>, Option<String>
     Ok((present, missing))
 }
 
-/// Does something while drivers cannot write to standard error, where they complain
-/// of environments that nobody asked them about.
+/// Does something while drivers cannot write to standard error, where some complain about
+/// their environment.
 #[cfg(unix)]
 fn without_chatter<T>(work: impl FnOnce() -> T) -> T {
     use rustix::stdio::{dup2_stderr, stderr};

@@ -51,7 +51,7 @@ pub(crate) fn radiance(
     check_ambient(&options.ambient, input)?;
     if options.surface_scattering.is_some() && input.scene.medium.is_none() {
         return Err(Failure::new(
-            "--surface-scattering is light that fog scatters, and the scene has none",
+            "--surface-scattering needs fog, and the scene has none",
         ));
     }
     let light = IndirectLight {
@@ -88,9 +88,7 @@ pub(crate) fn radiance(
 pub(crate) fn check_ambient(option: &AmbientOption, input: &Input) -> Result<(), Failure> {
     match (option.ambient, &input.scene.medium) {
         (None, _) => Ok(()),
-        (Some(_), None) => Err(Failure::new(
-            "--ambient is light that fog scatters, and the scene has none",
-        )),
+        (Some(_), None) => Err(Failure::new("--ambient needs fog, and the scene has none")),
         (Some(radiance), Some(medium)) => Ambient::new(radiance.to_array(), medium)
             .map(|_| ())
             .map_err(|error| Failure::from(error).about("--ambient")),
@@ -133,18 +131,19 @@ fn notes(indirect: &Indirect, environment: bool, input: &Input) -> Vec<String> {
     let mut notes = Vec::new();
     if indirect.in_closed_form + indirect.by_quadrature > 0 {
         notes.push(format!(
-            "light by way of the fog onto surfaces: {} in closed form, {} by quadrature",
+            "light scattered onto surfaces: {} in closed form, {} by quadrature",
             count(indirect.in_closed_form, "light"),
             count(indirect.by_quadrature, "light"),
         ));
     }
     if let (true, Some(medium)) = (environment, &input.scene.medium) {
         if medium.phase() != PhaseFunction::Isotropic {
-            notes.push("the halo of the environment is that of fog that scatters evenly".into());
+            notes.push("the halo of the environment is computed for isotropic scattering".into());
         }
         if medium.bounds().is_some() {
             notes.push(
-                "the halo of the environment is that of a ball of fog as deep as the box".into(),
+                "the halo of the environment is computed for a ball of fog as deep as the box"
+                    .into(),
             );
         }
     }

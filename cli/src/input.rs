@@ -158,7 +158,7 @@ impl Input {
     pub(crate) fn casters_that_stay(&self) -> Result<&Geometry, Failure> {
         let part = self.geometry.static_part().filter(|_| self.stays);
         part.ok_or_else(|| {
-            Failure::new("all triangles are dynamic: there are no shadows that stay")
+            Failure::new("all triangles are dynamic, so there are no shadows to precompute")
         })
     }
 
@@ -199,7 +199,7 @@ impl Input {
     pub(crate) fn camera(&self) -> Result<Camera, Failure> {
         self.scene
             .camera
-            .ok_or_else(|| Failure::new("the scene has no camera, and none could be placed"))
+            .ok_or_else(|| Failure::new("the scene has no camera, and no place for one was found"))
     }
 
     /// The emitters of these numbers.
@@ -285,7 +285,7 @@ fn read(name: &str, options: &SceneOptions) -> Result<Loaded, Failure> {
         let of_file = file.first_given().filter(|_| options.added.is_empty());
         if let Some(option) = of_file.or(no_ground) {
             return Err(Failure::new(format!(
-                "{option} is that of a file, and {name} is an embedded scene"
+                "{option} applies to files, and {name} is an embedded scene"
             )));
         }
         return Ok(Loaded {
@@ -299,7 +299,7 @@ fn read(name: &str, options: &SceneOptions) -> Result<Loaded, Failure> {
     }
     if seed.is_some() {
         return Err(Failure::new(format!(
-            "--seed is that of an embedded scene, and {name} is a file"
+            "--seed applies to embedded scenes, and {name} is a file"
         )));
     }
     let mut loaded = scene_from_path(path, &file.for_file())
@@ -394,7 +394,7 @@ fn phase_function(options: &MediumOptions, old: PhaseFunction) -> Result<PhaseFu
         (Phase::Isotropic, None) => return Ok(PhaseFunction::Isotropic),
         (Phase::Rayleigh, None) => return Ok(PhaseFunction::Rayleigh),
         (Phase::Isotropic | Phase::Rayleigh, Some(_)) => {
-            let message = "--g goes with --phase hg, cornette-shanks and schlick only";
+            let message = "--g applies to --phase hg, cornette-shanks and schlick only";
             return Err(Failure::new(message));
         }
         _ => {}
@@ -406,7 +406,7 @@ fn phase_function(options: &MediumOptions, old: PhaseFunction) -> Result<PhaseFu
             _ => "hg",
         };
         return Err(Failure::new(format!(
-            "--phase {name} needs its parameter: --g"
+            "--phase {name} needs its parameter --g"
         )));
     };
     Ok(match kind {

@@ -157,9 +157,9 @@ impl Grid {
         let mut line = |what: &str, value: &str| text += &format!("  {what:18} {value}\n");
         let light = match self.slices {
             None => "not known".into(),
-            Some(Slices::Linear) => "parallel, slices of equal height".into(),
+            Some(Slices::Linear) => "directional, slices of equal height".into(),
             Some(Slices::Logarithmic(ends)) => format!(
-                "at a point, slices from {} m to {} m in equal ratios",
+                "point light, slices from {} m to {} m in equal ratios",
                 significant(ends.near()),
                 significant(ends.far())
             ),
@@ -222,7 +222,7 @@ fn describe(
         bytes(size as u64)
     );
     if is_compressed {
-        text += "what follows is of the packed form that it is decoded to\n";
+        text += "the following is about the packed form into which it is decoded\n";
     }
     if lights.len() > 1 || lights.iter().any(|light| light.bytes.is_some()) {
         for (index, light) in lights.iter().enumerate() {

@@ -18,10 +18,10 @@ pub(crate) fn methods(methods: &Registry, args: &Methods) -> Result<(), Failure>
         return print(&format!("{:#}\n", methods_as_json(methods)));
     }
     let mut text = String::from(
-        "Qualities are those of `compare`, which compares methods that see smoke where there is\n\
-         some, and the others elsewhere; `render` takes any method with --method and --quality.\n\
-         Most methods are a source of lit runs × an evaluator of the light of a run; `render` takes\n\
-         any such pair with --visibility, --samples, --airlight, --nodes.\n\n",
+        "The qualities are those that `compare` measures. It compares the methods that see smoke in\n\
+         scenes with smoke, and the others elsewhere. `render` takes any method with --method and\n\
+         --quality. Most methods combine a visibility source with an airlight evaluator, and\n\
+         `render` takes any such pair with --visibility, --samples, --airlight and --nodes.\n\n",
     );
     for entry in methods.compared() {
         let about = entry.about();
@@ -38,8 +38,14 @@ pub(crate) fn methods(methods: &Registry, args: &Methods) -> Result<(), Failure>
         text += &format!("    paper    {}\n\n", about.paper);
     }
     for (what, halves) in [
-        ("sources of lit runs", methods.visibilities()),
-        ("evaluators of the light of a run", methods.evaluators()),
+        (
+            "visibility sources, which find the lit parts of rays",
+            methods.visibilities(),
+        ),
+        (
+            "airlight evaluators, which integrate the light of a lit part",
+            methods.evaluators(),
+        ),
     ] {
         text += &format!("{what}\n");
         for [name, title] in halves {

@@ -342,7 +342,7 @@ fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "its folder does not exist".into(),
         io::ErrorKind::PermissionDenied => "permission denied".into(),
-        io::ErrorKind::NotADirectory => "a part of the path is not a folder".into(),
+        io::ErrorKind::NotADirectory => "part of the path is not a folder".into(),
         kind => match error.raw_os_error() {
             Some(code) => io::Error::from_raw_os_error(code).to_string(),
             None if kind == io::ErrorKind::Other => error.to_string(),

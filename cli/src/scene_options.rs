@@ -1,4 +1,4 @@
-//! Options of how a file is read, and of what stands around what is in it.
+//! Options for reading a file, and for the camera, the light and the ground around it.
 
 use std::path::PathBuf;
 
@@ -14,18 +14,18 @@ use crate::parse::{self, Viewpoint};
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Files")]
 pub(crate) struct FileOptions {
-    /// Leave out, with a note, what of a glTF file cannot be read, although geometry
-    /// may be missing then
+    /// Leave out the parts of a glTF file that cannot be read, with a note, even if geometry is
+    /// missing then
     #[arg(long)]
     pub(crate) lenient: bool,
 
-    /// A folder from which, and from below which, a file may take buffers, images and
-    /// materials too [default: only from its own folder]
+    /// A folder from which a file may also take buffers, images and materials, subfolders
+    /// included [default: only the file's own folder]
     #[arg(long, value_name = "DIR")]
     pub(crate) assets: Option<PathBuf>,
 
-    /// Unit of length of a PLY, OBJ, HAIR, VOL or NanoVDB file: mm, cm, m, km, in, ft or a number
-    /// of metres [default: m]
+    /// Unit of length in a PLY, OBJ, HAIR, VOL or NanoVDB file: mm, cm, m, km, in, ft or a
+    /// number of metres [default: m]
     #[arg(long, value_name = "UNIT", value_parser = parse::unit, allow_negative_numbers = true)]
     pub(crate) unit: Option<f64>,
 
@@ -39,14 +39,14 @@ pub(crate) struct FileOptions {
 pub(crate) enum Up {
     /// Rare
     X,
-    /// glTF, and most programs that make pictures
+    /// glTF, and most programs for pictures
     Y,
-    /// Most programs that make plans and scans
+    /// Most programs for plans and scans
     Z,
 }
 
 impl FileOptions {
-    /// The first that is given, as it is written.
+    /// The first option that is given, as it is written.
     pub(crate) fn first_given(&self) -> Option<&'static str> {
         let given = [
             (self.lenient, "--lenient"),
@@ -60,7 +60,7 @@ impl FileOptions {
             .map(|(_, name)| *name)
     }
 
-    /// Those for the reader of a file.
+    /// The options for the reader of a file.
     pub(crate) fn for_file(&self) -> LoadOptions {
         LoadOptions {
             lenient: self.lenient,
@@ -75,20 +75,21 @@ impl FileOptions {
     }
 }
 
-/// What stands around what is in a file.
+/// What is placed around the contents of a file.
 #[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Camera, light, ground")]
 pub(crate) struct Surroundings {
-    /// Where the camera stands and what is in the middle of its picture, in metres with
-    /// +Y up, and its vertical field of view in degrees if it is not to be 45
+    /// Position of the camera, the point in the middle of its picture, both in metres with +Y
+    /// up, and optionally its vertical field of view in degrees (otherwise 45)
     #[arg(long, value_name = "X,Y,Z,X,Y,Z[,DEGREES]", value_parser = parse::viewpoint, allow_hyphen_values = true)]
     pub(crate) camera: Option<Viewpoint>,
 
-    /// One white point light here, in metres with +Y up, instead of the scene's lights
+    /// A white point light at this position, in metres with +Y up, instead of the scene's
+    /// lights
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true)]
     pub(crate) light_at: Option<DVec3>,
 
-    /// Lay no ground below a file that has neither light nor camera nor floor
+    /// Put no ground under a file that has no light, camera or floor
     #[arg(long)]
     pub(crate) no_ground: bool,
 }
@@ -114,8 +115,8 @@ impl Surroundings {
         Ok(())
     }
 
-    /// Makes the light that was asked for as bright as one that is placed by itself would
-    /// be there, now that it is known around what it stands.
+    /// Gives the light that was asked for the brightness that a default light would have at its
+    /// place, now that the centre of the scene is known.
     pub(crate) fn brighten(&self, scene: &mut Scene, centre: Vec3) {
         if let (Some(_), [Light::Point(light)]) = (self.light_at, &mut scene.lights[..]) {
             light.intensity = Scene::placed_intensity(light.position.distance(centre));

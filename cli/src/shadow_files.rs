@@ -51,7 +51,7 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure>
         }
         if !found {
             return Err(Failure::new(format!(
-                "{name} was baked for another scene or light: none of the scene's sees it that way"
+                "{name} was baked for another scene or light: it fits none of the lights of this scene"
             )));
         }
     }
@@ -65,7 +65,7 @@ pub(crate) fn method(methods: &Registry, airlight: &str) -> Result<Entry, Failur
         .filter(|entry| entry.halves().is_some())
         .ok_or_else(|| {
             Failure::new(format!(
-                "airlight by {airlight} does not go with precomputed shadows"
+                "{airlight} cannot be combined with precomputed shadows"
             ))
         })
 }

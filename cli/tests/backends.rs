@@ -149,6 +149,20 @@ fn without_an_adapter_the_comparison_goes_on_unless_one_is_asked_for() {
     }
 }
 
+#[test]
+fn a_picture_by_the_gpu_needs_no_method() {
+    if gpu("a_picture_by_the_gpu_needs_no_method").is_none() {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    for airlight in [&[][..], &["--airlight", "table"]] {
+        let render = ["render", "fence", "--size", "32x18", "-o", "a.png"];
+        let arguments = [&render[..], &["--backend", "gpu"], airlight].concat();
+        let output = crepuscular(place.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", errors_of(&output));
+    }
+}
+
 /// Of two lights one or both have shadows in files; those are lit by the GPU.
 #[test]
 fn surfaces_with_precomputed_shadows_are_those_of_both_backends() {

@@ -201,7 +201,7 @@ fn what_is_wrong_with_a_bake_is_said_before_it_begins() {
         (&["--light", "1"], "the lights are 0 directional"),
         (&["--light", "spot"], "there is no such light"),
         (&["--light", "-1"], "--light"),
-        (&["--light", "0", "--light", "sun"], "asked for twice"),
+        (&["--light", "0", "--light", "sun"], "given twice"),
         (&["--texel", "0cm"], "--texel"),
         (&["--bias", "-1"], "--bias"),
         (&["--part", "4/3"], "--part"),
@@ -341,7 +341,7 @@ fn a_checkpoint_is_of_its_own_bake_or_refused() {
     std::fs::remove_file(&part).unwrap();
     let text = notes(place.path(), &resume);
     assert!(
-        text.contains("there is no a.cpvs.part to go on from"),
+        text.contains("there is no a.cpvs.part to continue from"),
         "{text}"
     );
     assert_eq!(names(place.path()), ["a.cpvs"]);
@@ -390,7 +390,7 @@ fn an_interrupted_bake_leaves_a_checkpoint_and_is_resumed_to_the_same_bytes() {
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(*code), "{message}");
         assert!(
-            message.contains("--resume goes on from a.cpvs.part"),
+            message.contains("--resume continues from a.cpvs.part"),
             "{message}"
         );
         let left: Vec<String> = names(place.path());

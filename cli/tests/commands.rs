@@ -77,7 +77,7 @@ fn smoke_that_is_seen_is_compared_by_the_methods_that_see_it() {
         .concat(),
     );
     assert!(
-        text.contains("Leaving the shadows out would be an error"),
+        text.contains("Without shadows the error would be"),
         "{text}"
     );
     let report = place.path().join("crepuscular-report");
@@ -129,6 +129,8 @@ fn smoke_and_hair_of_other_files_stand_in_any_scene() {
         (["--smoke", "none.vol"], "there is no such file"),
         (["--hair", "puff.vol"], "there is no hair in it"),
         (["--smoke", "puff.vol@1,2"], "X,Y,Z"),
+        (["--smoke", "puff.vol@nan,0,0"], "expected finite numbers"),
+        (["--smoke", "puff.vol@1,2,z"], "a place after an @ is"),
     ] {
         let failed = plan(&options);
         let text = String::from_utf8_lossy(&failed.stderr).into_owned();

@@ -29,7 +29,7 @@ fn a_device_is_written_into_and_stays_what_it_is() {
     succeeds(place.path(), &[&BAKE[..], &["/dev/null"]].concat());
     assert!(device("/dev/null") && !Path::new("/dev/null.part").exists());
     let resumed = [&BAKE[..], &["/dev/null", "--resume"]].concat();
-    assert!(notes(place.path(), &resumed).contains("nothing to go on from"));
+    assert!(notes(place.path(), &resumed).contains("nothing to continue from"));
 
     // Whatever a name leads to.
     symlink("/dev/full", place.path().join("a.png")).unwrap();

@@ -214,10 +214,7 @@ fn layers_add_up_to_the_picture() {
         &["render", "fence", "--layers", "-o", "a.png"],
     );
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        message.contains("--layers are channels of an EXR"),
-        "{message}"
-    );
+    assert!(message.contains("--layers needs an EXR file"), "{message}");
 }
 
 #[test]

@@ -182,7 +182,7 @@ fn a_profile_is_learned_read_and_never_put_in_place_of_something_else() {
         "{why}"
     );
     let damaged = ["plan", "fence", "--profile", "notes.json"];
-    fails(place.path(), &damaged, "is no sound machine profile");
+    fails(place.path(), &damaged, "is not a valid machine profile");
     fails(
         place.path(),
         &["plan", "fence", "--profile", "none"],
@@ -205,7 +205,7 @@ fn what_cannot_be_asked_for_is_said() {
         (&["--frames", "0"], "0 is not in"),
         (&["--analyze", "--calibrate"], "cannot be used with"),
         (&["--methods", "no such method"], "no such method"),
-        (&["coil"], "one scene at a time"),
+        (&["coil"], "expected one scene"),
     ] {
         fails(place.path(), &fence(options), cause);
     }

@@ -21,7 +21,7 @@ impl Device {
             return Some("it has no shader");
         }
         let is_known = candidate.refines_map && !self.representative;
-        is_known.then_some("its errors are those of the CPU, and its times mean nothing")
+        is_known.then_some("its errors are those of the CPU, and its times do not represent a GPU")
     }
 
     /// What to say where it failed and others can go on without it.

@@ -160,7 +160,7 @@ fn remedy(results: &Results, prepared: &Prepared) -> String {
     let mut reasons = results.left_out.iter();
     match reasons.find(|part| !part.what.starts_with("study")) {
         Some(part) => format!("{}: {}; see --plan", part.what, part.why),
-        None => "no method runs on the backends there are (--backend)".into(),
+        None => "no method runs on the backends that are present (--backend)".into(),
     }
 }
 

@@ -220,7 +220,7 @@ impl Prepared {
     pub(crate) fn size_note(&self) -> Option<String> {
         (self.size != self.asked).then(|| {
             format!(
-                "the picture is {} instead of {}, by the number of lights, triangles and parts of smoke and hair and the time there is (--time-budget, --fixed)",
+                "the picture is {} instead of {}, because of the number of lights, triangles and parts of smoke and hair and the time available (--time-budget, --fixed)",
                 self.size, self.asked
             )
         })

@@ -106,7 +106,7 @@ pub(crate) struct MethodFacts {
     pub(crate) has_shadows: bool,
     /// Plain ray marching, which others are compared with.
     pub(crate) is_baseline: bool,
-    /// What engines do.
+    /// Methods of game engines.
     pub(crate) is_of_engines: bool,
     /// It samples a shadow map, whose resolution limits it.
     pub(crate) samples_shadow_map: bool,

@@ -140,7 +140,8 @@ pub(crate) fn choose(
 ) -> Result<(Candidate, Prediction), Failure> {
     let prepared = Prepared::new(methods, asked, f64::INFINITY)?;
     let profile = super::profile::read(None)?;
-    let nothing = || Failure::new("no light reaches the view through the air: nothing to choose");
+    let nothing =
+        || Failure::new("no light reaches the view through the air, so there is nothing to choose");
     let foresight = Foresight::new(&prepared, &profile, SECONDS).ok_or_else(nothing)?;
     let device = &prepared.backends.present[0];
     let candidates = foreseen(&prepared, device);

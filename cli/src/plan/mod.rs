@@ -40,7 +40,7 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
     }
     let [scene] = &args.scene[..] else {
         return Err(Failure::new(
-            "one scene at a time; several are those of --calibrate",
+            "expected one scene; only --calibrate takes several",
         ));
     };
     let profile = profile::read(args.profile.as_deref())?;

@@ -54,7 +54,7 @@ pub(super) fn open(given: Option<&Path>) -> Result<Pending, Failure> {
         Some(path) => path.to_owned(),
         None => {
             let path = usual_place().ok_or_else(|| {
-                Failure::new("there is no folder for a cache; say where with --profile")
+                Failure::new("no cache folder was found; name a file with --profile")
             })?;
             if let Some(folder) = path.parent() {
                 std::fs::create_dir_all(folder)
@@ -90,7 +90,7 @@ impl Pending {
 
 fn damaged(path: &Path, why: &str) -> Failure {
     Failure::new(format!(
-        "{} is no sound machine profile: {why}; write it anew with plan --calibrate, or delete it",
+        "{} is not a valid machine profile: {why}; write a new one with plan --calibrate, or delete it",
         path.display()
     ))
 }

@@ -19,9 +19,24 @@ pub(crate) struct Chosen {
     pub(crate) quality: u32,
 }
 
-/// What pairs consist of unless something else is asked for.
-const VISIBILITY: &str = "exact";
+/// What pairs consist of unless something else is asked for: the first visibility that runs
+/// on the backend. The runs of the shadow map are exact up to its texels.
+const VISIBILITIES: [&str; 2] = ["exact", "map-runs"];
 const AIRLIGHT: &str = "quadrature";
+
+fn runs_on(entry: &Entry, backend: BackendName) -> bool {
+    backend == BackendName::Cpu || entry.runs_on_gpus()
+}
+
+/// The visibility of a picture for which none is asked.
+fn usual_visibility(methods: &Registry, airlight: &str, backend: BackendName) -> &'static str {
+    let runs = |visibility: &&str| {
+        let pair = methods.pair(visibility, airlight, None);
+        pair.is_some_and(|entry| runs_on(&entry, backend))
+    };
+    let first = VISIBILITIES.into_iter().find(runs);
+    first.unwrap_or(VISIBILITIES[0])
+}
 
 impl Chosen {
     /// What is expected to meet a target, and what is said of that.
@@ -55,8 +70,9 @@ impl Chosen {
                 found.ok_or_else(|| unknown_method(methods, name))?
             }
             None => {
-                let visibility = args.visibility.as_deref().unwrap_or(VISIBILITY);
                 let airlight = args.airlight.as_deref().unwrap_or(AIRLIGHT);
+                let usual = || usual_visibility(methods, airlight, args.backend);
+                let visibility = args.visibility.as_deref().unwrap_or_else(usual);
                 let missing =
                     || Failure::new(format!("there is no method {visibility} x {airlight}"));
                 methods
@@ -67,7 +83,7 @@ impl Chosen {
         let Some([(visibility, steps), (airlight, detail)]) = entry.halves() else {
             if args.samples.is_some() || args.nodes.is_some() {
                 return Err(Failure::new(format!(
-                    "--samples and --nodes are those of a pair; the quality of {} is --quality",
+                    "--samples and --nodes apply to a pair of visibility and airlight; the quality of {} is --quality",
                     entry.about().name
                 )));
             }
@@ -76,12 +92,12 @@ impl Chosen {
         };
         if args.samples.is_some() && steps.is_none() {
             return Err(Failure::new(format!(
-                "--samples is a number of steps or voxels, and {visibility} visibility has none"
+                "--samples is a number of steps or voxels, and {visibility} visibility has neither"
             )));
         }
         if args.nodes.is_some() && detail != Some(GAUSS_NODES) {
             return Err(Failure::new(format!(
-                "--nodes is that of a quadrature with a number of nodes, which airlight by {airlight} is not"
+                "--nodes applies to a quadrature with a fixed number of nodes, which {airlight} is not"
             )));
         }
         let given = args.quality.or(args.samples);
@@ -94,7 +110,7 @@ impl Chosen {
             (None, Some(nodes)) if given.is_none() => (entry, Some(nodes)),
             (None, Some(_)) => {
                 return Err(Failure::new(
-                    "--nodes is the quality here: give one of the two",
+                    "--nodes is the quality of this pair: give only one of --nodes, --quality and --samples",
                 ));
             }
             (_, None) => (entry, given),
@@ -112,8 +128,7 @@ impl Chosen {
         let asked = args.method.is_some() || args.visibility.is_some() || args.airlight.is_some();
         let is_free = !asked && args.quality.is_none() && args.samples.is_none();
         let seeing = methods.for_heterogeneous_media();
-        let seeing =
-            seeing.filter(|entry| entry.runs_on_gpus() || args.backend == BackendName::Cpu);
+        let seeing = seeing.filter(|entry| runs_on(entry, args.backend));
         match seeing {
             Some(entry) if is_free && args.nodes.is_none() && args.shadows.is_empty() => Self {
                 quality: entry.about().usual,
@@ -141,7 +156,10 @@ impl Chosen {
         }
         let indirect = &args.indirect;
         if indirect.environment.is_some() || indirect.surface_scattering.is_some() {
-            (input.notes).push("hair is lit by lights alone".into());
+            (input.notes).push(
+                "hair is lit by the lights alone, not by the environment or by scattered light"
+                    .into(),
+            );
         }
         if indirect.ambient.ambient.is_some() {
             (input.notes).push("ambient light in the fog behind hair is not dimmed by it".into());
@@ -152,7 +170,7 @@ impl Chosen {
     pub(crate) fn of_files(&self, methods: &Registry) -> Result<Entry, Failure> {
         let [_, (airlight, _)] = self.entry.halves().ok_or_else(|| {
             Failure::new(format!(
-                "--shadows goes with a pair of visibility and airlight, which {} is not",
+                "--shadows needs a pair of visibility and airlight, which {} is not",
                 self.entry.about().name
             ))
         })?;
@@ -167,7 +185,7 @@ impl Chosen {
             || args.indirect.surface_scattering == Some(SurfaceScattering::Shadowed);
         if args.options.map.is_some() && !used {
             return Err(Failure::new(format!(
-                "--map is the size of shadow maps, and {} has none",
+                "--map is the size of shadow maps, and {} uses none",
                 self.entry.about().name
             )));
         }

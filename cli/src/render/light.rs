@@ -262,7 +262,7 @@ fn run_on<B: MethodBackend + Download>(
 ) -> Result<Vec<[f32; 4]>, Failure> {
     let method = entry.on::<B>().ok_or_else(|| {
         let name = entry.about().name;
-        Failure::new(format!("{name} has no shader: it runs with --backend cpu"))
+        Failure::new(format!("{name} has no shader; it runs with --backend cpu"))
     })?;
     let frame = Frame::new(backend, inputs, store)?;
     let mut radiance = backend.zeros::<[f32; 4]>(inputs.rays.len())?;
@@ -282,7 +282,7 @@ fn light_on<B: MethodBackend + Download>(
     let method = entry.on::<B>().and_then(|method| method.surfaces());
     let method = method.ok_or_else(|| {
         let name = entry.about().name;
-        let why = format!("{name} knows no shadows on surfaces; methods of area lights do");
+        let why = format!("{name} has no shadows on surfaces; methods for area lights do");
         Failure::new(why).about("--surface-shadows")
     })?;
     let frame = Frame::new(backend, inputs, store)?;

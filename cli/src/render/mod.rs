@@ -58,11 +58,13 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     let format = Format::of(&args.output)?;
     if format == Format::Exr && args.exposure.is_some() {
         return Err(Failure::new(
-            "--exposure is that of a PNG; an EXR holds linear radiance",
+            "--exposure applies to PNG files only; an EXR file holds linear radiance",
         ));
     }
     if format == Format::Png && args.layers {
-        return Err(Failure::new("--layers are channels of an EXR file"));
+        return Err(Failure::new(
+            "--layers needs an EXR file, which can hold more channels",
+        ));
     }
     let size = (args.size.of_rays(args.spp)).map_err(|why| Failure::new(why).about("--spp"))?;
     let environment = args.indirect.environment.as_deref().map(Path::new);
@@ -99,7 +101,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         chosen.note_hair(args, &mut input);
     } else if args.fibre.is_some() || args.hair_colour.is_some() {
         return Err(Failure::new(
-            "--fibre and --hair-colour are those of hair, and the scene has none",
+            "--fibre and --hair-colour apply to hair, and the scene has none",
         ));
     }
     let shadows = shadow_files::read(&args.shadows, &input)?;
@@ -300,13 +302,12 @@ impl Shot<'_> {
         {
             let name = entry.about().name;
             return Err(refused(format!(
-                "{name} knows no shadows on surfaces; methods of area lights do"
+                "{name} has no shadows on surfaces; methods for area lights do"
             )));
         }
         let Some(medium) = &input.scene.medium.clone() else {
             return Err(refused(
-                "the scene has no fog, in which the method of the airlight would make voxels"
-                    .into(),
+                "the scene has no fog, and the voxels come from the method for the airlight".into(),
             ));
         };
         if input.geometry.coatings().any_see_through() || !input.scene.translucent.is_empty() {

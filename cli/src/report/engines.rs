@@ -1,4 +1,4 @@
-//! What engines do, beside what methods on the same kind of maps do.
+//! Methods of game engines, beside what methods on the same kind of maps do.
 
 use maud::{Markup, html};
 
@@ -13,7 +13,7 @@ use crate::format::significant;
 pub(super) fn section(results: &Results) -> Markup {
     html! {
         @if let Some(rows) = rows(results, &representative(results)) {
-            h2 { "What engines do" }
+            h2 { "Methods of game engines" }
             (table(&rows))
         }
     }
@@ -37,7 +37,7 @@ fn rows(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
     ])
     .titled(
         "",
-        "Map: the error of the exact lit runs of its shadow map. In its time: the least error of the other methods that look into shadow maps, in a frame that is no longer. To its error: the fastest frame of these whose error is no larger.",
+        "Map: the error of the exact lit runs of its shadow map. In its time: the smallest error of the other methods that use shadow maps, among frames that take no longer. To its error: the fastest frame of these methods among those whose error is no larger.",
     );
     rows.grouped = true;
     let of_engines = |line: &&Line<'_>| results.methods[line.method].is_of_engines;
@@ -116,6 +116,6 @@ mod tests {
             assert_eq!(cells[8].text(), Some(faster), "{row}");
         }
         let html = section(&results).into_string();
-        assert!(html.contains("What engines do") && html.contains("equi-angular steps"));
+        assert!(html.contains("Methods of game engines") && html.contains("equi-angular steps"));
     }
 }

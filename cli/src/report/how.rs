@@ -20,7 +20,7 @@ pub(super) fn section(results: &Results) -> Markup {
                 b { "What is compared" }
                 ": the airlight, which is the light that fog "
                 @if reference.sees_media { "and smoke scatter" } @else { "scatters" }
-                " towards the eye along each ray of the picture, summed over the lights. Surfaces are the same for all methods and take no part in any error or time."
+                " towards the eye along each ray of the picture, summed over the lights. Surfaces are the same for all methods and do not count in any error or time."
             }
             li {
                 b { "Reference" }
@@ -29,25 +29,25 @@ pub(super) fn section(results: &Results) -> Markup {
             li {
                 b { "Errors" }
                 ": linear radiance over all pixels and colour channels. " (unit)
-                " RMSE is the root of the mean square, max the largest difference; p99 is the 99th percentile of the error relative to the pixel itself, relMSE the mean square of it, and FLIP (HDR-FLIP) what a viewer sees of it, from 0 to 1."
+                " RMSE is the root of the mean square error, and max the largest difference. p99 is the 99th percentile of the error relative to the pixel's own radiance, and relMSE the mean square of this relative error. FLIP (HDR-FLIP) is the difference that a viewer perceives, from 0 to 1."
             }
             li {
                 b { "Times" }
-                ": a frame is the airlight of one picture from given rays. Its time is the median of " (repetitions(results))
-                ", taken in turns; bars span the fastest and the slowest. Two methods are called equally fast where these spans overlap. Build is what has to exist first: the tracing structure, or the shadow maps ("
+                ": a frame computes the airlight of one picture along given rays. Its time is the median of " (repetitions(results))
+                ", which alternate between methods; bars span the fastest and the slowest. Two methods are called equally fast where these spans overlap. Build is the time for what has to exist first: the BVH, or the shadow maps ("
                 (results.shadow_maps) "). "
                 @if gpu {
-                    "On a GPU a frame is recorded, submitted and waited for; pipelines were built, and rays and shadow maps uploaded, before the first one, and the picture is read back after the clock has stopped. "
+                    "On a GPU a frame is recorded, submitted and waited for; pipelines are built, and rays and shadow maps uploaded, before the first one, and the picture is read back after the clock has stopped. "
                 }
                 @if let Some(backend) = results.software() {
                     b { "Times of " (backend) " are not representative" }
-                    ": the processor plays the GPU. They are folded away, and nothing else on this page counts them. "
+                    ": the CPU emulates the GPU. They are folded away and are not used elsewhere on this page. "
                 }
                 "Times grow with the picture and the map: compare ratios, and only within one report."
             }
             li {
                 b { "Shadow maps" }
-                " limit what samples them: a march converges to what its map shows, not to the reference. The dashed line is the error of the exact lit runs of the map; what filters or interpolates may be below. Where a curve turns flat, more steps are wasted and a finer map is needed ("
+                " limit the methods that sample them: a march converges to what its map shows, not to the reference. The dashed line is the error of the exact lit runs of the map; methods that filter or interpolate may be below it. Where a curve turns flat, more steps are wasted and a finer map is needed ("
                 code { "--map" }
                 "). A frame of voxelized shadow volumes makes the voxels anew for each light. A quadrature with a fixed number of nodes has a floor of its own where the light along a lit run has kinks: the edge of a spotlight, the faces of a bounded medium."
             }

@@ -29,7 +29,7 @@ pub(super) fn section(results: &Results) -> Result<Markup, Failure> {
                 (airlight)
             }
         }
-        p.soft { "All pictures have one exposure: radiance times 2" sup { (format!("{exposure:.1}")) } ", then 1 − exp(−x) per channel, then sRGB. As linear radiance they are beside this page: " code { "surfaces.exr" } " and " code { "airlight-*.exr" } "." }
+        p.soft { "All pictures have the same exposure: radiance times 2" sup { (format!("{exposure:.1}")) } ", then 1 − exp(−x) per channel, then sRGB. Files beside this page hold them as linear radiance: " code { "surfaces.exr" } " and " code { "airlight-*.exr" } "." }
         (methods)
     })
 }

@@ -24,7 +24,7 @@ pub(super) fn first(results: &Results) -> Markup {
         figure #plot {
             figcaption {
                 b { "Error against the time of a frame." }
-                " Down and to the left is better. In colour: methods that nothing beats in both at some setting, and plain ray marching; the wide line is the front they form. In grey: the rest. Numbers are steps, voxels per axis, Gauss nodes, digits or KiB."
+                " Down and to the left is better. In colour: plain ray marching, and methods that at some setting no other method beats in both; the wide line is the front that they form. In grey: the others. Numbers are steps, voxels per axis, Gauss nodes, digits or KiB."
             }
             (plot)
         }
@@ -42,7 +42,7 @@ pub(super) fn others(results: &Results) -> Markup {
             details {
                 summary { "Plot: everything moves (build and frame together)" }
                 figure {
-                    figcaption { "What has to be built first, a tracing structure or shadow maps, counts in every frame." }
+                    figcaption { "The time for what has to be built first, a BVH or shadow maps, is added to every frame." }
                     (plot)
                 }
             }

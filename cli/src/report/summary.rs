@@ -18,7 +18,7 @@ pub(super) fn standfirst(results: &Results) -> String {
         representative => representative,
     };
     format!(
-        "The light that fog scatters towards the camera, with its shadows, computed by {} at {}. Each picture is compared with a converged reference: how far off is it, and how long does a frame take?",
+        "The light that fog scatters towards the camera, with its shadows, computed by {} at {}. Each picture is compared with a converged reference: how large is its error, and how long does a frame take?",
         count(methods.len(), "method"),
         count(settings, "setting")
     )
@@ -53,7 +53,7 @@ pub(crate) fn plain(results: &Results) -> Vec<String> {
     let mut all: Vec<String> = sentences(results).into_iter().map(plain).collect();
     all.extend(results.software().map(|backend| {
         format!(
-            "Times of {backend} are not representative: the processor plays the GPU. They decide nothing above."
+            "Times of {backend} are not representative: the CPU emulates the GPU. They do not count above."
         )
     }));
     all
@@ -130,7 +130,7 @@ fn sentences(results: &Results) -> Vec<Sentence> {
         .find(|m| !results.methods[m.method].has_shadows);
     if let Some(m) = shadowless {
         sentences.push(Sentence::new(format!(
-            "Leaving the shadows out would be an error of {}.",
+            "Without shadows the error would be {}.",
             error(m.error.rmse, absolute)
         )));
     }
@@ -314,7 +314,10 @@ mod tests {
         assert!(text.contains(" is the fastest: "), "{text}");
         assert!(text.contains("; ray marching, 8 steps, takes "), "{text}");
         assert!(text.contains("The least error is"), "{text}");
-        assert!(text.contains("Leaving the shadows out"), "{text}");
+        assert!(
+            text.contains("Without shadows the error would be"),
+            "{text}"
+        );
         assert!(!text.contains("representative"), "{text}");
     }
 

@@ -21,7 +21,7 @@ pub(super) fn section(results: &Results) -> Markup {
             details {
                 summary { "Table: all " (rows.rows().len()) " measurements" }
                 p.soft.above {
-                    "The same as in " code { "results.csv" } ". Shaded rows are on the front of error against the time of a frame. Map: texels per side of the shadow maps."
+                    "The same data as in " code { "results.csv" } ". Shaded rows are on the front of error against the time of a frame. Map: texels per side of the shadow maps."
                 }
                 (table(&rows))
             }
@@ -38,7 +38,7 @@ pub(super) fn on_software(results: &Results) -> Markup {
         details {
             summary { "Software GPU: times that are not representative" }
             p {
-                "On " (backend) " the processor plays the GPU. Its errors are those of a GPU; its times decide nothing on this page."
+                "On " (backend) " the CPU emulates the GPU. Its errors are those of a GPU; its times are not used elsewhere on this page."
             }
             (of_software(results, &lines))
             @for rows in [targets(results, &lines), measurements(results, &lines)].iter().flatten() {
@@ -63,7 +63,7 @@ fn targets(results: &Results, lines: &[Line<'_>]) -> Option<Table> {
     columns.push(Column::plain("slope"));
     let mut rows = Table::new(columns).titled(
         "",
-        "The fastest frame of each method whose error (RMSE ÷ mean radiance) is at most that of the column; below it, its number of steps, voxels per axis, Gauss nodes, digits or KiB. Shaded: the fastest of a column, and those whose times overlap with its. Slope: of log error over log time; −1 halves the error in twice the time.",
+        "The fastest frame of each method whose error (RMSE ÷ mean radiance) is at most that of the column; below it, its number of steps, voxels per axis, Gauss nodes, digits or KiB. Shaded: the fastest of a column, and those whose times overlap with the fastest. Slope: that of log error over log time; −1 halves the error in twice the time.",
     );
     let slopes = slopes(&results.measurements);
     for line in lines {

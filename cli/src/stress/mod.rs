@@ -97,7 +97,7 @@ fn chosen<T>(
     for filter in filters {
         if !all.iter().any(|item| means(item, filter)) {
             return Err(Failure::new(format!(
-                "{option} {filter}: there is none of this name"
+                "{option} {filter}: nothing has this name"
             )));
         }
     }

@@ -41,7 +41,7 @@ pub(super) fn measure(
     ])
     .titled(
         "Eight lights, with and without interpolation",
-        "As figure 13 of Wyman and Dai 2013, in numbers: the error beside the same eight lights with exact shadows, in the air as everywhere here, and on surfaces the RMSE of the mean visibility of the lights.",
+        "The quantities of figure 13 of Wyman and Dai 2013: the error against the same eight lights with exact shadows. In the air it is the error that is used everywhere here; on surfaces it is the RMSE of the mean visibility of the lights.",
     );
     for (name, interpolate) in [("as they are", false), ("interpolated", true)] {
         let setting = Setting {

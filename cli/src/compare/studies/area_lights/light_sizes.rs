@@ -33,7 +33,7 @@ pub(super) fn measure(
     ])
     .titled(
         "The size of the light",
-        format!("As figure 11 of Wyman and Dai 2013, in numbers: edges of the scene's light times a factor, with {LIGHTS} points of it, and the light with half of it black."),
+        format!("As in figure 11 of Wyman and Dai 2013: the scene's light with its edges multiplied by a factor, sampled at {LIGHTS} points, and the light with one half black."),
     );
     let mut clock = limit.elapsed();
     let mut last = 0.0;

@@ -150,7 +150,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     }
     bar.finish_and_clear();
     if !study.parts.is_empty() {
-        study.introduction = "The first area light of the scene, on the CPU. Errors are RMSE of the airlight over its mean. Numbers of the paper are milliseconds on a GPU of 2013, with another scene and 1024² rays: ratios are what can be compared.".into();
+        study.introduction = "The first area light of the scene, on the CPU. Errors are the RMSE of the airlight over its mean. The paper's times are milliseconds on a GPU of 2013, with another scene and 1024² rays, so only ratios can be compared.".into();
     }
     Ok(study)
 }

@@ -57,7 +57,7 @@ pub(super) fn measure(
     columns.extend(names.map(|name| Column::new(name, Unit::Share)));
     let mut table = Table::new(columns).titled(
         "Imperfect shadow maps over the number of points",
-        "Shares of all pairs of a point of the air and a light for which maps of 128² texels say lit where a triangle is between, and dark where none is. Even is the paper's: every light takes the same points. Near takes more where casters are near the light, as many in all. Filled has had its holes filled by pull-push.",
+        "Of all pairs of a point of the air and a light, the shares for which maps of 128² texels say lit although a triangle is between, and dark although none is. Even is the paper's way: every light takes the same points. Near takes more points where casters are near the light, and as many in all. Filled has its holes filled by pull-push.",
     );
     let casters = Casters::upload(cpu, scene.geometry)?;
     let exact = air.wrong(&cpu.shadow_map_atlas(&casters, &lights, TEXELS)?);

@@ -170,7 +170,7 @@ fn describe(study: &mut Study, all: &[Gathered], lights: u32, rays: usize) {
     .titled(
         "The gather with less work",
         format!(
-            "As table 2 of Wyman and Dai 2013: {lights} lights, imperfect maps of {POINTS} points, lit runs, {rays} rays. Times hold the choice of pixels and the filling; errors are against the full gather; in full are the pixels that no sample resembles. The paper's times are those of 256 lights."
+            "As in table 2 of Wyman and Dai 2013: {lights} lights, imperfect maps of {POINTS} points, lit runs, {rays} rays. Times include the choice of pixels and the filling. Errors are against the full gather. Pixels that no sample resembles are gathered in full. The paper's times are for 256 lights."
         ),
     );
     for gathered in all {

@@ -35,7 +35,7 @@ pub(super) fn measure(
     ])
     .titled(
         "Errors over the resolution",
-        "As figure 6 of Wyman and Dai 2013, in numbers, the sweep of its section 4, which varies α, θ and not φ, and what fewer and more lights need. Shadow maps are exact and have as many texels on each side as α and θ have voxels.",
+        "The sweep of figure 6 and section 4 of Wyman and Dai 2013, which varies α and θ but not φ, and the same for fewer and for more lights. Shadow maps are exact and have as many texels per side as α and θ have voxels.",
     );
     table.grouped = true;
     let all = |lights: u32| {

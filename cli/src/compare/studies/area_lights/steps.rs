@@ -195,7 +195,7 @@ fn describe(study: &mut Study, all: &[Steps], rays: usize) {
     let mut table = Table::new(columns).titled(
         "All lights at once, and a volume for each",
         format!(
-            "As tables 1 and 2 of Wyman and Dai 2013: shadow maps of 128², volumes of 128³, the average of their bits, here for {rays} rays. Separate volumes have rasterised maps, all at once imperfect ones of {POINTS} points; points are sampled once for all frames and not counted. Voxelising includes the rectification, and where all are built at once the scan includes the setting of the bits, which fills the words that it reads."
+            "As in tables 1 and 2 of Wyman and Dai 2013: shadow maps of 128² texels, volumes of 128³ voxels, and the average of their bits, here for {rays} rays. Separate volumes have rasterised maps; volumes that are built all at once have imperfect maps of {POINTS} points, which are sampled once for all frames and not counted. Voxelising includes the rectification. If all volumes are built at once, the scan includes setting the bits, which fills the words that it reads."
         ),
     );
     table.grouped = true;

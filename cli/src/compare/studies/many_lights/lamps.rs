@@ -63,7 +63,7 @@ impl Lamps {
         });
         let emitters = emitters.collect::<Result<_, _>>()?;
         let tiles = RayTiles::new(&Cpu::new(), rays, width, None)
-            .ok_or_else(|| Failure::new("the rays of a view have no eye in common"))?;
+            .ok_or_else(|| Failure::new("the rays of the view do not start at one eye"))?;
         Ok(Self { emitters, tiles })
     }
 

@@ -162,9 +162,9 @@ fn describe(study: &mut Study, extent: &Extent, (name, crowd): (&str, Crowd), fr
     );
     let caption = match crowd {
         Crowd::Constant => {
-            "The more lamps, the smaller they are, so that as many reach a pixel in the mean."
+            "The more lamps there are, the smaller they are, so that the same number reaches a pixel on average."
         }
-        Crowd::Growing => "All lamps have one size as seen from the eye.",
+        Crowd::Growing => "All lamps have the same size as seen from the eye.",
     };
     let mut title = name.to_owned();
     title[..1].make_ascii_uppercase();

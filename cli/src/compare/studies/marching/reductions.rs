@@ -26,7 +26,7 @@ pub(super) fn measure(
     ])
     .titled(
         "Light scattered at fewer pixels",
-        "A ball, with the steps of the tables above. A filter that knows depth and normals fills the others, and where no pixel resembles one it is gathered in full; beside it the 3 x 3 Gaussian of the paper, which knows neither.",
+        "A ball, with the steps of the tables above. The other pixels are filled by a filter that compares depths and normals; pixels that no sample resembles are gathered in full. The 3 x 3 Gaussian of the paper, which compares neither, is beside it.",
     );
     table.grouped = true;
     for variant in [BRUTE, HYBRID, TEXTURED] {

@@ -73,7 +73,7 @@ pub(super) fn describe(study: &mut Study, rows: &[Row]) {
     let mut times = Table::new(columns).titled(
         "Frames of meshes that grow",
         format!(
-            "As table 1 of Wyman and Ramsey 2008, whose pictures have 1024² pixels: {brute} steps of brute force along each ray, {hybrid} of the hybrid between its shadow volumes, and {textured} steps of colour, with twice as many of shadow, across the beam of the light with a cookie; light gathered at all pixels and at a sixteenth of them. The times of the map, and of the map and the volumes, stand apart, because they are made again only where a light or a mesh moves. The last column is the ratio of the paper's frame rates at all pixels, on a GPU of 2008."
+            "As in table 1 of Wyman and Ramsey 2008, whose pictures have 1024² pixels: {brute} steps of brute force along each ray, {hybrid} steps of the hybrid between its shadow volumes, and across the beam of the light with a cookie {textured} steps for colour with twice as many for shadow. The light is gathered at all pixels and at a sixteenth of them. The times for the map, and for the map with the volumes, are listed apart, because these are made again only when a light or a mesh moves. The last column is the ratio of the paper's frame rates at all pixels, on a GPU of 2008."
         ),
     );
     let mut columns = vec![Column::plain("mesh"), Column::plain("for the paper's")];

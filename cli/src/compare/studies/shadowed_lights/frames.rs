@@ -93,7 +93,7 @@ fn frame(
     let lists = PointLists::of_picture(&cpu, rays, width, &emitters);
     frame.lists = clock.elapsed().as_secs_f64();
     let tiles = RayTiles::new(&cpu, rays, width, None)
-        .ok_or_else(|| Failure::new("the rays of a view have no eye in common"))?;
+        .ok_or_else(|| Failure::new("the rays of the view do not start at one eye"))?;
     let of_tiles = TileLights::new(&cpu, &tiles, &emitters)?.entries() as f64;
     let (mut surfaces, mut at_surfaces) = (0, 0);
     for (i, _) in points

@@ -44,7 +44,7 @@ impl Detachments {
         columns.extend(names.map(|name| Column::new(name, Unit::With(" m"))));
         let mut table = Table::new(columns).titled(
             "Where shadows begin",
-            "As figure 7 of Wyman and Dai 2013, in numbers: metres along the light between a blocker and its shadow, median and 90th percentile over light rays that meet one in view.",
+            "The quantity of figure 7 of Wyman and Dai 2013: the distance in metres, along the light, between a blocker and its shadow; median and 90th percentile over light rays that meet a blocker in view.",
         );
         for row in &self.0 {
             for (of, [median, most]) in

@@ -121,7 +121,7 @@ fn describe(
     refinements.describe(study);
     detachments.describe(study);
     if !study.parts.is_empty() {
-        study.introduction = "One light of the scene, its first that is seen. Errors are RMSE of the airlight over its mean, of voxels with a weight each.".into();
+        study.introduction = "The first light of the scene whose airlight is seen. Errors are the RMSE of the airlight over its mean, where the light of each voxel has its own weight.".into();
     }
 }
 

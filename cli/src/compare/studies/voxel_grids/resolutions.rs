@@ -179,7 +179,7 @@ impl Refinements {
         let mut table = Table::new(columns).titled(
             "Which resolution the error comes from",
             format!(
-                "As figure 8 of Wyman and Dai 2013, in numbers. The shadow map has twice the size on each side. Where all but one are at {finest}, a row shows what that one adds; where all but one are at {coarsest}, what refining it alone brings."
+                "The sweep of figure 8 of Wyman and Dai 2013. The shadow map has twice as many texels per side. A row in which all coordinates but one are at {finest} shows the error that this one adds; a row in which all but one are at {coarsest} shows what refining it alone gains."
             ),
         );
         table.grouped = true;

@@ -62,7 +62,7 @@ pub(super) fn describe(study: &mut Study, all: &[Steps]) {
     columns.push(Column::plain("rays"));
     let mut table = Table::new(columns).titled(
         "A frame of 512³ voxels, step by step",
-        "Creation and use take 7.2 ms in Wyman and Dai 2013, on a GPU of that year and without the runs; other rays and another scene.",
+        "In Wyman and Dai 2013, creation and use take 7.2 ms on a GPU of that year, without the runs, and with other rays and another scene.",
     );
     for steps in all {
         for (what, times) in [
