@@ -2,22 +2,24 @@
 //!
 //! Everything here answers one of two questions about an eye ray:
 //!
-//! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields
-//!    the lit intervals of a ray: computed exactly ([`visibility::Exact`]),
-//!    sampled from a shadow map (`visibility::March`), as it is or filtered
-//!    (`methods::prefiltered`) and where shadow volumes are (`methods::hybrid`), with the
-//!    colours of a cookie (`methods::textured`), found in it run by run (`methods::epipolar`) or between the
-//!    faces of a mesh made from it (`methods::light_volumes`), read from a
-//!    voxelized shadow volume (`voxelized::VoxelShadow`) or walked through baked
-//!    shadows (`precomputed::BakedShadow`); [`visibility::Both`] joins two.
-//! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`]
-//!    integrates the scattered light over intervals
-//!    ([`airlight::Quadrature`], any evaluator of the crate `airlight` in
-//!    [`airlight::Analytic`], [`airlight::EquiAngular`], [`airlight::Midpoint`]).
+//! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields the lit intervals of
+//!    a ray. Sources find them
+//!    * exactly, from the triangles ([`visibility::Exact`]);
+//!    * step by step in a shadow map (`visibility::March`), in one that is filtered
+//!      (`methods::prefiltered`), only where shadow volumes are (`methods::hybrid`), or with the
+//!      colours of a cookie (`methods::textured`);
+//!    * run by run in a shadow map (`methods::epipolar`), or between the faces of a mesh that is
+//!      made from it (`methods::light_volumes`);
+//!    * in a voxelized shadow volume (`voxelized::VoxelShadow`);
+//!    * by a walk through precomputed shadows (`precomputed::BakedShadow`).
 //!
-//! The light that reaches the eye through the air is (1) × (2), summed over
-//! the lights; [`Gather`] computes it for a bundle of rays. Any source works
-//! with any evaluator.
+//!    [`visibility::Both`] joins two of them.
+//! 2. *How much light arrives from an interval?* An [`AirlightEvaluator`] integrates the
+//!    scattered light over an interval: [`airlight::Quadrature`], any evaluator of the crate
+//!    `airlight` in [`airlight::Analytic`], [`airlight::EquiAngular`], [`airlight::Midpoint`].
+//!
+//! The light that reaches the eye through the air is (1) × (2), summed over the lights.
+//! [`Gather`] computes it for a bundle of rays. Any source works with any evaluator.
 //!
 //! ```
 //! use glam::Vec3;
@@ -48,36 +50,38 @@
 //! | [`visibility`] | `shadow-map`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |
-//! | `prediction` | `methods` | what each method will cost and how far off it will be, from a short probe |
-//! | [`methods::heterogeneous`] | `translucent` for the list | smoke and fog that thins out with altitude, seen and lit |
+//! | `prediction` | `methods` | what each method will cost and how large its error will be, from a short probe |
+//! | [`methods::heterogeneous`] | `translucent` for the list | smoke, and fog that thins out with altitude, as they are seen and lit |
 //! | [`methods::many_lights`] | | many lights in one pass |
 //! | [`methods`] | `methods` for the list | every way of making an image of airlight, a folder each, and the list of them |
-//! | `shadow_map` | `shadow-map` | orthographic, spot and cube maps |
+//! | `shadow_map` | `shadow-map` | orthographic, perspective and cube shadow maps |
 //! | `voxelized` | `voxel-shadow` | voxelized shadow volumes as a visibility source |
-//! | `froxels` | `shadow-map` | the air of a view in cells, as engines light it |
+//! | `froxels` | `shadow-map` | volumetric fog in froxels (the cells of a grid over the view), as game engines light it |
 //! | `area` | `area` | area lights as many voxelized shadow volumes |
-//! | `raytraced_area` | `trace` | area lights by shadow rays and exact runs, the baseline |
-//! | `precomputed` | `shadow-dag` | precomputed voxelized shadows: of the medium, and filtered on surfaces |
-//! | `translucent` | `translucent` | maps of transmittance: hair, smoke and glass as lights see them |
-//! | `hair` | `translucent`, `trace` | hair as it is seen: ribbons, lit, before and behind fog and smoke |
+//! | `raytraced_area` | `trace` | area lights by shadow rays and exact runs: the baseline |
+//! | `precomputed` | `shadow-dag` | precomputed voxelized shadows, in the medium and, filtered, on surfaces |
+//! | `translucent` | `translucent` | transmittance maps: hair, smoke and glass as lights see them |
+//! | `hair` | `translucent`, `trace` | hair as the eye sees it: lit ribbons, before and behind fog and smoke |
 //! | `surface` | `trace` | the light of the surfaces at the ends of rays |
-//! | [`direct_light`] | | the light of many lights that gets straight to surfaces, on any backend |
-//! | [`surface_scattering`] | `shadow-map` for shadows | light that reaches these surfaces by way of the fog |
-//! | `indirect` | `shadow-map`, `trace` | the two for a whole view, on any backend |
-//! | [`culling`] | | which rays of a picture a light may reach, and which lights a ray or a surface |
+//! | [`direct_light`] | | the light of many lights that reaches surfaces directly, on any backend |
+//! | [`surface_scattering`] | `shadow-map` for shadows | light that the fog scatters onto these surfaces |
+//! | `indirect` | `shadow-map`, `trace` | surface scattering and the environment for a whole view, on any backend |
+//! | [`culling`] | | which rays of a picture a light may reach, and which lights may reach a ray or a surface |
 //! | [`environment`] | | light from all around, seen through fog and on surfaces |
 //! | `fog_pass` | `wgpu`, `voxel-shadow` | the fog of a renderer's frame by one object: its own depths and shadow maps in, a texture out |
 //! | `gpu` | `wgpu` | the shaders of all this, and how to add to them |
 //!
 //! # Conventions and limits
 //!
-//! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
-//! Light is linear RGB radiance. Media scatter once; they are homogeneous but in
-//! [`methods::heterogeneous`], which sees smoke and fog that thins out with altitude.
-//! Blockers are opaque, masked or see-through, see [`Caster`](scene::Caster), and those
-//! of the module `translucent`. A ray that passes closer to a point light than 1e-4 of
-//! the light's distance counts as one at that distance, where the airlight is
-//! finite.
+//! Coordinates are right-handed, in metres, with +Y up; cameras and lights look along their
+//! local −Z. Light is linear RGB radiance.
+//!
+//! Media scatter light once. They are homogeneous, except in [`methods::heterogeneous`], which
+//! sees smoke and fog that thins out with altitude. Blockers are opaque, masked or see-through
+//! (see [`Caster`](scene::Caster)), or hair and smoke (the module `translucent`). Airlight
+//! grows without bound along the line through a point light: a ray that passes the light at
+//! less than 1e-4 of the light's distance from the eye counts as one that passes at that
+//! distance, where the airlight is finite.
 
 pub mod airlight;
 pub mod culling;

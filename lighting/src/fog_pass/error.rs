@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! What can go wrong with the fog of a frame.
 
 use crate::voxelized::VoxelError;
 
@@ -6,13 +6,13 @@ use crate::voxelized::VoxelError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FogError {
-    /// A number of samples that pictures do not have.
+    /// A pass was asked for with a number of samples per pixel that pictures do not have.
     #[error("{samples} samples in each pixel, expected 1 or 4")]
     Samples {
-        /// As it was given.
+        /// The number that was given.
         samples: u32,
     },
-    /// A texture does not have the samples that the pass was made for.
+    /// A texture has another number of samples than the pass was made for.
     #[error("{what} has {actual} samples in each pixel, expected {expected}")]
     SampleCount {
         /// Which texture.
@@ -22,27 +22,27 @@ pub enum FogError {
         /// How many it has.
         actual: u32,
     },
-    /// A texture has another format.
+    /// A texture has another format than it should have.
     #[error("{what} has the format {actual:?}, expected {expected}")]
     Format {
         /// Which texture.
         what: &'static str,
-        /// What would have been right.
+        /// The format that it should have.
         expected: String,
-        /// What it has.
+        /// The format that it has.
         actual: wgpu::TextureFormat,
     },
-    /// A texture may not be used for what it is needed for.
+    /// A texture lacks a usage that the pass needs.
     #[error("{what} has the usage {actual:?}, expected {expected:?}")]
     Usage {
         /// Which texture.
         what: &'static str,
-        /// What it needs.
+        /// The usage that it should have.
         expected: wgpu::TextureUsages,
-        /// What it has.
+        /// The usage that it has.
         actual: wgpu::TextureUsages,
     },
-    /// The textures of an eye differ in size.
+    /// The depths and the fog of an eye differ in size.
     #[error(
         "the depths of an eye have {} × {} pixels, and its fog has {} × {}",
         depth[0], depth[1], fog[0], fog[1]
@@ -53,26 +53,27 @@ pub enum FogError {
         /// Pixels of the fog.
         fog: [u32; 2],
     },
-    /// A matrix has no point from which it is seen.
+    /// The matrix of an eye is not that of a perspective view.
     #[error("the matrix of an eye is that of no perspective view: {matrix:?}")]
     NoEye {
-        /// As it was given.
+        /// The matrix that was given.
         matrix: [[f32; 4]; 4],
     },
-    /// A number outside of its range.
+    /// A number is outside of its range.
     #[error("{what} is {value}, expected {expected}")]
     BadValue {
         /// Which number.
         what: &'static str,
-        /// As it was given.
+        /// The value that was given.
         value: f32,
-        /// What would have been right.
+        /// The range that it should be in.
         expected: &'static str,
     },
-    /// The fourth channel holds one transmittance for all colours.
+    /// The extinction differs between colours; the fourth channel of the fog holds one
+    /// transmittance for all of them.
     #[error("the extinction of the fog is {sigma_t:?} / m, expected the same for all colours")]
     ColouredExtinction {
-        /// As it was given.
+        /// The extinction that was given, 1/m.
         sigma_t: [f32; 3],
     },
     /// The phase function of the medium cannot be integrated.
@@ -81,7 +82,7 @@ pub enum FogError {
     /// No shadow volume could be made for a light.
     #[error(transparent)]
     Voxels(#[from] VoxelError),
-    /// The device refused.
+    /// The device refused, or something is too large for it.
     #[error(transparent)]
     Backend(#[from] gpu_backend::Error),
 }

@@ -1,4 +1,4 @@
-//! What a frame is.
+//! The description of a frame: its eyes, its medium, its lights.
 
 use wgpu::TextureUsages;
 
@@ -6,39 +6,40 @@ use super::{DepthLayers, FogError};
 use crate::Emitter;
 use crate::scene::Medium;
 
-/// What fog is drawn of.
+/// What [`FogPass::record`](super::FogPass::record) is told of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct FogFrame<'a> {
-    /// The pictures: one, or two of a headset.
+    /// The pictures that fog is drawn for: one, or the two of a headset.
     pub eyes: &'a [FogEye<'a>],
-    /// The depth of pixels in which nothing was drawn, to which the textures were cleared: 0
-    /// where depths are reversed, else 1.
+    /// The depth of pixels in which nothing was drawn, which is the value that the depth
+    /// texture was cleared to: 0 where depths are reversed, else 1.
     pub empty_depth: f32,
-    /// The distance from the eye at which the fog ends, m; positive, may be infinite. A short
-    /// reach makes shadows finer. Voxels reach no farther than ten mean free paths into the
-    /// fog, and air behind the last of them is as lit as that.
+    /// The distance from the eye at which the fog ends, m; positive, may be infinite. A shorter
+    /// reach makes shadows finer, because the voxels divide it. They end ten mean free paths
+    /// behind the place where a line of sight enters the fog; the air behind takes the shadows
+    /// of the last voxel.
     pub reach: f32,
-    /// The fog.
+    /// The fog. Its extinction must be the same for all colours.
     pub medium: &'a Medium,
-    /// The lights.
+    /// The lights that the fog scatters.
     pub lights: &'a [FogLight<'a>],
 }
 
-/// A picture, and where its fog goes.
+/// The picture of one eye, and the texture that its fog is drawn into.
 #[derive(Debug, Clone, Copy)]
 pub struct FogEye<'a> {
-    /// From the world, in metres, to clip coordinates as wgpu has them, column by column: the
-    /// matrix of a perspective view, what `Mat4` of glam gives as `to_cols_array_2d`.
+    /// The matrix of a perspective view from the world, in metres, to clip coordinates as wgpu
+    /// has them, column by column: `to_cols_array_2d` of glam's `Mat4` gives it.
     pub view_projection: [[f32; 4]; 4],
-    /// The depths, seen as a single layer with the aspect of depth alone. The usage includes
-    /// `TEXTURE_BINDING`.
+    /// The depths of the picture: a view of a single layer, of the depth aspect alone. The
+    /// texture's usage includes `TEXTURE_BINDING`.
     pub depth: &'a wgpu::TextureView,
-    /// What is drawn into, a single layer of as many pixels. The usage includes
-    /// `RENDER_ATTACHMENT`, and there is one sample in each pixel.
+    /// The texture that the fog is drawn into: a view of a single layer with as many pixels as
+    /// the depths and one sample per pixel. Its usage includes `RENDER_ATTACHMENT`.
     pub fog: &'a wgpu::TextureView,
 }
 
-/// A light, and what it sees.
+/// A light with its shadow map, or without one.
 #[derive(Debug, Clone, Copy)]
 pub struct FogLight<'a> {
     pub(super) emitter: &'a Emitter,
@@ -46,7 +47,7 @@ pub struct FogLight<'a> {
 }
 
 impl<'a> FogLight<'a> {
-    /// A light that nothing is in the way of.
+    /// A light that nothing blocks.
     pub fn unshadowed(emitter: &'a Emitter) -> Self {
         Self {
             emitter,
@@ -64,15 +65,15 @@ impl<'a> FogLight<'a> {
 }
 
 impl FogEye<'_> {
-    /// Pixels along x and y.
+    /// Width and height, pixels.
     pub(super) fn size(&self) -> [u32; 2] {
         size(self.fog)
     }
 }
 
 impl FogFrame<'_> {
-    /// Whether all is as a pass needs it that draws into textures of `format`, from so many
-    /// samples in each pixel.
+    /// Refuses a frame that a pass for textures of `format` and depths of `samples` samples per
+    /// pixel cannot draw.
     pub(super) fn check(&self, format: wgpu::TextureFormat, samples: u32) -> Result<(), FogError> {
         if !(0.0..=1.0).contains(&self.empty_depth) {
             return Err(FogError::BadValue {
@@ -89,7 +90,7 @@ impl FogFrame<'_> {
             });
         }
         let sigma_t = self.medium.sigma_t();
-        // What scattering and absorption add up to may differ by rounding.
+        // The sums of scattering and absorption may differ by rounding.
         if sigma_t.max_element() - sigma_t.min_element() > 1e-6 * sigma_t.max_element() {
             let sigma_t = sigma_t.to_array();
             return Err(FogError::ColouredExtinction { sigma_t });

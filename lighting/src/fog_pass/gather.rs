@@ -1,4 +1,4 @@
-//! Dispatches over the pixels of a picture.
+//! The dispatches that gather the light of a picture's pixels.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec3, Vec4};
@@ -14,7 +14,7 @@ use crate::gpu::scene::MediumRecord;
 use crate::gpu::{AirlightSlot, LIT_PARTS, VisibilitySlot, assembly};
 use crate::methods::many_lights::gpu::{LIGHTS, first_texel, table};
 
-/// `Scene` of `fog.wgsl`.
+/// The uniform `Scene` of `fog.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub(super) struct Scene {
@@ -34,7 +34,7 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// The first pass over a picture, for all lights without a shadow map.
+    /// The first pass over a picture, which gathers all lights without a shadow map.
     pub(super) fn new(
         frame: &FogFrame<'_>,
         lights: &Lights<'_>,
@@ -52,14 +52,14 @@ impl Scene {
             empty: frame.empty_depth,
             reach: frame.reach.min(f32::MAX),
             first: 0,
-            // More lights do not fit into a binding.
+            // A table of more lights does not fit into a binding.
             lights: lights.unshadowed as u32,
             cookies: first_texel(lights.unshadowed + lights.shadowed.len()),
             adds: 0,
         }
     }
 
-    /// A later pass, for the light of this number.
+    /// A later pass, which gathers the light with this number.
     pub(super) fn with_light(self, number: u32) -> Self {
         Self {
             first: number,
@@ -110,13 +110,13 @@ pub(super) struct GatherFog<'a, E: Encode> {
     pub(super) airlight: &'a Quadrature,
 }
 
-/// Invocations along each side of a workgroup of `fog.wgsl`.
+/// Invocations along each side of a workgroup in `fog.wgsl`.
 const GROUP: u32 = 8;
 
-/// The bind group of all parts.
+/// The bind group with the variables of all parts.
 const PARTS: u32 = 1;
 
-/// The shader of a pass.
+/// The shader of a pass that asks `V` for lit parts.
 pub(super) fn shader<V: InShader<VisibilitySlot>>(
     samples: u32,
 ) -> Result<Assembly, gpu_backend::Error> {
@@ -131,7 +131,7 @@ pub(super) fn shader<V: InShader<VisibilitySlot>>(
 }
 
 impl<E: Encode> GatherFog<'_, E> {
-    /// Puts the light of the lights of `scene` into the pixels, or adds it.
+    /// Gathers the lights of `scene`. The first pass writes the pixels; later ones add to them.
     pub(super) fn gather<V: InShader<VisibilitySlot>>(
         &self,
         scene: Scene,

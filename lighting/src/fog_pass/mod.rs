@@ -1,11 +1,12 @@
 //! The fog of a renderer's frame, by one object.
 //!
-//! A [`FogPass`] is made once for the format of a texture and is told of each frame what a
-//! renderer has anyway: the depths of its picture with the matrix that they were drawn by,
-//! its lights with their shadow maps, the medium. It records into the renderer's command
-//! encoder, as [`wgpu::util::TextureBlitter`] does, and draws into the renderer's texture:
-//! the radiance that fog scatters towards the eye before the surface in each pixel, and as
-//! the fourth channel the transmittance, the share of the surface's light that gets through.
+//! A [`FogPass`] is made once for the format of a texture. In each frame it is told what a
+//! renderer has anyway: the depths of its picture with the matrix that they were drawn by, its
+//! lights with their shadow maps, and the medium. It records into the renderer's command
+//! encoder and draws into the renderer's texture, as [`wgpu::util::TextureBlitter`] does. Each
+//! pixel of that texture holds the radiance that fog scatters towards the eye before the
+//! surface, and in the fourth channel the transmittance, which is the share of the surface's
+//! light that gets through the fog.
 //!
 //! ```no_run
 //! # fn frame(
@@ -44,42 +45,47 @@
 //! # }
 //! ```
 //!
-//! The picture is then, pixel by pixel in linear light,
+//! The picture in fog is then, pixel by pixel in linear light,
 //!
 //! ```text
 //! colour × transmittance + radiance
 //! ```
 //!
-//! in a shader of the renderer's, or by blending: [`FogPass::with_blend`] with
-//! [`FogPass::OVER`] draws the fog over the colours themselves, and there is no fog texture.
+//! The renderer computes it in a shader of its own, or by blending: with
+//! [`FogPass::with_blend`] and [`FogPass::OVER`] the fog is drawn over the colours themselves,
+//! and no fog texture is needed.
 //!
 //! # Pictures
 //!
-//! *Depths* may run either way, from a near plane at 0 or reversed, to a far plane or to
-//! infinity: the matrix says which. A pixel has the fog along the ray through its centre.
-//! *Several samples*: depths of four samples in each pixel are read as they are, and a pixel
-//! has the mean fog before the surfaces in its samples, which costs little more than that of
-//! one. Drawn over a picture of resolved colours this is right but where both colours and
-//! distances differ inside of a pixel. *Two eyes* are two [`FogEye`]s, whose views may be
-//! layers of array textures: shadow maps are shared, the rest is done for each.
+//! * *Depths* may run either way, from 0 at the near plane or reversed, to a far plane or to
+//!   infinity: the matrix says which. A pixel has the fog along the ray through its centre.
+//! * *Multisampling*: depths of four samples per pixel are read without being resolved. A pixel
+//!   has the mean of the fog before the surfaces in its samples, which costs little more than
+//!   the fog of one sample. Drawn over resolved colours, this is right except where both
+//!   colours and distances differ within a pixel.
+//! * *Two eyes* are two [`FogEye`]s, whose views may be layers of array textures. They share
+//!   the shadow maps; the rest is done for each eye.
 //!
 //! # Lights
 //!
-//! Each light with a shadow map is a voxelized shadow volume for each eye (the module
-//! [`voxelized`](crate::voxelized)), made in each frame in a few dispatches and gathered in
-//! one; all lights without a map are one dispatch together. What is between two samples of
-//! the map is lost, and shadows are off by about a voxel of [`FogPass::with_voxels`]. The
-//! light of lit parts is integrated to a relative error of 1e-3.
+//! For each eye, each light with a shadow map becomes a voxelized shadow volume (see the module
+//! [`voxelized`](crate::voxelized)). It is made anew in every frame by a few dispatches, and
+//! gathered by one more. One dispatch gathers all lights without a map. Whatever lies between
+//! two samples of a shadow map is lost, and shadows are off by about one of the voxels, whose
+//! number [`FogPass::with_voxels`] sets. The light of lit parts is integrated to a relative
+//! error of 1e-3.
 //!
 //! # Limits
 //!
-//! Single scattering in a homogeneous medium, whose extinction is the same for all colours;
-//! perspective views; single-sampled shadow maps. Along the line through a lamp the
-//! radiance grows without bound: formats of half precision hold up to 65504. Level 0 of a
-//! texture is drawn into.
+//! * Light is scattered once, in a homogeneous medium whose extinction is the same for all
+//!   colours.
+//! * Views are perspective views, and shadow maps have one sample per texel.
+//! * Along the line through a lamp the radiance grows without bound; formats of half precision
+//!   hold up to 65504.
+//! * Fog is drawn into level 0 of its texture.
 //!
-//! Memory: 16 bytes per pixel, which WebGPU's default limit on bindings allows up to 3840 ×
-//! 2160, and the voxels of one light.
+//! Memory: the voxels of one light, and 16 bytes per pixel. WebGPU's default limit on bindings
+//! therefore allows 3840 × 2160 pixels.
 
 mod error;
 mod frame;
@@ -105,7 +111,7 @@ pub use voxel_shadow::gpu::DepthLayers;
 use gather::{GatherFog, Lights, Scene};
 use view::View;
 
-/// Draws the fog of frames. See the [module](self).
+/// Draws the fog of frames. The [module](self) has an example.
 #[derive(Debug)]
 pub struct FogPass {
     context: Context,
@@ -113,19 +119,19 @@ pub struct FogPass {
     samples: u32,
     blend: Option<wgpu::BlendState>,
     volume: VoxelVolume<GpuMemory>,
-    /// Radiance and transmittance of the pixels of an eye.
+    /// Radiance and transmittance of the pixels of one eye.
     fog: GpuBuffer<[f32; 4]>,
-    /// That of the last medium.
+    /// The quadrature for the phase function of the last medium.
     airlight: Option<(PhaseFunction, Quadrature)>,
 }
 
-/// Relative error of the light of a lit part.
+/// Relative error of the light that is integrated over a lit part.
 const TOLERANCE: f32 = 1e-3;
 
-/// Draws pixels that were gathered.
+/// Copies the gathered pixels into the fog texture.
 const DRAW: &str = include_str!("draw.wgsl");
 
-/// Kept in the context.
+/// What draws into textures of one format with one blending; the context keeps it.
 struct Pipeline {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
@@ -148,8 +154,8 @@ impl FogPass {
         },
     };
 
-    /// A pass that draws into textures of `format`, from depths of so many `samples` in each
-    /// pixel: 1, or the 4 that WebGPU has.
+    /// A pass that draws into textures of `format`, from depths with `samples` samples per
+    /// pixel: 1, or 4, the only other number that WebGPU has.
     ///
     /// # Errors
     /// [`FogError::Samples`] for another number, [`FogError::Voxels`] if the device cannot
@@ -175,7 +181,7 @@ impl FogPass {
         })
     }
 
-    /// The same, blended with what the textures hold already.
+    /// The same pass, which blends the fog with what the textures already hold.
     #[must_use]
     pub fn with_blend(self, blend: wgpu::BlendState) -> Self {
         Self {

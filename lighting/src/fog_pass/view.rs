@@ -1,4 +1,4 @@
-//! Where the rays of a picture run.
+//! The eye and the lines of sight that a view-projection matrix describes.
 
 use glam::{DMat4, DVec3, DVec4, Vec3, Vec4};
 
@@ -8,7 +8,7 @@ use crate::airlight::far_end;
 use crate::scene::Medium;
 use crate::voxelized::{Eye, Spacing};
 
-/// An eye as the shader takes it, see `Scene` of `fog.wgsl`.
+/// An eye as the shader takes it; see `Scene` in `fog.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct View {
     pub(super) eye: Vec3,
@@ -20,15 +20,16 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The eye of a matrix from the world to clip coordinates.
+    /// Reads the eye from a matrix M that maps the world to clip coordinates.
     ///
-    /// With M⁻¹ e₃ = (a, b), the eye is a / b: there x, y and w are 0, which is where all
-    /// lines of sight meet. With M⁻¹ (x, y, 0, 1) = (q, s), that of (x, y) runs along q − s a / b.
+    /// With M⁻¹ e₃ = (a, b), the eye is a / b: its clip coordinates x, y and w are 0, and this
+    /// is where all lines of sight meet. With M⁻¹ (x, y, 0, 1) = (q, s), the line of sight
+    /// through (x, y) runs along q − s a / b.
     pub(super) fn new(matrix: &[[f32; 4]; 4]) -> Result<Self, FogError> {
         let refused = FogError::NoEye { matrix: *matrix };
         let columns = matrix.map(|column| column.map(f64::from));
         let clip = DMat4::from_cols_array_2d(&columns);
-        // Parallel views have the same w everywhere.
+        // In a parallel view w is the same everywhere.
         if clip.row(3).truncate() == DVec3::ZERO {
             return Err(refused);
         }
@@ -60,8 +61,8 @@ impl View {
         }
     }
 
-    /// What is divided into voxels: all of the fog as far as it is seen, which is ten mean
-    /// free paths behind where a line of sight enters it.
+    /// The part of the view that is divided into voxels: the fog as far as it can be seen,
+    /// which is ten mean free paths behind the place where a line of sight enters it.
     pub(super) fn volume(&self, medium: &Medium, reach: f32) -> Eye {
         let corner = |x: f32, y: f32| (self.forward + x * self.right + y * self.up).truncate();
         let [start, end] = match medium.bounds() {
@@ -73,7 +74,8 @@ impl View {
                 for corner in bounds.corners() {
                     let distance = corner.distance(self.eye);
                     farthest = farthest.max(distance);
-                    // Lines of sight enter through the faces that the eye sees from outside.
+                    // A line of sight enters through one of the faces that the eye sees from
+                    // outside.
                     if (corner.cmpeq(nearest) & outside).any() {
                         entry = entry.max(distance);
                     }
