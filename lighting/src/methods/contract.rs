@@ -1,4 +1,4 @@
-//! What a method is.
+//! What a method promises: the traits that every method implements.
 
 use std::borrow::Cow;
 use std::fmt::Debug;
@@ -9,64 +9,65 @@ use super::{Frame, FrameInputs};
 use crate::SurfacePoint;
 use crate::scene::Geometry;
 
-/// What a method says of itself.
+/// How a method describes itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct About {
-    /// How it is asked for: `march x midpoint`. No two methods share a name.
+    /// The name by which it is asked for, such as `march x midpoint`. No two methods share a
+    /// name.
     pub name: Cow<'static, str>,
-    /// What it is, in a few words.
+    /// What it is, in a few words, for tables and plots.
     pub title: &'static str,
-    /// What it is for.
+    /// What it is good for, in one line.
     pub purpose: &'static str,
-    /// Who described it.
+    /// The paper that describes it.
     pub paper: &'static str,
-    /// What its quality is a number of: `steps`.
+    /// The unit of its quality, such as `steps`.
     pub quality: &'static str,
-    /// The qualities worth comparing, in rising order; none if only those who ask
-    /// for it by name want it.
+    /// The qualities worth comparing, in rising order. None if comparisons leave the method
+    /// out, because only those who ask for it by name want it.
     pub qualities: &'static [u32],
-    /// Those of a quick comparison.
+    /// The qualities of a quick comparison.
     pub quick: &'static [u32],
     /// The quality whose picture a comparison shows.
     pub pictured: u32,
-    /// The quality of a picture for which no other is asked.
+    /// The quality that is used unless another is asked for.
     pub usual: u32,
-    /// What it is to a comparison.
+    /// The part that it plays in a comparison.
     pub role: Role,
-    /// Whether it looks into shadow maps or maps of transmittance, whose resolution
-    /// limits it.
+    /// Whether it looks into shadow maps or transmittance maps, whose resolution limits its
+    /// accuracy.
     pub uses_shadow_map: bool,
 }
 
-/// What a method is to a comparison.
+/// The part that a method plays in a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// It leaves the shadows out, which tells what they are worth.
+    /// It leaves the shadows out, which shows how much they matter.
     Unshadowed,
-    /// What all others are compared with: plain ray marching.
+    /// Plain ray marching, with which all others are compared.
     Baseline,
-    /// The method of a paper.
+    /// The method of a paper. It stays when time is short.
     Paper,
-    /// What engines do, which a comparison shows beside the best in its time. It is
-    /// dropped with the variants when time is short.
+    /// What game engines do. A comparison shows it beside the best method that takes no more
+    /// time. It is dropped with the variants when time is short.
     Engine,
-    /// Another way to do it, the first to be dropped when time is short.
+    /// Another way to do the same, the first to be dropped when time is short.
     Variant,
 }
 
 /// Whether a method applies to a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// It does.
+    /// It does what its name says.
     Applies,
-    /// It runs, but a comparison need not show it; the reason.
+    /// It runs, but a comparison need not show it, for this reason.
     Pointless(Cow<'static, str>),
-    /// It cannot run, or would not do what its name says; the reason.
+    /// It cannot run, or would not do what its name says, for this reason.
     Impossible(Cow<'static, str>),
 }
 
 impl Verdict {
-    /// The worse of two.
+    /// The worse of two verdicts; of two equally bad ones, the first.
     #[must_use]
     pub fn and(self, other: impl FnOnce() -> Self) -> Self {
         match self {
@@ -79,7 +80,7 @@ impl Verdict {
         }
     }
 
-    /// Why not, unless it applies.
+    /// The reason, unless the method applies.
     pub fn reason(&self) -> Option<&str> {
         match self {
             Self::Applies => None,
@@ -88,35 +89,35 @@ impl Verdict {
     }
 }
 
-/// Counted work, which does not depend on the machine: what a method expects to do.
+/// The work that a method expects, counted in operations that do not depend on the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Work {
     /// Texels, voxels and the like that are made before the first frame.
     pub once: f64,
-    /// The same for each frame.
+    /// Texels, voxels and the like that are made in every frame.
     pub per_frame: f64,
     /// Lookups and evaluations along each ray.
     pub per_ray: f64,
-    /// Memory for what is kept, bytes.
+    /// Memory that is kept between frames, bytes.
     pub bytes: u64,
 }
 
-/// A way of making an image of the light in the air.
+/// A way of making an image of the airlight.
 pub trait Method: Send + Sync + Debug {
-    /// What it is.
+    /// What it says of itself.
     fn about(&self) -> About;
 
     /// Whether it applies to a frame.
     fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict;
 
-    /// Whether it looks into shadow maps of these casters. If
-    /// [it says so](About::uses_shadow_map), it does of any.
+    /// Whether it looks into shadow maps of these casters. The default is
+    /// [`About::uses_shadow_map`], whatever the casters.
     fn uses_maps_of(&self, _geometry: &Geometry) -> bool {
         self.about().uses_shadow_map
     }
 
-    /// Those of `qualities`, in rising order, that differ on this frame; why the
-    /// others do not, if there are others.
+    /// Those of `qualities`, in rising order, that make a difference on this frame, and, if
+    /// there are others, why they do not.
     fn distinct<'q>(
         &self,
         _inputs: &FrameInputs<'_>,
@@ -125,53 +126,52 @@ pub trait Method: Send + Sync + Debug {
         (qualities, None)
     }
 
-    /// Whether it sees heterogeneous media, which vary along the rays: smoke, and
-    /// fog that thins out with altitude. To one that does not, smoke is a caster of
-    /// shadows.
+    /// Whether it sees heterogeneous media, which vary along the rays: smoke, and fog that
+    /// thins out with altitude. To a method that does not, smoke only casts shadows.
     fn sees_heterogeneous_media(&self) -> bool {
         false
     }
 
-    /// Whether [what covers the rays](FrameInputs::panes), be it glass or hair, dims the
-    /// light of the air behind it.
+    /// Whether glass and hair [in front of the rays](FrameInputs::panes) dim the airlight
+    /// behind them.
     fn sees_cover(&self) -> bool {
         false
     }
 
-    /// Whether its rays can [share its work](super::Selection::interleaving): it then
-    /// takes the parts that belong to each ray and weighs them. Lights and steps are
-    /// such parts; what is made for the whole frame is made once for all of them.
+    /// Whether rays can [share its work](super::Selection::interleaving): each ray then takes
+    /// some of the lights or steps and weights them. What is made for the whole frame is made
+    /// once for all rays.
     fn interleaves(&self, _inputs: &FrameInputs<'_>) -> Verdict {
         Verdict::Impossible("its rays cannot share its work".into())
     }
 
-    /// Whether it does what its name says where the rays are those of
-    /// [some pixels](super::Selection::pixels) alone, which is what
-    /// [reductions](super::reduced) of the pixels ask of it.
+    /// Whether it does what its name says if the rays are those of [some
+    /// pixels](super::Selection::pixels) only, as they are in a [reduction](super::reduced) of
+    /// the pixels.
     fn takes_some_pixels(&self) -> Verdict {
         Verdict::Applies
     }
 
-    /// Whether its picture of a frame of a [film](super::share_film_frame) depends on the
-    /// frames before.
+    /// Whether its image of a frame of a [film](super::share_film_frame) depends on the frames
+    /// before.
     fn remembers_frames(&self) -> bool {
         false
     }
 
-    /// What it promises of the light of each ray, if it promises anything: a relative error
-    /// that rounding alone adds to, as far as the scene has nothing but what blocks light and
-    /// what lets it pass.
+    /// The relative error that it promises for the light of each ray, beside rounding; `None`
+    /// if it promises none. The promise holds for scenes in which everything either blocks
+    /// light or lets it pass.
     fn tolerance(&self, _quality: u32) -> Option<f64> {
         None
     }
 
-    /// What should be said of its picture of a frame: what it leaves out, or does in
-    /// another way than its name says.
+    /// Remarks on its image of a frame: what it leaves out, or does in another way than its
+    /// name says.
     fn notes(&self, _inputs: &FrameInputs<'_>) -> Vec<String> {
         Vec::new()
     }
 
-    /// What it expects to do for a frame.
+    /// The work that it expects for a frame.
     fn work(&self, _inputs: &FrameInputs<'_>, _quality: u32) -> Work {
         Work::default()
     }
@@ -179,20 +179,20 @@ pub trait Method: Send + Sync + Debug {
 
 /// A method on a backend.
 pub trait RunOn<B: Backend>: Send + Sync {
-    /// Puts into the store what is the same in every frame, as long as the scene
-    /// stays the same. Without it, the first frame does.
+    /// Puts into the store what stays the same as long as the scene does. Without this call the
+    /// first frame makes it.
     ///
     /// # Errors
-    /// [`MethodError`], among others for a quality that is out of range.
+    /// [`MethodError`], for example for a quality that is out of range.
     fn prepare(&self, _frame: &Frame<'_, B>, _quality: u32) -> Result<(), MethodError> {
         Ok(())
     }
 
-    /// Adds the airlight of the ray `frame.inputs.rays[i]`, due to all lights, to
-    /// the first three components of `radiance[i]`.
+    /// Adds the airlight of the ray `frame.inputs.rays[i]`, from all lights, to the first three
+    /// components of `radiance[i]`.
     ///
     /// # Errors
-    /// [`MethodError`]; what has been added by then stays.
+    /// [`MethodError`]; what was added before the error remains.
     fn add_radiance(
         &self,
         frame: &Frame<'_, B>,
@@ -200,21 +200,22 @@ pub trait RunOn<B: Backend>: Send + Sync {
         radiance: &mut BufferOf<B, [f32; 4]>,
     ) -> Result<(), MethodError>;
 
-    /// How it lights surfaces with the shadows that it knows, if it does.
+    /// The method's way to light surfaces with its own shadows, if it has one.
     fn surfaces(&self) -> Option<&dyn LightFrameSurfaces<B>> {
         None
     }
 }
 
-/// What lights the surfaces of a frame with the shadows of its method.
+/// Lights the surfaces of a frame with the shadows that a method knows.
 pub trait LightFrameSurfaces<B: Backend> {
-    /// Adds to the first three components of `radiance[i]` what `surfaces[i]` reflects
-    /// to the eye of the light that comes straight from all lights of the frame. The
-    /// points are seen by the camera of the frame, in any order.
+    /// Adds to the first three components of `radiance[i]` the light that comes directly from
+    /// all lights of the frame and that `surfaces[i]` reflects to the eye. The camera of the
+    /// frame sees all points; they may be in any order.
     ///
-    /// Shadows are looked up at the nearest place that is known, or interpolated
-    /// between those around. A method of area lights does what its
-    /// `LightManySurfaces` says, with voxels from the nearest to the farthest surface.
+    /// With `interpolate`, the shadow of a point is interpolated between the places around it
+    /// for which shadows are known; without, it is that of the nearest place. A method of area
+    /// lights does what its `LightManySurfaces` says, with voxels from the nearest to the
+    /// farthest surface.
     ///
     /// # Errors
     /// As for [`RunOn::add_radiance`].
@@ -228,7 +229,7 @@ pub trait LightFrameSurfaces<B: Backend> {
     ) -> Result<(), MethodError>;
 }
 
-/// Why there is no image.
+/// Why a method made no image.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MethodError {
@@ -238,39 +239,39 @@ pub enum MethodError {
     /// Something that the method needs cannot be made.
     #[error("{what}: {source}")]
     Resource {
-        /// What.
+        /// What could not be made.
         what: &'static str,
-        /// Why not.
+        /// Why it could not be made.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// A quality that the method does not have.
+    /// The method does not have the quality that was asked for.
     #[error("{value} {unit} were asked for, expected {expected}")]
     Quality {
-        /// What was asked for.
+        /// The quality that was asked for.
         value: u32,
-        /// What it is a number of.
+        /// The unit of the quality.
         unit: &'static str,
-        /// What it may be.
+        /// The range of qualities that the method has.
         expected: String,
     },
     /// A method was asked for on a backend on which it does not run.
     #[error("{name} does not run on this backend")]
     UnsupportedBackend {
-        /// The method.
+        /// The name of the method.
         name: String,
     },
-    /// The [`Watch`](crate::Watch) wanted no more.
+    /// The [`Watch`](crate::Watch) said to stop.
     #[error("stopped after {done} of {total} lights")]
     Stopped {
-        /// Lights that are ready.
+        /// Number of lights that are ready.
         done: usize,
-        /// All lights.
+        /// Number of all lights.
         total: usize,
     },
 }
 
 impl MethodError {
-    /// The error of something that could not be made.
+    /// An error that says that `what` could not be made, and why.
     pub fn resource<E>(what: &'static str) -> impl FnOnce(E) -> Self
     where
         E: std::error::Error + Send + Sync + 'static,

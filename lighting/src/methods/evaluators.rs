@@ -1,4 +1,4 @@
-//! The evaluators of airlight that go with every source.
+//! The evaluators of airlight that are combined with every source.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -18,30 +18,30 @@ pub trait Evaluators: Send + Sync + Debug {
     /// An evaluator.
     type Evaluator: AirlightEvaluator + Send + Sync + 'static;
 
-    /// What it is.
+    /// What it says of itself.
     const ABOUT: EvaluatorAbout;
 
-    /// Whether each light of a frame has an evaluator of its own: true where
+    /// Whether each light of a frame has an evaluator of its own. It must be true where
     /// [`of_light`](Evaluators::of_light) is overridden.
     const IS_OF_LIGHT: bool = false;
 
-    /// An evaluator for media of this phase function.
+    /// Makes an evaluator for media with this phase function.
     ///
     /// # Errors
-    /// [`MethodError`], among others for a quality out of range.
+    /// [`MethodError`], for example for a quality that is out of range.
     fn make(&self, phase: PhaseFunction, quality: u32) -> Result<Self::Evaluator, MethodError>;
 
-    /// Its memory, bytes.
+    /// The memory of an evaluator, bytes.
     fn bytes(_evaluator: &Self::Evaluator) -> u64 {
         0
     }
 
-    /// Evaluations of the integrand, or lookups, for an interval.
+    /// Evaluations of the integrand, or lookups, for one interval.
     fn work(quality: u32) -> f64 {
         f64::from(quality)
     }
 
-    /// The relative error that it keeps for each interval, beside rounding; `None` if that
+    /// The relative error that it keeps in each interval, beside rounding; `None` if the error
     /// depends on the interval.
     fn tolerance(_quality: u32) -> Option<f64> {
         None
@@ -52,12 +52,12 @@ pub trait Evaluators: Send + Sync + Debug {
         Verdict::Applies
     }
 
-    /// What it does in another way than its name says.
+    /// Remarks on what it does in another way than its name says.
     fn notes(&self, _inputs: &FrameInputs<'_>) -> Vec<String> {
         Vec::new()
     }
 
-    /// The evaluator of a frame, from its store.
+    /// The evaluator for the medium of a frame, from the frame's store.
     ///
     /// # Errors
     /// Those of [`Evaluators::make`].
@@ -89,30 +89,30 @@ pub trait Evaluators: Send + Sync + Debug {
     }
 }
 
-/// What a kind of evaluator says of itself.
+/// How a kind of evaluator describes itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EvaluatorAbout {
-    /// How it is asked for: `table`.
+    /// The name by which it is asked for, such as `table`.
     pub name: &'static str,
     /// What it is, in a few words.
     pub title: &'static str,
-    /// What its quality is a number of; `None` if it has none.
+    /// The unit of its quality; `None` if it has none.
     pub unit: Option<&'static str>,
-    /// The quality that is used unless another is asked for: for intervals that are
-    /// single samples, and for others.
+    /// The quality that is used unless another is asked for: first for intervals that are
+    /// single samples, then for other intervals.
     pub usual: [u32; 2],
 }
 
 impl FrameInputs<'_> {
-    /// True if all light is parallel.
+    /// True if all lights are directional.
     pub fn has_only_suns(&self) -> bool {
         let is_sun = |emitter: &Emitter| matches!(emitter, Emitter::Directional(_));
         self.emitters.iter().all(is_sun)
     }
 
-    /// The lights for which evaluators of plain points do not stand: those with a
-    /// pattern, and those outside of a bounded medium. Parallel light is none of
-    /// these: it has a closed form.
+    /// The indices of the lights that differ from plain points in what an evaluator sees: those
+    /// with a pattern, and those outside of a bounded medium. Directional lights are not among
+    /// them, as they have a closed form.
     fn lights_with_a_pattern(&self) -> Vec<usize> {
         let has_pattern = |emitter: &Emitter| match emitter {
             Emitter::Directional(_) => false,
@@ -130,7 +130,7 @@ impl FrameInputs<'_> {
             .collect()
     }
 
-    /// The optical depth from the eye to the point light that is behind most fog.
+    /// The optical depth between the eye and the point light with the most fog in between.
     fn depth_of_lights(&self) -> f32 {
         let (eye, medium) = (self.camera.eye(), self.medium);
         let depths = self.emitters.iter().map(|emitter| match emitter {
@@ -144,8 +144,8 @@ impl FrameInputs<'_> {
         depths.fold(0.0, f32::max)
     }
 
-    /// Whether an evaluator of plain points has something to evaluate: a plain point,
-    /// or the full cone of a spotlight.
+    /// Whether evaluators of plain points have something to evaluate: a plain point light, or
+    /// the full cone of a spotlight.
     fn has_plain_points(&self) -> Verdict {
         let points = self
             .emitters
@@ -168,7 +168,7 @@ impl FrameInputs<'_> {
     }
 }
 
-/// One sample in the middle.
+/// One sample at the middle of each interval.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Midpoints;
 
@@ -187,10 +187,11 @@ impl Evaluators for Midpoints {
     }
 }
 
-/// What the quality of Gauss quadrature is a number of.
+/// The unit of the quality of Gauss quadrature.
 pub const GAUSS_NODES: &str = "Gauss nodes per lit run";
 
-/// Gauss–Legendre quadrature with a number of nodes, equi-angular at a point.
+/// Gauss–Legendre quadrature with a fixed number of nodes, in the equi-angular variable for
+/// point lights.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gauss;
 
@@ -209,7 +210,7 @@ impl Evaluators for Gauss {
     }
 }
 
-/// Gauss–Legendre quadrature with as many nodes as a tolerance needs.
+/// Gauss–Legendre quadrature with as many nodes as a tolerance asks for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tolerances;
 
@@ -252,7 +253,7 @@ impl Evaluators for Tolerances {
     }
 }
 
-/// Tolerance for lights that tables do not apply to, far below their own.
+/// The tolerance for lights that a table does not serve, far below the error of the tables.
 const FALLBACK: f32 = 1e-5;
 
 fn fallback(phase: PhaseFunction) -> Result<Quadrature, MethodError> {
@@ -271,7 +272,7 @@ fn falls_back(inputs: &FrameInputs<'_>, name: &str) -> Vec<String> {
     }
 }
 
-/// A table for lights at points.
+/// A table for point lights.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tables;
 
@@ -307,7 +308,7 @@ impl Evaluators for Tables {
     }
 }
 
-/// A table for each light, made anew for every frame.
+/// A table for each light, made anew in every frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrameTables;
 
@@ -357,7 +358,7 @@ impl Evaluators for FrameTables {
     }
 }
 
-/// In double precision.
+/// The closed form in double precision.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Doubles;
 
@@ -391,10 +392,10 @@ impl Evaluators for Doubles {
     }
 }
 
-/// The optical depth whose exponential is the largest number of single precision.
+/// `exp` of more than this overflows single precision.
 const DEEPEST: f32 = 88.0;
 
-/// The table of Sun et al. as published.
+/// The table of Sun et al. as it was published.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Published;
 
@@ -441,8 +442,8 @@ impl Evaluators for Published {
     }
 }
 
-/// The model of daylight, for lights at points too. Those who ask for it want its look:
-/// it leaves out what the light of a lamp depends on most.
+/// The model of daylight, for point lights too. It leaves out what the light of a lamp depends
+/// on most, and serves those who want its look.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Daylights;
 

@@ -1,4 +1,4 @@
-//! What methods are told.
+//! What a method is told of a frame.
 
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -12,40 +12,41 @@ use crate::scene::{
 };
 use crate::{Interleaving, Ray, Watch};
 
-/// A frame as everybody knows it, whatever the backend.
+/// A frame as every method sees it, whatever the backend.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameInputs<'a> {
-    /// The lights whose airlight is wanted.
+    /// The lights whose airlight is wanted. An area light is here as the points that stand for
+    /// it.
     pub emitters: &'a [Emitter],
     /// The area lights among them, for methods that choose their own points.
     pub areas: &'a [AreaEmitters],
-    /// What scatters, the same everywhere or in a box.
+    /// The homogeneous medium, which fills all of space or a box.
     pub medium: &'a Medium,
-    /// Fog that thins out with altitude, besides.
+    /// Fog that thins out with altitude, in addition to the medium.
     pub height_fog: Option<&'a HeightFog>,
     /// Opaque casters.
     pub geometry: &'a Geometry,
     /// Hair and smoke.
     pub translucent: &'a [Translucent],
-    /// Whence the rays come.
+    /// The camera that the rays start from.
     pub camera: &'a Camera,
     /// Width and height of the picture, pixels.
     pub size: [u32; 2],
-    /// The rays of the pixels, row by row from the top; or of those that the
+    /// The rays of all pixels, row by row from the top; or those of the pixels that the
     /// [selection](FrameInputs::selection) names.
     pub rays: &'a [Ray],
-    /// What each ray ends on; `None` is the sky.
+    /// What each ray ends on; `None` where it ends in the sky.
     pub hits: &'a [Option<Hit>],
-    /// Texels per side of shadow maps.
+    /// Texels along each side of a shadow map.
     pub map: u32,
-    /// What is made on the host, whatever the backend: on the CPU it may be the
+    /// The store of what is made on the host, whatever the backend. On the CPU it may be the
     /// store of the frame itself.
     pub host: &'a Store<Host>,
-    /// Which pixels the rays belong to, and how they share the work: those of all
-    /// pixels, and not at all, unless a method runs inside of
-    /// [another](super::reduced).
+    /// Which pixels the rays belong to, and which share of the lights or steps each ray takes.
+    /// The default, all pixels and all of the work for each ray, holds unless a method runs
+    /// inside [another](super::reduced).
     pub selection: Selection<'a>,
-    /// Told of progress, and asked whether to go on between lights.
+    /// Is told of progress, and is asked between lights whether to go on.
     pub watch: &'a dyn Watch,
 }
 
@@ -53,7 +54,7 @@ impl<'a> FrameInputs<'a> {
     /// Asks the watch whether to go on after the first `done` lights.
     ///
     /// # Errors
-    /// [`MethodError::Stopped`] if it wants no more.
+    /// [`MethodError::Stopped`] if the watch says no.
     pub(super) fn go_on(&self, done: usize) -> Result<(), MethodError> {
         let total = self.emitters.len();
         match self.watch.goes_on(done, total) {
@@ -62,51 +63,51 @@ impl<'a> FrameInputs<'a> {
         }
     }
 
-    /// All that fills the air.
+    /// The media of the scene together: the medium, the fog that thins out, and smoke.
     pub fn media(&self) -> Media<'a> {
         Media::new(Some(self.medium), self.height_fog, self.translucent)
     }
 }
 
-/// Some rays of a picture.
+/// Which rays of a picture a frame has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Selection<'a> {
-    /// The pixel of each ray, counted row by row from the top; `None` if the rays are
-    /// those of all pixels in this order. A pixel may be there twice.
+    /// The pixel of each ray, counted row by row from the top; `None` if the rays are those of
+    /// all pixels in this order. The same pixel may occur more than once.
     pub pixels: Option<&'a [u32]>,
-    /// The share of the lights or steps that each ray takes. A method that
-    /// [takes none](super::Method::interleaves) gives each ray all of its light, which
-    /// is right too.
+    /// The share of the lights or steps that each ray takes. A method that [cannot
+    /// interleave](super::Method::interleaves) gives each ray all of its light, which is right
+    /// too.
     pub interleaving: Interleaving,
 }
 
-/// A frame on a backend.
+/// A frame on a backend: the inputs, with the rays in the memory of the backend.
 #[derive(Debug)]
 pub struct Frame<'a, B: Backend> {
-    /// Where it is made.
+    /// The backend that makes the image.
     pub backend: &'a B,
     /// What it shows.
     pub inputs: FrameInputs<'a>,
     /// The rays, in the memory of the backend.
     pub rays: BufferOf<B, Ray>,
-    /// What is kept between frames.
+    /// What is kept between frames, in the memory of the backend.
     pub store: &'a Store<B::Memory>,
     passes: Option<Arc<Mutex<Vec<Pass>>>>,
 }
 
-/// A pass that ran.
+/// A pass that ran, with its time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
     /// What it did.
     pub what: &'static str,
-    /// How long it took, seconds.
+    /// Its time over all runs, seconds.
     pub seconds: f64,
-    /// How often it ran.
+    /// Number of runs.
     pub times: usize,
 }
 
 impl<'a, B: Backend> Frame<'a, B> {
-    /// A frame whose rays are copied to the backend.
+    /// A frame, whose rays are copied to the backend.
     ///
     /// # Errors
     /// Those of [`Backend::upload`].
@@ -124,8 +125,8 @@ impl<'a, B: Backend> Frame<'a, B> {
         })
     }
 
-    /// The same, with the time of each pass measured, which on a GPU means waiting
-    /// for each; see [`Store::waiting`].
+    /// The same frame, with the time of each pass measured. On a GPU this means waiting for
+    /// each pass; see [`Store::waiting`].
     #[must_use]
     pub fn timed(self) -> Self {
         Self {
@@ -134,8 +135,8 @@ impl<'a, B: Backend> Frame<'a, B> {
         }
     }
 
-    /// The same frame with other inputs, for a method that runs another one inside: its
-    /// passes are those of this frame.
+    /// The same frame with other inputs, for a method that runs another one inside. The passes
+    /// of the inner method count as passes of this frame.
     ///
     /// # Errors
     /// Those of [`Backend::upload`].
@@ -149,10 +150,10 @@ impl<'a, B: Backend> Frame<'a, B> {
         })
     }
 
-    /// Runs a pass, by which methods say what they do.
+    /// Runs a pass under a name, and measures it if the frame is [`timed`](Frame::timed).
     ///
     /// # Errors
-    /// Those of `run`, and of the work that is waited for.
+    /// Those of `run`, and those of the work that is waited for.
     pub fn pass<R>(
         &self,
         what: &'static str,
@@ -182,8 +183,8 @@ impl<'a, B: Backend> Frame<'a, B> {
         Ok(result)
     }
 
-    /// The passes that ran, in the order of their first run; none unless the frame
-    /// is [`timed`](Frame::timed).
+    /// The passes that ran, in the order in which each ran first; none unless the frame is
+    /// [`timed`](Frame::timed).
     pub fn passes(&self) -> Vec<Pass> {
         let passes = self.passes.as_ref();
         passes.map_or_else(Vec::new, |passes| {

@@ -1,24 +1,22 @@
 //! Methods: every way of making an image of the light in the air.
 //!
-//! A [`Method`] is told everything a frame has ([`FrameInputs`]: all lights, the
-//! camera and its rays, the medium, the casters) and a quality, which is one
-//! number, and adds the airlight of every ray to a buffer of the backend. It says
-//! of itself what it is ([`About`]) and whether it applies to a frame
-//! ([`Verdict`]), and it runs on the backends for which it implements [`RunOn`].
+//! A [`Method`] is told everything about a frame ([`FrameInputs`]: all lights, the camera and
+//! its rays, the medium, the casters) and a quality, which is one number. It adds the airlight
+//! of every ray to a buffer of the backend. It describes itself ([`About`]), says whether it
+//! applies to a frame ([`Verdict`]), and runs on the backends for which it implements
+//! [`RunOn`].
 //!
-//! Most methods are products: a way to find the lit parts of a ray × a way to
-//! integrate the light of a part, summed over the lights. [`PerLight`] makes a
-//! method of any such pair. What is not such a product implements the traits
-//! itself. Pairs whose sources can answer for [`many_lights`] at once gather all of them in
-//! one pass.
+//! Most methods are products: a way to find the lit parts of a ray × a way to integrate the
+//! light of a part, summed over the lights. [`PerLight`] makes a method of any such pair. If
+//! the source of a pair answers for [many lights](many_lights) at once, one pass gathers all of
+//! them. A method that is not a product implements the traits itself.
 //!
-//! Any method can be made of fewer rays, and one that [says so](Method::interleaves) of
-//! rays that share its work: [`reduced`].
+//! Every method can be run with fewer rays, and a method that [allows it](Method::interleaves)
+//! with rays that share its work: see [`reduced`].
 //!
-//! What methods share, and what stays from frame to frame, is in a [`Store`]: the
-//! shadow map of a light, its voxels, a table. The [`Registry`] lists the methods;
-//! `compare`, `render`, tests and benches walk it, and nothing else knows a method
-//! by name.
+//! What methods share, and what stays from frame to frame, is in a [`Store`]: the shadow map of
+//! a light, its voxels, a table. The [`Registry`] lists the methods. The program, the tests and
+//! the benches go through that list; nothing else knows a method by name.
 //!
 //! # A method of one's own
 //!
@@ -28,7 +26,7 @@
 //!     About, Frame, FrameInputs, Method, MethodError, Registry, Role, RunOn, Verdict,
 //! };
 //!
-//! /// The same light from everywhere.
+//! A method with the same light in every pixel.
 //! #[derive(Debug)]
 //! struct Constant;
 //!
@@ -73,10 +71,10 @@
 //!
 //! # Files
 //!
-//! A method is a folder: what it computes on the CPU (`mod.rs`), its shaders
-//! (`gpu.rs` and WGSL), and how it enters the list of methods (`method.rs`, with the
-//! feature `methods`). The folders alone are of use without the list: their sources
-//! and maps go into [`Gather`](crate::Gather) directly.
+//! A method is a folder. `mod.rs` has what it computes on the CPU, `gpu.rs` and WGSL files its
+//! shaders, and `method.rs` (with the feature `methods`) its entry in the list of methods. The
+//! folders are of use without the list, too: their sources and maps go directly into
+//! [`Gather`](crate::Gather).
 
 #[cfg(feature = "area")]
 pub mod area;

@@ -12,11 +12,10 @@ use crate::culling::{self, PickPixels, RayTiles};
 use crate::scene::Geometry;
 use crate::{Emitter, EyePanes, Gather, Interleaving, LitRays, Ray, Touching};
 
-/// A kind of visibility source: how there is one for each light.
-///
-/// `SourceOn` makes them on a backend.
+/// A kind of visibility source, which has one source for each light. `SourceOn` makes them on a
+/// backend.
 pub trait LightSources: Send + Sync + Debug {
-    /// What it is.
+    /// What it says of itself.
     fn about(&self) -> SourceAbout;
 
     /// Whether it applies to a frame.
@@ -29,17 +28,18 @@ pub trait LightSources: Send + Sync + Debug {
         self.about().uses_shadow_map
     }
 
-    /// What is left of a light for the evaluator to integrate: all of it, unless the
-    /// shares of this source have some of the light's pattern in them.
+    /// The light that remains for the evaluator to integrate. The default is the whole light; a
+    /// source whose shares already contain some of the light's pattern returns the light
+    /// without it.
     ///
-    /// A source that has another light evaluated has to yield nothing where the light
-    /// itself does not reach, beyond its range or outside of its cone: rays that the light
-    /// does not reach are left out.
+    /// Rays that the light does not reach are left out before. So a source that returns another
+    /// light must yield nothing where the light itself does not reach: beyond its range or
+    /// outside of its cone.
     fn evaluated<'a>(&self, emitter: &'a Emitter) -> Cow<'a, Emitter> {
         Cow::Borrowed(emitter)
     }
 
-    /// Whether the ends of lit parts are right to the rounding of numbers.
+    /// Whether the ends of lit parts are exact up to rounding.
     fn is_exact(&self) -> bool {
         false
     }
@@ -54,7 +54,7 @@ pub trait LightSources: Send + Sync + Debug {
         Vec::new()
     }
 
-    /// What it expects to do for a frame, all lights together; evaluations aside.
+    /// The work that it expects for a frame with all lights, without the evaluations.
     fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work;
 }
 
@@ -63,14 +63,13 @@ pub trait SourceOn<B: Backend>: LightSources {
     /// A source whose data is in the memory of the backend.
     type Source;
 
-    /// Puts into the store what the source of the light `light` needs in every
-    /// frame.
+    /// Puts into the store what the source of light number `light` needs in every frame.
     ///
     /// # Errors
     /// [`MethodError`].
     fn prepare(&self, frame: &Frame<'_, B>, light: usize, quality: u32) -> Result<(), MethodError>;
 
-    /// The source of the light `light` in this frame.
+    /// The source of light number `light` in this frame.
     ///
     /// # Errors
     /// [`MethodError`].
@@ -81,28 +80,28 @@ pub trait SourceOn<B: Backend>: LightSources {
         quality: u32,
     ) -> Result<Self::Source, MethodError>;
 
-    /// Takes back a source that has been gathered.
+    /// Takes back a source after its light has been gathered, so that memory can be used again.
     fn done(&self, _frame: &Frame<'_, B>, _source: Self::Source, _quality: u32) {}
 }
 
-/// What a kind of visibility source says of itself.
+/// How a kind of visibility source describes itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SourceAbout {
-    /// How it is asked for: `march`.
+    /// The name by which it is asked for, such as `march`.
     pub name: &'static str,
     /// What it is, in a few words.
     pub title: &'static str,
-    /// What its quality is a number of; `None` if it has none.
+    /// Its quality, if it has one.
     pub quality: Option<SourceQuality>,
-    /// What becomes of lit parts that touch.
+    /// Whether its lit parts are joined where they touch.
     pub touching: Touching,
-    /// Whether its parts are single samples, for which an evaluator of one node is
+    /// Whether its lit parts are single samples, for which an evaluator with one node is
     /// enough.
     pub is_sampled: bool,
-    /// Whether it sees hair and smoke.
+    /// Whether hair and smoke cast shadows into the air.
     pub sees_translucent: bool,
-    /// Whether see-through triangles hold back their share of the light in the air;
-    /// else they cast no shadow there.
+    /// Whether see-through triangles dim the light that passes them on its way into the air. If
+    /// not, they cast no shadow there.
     pub sees_panes: bool,
     /// See [`About::uses_shadow_map`].
     pub uses_shadow_map: bool,
@@ -111,7 +110,7 @@ pub struct SourceAbout {
 /// The quality of a kind of visibility source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SourceQuality {
-    /// What it is a number of: `steps`.
+    /// Its unit, such as `steps`.
     pub unit: &'static str,
     /// See [`About::qualities`].
     pub qualities: &'static [u32],
@@ -119,17 +118,17 @@ pub struct SourceQuality {
     pub quick: &'static [u32],
     /// See [`About::pictured`].
     pub pictured: u32,
-    /// The one of a picture for which nothing else is asked.
+    /// The quality that is used unless another is asked for.
     pub usual: u32,
 }
 
-/// A pair that comparisons show.
+/// How comparisons show a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Compared {
-    /// Name of the evaluator.
+    /// The name of the evaluator.
     pub airlight: &'static str,
-    /// The evaluator's quality if the source has one too, `None` if it is the
-    /// evaluator's that is compared.
+    /// The evaluator's quality where the source has one too; `None` if comparisons vary the
+    /// evaluator's.
     pub detail: Option<u32>,
     /// See [`About::title`].
     pub title: &'static str,
@@ -137,13 +136,13 @@ pub struct Compared {
     pub purpose: &'static str,
     /// See [`About::paper`].
     pub paper: &'static str,
-    /// The evaluator's qualities, where these are compared: all, those of a quick
-    /// comparison, the one that is pictured.
+    /// The evaluator's qualities, where comparisons vary them: all, those of a quick
+    /// comparison, and the one that is pictured.
     pub qualities: (&'static [u32], &'static [u32], u32),
     /// See [`About::role`].
     pub role: Role,
-    /// Shown beside hair and smoke, although it does not see them: to show what
-    /// their shadows are worth.
+    /// Whether it is shown beside hair and smoke although it does not see them, so that one
+    /// sees how much their shadows matter.
     pub is_baseline: bool,
 }
 
@@ -156,13 +155,13 @@ pub struct Compared {
 pub struct PerLight<S, E> {
     sources: S,
     evaluators: E,
-    /// The evaluator's quality, where the method's is the source's.
+    /// The evaluator's quality where the quality of the method is that of the source.
     detail: u32,
     compared: Option<Compared>,
 }
 
 impl<S: LightSources, E: Evaluators> PerLight<S, E> {
-    /// The pair, as comparisons show it if they do.
+    /// The pair; comparisons show it if `compared` is given.
     pub fn new(sources: S, evaluators: E, compared: Option<Compared>) -> Self {
         let is_sampled = sources.about().is_sampled;
         let usual = E::ABOUT.usual[usize::from(!is_sampled)];
@@ -175,7 +174,7 @@ impl<S: LightSources, E: Evaluators> PerLight<S, E> {
         }
     }
 
-    /// The same with another quality of the evaluator, and for nobody to compare.
+    /// The same pair with another quality of the evaluator. Comparisons do not show it.
     #[must_use]
     pub fn with_detail(self, detail: u32) -> Self {
         Self {
@@ -185,7 +184,7 @@ impl<S: LightSources, E: Evaluators> PerLight<S, E> {
         }
     }
 
-    /// What the evaluator is told of a frame.
+    /// Tells the evaluator about a frame whose lights are those that remain for it.
     fn with_evaluated<R>(
         &self,
         inputs: &FrameInputs<'_>,
@@ -294,7 +293,7 @@ impl<S: LightSources, E: Evaluators> Method for PerLight<S, E> {
     ) -> (&'q [u32], Option<&'static str>) {
         let of_evaluator = self.sources.about().quality.is_none();
         if of_evaluator && inputs.has_only_suns() && qualities.len() > 1 {
-            // Nodes are nodes of nothing.
+            // The closed form has no nodes.
             let why = "the airlight of a directional light is in closed form";
             return (&qualities[..1], Some(why));
         }
@@ -381,8 +380,8 @@ where
 }
 
 impl<S, E: Evaluators> PerLight<S, E> {
-    /// Adds the airlight of one light, with the qualities of its source and of the
-    /// evaluator, through panes to the rays that it may reach.
+    /// Adds the airlight of one light, seen through panes, to the rays that the light may
+    /// reach; with the qualities of the source and of the evaluator.
     pub(super) fn add_light<B>(
         &self,
         frame: &Frame<'_, B>,
@@ -434,15 +433,15 @@ impl<S, E: Evaluators> PerLight<S, E> {
     }
 }
 
-/// The lights of a frame, each with the rays that it may reach.
+/// The rays of a frame in tiles, which find those that a light may reach.
 pub(super) struct Culled(RayTiles);
 
-/// A light that may reach a larger share of the rays than this is gathered with all of
-/// them.
+/// A light that may reach a larger share of the rays than this is gathered along all of them:
+/// the list of rays would cost more than it saves.
 const MOST: f64 = 0.75;
 
-/// Whether lights are culled: there are enough of them, and rays need not keep their
-/// number.
+/// Whether lights are culled: if there are enough of them, and if rays need not keep their
+/// numbers.
 pub(super) fn is_culled(inputs: &FrameInputs<'_>) -> bool {
     inputs.selection.interleaving == Interleaving::NONE && culling::is_worthwhile(inputs.emitters)
 }
@@ -455,7 +454,7 @@ pub(super) fn ray_tiles(inputs: &FrameInputs<'_>) -> Option<RayTiles> {
 }
 
 impl Culled {
-    /// Those of rays in tiles.
+    /// Lights are culled against these tiles.
     pub(super) fn new(tiles: RayTiles) -> Self {
         Self(tiles)
     }
@@ -464,7 +463,7 @@ impl Culled {
         &self.0
     }
 
-    /// `None` for all rays.
+    /// The rays that the light may reach; `None` for all rays.
     fn reached(&self, emitter: &Emitter) -> Option<Vec<u32>> {
         let most = MOST * self.0.rays() as f64;
         self.0

@@ -5,17 +5,17 @@ use super::unshadowed::NAME as NOTHING;
 use super::{Entry, Evaluators, Registry, Role};
 
 impl Registry {
-    /// What gathers unshadowed lights instead of a method at a quality, and the quality of its
-    /// own; `None` if the method should do that itself.
+    /// The method and quality that gather unshadowed lights in place of `entry` at `quality`;
+    /// `None` if the method should gather them itself.
     ///
-    /// Nothing is in the way of these lights, so that their airlight is that of whole rays.
+    /// Nothing blocks these lights, so their airlight is that of whole rays.
     ///
-    /// * A product of a visibility without a quality, such as the exact one, keeps its
-    ///   evaluator and quality: the picture is the same, bit for bit.
-    /// * Another product keeps an evaluator by which its light has a look of its own. In
-    ///   place of sums over nodes or over single samples, and in place of a method that is no
-    ///   product, whole rays are integrated to a relative 1e-4: a table would be looked up
-    ///   faster, but takes longer to make than the rays of a picture.
+    /// * If the method is a product whose visibility has no quality, such as the exact one,
+    ///   evaluator and quality stay the same: so does the picture, bit for bit.
+    /// * If the method is another product, an evaluator that gives light a look of its own is
+    ///   kept. Sums over nodes or single samples are replaced: whole rays are integrated to a
+    ///   relative error of 1e-4. So are methods that are no product. A table could be looked up
+    ///   faster, but takes longer to make than the rays of a picture take.
     pub fn unshadowed(&self, entry: &Entry, quality: u32) -> Option<(Entry, u32)> {
         let (evaluator, quality) = match entry.halves() {
             Some([(NOTHING, _), _]) => return None,

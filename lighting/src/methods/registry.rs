@@ -38,7 +38,7 @@ impl<M> RunEverywhere for M where
 {
 }
 
-/// A method and where it runs.
+/// A method, and the backends on which it runs.
 #[derive(Clone)]
 pub struct Entry {
     method: Arc<dyn Method>,
@@ -55,12 +55,12 @@ struct OnGpu {
     recording: Arc<dyn for<'r> RunOn<Gpu<Recording<'r>>>>,
 }
 
-/// What it is a product of.
+/// The two halves of a product.
 #[derive(Clone)]
 struct Pair {
     visibility: &'static str,
     airlight: &'static str,
-    /// What their qualities are numbers of.
+    /// The units of their qualities.
     units: [Option<&'static str>; 2],
     titles: [&'static str; 2],
     with_detail: Arc<dyn Fn(u32) -> Entry + Send + Sync>,
@@ -100,8 +100,8 @@ impl Entry {
         }
     }
 
-    /// The same as the product `visibility` × `airlight`; `with_detail` makes it
-    /// with another quality of the evaluator.
+    /// Marks the entry as the product of a source and an evaluator. `with_detail` makes the
+    /// same product with another quality of the evaluator.
     pub(super) fn paired(
         self,
         source: SourceAbout,
@@ -120,12 +120,12 @@ impl Entry {
         }
     }
 
-    /// What it is.
+    /// What the method says of itself.
     pub fn about(&self) -> About {
         self.method.about()
     }
 
-    /// The method, whatever the backend.
+    /// The method, without a backend.
     pub fn method(&self) -> &dyn Method {
         &*self.method
     }
@@ -135,8 +135,8 @@ impl Entry {
         B::find(self)
     }
 
-    /// The names of the visibility source and of the evaluator that it is a product
-    /// of, and what their qualities are numbers of.
+    /// If the method is a product: the names of its visibility source and of its evaluator,
+    /// each with the unit of its quality.
     pub fn halves(&self) -> Option<[(&'static str, Option<&'static str>); 2]> {
         let pair = self.pair.as_ref()?;
         Some([
@@ -145,9 +145,8 @@ impl Entry {
         ])
     }
 
-    /// The same method with less work, where it runs itself: see
-    /// [`reduced`](super::reduced). Comparisons do not show it. With [`Reduction::NONE`] it is
-    /// the method.
+    /// The same method with less work, on the same backends; see [`reduced`](super::reduced).
+    /// Comparisons do not show it. [`Reduction::NONE`] gives the method itself.
     #[must_use]
     pub fn reduced(&self, reduction: Reduction) -> Self {
         if reduction.is_none() {
@@ -168,8 +167,8 @@ impl Entry {
         false
     }
 
-    /// True if `filter` names it: by its name, its visibility or its title, or a
-    /// part of these.
+    /// True if `filter` is the method's name, visibility or title, or a part of its name or
+    /// title. Upper and lower case are the same.
     pub fn matches(&self, filter: &str) -> bool {
         let filter = filter.trim().to_lowercase().replace('×', "x");
         let About { name, title, .. } = self.about();
@@ -330,14 +329,14 @@ impl Registry {
         registry
     }
 
-    /// The same and a method that runs on every backend. It replaces one of the
-    /// same name.
+    /// The same list with one more method, which runs on every backend. It replaces a method of
+    /// the same name.
     #[must_use]
     pub fn with<M: RunEverywhere + 'static>(self, method: M) -> Self {
         self.with_all(vec![Entry::everywhere(method)])
     }
 
-    /// The same and a few more; see [`Registry::with`].
+    /// The same list with more methods; see [`Registry::with`].
     #[must_use]
     pub fn with_all(mut self, entries: Vec<Entry>) -> Self {
         for entry in entries {
@@ -356,22 +355,23 @@ impl Registry {
         &self.entries
     }
 
-    /// The one to take for heterogeneous media: the first that sees them.
+    /// The method to take for heterogeneous media: the first that sees them.
     pub fn for_heterogeneous_media(&self) -> Option<&Entry> {
         self.entries
             .iter()
             .find(|entry| entry.sees_heterogeneous_media())
     }
 
-    /// Those that comparisons show.
+    /// The methods that comparisons show.
     pub fn compared(&self) -> impl Iterator<Item = &Entry> {
         let all = self.entries.iter();
         all.filter(|entry| !entry.about().qualities.is_empty())
     }
 
-    /// The method of this name, or the only one that the name is a part of. If there is none
-    /// and the name ends on a [reduction](Reduction::of_name), the method that is called by
-    /// the rest, reduced; a method that is reduced already cannot be once more.
+    /// Finds a method by its name or title, or by a part of its name, visibility or title that
+    /// no other method has. A name may end in a [reduction](Reduction::of_name), which is then
+    /// applied to the method of the rest of the name; a method that is reduced already is not
+    /// reduced again.
     pub fn find(&self, name: &str) -> Option<Entry> {
         let name = name.trim().to_lowercase().replace('×', "x");
         self.find_whole(&name).cloned().or_else(|| {
@@ -393,7 +393,7 @@ impl Registry {
         })
     }
 
-    /// The method of this name or title.
+    /// The method with exactly this name or title.
     fn find_called(&self, name: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| {
             let about = entry.about();
@@ -421,8 +421,8 @@ impl Registry {
         halves
     }
 
-    /// The product `visibility` × `airlight`, if there is one, with a quality of
-    /// the evaluator of one's own if `detail` is given.
+    /// The product `visibility` × `airlight`, if there is one, with `detail` as the quality of
+    /// the evaluator if it is given.
     pub fn pair(&self, visibility: &str, airlight: &str, detail: Option<u32>) -> Option<Entry> {
         self.entries.iter().find_map(|entry| {
             let pair = entry.pair.as_ref()?;
@@ -432,8 +432,9 @@ impl Registry {
     }
 }
 
-/// Entries for a kind of source with every evaluator: on every backend where the
-/// evaluator has a shader. Those of `many:` gather many lights at once.
+/// Makes entries of a kind of source with every evaluator: on every backend where the evaluator
+/// has a shader, or with `cpu:` on the CPU alone. With `many:` they gather many lights in one
+/// pass.
 macro_rules! pairs {
     ($sources:expr, $compared:expr) => {
         $crate::methods::registry::pairs!(@all everywhere, ::std::convert::identity, $sources, $compared)

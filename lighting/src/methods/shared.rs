@@ -1,4 +1,4 @@
-//! What several methods share, each made once.
+//! What several methods share; each thing is made once.
 
 use std::any::TypeId;
 use std::sync::Arc;
@@ -12,63 +12,66 @@ use crate::scene::view::Cover;
 use crate::scene::{Bounds, Emitter, Geometry};
 use crate::shadow_map::{Casters, RenderShadowMap, ShadowMap, face_count, reached};
 
-/// The only one of its kind in a scene.
+/// The key of something of which a scene has one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct OfScene;
 
-/// That of a light, with so many texels a side.
+/// The key of something that belongs to a light and has a resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct OfLight {
     /// Index of the light.
     pub light: usize,
-    /// Texels or voxels a side.
+    /// Texels or voxels along each side.
     pub resolution: u32,
 }
 
-/// Of static casters alone, what has the key `K` of all of them.
+/// The key of something made from static casters alone; `K` is the key of the same made from
+/// all casters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct OfStatic<K>(pub K);
 
-/// Of dynamic casters alone, what has the key `K` of all of them.
+/// The key of something made from dynamic casters alone; `K` is the key of the same made from
+/// all casters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct OfDynamic<K>(pub K);
 
-/// The hierarchy of the triangles, which a store on the host keeps.
+/// The BVH of the triangles, which a store on the host keeps.
 ///
 /// # Errors
-/// None; the result is that of the store.
+/// Making it cannot fail; the type of the result is that of the store.
 pub fn tracer(host: &Store<Host>, geometry: &Geometry) -> Result<Arc<Tracer>, MethodError> {
     host.get("BVH", OfScene, |_| 0, || Ok(Tracer::new(geometry)))
 }
 
-/// Gives a store the hierarchy of another one.
+/// Puts a BVH that was made elsewhere into a store.
 pub fn share_tracer(host: &Store<Host>, tracer: &Arc<Tracer>) {
     host.insert("BVH", OfScene, tracer.clone(), 0);
 }
 
-/// Tells the methods of frames of a view what covers it, through the store on the host.
+/// Tells methods, through the store on the host, which hair covers the pixels of a view.
 pub fn share_cover(host: &Store<Host>, cover: &Arc<Cover>) {
     host.insert("cover", OfScene, cover.clone(), 0);
 }
 
-/// The place of a frame in a film.
+/// The number of a frame in its film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct FilmFrame(u32);
 
-/// Tells the methods of a frame, through the store on the host, that it is the frame of
-/// this number in a film: those that
-/// [remember frames](super::Method::remembers_frames) keep theirs from one to the next, and
-/// begin with frames of a still camera. Each frame is made once, in order.
+/// Tells the methods of a frame, through the store on the host, which number the frame has in a
+/// film. Methods that [remember frames](super::Method::remembers_frames) then keep what they
+/// need from one frame to the next; before the first they run a few frames of a still camera.
+/// Each frame must be made once, and in order.
 ///
-/// Without it every frame is one of a still camera.
+/// Without this call every frame counts as one of a still camera.
 pub fn share_film_frame(host: &Store<Host>, frame: u32) {
     host.insert("frame of a film", OfScene, Arc::new(FilmFrame(frame)), 0);
 }
 
-/// Forgets what may depend on the lights of a scene, so that they can move: keeps what is known by
-/// [`OfScene`], or by a plain `u32`, as evaluators and memory that is used again are.
+/// Forgets everything that may depend on the lights of a scene, so that they can move. Things
+/// whose key is [`OfScene`] or a plain `u32` stay: the BVH, evaluators, and memory that is used
+/// again.
 ///
-/// A camera can move without it.
+/// A camera can move without this call.
 ///
 /// ```
 /// use gpu_backend::Host;
@@ -91,13 +94,13 @@ pub fn forget_lights<M: Memory>(store: &Store<M>) {
     store.keep_only(&[TypeId::of::<OfScene>(), TypeId::of::<u32>()]);
 }
 
-/// Forgets what may depend on where the [dynamic](crate::scene::Instance::dynamic) casters
-/// of a scene are, so that they can move: shadow maps, the hierarchy of the triangles, what
-/// [covers](share_cover) the rays. Keeps what is known by [`OfStatic`], as precomputed shadows
-/// are, or by a plain `u32`.
+/// Forgets everything that may depend on where the [dynamic](crate::scene::Instance::dynamic)
+/// casters of a scene are, so that they can move: shadow maps, the BVH of the triangles, what
+/// [covers](share_cover) the rays. Things whose key is [`OfStatic`], such as precomputed
+/// shadows, or a plain `u32` stay.
 ///
-/// Both stores of a frame have to forget, that on the host and that of the backend. What
-/// frames are told through the store on the host, they are told again.
+/// Call it for both stores of a frame, that on the host and that of the backend. What frames
+/// are told through the store on the host has to be told again.
 ///
 /// ```
 /// use gpu_backend::Host;
@@ -125,32 +128,32 @@ pub fn forget_dynamic<M: Memory>(store: &Store<M>) {
 }
 
 impl FrameInputs<'_> {
-    /// The number of the frame in its film, if [`share_film_frame`] told of one.
+    /// The number of the frame in its film, if [`share_film_frame`] gave one.
     pub fn film_frame(&self) -> Option<u32> {
         self.host
             .find::<_, FilmFrame>(&OfScene)
             .map(|frame| frame.0)
     }
 
-    /// What [`share_cover`] told.
+    /// The hair that [`share_cover`] told of.
     fn cover(&self) -> Result<Arc<Cover>, MethodError> {
         let clear = || Ok(Cover::default());
         self.host.get("cover", OfScene, |_| 0, clear)
     }
 
-    /// Whether there are hair, smoke or see-through surfaces, which let a share of light
+    /// Whether there is hair, smoke or a see-through surface, which let a share of the light
     /// through.
     pub fn has_translucent_casters(&self) -> bool {
         !self.translucent.is_empty() || self.geometry.coatings().any_see_through()
     }
 
-    /// Whether a light has a cookie.
+    /// Whether any light has a cookie.
     pub fn has_cookies(&self) -> bool {
         let cookie = |light: &Emitter| light.spot()?.texture().map(|_| ());
         self.emitters.iter().any(|light| cookie(light).is_some())
     }
 
-    /// Whether anything may cover parts of the rays.
+    /// Whether see-through surfaces or hair may cover the rays.
     ///
     /// # Errors
     /// Those of the store.
@@ -158,11 +161,11 @@ impl FrameInputs<'_> {
         Ok(self.geometry.coatings().any_see_through() || !self.cover()?.is_clear())
     }
 
-    /// What covers parts of the rays: see-through surfaces, and what
-    /// [`share_cover`] told of the pixels of the picture; `None` if nothing does.
+    /// What is in front of the ends of the rays: see-through surfaces, and the hair that
+    /// [`share_cover`] told of for the pixels of the picture; `None` if there is nothing.
     ///
     /// # Errors
-    /// Those of the store and of the hierarchy of triangles.
+    /// Those of the store and of the BVH.
     pub fn panes(&self) -> Result<Option<EyePanes>, MethodError> {
         let panes = match self.geometry.coatings().any_see_through() {
             true => EyePanes::new(&Cpu::new(), &*self.tracer()?, self.rays),
@@ -174,28 +177,28 @@ impl FrameInputs<'_> {
         Ok(EyePanes::with_cover(panes, &cover, self.rays.len(), pixel))
     }
 
-    /// The hierarchy of the triangles, on the host.
+    /// The BVH of the triangles, on the host.
     ///
     /// # Errors
-    /// None; the result is that of the store.
+    /// Making it cannot fail; the type of the result is that of the store.
     pub fn tracer(&self) -> Result<Arc<Tracer>, MethodError> {
         tracer(self.host, self.geometry)
     }
 
-    /// The part of the box around all dynamic casters that can shade what a light lights;
-    /// `None` if they can shade nothing.
+    /// The part of the box around all dynamic casters whose shadows can fall on something that
+    /// the light lights; `None` if there is no such part.
     pub fn dynamic_reached(&self, light: usize) -> Option<Bounds> {
         let dynamic = self.geometry.dynamic_part()?;
         reached(dynamic.bounds(), &self.emitters[light])
     }
 
-    /// The faces of the shadow maps of some lights.
+    /// Number of faces that the shadow maps of some lights have together.
     pub(crate) fn map_faces<'e>(&self, emitters: impl IntoIterator<Item = &'e Emitter>) -> usize {
         let faces = emitters.into_iter();
         faces.map(|e| face_count(self.geometry, e)).sum()
     }
 
-    /// What shadow maps of all lights cost.
+    /// The work of rendering the shadow maps of all lights.
     pub(super) fn map_work(&self) -> Work {
         let faces = self.map_faces(self.emitters);
         let texels = faces as f64 * f64::from(self.map).powi(2);
@@ -208,7 +211,7 @@ impl FrameInputs<'_> {
 }
 
 impl<B: Backend> Frame<'_, B> {
-    /// The opaque casters where the backend renders them.
+    /// The opaque casters, in the memory of the backend that renders them.
     pub(super) fn casters(&self) -> Result<Arc<Casters<B::Memory>>, MethodError> {
         self.store.get(
             "casters",
@@ -236,8 +239,8 @@ impl<B: Backend> Frame<'_, B> {
         })
     }
 
-    /// The shadow map of a light with the dynamic casters alone; `None` if they can shade
-    /// nothing that it lights.
+    /// The shadow map of a light with the dynamic casters alone; `None` if their shadows fall
+    /// on nothing that the light lights.
     ///
     /// # Errors
     /// [`MethodError`] if it cannot be rendered.

@@ -12,29 +12,29 @@ use gpu_backend::{Error, Memory};
 
 use super::MethodError;
 
-/// Shadow maps, voxels, precomputed shadows, tables, by key: made when they are first
-/// asked for and shared by all methods.
+/// Shadow maps, voxels, precomputed shadows and tables, by key. Each is made when it is first
+/// asked for, and all methods share it.
 ///
-/// One store belongs to one scene and the memory of one backend. It keeps what it
-/// was given as long as it lives, and counts the time and the bytes of all. Where lights or
-/// dynamic casters move from frame to frame, it has to be told, or shadows stay where they
-/// were: see [`forget_lights`](super::forget_lights) and
-/// [`forget_dynamic`](super::forget_dynamic).
+/// A store belongs to one scene and to the memory of one backend. It keeps what it was given as
+/// long as it lives, and counts the time and the bytes of everything. It does not notice
+/// changes of the scene: call [`forget_lights`](super::forget_lights) when lights have moved
+/// and [`forget_dynamic`](super::forget_dynamic) when dynamic casters have, or shadows stay
+/// where they were.
 pub struct Store<M: Memory> {
     shelves: Mutex<Shelves>,
     wait: Option<Wait>,
     memory: PhantomData<fn() -> M>,
 }
 
-/// Waits for the work of a backend.
+/// Waits until the backend has done its work.
 type Wait = Box<dyn Fn() -> Result<(), Error> + Send + Sync>;
 
 #[derive(Default)]
 struct Shelves {
-    /// A shelf for the types of each key and value.
+    /// One shelf for each pair of a key's type and a value's type.
     by_type: HashMap<TypeId, Shelf>,
-    /// Seconds that were spent on what is being made, for each level of nesting, on
-    /// other things.
+    /// For each thing that is being made, the outermost first: the seconds spent so far on the
+    /// other things that it asked for.
     nested: Vec<f64>,
     /// What was handed out since [`Store::watch_use`].
     used: Vec<Used>,
@@ -42,7 +42,7 @@ struct Shelves {
 }
 
 struct Shelf {
-    /// The type of its keys.
+    /// The type of the keys.
     key: TypeId,
     /// A `HashMap<K, Kept<T>>`.
     things: Box<dyn Any + Send>,
@@ -53,16 +53,16 @@ struct Kept<T> {
     used: Used,
 }
 
-/// Something that a store has handed out.
+/// A record of something that a store has handed out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Used {
     /// What it is.
     pub what: &'static str,
-    /// Seconds that it took to make, without those of what it is made from.
+    /// Seconds that it took to make, without those of the things that it is made from.
     pub seconds: f64,
     /// Memory, bytes.
     pub bytes: u64,
-    /// Distinguishes what is in one store.
+    /// Distinguishes the things in one store.
     id: usize,
 }
 
@@ -89,8 +89,8 @@ impl<M: Memory> Store<M> {
         Self::default()
     }
 
-    /// An empty store that waits for what it makes, so that times are true on
-    /// backends that work by themselves.
+    /// An empty store that waits until each thing is finished, so that times are true on
+    /// backends that work asynchronously.
     pub fn waiting(wait: impl Fn() -> Result<(), Error> + Send + Sync + 'static) -> Self {
         Self {
             wait: Some(Box::new(wait)),
@@ -98,8 +98,8 @@ impl<M: Memory> Store<M> {
         }
     }
 
-    /// The value for a key, made now if there is none. `what` names its kind, and
-    /// `bytes` its size.
+    /// The value for a key; it is made now if there is none. `what` names its kind, and `bytes`
+    /// returns its size.
     ///
     /// `make` may ask the store for other things.
     ///
@@ -137,7 +137,7 @@ impl<M: Memory> Store<M> {
         Ok(self.put(key, Arc::new(value), what, seconds, bytes))
     }
 
-    /// Puts in a value that was made elsewhere, or replaces one.
+    /// Puts in a value that was made elsewhere; it replaces one with the same key.
     pub fn insert<K, T>(&self, what: &'static str, key: K, value: Arc<T>, bytes: u64)
     where
         K: Eq + Hash + Send + 'static,
@@ -194,12 +194,12 @@ impl<M: Memory> Store<M> {
         value
     }
 
-    /// Forgets all but what is known by keys of these types.
+    /// Forgets everything except what has a key of one of these types.
     pub(super) fn keep_only(&self, keys: &[TypeId]) {
         (self.lock().by_type).retain(|_, shelf| keys.contains(&shelf.key));
     }
 
-    /// Forgets what was handed out so far; see [`Store::used`].
+    /// Starts a new record of what is handed out; see [`Store::used`].
     pub fn watch_use(&self) {
         self.lock().used.clear();
     }
@@ -209,8 +209,8 @@ impl<M: Memory> Store<M> {
         self.lock().used.clone()
     }
 
-    /// Returns when the backend has done all that was issued, if the store
-    /// [waits](Store::waiting) for it.
+    /// Waits until the backend has done all that was issued, if the store
+    /// [waits](Store::waiting) at all.
     ///
     /// # Errors
     /// Those of the work that is waited for.
@@ -222,7 +222,7 @@ impl<M: Memory> Store<M> {
     }
 
     fn lock(&self) -> MutexGuard<'_, Shelves> {
-        // Nothing that is locked here is left half-changed by a panic.
+        // A panic leaves nothing half-changed under this lock.
         self.shelves.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
