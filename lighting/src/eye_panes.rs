@@ -1,4 +1,4 @@
-//! What covers parts of the rays of a frame, as their origins see them.
+//! See-through surfaces and hair in front of the ends of the rays of a frame.
 
 use glam::Vec3;
 #[cfg(feature = "trace")]
@@ -9,29 +9,30 @@ use crate::Ray;
 #[cfg(feature = "trace")]
 use crate::scene::view::Cover;
 
-/// The see-through surfaces before the ends of the rays of a frame, and the hair: what is
-/// behind one of them is seen through it, the light of the air too.
+/// The see-through surfaces and the hair between the origins and the ends of the rays of a
+/// frame. What is behind one of them, airlight included, is seen through it.
 ///
-/// A gather that is given them multiplies the light of each part of a ray by what
-/// all of them before it let through, and cuts the part where the ray meets one.
+/// A gather that is given them cuts each part of a ray where the ray meets one, and multiplies
+/// its light by what all of them in front of it let through.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EyePanes {
-    /// Where the panes of each ray end.
+    /// For each ray, the index behind its last pane.
     ends: Vec<u32>,
     panes: Vec<Behind>,
 }
 
-/// The way of a ray behind a surface.
+/// The part of a ray behind a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Behind {
-    /// Where it begins, m from the origin.
+    /// Where it begins, m from the origin of the ray.
     pub(crate) from: f32,
-    /// The share of its light that this surface and all before it let through.
+    /// The share of its light that passes this surface and all in front of it.
     pub(crate) share: Vec3,
 }
 
 impl EyePanes {
-    /// What covers parts of these rays; `None` if nothing does.
+    /// Finds the see-through surfaces in front of the ends of these rays; `None` if there are
+    /// none.
     ///
     /// Cost: one traced ray each, unless nothing in the scene is see-through.
     #[cfg(feature = "trace")]
@@ -49,14 +50,14 @@ impl EyePanes {
                     share,
                 }
             }));
-            // More do not fit into memory.
+            // Memory holds no more panes than a u32 counts.
             all.ends.push(all.panes.len() as u32);
         }
         (!all.panes.is_empty()).then_some(all)
     }
 
-    /// What covers `count` rays of which some are covered by these panes, if there are any,
-    /// and by what `cover` has of the pixel of each; `None` if nothing does.
+    /// The panes of `count` rays: `own` of the rays themselves, if there are any, and those
+    /// that `cover` has for the pixel of each ray; `None` if both are empty.
     #[cfg(feature = "trace")]
     pub fn with_cover(
         panes: Option<Self>,
@@ -70,7 +71,7 @@ impl EyePanes {
         let mut all = Self::default();
         for ray in 0..count {
             let own = panes.as_ref();
-            // More rays than a u32 counts do not fit into memory.
+            // Memory holds no more rays than a u32 counts.
             let mut own = own.map_or(&[][..], |panes| panes.of(ray as u32));
             let mut steps = cover.steps(pixel(ray));
             let (mut by_panes, mut by_steps) = (Vec3::ONE, 1.0);
@@ -98,8 +99,7 @@ impl EyePanes {
         Some(all)
     }
 
-    /// Those of the ray of this number, the nearest first; none if there is no such
-    /// ray.
+    /// The panes of the ray of this number, the nearest first; none if there is no such ray.
     pub(crate) fn of(&self, ray: u32) -> &[Behind] {
         let Some(&end) = self.ends.get(ray as usize) else {
             return &[];
@@ -107,14 +107,14 @@ impl EyePanes {
         &self.panes[self.start(ray) as usize..end as usize]
     }
 
-    /// The number of the first of a ray that there is.
+    /// The index of a ray's first pane.
     fn start(&self, ray: u32) -> u32 {
         let before = ray.checked_sub(1);
         before.map_or(0, |before| self.ends[before as usize])
     }
 
-    /// Appends to `table` what shaders read of `count` rays from `first` on: where the
-    /// panes of each end, four to an entry, and then the panes.
+    /// Appends to `table` what shaders read about `count` rays from `first` on: the index
+    /// behind the last pane of each ray, four to an entry, and then the panes.
     #[cfg(feature = "wgpu")]
     pub(crate) fn write(&self, first: u32, count: usize, table: &mut Vec<[u32; 4]>) {
         let first = (first as usize).min(self.ends.len());

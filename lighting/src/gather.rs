@@ -12,45 +12,44 @@ use crate::{
     AirlightEvaluator, Emitter, EyePanes, Interval, LightPath, LitInterval, Ray, VisibilitySource,
 };
 
-/// Turns of all loops of an invocation, after which some drivers end them; a quarter is
-/// left for what is not counted.
+/// Some drivers end an invocation after 65535 iterations, counted over all of its loops. This
+/// leaves a quarter of them for loops that are not counted.
 #[cfg(feature = "shadow-map")]
 pub(crate) const MOST_TURNS: f64 = 0.75 * 65_535.0;
 
-/// What a visibility source and an evaluator are asked about.
+/// The rays of a gather, and the light and the medium along them.
 #[derive(Debug)]
 pub struct LitRays<'a, M: Memory> {
     /// The rays, in the memory of the backend.
     pub rays: &'a M::Buffer<Ray>,
-    /// Number of the first of them, from which [`LightPath::index`] counts: 0, but
-    /// for parts of a frame that are gathered by themselves.
+    /// The number of the first ray, from which [`LightPath::index`] counts: 0, unless a part of
+    /// a frame is gathered by itself.
     pub first: u32,
     /// The light.
     pub emitter: &'a Emitter,
-    /// What scatters it.
+    /// The medium that scatters the light.
     pub medium: &'a Medium,
-    /// What becomes of lit parts that touch.
+    /// Whether lit parts that touch are joined.
     pub touching: Touching,
-    /// What covers parts of the rays before their origins, by the number of each ray;
-    /// `None` if nothing does.
+    /// The see-through surfaces and the hair in front of the ends of the rays, by the number of
+    /// each ray; `None` if there are none.
     pub panes: Option<&'a EyePanes>,
-    /// Told of progress, on backends that make any.
+    /// Is told of progress, on backends that report any.
     pub watch: &'a dyn Watch,
 }
 
-/// Somebody who waits for images.
+/// Follows the progress of an image, and can stop it.
 pub trait Watch: Sync {
-    /// The airlight of so many more rays, of one light each, is there.
+    /// The airlight of so many more rays, from one light each, has been gathered.
     fn gathered(&self, _rays: usize) {}
 
-    /// `done` of `total` lights are ready to be gathered; `false` makes a method stop
-    /// there.
+    /// Is asked when `done` of `total` lights have been gathered; `false` stops the method.
     fn goes_on(&self, _done: usize, _total: usize) -> bool {
         true
     }
 }
 
-/// Nobody.
+/// Follows nothing and stops nothing.
 impl Watch for () {}
 
 impl Debug for dyn Watch + '_ {
@@ -62,16 +61,16 @@ impl Debug for dyn Watch + '_ {
 /// What a gather does with lit parts of a ray that touch and are equally visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Touching {
-    /// Each is evaluated by itself: right for one sample per step.
+    /// It evaluates each by itself, which is right for one sample per step.
     #[default]
     Apart,
-    /// They are joined first, see [`join_touching`]: right for evaluators that are
+    /// It joins them first (see [`join_touching`]), which is right for evaluators that are
     /// accurate over any length.
     Joined,
 }
 
 impl<'a, M: Memory> LitRays<'a, M> {
-    /// All rays of a frame, touching parts apart.
+    /// All rays of a frame; parts that touch are kept apart.
     pub fn new(rays: &'a M::Buffer<Ray>, emitter: &'a Emitter, medium: &'a Medium) -> Self {
         Self {
             rays,
@@ -84,7 +83,7 @@ impl<'a, M: Memory> LitRays<'a, M> {
         }
     }
 
-    /// The same with touching parts joined.
+    /// The same rays; parts that touch are joined.
     #[must_use]
     pub fn joined(self) -> Self {
         Self {
@@ -100,14 +99,13 @@ impl<'a, M: Memory> LitRays<'a, M> {
 /// Implemented for the CPU for every pair; a backend with shaders implements
 /// it for the sources and evaluators that bring a shader part.
 pub trait Gather<V, A>: Backend {
-    /// Adds to `radiance[i]` the airlight of `lit.rays[i]` due to one light: the
-    /// sum over the lit intervals of the ray of visibility × radiance, as far as
-    /// [panes](LitRays::panes) before them let it through. The
-    /// fourth component is left alone.
+    /// Adds to the first three components of `radiance[i]` the airlight of `lit.rays[i]` due to
+    /// one light: the sum over the lit intervals of the ray of visibility × radiance, times
+    /// what the [panes](LitRays::panes) in front let through.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if rays and radiance differ in length;
-    /// nothing is written then.
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is written
+    /// then.
     fn gather(
         &self,
         lit: &LitRays<'_, Self::Memory>,
@@ -117,7 +115,7 @@ pub trait Gather<V, A>: Backend {
     ) -> Result<(), Error>;
 }
 
-/// One sum per ray.
+/// Checks that there is one sum for each ray.
 pub(crate) fn check_lengths(rays: usize, radiance: usize) -> Result<(), Error> {
     if rays == radiance {
         return Ok(());
@@ -129,10 +127,10 @@ pub(crate) fn check_lengths(rays: usize, radiance: usize) -> Result<(), Error> {
     })
 }
 
-/// Rays per unit of work.
+/// Rays that one thread gathers at a time.
 pub(crate) const RAYS: usize = 64;
 
-/// Puts the lit parts of a path in place of those that are there.
+/// Replaces the contents of a list by the lit parts of a path.
 pub(crate) fn find_parts<V: VisibilitySource>(
     visibility: &V,
     path: &LightPath<'_>,
@@ -146,10 +144,10 @@ pub(crate) fn find_parts<V: VisibilitySource>(
     }
 }
 
-/// Lit parts of the rays of a chunk, whose light is computed together.
+/// Collects lit parts of the rays of a chunk, so that their light is computed together.
 pub(crate) struct Batch<'a, A> {
     airlight: &'a A,
-    /// The rays that they are of, by their number in the chunk.
+    /// For each path, the number of its ray in the chunk.
     rays: Vec<usize>,
     paths: Vec<LightPath<'a>>,
     parts: Vec<(usize, Interval)>,
@@ -158,8 +156,8 @@ pub(crate) struct Batch<'a, A> {
 }
 
 impl<'a, A: AirlightEvaluator> Batch<'a, A> {
-    /// Parts that are computed together, at most: enough for vectors, and they stay in
-    /// the fastest cache.
+    /// Parts that are computed together, at most: enough to fill vectors, and few enough to
+    /// stay in the fastest cache.
     const MOST: usize = 64;
 
     pub(crate) fn new(airlight: &'a A) -> Self {
@@ -173,14 +171,14 @@ impl<'a, A: AirlightEvaluator> Batch<'a, A> {
         }
     }
 
-    /// The parts that follow are of this path, along a ray of the chunk. All paths between
-    /// two calls of [`Batch::finish`] are of one light.
+    /// Begins a path, along the ray of this number in the chunk: the parts that follow belong
+    /// to it. All paths between two calls of [`Batch::finish`] must be of the same light.
     pub(crate) fn path(&mut self, ray: usize, path: LightPath<'a>) {
         self.rays.push(ray);
         self.paths.push(path);
     }
 
-    /// A part, and the share of its light that arrives.
+    /// Adds a part and the share of the light that reaches it.
     pub(crate) fn part(&mut self, part: Interval, share: Vec3, sums: &mut [[f32; 4]]) {
         self.parts.push((self.paths.len() - 1, part));
         self.shares.push(share);
@@ -189,7 +187,7 @@ impl<'a, A: AirlightEvaluator> Batch<'a, A> {
         }
     }
 
-    /// Lit parts of the last path, cut where it meets one of the panes before them.
+    /// Adds lit parts of the last path, and cuts them where the ray meets one of the panes.
     pub(crate) fn lit_parts<S: Share>(
         &mut self,
         parts: &[LitInterval<S>],
@@ -218,7 +216,7 @@ impl<'a, A: AirlightEvaluator> Batch<'a, A> {
         }
     }
 
-    /// Adds the light of the parts, in the order in which they came.
+    /// Adds the light of the collected parts to the sums, in the order in which they came.
     fn add(&mut self, sums: &mut [[f32; 4]]) {
         self.radiances.clear();
         self.airlight
@@ -234,7 +232,7 @@ impl<'a, A: AirlightEvaluator> Batch<'a, A> {
         self.shares.clear();
     }
 
-    /// Adds the light of the parts that are left, of paths that may then be forgotten.
+    /// Adds the light of the remaining parts to the sums. The paths may be dropped then.
     pub(crate) fn finish(&mut self, sums: &mut [[f32; 4]]) {
         self.add(sums);
         self.rays.clear();
@@ -270,7 +268,7 @@ where
                 let Some(path) = LightPath::new(&lit.rays[i], lit.emitter, lit.medium) else {
                     continue;
                 };
-                // More rays than a u32 counts do not fit into memory.
+                // Memory holds no more rays than a u32 counts.
                 let path = path.with_index(lit.first + i as u32).off_the_light();
                 let panes = lit.panes.map_or(&[][..], |panes| panes.of(path.index()));
                 find_parts(visibility, &path, lit.touching, &mut parts);
@@ -284,7 +282,7 @@ where
     }
 }
 
-/// Gathers rays in an order in which they are asked about together.
+/// Gathers rays in an order in which those with similar blockers are asked about together.
 fn gather_neighbours<V: VisibilitySource, A: AirlightEvaluator>(
     cpu: &Cpu,
     lit: &LitRays<'_, Host>,

@@ -2,43 +2,43 @@
 
 use std::ops::Range;
 
-/// Rays that share the parts of some work, so that each takes only one of so many
+/// How rays share the parts of some work, so that each takes only one part in so many
 /// (interleaved sampling: Keller and Heidrich, Interleaved Sampling, EGWR 2001).
 ///
-/// The work consists of parts that are summed: lights, steps. The first `of · each`
-/// rays take turns by runs of `each`: ray i takes the parts
+/// The parts, lights or steps, are summed. The first `of · each` rays take turns in runs of
+/// `each`: ray i takes the parts
 ///
 /// ```text
 /// k, k + of, k + 2 of, …    with k = ⌊i / each⌋,
 /// ```
 ///
-/// weighted by `of`, so that the mean over rays of all k is the sum of all parts. The
-/// rays that follow take all parts.
+/// and weights them by `of`, so that the mean over rays with all values of k is the sum of all
+/// parts. The rays after these take all parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interleaving {
     of: u32,
     each: u32,
 }
 
-/// What one ray takes.
+/// The parts that one ray takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Part {
-    /// The first.
+    /// Index of the first part.
     pub index: u32,
-    /// How many lie from one to the next; at least 1.
+    /// The stride from one part to the next, at least 1.
     pub of: u32,
 }
 
 impl Part {
-    /// Everything.
+    /// All parts.
     pub const ALL: Self = Self { index: 0, of: 1 };
 
-    /// The numbers, below `count`, of what is taken.
+    /// The indices, below `count`, of the parts that are taken.
     pub fn numbers(self, count: u32) -> impl Iterator<Item = u32> {
         (self.index..count).step_by(self.of as usize)
     }
 
-    /// The factor on what is taken.
+    /// The factor by which the parts are weighted: the stride.
     pub fn weight(self) -> f32 {
         self.of as f32
     }
@@ -54,7 +54,7 @@ impl Interleaving {
     /// Every ray takes all parts.
     pub const NONE: Self = Self { of: 1, each: 0 };
 
-    /// Runs of `each` rays take every `of`-th part; none for 0 rays or 1 part.
+    /// Runs of `each` rays take every `of`-th part. With 0 rays or 1 part every ray takes all.
     pub fn new(of: u32, each: u32) -> Self {
         if of <= 1 || each == 0 {
             return Self::NONE;
@@ -67,7 +67,7 @@ impl Interleaving {
         self.of == 1
     }
 
-    /// The number of parts that lie from one to the next that a ray takes.
+    /// The stride between the parts that a ray takes.
     pub fn of(self) -> u32 {
         self.of
     }
@@ -77,7 +77,7 @@ impl Interleaving {
         self.each
     }
 
-    /// What a ray takes.
+    /// The parts that ray number `ray` takes.
     pub fn part(self, ray: u32) -> Part {
         match ray.checked_div(self.each) {
             Some(index) if index < self.of => Part { index, of: self.of },
@@ -85,7 +85,8 @@ impl Interleaving {
         }
     }
 
-    /// The rays that take the same, of `rays` in all; every ray is in one of the runs.
+    /// The runs of rays that take the same parts, of `rays` rays in all; every ray is in one of
+    /// the runs.
     pub fn runs(self, rays: usize) -> impl Iterator<Item = (Range<usize>, Part)> {
         let shared = if self.is_none() { 0 } else { self.of };
         let each = self.each as usize;

@@ -1,4 +1,4 @@
-//! The evaluators of the crate `airlight` in scenes.
+//! Evaluators of the crate `airlight`, for the lights of a scene.
 
 use airlight::Segment;
 use glam::Vec3;
@@ -6,15 +6,16 @@ use glam::Vec3;
 use super::{AirlightEvaluator, Quadrature};
 use crate::{Interval, LightPath};
 
-/// Any evaluator of the crate `airlight` for lights that shine alike in all
-/// directions from within the medium, and for what of a ray lies in the full cone of
-/// a spotlight without a cookie, which is such a light there; a quadrature for all
-/// others: the rims of spotlights, surfaces, cookies, lights that fade towards their
-/// range, lights outside of a bounded medium.
+/// An evaluator of the crate `airlight`, with a quadrature as the fallback.
 ///
-/// The evaluator must have been made for the phase function of the medium that
-/// it is used in. A coloured medium takes one evaluation per channel, a grey
-/// one a single one.
+/// The evaluator serves lights inside the medium that shine alike in all directions and do not
+/// fade, and, of a spotlight without a cookie, the part of a ray in its full cone, where the
+/// light is of that kind. The quadrature serves everything else: the rims of spotlights,
+/// surface emitters, cookies, lights that fade towards their range, lights outside of a bounded
+/// medium.
+///
+/// The evaluator must have been made for the phase function of the medium that it is used in. A
+/// coloured medium takes one evaluation per channel, a grey one a single evaluation.
 #[derive(Debug, Clone)]
 pub struct Analytic<E> {
     evaluator: E,
@@ -35,7 +36,7 @@ impl<E: airlight::Evaluator> Analytic<E> {
         &self.evaluator
     }
 
-    /// What is used where the evaluator does not apply.
+    /// The quadrature that is used where the evaluator does not apply.
     pub fn fallback(&self) -> &Quadrature {
         &self.fallback
     }
@@ -51,8 +52,8 @@ impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
         )
     }
 
-    /// Parts in which the light shines alike in all directions as a batch of the
-    /// evaluator, if its batches are independent.
+    /// Evaluates parts in which the light shines alike in all directions as a batch, if the
+    /// results of a batch do not depend on each other.
     fn radiances(
         &self,
         paths: &[LightPath<'_>],
@@ -97,15 +98,15 @@ impl<E: airlight::Evaluator> AirlightEvaluator for Analytic<E> {
     }
 }
 
-/// The radiance of this airlight. A channel without light stays dark, even through the
-/// light.
+/// The radiance for this airlight. A channel without light stays dark even where the airlight
+/// is infinite, which it is through the light itself.
 fn lit(path: &LightPath<'_>, airlight: Vec3) -> Vec3 {
     let light = path.medium().sigma_s() * path.emitter().intensity();
     Vec3::select(light.cmpgt(Vec3::ZERO), light * airlight, Vec3::ZERO)
 }
 
-/// The radiance of an interval by `plain` where the light shines alike in all
-/// directions from within the medium and does not fade, and by `fallback` elsewhere.
+/// The radiance of an interval: by `plain` where the light is inside the medium, shines alike
+/// in all directions and does not fade, and by `fallback` elsewhere.
 pub(super) fn by_cone(
     path: &LightPath<'_>,
     interval: Interval,

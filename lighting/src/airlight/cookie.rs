@@ -1,30 +1,30 @@
 //! The airlight of a spotlight with a cookie: texel by texel.
 //!
-//! A point of the ray is seen in the cookie at column and row
+//! The ray is seen in the cookie at column and row
 //!
 //! ```text
 //! (c₀ + c₁ s) / (z₀ + z₁ s)
 //! ```
 //!
-//! with s the distance behind the foot point: the picture of the ray is a straight
-//! line. Between the lines through the centres of texels the cookie is bilinear, so
-//! that the integrand is smooth between two crossings, which are roots of linear
-//! equations and come in order along either axis. On each piece the variable is the
-//! position t along the chord between the unit vectors to its ends, in which column
-//! and row are quotients of linear functions, too, and
+//! with s the distance behind the foot point, so the image of the ray in the cookie is a
+//! straight line. Between the lines through the centres of texels the cookie is bilinear, and
+//! the integrand is smooth between two crossings of these lines. Crossings are roots of linear
+//! equations and come in order along either axis. On each piece between them the variable is
+//! the position t along the chord between the unit vectors to its ends. Column and row are
+//! quotients of linear functions of t too, and
 //!
 //! ```text
 //! ds / d² = (s_b − s_a) / (d_a d_b) · dt / |q|²,    q = (1−t) p_a/d_a + t p_b/d_b
 //! ```
 //!
-//! without trigonometry. A piece ends earlier where something else changes too
-//! much for a few nodes: the distance from the light, the optical depth, the angle
-//! next to a peak of the phase function, or the tilt against the cookie.
+//! needs no trigonometry. A piece ends earlier where something else changes too much for a few
+//! nodes: the distance from the light, the optical depth, the angle next to a peak of the phase
+//! function, or the tilt against the cookie.
 //!
-//! Rays that cross more than [`MOST_COOKIE_LINES`](crate::scene::MOST_COOKIE_LINES) of
-//! those lines, all intervals together, are walked through coarser levels of the
-//! cookie: no ray has more than three times as many pieces. What a ray crosses decides
-//! with no rounding that matters, as the share of the coarser level grows evenly.
+//! A ray that crosses more than [`MOST_COOKIE_LINES`](crate::scene::MOST_COOKIE_LINES) of those
+//! lines, over all intervals together, is evaluated in coarser levels of the cookie, so that no
+//! ray has more than three times as many pieces. The number of lines decides, and its rounding
+//! does not matter: the share of the coarser level grows continuously with it.
 
 use airlight::{Phase, PhaseFunction, ScatteringAngle};
 use glam::{BVec3, DVec3, Vec3};
@@ -33,25 +33,28 @@ use super::lamp::Lamp;
 use crate::scene::{SpotEmission, Texture};
 use crate::{Interval, LightPath};
 
-/// Optical depth behind which nothing that counts is left of what there was.
+/// Light behind this optical depth does not count beside the light in front of it.
 const OPAQUE: f64 = 30.0;
-/// Optical depth of which an `f32` is 0.
+/// At this optical depth the transmittance is 0 in an `f32`.
 const DARK: f64 = 104.0;
-/// Growth of the distance from the light after which nothing is left.
+/// Where the distance from the light has grown by this factor, the remaining light is lost in
+/// rounding.
 const FAR: f64 = 1e8;
-/// The most that a piece changes: the distance from the light by this part of it.
+/// Limits on the length of a piece: the distance from the light changes at most by this share
+/// of itself.
 const DISTANCE: f64 = 0.5;
-/// The same for the optical depth.
+/// The optical depth changes at most by this.
 const DEPTH: f64 = 1.5;
-/// The same for the angle of scattering, in widths of a peak and of the angle to it.
+/// The angle of scattering changes at most by this, in units of the width of a peak plus the
+/// angle to it.
 const PEAK: f64 = 0.5;
-/// The same for the cosine to the axis, relative to itself.
+/// The cosine to the axis of the cookie changes at most by this share of itself.
 const TILT: f64 = 0.3;
-/// The share of the tolerance for what is estimated of the error of a piece: tuned on
-/// cookies of noise in cones of 2° to 86°.
+/// The share of the tolerance that the estimated error of a piece may take. Tuned on cookies of
+/// noise in cones of 2° to 86°.
 const SHARE: f64 = 0.1;
 
-/// The radiance of an interval without a kink inside, but for those of the cookie.
+/// The radiance of an interval that has no kink inside, apart from those of the cookie.
 pub(super) fn radiance(
     rule: &airlight::Quadrature<PhaseFunction>,
     path: &LightPath<'_>,
@@ -91,8 +94,8 @@ struct Walk<'a> {
     path: &'a LightPath<'a>,
     lamp: &'a Lamp<'a>,
     texture: &'a Texture,
-    /// Numerators of column and row, and their denominator, the distance along the
-    /// axis: at the foot point, and per metre behind it.
+    /// Numerators of column and row, and their common denominator, which is the distance along
+    /// the axis. Each has its value at the foot point and its slope per metre behind it.
     column: [f64; 2],
     row: [f64; 2],
     front: [f64; 2],
@@ -100,9 +103,9 @@ struct Walk<'a> {
     sigma_t: Vec3,
     is_grey: bool,
     is_immersed: bool,
-    /// Widths of the forward and the backward peak as angles.
+    /// Widths of the forward and the backward peak of the phase function, as angles.
     peaks: [f64; 2],
-    /// One over the growth of the cosine over the rim of the cone.
+    /// The reciprocal of the change of the cosine over the rim of the cone.
     slope: f64,
 }
 
@@ -111,7 +114,7 @@ struct Walk<'a> {
 struct End {
     s: f64,
     d: f64,
-    /// Root of the emission, 0 to 1.
+    /// The square root of the emission relative to its maximum, 0 to 1.
     ramp: f64,
 }
 
@@ -149,14 +152,13 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Both ends behind the foot point, no farther than where nothing is left.
+    /// Both ends relative to the foot point, cut off where no light is left.
     fn ends(&self, interval: Interval) -> [f64; 2] {
         let [start, end] = [interval.start, interval.end].map(|x| f64::from(x) - self.lamp.foot);
         [start, end.min(start + FAR * start.hypot(self.h))]
     }
 
-    /// How many lines between the centres of texels an interval crosses, in parts of
-    /// the distance between two.
+    /// How many lines through the centres of texels an interval crosses, with fractions.
     fn lines(&self, interval: Interval) -> f64 {
         let [from, to] = self.ends(interval);
         let crossed = |at: [f64; 2], size: u32| {
@@ -175,7 +177,7 @@ impl<'a> Walk<'a> {
         let mut rows = Lines::new(self.row, self.front, [start, end], self.texture.height());
         let mut total = Vec3::ZERO;
         while from.s < end {
-            // Optical depth per metre, of the light that is not used up yet.
+            // Optical depth per metre, in the channels that are not used up yet.
             let used = self.used_up(&first, &from);
             if used.all() {
                 break;
@@ -206,7 +208,8 @@ impl<'a> Walk<'a> {
         if !self.is_immersed {
             return (sigma * x).cmpge(DVec3::splat(DARK));
         }
-        // The way by this position never becomes shorter.
+        // The distance travelled by this position, along the ray and from the light, never
+        // decreases.
         let way = (here.s - first.s) + (here.d - first.d);
         (sigma * way).cmpge(DVec3::splat(OPAQUE)) | (sigma * (x + here.d)).cmpge(DVec3::splat(DARK))
     }
@@ -221,7 +224,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// How long a piece may be that starts here.
+    /// The longest piece that may start here.
     fn step(&self, from: &End, sigma: f64) -> f64 {
         let End { s, d, .. } = *from;
         let aside = self.h / d;
@@ -231,7 +234,7 @@ impl<'a> Walk<'a> {
             .min(DEPTH / (2.0 * sigma))
             .min(PEAK * (self.peak(s) + aside) * per_angle)
             .min(TILT / tilt)
-            // Always forward, whatever has been rounded.
+            // At least a step that rounding does not swallow, so that the walk ends.
             .max(1e-9 * d)
     }
 
@@ -239,12 +242,12 @@ impl<'a> Walk<'a> {
         (self.front[0] + self.front[1] * s).max(f64::MIN_POSITIVE)
     }
 
-    /// The width of the peak on this side of the foot point.
+    /// The width of the phase function's peak on this side of the foot point.
     fn peak(&self, s: f64) -> f64 {
         self.peaks[usize::from(s >= 0.0)]
     }
 
-    /// The number of nodes for a piece.
+    /// The number of Gauss nodes that a piece needs.
     fn nodes(&self, from: &End, to: &End, sigma: f64) -> usize {
         let tolerance = SHARE * f64::from(self.rule.tolerance());
         let ratio = (to.d / from.d).max(from.d / to.d);
@@ -253,10 +256,10 @@ impl<'a> Walk<'a> {
         let tilt = (self.front_at(to.s) * from.d) / (self.front_at(from.s) * to.d);
         let tilt = tilt.max(1.0 / tilt) - 1.0;
         let peak = self.peak(from.s).min(self.peak(to.s)) + self.h / from.d.max(to.d);
-        // What goes with the inverse square or cube of something linear.
+        // The factors that are the inverse square or cube of a linear function.
         let power = tilt.max(angle * (0.8 / peak).max(0.4));
-        // The square of the ramp times the cookie, relative to the largest: how much
-        // of it changes, and how much of that is due to its curvature.
+        // The square of the ramp times the cookie, relative to its maximum: by how much it
+        // changes over the piece, and how much of that is curvature.
         let (low, high) = (from.ramp.min(to.ramp), from.ramp.max(to.ramp));
         let (ramp, curved) = if low == 1.0 {
             (0.0, 0.0)
@@ -267,16 +270,18 @@ impl<'a> Walk<'a> {
         };
         let [fading, fading_curved] = self.fading(from, to);
         let ramp = ramp + fading;
-        // Derivatives over what a rule makes of them: (2n)! (2n+1)! / (n!)⁴.
+        // The derivatives of the integrand over the constants in the errors of Gauss rules:
+        // (2n)! (2n+1)! / (n!)⁴.
         let [depth2, power2, ramp2, curved2] = [depth, power, ramp, curved].map(|x| x * x);
-        // The cookie is of second degree, and whatever bends adds to it.
+        // For two nodes: the cookie is quadratic along the piece, and every curved factor adds
+        // to it.
         let bent = angle * angle + 3.0 * power2 + 0.5 * depth2 + fading_curved;
         let two = depth2.powi(2) / 4320.0 + power2.powi(2) / 36.0 + (3.0 * ramp2 + bent) / 180.0;
         let three = bent * bent / 2800.0
             + depth2.powi(3) / 2.0e6
             + power2.powi(3) / 400.0
             + (curved2 + 0.5 * ramp2 * power2) / 100.0;
-        // A ramp and its curvature come with a power of what bends them more.
+        // For four: a ramp or its curvature counts times a power of the factor that curves most.
         let four = bent.powi(3) / 44100.0
             + depth2.powi(4) / 1.8e9
             + power2.powi(4) / 4900.0
@@ -292,14 +297,14 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// How much of the window of a light that fades changes over a piece, and how much
-    /// of that is due to its curvature.
+    /// By how much the window of a fading light changes over a piece, and how much of that is
+    /// curvature.
     fn fading(&self, from: &End, to: &End) -> [f64; 2] {
         if !self.lamp.point.fades() {
             return [0.0; 2];
         }
         let range = f64::from(self.lamp.point.range());
-        // (1 − (d/range)⁴) is a polynomial of s² + h².
+        // (1 − (d/range)⁴) is a polynomial in s² + h².
         let [a, b] = [from.d, to.d].map(|d| (1.0 - (d / range).powi(4)).max(0.0));
         let most = a.max(b).max(f64::MIN_POSITIVE);
         let (length, d) = ((to.s - from.s) / range, from.d.max(to.d) / range);
@@ -348,23 +353,23 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Column or row of a position of the ray.
+/// The column or row in which the ray is seen at a position.
 fn place(at: [f64; 2], front: [f64; 2], s: f64, last: f64) -> f64 {
     let place = (at[0] + at[1] * s) / (front[0] + front[1] * s);
-    // At the apex of the cone there is no direction.
+    // At the apex of the cone the direction is undefined.
     if place.is_nan() { 0.5 * last } else { place }
 }
 
-/// The cookie between four centres of texels.
+/// The cookie between the centres of four texels.
 struct Bilinear {
     left: f64,
     top: f64,
-    /// Of 1, of the way to the right, down, and of their product.
+    /// The coefficients of 1, of x (to the right), of y (down), and of x y.
     terms: [Vec3; 4],
 }
 
 impl Bilinear {
-    /// Between those around the picture of a position.
+    /// The cell in which the ray is seen at a position.
     fn new(walk: &Walk<'_>, s: f64) -> Self {
         let per_front = 1.0 / walk.front_at(s);
         let [(left, right), (top, bottom)] = [
@@ -397,15 +402,15 @@ impl Bilinear {
     }
 }
 
-/// The lines through the centres of texels along one axis that a ray crosses, in
-/// order.
+/// The lines through the centres of texels along one axis that a ray crosses, in their order on
+/// the ray.
 struct Lines {
     at: [f64; 2],
     front: [f64; 2],
     number: f64,
     step: f64,
     left: u32,
-    /// Where the next one is; infinite if there is none.
+    /// Position of the next crossing; infinite if there is none.
     position: f64,
 }
 

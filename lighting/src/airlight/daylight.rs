@@ -10,36 +10,36 @@ use crate::{Emitter, Interval, LightPath};
 /// Airlight as if all light were daylight.
 ///
 /// Based on: Hoffman and Preetham, Rendering outdoor light scattering in real time, Game
-/// Developers Conference 2002, as Wyman and Ramsey (Interactive Volumetric Shadows, RT
-/// 2008) apply it to coloured spotlights, step by step, for more contrast:
+/// Developers Conference 2002; Wyman and Ramsey (Interactive Volumetric Shadows, RT 2008) apply
+/// it step by step to coloured spotlights, for more contrast:
 ///
 /// ```text
 /// L[a, b] = σ_s p(cos θ) E ∫_a^b exp(−σ_t x) dx,    E = I / D²
 /// ```
 ///
-/// The angle θ is that in the middle of an interval, and so is the direction into which a
-/// light with a pattern shines. The irradiance E is the same everywhere: that at the
-/// distance D from the light. So neither the inverse square is in it nor the extinction
-/// between light and air, which is why beams do not fade along their way, and no ray is
-/// brighter for passing close by the light. It is no approximation of single scattering but
-/// another model: at the distance d from the light it is brighter by
-/// `(d / D)² exp(σ_t d)`, at 12 m in fog of 0.05 / m, with D = 4 m, by a factor of 16.
+/// The angle θ is the one at the middle of an interval, and so is the direction in which a
+/// light with a pattern shines. The irradiance E is the same everywhere: that at the distance D
+/// from the light. The model has neither the inverse square nor the extinction between light
+/// and air. So beams do not fade along their way, and a ray is no brighter for passing close by
+/// the light. It does not approximate single scattering but replaces it: at the distance d from
+/// the light it is brighter by `(d / D)² exp(σ_t d)`, which is a factor of 16 at d = 12 m in
+/// fog of 0.05 / m with D = 4 m.
 ///
-/// Exact for a sun in fog without bounds, and in a box its way through the fog counts, as
-/// in [`directional()`](super::directional). Costs two exponentials per colour and
-/// interval.
+/// For a sun in fog without bounds it is exact. In a box of fog the way of sunlight through the
+/// fog counts, as in [`directional()`](super::directional). It costs two exponentials per
+/// colour and interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Daylight {
     distance: f32,
 }
 
-/// A distance outside of 1e-6 m to 1e9 m.
+/// The distance that was given is not from 1e-6 m to 1e9 m.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("distance of daylight: {0} m, expected 1e-6 to 1e9")]
 pub struct DaylightError(pub f32);
 
 impl Daylight {
-    /// Light that is everywhere as strong as at `distance` metres from a light at a point.
+    /// Light that is everywhere as strong as at `distance` metres from a point light.
     ///
     /// # Errors
     /// [`DaylightError`] unless the distance is from 1e-6 m to 1e9 m.
@@ -50,7 +50,7 @@ impl Daylight {
         }
     }
 
-    /// Where the light is as strong as it is everywhere, m.
+    /// The distance D from the light at which the model has the light's true irradiance, m.
     pub fn distance(&self) -> f32 {
         self.distance
     }
@@ -70,7 +70,7 @@ impl AirlightEvaluator for Daylight {
         }
         let s = start + 0.5 * (end - start) - path.foot();
         let angle = ScatteringAngle::from_foot(s, path.h());
-        // Through the light itself there is no direction.
+        // At the light itself no direction is defined.
         let light = match s != 0.0 || path.h() > 0.0 {
             true => path.intensity(point, path.from_light(s).0),
             false => point.intensity(),

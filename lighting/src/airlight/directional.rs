@@ -5,13 +5,12 @@ use glam::Vec3;
 use crate::scene::DirectionalEmitter;
 use crate::{Interval, LightPath};
 
-/// The airlight of a directional light over `interval`: elementary, exact to
-/// rounding.
+/// The airlight of a directional light over `interval`, in closed form and exact to rounding.
 ///
-/// The optical path `(x − x_entry) + l(x)` is piecewise linear in `x`, so the
-/// interval is split at the [kinks](LightPath::kinks) and each part is the
-/// integral of one exponential. In a bounded medium `l` is a difference of f32
-/// coordinates: the relative error is about their rounding times σ_t.
+/// The optical path `(x − x_entry) + l(x)` is piecewise linear in `x`. So the interval is split
+/// at the [kinks](LightPath::kinks), and the light of each part is the integral of one
+/// exponential. In a bounded medium `l` is a difference of f32 coordinates: the relative error
+/// is about their rounding times σ_t.
 pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Interval) -> Vec3 {
     if !(interval.start < interval.end) {
         return Vec3::ZERO;
@@ -20,8 +19,8 @@ pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Int
     let light = medium.sigma_s() * (sun.irradiance() * medium.phase().value(path.sun_angle(sun)));
     let sigma_t = medium.sigma_t();
     let piece = |start: f32, end: f32| {
-        // The optical length, without σ_t, is linear between the two ends. It
-        // may fall, where the sun stands behind: the lesser end counts.
+        // The optical length over σ_t is linear between the two ends. It may decrease where the
+        // sun is behind the eye; so the exponential is taken of the smaller end.
         let at = |x: f32| (x - path.entry()) + path.sun_leg(sun, x);
         let first = at(start);
         sigma_t.map(|sigma| {
@@ -32,7 +31,8 @@ pub fn directional(path: &LightPath<'_>, sun: &DirectionalEmitter, interval: Int
             } else if sigma > 0.0 {
                 (-sigma * first).exp() / sigma
             } else {
-                // Nothing is scattered in this channel either.
+                // A channel without extinction and an infinite length: it does not scatter
+                // either.
                 0.0
             }
         })

@@ -11,44 +11,44 @@ use crate::{Emitter, Interval, LightPath};
 /// Gauss–Legendre quadrature in the equi-angular variable, for any phase
 /// function, emission and medium.
 ///
-/// With `η` the angle at the light between the foot point and the position,
-/// `s = h tan η`, the inverse square cancels and the integrand is bounded:
+/// Let `η` be the angle at the light between the foot point and the position. With `s = h tan
+/// η` the inverse square cancels, and the integrand is bounded:
 ///
 /// ```text
 /// L[a, b] = ∫ σ_s p(−sin η) I exp(−σ_t (x + d)) dη / h
 /// ```
 ///
-/// Nodes are placed without ever forming `η` itself: a position between two
-/// ends is their convex combination with weights `sin((1−t) Δη)/d_a` and
-/// `sin(t Δη)/d_b`, which keeps its digits for short parts and next to the
-/// axis, and has the light on the line of the ray (`h = 0`) and an infinite
-/// end as limits.
+/// Nodes are placed without forming `η` itself. A position between two ends is their convex
+/// combination with weights `sin((1−t) Δη)/d_a` and `sin(t Δη)/d_b`. This keeps its digits for
+/// short parts and next to the axis; the limits for a light on the line of the ray (`h = 0`)
+/// and for an infinite end are included.
 ///
 /// # Accuracy
 ///
-/// Converges spectrally where the integrand is smooth over the interval. Few
-/// nodes suffice for optical depths up to about 10 and |g| up to about 0.8;
-/// beyond, the integrand has a narrow peak and the number of nodes must grow:
-/// 16 nodes are 9e-4 off at optical depth 100. The interval is divided at the
-/// [kinks](LightPath::kinks) that it contains, and each part has all the nodes;
-/// the texels of a cookie are kinks too, at which it is not
-/// ([`Quadrature`](super::Quadrature) is divided there), and convergence
-/// falls to second order.
+/// The rule converges spectrally where the integrand is smooth over the interval. Few nodes
+/// suffice for optical depths up to about 10 and |g| up to about 0.8. Beyond that the integrand
+/// has a narrow peak and needs more nodes: with 16 nodes the error is 9e-4 at optical depth
+/// 100.
+///
+/// The interval is divided at the [kinks](LightPath::kinks) that it contains, and each part has
+/// all the nodes. It is not divided at the texels of a cookie, which are kinks too; so
+/// convergence falls to second order there. [`Quadrature`](super::Quadrature) does divide at
+/// them.
 ///
 /// A directional light needs no quadrature: see [`directional`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct EquiAngular {
-    /// Node in (0, 1) and weight; the weights sum to 1.
+    /// Nodes in (0, 1) with their weights, which sum to 1.
     nodes: Vec<(f32, f32)>,
-    /// The same in groups; what is left of the last group weighs nothing.
+    /// The same in groups of eight; the last group is filled up with weights of 0.
     groups: Vec<(Lanes, Lanes)>,
 }
 
 impl EquiAngular {
-    /// `nodes` nodes per interval, 1 to 4096.
+    /// A rule with `nodes` nodes per interval.
     ///
     /// # Errors
-    /// [`Error::BadValue`] outside of that range.
+    /// [`Error::BadValue`] unless there are 1 to 4096 nodes.
     pub fn new(nodes: u32) -> Result<Self, Error> {
         let rule = gauss::Rule::new(nodes)?;
         let single = |(node, weight)| (node as f32, weight as f32);
@@ -90,7 +90,7 @@ impl AirlightEvaluator for EquiAngular {
         }
     }
 
-    /// Eight pieces at a time.
+    /// Evaluates eight pieces at a time.
     fn radiances(
         &self,
         paths: &[LightPath<'_>],
@@ -125,7 +125,7 @@ impl AirlightEvaluator for EquiAngular {
 }
 
 impl EquiAngular {
-    /// The radiance of a part without a kink inside: its nodes eight at a time.
+    /// The radiance of a part that has no kink inside, with eight nodes at a time.
     fn smooth(&self, point: &PointEmitter, part: PartOf<'_, '_>) -> Vec3 {
         let arcs = Arcs::new(Parts::new(point, [part; LANES]));
         let extent = arcs.extent().to_array()[0];
@@ -142,7 +142,7 @@ impl EquiAngular {
         extent * Vec3::from(sums.map(Lanes::reduce_add))
     }
 
-    /// The radiances of eight of them.
+    /// The radiances of eight such parts.
     fn several(&self, point: &PointEmitter, parts: [PartOf<'_, '_>; LANES]) -> [Vec3; LANES] {
         let arcs = Arcs::new(Parts::new(point, parts));
         let mut sums = [Lanes::ZERO; 3];

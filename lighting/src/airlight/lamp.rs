@@ -8,16 +8,16 @@ use crate::path::axis_of;
 use crate::scene::{Emission, PointEmitter, SpotEmission, Texture};
 use crate::{Interval, LightPath};
 
-/// A light with a pattern as a ray sees it, in double precision: from afar a
-/// narrow cone is a small difference of large lengths.
+/// A light with a pattern, as seen along a ray. It is in double precision, because seen from
+/// afar a narrow cone is a small difference of large lengths.
 #[derive(Debug)]
 pub(super) struct Lamp<'a> {
     pub(super) point: &'a PointEmitter,
     pub(super) emission: airlight::Emission,
-    /// Distance of the foot point from the eye, and between light and ray.
+    /// Distance of the foot point from the eye, and of the light from the ray.
     pub(super) foot: f64,
     pub(super) h: f64,
-    /// Unit vectors along the ray and from the light to the foot point.
+    /// Unit vectors along the ray, and from the light to the foot point.
     pub(super) direction: DVec3,
     pub(super) to_foot: DVec3,
 }
@@ -33,7 +33,7 @@ impl<'a> Lamp<'a> {
         let foot = to_light.dot(direction);
         let across = to_light.cross(direction);
         let h = across.length();
-        // Normal to the ray however close it comes to the light, by a second product.
+        // A second product makes it normal to the ray, however close the ray passes the light.
         let to_foot = (across.try_normalize())
             .and_then(|across| across.cross(direction).try_normalize())
             .unwrap_or_else(|| direction.any_orthonormal_vector());
@@ -65,7 +65,7 @@ impl<'a> Lamp<'a> {
             foot,
             direction,
             to_foot,
-            // Rays through the light are moved off it.
+            // A ray through the light counts as one that passes beside it.
             h: if path.h() > 1.001 * h as f32 {
                 path.h().into()
             } else {
@@ -84,8 +84,8 @@ impl<'a> Lamp<'a> {
         }
     }
 
-    /// [`LightPath::source`] at a node behind `start` but for the emission, which
-    /// is a factor of its weight.
+    /// [`LightPath::source`] at a node behind `start`, without the emission, which is a factor
+    /// of the node's weight.
     pub(super) fn source(&self, path: &LightPath<'_>, start: f32, node: Node) -> Vec3 {
         let medium = path.medium();
         let x = start + node.distance;

@@ -1,4 +1,4 @@
-//! One sample per interval: what a classical march does.
+//! One sample per interval, as a classical march takes it.
 
 use glam::Vec3;
 
@@ -7,15 +7,14 @@ use crate::path::{Parts, in_lanes};
 use crate::scene::Medium;
 use crate::{Emitter, Interval, LightPath};
 
-/// The integrand at the middle of the interval times its length.
+/// The integrand at the middle of the interval, times the interval's length.
 ///
-/// Together with a march of equal steps this is brute-force ray marching.
-/// Second order in the length of the interval for smooth integrands, but it
-/// does not see the inverse square of a near light coming: compare
-/// [`EquiAngular`](super::EquiAngular) with one node.
+/// Together with a march of equal steps this is brute-force ray marching. It is of second order
+/// in the length of the interval for smooth integrands, but inaccurate close to a light, where
+/// the inverse square varies within a step: compare [`EquiAngular`](super::EquiAngular) with
+/// one node.
 ///
-/// Over an infinite interval there is no middle; it counts as one of ten mean
-/// free paths.
+/// An infinite interval has no middle; it counts as one that ends after ten mean free paths.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Midpoint;
 
@@ -37,7 +36,7 @@ impl AirlightEvaluator for Midpoint {
         path.source(x) * (inverse_square * (end - start))
     }
 
-    /// Eight at a time, of a light at a point.
+    /// Evaluates eight intervals of a point light at a time.
     fn radiances(
         &self,
         paths: &[LightPath<'_>],
@@ -72,14 +71,12 @@ impl AirlightEvaluator for Midpoint {
     }
 }
 
-/// Distance after which a ray to the sky is cut off by methods that need an
-/// end: ten mean free paths of the thinnest channel that scatters, where
-/// 4.5e-5 of the light of a sun is left.
+/// The distance at which methods that need an end cut off a ray to the sky: ten mean free paths
+/// of the thinnest channel that scatters, behind which 4.5e-5 of the light of a sun is left.
 ///
-/// Channels that do not scatter say nothing, however clear they are, because no
-/// light comes from them; if none does, nothing comes from anywhere, and the
-/// distance is 0. It is at most 1e16 m, because a coefficient above 0 is at
-/// least 1e-15 / m.
+/// Channels that do not scatter are ignored, however clear they are, because no light comes
+/// from them. If no channel scatters the distance is 0. It is at most 1e16 m, because a
+/// coefficient above 0 is at least 1e-15 / m.
 pub(crate) fn far_end(medium: &Medium) -> f32 {
     let (scattering, extinction) = (medium.sigma_s().to_array(), medium.sigma_t().to_array());
     let scatters = scattering.iter().zip(extinction).filter(|(s, _)| **s > 0.0);

@@ -7,7 +7,7 @@
 //! L[a, b] = ∫_a^b σ_s p(cos θ) E exp(−σ_t (x + l)) dx             (sun)
 //! ```
 //!
-//! with `d` the distance to the light and `l` the way of sunlight inside the
+//! where `d` is the distance to the light and `l` the length that sunlight travels in the
 //! medium; see [`LightPath`].
 
 mod analytic;
@@ -36,18 +36,17 @@ use glam::Vec3;
 
 use crate::{Interval, LightPath};
 
-/// Integrates the light that is scattered towards the eye.
+/// Integrates the light of an interval that is scattered towards the eye.
 pub trait AirlightEvaluator: Sync {
-    /// Radiance that reaches the eye from `interval` of the path, which lies
-    /// within `path.span()`, if all of it is lit. Never NaN; +∞ for an
-    /// interval that contains a point light (see
-    /// [`LightPath::off_the_light`]).
+    /// The radiance that reaches the eye from `interval`, if all of it is lit. The interval
+    /// lies within `path.span()`. The result is never NaN; it is +∞ for an interval that
+    /// contains a point light (see [`LightPath::off_the_light`]).
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3;
 
-    /// Appends the radiance of each part to `radiances`: what
-    /// [`radiance`](AirlightEvaluator::radiance) is to rounding, sooner where there are
-    /// many. The paths have one light and one medium; a part is the number of its path
-    /// and the interval. What the others are changes no bit of one.
+    /// Appends the radiance of each part to `radiances`. A part is the index of its path and an
+    /// interval; all paths have the same light and medium. The results equal those of
+    /// [`radiance`](AirlightEvaluator::radiance) to rounding, and take less time if there are
+    /// many. A result does not depend on the other parts, bit for bit.
     fn radiances(
         &self,
         paths: &[LightPath<'_>],

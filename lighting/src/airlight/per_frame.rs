@@ -1,4 +1,4 @@
-//! Tables of one frame in scenes.
+//! Airlight tables that are made for one frame.
 
 use airlight::{Error, FramePoint, FrameRay, FrameTable};
 use glam::Vec3;
@@ -9,34 +9,34 @@ use crate::path::full_cone;
 use crate::scene::{Emitter, Medium};
 use crate::{Interval, LightPath};
 
-/// The tables of [`airlight::FrameTable`] for one eye and one light, one for each
-/// extinction, and a quadrature for all else.
+/// The tables of [`airlight::FrameTable`] for one eye and one light, one for each extinction,
+/// with a quadrature as the fallback.
 ///
-/// The tables serve point lights inside the medium that shine alike in all directions and
-/// do not fade, and, of a spotlight without a cookie, the part of a ray in its full cone.
-/// In a box of fog their light is scaled by what the clear way to the box does not absorb.
+/// The tables serve point lights inside the medium that shine alike in all directions and do
+/// not fade, and, of a spotlight without a cookie, the part of a ray in its full cone. In a box
+/// of fog the light is scaled, because the air between the eye and the box absorbs nothing.
 ///
-/// Everything else goes to the quadrature: other lights, rays from other eyes, media of
-/// another extinction, lights more than [`FrameTable::DEEPEST`] mean free paths from the
-/// eye, and parts that a table does not know, such as short ones behind much light, far
-/// ones in thick fog, and directions in which a phase function is too sharp for the rows.
-/// So the answer is right within the errors of [`FrameTable`] and of the quadrature, but
-/// where the tables do not serve it takes as long as the quadrature.
+/// The quadrature serves everything else: other lights, rays from other eyes, media with
+/// another extinction, lights more than [`FrameTable::DEEPEST`] mean free paths from the eye,
+/// and parts that a table does not cover, such as short ones behind much light, far ones in
+/// thick fog, and directions in which the phase function is too sharp for the rows. So the
+/// result is always within the errors of [`FrameTable`] and of the quadrature, but where the
+/// tables do not serve it takes as long as the quadrature.
 ///
-/// The phase function is not compared: that of the medium which is evaluated must be that
-/// of the tables and of the quadrature.
+/// Phase functions are not compared: the medium that is evaluated must have the phase function
+/// that the tables and the quadrature were made for.
 #[derive(Debug, Clone)]
 pub struct PerFrame {
-    /// None, one for all channels, or one for each.
+    /// No table, one for all channels, or one for each channel.
     tables: Vec<FrameTable>,
     fallback: Quadrature,
 }
 
-/// What the tables hold for a position on a ray.
+/// What the tables hold for a position on a ray, in each channel.
 type Points = [Option<FramePoint>; 3];
 
 impl PerFrame {
-    /// No tables: everything is the fallback's.
+    /// Without tables: the fallback evaluates everything.
     pub fn new(fallback: Quadrature) -> Self {
         Self {
             tables: Vec::new(),
@@ -44,8 +44,8 @@ impl PerFrame {
         }
     }
 
-    /// With the tables of a light as the eye sees it, of so many rows; without any if
-    /// they do not stand for the light or the eye. See [`FrameTable::new`].
+    /// With the tables of a light as the eye sees it, of `rows` rows; without any if tables do
+    /// not serve the light or the eye. See [`FrameTable::new`].
     ///
     /// # Errors
     /// [`Error::BadValue`] if the number of rows is out of range.
@@ -56,7 +56,7 @@ impl PerFrame {
         medium: &Medium,
         rows: u32,
     ) -> Result<Self, Error> {
-        // Bad numbers of rows are turned away whatever the light.
+        // A bad number of rows is an error whatever the light is.
         let phase = medium.phase();
         FrameTable::check_rows(rows)?;
         let Emitter::Point(point) = light else {
@@ -89,7 +89,7 @@ impl PerFrame {
         &self.tables
     }
 
-    /// What is used where the tables do not know.
+    /// The quadrature that is used where the tables do not serve.
     pub fn fallback(&self) -> &Quadrature {
         &self.fallback
     }
@@ -112,8 +112,8 @@ impl PerFrame {
         [ray(0), ray(1), ray(2)]
     }
 
-    /// The radiance between two positions of a plain light; `None` where a table does
-    /// not know it.
+    /// The radiance between two positions for a light that the tables serve; `None` where a
+    /// table does not cover it.
     fn between(
         &self,
         path: &LightPath<'_>,
@@ -124,7 +124,7 @@ impl PerFrame {
         let channel = |i: usize| {
             let (ray, start, end) = (rays[i]?, start[i]?, end[i]?);
             let airlight = ray.between(&start, &end)?;
-            // The way to a box of fog is clear.
+            // The air between the eye and a box of fog absorbs nothing.
             let clear = self.tables[i].sigma_t() * path.entry();
             match clear > 0.0 {
                 false => Some(airlight),
@@ -168,7 +168,7 @@ impl AirlightEvaluator for PerFrame {
         )
     }
 
-    /// A step that begins where the one before ended takes one lookup.
+    /// A step that begins where the one before it ended takes a single lookup.
     fn radiances(
         &self,
         paths: &[LightPath<'_>],

@@ -7,44 +7,44 @@ use super::lamp::Lamp;
 use super::{AirlightEvaluator, cookie, directional};
 use crate::{Emitter, Interval, LightPath};
 
-/// Gauss–Legendre quadrature by the pieces of [`airlight::Quadrature`], for
-/// any emission and any medium.
+/// Gauss–Legendre quadrature with the pieces of [`airlight::Quadrature`], for any emission and
+/// any medium.
 ///
-/// Unlike [`EquiAngular`](super::EquiAngular), whose fixed number of nodes
-/// stalls at half a percent beside a lamp and misses what deep fog leaves, it
-/// divides an interval where its light changes by scale, so that few nodes
-/// serve every ray; see there for its errors. The interval is divided at the
-/// [kinks](LightPath::kinks) that it contains as well, and where a light with a
-/// pattern has its rims, it gets the nodes that the pattern asks for
-/// ([`airlight::Quadrature::nodes_of`]): spotlights and cosines keep the tolerance
-/// too, relative to their own light. Where a light has a cookie, a bilinear blend
-/// between the centres of its texels, the interval is also divided at the lines
-/// through these centres, and the tolerance is relative to the light without the
-/// cookie: two nodes on each texel mostly do, and the time grows with the number of
-/// texels that the picture of the ray crosses, up to
-/// [`MOST_COOKIE_LINES`](crate::scene::MOST_COOKIE_LINES) lines of them. Rays that cross
-/// more are walked through coarser mip levels, which changes their light by up to 8e-3
-/// of what it is without the cookie for noise of one texel, 8e-5 for patterns of 32
-/// texels, and never by more than the levels differ from the cookie. Lights that stand outside of a bounded medium get two
-/// nodes more on each piece; where the medium is many mean free paths deep, their
-/// error may be larger.
+/// [`EquiAngular`](super::EquiAngular) has a fixed number of nodes, stalls at half a percent
+/// beside a lamp, and misses what deep fog leaves. This quadrature divides an interval where
+/// its light changes by scale, so that few nodes serve every ray; see [`airlight::Quadrature`]
+/// for its errors.
 ///
-/// On a GPU directions have an error of about 1e-7, which counts by the angle of
-/// a spotlight's cone.
+/// * The interval is also divided at the [kinks](LightPath::kinks) that it contains.
+/// * Next to the rims of a light with a pattern it gets as many nodes as the pattern needs
+///   ([`airlight::Quadrature::nodes_of`]). So spotlights and cosine emitters keep the tolerance
+///   too, relative to their own light.
+/// * A cookie is a bilinear blend between the centres of its texels. The interval is divided at
+///   the lines through these centres, and the tolerance is relative to the light without the
+///   cookie. Two nodes on each texel mostly suffice, and the time grows with the number of
+///   texels that the image of the ray crosses, up to
+///   [`MOST_COOKIE_LINES`](crate::scene::MOST_COOKIE_LINES) lines. Rays that cross more use
+///   coarser mip levels. This changes their light by up to 8e-3 of the light without the cookie
+///   for noise of one texel, by up to 8e-5 for patterns of 32 texels, and never by more than
+///   the levels differ from the cookie.
+/// * Lights outside of a bounded medium get two more nodes on each piece. Where the medium is
+///   many mean free paths deep, their error may exceed the tolerance.
+/// * A coloured medium has nodes of its own for each channel.
+/// * A directional light needs no quadrature: see [`directional`].
 ///
-/// A coloured medium has nodes of its own for each channel. A directional
-/// light needs no quadrature: see [`directional`].
+/// On a GPU, directions have an error of about 1e-7, which matters in proportion to how narrow
+/// the cone of a spotlight is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadrature {
     rule: airlight::Quadrature<PhaseFunction>,
 }
 
-/// Nodes more on each piece if the light stands outside of the medium: the way
-/// through the medium is not the distance then.
+/// Additional nodes on each piece if the light is outside of the medium: the length in the
+/// medium then differs from the distance to the light, and its variation needs them.
 const OUTSIDE: usize = 2;
 
 impl Quadrature {
-    /// With `nodes` nodes per piece, for media with this phase function.
+    /// A rule with `nodes` nodes per piece, for media with this phase function.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless there are 1 to 4096 nodes and the parameter
@@ -53,7 +53,7 @@ impl Quadrature {
         airlight::Quadrature::fixed(phase, nodes).map(|rule| Self { rule })
     }
 
-    /// With as few nodes as keep the relative error below `tolerance`.
+    /// A rule with as few nodes as keep the relative error below `tolerance`.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless the tolerance is between 1e-6 and 0.1 and
@@ -62,13 +62,13 @@ impl Quadrature {
         airlight::Quadrature::with_tolerance(phase, tolerance).map(|rule| Self { rule })
     }
 
-    /// Where the nodes come from.
+    /// The rule that the nodes come from.
     pub fn rule(&self) -> &airlight::Quadrature<PhaseFunction> {
         &self.rule
     }
 
-    /// The radiance of an interval without a kink inside, of a light that shines
-    /// alike in all directions.
+    /// The radiance of an interval that has no kink inside, for a light that shines alike in
+    /// all directions.
     fn smooth(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         if !(interval.start < interval.end) {
             return Vec3::ZERO;
@@ -87,8 +87,8 @@ impl Quadrature {
         })
     }
 
-    /// The radiance of an interval of a light with a pattern, without a kink of
-    /// the way through the medium inside.
+    /// The radiance of an interval for a light with a pattern, if the length in the medium has
+    /// no kink inside.
     fn patterned(&self, path: &LightPath<'_>, lamp: &Lamp<'_>, interval: Interval) -> Vec3 {
         if !(interval.start < interval.end) {
             return Vec3::ZERO;
@@ -108,8 +108,7 @@ impl Quadrature {
     }
 }
 
-/// A colour whose channels have nodes of their own where their extinctions
-/// differ.
+/// The sum for each channel; channels with the same extinction share their nodes.
 fn by_channel(path: &LightPath<'_>, sum: impl Fn(f32) -> Vec3) -> Vec3 {
     let sigma_t = path.medium().sigma_t();
     let red = sum(sigma_t.x);
@@ -135,7 +134,7 @@ impl AirlightEvaluator for Quadrature {
                     sum + cookie::radiance(&self.rule, path, &lamp, piece)
                 })
             }
-            // All kinks are rims of the light then.
+            // All kinks are then rims of the light.
             Some(lamp) if path.is_immersed() => self.patterned(path, &lamp, interval),
             Some(lamp) => path.without_kinks(interval).fold(Vec3::ZERO, |sum, piece| {
                 sum + self.patterned(path, &lamp, piece)

@@ -1,4 +1,4 @@
-//! Two sources of which each knows some of what is in the way.
+//! Two sources, each of which knows some of the blockers.
 
 use glam::Vec3;
 
@@ -6,15 +6,15 @@ use super::{Behind, LitInterval, PointVisibility, Share, SurfaceShadow, Visibili
 use crate::direct_light::ShadowsOfMany;
 use crate::{Interval, LightPath};
 
-/// What reaches a ray through the blockers of both sources: where both are
-/// lit, with the product of their visibilities. Of two that are asked at points, or about
-/// points of surfaces, the same there.
+/// The light that passes the blockers of both sources: lit where both are lit, with the product
+/// of their visibilities. Two sources of visibility at points, or at points of surfaces, are
+/// combined in the same way.
 ///
-/// Static and dynamic casters, say: shadows baked for the scenery, and a small
-/// shadow map, rendered anew for each frame, of what moves in it. Or a shadow map of
-/// what is opaque, and a map of transmittance, which has fewer texels, of what is not.
+/// One use are static and dynamic casters: shadows baked for the scenery, and a small shadow
+/// map of what moves in it, rendered anew for each frame. Another is a shadow map of everything
+/// opaque beside a transmittance map, which has fewer texels, of everything else.
 ///
-/// Cost: that of both, and a step for each of their intervals.
+/// Cost: that of both sources, and a step for each of their intervals.
 #[derive(Debug, Clone, Copy)]
 pub struct Both<A, B>(pub A, pub B);
 
@@ -75,7 +75,7 @@ impl<A: ShadowsOfMany, B: ShadowsOfMany> ShadowsOfMany for Both<A, B> {
     }
 }
 
-/// Appends what two lists of lit intervals, each in order, have in common.
+/// Appends the intersection of two lists of lit intervals, each in order along the ray.
 pub(crate) fn product<A: Behind<B>, B: Share>(
     a: &[LitInterval<A>],
     b: &[LitInterval<B>],

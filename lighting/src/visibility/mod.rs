@@ -21,30 +21,28 @@ use std::sync::Arc;
 
 use crate::{Emitter, LightPath, Ray};
 
-/// Tells which parts of a ray a light reaches.
+/// Finds the parts of a ray that a light reaches.
 ///
-/// A source belongs to one light: the one its shadow map was rendered for, say.
+/// A source belongs to one light, for example to the one that its shadow map was rendered for.
 pub trait VisibilitySource: Sync {
-    /// What it knows of a share: one number, or one for each colour.
+    /// The type of its shares: one number, or one for each colour.
     type Share: Share;
 
-    /// Appends the lit parts of `path.span()` to `lit`: in order along the
-    /// ray, not overlapping, none of them dark. Parts may touch (a march yields one
-    /// per lit step); [`Gather`](crate::Gather) joins them where that is asked for.
+    /// Appends the lit parts of `path.span()` to `lit`. They are in order along the ray, do not
+    /// overlap, and none is dark. Parts may touch, as those of a march do, which yields one per
+    /// lit step; [`Gather`](crate::Gather) joins them if it is asked to.
     fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval<Self::Share>>);
 
-    /// The order in which rays are best asked about: the numbers of all of them, so that
-    /// those that follow each other have much in their way in common. `None` if a ray costs
-    /// as much by itself, for which a source need not say anything.
+    /// The order in which rays are best asked about: a permutation of their indices that puts
+    /// rays with similar blockers next to each other. `None`, the default, if asking about
+    /// several rays together saves nothing.
     fn neighbours(&self, _rays: &[Ray], _emitter: &Emitter) -> Option<Vec<u32>> {
         None
     }
 
-    /// Appends the lit parts of each path to the list of the same number: the bits of
-    /// [`lit_intervals`](Self::lit_intervals), at less cost if the paths are of
-    /// [neighbours](Self::neighbours).
-    ///
-    /// There are as many lists as paths.
+    /// Appends the lit parts of path i to list i, for as many lists as paths. The results have
+    /// the same bits as those of [`lit_intervals`](Self::lit_intervals), but cost less if the
+    /// paths are [neighbours](Self::neighbours).
     fn lit_of_neighbours(
         &self,
         paths: &[LightPath<'_>],

@@ -1,4 +1,4 @@
-//! How much of a light arrives: one number, or one for each colour.
+//! The share of a light that arrives: one number, or one for each colour.
 
 use std::fmt::Debug;
 use std::ops::Mul;
@@ -7,19 +7,19 @@ use glam::Vec3;
 
 use crate::Interval;
 
-/// The share of a light that gets to a point, from 0 to 1: an `f32` where all
-/// colours are blocked alike, a [`Vec3`] behind coloured glass or smoke.
+/// The share of a light that reaches a point, from 0 to 1: an `f32` where all colours are
+/// blocked alike, a [`Vec3`] behind coloured glass or smoke.
 ///
-/// A source says at compile time which of the two it yields. On a GPU the share
-/// always has three channels.
+/// A source says at compile time which of the two it yields. On a GPU a share always has three
+/// channels.
 pub trait Share: Copy + PartialEq + Debug + Send + Sync + Mul<Vec3, Output = Vec3> {
-    /// Nothing is in the way.
+    /// The share where nothing blocks the light.
     const ALL: Self;
 
     /// True if nothing gets through in any colour.
     fn is_dark(self) -> bool;
 
-    /// The share of something that counts so many times.
+    /// The share times a weight.
     #[must_use]
     fn weighted(self, weight: f32) -> Self;
 }
@@ -48,12 +48,12 @@ impl Share for Vec3 {
     }
 }
 
-/// What is left of a light behind two things that are in its way.
+/// Shares that can be multiplied: of light that passes two blockers in turn.
 pub trait Behind<S: Share>: Share {
-    /// One number if both are, else one for each colour.
+    /// One number if both shares are, else one for each colour.
     type Share: Share;
 
-    /// The product of the two.
+    /// The product of the two shares.
     fn behind(self, other: S) -> Self::Share;
 }
 
@@ -84,16 +84,16 @@ impl<S: Share + Mul<Vec3, Output = Vec3>> Behind<S> for Vec3 {
 /// A part of a ray that the light reaches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LitInterval<S = f32> {
-    /// Which part.
+    /// Where it begins and ends on the ray.
     pub interval: Interval,
-    /// Share of the light that gets there: 1 where nothing is in the way, less
-    /// behind translucent blockers. Times the [weight](crate::Part::weight) of the part
-    /// where rays share parts.
+    /// The share of the light that arrives there: 1 where nothing blocks it, less behind
+    /// translucent blockers. Where rays share their parts, it is multiplied by the
+    /// [weight](crate::Part::weight) of the part.
     pub visibility: S,
 }
 
 impl<S: Share> LitInterval<S> {
-    /// A part that nothing hides from the light.
+    /// A part that nothing blocks from the light.
     pub const fn unshadowed(start: f32, end: f32) -> Self {
         Self {
             interval: Interval::new(start, end),
@@ -102,12 +102,12 @@ impl<S: Share> LitInterval<S> {
     }
 }
 
-/// Joins the parts of `lit`, from `first` on, that touch and are equally visible.
+/// Joins the parts of `lit`, from index `first` on, that touch and are equally visible.
 ///
-/// A march yields one part per lit step, which is right for an evaluator that
-/// takes one sample of each. An evaluator that is accurate over an interval of
-/// any length does better with whole runs: fewer calls, and no error from the
-/// number of steps but at the ends of the runs.
+/// A march yields one part per lit step, which is right for an evaluator that takes one sample
+/// of each. An evaluator that is accurate over intervals of any length does better with whole
+/// runs: it is called less often, and the number of steps causes errors only at the ends of the
+/// runs.
 pub fn join_touching<S: Share>(lit: &mut Vec<LitInterval<S>>, first: usize) {
     let mut last = first;
     for next in first + 1..lit.len() {
