@@ -1,23 +1,23 @@
-//! Planes around a part of space, and what is certainly beyond one of them.
+//! Convex hulls as sets of planes, and tests for what is certainly outside of them.
 
 use glam::DVec3;
 
 use crate::scene::Emitter;
 
-/// What roundings take from the distance of a caster from a hull, relative to the numbers
-/// that go into it.
+/// A margin for rounding in the distance of a caster from a hull, relative to the largest
+/// coordinates.
 pub(crate) const MARGIN: f64 = 1e-9;
 
-/// A convex part of space, known by planes that it lies behind.
+/// A convex part of space, given by planes that it lies behind.
 #[derive(Debug)]
 pub(crate) struct Hull {
-    /// Unit normals, and how far the hull reaches along each.
+    /// Unit normals, and how far the hull extends along each.
     planes: Vec<(DVec3, f64)>,
-    /// The size of its finite coordinates.
+    /// The largest of its finite coordinates.
     scale: f64,
 }
 
-/// A position, or a direction without end.
+/// A position, or a direction that stands for a point at infinity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Place {
     At(DVec3),
@@ -25,7 +25,7 @@ pub(crate) enum Place {
 }
 
 impl Place {
-    /// Where a light is, seen from an eye.
+    /// The place of a light, relative to an eye.
     pub(crate) fn of(emitter: &Emitter, eye: DVec3) -> Self {
         match emitter {
             Emitter::Point(point) => Self::At(point.position().as_dvec3() - eye),
@@ -41,7 +41,7 @@ impl Place {
         }
     }
 
-    /// Direction from a place to this one.
+    /// The vector or the direction from another place to this one.
     pub(crate) fn from(self, place: DVec3) -> DVec3 {
         match self {
             Self::At(at) => at - place,
@@ -49,7 +49,7 @@ impl Place {
         }
     }
 
-    /// How far it is along a unit vector.
+    /// The coordinate along a unit vector, which may be infinite.
     fn along(self, normal: DVec3) -> f64 {
         match self {
             Self::At(place) => normal.dot(place),
@@ -60,8 +60,8 @@ impl Place {
 }
 
 impl Hull {
-    /// The hull of some places, as planes of these unit normals know it; those are left
-    /// out along which it has no end.
+    /// The hull of some places, bounded by planes with these unit normals. Normals along which
+    /// the hull is infinite are left out.
     pub(crate) fn new(normals: impl IntoIterator<Item = DVec3>, places: &[Place]) -> Self {
         let scale = places.iter().map(|place| match place {
             Place::At(place) => place.abs().max_element(),
@@ -81,7 +81,7 @@ impl Hull {
         }
     }
 
-    /// False only if a box of this centre and half extent is outside.
+    /// False only if a box with this centre and half extent is certainly outside.
     pub(crate) fn may_meet_box(&self, centre: DVec3, half: DVec3) -> bool {
         let margin = MARGIN * (self.scale + centre.abs().max_element() + half.max_element());
         let is_outside = |&(normal, reach): &(DVec3, f64)| {
@@ -90,7 +90,7 @@ impl Hull {
         !self.planes.iter().any(is_outside)
     }
 
-    /// False only if a triangle is outside.
+    /// False only if a triangle is certainly outside.
     pub(crate) fn may_meet_triangle(&self, corners: &[DVec3; 3]) -> bool {
         let size = corners.iter().map(|corner| corner.abs().max_element());
         let margin = MARGIN * (self.scale + size.fold(0.0, f64::max));

@@ -1,9 +1,9 @@
-//! Light of a view that comes neither straight from a lamp nor, scattered once, out of the
-//! air before the surface: by way of the fog onto surfaces, from an environment, and what
-//! the fog scatters of even light from all around.
+//! Light of a view that comes neither directly from a lamp nor by single scattering in the air
+//! in front of a surface: light that fog scatters onto surfaces, light of an environment, and
+//! uniform light that the fog scatters into the eye.
 //!
-//! [`radiance`] puts [`surface_scattering`](crate::surface_scattering) and
-//! [`environment`](crate::environment) together, on any backend.
+//! [`radiance`] combines [`surface_scattering`](crate::surface_scattering) and
+//! [`environment`](crate::environment), on any backend.
 
 use glam::Vec3;
 use gpu_backend::{Backend, Cpu, Download, Error};
@@ -17,7 +17,7 @@ use crate::surface_scattering::{AddSurfaceScattering, ClosedForm, LitSurfaces, Q
 use crate::visibility::Unshadowed;
 use crate::{Emitter, surface};
 
-/// What a backend needs for [`radiance`]; both have it.
+/// What a backend has to implement for [`radiance`]. All backends of this workspace do.
 pub trait LightSurfaces:
     Download
     + AddEnvironment
@@ -38,16 +38,16 @@ impl<B> LightSurfaces for B where
 {
 }
 
-/// A view and what it shows.
+/// A view, with the scene that it shows.
 #[derive(Debug, Clone, Copy)]
 pub struct LitView<'a> {
     /// The rays and what they meet.
     pub view: &'a View,
-    /// What the view was made from.
+    /// The scene that the view was made from.
     pub scene: &'a Scene,
     /// Its triangles.
     pub geometry: &'a Geometry,
-    /// The same, arranged for tracing.
+    /// The same triangles, arranged for tracing.
     pub tracer: &'a Tracer,
     /// The lights.
     pub emitters: &'a [Emitter],
@@ -55,36 +55,37 @@ pub struct LitView<'a> {
     pub medium: Option<&'a Medium>,
 }
 
-/// Shadows in the fog that lights surfaces.
+/// The shadows in the fog from which light is scattered onto surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FogShadows {
-    /// There are none: as in the paper, and in closed form where there is one.
+    /// No shadows, as in the paper; in closed form where there is one.
     None,
-    /// From shadow maps of so many texels a side, rendered for the purpose.
+    /// From shadow maps that are rendered for this purpose.
     Maps {
         /// Texels per side.
         resolution: u32,
     },
 }
 
-/// What is added to a view.
+/// The kinds of light that are added to a view.
 #[derive(Debug, Clone, Copy)]
 pub struct IndirectLight<'a> {
-    /// Light that reaches surfaces by way of the fog, `None` if it is left out.
+    /// Light that the fog scatters onto surfaces; `None` leaves it out.
     pub scattering: Option<FogShadows>,
     /// Nodes of the quadrature where there is no closed form; see [`Quadrature`].
     pub nodes: u32,
-    /// Light from all around, if there is any.
+    /// Light from an environment, if there is one.
     pub environment: Option<&'a Environment>,
-    /// Radiance from all around that the fog before surfaces scatters into the eye, and
-    /// before the sky too unless an environment has its own halo there; see [`Ambient`].
+    /// Uniform radiance from all directions that the fog in front of surfaces scatters into the
+    /// eye; also in front of the sky, unless an environment has its own halo there. See
+    /// [`Ambient`].
     pub ambient: Option<[f32; 3]>,
-    /// Rays per surface that find out how much of the environment it sees, see
-    /// [`surface::with_openness`]; 0 for all of it.
+    /// Rays per surface that find the share of the environment that it sees; see
+    /// [`surface::with_openness`]. With 0 every surface sees all of it.
     pub openness_rays: u32,
 }
 
-/// Why there is no such light.
+/// Why the light could not be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IndirectError {
@@ -94,7 +95,7 @@ pub enum IndirectError {
     /// A shadow map could not be rendered.
     #[error(transparent)]
     ShadowMap(#[from] ShadowMapError),
-    /// The number of nodes.
+    /// The number of nodes is out of range.
     #[error(transparent)]
     Nodes(#[from] airlight::Error),
     /// The backend failed.
@@ -102,23 +103,23 @@ pub enum IndirectError {
     Backend(#[from] Error),
 }
 
-/// The light of a view, and how it was computed.
+/// Light of a view, and how it was computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Indirect {
     /// One RGB0 per ray.
     pub radiance: Vec<[f32; 4]>,
-    /// Lights whose light by way of the fog came from the closed form.
+    /// Number of lights whose scattered light came from the closed form.
     pub in_closed_form: usize,
-    /// Lights for which it took a quadrature.
+    /// Number of lights whose scattered light took a quadrature.
     pub by_quadrature: usize,
 }
 
-/// What `light` adds to a view: to surfaces, to the see-through ones before them, and
-/// to the sky, which is as bright as what is before it lets through. Surfaces are found
-/// on the CPU; their light is computed on `backend`.
+/// The light of `light` that is added to a view: to its surfaces, to the see-through surfaces
+/// in front of them, and to the sky as far as these let its light through. Surfaces are found
+/// on the CPU, and their light is computed on `backend`.
 ///
 /// # Errors
-/// [`IndirectError`]: what does not go together, or does not fit.
+/// [`IndirectError`] if something does not fit together, or does not fit into memory.
 pub fn radiance<B: LightSurfaces>(
     backend: &B,
     cpu: &Cpu,

@@ -1,4 +1,4 @@
-//! The light of the surfaces of a picture, as it reaches the eye.
+//! The light of the surfaces of a view that reaches the eye.
 
 use std::f32::consts::PI;
 
@@ -13,24 +13,21 @@ use crate::scene::{Emitter, Geometry, Media, Medium, Ray, Scene};
 use crate::surface_point::{Arriving, transmittance};
 use crate::visibility::SurfaceShadow;
 
-/// Radiance of the surfaces that reaches the eye through the medium, one
-/// RGB0 per ray:
+/// Radiance of the surfaces that reaches the eye through the medium, one RGB0 per ray:
 ///
 /// ```text
 /// exp(−σ_t D_s) [ L_emitted + albedo/π Σ E(light) cos θ V exp(−σ_t d) ]
 /// ```
 ///
-/// Smoke and fog that thins out with altitude dim what the eye sees. On the way from a
-/// light that fog is in closed form; smoke is part of V where the shadows know it.
+/// Smoke, and fog that thins out with altitude, dim what the eye sees. On the way from a light,
+/// such fog is in closed form; smoke is part of V where the shadows know it.
 ///
-/// Surfaces are Lambertian and flat per triangle, both sides alike;
-/// shadows are traced, V is what all triangles on the way let through. Every point asks
-/// the lights of its [cluster](crate::culling::Clusters), which changes no bit. What lies
-/// behind a see-through surface is seen through it: each
-/// [pane](View::panes) adds its own light and multiplies that from behind by
-/// its transmittance. What is behind the [cover](View::cover) of the view is as bright as
-/// that lets through. The sky is black. `scene` and `geometry` must be
-/// those the view was made from.
+/// Surfaces are Lambertian and flat within each triangle, and both sides are alike. Shadows are
+/// traced: V is what all triangles on the way let through. Every point asks the lights of its
+/// [cluster](crate::culling::Clusters), which changes no bit. Each see-through surface, or
+/// [pane](View::panes), adds its own light and multiplies the light from behind by its
+/// transmittance. Everything behind the [cover](View::cover) of the view is dimmed by it. The
+/// sky is black. `scene` and `geometry` must be those that the view was made from.
 pub fn radiance(
     cpu: &Cpu,
     view: &View,
@@ -44,8 +41,8 @@ pub fn radiance(
     radiance_with(cpu, view, scene, geometry, tracer, &traced, medium)
 }
 
-/// [`radiance`] with shadows of what is opaque from the source that belongs to
-/// a light, where it has one; those of see-through surfaces are traced.
+/// [`radiance`] in which opaque casters' shadows come from the source beside a light, if it has
+/// one. Shadows of see-through surfaces are traced.
 pub fn radiance_with(
     cpu: &Cpu,
     view: &View,
@@ -79,8 +76,8 @@ pub fn radiance_with(
     })
 }
 
-/// [`radiance`] behind something translucent: traced shadows,
-/// times the share of each light that the source beside it lets through.
+/// [`radiance`] with translucent casters: shadows are traced, and the light is multiplied by
+/// the share that the source beside each light lets through.
 pub fn radiance_behind(
     cpu: &Cpu,
     view: &View,
@@ -110,11 +107,11 @@ pub fn radiance_behind(
     })
 }
 
-/// The surfaces of a view as [`surface_scattering`](crate::surface_scattering) and
-/// [`environment`](crate::environment) light them, one per ray, nothing covering them;
-/// what reflects nothing where the sky is. Behind [panes](View::panes) they are as
-/// bright as these let through; the panes themselves are [others](points_of_panes).
-/// `scene` and `geometry` must be those the view was made from.
+/// The surfaces of a view, one per ray, for [`surface_scattering`](crate::surface_scattering)
+/// and [`environment`](crate::environment) to light; nothing covers their sky. A ray to the sky
+/// has a point that reflects nothing. Surfaces behind [panes](View::panes) are as bright as
+/// these let through; the panes themselves are in [`points_of_panes`]. `scene` and `geometry`
+/// must be those that the view was made from.
 pub fn points(
     cpu: &Cpu,
     view: &View,
@@ -134,9 +131,8 @@ pub fn points(
     })
 }
 
-/// The same of the [panes](View::panes) before those surfaces, each with the number of
-/// the ray that it is seen along: ray after ray, the nearest first, each as bright as
-/// those before it let through.
+/// The [panes](View::panes) in front of those surfaces, each with the number of its ray: ray
+/// after ray, the nearest first, each as bright as those in front of it let through.
 pub fn points_of_panes(
     cpu: &Cpu,
     view: &View,
@@ -163,13 +159,13 @@ pub fn points_of_panes(
     points.into_iter().flatten().collect()
 }
 
-/// The same points with the share of the sky over each that no triangle covers, by
-/// `rays` rays (0 counts as 1): it is a multiple of `1/rays`, off by some `0.5/√rays`
-/// at most. What is see-through covers as much as it holds back, in the mean of the
-/// colour channels.
+/// The same points with their openness: the share of the sky over each that no triangle covers.
+/// It is found by `rays` rays (0 counts as 1), so it is a multiple of `1/rays`, with an error
+/// of at most about `0.5/√rays`. A see-through surface covers the share of the light that it
+/// holds back, in the mean of the colour channels.
 ///
-/// The rays of a point are spread by the cosine to its normal, and turned from pixel
-/// to pixel. Cost: one shadow ray each.
+/// The rays of a point are distributed by the cosine to its normal, and rotated from pixel to
+/// pixel. Cost: `rays` shadow rays per point.
 pub fn with_openness(
     cpu: &Cpu,
     points: &[SurfacePoint],
@@ -187,7 +183,8 @@ pub fn with_openness(
         let (u, v) = normal.any_orthonormal_pair();
         let turn = (index as f64 * GOLDEN_RATIO).fract() as f32;
         let open = (0..rays).map(|ray| {
-            // A spiral over the disc under the hemisphere: even there is cosine above.
+            // A spiral over the disc under the hemisphere: an even distribution there is one by
+            // cosine on the hemisphere.
             let r2 = (ray as f32 + 0.5) / rays as f32;
             let around = (f64::from(ray) * GOLDEN_RATIO).fract() as f32 + turn;
             let (sin, cos) = (2.0 * PI * around).sin_cos();
@@ -199,10 +196,10 @@ pub fn with_openness(
     })
 }
 
-/// Its multiples are spread evenly modulo 1.
+/// The golden ratio's fractional part, whose multiples are spread evenly modulo 1.
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
-/// A view and what lights it.
+/// A view, and what lights it.
 struct LitView<'a> {
     view: &'a View,
     scene: &'a Scene,
@@ -212,8 +209,8 @@ struct LitView<'a> {
 }
 
 impl LitView<'_> {
-    /// What surfaces emit and reflect, as it reaches the eye; `reflected` is what one
-    /// reflects of a light, by the number of the light.
+    /// What surfaces emit and reflect to the eye. `reflected` gives what a surface reflects of
+    /// the light of an index.
     fn radiance(
         &self,
         cpu: &Cpu,
@@ -225,13 +222,13 @@ impl LitView<'_> {
             .flatten();
         let clusters = tiles.as_ref().and_then(|tiles| {
             let lights = TileLights::new(cpu, tiles, self.emitters);
-            // Without lists all lights are asked, with the same result.
+            // Without lists all lights are asked, which gives the same result.
             lights.and_then(|lights| Clusters::new(cpu, lights)).ok()
         });
         self.radiance_of(cpu, clusters.as_ref(), reflected)
     }
 
-    /// The same, of the lights that are in the lists, or of all.
+    /// The same for the lights that are in the lists, or for all lights.
     fn radiance_of(
         &self,
         cpu: &Cpu,
@@ -266,29 +263,29 @@ impl LitView<'_> {
     }
 }
 
-/// What is in the air besides the homogeneous medium; `None` if nothing is.
+/// The heterogeneous media in the air; `None` if there are none.
 fn heterogeneous(scene: &Scene) -> Option<Media<'_>> {
     let media = Media::new(None, scene.height_fog.as_ref(), &scene.translucent);
     (!media.is_homogeneous()).then_some(media)
 }
 
-/// What of it lets light from where a ray ends to the eye.
+/// The share of light that they let through between the end of a ray and the eye.
 fn through_heterogeneous(media: &Option<Media<'_>>, ray: &Ray, hit: &Hit) -> Vec3 {
     let share = |media: &Media<'_>| media.transmittance(ray, hit.distance);
     media.as_ref().map_or(Vec3::ONE, share)
 }
 
-/// A light and where its shadows on surfaces come from; traced if from nowhere.
+/// A light, and the source of its shadows on surfaces; `None` for traced shadows.
 pub type Lit<'a> = (&'a Emitter, Option<&'a dyn SurfaceShadow>);
 
-/// A point of a surface, ready to be lit.
+/// A point of a surface that is to be lit.
 struct Surface {
     point: Vec3,
-    /// Towards the eye's side.
+    /// The unit normal on the side of the eye.
     normal: Vec3,
     albedo: Vec3,
     emitted: Vec3,
-    /// How far shadow rays start from the surface.
+    /// The distance from the surface at which shadow rays start, m.
     offset: f32,
 }
 
@@ -313,33 +310,32 @@ impl Surface {
             } else {
                 appearance.emitted_behind
             },
-            // Far above the rounding of the point, far below any detail.
+            // Far above the rounding of the point, and far below any detail.
             offset: 1e-5 * (hit.distance + point.abs().max_element()),
         }
     }
 
-    /// How much of what it reflects reaches the eye, past what lets `through` this
-    /// share.
+    /// The point as it is lit by other steps, with the share that it is seen through.
     fn seen(&self, ray: &Ray, hit: &Hit, medium: Option<&Medium>, through: Vec3) -> SurfacePoint {
         let fog = transmittance(medium, ray.origin(), ray.direction(), hit.distance);
         SurfacePoint::new(self.point, self.normal, self.albedo / PI * fog * through)
             .unwrap_or_default()
     }
 
-    /// Share of the light that gets here from where it is.
+    /// The share of a light at this distance that reaches the point past all triangles.
     fn traced(&self, tracer: &Tracer, to_light: Vec3, distance: f32) -> Vec3 {
         let start = self.point + self.offset * self.normal;
         tracer.transmittance(start, to_light, 0.0, distance)
     }
 
-    /// What see-through surfaces alone let through of it.
+    /// The share of it that see-through surfaces let through.
     fn through_panes(&self, tracer: &Tracer, to_light: Vec3, distance: f32) -> Vec3 {
         let start = self.point + self.offset * self.normal;
         tracer.transmittance_of_panes(start, to_light, 0.0, distance)
     }
 
-    /// `visibility` is asked for the share of the light that is not blocked,
-    /// where the rest of it comes to anything, by direction and distance.
+    /// The light that the point reflects. `visibility` is asked for the share of the light that
+    /// arrives unblocked, by direction and distance, and only where there is any light.
     fn reflected(
         &self,
         emitter: &Emitter,

@@ -1,14 +1,13 @@
-//! Points of surfaces that are lit.
+//! Points of surfaces that are to be lit.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::scene::{Emitter, Medium};
 
-/// A point of a Lambertian surface, and how much of what it reflects reaches the
-/// eye.
+/// A point of a Lambertian surface, and how much of the light that it reflects reaches the eye.
 ///
-/// Laid out as three `vec4<f32>`, which is what shaders see. The default is a
+/// Its memory layout is three `vec4<f32>`, which is what shaders read. The default stands for a
 /// pixel without a surface: it reflects nothing, and no step adds anything to it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
@@ -24,9 +23,9 @@ pub struct SurfacePoint {
 impl SurfacePoint {
     /// A point at `position` with the unit `normal` on the side of the eye.
     ///
-    /// `response` is the radiance that reaches the eye per unit of irradiance:
-    /// `albedo/π · exp(−σ_t D)`, with `D` the way from the surface to the eye that
-    /// runs in the medium. It is at least 0 in every channel.
+    /// `response` is the radiance that reaches the eye per unit of irradiance: `albedo/π ·
+    /// exp(−σ_t D)`, where `D` is the length of the way from the surface to the eye in the
+    /// medium. It must be at least 0 in every channel.
     ///
     /// Nothing covers the surface; see [`SurfacePoint::with_openness`].
     ///
@@ -45,13 +44,12 @@ impl SurfacePoint {
         })
     }
 
-    /// The same point under something that covers part of its sky: `openness` is
-    /// the share, 0 to 1, of the hemisphere over it, weighted by the cosine to the
-    /// normal, that sees the environment. Numbers outside count as the nearer end,
-    /// NaN as 0.
+    /// The same point under something that covers part of its sky. `openness` is the share, 0
+    /// to 1, of the hemisphere over the surface that sees the environment, weighted by the
+    /// cosine to the normal. Numbers outside count as 0 or 1, NaN as 0.
     #[must_use]
     pub fn with_openness(self, openness: f32) -> Self {
-        // Not a clamp, which would keep NaN.
+        // `clamp` would keep NaN.
         let openness = if openness > 0.0 {
             openness.min(1.0)
         } else {
@@ -75,25 +73,25 @@ impl SurfacePoint {
         self.response
     }
 
-    /// Share of the sky over it that is not covered.
+    /// The share of its sky that is open.
     pub fn openness(&self) -> f32 {
         self.openness
     }
 
-    /// Whether there is a surface that reflects anything.
+    /// Whether it reflects anything. It does not where there is no surface.
     pub fn reflects(&self) -> bool {
         self.response.max_element() > 0.0
     }
 }
 
-/// Light on its way to a point.
+/// Light that arrives at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Arriving {
-    /// Where it comes from.
+    /// The unit direction to the light.
     pub(crate) to_light: Vec3,
-    /// How far it is from there, infinite if it is parallel.
+    /// The distance of the light, m; infinite for a directional light.
     pub(crate) distance: f32,
-    /// The irradiance of a surface that faces it, without shadow and fog.
+    /// The irradiance of a surface that faces the light, without shadow and fog.
     pub(crate) irradiance: Vec3,
 }
 
@@ -125,18 +123,17 @@ impl Arriving {
         })
     }
 
-    /// The share of it that fog lets through on its way.
+    /// The share that fog lets through on the way to `point`.
     pub(crate) fn through(&self, medium: Option<&Medium>, point: Vec3) -> Vec3 {
         match medium {
-            // Sunlight in an unbounded medium has been attenuated "before": the
-            // irradiance is the one that arrives.
+            // In a medium without bounds, the irradiance of a sun is the one that arrives.
             Some(medium) if medium.bounds().is_none() && !self.distance.is_finite() => Vec3::ONE,
             medium => transmittance(medium, point, self.to_light, self.distance),
         }
     }
 }
 
-/// What a medium lets through from `start` over a length in metres.
+/// The transmittance of a medium from `start` over a length in metres.
 pub(crate) fn transmittance(
     medium: Option<&Medium>,
     start: Vec3,
@@ -145,7 +142,7 @@ pub(crate) fn transmittance(
 ) -> Vec3 {
     match medium {
         None => Vec3::ONE,
-        // 0 · ∞: a medium that extinguishes nothing does so over any length.
+        // This avoids 0 · ∞: a medium without extinction dims nothing over any length.
         Some(medium) if medium.sigma_t() == Vec3::ZERO => Vec3::ONE,
         Some(medium) => (-medium.sigma_t() * medium.length_inside(start, direction, length)).exp(),
     }

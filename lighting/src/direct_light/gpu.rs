@@ -1,4 +1,4 @@
-//! Many lights on surfaces, on a GPU.
+//! Direct light of many lights, on a GPU.
 
 use airlight::gpu::PHASE;
 use bytemuck::{Pod, Zeroable};
@@ -14,14 +14,15 @@ use crate::gpu::{ARC, ARRIVING, NUMERIC, PATH, SURFACE_POINT, visibility_on};
 use crate::methods::many_lights::gpu::{LIGHTS, first_texel, table};
 use crate::visibility::Unshadowed;
 
-/// *How much of one of many lights gets to this surface?* A part `x` defines
+/// The slot for the question: *which share of one of many lights reaches this surface?* A part
+/// `x` defines
 ///
 /// ```wgsl
 /// fn x_on_surface(point: vec3<f32>, normal: vec3<f32>) -> vec3<f32>
 /// ```
 ///
-/// the share of each colour, from 0 to 1, of the light that `light_number()` is the number
-/// of.
+/// which returns the share, 0 to 1 for each colour, of the light whose index is
+/// `light_number()`.
 #[derive(Debug, Clone, Copy)]
 pub struct ManySurfacesSlot;
 
@@ -109,7 +110,8 @@ where
                 medium: lit
                     .medium
                     .map_or_else(MediumRecord::zeroed, MediumRecord::new),
-                // More points, lists, lights and entries do not fit into a binding.
+                // Points, lists, lights and entries are counted by u32, as none that fits into
+                // a binding has more.
                 points: lit.points.len() as u32,
                 lists: lit.lists.lists() as u32,
                 entry: entry as u32,

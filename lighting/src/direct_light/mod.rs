@@ -1,23 +1,25 @@
-//! The light of many lights that gets straight to surfaces.
+//! The light of many lights that reaches surfaces directly.
 //!
-//! A [`SurfacePoint`] knows where it is, its normal and how much of what it reflects reaches
-//! the eye. [`AddDirectLight`] adds the light that it reflects of all lights that its
-//! [list](PointLists) names, each in shadow or not as [`ShadowsOfMany`] says:
+//! A [`SurfacePoint`] has a position, a normal and a response: how much of what it reflects
+//! reaches the eye. A [list](PointLists) names the lights that may reach the point, and
+//! [`ShadowsOfMany`] says which share of each arrives. [`AddDirectLight`] adds up the light
+//! that the point reflects:
 //!
 //! ```text
 //! response Σ_l E_l max(cos θ_l, 0) V_l exp(−σ_t d_l)
 //! ```
 //!
-//! E is the irradiance of a surface that faces light l with its cone, cookie and window, θ
-//! the angle between the normal and the way to the light, d the length of that way in the
-//! medium, and V the visibility, 0 to 1 for each colour. Light of a sun in a medium without
-//! bounds was attenuated before it arrives.
+//! E is the irradiance that light l, with its cone, cookie and window, causes on a surface that
+//! faces it; θ the angle between the normal and the direction to the light; d the length of the
+//! way to the light in the medium; V the visibility, 0 to 1 for each colour. In a medium
+//! without bounds, the irradiance of a sun is the one that arrives, and is not attenuated
+//! again.
 //!
 //! Based on: Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of Voxelized
 //! Shadows, I3D 2015, section 4: a city lit by 165 spotlights, culled by tiles, with
-//! precomputed shadows that are filtered over 9 × 9 texels. Departures: lists are those of
-//! clusters, see [`culling`](crate::culling), and have no limit; the filter is of any odd
-//! width; every light has its own bias.
+//! precomputed shadows that are filtered over 9 × 9 texels. Departures: lists belong to
+//! clusters (see [`culling`](crate::culling)) and have no length limit; the filter may have any
+//! odd width; every light has its own bias.
 //!
 //! # Shadows
 //!
@@ -31,12 +33,12 @@
 //!
 //! # What is guaranteed
 //!
-//! Every point adds its lights in their order. On either backend the result does not depend
-//! on the lists, as long as they leave out no light that reaches a point, nor on how many
-//! lights a dispatch takes. Backends agree to rounding but for points that are within
-//! rounding of the border of a voxel, as `shadow_dag::gpu` says, or of a texel.
+//! Every point adds its lights in their order. On either backend the result depends neither on
+//! the lists, as long as they leave out no light that reaches a point, nor on how many lights a
+//! dispatch takes. Backends agree to rounding, except for points that are within rounding of
+//! the border of a voxel, as `shadow_dag::gpu` says, or of a texel.
 //!
-//! Cost: a test for each point and light of its list; a lookup of the shadow where the
+//! Cost: a test for each point and each light of its list, and a lookup of the shadow where the
 //! light reaches the front of the surface.
 //!
 //! ```
@@ -84,24 +86,25 @@ use crate::surface_point::Arriving;
 use crate::visibility::{SurfaceShadow, Unshadowed};
 use crate::{Emitter, SurfacePoint};
 
-/// Points of surfaces, and the lights that light them.
+/// Points of surfaces, and the lights that may reach each.
 #[derive(Debug)]
 pub struct LitPoints<'a, M: Memory> {
     /// The points, in the memory of the backend.
     pub points: &'a M::Buffer<SurfacePoint>,
-    /// The lights of the lists, which are numbered as the source of shadows numbers them.
+    /// The lights that the lists refer to. The source of shadows must number them in the same
+    /// way.
     pub emitters: &'a [Emitter],
-    /// Which of them may reach each point.
+    /// Which of the lights may reach each point.
     pub lists: &'a PointLists,
-    /// What is between lights and points; `None` for a vacuum.
+    /// The medium between lights and points; `None` for a vacuum.
     pub medium: Option<&'a Medium>,
-    /// Entries of each list that one dispatch takes on a GPU, at least 1; the others are
-    /// those of the next ones.
+    /// Entries of each list that one dispatch takes on a GPU, at least 1. Further dispatches
+    /// take the entries after these.
     pub lights_per_dispatch: usize,
 }
 
 impl<'a, M: Memory> LitPoints<'a, M> {
-    /// All of each list at once.
+    /// Points whose lists are taken whole by one dispatch.
     pub fn new(
         points: &'a M::Buffer<SurfacePoint>,
         emitters: &'a [Emitter],
@@ -118,19 +121,18 @@ impl<'a, M: Memory> LitPoints<'a, M> {
     }
 }
 
-/// The step that lights surfaces by many lights with the shadows `V`.
+/// The step that adds the direct light of many lights to surfaces, with the shadows `V`.
 ///
-/// Implemented for the CPU for all [`ShadowsOfMany`], and for GPUs for those that bring a
+/// It is implemented on the CPU for all [`ShadowsOfMany`], and on GPUs for those that bring a
 /// shader part.
 pub trait AddDirectLight<V>: Backend {
-    /// Adds to the first three components of `radiance[i]` what point i reflects to the eye
-    /// of the light that reaches it straight from the lights that its list names, in their
-    /// order.
+    /// Adds to the first three components of `radiance[i]` what point i reflects to the eye of
+    /// the direct light of the lights that its list names, in their order.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if there are not as many sums, or lists, as points, or not
-    /// as many lights as lists are made of; nothing is written then. On a GPU
-    /// [`Error::TooLarge`] if lights and cookies, or lists, do not fit into one binding.
+    /// [`Error::LengthMismatch`] if the numbers of sums and lists are not that of points, or if
+    /// the lists were made for another number of lights; nothing is written then. On a GPU
+    /// [`Error::TooLarge`] if lights and cookies, or the lists, do not fit into one binding.
     fn add_direct_light(
         &self,
         lit: &LitPoints<'_, Self::Memory>,
@@ -141,9 +143,9 @@ pub trait AddDirectLight<V>: Backend {
 
 /// The shadows of many lights on surfaces, on the CPU.
 pub trait ShadowsOfMany: Sync {
-    /// The share of the light of a number, 0 to 1 per colour, that is not blocked on its way
-    /// to `point` on a surface with the unit `normal`, on the side of the light. Nothing of
-    /// a light that nothing is known of.
+    /// The share, 0 to 1 per colour, of the light of index `light` that reaches `point`
+    /// unblocked. The point is on a surface with the unit `normal`, which points to the side of
+    /// the light. The share is 0 for an index of no light.
     fn visibility(&self, light: usize, point: Vec3, normal: Vec3) -> Vec3;
 }
 
@@ -213,7 +215,7 @@ impl<V: ShadowsOfMany> AddDirectLight<V> for Cpu {
     }
 }
 
-/// The irradiance of a point by a light, without shadow.
+/// The irradiance of a point from a light, without shadow.
 fn arriving(point: &SurfacePoint, emitter: &Emitter, medium: Option<&Medium>) -> Vec3 {
     let Some(light) = Arriving::at(point.position(), emitter) else {
         return Vec3::ZERO;

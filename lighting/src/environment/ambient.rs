@@ -1,16 +1,16 @@
-//! Even light from all around that fog scatters towards the eye before what it sees.
+//! Uniform light from all directions that fog scatters towards the eye, in front of what the
+//! eye sees.
 //!
-//! Based on: Gautron, Marvie and François, Volumetric Shadow Mapping, SIGGRAPH 2009
-//! Talks, which adds a scattered ambient term for coherent lighting and does not say
-//! which. Here it is single scattering of a radiance `L_a` from everywhere that nothing
-//! holds back on its way to the ray:
-//!
+//! Based on: Gautron, Marvie and François, Volumetric Shadow Mapping, SIGGRAPH 2009 Talks,
+//! which adds a scattered ambient term for coherent lighting and does not say which. Here it is
+//! the single scattering of a radiance `L_a` from all directions, which nothing blocks on its
+//! way to the ray:
 //! ```text
 //! L = ∫_0^D σ_s e^{−σ_t x} ∫ p(ω, ω') L_a dω' dx = σ_s/σ_t · L_a (1 − e^{−σ_t D})
 //! ```
 //!
-//! because a phase function integrates to 1. D is the way of the ray in the fog, up to
-//! what it meets.
+//! because a phase function integrates to 1. D is the length of the ray in the fog, up to the
+//! surface that it meets.
 
 use glam::Vec3;
 
@@ -18,7 +18,7 @@ use super::EnvironmentError;
 use crate::Ray;
 use crate::scene::Medium;
 
-/// Even light from all around in fog.
+/// Uniform light from all directions in fog.
 ///
 /// ```
 /// use glam::Vec3;
@@ -42,7 +42,7 @@ pub struct Ambient {
 }
 
 impl Ambient {
-    /// Radiance from everywhere, linear RGB, in a medium.
+    /// Radiance from all directions, linear RGB, in a medium.
     ///
     /// # Errors
     /// [`EnvironmentError::Ambient`] unless each channel is from 0 to 1e20.
@@ -58,8 +58,8 @@ impl Ambient {
         })
     }
 
-    /// The same for rays that end on a surface only: the halo of an
-    /// [environment](super::AddEnvironment::add_sky) is that of the fog before the sky.
+    /// The same for rays that end on a surface only. In front of the sky, the halo of an
+    /// [environment](super::AddEnvironment::add_sky) is the light of the fog.
     #[must_use]
     pub fn before_surfaces(self) -> Self {
         Self {
@@ -68,10 +68,10 @@ impl Ambient {
         }
     }
 
-    /// What the fog scatters into the eye along a ray: `σ_s/σ_t · L_a (1 − e^{−σ_t D})`
-    /// per channel, to rounding. D is infinite for a ray to the sky in fog without
-    /// bounds, the way inside of a box for one in a box, and 0 for one that misses it.
-    /// Vacuum, and fog that only absorbs, give 0.
+    /// What the fog along a ray scatters into the eye: `σ_s/σ_t · L_a (1 − e^{−σ_t D})` per
+    /// channel, exact to rounding. D is infinite for a ray to the sky in fog without bounds; in
+    /// a box of fog it is the length inside, and 0 if the ray misses the box. Vacuum, and fog
+    /// that only absorbs, give 0.
     pub fn seen(&self, ray: &Ray) -> Vec3 {
         if !self.before_sky && ray.length().is_infinite() {
             return Vec3::ZERO;

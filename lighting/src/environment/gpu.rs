@@ -72,10 +72,10 @@ pub(super) const AMBIENT: [&str; 5] = [
 ];
 
 impl EnvironmentMap<GpuMemory> {
-    /// What shaders are told, for so many rays or points. More of them than a u32
-    /// counts are refused by the dispatch.
+    /// The uniform for so many rays or points. If a u32 does not count them, the dispatch
+    /// refuses them.
     fn scene(&self, count: usize) -> Scene {
-        // A vacuum has no bounds either: nothing is in the way.
+        // A vacuum has no bounds either, and its distance is 0.
         let distance = match (self.distance, self.medium.bounds()) {
             (Some(distance), _) => distance,
             (None, None) => 0.0,

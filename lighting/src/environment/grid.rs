@@ -1,10 +1,10 @@
-//! Pictures of all directions.
+//! Grids of texels over all directions.
 
 use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-/// A size in texels: even in longitude and in latitude.
+/// Numbers of texels, evenly spaced in longitude and in latitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Grid {
     pub(super) width: usize,
@@ -16,7 +16,7 @@ impl Grid {
         self.width * self.height
     }
 
-    /// No larger than this, and no smaller than what the convolution copes with.
+    /// The grid, made no larger than this and no smaller than the convolution needs.
     pub(super) fn limited(self, width: usize, height: usize) -> Self {
         Self {
             width: self.width.clamp(4, width),
@@ -24,8 +24,7 @@ impl Grid {
         }
     }
 
-    /// Four texels and their weights about a direction, of which pictures are
-    /// interpolated.
+    /// The four texels around a direction, with their weights for bilinear interpolation.
     pub(super) fn around(self, direction: Vec3) -> [(usize, f32); 4] {
         let Vec3 { x, y, z } = direction;
         let column = (x.atan2(-z) / (2.0 * PI) + 0.5) * self.width as f32 - 0.5;
@@ -65,7 +64,7 @@ impl Grid {
         .as_vec3()
     }
 
-    /// The same picture on another grid: every texel has the mean of what it covers.
+    /// The same picture on another grid; every texel has the mean of what it covers.
     pub(super) fn resampled(self, texels: &[[f32; 3]], target: Self) -> Vec<[f32; 3]> {
         if self == target {
             return texels.to_vec();
@@ -91,8 +90,8 @@ impl Grid {
     }
 }
 
-/// For each of `to` equal parts of [0, 1] those of `from` equal parts that it covers,
-/// with shares that sum to 1, measured by `along`.
+/// For each of `to` equal parts of [0, 1], the parts of `from` equal ones that it covers, with
+/// shares that sum to 1. Lengths are measured by `along`.
 fn overlaps(from: usize, to: usize, along: impl Fn(f64) -> f64) -> Vec<Vec<(usize, f64)>> {
     let edge = |i: usize, n: usize| i as f64 / n as f64;
     (0..to)

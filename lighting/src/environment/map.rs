@@ -1,4 +1,4 @@
-//! An environment and its halo, where a backend can look them up.
+//! An environment and its halo, in the memory of a backend.
 
 use airlight::point_spread::{Table, spread};
 use glam::Vec3;
@@ -9,15 +9,16 @@ use super::{Environment, EnvironmentError};
 use crate::Ray;
 use crate::scene::{Medium, PhaseFunction};
 
-/// Depths of fog for which halos are computed where the fog is in a box. The halo varies
-/// like `T ln T` at worst; between squares of equal steps it is within 1 % of straight.
+/// Number of depths of fog for which halos are computed where the fog is in a box. At worst the
+/// halo varies like `T ln T`; between levels, which are squares of equal steps, linear
+/// interpolation is within 1 %.
 const LEVELS: usize = 8;
 
-/// The largest grids of halos: of one depth, and of [`LEVELS`].
+/// The largest grids of halos: for one depth, and for [`LEVELS`] depths.
 const ONE_HALO: (usize, usize) = (256, 128);
 const MANY_HALOS: (usize, usize) = (128, 64);
 
-/// The patches that light surfaces: 15 degrees a side.
+/// The patches that light surfaces, 15 degrees along each side.
 pub(super) const PATCHES: Grid = Grid {
     width: 24,
     height: 12,
@@ -25,32 +26,32 @@ pub(super) const PATCHES: Grid = Grid {
 
 /// An environment behind a medium, in the memory of a backend.
 ///
-/// Holds the picture, its halos for one depth of fog, or for eight of them where the fog is
-/// in a box, and patches that stand for it as a source of light.
+/// It holds the picture, its halos for one depth of fog, or for eight depths if the fog is in a
+/// box, and patches that represent it as a source of light.
 #[derive(Debug)]
 pub struct EnvironmentMap<M: Memory> {
     pub(super) medium: Medium,
-    /// Way through fog without bounds; `None` if a box, or no medium, says it.
+    /// The length of the way through fog without bounds; `None` if a box defines it or there is
+    /// no fog.
     pub(super) distance: Option<f32>,
-    /// The way of the last halo.
+    /// The length for which the last halo was computed.
     pub(super) longest: f32,
     pub(super) levels: usize,
     pub(super) sky_grid: Grid,
     pub(super) sky: M::Buffer<[f32; 4]>,
     pub(super) halo_grid: Grid,
-    /// `σ_s/σ_t ∫ N L dω`, level after level.
+    /// `σ_s/σ_t ∫ N L dω`, one level after the other.
     pub(super) halos: M::Buffer<[f32; 4]>,
-    /// For each patch `∫ ω dω` and how far it reaches, its radiance, and its halo on
-    /// all levels.
+    /// For each patch: `∫ ω dω` and the angular extent, its radiance, and its halo on all
+    /// levels.
     pub(super) patches: M::Buffer<[f32; 4]>,
 }
 
 impl<M: Memory> EnvironmentMap<M> {
-    /// What is seen of an environment from within, or through, a medium; `None` is a
-    /// vacuum.
+    /// What is seen of an environment from inside a medium or through it; `None` is a vacuum.
     ///
-    /// The halos take a fraction of a second, once for each different extinction of a
-    /// channel; a medium that scatters nothing has none.
+    /// The halos take a fraction of a second, once for each different extinction among the
+    /// channels. A medium that scatters nothing has none.
     ///
     /// # Errors
     /// [`EnvironmentError::NoDistance`] in fog without bounds,
@@ -96,7 +97,7 @@ impl<M: Memory> EnvironmentMap<M> {
         let mut patches = Vec::with_capacity(PATCHES.len() * (2 + levels));
         for (index, radiance) in sky_grid.resampled(texels, PATCHES).iter().enumerate() {
             let weighted = PATCHES.weighted_direction(index);
-            // Half a side of it, about, times its solid angle.
+            // About half the side of the patch, times its solid angle.
             let reach = 0.5 * weighted.length().powf(1.5);
             patches.push(weighted.extend(reach).to_array());
             patches.push(four(*radiance));
@@ -139,7 +140,7 @@ impl EnvironmentMap<Host> {
         self.through(way, clear, of_level)
     }
 
-    /// Irradiance on a surface under nothing but fog.
+    /// Irradiance of a surface whose sky is covered by fog alone.
     pub(super) fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
         let patches = self.patches.chunks_exact(2 + self.levels);
         patches.fold(Vec3::ZERO, |sum, patch| {
@@ -153,7 +154,7 @@ impl EnvironmentMap<Host> {
         })
     }
 
-    /// The way through the fog from `start` on.
+    /// The length of the way through the fog from `start` on.
     fn way(&self, start: Vec3, direction: Vec3) -> f32 {
         match (self.distance, self.medium.bounds()) {
             (Some(distance), _) => distance,
@@ -162,7 +163,8 @@ impl EnvironmentMap<Host> {
         }
     }
 
-    /// Radiance behind fog: attenuated, with the halo between two levels.
+    /// Radiance behind fog: the attenuated clear radiance plus the halo, interpolated between
+    /// two levels.
     fn through(&self, way: f32, clear: Vec3, halo: impl Fn(usize) -> Vec3) -> Vec3 {
         let depth = self.medium.sigma_t() * way;
         let last = self.levels - 1;
@@ -178,8 +180,8 @@ impl EnvironmentMap<Host> {
     }
 }
 
-/// `∫ max(0, n·ω) dω` over a patch, from `∫ n·ω dω` and how far from its middle
-/// `n·ω` goes: as if it were spread evenly between the two ends.
+/// `∫ max(0, n·ω) dω` over a patch, from `cos` = `∫ n·ω dω` and from `reach`, how far `n·ω`
+/// deviates from its middle: `n·ω` is taken to be evenly distributed between the two ends.
 fn above_horizon(cos: f32, reach: f32) -> f32 {
     if cos >= reach {
         cos
@@ -189,7 +191,7 @@ fn above_horizon(cos: f32, reach: f32) -> f32 {
     }
 }
 
-/// The way of a level: squares of equal steps.
+/// The length of the way on a level; levels are squares of equal steps.
 fn way_of(level: usize, levels: usize, longest: f32) -> f32 {
     match levels {
         1 => longest,

@@ -8,12 +8,12 @@
 //! L_seen(ω) = e^{−T} [ L(ω) + σ_s/σ_t T ∫ N(γ; T) L(ω') dω' ]
 //! ```
 //!
-//! attenuated, and with a halo about everything bright: `N` is the
-//! [point-spread function](airlight::point_spread) of fog. [`AddEnvironment`] adds it
-//! where a picture shows the sky, and its light, reflected, to surfaces.
+//! that is, attenuated, and with a halo around everything bright. `N` is the [point-spread
+//! function](airlight::point_spread) of fog. [`AddEnvironment`] adds this radiance where a
+//! picture shows the sky, and adds the light of the environment that surfaces reflect.
 //!
-//! How much fog there is before an environment, which is infinitely far away, has to
-//! come from somewhere:
+//! An environment is infinitely far away, so the length of the way to it through the fog has to
+//! be defined:
 //!
 //! | medium | way through the fog in a direction |
 //! |---|---|
@@ -21,20 +21,20 @@
 //! | in a box | from the eye, or from the surface, to the face of the box |
 //! | without bounds | the distance that [`Environment::at_distance`] sets; without one nothing would be seen, and [`EnvironmentMap::new`] says so |
 //!
-//! Departures from the paper: the point-spread function is convolved over the sphere
-//! (see [`airlight::point_spread`]), and fog may end at a box. There the attenuation is exact, while
-//! the halo in a direction is that of an eye in the middle of a ball of fog as deep as
-//! the box is in that direction.
+//! Departures from the paper: the point-spread function is convolved over the sphere (see
+//! [`airlight::point_spread`]), and fog may end at a box. In a box the attenuation is exact,
+//! while the halo in a direction is that of an eye in the centre of a ball of fog whose depth
+//! is that of the box in this direction.
 //!
 //! # Limits
 //!
-//! The halo is that of fog that scatters evenly, whatever the phase function. Fog
-//! between the eye and a surface attenuates; what it scatters of the environment into
-//! the eye is a step of its own, for light that is even ([`Ambient`],
-//! [`AddEnvironment::add_ambient`]): nothing casts a shadow into it, and see-through
-//! surfaces hold back none of what the fog behind them scatters. Surfaces see the share of the environment that their
-//! [openness](SurfacePoint::openness) says, as if what covers them covered all
-//! directions alike.
+//! The halo is that of isotropic scattering, whatever the phase function of the fog. Fog
+//! between the eye and a surface attenuates. What this fog scatters of the environment into the
+//! eye is a separate step, for uniform light ([`Ambient`], [`AddEnvironment::add_ambient`]):
+//! nothing casts a shadow into it, and see-through surfaces do not dim what the fog behind them
+//! scatters. A surface sees the share of the environment that is its
+//! [openness](SurfacePoint::openness), as if what covers its sky covered all directions
+//! equally.
 //!
 //! ```
 //! use gpu_backend::{Backend, Cpu, Download};
@@ -68,16 +68,16 @@ use gpu_backend::{Backend, Cpu, Error, Memory};
 use crate::gather::check_lengths;
 use crate::{Ray, SurfacePoint};
 
-/// An environment has at most this many texels on a side.
+/// The largest number of texels along each side of an environment.
 pub const MAX_SIDE: usize = 16384;
 
 /// Why an environment cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentError {
-    /// A picture of no texels, of too many, or with some missing.
+    /// The picture has no texels, too many, or not as many as its size says.
     #[error(
-        "an environment of {width} x {height} texels has {texels}, expected 1 to {MAX_SIDE} per side and their product in all"
+        "an environment of {width} x {height} texels was given {texels}, expected 1 to {MAX_SIDE} along each side and width x height in all"
     )]
     Size {
         /// Texels per row.
@@ -87,35 +87,35 @@ pub enum EnvironmentError {
         /// Texels given.
         texels: usize,
     },
-    /// A radiance that is none.
+    /// A radiance in the picture is negative, too large or not finite.
     #[error("a texel of the environment is {value}, expected 0 to 1e20 in each channel")]
     Texel {
-        /// The channel that is wrong.
+        /// The value of the channel that is wrong.
         value: f32,
     },
-    /// An ambient radiance that is none.
+    /// The ambient radiance is negative, too large or not finite.
     #[error("the ambient radiance is {value} in a channel, expected 0 to 1e20")]
     Ambient {
-        /// The channel that is wrong.
+        /// The value of the channel that is wrong.
         value: f32,
     },
-    /// A distance that is none.
+    /// The distance is out of range.
     #[error("the distance of the environment is {value} m, expected 0 to 1e9")]
     Distance {
-        /// As it was given.
+        /// The value that was given.
         value: f32,
     },
-    /// Fog without bounds hides whatever is infinitely far away.
+    /// Fog without bounds would hide an infinitely distant environment.
     #[error(
-        "fog without bounds hides an environment that has no distance: it needs a distance, or the fog a box"
+        "fog without bounds hides an infinitely distant environment: give the environment a distance, or the fog a box"
     )]
     NoDistance,
-    /// A distance where the way through the fog is known already.
+    /// A distance was given although the medium already defines the way through the fog.
     #[error(
-        "the distance of an environment counts in fog without bounds only, and there is none of it"
+        "the distance of an environment applies to fog without bounds only, and the scene has no such fog"
     )]
     UnusedDistance,
-    /// The fog is too thick for its halo to be computed.
+    /// The fog is too thick for computing its halo.
     #[error(transparent)]
     Halo(#[from] airlight::Error),
     /// The backend failed.
@@ -133,9 +133,9 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// A picture of `height` rows of `width` texels, evenly spaced in latitude and in
-    /// longitude: the first row is about +Y, the middle of a row is −Z, and to the
-    /// right of it is +X. Linear RGB radiance.
+    /// A picture of `height` rows of `width` texels, evenly spaced in latitude and longitude,
+    /// in linear RGB radiance. The first row is around +Y; the middle of each row is at −Z, and
+    /// +X is to its right.
     ///
     /// # Errors
     /// [`EnvironmentError::Size`] and [`EnvironmentError::Texel`].
@@ -165,7 +165,7 @@ impl Environment {
         })
     }
 
-    /// The same radiance from everywhere.
+    /// The same radiance from all directions.
     ///
     /// # Errors
     /// [`EnvironmentError::Texel`].
@@ -173,10 +173,10 @@ impl Environment {
         Self::new(1, 1, vec![radiance])
     }
 
-    /// The same environment behind so many metres of fog, in fog without bounds.
+    /// The same environment behind so many metres of fog, for fog without bounds.
     ///
     /// # Errors
-    /// [`EnvironmentError::Distance`] unless it is from 0 to 1e9 m.
+    /// [`EnvironmentError::Distance`] unless the distance is from 0 to 1e9 m.
     pub fn at_distance(self, distance: f32) -> Result<Self, EnvironmentError> {
         if !(0.0..=1e9).contains(&distance) {
             return Err(EnvironmentError::Distance { value: distance });
@@ -197,27 +197,25 @@ impl Environment {
         self.height
     }
 
-    /// Row by row from the top.
+    /// The texels, row by row from the top.
     pub fn texels(&self) -> &[[f32; 3]] {
         &self.texels
     }
 
-    /// Metres of fog before it, in fog without bounds.
+    /// Metres of fog in front of it, in fog without bounds.
     pub fn distance(&self) -> Option<f32> {
         self.distance
     }
 }
 
-/// The steps that add the light of an environment.
+/// The steps that add the light of an environment to a picture.
 pub trait AddEnvironment: Backend {
-    /// Adds to `radiance` what every ray that meets no surface sees of the environment.
-    /// The fourth component is left alone.
-    ///
-    /// Interpolated between the middles of texels.
+    /// Adds to the first three components of `radiance` what every ray that meets no surface
+    /// sees of the environment. The picture is interpolated between the centres of texels.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is
-    /// written then.
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is written
+    /// then.
     fn add_sky(
         &self,
         rays: &<Self::Memory as Memory>::Buffer<Ray>,
@@ -225,17 +223,16 @@ pub trait AddEnvironment: Backend {
         radiance: &mut <Self::Memory as Memory>::Buffer<[f32; 4]>,
     ) -> Result<(), Error>;
 
-    /// Adds to `radiance` the light of the environment that surfaces reflect:
-    /// `response · openness · ∫ max(0, n·ω) L_seen(ω) dω`. The fourth component is
-    /// left alone.
+    /// Adds to the first three components of `radiance` the light of the environment that
+    /// surfaces reflect: `response · openness · ∫ max(0, n·ω) L_seen(ω) dω`.
     ///
-    /// The integral is a sum over 288 patches of the environment, each with its mean
-    /// radiance: within 0.5 % of the irradiance of an even environment. A sun that is
-    /// smaller than a patch is spread over 15 degrees.
+    /// The integral is a sum over 288 patches of the environment, each with its mean radiance.
+    /// For a uniform environment it is within 0.5 % of the irradiance. A sun that is smaller
+    /// than a patch is spread over 15 degrees.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if points and radiance differ in length; nothing is
-    /// written then.
+    /// [`Error::LengthMismatch`] if points and radiance differ in length; nothing is written
+    /// then.
     fn add_environment_light(
         &self,
         points: &<Self::Memory as Memory>::Buffer<SurfacePoint>,
@@ -243,12 +240,12 @@ pub trait AddEnvironment: Backend {
         radiance: &mut <Self::Memory as Memory>::Buffer<[f32; 4]>,
     ) -> Result<(), Error>;
 
-    /// Adds to `radiance` what the fog along every ray scatters of even light from all
-    /// around: [`Ambient::seen`]. The fourth component is left alone.
+    /// Adds to the first three components of `radiance` what the fog along every ray scatters
+    /// of uniform light from all directions: [`Ambient::seen`].
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is
-    /// written then.
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is written
+    /// then.
     fn add_ambient(
         &self,
         rays: &<Self::Memory as Memory>::Buffer<Ray>,
@@ -257,7 +254,7 @@ pub trait AddEnvironment: Backend {
     ) -> Result<(), Error>;
 }
 
-/// Pixels per unit of work.
+/// Pixels in a unit of work.
 const CHUNK: usize = 1024;
 
 impl AddEnvironment for Cpu {

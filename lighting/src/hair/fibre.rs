@@ -4,43 +4,42 @@
 //! SIGGRAPH 1989; S. R. Marschner, H. W. Jensen, M. Cammarano, S. Worley, P. Hanrahan,
 //! "Light scattering from human hair fibers", SIGGRAPH 2003; E. d'Eon, G. Francois,
 //! M. Hill, J. Letteri, J.-M. Aubry, "An energy-conserving hair reflectance model",
-//! EGSR 2011, for the normalised longitudinal function. Departures: azimuthal functions
-//! are von Mises lobes in place of an integral over the width of the fibre, attenuations
-//! are those of its middle, and half of what passes a fibre is spread evenly, for the
-//! light that other strands send back.
+//! EGSR 2011, for the normalised longitudinal function. Departures: azimuthal functions are von
+//! Mises lobes instead of integrals over the width of the fibre, attenuations are those of a
+//! ray through its middle, and half of the light that passes a fibre is spread evenly, in place
+//! of the light that other strands send back.
 
 use std::f64::consts::PI;
 
 use glam::Vec3;
 
-/// What a strand does with light.
+/// How a strand scatters light.
 ///
-/// With `θ` the inclination of a direction from the plane across the strand, positive
-/// towards the tip, and `φ` the angle between two directions around it, light of the
-/// irradiance `E` (of a surface that faces it) from `(θ_i, φ_i)` gives the strand the
-/// radiance `L(θ_o, φ_o)`, the same over all of its width. Seen from all around, the
-/// strand sends back the share
+/// Let `θ` be the inclination of a direction from the plane across the strand, positive towards
+/// the tip, and `φ` the angle around the strand between two directions. Light from `(θ_i, φ_i)`
+/// with the irradiance `E`, on a surface that faces it, gives the strand the radiance `L(θ_o,
+/// φ_o)` over all of its width. In all directions together, the strand sends back the share
 ///
 /// ```text
 /// albedo(θ_i) = ∫ L cos θ_o dω_o / (E cos θ_i)
 /// ```
 ///
-/// of what it meets. The colour `C` is the share that a strand does not absorb.
+/// of the light that meets it. The colour `C` is the share that a strand does not absorb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fibre {
-    /// A diffuse cylinder with a highlight of the colour of the light, `s` = 0.1 and
-    /// `p` = 40:
+    /// A diffuse cylinder with a highlight in the colour of the light, where `s` = 0.1 and `p`
+    /// = 40:
     ///
     /// ```text
     /// L = E cos θ_i [ (1 − s) C / π² + s cos^p(θ_i + θ_o) / (2π J) ],   J = ∫ cos^(p+2)
     /// ```
     ///
-    /// The integral goes from −π/2 to π/2, and the cosine of more than a quarter turn
-    /// counts as 0. The albedo is `(1 − s) C + s` across the strand, and at most
-    /// `(1 − s) C + s (cos² θ_i + sin² θ_i / (p + 1))` elsewhere.
+    /// The integral runs from −π/2 to π/2, and the cosine of an angle above π/2 counts as 0.
+    /// The albedo is `(1 − s) C + s` across the strand, and at most `(1 − s) C + s (cos² θ_i +
+    /// sin² θ_i / (p + 1))` elsewhere.
     KajiyaKay,
-    /// Light that is reflected (R), passes (TT), or is reflected inside (TRT), each in a
-    /// cone around the strand that is tilted by its scales:
+    /// Light is reflected (R), transmitted (TT), or reflected inside the strand (TRT), each in
+    /// a cone around the strand that its scales tilt:
     ///
     /// ```text
     /// L = E cos θ_i / cos θ_o Σ_p A_p M_p(θ_i, θ_o) N_p(φ) + E cos θ_i A_D / π²
@@ -54,24 +53,24 @@ pub enum Fibre {
     /// F = F₀ + (1 − F₀) (1 − cos θ_i)⁵,   F₀ = 0.0465 (η = 1.55)
     /// ```
     ///
-    /// The albedo is `A_R + A_TT + A_TRT + A_D` at every angle. D is no part of the papers:
-    /// light that has passed a strand meets others, and half of it is taken to leave the
-    /// hair in any direction.
+    /// The albedo is `A_R + A_TT + A_TRT + A_D` at every angle. The papers have no term D. It
+    /// stands for light that passes the strand and meets others: half of it is assumed to leave
+    /// the hair, evenly in all directions.
     #[default]
     Marschner,
 }
 
-/// Kajiya and Kay's highlight: its share and its exponent.
+/// Share and exponent of the highlight of Kajiya and Kay's model.
 const SPECULAR: f64 = 0.1;
 const EXPONENT: i32 = 40;
 
-/// Reflectance at right angles of keratin, η = 1.55.
+/// Reflectance of keratin (η = 1.55) at normal incidence.
 const REFLECTANCE: f64 = 0.0465;
 
-/// The share of the light that passes a strand and is spread evenly.
+/// The share of the light passing a strand that is spread evenly.
 const SPREAD: f64 = 0.5;
 
-/// A cone of light: its tilt α, radians, and its variance v.
+/// A cone of light, with its tilt α in radians and its variance v.
 struct Cone {
     tilt: f64,
     variance: f64,
@@ -90,21 +89,22 @@ const TRT: Cone = Cone {
     variance: 0.09,
 };
 
-/// Concentrations around the strand.
+/// Concentrations of the von Mises lobes around the strand.
 const TT_KAPPA: f64 = 12.0;
 const TRT_KAPPA: f64 = 4.0;
 
 impl Fibre {
-    /// The radiance of a strand with this unit `tangent`, towards its tip, in the
-    /// direction `to_eye`, for an irradiance of 1 from `to_light`; unit directions.
+    /// The radiance of a strand in the direction `to_eye`, for light from `to_light` with an
+    /// irradiance of 1. `tangent` points towards the tip of the strand; all directions are unit
+    /// vectors.
     ///
-    /// 0 for light along the strand, and for an eye that looks along it.
+    /// It is 0 for light along the strand, and for an eye that looks along it.
     pub fn radiance(self, colour: Vec3, tangent: Vec3, to_light: Vec3, to_eye: Vec3) -> Vec3 {
         let [tangent, light, eye] = [tangent, to_light, to_eye].map(Vec3::as_dvec3);
         let (sin_i, sin_o) = (tangent.dot(light), tangent.dot(eye));
         let (across_i, across_o) = (light - sin_i * tangent, eye - sin_o * tangent);
         let (cos_i, cos_o) = (across_i.length(), across_o.length());
-        // Next to the axis the directions around it are rounding.
+        // Next to the axis, angles around it are lost in rounding.
         if !(cos_i > AXIAL && cos_o > AXIAL) {
             return Vec3::ZERO;
         }
@@ -134,8 +134,8 @@ impl Fibre {
             + colour * colour * (foreshortened * trt) as f32
     }
 
-    /// The share of the light from an inclination with this cosine that leaves a strand
-    /// again; what it is at most for [`Fibre::KajiyaKay`].
+    /// The share of the light arriving at an inclination with this cosine that leaves the
+    /// strand again; for [`Fibre::KajiyaKay`] an upper bound.
     pub fn albedo(self, colour: Vec3, cos_i: f32) -> Vec3 {
         if self == Self::KajiyaKay {
             let (cos2, specular) = (cos_i * cos_i, SPECULAR as f32);
@@ -148,17 +148,17 @@ impl Fibre {
     }
 }
 
-/// Sines of less are in the rounding of unit vectors.
+/// Cosines below this are lost in the rounding of unit vectors.
 const AXIAL: f64 = 1e-6;
 
 impl Cone {
-    /// The longitudinal function, whose integral `∫ M cos θ_o dθ_o` is 1.
+    /// The longitudinal function, which is normalised to `∫ M cos θ_o dθ_o` = 1.
     fn around(&self, [sin_i, cos_i]: [f64; 2], [sin_o, cos_o]: [f64; 2]) -> f64 {
         let (sin, cos) = (2.0 * self.tilt).sin_cos();
         let (sin_i, cos_i) = (sin_i * cos - cos_i * sin, cos_i * cos + sin_i * sin);
         let v = self.variance;
-        // The exponents are large, and of different signs: 2 v sinh(1/v) e^(−1/v) is
-        // v (1 − e^(−2/v)).
+        // The exponents are large and of different signs, so they are added first: 2 v
+        // sinh(1/v) e^(−1/v) is v (1 − e^(−2/v)).
         let along = -sin_i * sin_o / v - 1.0 / v;
         let around = log_bessel((cos_i * cos_o / v).abs());
         (along + around).exp() / (v * -(-2.0 / v).exp_m1())
@@ -183,11 +183,11 @@ fn von_mises(cos: f64, kappa: f64) -> f64 {
 /// `ln I₀(x)` for `x ≥ 0`, to 1e-5.
 fn log_bessel(x: f64) -> f64 {
     if x > 12.0 {
-        // Hankel's expansion.
+        // Hankel's asymptotic expansion.
         let y = 1.0 / (8.0 * x);
         return x - 0.5 * (2.0 * PI * x).ln() + (y + 4.5 * y * y + 37.5 * y * y * y).ln_1p();
     }
-    // Terms shrink from the one of number x/2 on.
+    // The power series, whose terms decrease from index x/2 on.
     let quarter = 0.25 * x * x;
     let (mut sum, mut term, mut k) = (1.0, 1.0, 1.0);
     while term > 1e-7 * sum {
@@ -200,7 +200,7 @@ fn log_bessel(x: f64) -> f64 {
 
 /// `∫ cos^(p+2)` from −π/2 to π/2.
 fn cosine_integral() -> f64 {
-    // π (n − 1)!! / n!! for an even n.
+    // It is π (n − 1)!! / n!! for an even n.
     (1..=(EXPONENT + 2) / 2).fold(PI, |product, k| {
         let n = 2.0 * f64::from(k);
         product * (n - 1.0) / n

@@ -1,4 +1,4 @@
-//! What strands cover of each pixel.
+//! The parts of each pixel that strands cover.
 
 use std::cmp::Ordering;
 
@@ -11,43 +11,43 @@ use crate::methods::translucent::view::View as Picture;
 use crate::scene::view::{Cover, CoverStep, View};
 use crate::scene::{Camera, Piece, Strands, Translucent};
 
-/// The strands of a scene over the pixels of a view: the fragments of each, the nearest
+/// The strands of a scene over the pixels of a view: the fragments of each pixel, the nearest
 /// first. See the page of [this module](super).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeenHair {
-    /// Where those of each pixel end.
+    /// For each pixel, the index behind its last fragment.
     ends: Vec<usize>,
     fragments: Vec<Fragment>,
 }
 
-/// A part of a pixel that a strand covers.
+/// The part of a pixel that a strand covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fragment {
-    /// From the eye, m.
+    /// Distance from the eye, m.
     pub(super) distance: f32,
-    /// Share of the light from behind that it keeps.
+    /// The share of the light from behind that it holds back.
     pub(super) alpha: f32,
-    /// Which of the scene's translucent casters it is of, and which of its pieces.
+    /// The index of its strands among the scene's translucent casters, and of its piece.
     pub(super) caster: u32,
     pub(super) piece: u32,
-    /// Where on the piece.
+    /// The position along the piece.
     pub(super) share: f32,
 }
 
-/// Pixels a side of what is done at a time.
+/// Pixels along each side of a unit of work.
 const SIDE: usize = 16;
 
-/// What is left of the light behind the last fragment that is looked at.
+/// Fragments behind which less than this share of the light is left are not looked at.
 const HIDDEN: f32 = 1e-4;
 
-/// The curve of a pixel, of up to 16 nodes.
+/// The transmittance curve of a pixel, with up to 16 nodes.
 type Nodes = Stream<16>;
 
 impl SeenHair {
-    /// The strands of `translucent` that `view` shows, in front of its surfaces; `camera`
-    /// must be the one that the view is of. `None` if there are no strands.
+    /// The strands in `translucent` that `view` shows in front of its surfaces; `camera` must
+    /// be the camera of the view. `None` if there are no strands.
     ///
-    /// The work is in proportion to the number of fragments, and of pieces.
+    /// The cost is proportional to the number of fragments plus the number of pieces.
     pub fn new(
         cpu: &Cpu,
         camera: &Camera,
@@ -101,7 +101,7 @@ impl SeenHair {
         Some(seen)
     }
 
-    /// How many parts of pixels strands cover.
+    /// Number of fragments.
     pub fn len(&self) -> usize {
         self.fragments.len()
     }
@@ -111,14 +111,14 @@ impl SeenHair {
         self.fragments.is_empty()
     }
 
-    /// Those of a pixel, the nearest first.
+    /// The fragments of a pixel, the nearest first.
     pub(super) fn of(&self, pixel: usize) -> &[Fragment] {
         let start = pixel.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.fragments[start..self.ends[pixel]]
     }
 
-    /// The share of the light that gets to the eye from a distance along the ray of a
-    /// pixel, exactly.
+    /// The exact share of the light that reaches the eye from a distance along the ray of a
+    /// pixel.
     ///
     /// # Panics
     /// If there is no such pixel.
@@ -128,7 +128,7 @@ impl SeenHair {
         before.map(|fragment| 1.0 - fragment.alpha).product()
     }
 
-    /// What the hair covers of all that is behind it: a curve of 16 nodes per pixel.
+    /// What the hair lets through of everything behind it: a curve of up to 16 nodes per pixel.
     pub fn cover(&self, cpu: &Cpu) -> Cover {
         Cover::new(cpu.map(self.ends.len(), |pixel| steps(self.of(pixel))))
     }
@@ -141,7 +141,7 @@ fn steps(fragments: &[Fragment]) -> Vec<CoverStep> {
     }
     let mut curve = Nodes::new();
     for fragment in fragments {
-        // Distances are finite, and shares from 0 to 1.
+        // This cannot fail: distances are finite, and shares are from 0 to 1.
         if let Ok(surface) = BlockerSegment::surface(fragment.distance, 1.0 - fragment.alpha) {
             curve.insert(&surface);
         }
@@ -150,7 +150,7 @@ fn steps(fragments: &[Fragment]) -> Vec<CoverStep> {
     let mut last = (0.0, 1.0);
     let mut steps = Vec::new();
     for (distance, [share]) in curve.points() {
-        // Where nodes are left out the curve falls slowly, and has a step in the middle.
+        // Where the curve has dropped nodes it falls linearly; a step stands in its middle.
         if share < last.1 {
             steps.push(CoverStep {
                 distance: 0.5 * (last.0 + distance),
@@ -162,7 +162,7 @@ fn steps(fragments: &[Fragment]) -> Vec<CoverStep> {
     steps
 }
 
-/// All strands over the picture.
+/// All strands in the picture.
 struct Layers<'a> {
     picture: Picture,
     translucent: &'a [Translucent],
@@ -170,7 +170,7 @@ struct Layers<'a> {
     view: &'a View,
 }
 
-/// What one piece covers of one pixel.
+/// The part of one pixel that one piece covers.
 struct Part {
     pixel: usize,
     caster: u32,
@@ -179,7 +179,7 @@ struct Part {
     opacity: f64,
 }
 
-/// The fragments of a square of pixels.
+/// The fragments of one unit of work.
 struct OfTile {
     ends: Vec<usize>,
     fragments: Vec<Fragment>,
@@ -258,15 +258,15 @@ impl Layers<'_> {
         }
     }
 
-    /// Whether the second part belongs to the piece behind that of the first.
+    /// Whether the second part belongs to the piece that follows the piece of the first.
     fn are_joined(&self, a: &Part, b: &Part) -> bool {
         a.caster == b.caster
             && a.piece + 1 == b.piece
             && !self.strands(a.caster).is_last_piece(a.piece as usize)
     }
 
-    /// By distance, and by what does not depend on the order of the strands where it is
-    /// the same.
+    /// By distance; where that is equal, by values that do not depend on the order of the
+    /// strands.
     fn order(&self, a: &Fragment, b: &Fragment) -> Ordering {
         let near = a.distance.total_cmp(&b.distance);
         near.then(a.alpha.total_cmp(&b.alpha)).then_with(|| {
@@ -282,7 +282,7 @@ impl Layers<'_> {
     }
 }
 
-/// What joined pieces cover of a pixel, as one.
+/// The fragment of joined pieces in a pixel.
 fn fragment(parts: &[Part]) -> Fragment {
     let (mut covered, mut kept, mut distance) = (0.0, 0.0, 0.0);
     let mut largest = &parts[0];
@@ -297,7 +297,8 @@ fn fragment(parts: &[Part]) -> Fragment {
     }
     Fragment {
         distance: (distance / covered) as f32,
-        // Pieces overlap on the inside of a bend.
+        // On the inside of a bend pieces overlap, and their areas add up to more than the
+        // pixel.
         alpha: (kept / f64::max(covered, 1.0)) as f32,
         caster: largest.caster,
         piece: largest.piece,

@@ -15,27 +15,28 @@ use crate::scene::view::View;
 use crate::scene::{Emitter, Media, Medium, Translucent};
 use crate::surface_point::{Arriving, transmittance};
 
-/// What hair is lit by, and seen through; `T` are the curves of the maps.
+/// The lights and the media around hair that is seen; `T` are the curves of the transmittance
+/// maps.
 #[derive(Debug)]
 pub struct LitHair<'a, T: Debug = Packed<8>> {
-    /// The view that the hair is seen in.
+    /// The view that shows the hair.
     pub view: &'a View,
-    /// The hair, among what is translucent in the scene that is seen.
+    /// The translucent casters of the scene, the hair among them.
     pub translucent: &'a [Translucent],
-    /// Fog and smoke.
+    /// The fog and smoke of the scene.
     pub media: &'a Media<'a>,
-    /// The triangles.
+    /// The triangles of the scene, for shadow rays.
     pub tracer: &'a Tracer,
-    /// The lights, each with what strands, smoke and particles let through of it. Triangles
-    /// are traced, and must not be in the map.
+    /// The lights, each with a map of what strands, smoke and particles let through. Triangles
+    /// must not be in the maps, because they are traced.
     pub lights: &'a [(&'a Emitter, &'a TransmittanceMap<Host, T>)],
-    /// What strands do with light.
+    /// How strands scatter light.
     pub fibre: Fibre,
 }
 
 impl SeenHair {
-    /// Radiance of the hair that reaches the eye, one RGB0 per ray of the view; it is to be
-    /// added to that of what is behind the [cover](SeenHair::cover).
+    /// The radiance of the hair that reaches the eye, one RGB0 per ray of the view. Add it to
+    /// the light behind the hair after the [cover](SeenHair::cover) has dimmed that.
     pub fn radiance<T>(&self, cpu: &Cpu, lit: &LitHair<'_, T>) -> Vec<[f32; 4]>
     where
         T: Evaluate + Debug + Sync,
@@ -61,12 +62,12 @@ impl SeenHair {
     }
 }
 
-/// How far from the axis a map of transmittance is asked, in texels: a filter reads what
-/// a strand has a texel away, and within that texel.
+/// How far from the axis of a strand a transmittance map is asked, in texels. A filter reads
+/// what the strand has written up to a texel away, and within that texel.
 const TEXELS: f32 = 2.0;
 
 impl<T: Evaluate + Debug> LitHair<'_, T> {
-    /// What a strand sends towards the origin of the ray that meets it.
+    /// The light that a strand sends towards the origin of the ray.
     fn scattered(&self, ray: &Ray, fragment: &Fragment) -> Vec3 {
         let caster = self.translucent.get(fragment.caster as usize);
         let strands = match caster {
@@ -94,7 +95,7 @@ impl<T: Evaluate + Debug> LitHair<'_, T> {
                 return Vec3::ZERO;
             }
             let nearer = piece.radius + TEXELS * map.texel_size(point);
-            // Not beyond the light.
+            // The point must not lie beyond the light.
             let nearer = nearer.min(0.5 * light.distance);
             let share = map.transmittance(point + nearer * light.to_light);
             if share == Vec3::ZERO {
@@ -115,10 +116,10 @@ impl<T: Evaluate + Debug> LitHair<'_, T> {
     }
 }
 
-/// What lets the light of fragments through, before them.
+/// What dims the light of a ray's fragments on its way to the eye.
 struct Before<'a> {
     even: Option<(&'a Medium, &'a Ray)>,
-    /// Optical depths of heterogeneous media to each fragment.
+    /// Optical depths of the heterogeneous media in front of each fragment.
     depths: Vec<DVec3>,
     panes: &'a [Pane],
     through_panes: Vec3,
@@ -138,7 +139,7 @@ impl<'a> Before<'a> {
         }
     }
 
-    /// The share from a fragment; each is asked about in turn.
+    /// The share that arrives from a fragment. Fragments must be asked about in order.
     fn share(&mut self, index: usize, distance: f32) -> Vec3 {
         while let [pane, others @ ..] = self.panes
             && pane.hit.distance < distance
@@ -157,7 +158,7 @@ impl<'a> Before<'a> {
     }
 }
 
-/// Optical depths along a ray up to each of the fragments.
+/// Optical depths along a ray in front of each fragment.
 fn depths_to(media: &Media<'_>, ray: &Ray, fragments: &[Fragment]) -> Vec<DVec3> {
     let mut depths = Vec::with_capacity(fragments.len());
     let direction = ray.direction().as_dvec3().normalize();

@@ -1,4 +1,4 @@
-//! Points that shine evenly, and suns, in fog without bounds.
+//! Point lights and suns in fog without bounds, in closed form.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -10,32 +10,33 @@ use super::{Covers, NotCovered, SurfaceEvaluator};
 use crate::Emitter;
 use crate::scene::{Emission, Medium, PhaseFunction, ScatteringAngle};
 
-/// Entries of the sun's table over the cosine from −1 to 1.
+/// Entries of the table for suns, over the cosine from −1 to 1.
 pub(super) const SUN_ENTRIES: usize = 257;
 
-/// The light that reaches a surface by way of fog without bounds and shadows, in
-/// closed form.
+/// The light that fog without bounds scatters onto a surface, in closed form and without
+/// shadows.
 ///
-/// For a point that shines evenly, at the distance `D` and with the angle θ between
-/// the normal and the light, in fog that scatters evenly:
+/// For a point light that shines alike in all directions, at the distance `D` and with the
+/// angle θ between the normal and the direction to the light, in fog that scatters
+/// isotropically:
 ///
 /// ```text
 /// E = σ_s I / (2π D) · G_0(σ_t D, θ)
 /// ```
 ///
-/// to a relative error of 1e-4 ([`LobeTable`]); 0 at `D = 0`, where nothing else is
-/// lit either. For a sun, whose light reaches all of the fog undimmed, and any phase
+/// with a relative error of 1e-4 ([`LobeTable`]). At `D = 0` it is 0, because nothing else is
+/// lit there either. For a sun, whose light reaches all of the fog undimmed, and any phase
 /// function `p`:
 ///
 /// ```text
 /// E = E_sun σ_s/σ_t ∫_{n·ω > 0} (n·ω) p(ω·s) dω
 /// ```
 ///
-/// with `s` the direction towards the sun: `E_sun σ_s/4σ_t` on every surface, however
-/// it is turned, if `p` is isotropic. A table over `n·s` holds the integral within
-/// `2e-5 / (1 − |g|)²` of 1, the most it can be.
+/// where `s` is the direction to the sun. For isotropic scattering this is `E_sun σ_s/4σ_t` on
+/// every surface, whatever its normal. A table over `n·s` holds the integral with an error of
+/// at most `2e-5 / (1 − |g|)²` of its largest possible value, which is 1.
 ///
-/// Two channels of the same extinction cost as much as one.
+/// Two channels with the same extinction cost as much as one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClosedForm {
     lambertian: LobeTable,
@@ -44,8 +45,8 @@ pub struct ClosedForm {
 }
 
 impl ClosedForm {
-    /// For a medium with the phase function of this one: some 10 milliseconds of
-    /// quadrature. Its coefficients do not matter.
+    /// A closed form for the phase function of this medium; the medium's coefficients do not
+    /// matter. Its quadrature takes some 10 milliseconds.
     pub fn new(medium: &Medium) -> Self {
         let phase = medium.phase();
         let table = (0..SUN_ENTRIES).map(|index| {
@@ -59,12 +60,12 @@ impl ClosedForm {
         }
     }
 
-    /// Whether a light is covered in a medium: points that shine evenly, without end,
-    /// in fog that scatters evenly; suns in fog of the phase function that this was
-    /// made for; neither in a box.
+    /// Whether a light in a medium is covered: point lights without a range that shine alike in
+    /// all directions, in fog that scatters isotropically; and suns in fog with the phase
+    /// function that this was made for; both only in fog without bounds.
     ///
     /// # Errors
-    /// What is in the way; [`Quadrature`](super::Quadrature) copes with it.
+    /// The reason why it is not covered; [`Quadrature`](super::Quadrature) covers it.
     pub fn covers(&self, emitter: &Emitter, medium: &Medium) -> Result<(), NotCovered> {
         if medium.bounds().is_some() {
             return Err(NotCovered::Bounds);
@@ -122,7 +123,7 @@ impl SurfaceEvaluator for ClosedForm {
                 let first = (x as usize).min(SUN_ENTRIES - 2);
                 let (low, high) = (self.sun[first], self.sun[first + 1]);
                 let share = low + (x - first as f32) * (high - low);
-                // What extinguishes nothing scatters nothing.
+                // A channel without extinction scatters nothing.
                 let albedo = Vec3::select(sigma_t.cmpgt(Vec3::ZERO), sigma_s / sigma_t, Vec3::ZERO);
                 albedo * sun.irradiance() * share
             }
@@ -130,7 +131,7 @@ impl SurfaceEvaluator for ClosedForm {
     }
 }
 
-/// A function of one coefficient, once for each that differs.
+/// A function of a coefficient, evaluated once for channels with equal coefficients.
 fn per_channel(sigma: Vec3, f: impl Fn(f32) -> f32) -> Vec3 {
     let red = f(sigma.x);
     let green = if sigma.y == sigma.x { red } else { f(sigma.y) };
@@ -142,12 +143,13 @@ fn per_channel(sigma: Vec3, f: impl Fn(f32) -> f32) -> Vec3 {
     Vec3::new(red, green, blue)
 }
 
-/// `∫ max(0, n·ω) p(ω·s) dω` for the angle θ between `n` and `s`, in rings about `s`.
+/// `∫ max(0, n·ω) p(ω·s) dω` for the angle θ between `n` and `s`, as an integral over rings
+/// around `s`.
 fn sun_on_surface(phase: PhaseFunction, theta: f64) -> f64 {
     let kink = (FRAC_PI_2 - theta).abs();
     let rule = Rule::new(24).expect("24 nodes");
-    // Panels that halve towards both ends resolve the peaks of the phase function;
-    // at the kinks rings begin to leave the hemisphere.
+    // Panels that are halved towards both ends resolve the peaks of the phase function. The
+    // kinks are where rings begin to leave the hemisphere.
     let mut cuts: Vec<f64> = (1..10).map(|k| PI * 0.5_f64.powi(k)).collect();
     cuts.extend((2..10).map(|k| PI * (1.0 - 0.5_f64.powi(k))));
     cuts.extend([0.0, kink, PI - kink, PI]);

@@ -1,4 +1,4 @@
-//! Light that reaches surfaces by way of the fog, in shaders.
+//! Light that fog scatters onto surfaces, in shaders.
 
 use airlight::gpu::{PHASE, SURFACE};
 use bytemuck::{Pod, Zeroable};
@@ -13,13 +13,14 @@ use crate::gather::check_lengths;
 use crate::gpu::scene::{EmitterRecord, MediumRecord};
 use crate::gpu::{NUMERIC, PATH, PointSlot, SURFACE_POINT};
 
-/// *How much light does the fog send to this surface?* A part `x` defines
+/// The slot for the question: *how much light does the fog scatter onto this surface?* A part
+/// `x` defines
 ///
 /// ```wgsl
 /// fn x_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32>
 /// ```
 ///
-/// and asks `light_emitter()` and `light_medium()` for the light and the fog.
+/// and calls `light_emitter()` and `light_medium()` for the light and the fog.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceScatteringSlot;
 
@@ -130,7 +131,7 @@ where
         let scene = Scene {
             emitter,
             medium: MediumRecord::new(lit.medium),
-            // More points than that are refused by the dispatch.
+            // The dispatch refuses more points than a u32 counts.
             points: lit.points.len() as u32,
             padding_a: 0,
             padding_b: 0,

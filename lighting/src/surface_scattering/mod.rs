@@ -1,36 +1,36 @@
-//! Light that reaches surfaces by way of the fog.
+//! Light that fog scatters onto surfaces.
 //!
-//! Based on: Sun, Ramamoorthi, Narasimhan and Nayar, A practical analytic single
-//! scattering model for real time rendering, SIGGRAPH 2005. A surface in fog is lit
-//! by a lamp, and by the glow around the lamp: light that was scattered once on its
-//! way. The irradiance of that glow is
+//! Based on: Sun, Ramamoorthi, Narasimhan and Nayar, A practical analytic single scattering
+//! model for real time rendering, SIGGRAPH 2005. A surface in fog is lit by a lamp, and by the
+//! glow around the lamp, which is light that the fog has scattered once. The irradiance of that
+//! glow is
 //!
 //! ```text
 //! E(x, n) = ∫_{n·ω > 0} (n·ω) L_a(x, ω) dω
 //! ```
 //!
-//! with `L_a(x, ω)` the airlight of the ray that leaves the surface along ω, and
-//! `albedo/π · E` is reflected. [`AddSurfaceScattering`] adds it for the surfaces of
-//! a picture, light by light, in one of two ways:
+//! where `L_a(x, ω)` is the airlight of the ray that leaves the surface along ω. The surface
+//! reflects `albedo/π · E`. [`AddSurfaceScattering`] adds this for the surfaces of a picture,
+//! light by light, in one of two ways:
 //!
-//! * [`ClosedForm`] where there is one: two lookups of the paper's `G_0`, for points
-//!   that shine evenly, or one lookup for a sun.
-//! * [`Quadrature`] for everything else: spotlights and their cookies, the points of
-//!   area lights, ranges, fog in a box, any phase function, and shadows in the fog,
-//!   from whatever answers [questions at points](crate::visibility::PointVisibility).
+//! * [`ClosedForm`], where there is one: two lookups of the paper's `G_0` for point lights that
+//!   shine alike in all directions, or one lookup for a sun.
+//! * [`Quadrature`] for everything else: spotlights and their cookies, the points of area
+//!   lights, ranges, fog in a box, any phase function, and shadows in the fog from any [source
+//!   of visibility at points](crate::visibility::PointVisibility).
 //!
-//! [`ClosedForm::covers`] tells which of the two a light needs; a step that is given
-//! a light that the closed form does not cover fails and says why.
+//! [`ClosedForm::covers`] tells which of the two a light needs. A step that is given a light
+//! that the closed form does not cover returns an error that says why.
 //!
-//! Departures from the paper: surfaces are Lambertian, since the materials of scenes
-//! are (the lobes of glossy surfaces are in [`airlight::surface`]); spotlights, boxes,
-//! suns and shadows are new.
+//! Departures from the paper: surfaces are Lambertian, because the materials of scenes are (the
+//! lobes of glossy surfaces are in [`airlight::surface`]); spotlights, boxes, suns and shadows
+//! are new.
 //!
 //! # Limits
 //!
-//! What stands between the scattering fog and the surface casts no shadow there: the
-//! shadows of [`Quadrature`] are those between the light and the fog. A room that
-//! light enters through a window gets it right but for its own furniture.
+//! Blockers between the scattering fog and the surface cast no shadow: the shadows of
+//! [`Quadrature`] are those between the light and the fog. In a room that light enters through
+//! a window, only the shadows of the furniture are missing.
 //!
 //! ```
 //! use glam::Vec3;
@@ -73,70 +73,69 @@ use crate::gather::check_lengths;
 use crate::scene::Medium;
 use crate::{Emitter, SurfacePoint};
 
-/// Surfaces, a light and the fog between them.
+/// Surfaces, a light, and the fog that scatters it.
 #[derive(Debug)]
 pub struct LitSurfaces<'a, M: Memory> {
     /// One point per pixel, in the memory of the backend.
     pub points: &'a M::Buffer<SurfacePoint>,
     /// The light.
     pub emitter: &'a Emitter,
-    /// What scatters it.
+    /// The medium that scatters the light.
     pub medium: &'a Medium,
 }
 
-/// Why a light is not covered by a way to compute its scattered light.
+/// Why a way of computing scattered light does not cover a light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotCovered {
     /// The fog ends at a box.
     #[error("the fog is in a box, and the closed form is that of fog without bounds")]
     Bounds,
-    /// A point light in fog that does not scatter evenly.
+    /// The light is a point light, and the fog does not scatter isotropically.
     #[error(
         "the closed form of a point light is that of fog that scatters evenly in all directions"
     )]
     Phase,
-    /// The sun's table is that of another phase function.
+    /// The table for suns was made for another phase function.
     #[error("the closed form was made for another phase function than that of the fog")]
     OtherPhase,
-    /// A light that shines into a part of space only.
+    /// The light does not shine alike in all directions.
     #[error("the closed form is that of a light that shines evenly in all directions")]
     Emission,
-    /// A light that ends somewhere.
+    /// The light has a range.
     #[error("the closed form is that of a light of unlimited range")]
     Range,
 }
 
-/// What knows how much light fog sends to a surface, on the CPU.
+/// Computes how much light fog scatters onto a surface, on the CPU.
 pub trait SurfaceEvaluator: Covers + Sync {
-    /// Irradiance, by light that the medium scattered once, on a surface at `position`
-    /// with the unit `normal`. The light is covered. Finite and at least 0.
+    /// Irradiance of a surface at `position` with the unit `normal`, from light that the medium
+    /// scattered once. The light must be covered. The result is finite and at least 0.
     fn irradiance(&self, position: Vec3, normal: Vec3, emitter: &Emitter, medium: &Medium) -> Vec3;
 }
 
-/// What knows which lights it can do.
+/// Tells which lights it can compute.
 pub trait Covers {
-    /// Whether the light that `emitter` sends to surfaces by way of `medium` can be
-    /// computed.
+    /// Whether it can compute the light of `emitter` that `medium` scatters onto surfaces.
     ///
     /// # Errors
-    /// What is in the way.
+    /// The reason why it cannot.
     fn covers(&self, emitter: &Emitter, medium: &Medium) -> Result<(), NotCovered>;
 }
 
-/// The step that adds the light that surfaces receive by way of the fog.
+/// The step that adds the light that fog scatters onto surfaces.
 ///
-/// Implemented for the CPU for every [`SurfaceEvaluator`], and for GPUs for every
-/// evaluator that brings a shader part.
+/// It is implemented on the CPU for every [`SurfaceEvaluator`], and on GPUs for every evaluator
+/// that brings a shader part.
 pub trait AddSurfaceScattering<S>: Backend {
-    /// Adds `response · E` of every point to `radiance`, where `E` is the irradiance
-    /// by light that was scattered once. The fourth component is left alone. A medium
-    /// that scatters nothing adds nothing.
+    /// Adds `response · E` of every point to the first three components of `radiance`, where
+    /// `E` is the irradiance from light that was scattered once. A medium that scatters nothing
+    /// adds nothing.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] if points and radiance differ in length, and
-    /// [`Error::Rejected`] if `scattering` does not [cover](Covers) the light; nothing
-    /// is written then.
+    /// [`Error::Rejected`] if `scattering` does not [cover](Covers) the light; nothing is
+    /// written then.
     fn add_surface_scattering(
         &self,
         lit: &LitSurfaces<'_, Self::Memory>,
@@ -145,7 +144,7 @@ pub trait AddSurfaceScattering<S>: Backend {
     ) -> Result<(), Error>;
 }
 
-/// Points per unit of work: a quadrature takes up to some hundred microseconds each.
+/// Points in a unit of work; a quadrature takes up to some hundred microseconds for each.
 const CHUNK: usize = 256;
 
 impl<S: SurfaceEvaluator> AddSurfaceScattering<S> for Cpu {
@@ -177,7 +176,7 @@ impl<S: SurfaceEvaluator> AddSurfaceScattering<S> for Cpu {
     }
 }
 
-/// What steps do with lights that are not covered.
+/// Refuses lights that are not covered.
 fn check_covered(by: &impl Covers, emitter: &Emitter, medium: &Medium) -> Result<(), Error> {
     by.covers(emitter, medium)
         .map_err(|reason| Error::Rejected {

@@ -1,4 +1,4 @@
-//! Any light, any fog, and shadows in it.
+//! Scattered light on surfaces for any light and any fog, with shadows in the fog.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -10,10 +10,10 @@ use crate::airlight::far_end;
 use crate::scene::{DirectionalEmitter, Emission, Emitter, Medium, PointEmitter, ScatteringAngle};
 use crate::visibility::{PointVisibility, Share};
 
-/// The light that reaches a surface by way of the fog, by quadrature over the fog.
+/// The light that fog scatters onto a surface, by quadrature over the fog.
 ///
-/// For a point light the fog is described by the plane through light, surface and
-/// fog, and by the angles in it at the light, φ, and at the surface, γ:
+/// For a point light, a point of the fog is given by the plane through light, surface and fog,
+/// and by two angles in it: φ at the light and γ at the surface:
 ///
 /// ```text
 ///                 X   fog
@@ -27,34 +27,35 @@ use crate::visibility::{PointVisibility, Share};
 /// d + r = D cos((γ − φ)/2) / cos((γ + φ)/2)
 /// ```
 ///
-/// with ψ the angle of the plane about the line of light and surface. Both inverse
-/// squares and both solid angles are gone, and the integrand is bounded. The cone of a
-/// spotlight, the hemisphere of the surface, the range and the box of the medium are
-/// limits of the integral and not cut out of it, so that a narrow spotlight takes no
-/// more nodes than a wide one. For a sun the same planes stand about the direction
-/// towards it, and the third variable is the distance from the surface.
+/// where ψ is the angle of the plane around the line from light to surface. In these variables
+/// both inverse squares and both solid angles cancel, and the integrand is bounded. The cone of
+/// a spotlight, the hemisphere of the surface, the range, and the box of the medium are limits
+/// of the integral instead of factors of the integrand, so that a narrow spotlight needs no
+/// more nodes than a wide one. For a sun, the planes contain the direction to it, and the third
+/// variable is the distance from the surface.
 ///
-/// `V` comes from `points`: [`Unshadowed`](crate::visibility::Unshadowed), or a shadow
-/// map of the light.
+/// `V` comes from `points`: [`Unshadowed`](crate::visibility::Unshadowed), or a shadow map of
+/// the light.
 ///
 /// # Accuracy
 ///
-/// With `n` nodes, `2 n³` of them per light and surface in all. Without shadows the
-/// largest error, relative to the brightest surface, was measured as
+/// With `n` nodes there are `2 n³` of them per light and surface. Without shadows, the largest
+/// measured error relative to the brightest surface is
 ///
 /// | nodes | 4 | 8 | 16 |
 /// |---|---|---|---|
 /// | even light, fog without bounds, g up to 0.6 | 1.4e-2 | 3e-4 | 4e-6 |
 /// | spotlights, fog in a box | 8e-2 | 8e-3 | 3e-3 |
 ///
-/// at optical depths up to 2 (`tests/benches/surface_light.rs`). It grows with the depth,
-/// and with |g| beyond 0.8. Edges of shadows cost about `1/n` of the light at the edge. The
-/// nodes are the same for all surfaces: errors are smooth over the picture, not noise.
+/// at optical depths up to 2 (`tests/benches/surface_light.rs`). The error grows with the
+/// depth, and with |g| beyond 0.8. At the edge of a shadow it is about `1/n` of the light
+/// there. All surfaces have the same nodes, so errors are smooth over the picture and not
+/// noise.
 ///
-/// The time grows with `n³`: with 8 nodes it is 50 to 120 µs per surface and light, against
+/// The time grows with `n³`. With 8 nodes it is 50 to 120 µs per surface and light, against
 /// half a microsecond in closed form, on two cores of a busy machine.
 ///
-/// A surface at the place of the light, where nothing is lit, receives 0.
+/// A surface at the place of the light receives 0.
 #[derive(Debug, Clone)]
 pub struct Quadrature<P> {
     points: P,
@@ -64,10 +65,9 @@ pub struct Quadrature<P> {
 /// Nodes and weights.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Rules {
-    /// A rule on (0, 1) for integrands that are steepest at 0, as pairs of node and
-    /// weight.
+    /// A rule on (0, 1) for integrands that are steepest at 0, as pairs of node and weight.
     pub(super) line: Vec<[f32; 2]>,
-    /// Planes all around, as cosine and sine of ψ, of equal weight.
+    /// Planes all around, as cosine and sine of ψ, with equal weights.
     pub(super) circle: Vec<[f32; 2]>,
     /// Planes that touch an edge at ±1, as pairs of node and weight on (−1, 1).
     pub(super) arc: Vec<[f32; 2]>,
@@ -80,7 +80,7 @@ impl Rules {
         let turn = |j: u32| (f64::from(j) + 0.5) / f64::from(planes);
         let narrow = |pair: [f64; 2]| pair.map(|value| value as f32);
         Ok(Self {
-            // t = v².
+            // The substitution t = v².
             line: rule
                 .iter()
                 .map(|(v, weight)| narrow([v * v, 2.0 * v * weight]))
@@ -89,7 +89,7 @@ impl Rules {
                 .map(|j| (std::f64::consts::TAU * turn(j)).sin_cos())
                 .map(|(sin, cos)| narrow([cos, sin]))
                 .collect(),
-            // ψ = ψ_max sin t, at the middles of equal parts of t.
+            // The substitution ψ = ψ_max sin t, with midpoints of equal parts of t.
             arc: (0..planes)
                 .map(|j| (std::f64::consts::PI * (turn(j) - 0.5)).sin_cos())
                 .map(|(sin, cos)| narrow([sin, cos * std::f64::consts::PI / f64::from(planes)]))
@@ -99,7 +99,7 @@ impl Rules {
 }
 
 impl<P> Quadrature<P> {
-    /// `nodes` nodes in each of two dimensions, twice as many in the third.
+    /// A rule with `nodes` nodes in two of the dimensions, and twice as many in the third.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless there are 1 to 64 nodes.
@@ -117,7 +117,7 @@ impl<P> Quadrature<P> {
         })
     }
 
-    /// Who knows of shadows.
+    /// The source of shadows in the fog.
     pub fn points(&self) -> &P {
         &self.points
     }
@@ -179,7 +179,7 @@ impl<P: PointVisibility> Quadrature<P> {
                 let (sin_phi, cos_phi) = phi.sin_cos();
                 let from_light = side * sin_phi - toward * cos_phi;
                 let (entry, exit) = inside(medium, light.position(), from_light, light.range());
-                // The angle at the surface of what is so far from the light.
+                // The angle at the surface of the point at this distance from the light.
                 let seen = |d: f32| {
                     if d == f32::INFINITY {
                         PI - phi
@@ -199,7 +199,7 @@ impl<P: PointVisibility> Quadrature<P> {
                     let (sin, cos) = gamma.sin_cos();
                     let half = 0.5 * (phi + gamma);
                     let (half_sin, half_cos) = (half.sin(), half.cos().max(0.0));
-                    // sin(φ + γ), which is that of the angle at the fog.
+                    // sin(φ + γ), which equals the sine of the angle at the fog.
                     let apex = 2.0 * half_sin * half_cos;
                     let d = distance * (sin / apex);
                     let r = distance * (sin_phi / apex);
@@ -270,8 +270,8 @@ impl<P: PointVisibility> Quadrature<P> {
         medium.sigma_s() * sun.irradiance() * sum
     }
 
-    /// Calls `plane` with the unit vector in it at right angles to the line of light
-    /// and surface, and its weight, for planes all around or as far as the cone goes.
+    /// Calls `plane` for planes all around, or as far as the cone reaches, with a weight and
+    /// the unit vector in the plane that is perpendicular to the line from light to surface.
     fn for_each_plane(&self, cone: &Cone, mut plane: impl FnMut(Vec3, f32)) {
         match cone.half_turn {
             None => {
@@ -301,15 +301,14 @@ fn inside(medium: &Medium, start: Vec3, direction: Vec3, end: f32) -> (f32, f32)
     }
 }
 
-/// The directions of a light within `u·axis ≥ cos_edge`, about the line to the
-/// surface.
+/// The directions of a light within `u·axis ≥ cos_edge`, in terms of the line to the surface.
 struct Cone {
-    /// Planes through the line: the one that contains the axis, and that at right
-    /// angles to it.
+    /// Perpendicular to the line: a vector in the plane that contains the axis, and one
+    /// perpendicular to that plane.
     middle: Vec3,
     across: Vec3,
-    /// The planes that meet the cone are within this angle of the middle; `None` if
-    /// all do.
+    /// The planes that meet the cone are within this angle of the middle one; `None` if all
+    /// planes meet it.
     half_turn: Option<f32>,
     axis: Vec3,
     cos_edge: f32,
@@ -318,8 +317,7 @@ struct Cone {
 }
 
 impl Cone {
-    /// `toward` is the direction from the surface to the light, and `cos_edge` is −1 or
-    /// at least 0.
+    /// `toward` is the direction from the surface to the light. `cos_edge` is −1 or at least 0.
     fn new(axis: Vec3, cos_edge: f32, toward: Vec3) -> Self {
         let cos_axis = -axis.dot(toward);
         let offset = axis + cos_axis * toward;
@@ -328,11 +326,11 @@ impl Cone {
         } else {
             toward.any_orthonormal_vector()
         };
-        // On the plane at ψ the axis has the components cos_axis and cos ψ sin_axis.
+        // In the plane at ψ the axis has the components cos_axis and cos ψ sin_axis.
         let sin2_axis = (1.0 - cos_axis) * (1.0 + cos_axis);
         let half_turn = (cos_axis.abs() < cos_edge).then(|| {
             let rest = (cos_edge - cos_axis) * (cos_edge + cos_axis);
-            // The tangent of ψ_max, whose cosine is √(rest / sin²).
+            // atan2 of the sine and the cosine of ψ_max, where cos ψ_max is √(rest / sin²).
             (sin2_axis - rest).max(0.0).sqrt().atan2(rest.sqrt())
         });
         Self {
@@ -345,8 +343,8 @@ impl Cone {
         }
     }
 
-    /// The angles φ at the light, from the direction to the surface towards `side`,
-    /// within the cone.
+    /// The angles φ at the light, measured from the direction to the surface towards `side`,
+    /// that are in the cone.
     fn window(&self, side: Vec3) -> (f32, f32) {
         if self.cos_edge < 0.0 {
             return (0.0, PI);
@@ -363,7 +361,7 @@ impl Cone {
     }
 }
 
-/// How a surface is turned on a plane through the light.
+/// The orientation of a surface relative to a plane through the light.
 struct Facing {
     /// Components of the normal towards the light and towards the side.
     along: f32,
@@ -378,7 +376,8 @@ impl Facing {
         }
     }
 
-    /// The angles γ from the light, towards the side, in front of the surface.
+    /// The angles γ, measured from the light towards the side, that are in front of the
+    /// surface.
     fn window(&self) -> (f32, f32) {
         window(self.across.atan2(self.along), FRAC_PI_2)
     }
@@ -388,8 +387,8 @@ impl Facing {
     }
 }
 
-/// The part of [0, π] within `half` ≤ π/2 of the direction `middle` in (−π, π], which
-/// is one interval.
+/// The part of [0, π] within `half` ≤ π/2 of the direction `middle` in (−π, π]; it is a single
+/// interval.
 fn window(middle: f32, half: f32) -> (f32, f32) {
     if middle + half > 0.0 {
         ((middle - half).max(0.0), (middle + half).min(PI))
