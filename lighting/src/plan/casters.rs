@@ -1,21 +1,22 @@
-//! Which lights have nothing in their way.
+//! Finds the lights that nothing blocks.
 //!
-//! A light is unshadowed in a view if no caster meets any planar triangle of eye, end of a
-//! ray and light, as far as the ray is within the light's range, its cone and the medium.
-//! That is what [`Exact`] finds out of each ray; here it is found out of many at once:
+//! A light is unshadowed in a view if no caster meets the triangle of eye, end of a ray and
+//! light for any ray, as far as the ray is within the light's range, its cone and the medium.
+//! [`Exact`] finds this out for one ray; here it is found out for many at once:
 //!
-//! 1. A sample of rays is asked one by one. One that is shadowed ends the question, which
-//!    is how it ends for most lights.
-//! 2. The rays that the light may reach are taken in parts of neighbours, and the triangles
-//!    in the convex [hull](super::hull) of the lit spans of a part and of the light are
-//!    looked for. Those do not count that have the light and all of the spans on one side,
-//!    as floors and walls do that the rays end on.
-//! 3. Where a triangle counts, the part is quartered; few rays are asked one by one.
+//! 1. The rays of a sample are tested one by one. If one of them is shadowed the question is
+//!    answered, as it is for most lights.
+//! 2. The rays that the light may reach are divided into parts of neighbours. For each part,
+//!    triangles are looked up in the convex [hull](super::hull) of the light and of the lit
+//!    spans of these rays. A triangle does not count if the light and all spans are on one side
+//!    of it, which is so for the floors and walls that rays end on.
+//! 3. If a triangle counts, the part is divided into four. A part of few rays is tested ray by
+//!    ray.
 //!
-//! So a light is never called unshadowed if exact visibility sees a shadow of it. It may be
-//! called shadowed though it is not: of a scene with hair or smoke if their box is in the
-//! way, and where the question takes more than [`BOXES_PER_RAY`] boxes of the hierarchy per
-//! ray, which bounds its cost whatever the number of casters.
+//! So a light is never called unshadowed if exact visibility finds a shadow of it. It may be
+//! called shadowed though it is not: in a scene with hair or smoke, if the box around these is
+//! in the way; and where the question would take more than [`BOXES_PER_RAY`] boxes of the BVH
+//! per ray, which bounds its cost whatever the number of casters.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -32,35 +33,36 @@ use crate::scene::{Bounds, Caster, Emitter};
 use crate::visibility::{Exact, may_shadow};
 use crate::{LightPath, Ray};
 
-/// Rays of a sample.
+/// Number of rays in the sample.
 const SAMPLE: usize = 64;
 
-/// Rays that are taken together at first: 64 × 16 pixels.
+/// Rays in a part at first: 64 × 16 pixels.
 const PART: usize = 1024;
 
-/// Rays that are asked one by one rather than in parts.
+/// Parts of no more rays than this are tested ray by ray.
 const FEW: usize = 16;
 
-/// Boxes that a light may ask for before it counts as shadowed, for each of its rays.
+/// Boxes of the BVH that may be visited for each ray of a light; if that is not enough, the
+/// light counts as shadowed.
 const BOXES_PER_RAY: usize = 16;
 
-/// What a ray that is asked by itself counts for, in boxes.
+/// The cost of a ray that is tested by itself, in boxes.
 const BOXES_OF_A_RAY: usize = 64;
 
-/// A triangle is compared with so many spans in the time of a box.
+/// The number of spans that are compared with a triangle in the time that a box takes.
 const SPANS_PER_BOX: usize = 16;
 
-/// What may be in the way of the lights of a frame.
+/// What may block the lights of a frame.
 pub(super) struct Search<'a> {
     inputs: &'a FrameInputs<'a>,
     tracer: Arc<Tracer>,
     exact: Exact<Arc<Tracer>>,
-    /// Around hair and smoke.
+    /// Boxes around hair and smoke.
     boxes: Vec<Bounds>,
     tiles: Option<RayTiles>,
 }
 
-/// Rays that may be lit, and the lit span of each.
+/// Rays that the light may reach, with the lit span of each.
 struct Part<'a> {
     rays: &'a [u32],
     spans: &'a [Span],
@@ -79,7 +81,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Whether all that a light reaches of the view is wholly lit.
+    /// Whether everything in the view that the light reaches is wholly lit.
     pub(super) fn is_unshadowed(&mut self, emitter: &Emitter) -> bool {
         let count = self.inputs.rays.len();
         if count == 0 || !self.sample_is_lit(emitter, count, |index| index) {
@@ -143,7 +145,8 @@ impl<'a> Search<'a> {
         self.is_lit(emitter, part, &mut boxes)
     }
 
-    /// `boxes` may still be asked for.
+    /// Whether a part is wholly lit. At most `boxes` may still be visited; the number is
+    /// reduced by those that are.
     fn is_lit(&self, emitter: &Emitter, part: Part<'_>, boxes: &mut usize) -> bool {
         let count = part.rays.len();
         if count == 0 || self.hull_is_clear(emitter, &part, boxes) {
@@ -166,7 +169,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Whether nothing that may cast a shadow is between the spans of a part and the light.
+    /// Whether nothing that may cast a shadow lies between the light and the spans of a part.
     fn hull_is_clear(&self, emitter: &Emitter, part: &Part<'_>, boxes: &mut usize) -> bool {
         let eye = self.inputs.rays[part.rays[0] as usize].origin().as_dvec3();
         let light = Place::of(emitter, eye);
@@ -209,7 +212,7 @@ impl<'a> Search<'a> {
         is_clear.get() && is_whole
     }
 
-    /// Whether a ray ends on a triangle, which it does not reach through.
+    /// Whether a ray ends on a triangle. Such a triangle does not block the ray's light.
     fn ends_on(&self, ray: u32, triangle: usize) -> bool {
         let hit = self.inputs.hits.get(ray as usize).copied().flatten();
         let length = self.inputs.rays[ray as usize].length();

@@ -1,4 +1,4 @@
-//! What a plan knows of a whole frame.
+//! Plans that know a whole frame.
 
 use super::casters::Search;
 use super::{LeftOut, Pass, Plan, Reason, Saving, Subject};
@@ -6,7 +6,7 @@ use crate::culling;
 use crate::methods::{FrameInputs, MethodError};
 
 impl Plan {
-    /// The plan of a frame: what its casters leave alone is known, too.
+    /// The plan of a frame, casters included.
     ///
     /// # Errors
     /// Those of [`Plan::with_casters`].
@@ -14,16 +14,15 @@ impl Plan {
         Self::of_media(inputs.emitters, &inputs.media(), inputs.rays).with_casters(inputs)
     }
 
-    /// The same plan, of the emitters, the medium and the rays of a frame, with what the
-    /// frame says besides: which lights have nothing in their way, which shadows can be
-    /// precomputed for all frames, and what methods leave out by themselves, by the conditions
-    /// that they ask.
+    /// Completes a plan of the emitters, the medium and the rays of a frame. It adds which
+    /// lights nothing blocks, which shadows can be precomputed for all frames, and what methods
+    /// leave out by themselves under conditions that they test in the frame.
     ///
-    /// The points of area lights are not asked, as methods choose their own, and no light is
-    /// where the medium is not the same everywhere.
+    /// Points of area lights are not tested, because methods choose their own points; nor is
+    /// any light if the medium is heterogeneous.
     ///
-    /// It costs 64 shadow rays for a light that casts shadows on most of the view. For others
-    /// it is bounded by 16 boxes of the hierarchy of triangles per ray.
+    /// A light that casts shadows on most of the view costs 64 shadow rays. Other lights cost
+    /// at most 16 boxes of the BVH per ray.
     ///
     /// # Errors
     /// Those of [`FrameInputs::tracer`] and [`FrameInputs::is_covered`].
@@ -137,7 +136,7 @@ impl Plan {
     }
 }
 
-/// The shadow maps of some emitters.
+/// What the shadow maps of some emitters would take.
 fn shadow_maps(inputs: &FrameInputs<'_>, emitters: &[usize]) -> Saving {
     let faces = inputs.map_faces(emitters.iter().map(|index| &inputs.emitters[*index]));
     let texels = faces as u64 * u64::from(inputs.map).pow(2);

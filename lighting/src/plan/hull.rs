@@ -1,11 +1,11 @@
-//! The air of some rays that a light lights, and what can be between the two.
+//! The convex hull of a light and of the air that it lights along some rays.
 
 use glam::DVec3;
 
 use crate::hull::{Hull, MARGIN, Place};
 use crate::scene::Interval;
 
-/// A ray from the eye: its unit direction, and what of it is lit.
+/// A ray from the eye: its unit direction, and the part of it that the light can reach.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Span {
     pub(super) direction: DVec3,
@@ -13,16 +13,16 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Where it ends.
+    /// The far end.
     fn end(&self) -> Place {
         Place::on_ray(self.direction, f64::from(self.lit.end))
     }
 }
 
-/// The convex hull of the lit spans of some rays from one eye and of their light: all ways
-/// of light to these spans are in it. Positions are relative to the eye.
+/// The convex hull of a light and of the spans of some rays from one eye. It contains the path
+/// of light to every point of these spans. Positions are relative to the eye.
 ///
-/// `None` if the rays do not look in about one direction.
+/// `None` if the directions of the rays differ too much.
 pub(super) fn hull(spans: &[Span], light: Place) -> Option<Hull> {
     let sum: DVec3 = spans.iter().map(|span| span.direction).sum();
     let axis = sum.try_normalize()?;
@@ -42,7 +42,7 @@ pub(super) fn hull(spans: &[Span], light: Place) -> Option<Hull> {
             high[i] = high[i].max(slope);
         }
     }
-    // Of depth 1, in order around the pyramid of rays.
+    // Directions of depth 1 along the edges of a pyramid around the rays, in order.
     let corners = [
         (low[0], low[1]),
         (high[0], low[1]),
@@ -63,8 +63,8 @@ pub(super) fn hull(spans: &[Span], light: Place) -> Option<Hull> {
     Some(Hull::new(both, &places))
 }
 
-/// Normals of planes that may separate a hull from what is outside: those of the axes, of
-/// the pyramid of rays, and of planes through its edges and the light.
+/// Normals of planes that may separate a hull from what is outside: those of the axes, of the
+/// pyramid of rays, and of planes through its edges and the light.
 fn normals(axis: DVec3, corners: &[DVec3; 4], depths: [f64; 2], light: Place) -> Vec<DVec3> {
     let mut normals = vec![axis, DVec3::X, DVec3::Y, DVec3::Z];
     let mut add = |normal: DVec3| normals.extend(normal.try_normalize());
@@ -81,9 +81,9 @@ fn normals(axis: DVec3, corners: &[DVec3; 4], depths: [f64; 2], light: Place) ->
     normals
 }
 
-/// Whether a triangle has the light and all of the spans on the same side of its plane, so
-/// that it cannot be between them: rays may end on it. `is_end` tells of which spans it is
-/// the end itself, whatever their last digit says.
+/// Whether the light and all spans are on the same side of a triangle's plane, so that the
+/// triangle cannot be between them. `is_end` tells for which spans the triangle is their end,
+/// which rounding must not put behind the plane.
 pub(super) fn is_behind_all(
     corners: &[DVec3; 3],
     light: Place,
@@ -94,7 +94,7 @@ pub(super) fn is_behind_all(
     let Some(normal) = (b - a).cross(c - a).try_normalize() else {
         return false;
     };
-    // Towards the eye, which is at zero.
+    // The eye is at the origin.
     let distance = -normal.dot(a);
     let (normal, distance) = (normal * distance.signum(), distance.abs());
     let margin = |place: DVec3| MARGIN * (a.abs().max_element() + place.abs().max_element());

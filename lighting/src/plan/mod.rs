@@ -16,14 +16,14 @@ pub use parts::{LeftOut, Pass, Reason, Saving, Subject};
 use crate::scene::{Emitter, Media, Medium, PhaseFunction};
 use crate::{LightPath, Ray};
 
-/// Which passes a picture needs and which it does not, each with its reason.
+/// Which passes a picture needs, and which it does not need and why.
 ///
-/// Made from the lights, the medium and the rays of the view, and with the feature
-/// `methods` from whole frames (`Plan::of_frame`). Leaving out what the plan leaves out
-/// never changes the picture: only emitters are dropped whose airlight is 0 along every
-/// ray, and only shadows of lights that light all of the view that they reach.
+/// A plan is made from the lights, the medium and the rays of a view, or, with the feature
+/// `methods`, from a whole frame (`Plan::of_frame`). What it leaves out never changes the
+/// picture: it drops only emitters whose airlight is 0 along every ray, and only shadows of
+/// lights that light everything in the view that they reach.
 ///
-/// `Display` writes one line for each pass and for each part that is left out.
+/// `Display` writes one line for each pass and one for each thing that is left out.
 ///
 /// ```
 /// use glam::Vec3;
@@ -46,12 +46,10 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan for the airlight of `emitters` in `medium` (`None` is a
-    /// vacuum) along `rays`.
+    /// The plan for the airlight of `emitters` along `rays` in `medium`; `None` is a vacuum.
     ///
-    /// Costs at most one intersection of each ray with the cone, the range and
-    /// the box of each emitter; an emitter that is needed is usually known to
-    /// be after a few rays.
+    /// Each ray is intersected at most once with the cone, the range and the box of each
+    /// emitter. For an emitter that is needed, a few rays usually suffice.
     pub fn new(emitters: &[Emitter], medium: Option<&Medium>, rays: &[Ray]) -> Self {
         let nothing = match medium {
             None => Some(Reason::NoMedium),
@@ -98,7 +96,8 @@ impl Plan {
         plan
     }
 
-    /// The same for media that may be heterogeneous: smoke may be anywhere along the rays.
+    /// The same for media that may be heterogeneous, for which smoke may be anywhere along the
+    /// rays.
     pub fn of_media(emitters: &[Emitter], media: &Media<'_>, rays: &[Ray]) -> Self {
         if media.is_homogeneous() {
             return Self::new(emitters, media.medium(), rays);
@@ -108,22 +107,23 @@ impl Plan {
         Self::new(emitters, Some(&everywhere), rays)
     }
 
-    /// Indices of the emitters whose airlight is gathered, rising.
+    /// Indices of the emitters whose airlight is gathered, in rising order.
     pub fn emitters(&self) -> &[usize] {
         &self.emitters
     }
 
-    /// Those among them with nothing in their way, whose airlight has a closed form, rising.
+    /// Indices of those among them that nothing blocks, whose airlight has a closed form, in
+    /// rising order.
     pub fn unshadowed(&self) -> &[usize] {
         &self.unshadowed
     }
 
-    /// What runs.
+    /// The passes that run.
     pub fn passes(&self) -> &[Pass] {
         &self.passes
     }
 
-    /// What does not.
+    /// What does not run, with the reasons.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }

@@ -1,4 +1,4 @@
-//! What a plan consists of.
+//! The parts of a plan: passes, and what is left out.
 
 /// A pass that will run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -9,12 +9,12 @@ pub enum Pass {
         /// Indices of the emitters.
         emitters: Vec<usize>,
     },
-    /// The airlight of these emitters in closed form: nothing is in their way.
+    /// The airlight of these emitters in closed form, because nothing blocks them.
     Unshadowed {
         /// Indices of the emitters.
         emitters: Vec<usize>,
     },
-    /// For methods that look into shadow maps: one map each.
+    /// One shadow map for each of these emitters, for methods that look into shadow maps.
     ShadowMaps {
         /// Indices of the emitters.
         emitters: Vec<usize>,
@@ -32,28 +32,28 @@ pub enum Pass {
         /// Indices of the emitters.
         emitters: Vec<usize>,
     },
-    /// For equi-angular methods: steps of equal angle at these emitters.
+    /// Steps of equal angle at these emitters, for equi-angular methods.
     EquiAngularSteps {
         /// Indices of the emitters.
         emitters: Vec<usize>,
     },
 }
 
-/// A pass that will not run.
+/// Something that will not run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
     /// What would have run.
     pub subject: Subject,
-    /// Why it need not.
+    /// Why it is not needed.
     pub reason: Reason,
-    /// What that saves.
+    /// What leaving it out saves.
     pub saving: Saving,
 }
 
-/// Work that is not done, counted, so that it does not depend on the machine.
+/// Work that is saved, in counts that do not depend on the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Saving {
-    /// Rays, once for each emitter, whose airlight or whose lit parts are not asked for.
+    /// Rays whose airlight or lit parts are not computed, once for each emitter.
     pub rays: u64,
     /// Texels that are not made.
     pub texels: u64,
@@ -62,7 +62,7 @@ pub struct Saving {
 }
 
 impl Saving {
-    /// None.
+    /// Nothing is saved.
     pub const NOTHING: Self = Self {
         rays: 0,
         texels: 0,
@@ -90,9 +90,9 @@ pub enum Subject {
     Atlas,
     /// The colours of cookies.
     Cookies,
-    /// Curves of transmittance for each texel of a light's map.
+    /// Transmittance curves for each texel of a light's map.
     Curves,
-    /// What covers a part of the air behind it.
+    /// The dimming of the air behind glass and hair.
     Panes,
 }
 
@@ -116,16 +116,16 @@ pub enum Reason {
     NothingMoves,
     /// The light shines on no dynamic caster.
     ReachesNothingDynamic,
-    /// Parallel light is seen from everywhere under one direction.
+    /// Directional light comes from the same direction everywhere.
     OnlyDirectionalLight,
-    /// [Culling](crate::culling::is_worthwhile) has too little to choose from.
+    /// Too few lights have a range or a cone for [culling](crate::culling::is_worthwhile).
     FewBoundedLights,
-    /// No light has an area.
+    /// No light is an area light.
     NoArea,
     /// No light has a cookie.
     NoCookie,
-    /// Neither hair nor smoke nor a see-through surface lets a share of light through.
+    /// There is no hair, no smoke and no see-through surface.
     NothingTranslucent,
-    /// No see-through surface and no hair is before any of the air.
+    /// No see-through surface and no hair is in front of any air.
     NothingCoversTheAir,
 }

@@ -17,7 +17,7 @@ impl fmt::Display for Plan {
 }
 
 impl LeftOut {
-    /// The reason and what it saves, in words.
+    /// The reason and the saving, in words.
     pub fn why(&self) -> String {
         match self.saving {
             Saving::NOTHING => self.reason.to_string(),

@@ -1,34 +1,34 @@
-//! The setting that meets a target.
+//! The choice of a setting that meets a target.
 
 use std::fmt;
 
 use super::{Forecast, Prediction};
 
-/// What a picture is asked to be.
+/// What is asked of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// At most this far off: relative RMSE.
+    /// Its relative RMSE is at most this.
     Error(f64),
-    /// Ready in so many seconds.
+    /// It takes at most so many seconds.
     Time(f64),
 }
 
-/// Nothing meets a target.
+/// No setting meets a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unmet {
     /// What was asked for.
     pub target: Target,
-    /// What comes nearest, if anything is foreseen at all.
+    /// The setting that comes nearest, if there is any forecast.
     pub nearest: Option<Prediction>,
 }
 
 impl Forecast {
-    /// What meets a target: the fastest that is within an error, or the most accurate that
-    /// is within a time. The time is [`Prediction::seconds`] for so many frames; of two that
-    /// are equal the first is taken.
+    /// The setting that meets a target: the fastest within an error, or the most accurate
+    /// within a time. The time is [`Prediction::seconds`] for so many frames. Of equal settings
+    /// the first is taken.
     ///
     /// # Errors
-    /// [`Unmet`] if nothing does.
+    /// [`Unmet`] if no setting meets the target.
     pub fn choose(&self, target: Target, frames: f64) -> Result<&Prediction, Box<Unmet>> {
         let of_error = |row: &Prediction| row.rmse;
         let of_time = |row: &Prediction| row.seconds(frames);
@@ -50,7 +50,7 @@ impl Forecast {
     }
 }
 
-/// A time or an error of a row.
+/// The time or the error of a row.
 type Measure<'a> = dyn Fn(&Prediction) -> f64 + 'a;
 
 impl fmt::Display for Target {

@@ -1,9 +1,9 @@
-//! The error of a picture, from some of its pixels.
+//! The error of a picture, estimated from some of its pixels.
 
 use super::Judged;
 use super::sample::Segment;
 
-/// A relative root mean square error, and how well it is known.
+/// A relative root mean square error with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Estimate {
     pub(super) rmse: f64,
@@ -11,7 +11,7 @@ pub(super) struct Estimate {
     pub(super) spread: f64,
 }
 
-/// The error of `light`, the radiance of the pixels of the sample.
+/// The error of `light`, which is the radiance of the sample's pixels.
 pub(super) fn estimate(light: &[[f32; 4]], judged: &Judged) -> Estimate {
     let mut squares = Vec::new();
     let mut mean = 0.0;
@@ -27,7 +27,7 @@ pub(super) fn estimate(light: &[[f32; 4]], judged: &Judged) -> Estimate {
     let square = share * square_nearest + (1.0 - share) * squares.iter().sum::<f64>() / number;
     let scale = if mean > 0.0 { mean } else { 1.0 };
     let rmse = square.sqrt() / scale;
-    // Neighbouring cells are alike: their differences tell what is by chance.
+    // Neighbouring cells have similar light, so their differences are due to chance.
     let steps: f64 = squares
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).powi(2))
@@ -40,7 +40,8 @@ pub(super) fn estimate(light: &[[f32; 4]], judged: &Judged) -> Estimate {
     Estimate { rmse, spread }
 }
 
-/// The mean squared difference in a segment, and the mean of the truth; 0 in an empty one.
+/// The mean squared difference in a segment, and the mean of the reference; 0 for an empty
+/// segment.
 fn of_segment(light: &[[f32; 4]], segment: &Segment) -> (f64, f64) {
     let number = 3.0 * segment.places.len().max(1) as f64;
     let (mut square, mut mean) = (0.0, 0.0);

@@ -1,11 +1,11 @@
-//! What comes out of a probe.
+//! The result of a probe.
 
 use std::fmt;
 
 /// What is expected of a setting on a backend.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// The setting, by its place in the list that was probed.
+    /// Index of the setting in the list that was probed.
     pub setting: usize,
     /// The name of the method.
     pub method: String,
@@ -13,68 +13,67 @@ pub struct Prediction {
     pub backend: String,
     /// The quality.
     pub quality: u32,
-    /// What the quality is a number of.
+    /// The unit of the quality.
     pub unit: &'static str,
     /// Seconds before the first frame.
     pub once: f64,
     /// Seconds per frame.
     pub frame: f64,
-    /// Memory for what is kept, bytes.
+    /// Memory that is kept between frames, bytes.
     pub bytes: u64,
-    /// RMSE over the mean radiance.
+    /// Root mean square error over the mean radiance.
     pub rmse: f64,
-    /// Its standard error; that of the nearest probed quality if this one was not.
+    /// Its standard error; if this quality was not probed, that of the nearest one that was.
     pub rmse_spread: f64,
-    /// How all this is known.
+    /// How time and error were found.
     pub known: Known,
-    /// Counted work before the first frame, and of a frame.
+    /// Counted work before the first frame, and per frame.
     pub counted: [f64; 2],
 }
 
-/// How something is known.
+/// How the time and the error of a setting were found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Known {
-    /// Its time and its error were found on the sample.
+    /// Both were measured on the sample.
     Probed,
-    /// Its error was; its time is that between other qualities, or beyond them.
+    /// The error was measured on the sample; the time follows from other qualities.
     Tried,
-    /// Its error is that between two other qualities, its time too or beyond them.
+    /// The error lies between those of two other qualities; the time follows from other
+    /// qualities.
     Interpolated,
 }
 
-/// A setting of which nothing is foreseen.
+/// A setting without a forecast.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Skipped {
-    /// See [`Prediction::setting`].
+    /// Index of the setting; see [`Prediction::setting`].
     pub setting: usize,
     /// The method and its quality.
     pub what: String,
-    /// Why not.
+    /// The reason.
     pub why: String,
 }
 
-/// What is expected of all settings.
-///
-/// `Display` writes it as a table.
+/// The forecast for all settings. `Display` writes it as a table.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Forecast {
-    /// In the order of the settings.
+    /// The forecasts, in the order of the settings.
     pub rows: Vec<Prediction>,
     /// Settings that have no row.
     pub skipped: Vec<Skipped>,
 }
 
 impl Prediction {
-    /// Seconds per frame where what is made once is shared by so many frames, which may be
-    /// infinitely many.
+    /// Seconds per frame, if so many frames share what is made before the first; the number may
+    /// be infinite.
     pub fn seconds(&self, frames: f64) -> f64 {
         self.frame + self.once / frames
     }
 }
 
 impl Known {
-    /// In a word.
+    /// A word for it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Probed => "probed",

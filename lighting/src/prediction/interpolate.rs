@@ -1,8 +1,8 @@
-//! Values between those that are known.
+//! Interpolation between known values.
 
-/// The value at `x` of the straight lines through points `(ln x, ln y)`, which go on
-/// beyond the ends; that of the only point, if there is one alone, and `None` if there is
-/// none. Points are sorted by `x`, and all numbers are positive.
+/// The value at `x` on straight lines through the points `(ln x, ln y)`, extended beyond the
+/// ends. A single point gives its value everywhere; no point gives `None`. Points must be
+/// sorted by `x`, and all numbers positive.
 pub(super) fn along_logarithms(points: &[(f64, f64)], x: f64) -> Option<f64> {
     let first = points.first()?;
     if points.len() == 1 {

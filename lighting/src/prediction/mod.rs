@@ -1,9 +1,9 @@
-//! What each method will cost and how far off it will be, before a picture is made.
+//! What each method will cost and how large its error will be, before a picture is made.
 //!
 //! A short [`probe`](Probe) runs methods on a [`Sample`] of the pixels of a picture and
-//! compares them with the truth about some of these pixels ([`Judged`]). What comes out is
-//! a [`Forecast`]: a row for each [`Setting`], a method at a quality, from which
-//! [`Forecast::choose`] takes the one that meets a [`Target`].
+//! compares some of these pixels with the reference ([`Judged`]). The result is a [`Forecast`],
+//! with a row for each [`Setting`], which is a method at a quality. [`Forecast::choose`] takes
+//! the setting that meets a [`Target`].
 //!
 //! # Time
 //! A picture of `N` rays takes `once` seconds before the first frame and, for each frame,
@@ -12,42 +12,44 @@
 //! t(N) = a + b N        a = t₁ − b n₁,   b = (t₂ − t₁) / (n₂ − n₁) ≥ 0
 //! ```
 //!
-//! where `t₁` and `t₂` are the shortest of some repetitions with `n₁` and `n₂` rays of the
-//! sample; repetitions of all settings are interleaved. A method that
-//! [takes no part of a picture](crate::methods::Method::takes_some_pixels) is timed with all
-//! rays. `once` is what a [`Store`](crate::methods::Store) says that the setting needs, things
+//! where `t₁` and `t₂` are the shortest times of several repetitions with `n₁` and `n₂` rays of
+//! the sample. The repetitions of all settings are interleaved. A method that [cannot take some
+//! of the pixels](crate::methods::Method::takes_some_pixels) is timed with all rays. `once` is
+//! the time that a [`Store`](crate::methods::Store) reports for what the setting needs,
+//! including things that other settings share.
 //! that other settings share included.
 //!
 //! # Error
-//! The relative RMSE over the judged pixels `i` of radiance `xᵢ`, with the truth `rᵢ`:
+//! The relative RMSE over the judged pixels `i`, which have the radiance `xᵢ` and the reference
+//! radiance `rᵢ`:
 //!
 //! ```text
 //! e = √(Σ wᵢ |xᵢ − rᵢ|² / 3) / (Σ wᵢ mean(rᵢ))        Σ wᵢ = 1
 //! ```
 //!
 //! One segment of pixels is drawn from each cell of the picture. Within a segment more pixels
-//! are judged where the light varies, and `wᵢ` makes up for that. The pixels nearest to lights,
-//! where a few can have most of the error, are judged all
-//! ([`Sample::with_nearest`]) and stand for themselves. The standard error of `e`
-//! comes from the differences of neighbouring cells. Errors do not depend on the clock.
+//! are judged where the light varies, and the weights `wᵢ` make up for that. The pixels nearest
+//! to lights, where a few pixels can have most of the error, are all judged
+//! ([`Sample::with_nearest`]) and represent only themselves. The standard error of `e` is
+//! estimated from differences between neighbouring cells. Errors do not depend on the clock.
 //!
 //! # Settings that are not probed
-//! What is run is decided by [counted work](crate::methods::Work) and the [`Profile`] of the
-//! machine, never by the clock: first the ends of the qualities of each method and one
-//! between, with their times; then the others, for their errors. The time of these is found
-//! on straight lines through the logarithms of times over those of counted work (of the
-//! quality, where work is the same), which go on beyond the ends. Errors that are not known
-//! are found between two that are, over the quality; beyond these nothing is foreseen,
-//! because errors level out where something else limits them.
+//! [Counted work](crate::methods::Work) and the [`Profile`] of the machine decide which
+//! settings run, never the clock. First come the lowest, the highest and a middle quality of
+//! each method, with times and errors; then other qualities, with errors alone. Their times lie
+//! on straight lines through the logarithms of the known times over the logarithms of counted
+//! work (or over quality, where the work does not differ); beyond the ends the lines are
+//! extended. Unknown errors are interpolated over quality between two known ones. They are not
+//! extrapolated, because errors level out where something other than the quality limits them.
 //!
 //! # The profile
-//! A [`Profile`] holds, for each method on each backend, seconds per unit of counted work,
-//! as medians over the scenes that it was learned from. It says what is too expensive to
-//! probe, and how long that takes.
+//! A [`Profile`] holds the seconds per unit of counted work for each method on each backend, as
+//! medians over the scenes that it was learned from. It tells which settings are too expensive
+//! to probe, and how long the probe takes.
 //!
 //! # Limits
-//! Cells are about 30 pixels wide: light that only single pixels have is missed, or
-//! overrated. Times are those of the machine as it is during the probe.
+//! Cells are about 30 pixels wide: light that only single pixels have is missed or overrated.
+//! Times are those of the machine in its state during the probe.
 
 mod choice;
 mod error;

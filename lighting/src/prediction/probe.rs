@@ -1,4 +1,4 @@
-//! Methods on a part of a picture.
+//! The probe, which runs methods on a part of a picture.
 
 use gpu_backend::{BufferOf, Download, Error};
 
@@ -12,13 +12,13 @@ use crate::methods::{
 };
 use crate::scene::trace::Hit;
 
-/// How often a setting is timed with each of the two samples.
+/// How many times a setting is timed with each of the two samples.
 const REPETITIONS: usize = 5;
 
-/// The largest share of the budget that one setting may take.
+/// The largest share of the budget that a single setting may take.
 const LARGEST: f64 = 0.25;
 
-/// The least error that is told from others.
+/// Smaller errors count as this.
 const LEAST_ERROR: f64 = 1e-7;
 
 /// A method at a quality.
@@ -32,23 +32,22 @@ pub struct Setting {
     pub map: u32,
 }
 
-/// A look at what settings cost and how far off they are.
-///
-/// Settings of one method stand together, by rising quality.
+/// A probe of the times and errors of settings. Settings of one method must follow each other,
+/// in order of rising quality.
 #[derive(Clone, Copy)]
 pub struct Probe<'a> {
     /// The whole picture.
     pub inputs: FrameInputs<'a>,
-    /// The pixels that stand for it.
+    /// The pixels that represent it.
     pub sample: &'a Sample,
-    /// The truth about some of them.
+    /// The reference for some of these pixels.
     pub judged: &'a Judged,
-    /// What the machine is known to cost.
+    /// The known costs of the machine.
     pub profile: &'a Profile,
-    /// Seconds that the probe may take, by counted work and the profile; infinite to probe
-    /// everything.
+    /// Seconds that the probe may take, estimated from counted work and the profile; infinity
+    /// probes everything.
     pub seconds: f64,
-    /// Seconds since any moment.
+    /// A clock: seconds since any fixed moment.
     pub clock: &'a dyn Fn() -> f64,
 }
 
@@ -62,17 +61,17 @@ impl std::fmt::Debug for Probe<'_> {
     }
 }
 
-/// A setting that was run.
+/// A setting that has run.
 struct Run {
     setting: usize,
     once: f64,
     bytes: u64,
     error: Estimate,
-    /// The shortest times with fewer and with more rays, if it is timed.
+    /// If it was timed, the shortest times with fewer and with more rays.
     times: Option<[f64; 2]>,
 }
 
-/// Rays with what belongs to them.
+/// Some rays, with the inputs that belong to them.
 struct Part {
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
@@ -107,22 +106,22 @@ impl Part {
     }
 }
 
-/// The frames that settings are run in.
+/// The frames in which settings run.
 struct Frames<'a, B: MethodBackend> {
     whole: Frame<'a, B>,
-    /// Of fewer and of more pixels; none if the sample is the whole picture.
+    /// Frames of fewer and of more pixels; none if the sample is the whole picture.
     parts: Option<[Frame<'a, B>; 2]>,
 }
 
 impl Probe<'_> {
-    /// What is expected of each setting on a backend, which `label` names.
+    /// The forecast for each setting on a backend, which `label` names.
     ///
     /// # Errors
-    /// [`MethodError::Backend`] if the device is lost or cannot hold the rays. What a method
-    /// fails for is a reason to skip it.
+    /// [`MethodError::Backend`] if the device is lost or cannot hold the rays. Other failures
+    /// of a method are a reason to skip it.
     ///
     /// # Panics
-    /// If the sample is that of a picture of another size.
+    /// If the sample was made for a picture of another size.
     pub fn run<B: MethodBackend + Download>(
         &self,
         backend: &B,
@@ -180,7 +179,7 @@ impl Probe<'_> {
                 }
             }
         }
-        // What failed later tells nothing of other qualities either.
+        // A run that failed later tells nothing about other qualities either.
         runs.retain(|run| !skipped.iter().any(|other| other.setting == run.setting));
         let mut forecast = Forecast {
             rows: Vec::new(),
@@ -229,12 +228,12 @@ impl Probe<'_> {
             .work(&self.inputs_of(setting), setting.quality)
     }
 
-    /// Counted work of a frame of so many rays.
+    /// Counted work of a frame with so many rays.
     fn counted(work: &Work, rays: usize) -> f64 {
         (work.per_frame + work.per_ray * rays as f64).max(1.0)
     }
 
-    /// Rays of the runs of a setting: of the fewer and of the more.
+    /// The numbers of rays in the two runs of a setting.
     fn rays(&self, setting: &Setting) -> [usize; 2] {
         let more = self.sample.pixels().len();
         match takes_parts(setting) {
@@ -257,7 +256,7 @@ impl Probe<'_> {
         }
     }
 
-    /// What a setting needs, and its error.
+    /// Runs a setting for the first time, which tells what it needs and its error.
     fn first<B: MethodBackend + Download>(
         &self,
         frames: &mut Frames<'_, B>,
@@ -328,8 +327,8 @@ impl Probe<'_> {
         more + per_ray * beyond
     }
 
-    /// What is expected of a setting by what its method did; the backend is missing. `None`
-    /// if too little is known.
+    /// The forecast of a setting from the runs of its method, without the backend; `None` if
+    /// too little is known.
     fn expected(
         &self,
         index: usize,
@@ -391,9 +390,9 @@ impl Probe<'_> {
     }
 }
 
-/// The value of a setting on lines of logarithms through those of others, over `x`, which
-/// goes with the quality; `None` if `x` does not tell them apart. In proportion to `x` if
-/// there is one alone.
+/// The value of a setting on lines through the logarithms of other settings' values over `x`,
+/// which rises with quality; `None` if `x` is the same for all of them. If only one is known,
+/// the value is proportional to `x`.
 fn over(known: &[(usize, f64)], x: impl Fn(usize) -> f64, index: usize) -> Option<f64> {
     let points: Vec<(f64, f64)> = known.iter().map(|(i, y)| (x(*i), *y)).collect();
     if let [(only, y)] = points[..] {
@@ -403,7 +402,7 @@ fn over(known: &[(usize, f64)], x: impl Fn(usize) -> f64, index: usize) -> Optio
     is_rising.then(|| along_logarithms(&points, x(index)))?
 }
 
-/// The error of a setting between two whose errors are known. Beyond the last nothing is:
+/// The error of a setting between two whose errors are known. It is not extrapolated, because
 /// errors level out where something else limits them.
 fn error_between(own: &[&Run], quality: impl Fn(usize) -> f64, index: usize) -> Option<Estimate> {
     let after = own.iter().position(|run| run.setting > index)?;
@@ -416,7 +415,8 @@ fn error_between(own: &[&Run], quality: impl Fn(usize) -> f64, index: usize) -> 
 }
 
 impl<'a, B: MethodBackend> Frames<'a, B> {
-    /// The frame of the larger sample, or the whole one for a method that takes no part.
+    /// The frame of the larger sample; for a method that cannot take some of the pixels, the
+    /// whole frame.
     fn larger(&mut self, setting: &Setting) -> &Frame<'a, B> {
         let frame = match &mut self.parts {
             Some([_, larger]) if takes_parts(setting) => larger,
@@ -433,7 +433,7 @@ impl<'a, B: MethodBackend> Frames<'a, B> {
     }
 }
 
-/// Why a setting that failed is skipped; a device that is lost fails for all.
+/// Why a setting that failed is skipped; a lost device is an error for all settings.
 fn skip(setting: usize, settings: &[Setting], error: MethodError) -> Result<Skipped, MethodError> {
     match error {
         MethodError::Backend(error @ Error::DeviceLost { .. }) => Err(error.into()),
@@ -458,7 +458,7 @@ fn on<B: MethodBackend>(setting: &Setting) -> Result<&dyn RunOn<B>, MethodError>
         })
 }
 
-/// Whether a store of a backend is the one on the host.
+/// Whether the store of a backend is the store on the host.
 fn is_same<A, B>(store: &A, host: &B) -> bool {
     std::ptr::addr_eq(store, host)
 }
@@ -468,7 +468,7 @@ fn name(setting: &Setting) -> String {
     format!("{} with {} {}", about.name, setting.quality, about.quality)
 }
 
-/// An error with its causes.
+/// An error with its causes, as one line.
 fn said(error: &MethodError) -> String {
     let mut text = error.to_string();
     let mut cause = std::error::Error::source(error);
@@ -481,18 +481,18 @@ fn said(error: &MethodError) -> String {
     text
 }
 
-/// Seconds that a probe of a setting takes, by counted work.
+/// Seconds that probing a setting takes, estimated from counted work.
 #[derive(Debug, Clone, Copy)]
 struct Cost {
-    /// What has to be made.
+    /// For what has to be made.
     once: f64,
-    /// The run that tells the error.
+    /// For the run that gives the error.
     error: f64,
-    /// Those that tell the time.
+    /// For the runs that give the time.
     time: f64,
 }
 
-/// The settings of each method, by their places.
+/// For each method, the indices of its settings.
 fn groups(settings: &[Setting]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let name = |index: usize| settings[index].entry.about().name;
@@ -505,9 +505,9 @@ fn groups(settings: &[Setting]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// What is run, and whether it is timed too: first the ends of each group and one between,
-/// with their times; then the errors of the others. What takes too much by itself, or with
-/// those before, is left out.
+/// The settings that run, and whether each is timed too: first the ends and the middle of each
+/// group, timed; then others for their errors alone. A setting that would take too long, by
+/// itself or after those before it, is left out.
 fn chosen(groups: &[Vec<usize>], costs: &[Cost], seconds: f64) -> Vec<(usize, bool)> {
     let is_timed = |group: &[usize], place: usize| {
         let last = group.len() - 1;
@@ -515,7 +515,7 @@ fn chosen(groups: &[Vec<usize>], costs: &[Cost], seconds: f64) -> Vec<(usize, bo
     };
     let mut spent = 0.0;
     let mut chosen = Vec::new();
-    // What is made for one quality is often a part of what another needs.
+    // What is made for one quality is often part of what another quality needs.
     let mut made = vec![0.0_f64; groups.len()];
     for timed in [true, false] {
         for (number, group) in groups.iter().enumerate() {

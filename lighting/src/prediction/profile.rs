@@ -1,4 +1,4 @@
-//! What a machine is known to cost.
+//! The known costs of a machine.
 
 use std::collections::BTreeMap;
 
@@ -7,35 +7,35 @@ use super::{Forecast, Known};
 /// Seconds per unit of [counted work](crate::methods::Work) of a method on a backend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Costs {
-    /// For what is made before the first frame.
+    /// Cost of what is made before the first frame.
     pub once: f64,
-    /// For a frame: of the work of the frame and of all its rays.
+    /// Cost of a frame, per unit of the work of the frame and of all its rays.
     pub frame: f64,
 }
 
 impl Costs {
-    /// What is assumed of a method that is not known: a unit is meant to be about this much
-    /// on a core of 2020.
+    /// The assumed costs of an unknown method: a unit of work takes about this long on a CPU
+    /// core of 2020.
     pub const ASSUMED: Self = Self {
         once: 1e-8,
         frame: 1e-8,
     };
 }
 
-/// What the methods cost on a machine, see the [module](super).
+/// The costs of methods on a machine; see the [module](super).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Profile {
     costs: BTreeMap<(String, String), Costs>,
 }
 
 impl Profile {
-    /// Without any method.
+    /// A profile that knows no method.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// For each method the medians of what was probed, over some scenes; what was not is
-    /// assumed.
+    /// A profile with the median costs of each method over what was probed of some scenes.
+    /// Costs that were not probed are assumed.
     pub fn learned<'a>(forecasts: impl IntoIterator<Item = &'a Forecast>) -> Self {
         let mut all: BTreeMap<(String, String), Vec<Costs>> = BTreeMap::new();
         let rows = forecasts.into_iter().flat_map(|forecast| &forecast.rows);
@@ -59,30 +59,30 @@ impl Profile {
         }
     }
 
-    /// Adds what is known of a method, in place of what was.
+    /// Sets the costs of a method, in place of earlier ones.
     pub fn insert(&mut self, backend: &str, method: &str, costs: Costs) {
         self.costs.insert((backend.into(), method.into()), costs);
     }
 
-    /// What is known of a method, or assumed.
+    /// The known costs of a method, or the assumed ones.
     pub fn costs(&self, backend: &str, method: &str) -> Costs {
         let key = (backend.to_owned(), method.to_owned());
         self.costs.get(&key).copied().unwrap_or(Costs::ASSUMED)
     }
 
-    /// All that is known, by backend and method.
+    /// All known costs, by backend and method.
     pub fn all(&self) -> impl Iterator<Item = (&str, &str, Costs)> {
         let all = self.costs.iter();
         all.map(|((backend, method), costs)| (backend.as_str(), method.as_str(), *costs))
     }
 
-    /// Whether nothing is known.
+    /// Whether no method is known.
     pub fn is_empty(&self) -> bool {
         self.costs.is_empty()
     }
 }
 
-/// The lower median of those that are finite and positive.
+/// The lower median of the values that are finite and positive.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.filter(|x| x.is_finite() && *x > 0.0).collect();
     values.sort_by(f64::total_cmp);

@@ -1,32 +1,30 @@
-//! Which pixels stand for a picture.
+//! The pixels that represent a picture.
 
 use gpu_backend::Cpu;
 
 use crate::scene::Medium;
 use crate::{Emitter, LightPath, Ray};
 
-/// Pixels of a segment, which are beside each other in a row: half of what a backend takes
-/// at once, so that they are as coherent as those of a picture.
+/// Pixels in a segment, which are neighbours in a row. This is half of what a backend takes at
+/// once, so that their rays are as coherent as those of a whole picture.
 const SEGMENT: u32 = 32;
 
-/// The part of the segments that make up the smaller of the two samples of the time.
+/// One segment in so many is in the smaller of the two samples for timing.
 const SMALLER: usize = 4;
 
-/// Some pixels of a picture, in segments that are spread over it evenly.
-///
-/// The same for the same size on every run and every machine.
+/// Some pixels of a picture, in segments that are spread over it evenly. They depend on the
+/// size of the picture alone.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sample {
     pixels: Vec<u32>,
-    /// Where each segment begins in `pixels`, and the end of the last, behind which are the
-    /// pixels nearest to lights.
+    /// For each segment, the index of its first pixel in `pixels`, and then the end of the last
+    /// segment, behind which are the pixels nearest to lights.
     starts: Vec<usize>,
     total: usize,
 }
 
 impl Sample {
-    /// About `most` pixels of a picture; all of them, if there are no more than twice as
-    /// many.
+    /// About `most` pixels of a picture; all of them, if these are no more than twice as many.
     pub fn new([width, height]: [u32; 2], most: usize) -> Self {
         let total = width as usize * height as usize;
         let mut sample = Self {
@@ -49,7 +47,7 @@ impl Sample {
         let rows = (segments as u32 / columns).clamp(1, height);
         for row in 0..rows {
             let [top, bottom] = [row, row + 1].map(|edge| cut(height, edge, rows));
-            // One row of pixels in each row of cells; a row of its own in each cell.
+            // In each row of cells, no two segments are in the same row of pixels.
             let mut cells: Vec<u32> = (0..columns)
                 .map(|column| {
                     let [left, right] = [column, column + 1].map(|edge| cut(width, edge, columns));
@@ -67,12 +65,12 @@ impl Sample {
         sample
     }
 
-    /// The same with the `number` pixels whose rays are the nearest to lights, which have a
-    /// large part of the error of methods that take steps: light falls with the square of
-    /// the distance. They stand for themselves alone.
+    /// Adds the `number` pixels whose rays pass lights most closely. Methods that take steps
+    /// have a large part of their error there, because light falls off with the square of the
+    /// distance. These pixels represent only themselves.
     ///
-    /// Takes one operation for each ray and point light. A light whose range or cone a ray
-    /// misses is not near to it.
+    /// Cost: one operation for each ray and point light. A light whose range or cone the ray
+    /// misses does not count.
     #[must_use]
     pub fn with_nearest(mut self, rays: &[Ray], emitters: &[Emitter], number: usize) -> Self {
         if self.is_whole() {
@@ -111,13 +109,13 @@ impl Sample {
         self.starts.push(self.pixels.len());
     }
 
-    /// The pixels, counted row by row from the top: those of segments in this order, then
+    /// The indices of the pixels, row by row from the top: first those of the segments, then
     /// those nearest to lights.
     pub fn pixels(&self) -> &[u32] {
         &self.pixels
     }
 
-    /// The pixels of a quarter of the segments.
+    /// The pixels of a quarter of the segments, for timing.
     pub fn smaller(&self) -> Vec<u32> {
         let first = (SMALLER / 2).min(self.segments().saturating_sub(1));
         let segments = (first..self.segments()).step_by(SMALLER);
@@ -127,12 +125,12 @@ impl Sample {
             .collect()
     }
 
-    /// Whether it is the whole picture.
+    /// Whether the sample is the whole picture.
     pub fn is_whole(&self) -> bool {
         self.pixels.len() == self.total
     }
 
-    /// Pixels of the picture.
+    /// Number of pixels of the picture.
     pub fn of(&self) -> usize {
         self.total
     }
@@ -145,13 +143,14 @@ impl Sample {
         self.starts[index]..self.starts[index + 1]
     }
 
-    /// The places of those nearest to lights.
+    /// The range in `pixels` of those nearest to lights.
     fn nearest(&self) -> std::ops::Range<usize> {
         self.starts[self.segments()]..self.pixels.len()
     }
 }
 
-/// The light that a ray would get of the point on it that is nearest to each light.
+/// The sum over the lights of the irradiance at the point of the ray that is nearest to the
+/// light.
 fn brightness(ray: &Ray, emitters: &[Emitter]) -> f32 {
     let of = |emitter: &Emitter| {
         let Emitter::Point(light) = emitter else {
@@ -166,16 +165,17 @@ fn brightness(ray: &Ray, emitters: &[Emitter]) -> f32 {
         light.intensity().element_sum() / distance.max(1e-12 * to_light.length_squared())
     };
     let sum: f32 = emitters.iter().map(of).sum();
-    // A light at the eye is equally near to all.
+    // A ray that starts at a light counts as dark: all rays from that eye are equally near to
+    // it.
     if sum.is_finite() { sum } else { 0.0 }
 }
 
-/// Where the part `edge` of `parts` of a length begins.
+/// Start of part number `edge` if a length is divided into `parts` parts.
 fn cut(length: u32, edge: u32, parts: u32) -> u32 {
     (u64::from(length) * u64::from(edge) / u64::from(parts)) as u32
 }
 
-/// A number below `count`, which is not 0, without pattern: the finaliser of SplitMix64
+/// A pseudo-random number below `count`, which must not be 0: the finaliser of SplitMix64
 /// (Steele, Lea and Flood, OOPSLA 2014).
 fn below(count: u32, index: u64) -> u32 {
     let mut x = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -184,33 +184,33 @@ fn below(count: u32, index: u64) -> u32 {
     ((((x ^ (x >> 31)) >> 32) * u64::from(count)) >> 32) as u32
 }
 
-/// The truth about some of the pixels of a sample.
+/// The reference radiance of some of a sample's pixels.
 #[derive(Debug, Clone)]
 pub struct Judged {
     segments: Vec<Segment>,
     nearest: Segment,
-    /// The share of the picture that `nearest` is.
+    /// The share of the picture's pixels that are in `nearest`.
     share: f64,
     number: usize,
     is_whole: bool,
 }
 
-/// What is known of a segment.
+/// The judged pixels of a segment.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Segment {
-    /// Places in the sample, rising within each of the two rounds.
+    /// Indices in the sample, rising within each of the two rounds.
     pub(super) places: Vec<usize>,
     pub(super) truth: Vec<[f64; 3]>,
 }
 
-/// The least share of the second round that a segment gets, of an even share, whatever its
-/// light: what does not vary between a few pixels may do so between others.
+/// The least number of pixels that a segment gets in the second round, as a share of the mean
+/// number: light that does not vary between a few pixels may vary between others.
 const LEAST: f64 = 0.2;
 
 impl Judged {
-    /// Asks `truth` for the radiance of about `most` pixels of a sample, at least one, beside
-    /// those nearest to lights: half of them at equal distances, the others where these differ
-    /// most from those beside them.
+    /// Asks `truth` for the reference radiance of about `most` pixels of a sample, at least
+    /// one, in addition to those nearest to lights. Half of them are at equal distances, the
+    /// others in the segments where these differ most from their neighbours.
     ///
     /// # Errors
     /// Those of `truth`.
@@ -228,7 +228,7 @@ impl Judged {
         } else {
             let each = (most / 2 / sample.segments().max(1)).max(1);
             let apart = (sample.segments() as f64 / most as f64).max(1.0);
-            // Where there are fewer pixels than segments, some have none.
+            // With fewer pixels than segments, some segments have none.
             let has_any = |segment: usize| {
                 ((segment as f64 / apart) as usize as f64 * apart).ceil() as usize == segment
             };
@@ -266,7 +266,7 @@ impl Judged {
         })
     }
 
-    /// How many pixels are judged.
+    /// Number of judged pixels.
     pub fn number(&self) -> usize {
         self.number
     }
@@ -275,7 +275,7 @@ impl Judged {
         &self.segments
     }
 
-    /// The pixels nearest to lights, and the share of the picture that they are.
+    /// The pixels nearest to lights, and their share of the picture.
     pub(super) fn nearest(&self) -> (&Segment, f64) {
         (&self.nearest, self.share)
     }
@@ -285,7 +285,7 @@ impl Judged {
     }
 }
 
-/// Asks for the truth at places of each segment, all at once.
+/// Asks for the reference at some pixels of each segment, with a single call.
 fn ask<E>(
     sample: &Sample,
     segments: &mut [Segment],
@@ -306,7 +306,7 @@ fn ask<E>(
     Ok(())
 }
 
-/// `count` of some places, or all of them, at equal distances.
+/// `count` of some pixels at equal distances, or all of them.
 fn spread(free: &[usize], count: usize, seed: usize) -> Vec<usize> {
     let count = count.min(free.len());
     let offset = f64::from(below(1 << 16, seed as u64)) / f64::from(1 << 16);
@@ -316,7 +316,7 @@ fn spread(free: &[usize], count: usize, seed: usize) -> Vec<usize> {
         .collect()
 }
 
-/// How many more pixels each segment gets, by how much its light varies.
+/// The number of further pixels that each segment gets, by how much its light varies.
 fn shares(segments: &[Segment], left: usize) -> Vec<usize> {
     let grey = |light: &[f64; 3]| light.iter().sum::<f64>() / 3.0;
     let variation = |index: usize| {
