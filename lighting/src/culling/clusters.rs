@@ -7,25 +7,27 @@ use gpu_backend::Cpu;
 use super::lights::{Budget, Lists, TileLights, TooManyLights};
 use super::reach::Bundle;
 
-/// Bits of an f32 that slices of depth leave out: there are eight to an octave, each 6 to
-/// 13 % deep.
+/// The number of low bits of an f32 that the index of a slice leaves out. This gives eight
+/// slices of depth per octave, each 6 to 13 % deep.
 const SLICE: u32 = 20;
 
-/// Tiles per unit of work.
+/// Tiles in a unit of work.
 const CHUNK: usize = 64;
 
-/// Stands for the cluster of a ray without an end.
+/// The cluster index of a ray without an end.
 const NO_CLUSTER: u32 = u32::MAX;
 
-/// For the surfaces on which the rays of a picture end, the lights that may reach them, in
-/// the order of the lights.
+/// For the surfaces on which the rays of a picture end, the lights that may reach them, in the
+/// order of the lights.
 ///
-/// Slices of depth are logarithmic, as in Olsson et al. A *cluster* is what lies between the
-/// first and the last end of those rays of a tile that end in one slice, and only around
-/// these rays. So there are no clusters where nothing ends, and they are small where depths
-/// in a tile differ, and where a surface faces the eye.
+/// Slices of depth are logarithmic, as in Olsson et al. A *cluster* contains the ends of those
+/// rays of a tile that end in the same slice. It extends from the nearest to the farthest of
+/// these ends, and only around these rays. So there are no clusters where no ray ends, and
+/// clusters are small where depths in a tile differ, and where a surface faces the eye.
 ///
-/// Cost: a comparison for each cluster and each light of its tile, and a test of those that
+/// Cost: a comparison for each cluster and each light of its tile. Where a cluster does not
+/// have all rays of its tile, lights at its depth are tested in addition. Results do not depend
+/// on threads.
 /// are at its depth where it has not all rays of the tile; on any number of threads.
 #[derive(Debug, Clone)]
 pub struct Clusters<'t> {
@@ -34,7 +36,7 @@ pub struct Clusters<'t> {
     of_ray: Vec<u32>,
     /// Nearest and farthest end of each cluster.
     depths: Vec<[f32; 2]>,
-    /// Where the list of each cluster begins, and where the last one ends.
+    /// The index at which the list of each cluster begins, and the end of the last list.
     offsets: Vec<u32>,
     lights: Vec<u32>,
 }
@@ -42,17 +44,17 @@ pub struct Clusters<'t> {
 /// The clusters of some tiles.
 #[derive(Default)]
 struct Chunk {
-    /// Rays, and the number of the cluster of each in the chunk.
+    /// Rays, each with the index of its cluster within the chunk.
     ends: Vec<(u32, u32)>,
     depths: Vec<[f32; 2]>,
     lists: Lists,
 }
 
 impl<'t> Clusters<'t> {
-    /// The clusters of the rays whose lights these are.
+    /// Makes the clusters at the ends of the rays that the lists belong to.
     ///
     /// # Errors
-    /// [`TooManyLights`] if the lists of all clusters have more than
+    /// [`TooManyLights`] if the lists of all clusters together have more than
     /// [`MOST_LISTED`](super::MOST_LISTED) entries.
     pub fn new(cpu: &Cpu, rays: TileLights<'t>) -> Result<Self, TooManyLights> {
         let tiles = rays.tiles();
@@ -75,7 +77,7 @@ impl<'t> Clusters<'t> {
         let mut of_ray = vec![NO_CLUSTER; tiles.rays()];
         let (mut depths, mut lists) = (Vec::new(), Vec::new());
         for chunk in chunks {
-            // There are no more clusters than rays.
+            // There are no more clusters than rays, which a u32 counts.
             let first = depths.len() as u32;
             for (ray, cluster) in chunk.ends {
                 of_ray[ray as usize] = first + cluster;
@@ -93,25 +95,25 @@ impl<'t> Clusters<'t> {
         })
     }
 
-    /// The lights of the rays as a whole.
+    /// The lists along whole rays.
     pub fn rays(&self) -> &TileLights<'t> {
         &self.rays
     }
 
-    /// The number of clusters.
+    /// Number of clusters.
     pub fn clusters(&self) -> usize {
         self.depths.len()
     }
 
-    /// The number of entries in the lists of all clusters.
+    /// Number of entries in the lists of all clusters together.
     pub fn entries(&self) -> usize {
         self.lights.len()
     }
 
-    /// The lights that may reach the point of a ray at a distance from the eye, in their
-    /// order; none if there is no such ray. A point in the cluster that the ray ends in takes
-    /// the list of the cluster. Another one, such as on a pane before that, takes those of
-    /// the tile's lights that may reach the tile at this distance.
+    /// The lights that may reach the point of a ray at a distance from the eye, in their order;
+    /// none if there is no such ray. For a point in the cluster that the ray ends in, this is
+    /// the list of the cluster. For another point, for example on a pane in front, it is those
+    /// of the tile's lights that may reach the tile at this distance.
     pub fn at(&self, ray: usize, distance: f32) -> impl Iterator<Item = u32> {
         let cluster = self.cluster(ray, distance);
         let known = cluster.clone().map_or(&[][..], |list| &self.lights[list]);
@@ -119,13 +121,14 @@ impl<'t> Clusters<'t> {
         known.iter().copied().chain(others.into_iter().flatten())
     }
 
-    /// The cluster that each ray ends in, where the list of each begins and the last one
-    /// ends, and the lights. Rays without an end have a number that is no cluster's.
+    /// The cluster of each ray, the index at which the list of each cluster begins with the end
+    /// of the last one, and the lights. A ray without an end has an index that is that of no
+    /// cluster.
     pub(super) fn into_lists(self) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
         (self.of_ray, self.offsets, self.lights)
     }
 
-    /// The list of the cluster that a ray ends in, for a point in it.
+    /// The list of the cluster that a ray ends in, if the point at this distance is in it.
     fn cluster(&self, ray: usize, distance: f32) -> Option<Range<usize>> {
         let cluster = *self.of_ray.get(ray)? as usize;
         let [near, far] = *self.depths.get(cluster)?;
@@ -135,7 +138,7 @@ impl<'t> Clusters<'t> {
 }
 
 impl Chunk {
-    /// Adds the clusters of a tile.
+    /// Adds the clusters of one tile.
     fn add(&mut self, rays: &TileLights<'_>, tile: usize, budget: &Budget) {
         let tiles = rays.tiles();
         let ways = tiles.rays_of(tile).iter().zip(tiles.ways_of(tile));

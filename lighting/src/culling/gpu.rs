@@ -1,4 +1,4 @@
-//! Pixels taken out and put back on a GPU.
+//! Taking pixels out of a picture and putting them back, on a GPU.
 
 use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, INDEX_WGSL, Kernel, Workgroups};
 use gpu_backend::{Backend, Buffer, Error};
@@ -8,7 +8,7 @@ use super::pick::{PickPixels, check};
 /// The shader.
 pub(super) const PICK: [&str; 2] = [INDEX_WGSL, include_str!("pick.wgsl")];
 
-/// Invocations per workgroup in it.
+/// Invocations per workgroup of that shader.
 const GROUP: u32 = 64;
 
 fn run<E: Encode>(

@@ -9,11 +9,11 @@ use super::reach::{Bundle, Reach};
 use super::tiles::{LEVELS, RayTiles};
 use crate::Emitter;
 
-/// Entries of the lists of all tiles together, at most: 64 MiB of numbers of lights, half
-/// of what a GPU with the default limits of WebGPU binds at once.
+/// The largest number of entries in the lists of all tiles together. They are 64 MiB of light
+/// indices, half of what a GPU with the default limits of WebGPU binds at once.
 pub const MOST_LISTED: usize = 1 << 24;
 
-/// Lists of lights that would take too much memory.
+/// Lists of lights would take too much memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the lists of {lights} lights have more than {MOST_LISTED} entries in {tiles} tiles, \
@@ -24,28 +24,28 @@ pub struct TooManyLights {
     pub(super) tiles: usize,
 }
 
-/// For each tile of a picture the lights that may reach its rays, in the order of the
-/// lights.
+/// For each tile of a picture, the lights that may reach its rays, in the order of the lights.
 ///
-/// The lists have no limit of their own: a tile that all lights reach lists all of them.
+/// The length of a single list is not limited: a tile that all lights reach lists all of them.
 /// Lights without bounds are in every list.
 ///
-/// Cost: lights are tested with the largest blocks of tiles, and with the blocks and tiles
-/// inside of those that they may reach. So it grows with the entries of the lists, apart
-/// from one test for each light and block of 256 × 256 pixels.
+/// Cost: each light is tested against the largest blocks of tiles, and then against the blocks
+/// and tiles inside of those that it may reach. So the cost grows with the entries of the
+/// lists, apart from one test for each light and block of 256 × 256 pixels.
 #[derive(Debug, Clone)]
 pub struct TileLights<'t> {
     tiles: &'t RayTiles,
-    /// Where the list of each tile begins, and where the last one ends.
+    /// The index at which the list of each tile begins, and the end of the last list.
     offsets: Vec<u32>,
     lights: Vec<u32>,
-    /// Between which distances from the eye an entry may light the rays of its tile.
+    /// For each entry, the distances from the eye between which its light may reach rays of the
+    /// tile.
     parts: Vec<[f32; 2]>,
-    /// What each light reaches; `None` for one without bounds.
+    /// The region that each light reaches; `None` for a light without bounds.
     reaches: Vec<Option<Reach>>,
 }
 
-/// The lists of some tiles, one behind the other.
+/// The lists of some tiles, one after the other.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Lists {
     /// Entries of each list.
@@ -55,8 +55,8 @@ pub(super) struct Lists {
 }
 
 impl Lists {
-    /// Lists behind each other as one, and where each list begins; the last number is the
-    /// end.
+    /// Concatenates lists. The first result is the index at which each list begins, and the end
+    /// of the last list.
     pub(super) fn join(all: &[Self]) -> (Vec<u32>, Vec<u32>, Vec<[f32; 2]>) {
         let mut offsets = vec![0];
         let (mut lights, mut parts) = (Vec::new(), Vec::new());
@@ -73,7 +73,7 @@ impl Lists {
     }
 }
 
-/// Counts entries, and tells when there are too many.
+/// Counts entries, and notices when there are too many.
 pub(super) struct Budget(AtomicUsize);
 
 impl Budget {
@@ -81,23 +81,24 @@ impl Budget {
         Self(AtomicUsize::new(0))
     }
 
-    /// Whether there is room for so many more.
+    /// Takes so many entries from the budget; false if it is exhausted.
     pub(super) fn take(&self, entries: usize) -> bool {
         self.0.fetch_add(entries, Ordering::Relaxed) + entries <= MOST_LISTED
     }
 
-    /// Whether there was room for all. It does not depend on the order of the takers.
+    /// Whether the budget sufficed. The answer does not depend on the order of the takers.
     pub(super) fn is_kept(&self) -> bool {
         self.0.load(Ordering::Relaxed) <= MOST_LISTED
     }
 }
 
 impl<'t> TileLights<'t> {
-    /// The lists of all tiles.
+    /// Makes the lists of all tiles.
     ///
     /// # Errors
-    /// [`TooManyLights`] if they, or those of larger blocks on the way to them, have more
-    /// than [`MOST_LISTED`] entries: some of the lights alone have fewer.
+    /// [`TooManyLights`] if the lists of all tiles, or those of larger blocks on the way to
+    /// them, have more than [`MOST_LISTED`] entries. Lists of only some of the lights are
+    /// shorter.
     pub fn new<L: Borrow<Emitter> + Sync>(
         cpu: &Cpu,
         tiles: &'t RayTiles,
@@ -107,7 +108,7 @@ impl<'t> TileLights<'t> {
             lights: emitters.len(),
             tiles: tiles.tiles(),
         };
-        // Numbers of lights are u32.
+        // Light indices are u32.
         if emitters.len() > MOST_LISTED {
             return Err(too_many);
         }
@@ -122,7 +123,7 @@ impl<'t> TileLights<'t> {
             )
         };
         let all: Vec<u32> = (0..emitters.len() as u32).collect();
-        // The lights of each block of a level, and the block around it.
+        // The lights of each block of one level, and for each block the block around it.
         let mut blocks: Vec<Vec<u32>> = Vec::new();
         let mut around: Vec<usize> = Vec::new();
         for level in 0..LEVELS - 1 {
@@ -188,7 +189,7 @@ impl<'t> TileLights<'t> {
         })
     }
 
-    /// Lists with all of so many lights: nothing is culled.
+    /// Lists with all lights in each: nothing is culled.
     #[cfg(test)]
     pub(crate) fn all(tiles: &'t RayTiles, emitters: usize) -> Self {
         let count = tiles.tiles();
@@ -201,29 +202,28 @@ impl<'t> TileLights<'t> {
         }
     }
 
-    /// The tiles.
+    /// The tiles that the lists belong to.
     pub fn tiles(&self) -> &'t RayTiles {
         self.tiles
     }
 
-    /// The number of all lights.
+    /// Number of all lights, listed or not.
     pub fn emitters(&self) -> usize {
         self.reaches.len()
     }
 
-    /// The number of entries in all lists.
+    /// Number of entries in all lists together.
     pub fn entries(&self) -> usize {
         self.lights.len()
     }
 
-    /// The lights that may reach rays of a tile, in their order; none if there is no such
-    /// tile.
+    /// The lights that may reach rays of a tile, in their order; none if there is no such tile.
     pub fn of_tile(&self, tile: usize) -> &[u32] {
         &self.lights[self.range(tile)]
     }
 
-    /// The lights that may reach a ray up to a distance from the eye, in their order; none
-    /// if there is no such ray.
+    /// The lights that may reach a ray between the eye and a distance, in their order; none if
+    /// there is no such ray.
     pub fn of_ray(&self, ray: usize, length: f32) -> impl Iterator<Item = u32> {
         self.entries_where(ray, move |[start, _]| start <= length)
     }
@@ -236,20 +236,21 @@ impl<'t> TileLights<'t> {
         })
     }
 
-    /// The lists as shaders take them: where each begins, and the lights.
+    /// The lists as shaders read them: the index at which each begins, and the lights.
     #[cfg(feature = "wgpu")]
     pub(crate) fn lists(&self) -> (&[u32], &[u32]) {
         (&self.offsets, &self.lights)
     }
 
-    /// The entries of a tile: lights and the parts of its rays that they may reach.
+    /// The entries of a tile: lights, each with the range of distances in which it may reach
+    /// rays.
     pub(super) fn of(&self, tile: usize) -> impl Iterator<Item = (u32, [f32; 2])> {
         let range = self.range(tile);
         let lights = self.lights[range.clone()].iter().copied();
         lights.zip(self.parts[range].iter().copied())
     }
 
-    /// Whether a light may reach some rays of its tile between two distances.
+    /// Whether a light may reach some of the rays of a bundle between two distances.
     pub(super) fn reaches(&self, light: u32, bundle: &Bundle, [near, far]: [f32; 2]) -> bool {
         let reach = self.reaches[light as usize].as_ref();
         part_of(reach, bundle).is_some_and(|part| {
@@ -277,7 +278,7 @@ impl<'t> TileLights<'t> {
     }
 }
 
-/// Between which distances a light may reach rays of a bundle.
+/// The distances from the eye between which a light may reach rays of a bundle.
 fn part_of(reach: Option<&Reach>, bundle: &Bundle) -> Option<[f64; 2]> {
     match reach {
         Some(reach) => reach.part(bundle),
@@ -285,8 +286,8 @@ fn part_of(reach: Option<&Reach>, bundle: &Bundle) -> Option<[f64; 2]> {
     }
 }
 
-/// The same interval in f32, rounded outwards.
+/// The interval in f32, rounded outwards.
 fn outwards([start, end]: [f64; 2]) -> [f32; 2] {
-    // More than what the conversion rounds.
+    // This widens the interval by more than the conversion can round.
     [start * (1.0 - 1e-7), end * (1.0 + 1e-7)].map(|x| x as f32)
 }

@@ -1,15 +1,15 @@
 //! Which rays of a picture a light may reach.
 //!
-//! A light with a range, or one that shines into a cone, reaches few of the rays of a
-//! picture. [`RayTiles`] puts the rays that start at one eye into tiles of 4 × 4 pixels,
-//! tiles into blocks of 4 × 4 tiles, and these twice more, each in a cone around it, and
-//! finds the rays that a light may reach without asking every one of them. So the cost of
-//! a picture grows with the lights that reach its rays and not with those that there are.
+//! A light with a range, or one that shines into a cone, reaches few of the rays of a picture.
+//! [`RayTiles`] puts the rays that start at one eye into tiles of 4 × 4 pixels, the tiles into
+//! blocks of 4 × 4, and these into larger blocks twice more, each with a cone around its rays.
+//! It finds the rays that a light may reach without testing every one. So the cost of a picture
+//! grows with the number of lights that reach its rays, not with the number of lights.
 //!
 //! * [`RayTiles::reached`]: the rays of one light.
-//! * [`TileLights`]: the lights of each tile, for all that happens along rays.
+//! * [`TileLights`]: the lights of each tile, for everything that happens along rays.
 //! * [`Clusters`]: the lights of each tile and slice of depth, for surfaces.
-//! * [`PointLists`]: the lights of each point that is lit, from clusters or without.
+//! * [`PointLists`]: the lights of each point that is to be lit, from clusters or without.
 //!
 //! Based on: Olsson, Billeter and Assarsson, Clustered Deferred and Forward Shading, HPG
 //! 2012; and Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of
@@ -17,47 +17,49 @@
 //!
 //! # How a cone meets a light
 //!
-//! The rays of a tile lie within an angle δ around its axis `t`. A point of any of them at
-//! the distance x from the eye is no farther than `κ x`, κ = 2 sin(δ/2), from the point
-//! `x t` of the axis. So a ray of the tile can only be lit at x if the light, grown by `κ x`
-//! on all sides, holds `x t`. For a ball of radius R around the light at `c`, and for a
-//! cone of half angle β around the axis `a` from `c` on, with `z = (x t − c) · a` and
+//! The rays of a tile lie within an angle δ around its axis `t`. A point on any of them at the
+//! distance x from the eye is within `κ x`, κ = 2 sin(δ/2), of the point `x t` on the axis. So
+//! a ray of the tile can only be lit at x if `x t` is inside the light's volume grown by `κ x`
+//! on all sides. For a ball of radius R around the light at `c`, and for a cone of half angle β
+//! around the axis `a` with its apex at `c`, with `z = (x t − c) · a` and `r = |x t − c − z
+//! a|`, this means
 //! `r = |x t − c − z a|`, that is
 //!
 //! ```text
 //! |x t − c| ≤ R + κ x             r cos β ≤ z sin β + κ x
 //! ```
 //!
-//! both quadratic inequalities of x whose solutions are intervals, as distances from a
-//! line are convex. The part of the axis in both is where the tile may be lit; it is
-//! compared with how far the rays of the tile go, and its start with the length of each
-//! ray. Rays need no slices of depth that way. Points of surfaces do, where a tile has many
-//! lights before and behind them: a light may reach a cluster if its part of the tile meets
-//! the cluster's distances.
+//! Both are quadratic inequalities in x whose solutions are intervals, because the distance
+//! from a line is convex. The tile may be lit where both hold. This interval is compared with
+//! the length of the tile's rays, and its start with the length of each ray. Rays therefore
+//! need no slices of depth. Points of surfaces do, where a tile has many lights in front of
+//! them and behind them: a light may reach a cluster if its interval in the tile overlaps the
+//! distances of the cluster.
 //!
 //! # What is guaranteed
 //!
-//! No ray that a light reaches is ever left out of those that are kept, and no light out of
-//! the list of a ray or a point that it reaches. How many are kept for nothing depends on
-//! how large a light is beside a tile: 1.1 to 1.3 times as many as it reaches, where it
-//! covers a hundred pixels.
+//! A ray that a light reaches is never left out of those that are kept, nor a light out of the
+//! list of a ray or a point that it reaches. How many are kept in vain depends on the size of a
+//! light relative to a tile: where a light covers a hundred pixels, 1.1 to 1.3 times as many
+//! rays are kept as it reaches.
 //!
-//! Lights without end (suns, and lamps without a range) reach every ray. Lists are in the
-//! order of the lights, whatever the tile: sums over them have the same bits as sums over
-//! all lights, and a light that crosses the border of a tile or a cluster changes nothing
-//! that it does not light. A list has no limit, and all lists together have one of
+//! Lights without bounds (suns, and lamps without a range or a cone) reach every ray. Lists are
+//! in the order of the lights, so sums over a list have the same bits as sums over all lights,
+//! and a light that crosses the border of a tile or a cluster changes nothing that it does not
+//! light. The length of a single list is not limited; that of all lists together is, to
 //! [`MOST_LISTED`].
 //!
 //! # In a picture
 //!
-//! Pairs whose source can answer for [many lights](crate::methods::many_lights) gather
-//! them tile by tile, all in one pass. Every other [pair](crate::methods::PerLight) of a
-//! visibility and an evaluator goes light by light: [`PickPixels`] takes the light that the
-//! rays of one have gathered so far out of the picture, and puts it back when that of this
-//! light has been added to it. Each pixel sums up its lights in their order, so that culling
-//! changes no bit. Both do so from eight lights with a range or a cone on; not where
-//! surfaces are see-through or rays share work, which goes by the numbers of rays. Light by
-//! light, not a light that may reach more than three quarters of the rays.
+//! Pairs whose source answers for [many lights](crate::methods::many_lights) at once gather
+//! them tile by tile, in one pass. Every other [pair](crate::methods::PerLight) of a visibility
+//! and an evaluator gathers light by light: [`PickPixels`] takes the pixels that a light may
+//! reach out of the picture, with the light gathered so far, and puts them back when this light
+//! has been added. Each pixel sums up its lights in their order, so culling changes no bit.
+//!
+//! Both happen if there are at least eight lights with a range or a cone, but not where
+//! surfaces are see-through or rays share their work, because both refer to rays by number.
+//! Light by light, a light that may reach more than three quarters of the rays is not culled.
 //!
 //! ```
 //! use glam::Vec3;

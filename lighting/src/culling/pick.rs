@@ -1,11 +1,12 @@
-//! Some of the pixels of a picture, in a buffer of their own.
+//! Copies of some pixels of a picture, in a buffer of their own.
 
 use gpu_backend::{Backend, BufferOf, Cpu, Error};
 
-/// A backend that takes pixels out of a picture and puts them back: every backend of this
-/// workspace.
+/// A backend that takes pixels out of a picture and puts them back. Every backend of this
+/// workspace does.
 pub trait PickPixels: Backend {
-    /// The pixels `which` of a picture, in their order; black beyond it.
+    /// The pixels of a picture with the indices `which`, in their order; black for an index
+    /// beyond the picture.
     ///
     /// # Errors
     /// Those of [`Backend::zeros`].
@@ -15,12 +16,12 @@ pub trait PickPixels: Backend {
         which: &BufferOf<Self, u32>,
     ) -> Result<BufferOf<Self, [f32; 4]>, Error>;
 
-    /// Writes `pixels[i]` to `picture[which[i]]`, and nowhere beyond the picture. No number
-    /// is there twice.
+    /// Writes `pixels[i]` to `picture[which[i]]`; indices beyond the picture are ignored. No
+    /// index may occur twice.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if there are not as many pixels as numbers; nothing is
-    /// written then.
+    /// [`Error::LengthMismatch`] if there are not as many pixels as indices; nothing is written
+    /// then.
     fn put_back(
         &self,
         pixels: &BufferOf<Self, [f32; 4]>,

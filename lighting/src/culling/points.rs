@@ -6,24 +6,24 @@ use super::reach::is_worthwhile;
 use super::{Clusters, RayTiles, TileLights};
 use crate::{Emitter, Ray};
 
-/// For each of some points the lights that may reach it, in the order of the lights: what a
-/// step asks that [lights surfaces](crate::direct_light).
+/// For each of some points, the lights that may reach it, in the order of the lights. Steps
+/// that [light surfaces](crate::direct_light) take it.
 ///
-/// Points that have the same lights share a list.
+/// Points with the same lights share a list.
 #[derive(Debug, Clone)]
 pub struct PointLists {
-    /// The list of each point.
+    /// Index of the list of each point.
     of_point: Vec<u32>,
-    /// Where each list begins, and where the last one ends.
+    /// The index at which each list begins, and the end of the last list.
     offsets: Vec<u32>,
     lights: Vec<u32>,
     emitters: usize,
 }
 
 impl PointLists {
-    /// All of so many lights for each of so many points.
+    /// Lists with all of so many lights for each of so many points.
     pub fn all(points: usize, emitters: usize) -> Self {
-        // More lights than a u32 counts do not fit into memory.
+        // Memory holds no more lights than a u32 counts.
         let end = emitters as u32;
         Self {
             of_point: vec![0; points],
@@ -33,8 +33,8 @@ impl PointLists {
         }
     }
 
-    /// For the points on which rays end, in the order of the rays. A ray without an end has
-    /// no lights.
+    /// Lists for the points on which rays end, in the order of the rays. A ray without an end
+    /// has no lights.
     pub fn of_ends(clusters: Clusters<'_>) -> Self {
         let emitters = clusters.rays().emitters();
         let empty = clusters.clusters() as u32;
@@ -42,7 +42,7 @@ impl PointLists {
         for list in &mut of_point {
             *list = empty.min(*list);
         }
-        // The empty list.
+        // The list of points without lights.
         offsets.push(lights.len() as u32);
         Self {
             of_point,
@@ -52,9 +52,9 @@ impl PointLists {
         }
     }
 
-    /// For the points on which the rays of a picture of this width end: those of their
-    /// [clusters](Clusters), or all lights where lists are not
-    /// [worth while](is_worthwhile) or too long.
+    /// Lists for the points on which the rays of a picture of this width end: those of their
+    /// [clusters](Clusters), or all lights if there are too few for culling to be
+    /// [worthwhile](is_worthwhile) or if the lists would be too long.
     pub fn of_picture(cpu: &Cpu, rays: &[Ray], width: u32, emitters: &[Emitter]) -> Self {
         let tiles = is_worthwhile(emitters)
             .then(|| RayTiles::new(cpu, rays, width, None))
@@ -76,17 +76,17 @@ impl PointLists {
             .map_or(&[], |list| self.list(*list as usize))
     }
 
-    /// The number of points.
+    /// Number of points.
     pub fn points(&self) -> usize {
         self.of_point.len()
     }
 
-    /// The number of all lights.
+    /// Number of all lights, listed or not.
     pub fn emitters(&self) -> usize {
         self.emitters
     }
 
-    /// Entries of the longest list.
+    /// Length of the longest list.
     #[cfg(feature = "wgpu")]
     pub(crate) fn longest(&self) -> usize {
         let lists = 0..self.offsets.len() - 1;
@@ -94,13 +94,14 @@ impl PointLists {
         lengths.max().unwrap_or(0)
     }
 
-    /// As shaders take them: the list of each point, where each begins, and the lights.
+    /// The lists as shaders read them: the list of each point, the index at which each list
+    /// begins, and the lights.
     #[cfg(feature = "wgpu")]
     pub(crate) fn words(&self) -> Vec<u32> {
         [&self.of_point[..], &self.offsets, &self.lights].concat()
     }
 
-    /// The number of lists.
+    /// Number of lists.
     #[cfg(feature = "wgpu")]
     pub(crate) fn lists(&self) -> usize {
         self.offsets.len() - 1

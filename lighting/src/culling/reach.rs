@@ -1,23 +1,23 @@
-//! Where along its axis a cone of rays may be lit.
+//! The part of a cone of rays that a light may reach.
 
 use glam::DVec3;
 
 use crate::scene::{Emission, Emitter};
 
-/// What roundings add to distances, relative to all that go into them: those of f32
-/// coordinates and of the numbers here.
+/// A bound on the rounding of distances, relative to the lengths that they are computed from.
+/// It covers f32 coordinates and the computations here.
 const ROUNDING: f64 = 4e-6;
 
-/// The bounds of a light at a point, as seen from an eye.
+/// The bounds of a point light, as seen from an eye.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reach {
-    /// From the eye to the light.
+    /// The vector from the eye to the light.
     to_light: DVec3,
     /// May be infinite.
     range: f64,
-    /// What the rounding of coordinates in the world adds to distances.
+    /// A bound on what the rounding of world coordinates adds to distances.
     slack: f64,
-    /// The axis of the cone that it shines into, and sine and cosine of its half angle.
+    /// The axis of the cone that it shines into, and the sine and cosine of the half angle.
     cone: Option<(DVec3, [f64; 2])>,
 }
 
@@ -25,23 +25,22 @@ pub(super) struct Reach {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bundle {
     pub(super) axis: DVec3,
-    /// Distance of a point of a ray from that of the axis which is as far from the eye,
-    /// relative to this distance.
+    /// For a point on a ray and the point on the axis that is equally far from the eye: a bound
+    /// on their distance, relative to their distance from the eye.
     pub(super) spread: f64,
-    /// Length of its longest ray.
+    /// Length of the longest ray.
     pub(super) farthest: f64,
 }
 
-/// Whether there are enough lights with a range or a cone for culling to be worth its
-/// lists: eight.
+/// Whether at least eight of the lights have a range or a cone. With fewer, culling is not
+/// worth its lists.
 pub fn is_worthwhile<'a>(emitters: impl IntoIterator<Item = &'a Emitter>) -> bool {
     const ENOUGH: usize = 8;
     let bounded = emitters.into_iter().filter(|emitter| is_bounded(emitter));
     bounded.take(ENOUGH).count() == ENOUGH
 }
 
-/// Whether a light has a range or does not shine in all directions, so that there may be
-/// rays that it does not reach.
+/// Whether a light has a range or does not shine in all directions, so that it may miss rays.
 pub fn is_bounded(emitter: &Emitter) -> bool {
     match emitter {
         Emitter::Point(point) => {
@@ -64,7 +63,7 @@ impl Reach {
             Emission::Isotropic => None,
             Emission::Cosine { normal } => Some((normal.as_dvec3(), [1.0, 0.0])),
             Emission::Spot(spot) => {
-                // From 1 − cos, which has more digits.
+                // The cosine is derived from 1 − cos, which has more digits for narrow cones.
                 let versine = f64::from(spot.outer_versine());
                 let sine = (versine * (2.0 - versine)).max(0.0).sqrt();
                 Some((spot.axis().as_dvec3(), [sine, 1.0 - versine]))
@@ -98,7 +97,7 @@ impl Reach {
         }
         if let Some((axis, [sine, cosine])) = self.cone {
             let sine = sine + ROUNDING;
-            // z = z₀ + z₁ x and r² = |x t − c|² − z².
+            // With z = z₀ + z₁ x, and r² = |x t − c|² − z².
             let [start, slope] = [-self.to_light.dot(axis), bundle.axis.dot(axis)];
             let square = Quadratic {
                 a: cosine * cosine * (1.0 - slope * slope).max(0.0),
@@ -115,7 +114,7 @@ impl Reach {
     }
 }
 
-/// The square `a x² + 2 b x + c` of a distance, which is convex.
+/// The square `a x² + 2 b x + c` of a distance, which is convex in x.
 struct Quadratic {
     a: f64,
     b: f64,
@@ -123,9 +122,9 @@ struct Quadratic {
 }
 
 impl Quadratic {
-    /// The part of an interval in which the root of the square is at most `m + n x`.
+    /// The part of an interval in which the distance is at most `m + n x`.
     fn within(&self, [m, n]: [f64; 2], [start, end]: [f64; 2]) -> Option<[f64; 2]> {
-        // The limit must not be negative.
+        // The bound `m + n x` must not be negative.
         let zero = -m / n;
         let [start, end] = match (n > 0.0, n < 0.0) {
             (true, _) => [start.max(zero), end],
@@ -136,8 +135,8 @@ impl Quadratic {
         if !(start <= end) {
             return None;
         }
-        // a x² + 2 b x + c ≤ 0, the difference of the squares, whose roundings are relative
-        // to what they are differences of.
+        // a x² + 2 b x + c ≤ 0 is the difference of the two squares; its rounding is relative
+        // to these.
         let [a, b, c] = [self.a - n * n, self.b - m * n, self.c - m * m];
         let rounding =
             1e-12 * ((self.b.abs() + (m * n).abs()).powi(2) + (self.a + n * n) * (self.c + m * m));
@@ -150,8 +149,8 @@ impl Quadratic {
             let [start, end] = [start.max(first), end.min(last)];
             return (start <= end).then_some([start, end]);
         }
-        // True on one side of a root: where it holds at an end. It may be so at both, as the
-        // limit's sign leaves only one of two sides.
+        // The inequality holds on one side of a root, so it is tested at the ends. It may hold
+        // at both, since the sign of the bound leaves only one of two solutions.
         let holds = |x: f64| match x.is_infinite() {
             true => a < 0.0 || b < 0.0 || (b == 0.0 && c <= 0.0),
             false => (a * x + 2.0 * b) * x + c <= 0.0,
@@ -166,13 +165,13 @@ impl Quadratic {
     }
 }
 
-/// The roots of `a x² + 2 b x + c`, the lesser first, as far as there are any.
+/// The real roots of `a x² + 2 b x + c`, the smaller one first.
 fn roots([a, b, c]: [f64; 3], discriminant: f64) -> [f64; 2] {
     if a == 0.0 {
         return [-0.5 * c / b; 2];
     }
     let root = discriminant.max(0.0).sqrt();
-    // No difference of numbers that are alike.
+    // This form subtracts no numbers of nearly equal size.
     let sum = if b > 0.0 { -b - root } else { -b + root };
     let [one, two] = [sum / a, c / sum];
     [one.min(two), one.max(two)]

@@ -1,4 +1,4 @@
-//! The rays of a picture by the tiles that they are in.
+//! The rays of a picture, sorted by tiles.
 
 use glam::{DVec3, Vec3};
 use gpu_backend::Cpu;
@@ -6,17 +6,17 @@ use gpu_backend::Cpu;
 use super::reach::{Bundle, Reach};
 use crate::{Emitter, Ray};
 
-/// Pixels along a side of a tile, and tiles along a side of a block.
+/// Pixels along each side of a tile, and tiles along each side of a block.
 const SIDE: u32 = 4;
 
-/// Levels of tiles and blocks: blocks of the last are 256 pixels wide.
+/// Number of levels of tiles and blocks. Blocks of the largest level are 256 pixels wide.
 pub(super) const LEVELS: usize = 4;
 
-/// Bits of the place of a tile in its block.
+/// Number of bits that give the place of a tile in its block.
 const PLACE: u32 = 2 * SIDE.ilog2();
 
-/// The number of the tile of a pixel: that of its largest block, then its place in each
-/// block.
+/// A number by which tiles are sorted: that of the largest block, followed by the place within
+/// each smaller block.
 fn place_of([x, y]: [u32; 2]) -> u64 {
     let largest = SIDE.pow(LEVELS as u32);
     let mut place = (u64::from(y / largest) << 24) | u64::from(x / largest);
@@ -31,39 +31,41 @@ fn place_of([x, y]: [u32; 2]) -> u64 {
 #[derive(Debug, Clone)]
 pub struct RayTiles {
     eye: DVec3,
-    /// Numbers of rays, tile by tile of every block of every larger block.
+    /// Indices of the rays, sorted by their place in the largest block, then in each smaller
+    /// one.
     order: Vec<u32>,
     lengths: Vec<f32>,
     directions: Vec<Vec3>,
     /// The tile of each ray.
     tile_of: Vec<u32>,
-    /// The largest blocks first.
+    /// Blocks and tiles, the largest blocks first.
     levels: [Vec<Tile>; LEVELS],
 }
 
-/// Rays that follow each other in one tile.
+/// Consecutive rays in one tile.
 struct Run {
     place: u64,
     first: u32,
     end: u32,
 }
 
-/// A tile, or a block of them.
+/// A tile, or a block of tiles.
 #[derive(Debug, Clone)]
 pub(super) struct Tile {
     pub(super) bundle: Bundle,
-    /// Its tiles on the next level, or its rays in their order.
+    /// Index of the first of its tiles on the next level, or of the first of its rays in
+    /// `order`.
     pub(super) first: usize,
     pub(super) end: usize,
 }
 
 impl RayTiles {
-    /// The rays of a picture that is `width` pixels wide; `pixels` has the pixel of each, row
-    /// by row, if they are not those of all pixels. Pixels below the picture are as good as
-    /// others.
+    /// Sorts the rays of a picture that is `width` pixels wide. `pixels` gives the pixel of
+    /// each ray, counted row by row, unless the rays are those of all pixels. Pixels below the
+    /// picture are allowed.
     ///
-    /// `None` if they do not all start at one eye, there are none, or there are more or less
-    /// `pixels` than rays.
+    /// `None` if the rays do not all start at one eye, if there are none, or if there are not
+    /// as many `pixels` as rays.
     pub fn new(cpu: &Cpu, rays: &[Ray], width: u32, pixels: Option<&[u32]>) -> Option<Self> {
         let eye = rays.first()?.origin();
         let is_sound = rays.iter().all(|ray| ray.origin() == eye)
@@ -76,7 +78,7 @@ impl RayTiles {
             let pixel = pixels.map_or(ray as u32, |pixels| pixels[ray]);
             place_of([pixel % width, pixel / width])
         };
-        // More rays than a u32 counts do not fit into memory.
+        // Memory holds no more rays than a u32 counts.
         let places: Vec<u64> = cpu.map(rays.len(), place);
         let mut runs: Vec<Run> = Vec::with_capacity(rays.len() / SIDE as usize);
         for of_one in places.chunk_by(|a, b| a == b) {
@@ -107,14 +109,15 @@ impl RayTiles {
         })
     }
 
-    /// The tiles of the last level, and the blocks of the others around them.
+    /// The tiles, and the blocks around them on each level.
     fn levels(
         cpu: &Cpu,
         runs: &[Run],
         directions: &[Vec3],
         lengths: &[f32],
     ) -> [Vec<Tile>; LEVELS] {
-        // Places of the tiles of a level, and what is in each: rays, or tiles of the next.
+        // The place of each tile on a level, and its range of rays or of tiles on the next
+        // level.
         let mut places: Vec<u64> = Vec::new();
         let mut inside: Vec<[usize; 2]> = Vec::new();
         let mut end = 0;
@@ -153,13 +156,12 @@ impl RayTiles {
         self.order.len()
     }
 
-    /// Number of tiles, which have up to 16 rays each, or more where pixels are there
-    /// more than once.
+    /// Number of tiles. A tile has at most 16 rays, unless pixels occur more than once.
     pub fn tiles(&self) -> usize {
         self.levels[LEVELS - 1].len()
     }
 
-    /// The numbers of the rays of a tile; none if there is no such tile.
+    /// Indices of the rays of a tile; none if there is no such tile.
     pub fn rays_of(&self, tile: usize) -> &[u32] {
         let tile = self.levels[LEVELS - 1].get(tile);
         tile.map_or(&[], |tile| &self.order[tile.first..tile.end])
@@ -170,13 +172,14 @@ impl RayTiles {
         self.tile_of.get(ray).map(|tile| *tile as usize)
     }
 
-    /// The numbers of all rays, tile by tile: any that follow each other are neighbours.
+    /// Indices of all rays, tile by tile. Rays that are next to each other in this list are
+    /// neighbours in the picture.
     #[cfg(feature = "methods")]
     pub(crate) fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Whence the rays come.
+    /// The common origin of all rays.
     pub(super) fn eye(&self) -> DVec3 {
         self.eye
     }
@@ -189,13 +192,14 @@ impl RayTiles {
         directions.zip(self.lengths[range].iter().copied())
     }
 
-    /// The tiles, or the blocks of a level; the largest are of level 0.
+    /// The blocks of a level, or the tiles, which are the last level; the largest blocks are
+    /// level 0.
     pub(super) fn level(&self, level: usize) -> &[Tile] {
         &self.levels[level]
     }
 
-    /// The numbers of the rays that a light may reach, tile by tile; `None` for a light
-    /// without bounds, which may reach all of them.
+    /// Indices of the rays that a light may reach, tile by tile; `None` for a light without
+    /// bounds, which may reach all of them.
     pub fn reached(&self, emitter: &Emitter) -> Option<Vec<u32>> {
         let reach = Reach::new(emitter, self.eye)?;
         let mut rays = Vec::new();
@@ -203,7 +207,7 @@ impl RayTiles {
         Some(rays)
     }
 
-    /// Adds the rays of some tiles of a level.
+    /// Appends the rays that the light may reach in some blocks or tiles of a level.
     fn add(&self, reach: &Reach, level: usize, tiles: std::ops::Range<usize>, rays: &mut Vec<u32>) {
         for tile in &self.levels[level][tiles] {
             let Some([start, _]) = reach.part(&tile.bundle) else {
@@ -222,13 +226,13 @@ impl RayTiles {
 }
 
 impl Bundle {
-    /// A cone around some rays from one eye, by their directions and lengths.
+    /// The cone around some rays from one eye, given by their directions and lengths.
     pub(super) fn new(rays: impl Iterator<Item = (Vec3, f32)> + Clone) -> Self {
         let directions = rays
             .clone()
             .map(|(direction, _)| direction.as_dvec3().normalize());
         let sum: DVec3 = directions.clone().sum();
-        // Rays that look everywhere have no axis, and any will do.
+        // If the directions cancel out there is no axis, and any vector will do.
         let axis = sum.try_normalize().unwrap_or(DVec3::Z);
         let spread = directions.map(|direction| (direction - axis).length());
         let lengths = rays.map(|(_, length)| f64::from(length));
@@ -239,12 +243,13 @@ impl Bundle {
         }
     }
 
-    /// A cone around the cones of some tiles.
+    /// The cone around the cones of some tiles.
     fn around<'a>(tiles: impl Iterator<Item = &'a Tile> + Clone) -> Self {
         let bundles = tiles.map(|tile| &tile.bundle);
         let sum: DVec3 = bundles.clone().map(|inner| inner.axis).sum();
         let axis = sum.try_normalize().unwrap_or(DVec3::Z);
-        // Chords: that to a ray is no longer than those to the axis around it and from there.
+        // As chords on the unit sphere: the distance to a ray is at most the distance to the
+        // axis of the tile plus the distance from there to the ray.
         let spread = bundles
             .clone()
             .map(|inner| (inner.axis - axis).length() + inner.spread);

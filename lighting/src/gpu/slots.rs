@@ -2,7 +2,8 @@
 
 use gpu_backend::shader::Slot;
 
-/// *Which parts of this ray are lit?* A part `x` defines, see [`LIT`](super::LIT),
+/// The slot for the question: *which parts of this ray are lit?* With the types of
+/// [`LIT`](super::LIT), a part `x` defines
 ///
 /// ```wgsl
 /// struct x_Cursor                                   its state along one ray
@@ -10,7 +11,7 @@ use gpu_backend::shader::Slot;
 /// fn x_next_lit(cursor: ptr<function, x_Cursor>, path: light_Path) -> light_Lit
 /// ```
 ///
-/// and yields the lit parts of the path in order, then `light_dark()`.
+/// and yields the lit parts of the path in order, and then `light_dark()`.
 #[derive(Debug, Clone, Copy)]
 pub struct VisibilitySlot;
 
@@ -66,13 +67,14 @@ fn {next}(cursor: ptr<function, {cursor}>, path: light_Path) -> light_Lit {{
     )
 }
 
-/// *How much light arrives from this part of a ray?* A part `x` defines
+/// The slot for the question: *how much light arrives from this part of a ray?* A part `x`
+/// defines
 ///
 /// ```wgsl
 /// fn x_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32>
 /// ```
 ///
-/// the radiance from an interval all of which is lit.
+/// which returns the radiance from an interval, all of which is lit.
 #[derive(Debug, Clone, Copy)]
 pub struct AirlightSlot;
 
@@ -88,13 +90,13 @@ fn light_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {{
     }
 }
 
-/// *How much of the light gets to this point?* A part `x` defines
+/// The slot for the question: *which share of the light reaches this point?* A part `x` defines
 ///
 /// ```wgsl
 /// fn x_visibility(point: vec3<f32>) -> vec3<f32>
 /// ```
 ///
-/// the share of each colour, from 0 to 1.
+/// which returns the share of each colour, from 0 to 1.
 #[derive(Debug, Clone, Copy)]
 pub struct PointSlot;
 
@@ -104,13 +106,14 @@ impl Slot for PointSlot {
     }
 }
 
-/// *How much of the light gets to this step of a ray, on average?* A part `x` defines
+/// The slot for the question: *which share of the light reaches this step of a ray, on
+/// average?* A part `x` defines
 ///
 /// ```wgsl
 /// fn x_between(start: vec3<f32>, end: vec3<f32>) -> vec3<f32>
 /// ```
 ///
-/// the share of each colour, from 0 to 1, along the way between two points.
+/// which returns the share of each colour, from 0 to 1, along the way between two points.
 #[derive(Debug, Clone, Copy)]
 pub struct StepSlot;
 

@@ -10,13 +10,13 @@ use crate::{Interval, LightPath};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Arc {
     interval: Interval,
-    /// Distances of the two ends from the light.
+    /// Distances of both ends from the light.
     d_a: f32,
     d_b: f32,
-    /// Δη, the angle between the two ends at the light.
+    /// The angle Δη between the ends, seen from the light.
     angle: f32,
-    /// π − Δη. Next to a half turn, where the ray all but meets the light, an
-    /// f32 near π has lost what the sine there depends on.
+    /// π − Δη. Where the ray nearly meets the light Δη is close to π, and an f32 of it has lost
+    /// the digits that its sine depends on.
     supplement: f32,
 }
 
@@ -29,15 +29,15 @@ impl Arc {
         let h = path.h();
         let s_a = interval.start - path.foot();
         let d_a = s_a.hypot(h);
-        // The tangent of Δη is across / along. For an infinite end both are
-        // divided by its distance.
+        // The tangent of Δη is across / along. For an infinite end, both are divided by the
+        // distance of the end.
         let (across, along, d_b) = if interval.end == f32::INFINITY {
             (h, s_a, f32::INFINITY)
         } else {
             let s_b = interval.end - path.foot();
             (h * (s_b - s_a), h * h + s_a * s_b, s_b.hypot(h))
         };
-        // The smaller of the angle and its supplement has all digits.
+        // Of the angle and its supplement, the smaller one has all its digits.
         let smaller = across.atan2(along.abs());
         let (angle, supplement) = if along >= 0.0 {
             (smaller, PI - smaller)
@@ -54,20 +54,20 @@ impl Arc {
     }
 }
 
-/// Positions at equal steps of the angle, without a sine per position: the
-/// direction from the light is turned by the same small rotation each time, in
-/// f64, where the drift of thousands of rotations does not reach an f32.
+/// Positions at equal steps of the angle, without a sine for each. The direction from the light
+/// is rotated by the same small angle each time. In f64, the drift of thousands of rotations
+/// does not reach the digits of an f32.
 #[derive(Debug, Clone)]
 pub(crate) struct Turns {
     arc: Arc,
-    /// Cosine and sine of the whole angle, of one step, of the steps so far.
+    /// Cosine and sine of the whole angle, of one step, and of the steps so far.
     whole: DVec2,
     step: DVec2,
     turned: DVec2,
 }
 
 impl Turns {
-    /// `steps` equal steps, at least 1.
+    /// Divides the arc into `steps` equal steps, at least 1.
     pub(crate) fn new(arc: Arc, steps: f64) -> Self {
         let (whole, step, turned) = if arc.angle > 1e-3 {
             let angle = if arc.supplement < 1.0 {
@@ -78,7 +78,7 @@ impl Turns {
             let turn = DVec2::from_angle;
             (turn(angle), turn(angle / steps), DVec2::X)
         } else {
-            // Sines of so small an angle are the angle, which may be 0.
+            // The sine of so small an angle is the angle, which may be 0.
             let shear = |angle| DVec2::new(1.0, angle);
             (shear(1.0), shear(1.0 / steps), shear(0.0))
         };
@@ -90,14 +90,14 @@ impl Turns {
         }
     }
 
-    /// The distance from the eye after one more step.
+    /// The distance from the eye at the end of the next step.
     pub(crate) fn advance(&mut self) -> f32 {
         self.turned = if self.arc.angle > 1e-3 {
             self.step.rotate(self.turned)
         } else {
             DVec2::new(1.0, self.turned.y + self.step.y)
         };
-        // The sines of the angles to the end and from the start.
+        // Sines of the angles to the end and from the start.
         let from_a = self.whole.y * self.turned.x - self.whole.x * self.turned.y;
         let from_b = self.turned.y;
         let Interval { start, end } = self.arc.interval;

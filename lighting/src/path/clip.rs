@@ -1,4 +1,4 @@
-//! Which part of a ray a light can reach, and where its light has kinks.
+//! The part of a ray that a light can reach, and the kinks of the light along it.
 
 use glam::DVec3;
 
@@ -6,10 +6,10 @@ use super::MOST_KINKS;
 use crate::scene::{Bounds, DirectionalEmitter, Emission, Medium, PointEmitter, SpotEmission};
 use crate::{Interval, Ray};
 
-/// The line of a ray as a point light sees it, in f64.
+/// The line of a ray relative to a point light, in f64.
 pub(super) struct Clip<'a> {
     pub(super) point: &'a PointEmitter,
-    /// From the light to the ray's origin.
+    /// The vector from the light to the ray's origin.
     pub(super) from_light: DVec3,
     pub(super) direction: DVec3,
     pub(super) foot: f64,
@@ -17,7 +17,7 @@ pub(super) struct Clip<'a> {
 }
 
 impl Clip<'_> {
-    /// The part of `inside` within the range and the cone of the light.
+    /// The part of `inside` that is within the range and the cone of the light.
     pub(super) fn span(&self, inside: Interval) -> Option<Interval> {
         let Self {
             point,
@@ -51,8 +51,7 @@ impl Clip<'_> {
         (clipped.start < clipped.end).then_some(clipped)
     }
 
-    /// Positions inside of `span` where the light changes with a kink, in
-    /// order, then infinities.
+    /// Positions inside `span` where the light has a kink, in order, followed by infinities.
     pub(super) fn kinks(&self, medium: &Medium, span: Interval) -> [f32; MOST_KINKS] {
         let mut kinks = [f32::INFINITY; MOST_KINKS];
         let mut count = 0;
@@ -74,10 +73,10 @@ impl Clip<'_> {
             }
         }
         if let Some(bounds) = medium.bounds() {
-            // Light enters through the face that it meets last. Along the ray
-            // the shares of its way at which it meets two faces are equal
-            // where a linear equation says so. A light between the two faces
-            // of an axis meets neither on its way in.
+            // Light enters through the face of the box that it meets last. For two faces, the
+            // shares of the light's path at which it meets them are linear in the position on
+            // the ray, so they are equal at one position. If the light is between the two faces
+            // of an axis, it meets neither on its way in.
             let light = self.point.position().as_dvec3();
             let (min, max) = (bounds.min().as_dvec3(), bounds.max().as_dvec3());
             let to_face = DVec3::select(light.cmplt(min), min - light, DVec3::ZERO)
@@ -100,13 +99,13 @@ impl Clip<'_> {
     }
 }
 
-/// The axis of a spotlight with more digits than [`SpotEmission::axis`] has, which
-/// narrow cones need.
+/// The axis of a spotlight with more digits than [`SpotEmission::axis`] has; narrow cones need
+/// them.
 pub(crate) fn axis_of(spot: &SpotEmission) -> DVec3 {
     spot.rotation().as_dquat().normalize() * DVec3::NEG_Z
 }
 
-/// Where the line `v + x w` runs on the side of a plane through the origin into which
+/// The part of the line `v + x w` that is on the side of a plane through the origin to which
 /// `normal` points.
 fn clip_to_half_space(v: DVec3, w: DVec3, normal: DVec3) -> Option<(f64, f64)> {
     let (before, along) = (v.dot(normal), w.dot(normal));
@@ -120,16 +119,15 @@ fn clip_to_half_space(v: DVec3, w: DVec3, normal: DVec3) -> Option<(f64, f64)> {
     }
 }
 
-/// Where the line `v + x w` runs inside the cone of all `p` with
-/// `p·axis ≥ cos |p|`, for 0 ≤ cos < 1. The cone is convex, so this is one
-/// interval, possibly unbounded.
+/// The part of the line `v + x w` inside the cone of all `p` with `p·axis ≥ cos |p|`, for 0 ≤
+/// cos < 1. The cone is convex, so this is a single interval, which may be unbounded.
 pub(super) fn clip_to_cone(v: DVec3, w: DVec3, axis: DVec3, cos: f64) -> Option<(f64, f64)> {
     let inside = |x: f64| {
         let p = v + x * w;
         p.dot(axis) >= cos * p.length()
     };
-    // Where the line crosses the double cone (p·axis)² = cos² p², and where it
-    // crosses the plane through the apex that keeps its two halves apart.
+    // The crossings of the line with the double cone (p·axis)² = cos² p², and with the plane
+    // through the apex that separates its two halves.
     let (va, wa) = (v.dot(axis), w.dot(axis));
     let c2 = cos * cos;
     let a = wa * wa - c2 * w.length_squared();
@@ -164,12 +162,12 @@ pub(super) fn clip_to_cone(v: DVec3, w: DVec3, axis: DVec3, cos: f64) -> Option<
     result
 }
 
-/// Positions at which the face of the box through which sunlight has entered
-/// changes, in order; `f32::INFINITY` where there are fewer than two.
+/// Positions at which the face of the box through which sunlight has entered changes, in order;
+/// `f32::INFINITY` where there are fewer than two.
 ///
-/// The distance to the entry is the least of three functions that are linear
-/// in `x`, one per axis, so it is concave and has at most two kinks, each
-/// where two of the three meet.
+/// The distance to the entry is the smallest of three functions, one per axis, that are linear
+/// in `x`. So it is concave and has at most two kinks, each where two of the functions are
+/// equal.
 pub(super) fn face_changes(bounds: Bounds, ray: &Ray, sun: &DirectionalEmitter) -> [f32; 2] {
     let (origin, direction) = (ray.origin(), ray.direction());
     let back = -sun.direction();
@@ -199,7 +197,7 @@ pub(super) fn face_changes(bounds: Bounds, ray: &Ray, sun: &DirectionalEmitter) 
                 continue;
             }
             let here = lines[i].0 + lines[i].1 * x;
-            // The third line must not lie below the crossing, up to rounding.
+            // At a kink the third function must not be smaller, apart from rounding.
             let least = (0..count)
                 .filter(|k| *k != i && *k != j)
                 .map(|k| lines[k].0 + lines[k].1 * x)

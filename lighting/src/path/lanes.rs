@@ -1,4 +1,4 @@
-//! Several parts of eye rays at once, and the integrand of their airlight.
+//! Several parts of eye rays at a time, and the integrand of their airlight.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -9,7 +9,7 @@ use super::LightPath;
 use crate::Interval;
 use crate::scene::{Emission, PhaseFunction, PointEmitter};
 
-/// How many lanes there are.
+/// Number of lanes.
 pub(crate) const LANES: usize = 8;
 
 /// A number for each lane.
@@ -18,8 +18,8 @@ pub(crate) type Lanes = f32x8;
 /// A path and a part of it.
 pub(crate) type PartOf<'p, 'a> = (&'p LightPath<'a>, Interval);
 
-/// Eight numbered parts at a time, and the same for the lanes. A last group of fewer than
-/// eight is filled up with copies of its first part.
+/// Eight parts with their indices at a time, and the same parts for the lanes. The last group
+/// is filled up with copies of its first part.
 pub(crate) fn in_lanes<'s, 'p, 'a>(
     parts: &'s [(usize, PartOf<'p, 'a>)],
 ) -> impl Iterator<Item = (&'s [(usize, PartOf<'p, 'a>)], [PartOf<'p, 'a>; LANES])> {
@@ -29,8 +29,8 @@ pub(crate) fn in_lanes<'s, 'p, 'a>(
     })
 }
 
-/// Parts of paths, one in each lane, and what a point light sends along them. The paths
-/// have one light and one medium.
+/// Parts of paths, one in each lane, and the light of a point light along them. All paths have
+/// the same light and medium.
 pub(crate) struct Parts<'p, 'a> {
     parts: [PartOf<'p, 'a>; LANES],
     point: &'a PointEmitter,
@@ -39,8 +39,8 @@ pub(crate) struct Parts<'p, 'a> {
     foot: Lanes,
     h: Lanes,
     entry: Lanes,
-    /// Cosines between the normal of a light that has one and the ray, and the way to
-    /// the foot point.
+    /// Cosines of the light's normal, if it has one, with the ray and with the direction to the
+    /// foot point.
     cosine: [Lanes; 2],
 }
 
@@ -78,19 +78,19 @@ impl<'p, 'a> Parts<'p, 'a> {
         }
     }
 
-    /// Distances from the eye at which the parts start and end.
+    /// Distances from the eye at which the parts begin and end.
     pub(crate) fn ends(&self) -> [Lanes; 2] {
         [self.start, self.end]
     }
 
-    /// The squared distances of positions from the light.
+    /// Squared distances of positions from the light.
     pub(crate) fn distances_squared(&self, x: Lanes) -> Lanes {
         let s = x - self.foot;
         s * s + self.h * self.h
     }
 
-    /// [`LightPath::source`] at a position in each lane, by channel; the same to 2e-6 for
-    /// optical lengths up to 87, and 0 beyond.
+    /// [`LightPath::source`] at a position in each lane, by channel. It agrees to 2e-6 for
+    /// optical lengths up to 87, and is 0 beyond.
     pub(crate) fn sources(&self, x: Lanes) -> [Lanes; 3] {
         let s = x - self.foot;
         let d = self.distances_squared(x).sqrt();
@@ -117,7 +117,7 @@ impl<'p, 'a> Parts<'p, 'a> {
         let mut through = transmittance(sigma_t.x);
         let mut light = self.intensities(s, d);
         for (channel, light) in light.iter_mut().enumerate() {
-            // Grey media are common and an exponential is most of the work.
+            // Grey media are common, and exponentials are most of the work.
             if channel > 0 && sigma_t[channel] != sigma_t[channel - 1] {
                 through = transmittance(sigma_t[channel]);
             }
@@ -126,8 +126,8 @@ impl<'p, 'a> Parts<'p, 'a> {
         light
     }
 
-    /// The intensities towards positions behind the foot points, at distances from the
-    /// light.
+    /// The intensities towards positions behind the foot points; `d` are their distances from
+    /// the light.
     fn intensities(&self, s: Lanes, d: Lanes) -> [Lanes; 3] {
         let intensity = self.point.intensity().to_array().map(Lanes::from);
         match self.point.emission() {
@@ -149,14 +149,14 @@ impl<'p, 'a> Parts<'p, 'a> {
     }
 }
 
-/// Parts of paths as arcs seen from a point light, one in each lane: what an
-/// `Arc` is for one of them.
+/// Parts of paths as arcs seen from a point light, one in each lane, as `Arc` is for a single
+/// part.
 pub(crate) struct Arcs<'p, 'a> {
     parts: Parts<'p, 'a>,
     /// Distances of the ends from the light.
     d_a: Lanes,
     d_b: Lanes,
-    /// The angle between the ends, and π less it.
+    /// The angle between the ends at the light, and π minus this angle.
     angle: Lanes,
     supplement: Lanes,
     /// The angle over h, 1/m.
@@ -164,7 +164,7 @@ pub(crate) struct Arcs<'p, 'a> {
 }
 
 impl<'p, 'a> Arcs<'p, 'a> {
-    /// Of parts that are not empty.
+    /// The arcs of parts, which must not be empty.
     pub(crate) fn new(parts: Parts<'p, 'a>) -> Self {
         let Parts {
             start,
@@ -176,16 +176,16 @@ impl<'p, 'a> Arcs<'p, 'a> {
         let endless = end.cmp_eq(f32::INFINITY);
         let (s_a, s_b) = (start - foot, endless.blend(Lanes::ZERO, end - foot));
         let (d_a, d_b) = (length(s_a, h), endless.blend(end, length(s_b, h)));
-        // The tangent of the angle is across / along; for an infinite end both are
-        // divided by its distance.
+        // The tangent of the angle is across / along. For an infinite end, both are divided by
+        // the distance of the end.
         let across = h * endless.blend(Lanes::ONE, s_b - s_a);
         let along = endless.blend(s_a, h * h + s_a * s_b);
-        // The smaller of the angle and its supplement has all digits.
+        // Of the angle and its supplement, the smaller one has all its digits.
         let smaller = across.atan2(along.abs());
         let larger = PI - smaller;
         let ahead = along.cmp_ge(0.0);
         let (angle, supplement) = (ahead.blend(smaller, larger), ahead.blend(larger, smaller));
-        // angle / h by its series, where h may be 0.
+        // A series for angle / h, which is finite for h = 0.
         let ratio = across / along;
         let per_h = endless.blend(1.0 / s_a, (end - start) / along);
         let series = per_h * (1.0 - ratio * ratio * (1.0 / 3.0));
@@ -215,7 +215,7 @@ impl<'p, 'a> Arcs<'p, 'a> {
     pub(crate) fn positions(&self, t: Lanes) -> Lanes {
         let rest = 1.0 - t;
         let is_wide = self.angle.cmp_gt(1e-3);
-        // Sines, or their ratio's limit for small angles.
+        // Sines, or for small angles the limit of their ratio.
         let from_a = is_wide.blend(self.sines(rest, t), rest);
         let from_b = is_wide.blend(self.sines(t, rest), t);
         let (weight_a, weight_b) = (from_a * self.d_b, from_b * self.d_a);
@@ -226,7 +226,7 @@ impl<'p, 'a> Arcs<'p, 'a> {
         (self.parts.end.cmp_eq(f32::INFINITY)).blend(endless, x)
     }
 
-    /// `sin(part Δη)`; `part` and `rest` add up to 1.
+    /// `sin(part Δη)`, where `part` and `rest` add up to 1.
     fn sines(&self, part: Lanes, rest: Lanes) -> Lanes {
         let angle = part * self.angle;
         let other = self.supplement + rest * self.angle;
@@ -241,7 +241,8 @@ struct Angles {
 }
 
 impl Angles {
-    /// Of light from `d` away, at `s` behind the foot point of a light `h` beside the ray.
+    /// Angles of light from `d` away, at `s` behind the foot point of a light that is `h`
+    /// beside the ray.
     fn from_foot(s: Lanes, h: Lanes, d: Lanes) -> Self {
         let large = 1.0 + s.abs() / d;
         let sine = h / d;
@@ -306,8 +307,8 @@ impl Angles {
     }
 }
 
-/// The sine of angles from 0 to π/2, relative error 2e-7: its series, of which
-/// x¹⁵/15! < 7e-10 is left out.
+/// The sine of angles from 0 to π/2 with a relative error of 2e-7: its power series without
+/// x¹⁵/15! < 7e-10 and later terms.
 fn sine(x: Lanes) -> Lanes {
     let z = x * x;
     let p = 1.0 / 362_880.0 - z * (1.0 / 39_916_800.0 - z * (1.0 / 6_227_020_800.0));
@@ -315,7 +316,7 @@ fn sine(x: Lanes) -> Lanes {
     x - x * z * p
 }
 
-/// The lengths of vectors, however short.
+/// Lengths of vectors without underflow.
 fn length(x: Lanes, y: Lanes) -> Lanes {
     let (x, y) = (x.abs(), y.abs());
     let (small, large) = (x.fast_min(y), x.fast_max(y));
@@ -324,7 +325,7 @@ fn length(x: Lanes, y: Lanes) -> Lanes {
     large.cmp_gt(0.0).blend(length, Lanes::ZERO)
 }
 
-/// What `f` is in each lane: for what has no vector instructions.
+/// Evaluates `f` for each lane in turn, for functions without vector instructions.
 fn lane_by_lane<const N: usize>(values: [Lanes; N], f: impl Fn(usize, [f32; N]) -> f32) -> Lanes {
     let values = values.map(Lanes::to_array);
     Lanes::new(std::array::from_fn(|i| f(i, values.map(|lanes| lanes[i]))))

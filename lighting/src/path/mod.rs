@@ -1,4 +1,4 @@
-//! An eye ray as one light sees it.
+//! An eye ray as seen from a light.
 
 #[cfg(any(test, feature = "shadow-map"))]
 mod arc;
@@ -26,9 +26,9 @@ use crate::scene::{
 };
 use crate::{Interval, Ray};
 
-/// An eye ray, a light and a medium together: what a
-/// [`VisibilitySource`](crate::VisibilitySource) is asked about and an
-/// [`AirlightEvaluator`](crate::AirlightEvaluator) integrates over.
+/// An eye ray, a light and a medium: what a [`VisibilitySource`](crate::VisibilitySource) finds
+/// the lit parts of, and what an [`AirlightEvaluator`](crate::AirlightEvaluator) integrates
+/// over.
 ///
 /// ```text
 ///                     P  light
@@ -39,41 +39,40 @@ use crate::{Interval, Ray};
 ///   eye       x       foot point
 /// ```
 ///
-/// For a light at a point, a position on the ray is described by the distance
-/// `x` from the eye or by `s = x − x_F`, its distance behind the foot point of
-/// the light, and `h` is the distance between light and ray. Both are formed
-/// in f64 from the vectors, `h` by a cross product, so that nothing is lost
-/// near the axis.
+/// For a point light, a position on the ray is given by its distance `x` from the eye, or by `s
+/// = x − x_F`, its distance behind the foot point F of the light; `h` is the distance between
+/// light and ray. Both are computed in f64 from the vectors, `h` by a cross product, so that no
+/// digits are lost near the axis.
 #[derive(Debug, Clone, Copy)]
 pub struct LightPath<'a> {
     ray: Ray,
     index: u32,
     emitter: &'a Emitter,
     medium: &'a Medium,
-    /// The part that can be lit: in the medium, in range, in the cone.
+    /// The part that can be lit: inside the medium, the range and the cone.
     span: Interval,
-    /// Where the ray enters the medium.
+    /// The distance at which the ray enters the medium.
     entry: f32,
     foot: f32,
     h: f32,
     /// Unit vector from the light to the foot point.
     to_foot: Vec3,
-    /// Kinks of the integrand, in order; infinite where there are fewer.
+    /// Positions of the integrand's kinks, in order; infinite where there are fewer.
     kinks: [f32; MOST_KINKS],
 }
 
-/// How far up the rim of a spotlight, from 0 to 1, its light counts as full: the ends
-/// of what lies in the full cone are rounded. The light there, the square, is off by
-/// twice what is missing, a tenth of what the best tables keep.
+/// From this value on, which runs from 0 to 1 over the rim of a spotlight, the light counts as
+/// full, because the ends of the part in the full cone are rounded. The light is the square of
+/// the value, so its error is up to twice the difference to 1, a tenth of the error of the best
+/// tables.
 const FULL: f32 = 1.0 - 4e-6;
 
 /// A spotlight has two kinks, the faces of a box three.
 pub(crate) const MOST_KINKS: usize = 5;
 
 impl<'a> LightPath<'a> {
-    /// The part of `ray` that `emitter` can light inside `medium`, or `None` if
-    /// there is none: the ray misses the medium's box, the light's range or its
-    /// cone.
+    /// The part of `ray` that `emitter` can light inside `medium`; `None` if the ray misses the
+    /// medium's box, the light's range or its cone.
     pub fn new(ray: &Ray, emitter: &'a Emitter, medium: &'a Medium) -> Option<Self> {
         let whole = Interval::new(0.0, ray.length());
         let inside = match medium.bounds() {
@@ -100,7 +99,7 @@ impl<'a> LightPath<'a> {
             }
             Emitter::Point(point) => {
                 let to_light = (point.position() - ray.origin()).as_dvec3();
-                // The stored direction is a unit vector to f32 precision only.
+                // The stored direction is of unit length to f32 precision only.
                 let direction = ray.direction().as_dvec3().normalize();
                 let foot = to_light.dot(direction);
                 let h = to_light.cross(direction).length();
@@ -125,12 +124,12 @@ impl<'a> LightPath<'a> {
         (path.span.start < path.span.end).then_some(path)
     }
 
-    /// The same path, moved off the light if it runs through it.
+    /// The same path, moved away from the light if it runs through it.
     ///
-    /// Along a ray through a point light the airlight is infinite. Images
-    /// replace it by the value at a distance of 1e-4 of the distance between
-    /// eye and light; every ray that passes closer counts as one at that
-    /// distance, and at 1e-12 m if the eye is at the light itself.
+    /// Along a ray through a point light the airlight is infinite. Images contain the value at
+    /// a distance of 1e-4 of the distance between eye and light instead: every ray that passes
+    /// more closely counts as one at that distance, or at 1e-12 m if the eye is at the light
+    /// itself.
     #[must_use]
     pub fn off_the_light(mut self) -> Self {
         if self.span.start <= self.foot && self.foot <= self.span.end {
@@ -139,15 +138,15 @@ impl<'a> LightPath<'a> {
         self
     }
 
-    /// The same path with the number of its ray.
+    /// The same path with the index of its ray.
     #[must_use]
     pub fn with_index(self, index: u32) -> Self {
         Self { index, ..self }
     }
 
-    /// What of the span is in the cone of all directions from the light whose cosine to an
-    /// axis is at least `cos`: of the path as it is, which may be
-    /// [moved off the light](LightPath::off_the_light).
+    /// The part of the span that is in the cone of directions from the light whose cosine to an
+    /// axis is at least `cos`. If the path was [moved off the light](LightPath::off_the_light),
+    /// this is so for the moved path.
     #[cfg(feature = "shadow-map")]
     pub(crate) fn in_cone(&self, axis: glam::DVec3, cos: f64) -> Option<Interval> {
         let foot = f64::from(self.h) * self.to_foot.as_dvec3();
@@ -158,8 +157,7 @@ impl<'a> LightPath<'a> {
         (part.start < part.end).then_some(part)
     }
 
-    /// The same path, of which only what lies in `part` can be lit; `None` if that is
-    /// nothing.
+    /// The same path, of which only what lies in `part` can be lit; `None` if nothing does.
     #[cfg(feature = "shadow-map")]
     pub(crate) fn within(self, part: Interval) -> Option<Self> {
         let (start, end) = (self.span.start, self.span.end);
@@ -167,9 +165,8 @@ impl<'a> LightPath<'a> {
         (span.start < span.end).then_some(Self { span, ..self })
     }
 
-    /// The number of the ray in its frame: what has been found out for each pixel
-    /// beforehand, such as bounds of a shadow, is looked up by it. 0 for a ray by
-    /// itself.
+    /// The index of the ray in its frame, or 0 for a single ray. Data that was computed for
+    /// each pixel before, such as bounds of a shadow, is looked up by it.
     pub fn index(&self) -> u32 {
         self.index
     }
@@ -184,27 +181,27 @@ impl<'a> LightPath<'a> {
         self.emitter
     }
 
-    /// What the ray runs through.
+    /// The medium along the ray.
     pub fn medium(&self) -> &'a Medium {
         self.medium
     }
 
-    /// The part of the ray that could be lit if nothing were in the way; its
-    /// end is infinite for a ray to the sky in an unbounded medium.
+    /// The part of the ray that would be lit if nothing blocked the light. Its end is infinite
+    /// for a ray to the sky in a medium without bounds.
     pub fn span(&self) -> Interval {
         self.span
     }
 
-    /// Positions on the line of the ray, in order, where the light changes with
-    /// a kink: at the inner cone of a spotlight, and where the light's way
-    /// enters a bounded medium through another face. Quadrature should stop at each.
-    /// A cookie has more, where the ray crosses the lines through the centres of its
-    /// texels: [`Quadrature`](crate::airlight::Quadrature) stops there, too.
+    /// Positions on the line of the ray, in order, where the light along it has a kink: at the
+    /// inner cone of a spotlight, and where the path of the light starts to enter a bounded
+    /// medium through another face. Quadrature should stop at each. A cookie has further kinks
+    /// where the ray crosses the lines through the centres of its texels;
+    /// [`Quadrature`](crate::airlight::Quadrature) stops at these, too.
     pub fn kinks(&self) -> impl Iterator<Item = f32> {
         self.kinks.into_iter().take_while(|x| x.is_finite())
     }
 
-    /// The interval divided at the kinks inside of it, in order.
+    /// The interval, divided at the kinks inside it, in order.
     pub fn without_kinks(&self, interval: Interval) -> impl Iterator<Item = Interval> {
         let mut inside = self.kinks;
         let mut count = 0;
@@ -225,7 +222,7 @@ impl<'a> LightPath<'a> {
         })
     }
 
-    /// Distance `x` of the foot point of a point light; may be negative.
+    /// The distance `x` of a point light's foot point from the eye; may be negative.
     pub fn foot(&self) -> f32 {
         self.foot
     }
@@ -240,9 +237,9 @@ impl<'a> LightPath<'a> {
         self.entry
     }
 
-    /// The interval as the evaluators of the crate `airlight` take it, if they
-    /// apply: for a point light that shines alike in all directions and does not
-    /// fade, and of whose way all runs in the medium.
+    /// The interval in the form that evaluators of the crate `airlight` take, if they apply:
+    /// for a point light that shines alike in all directions, does not fade, and whose light
+    /// travels inside the medium alone.
     pub fn segment(&self, interval: Interval) -> Option<Segment> {
         let Emitter::Point(point) = self.emitter else {
             return None;
@@ -251,7 +248,7 @@ impl<'a> LightPath<'a> {
         applies.then(|| self.part(interval))
     }
 
-    /// [`full_cone`] of the emitter.
+    /// The [`full_cone`] of the emitter.
     pub(crate) fn full_cone(&self) -> Option<&'a SpotEmission> {
         match self.emitter {
             Emitter::Directional(_) => None,
@@ -259,8 +256,8 @@ impl<'a> LightPath<'a> {
         }
     }
 
-    /// Whether an interval lies in the cone in which a spotlight is full. The cone is
-    /// convex: so it does if both ends do.
+    /// Whether an interval lies in the full cone of a spotlight. As the cone is convex, testing
+    /// both ends suffices.
     pub(crate) fn is_full(&self, spot: &SpotEmission, interval: Interval) -> bool {
         [interval.start, interval.end].into_iter().all(|x| {
             let direction = if x == f32::INFINITY {
@@ -273,7 +270,7 @@ impl<'a> LightPath<'a> {
         })
     }
 
-    /// Whether the light is at a point inside of the medium.
+    /// Whether the light is a point light inside the medium.
     pub(crate) fn is_immersed(&self) -> bool {
         match (self.emitter, self.medium.bounds()) {
             (Emitter::Directional(_), _) => false,
@@ -282,7 +279,7 @@ impl<'a> LightPath<'a> {
         }
     }
 
-    /// The interval as a point light sees it, whatever its emission.
+    /// The interval as seen from a point light, whatever its emission.
     pub(crate) fn part(&self, interval: Interval) -> Segment {
         Segment {
             x: interval.start - self.entry,
@@ -297,15 +294,15 @@ impl<'a> LightPath<'a> {
         self.h == 0.0 && interval.start <= self.foot && self.foot <= interval.end
     }
 
-    /// Unit vector from a point light towards the position `s` behind the foot
-    /// point on the ray, and the distance.
+    /// The unit vector from a point light to the position `s` behind the foot point, and the
+    /// distance.
     pub fn from_light(&self, s: f32) -> (Vec3, f32) {
         let d = (s * s + self.h * self.h).sqrt();
         let along = self.ray.direction() * (s / d) + self.to_foot * (self.h / d);
         (along, d)
     }
 
-    /// Radiant intensity of a point light into the unit `direction`.
+    /// Radiant intensity of a point light in the unit direction `direction`.
     pub fn intensity(&self, point: &PointEmitter, direction: Vec3) -> Vec3 {
         match point.emission() {
             Emission::Isotropic => point.intensity(),
@@ -313,21 +310,20 @@ impl<'a> LightPath<'a> {
         }
     }
 
-    /// Light scattered towards the eye per metre of ray at distance `x`, times
-    /// the squared distance to a point light:
-    /// `σ_s p(cos θ) I exp(−σ_t (x + d))` (for the sun: `σ_s p E exp(−σ_t (x + l))`),
-    /// with the window of a light that fades towards its range.
+    /// Light that is scattered towards the eye per metre of ray at distance `x`, times the
+    /// squared distance to a point light: `σ_s p(cos θ) I exp(−σ_t (x + d))`, or `σ_s p E
+    /// exp(−σ_t (x + l))` for a sun, with the window of a light that fades towards its range.
     ///
-    /// This is the integrand of the airlight with the inverse square taken
-    /// out, which is what stays bounded in the equi-angular variable.
+    /// This is the integrand of the airlight without the inverse square, which stays bounded in
+    /// the equi-angular variable.
     pub fn source(&self, x: f32) -> Vec3 {
         let eye_leg = x - self.entry;
         match self.emitter {
             Emitter::Point(point) => {
                 let s = x - self.foot;
                 let (direction, d) = self.from_light(s);
-                // Measured from the ray: seen from a light far away, f32 could
-                // not tell the faces of the box apart.
+                // The length is measured from the ray: from a light far away, f32 could not
+                // tell the faces of the box apart.
                 let light_leg = self.medium.length_inside(self.ray.at(x), -direction, d);
                 let phase = self
                     .medium
@@ -347,13 +343,13 @@ impl<'a> LightPath<'a> {
         }
     }
 
-    /// How far sunlight has travelled inside the medium to the point at `x`: 0
-    /// in an unbounded medium.
+    /// The length that sunlight travels inside the medium to the point at `x`; 0 in a medium
+    /// without bounds.
     pub fn sun_leg(&self, sun: &DirectionalEmitter, x: f32) -> f32 {
         match self.medium.bounds() {
             None => 0.0,
             Some(bounds) => {
-                // A position on a face may be rounded out of the box.
+                // Rounding may put a position on a face outside of the box.
                 let point = self.ray.at(x).clamp(bounds.min(), bounds.max());
                 self.medium
                     .length_inside(point, -sun.direction(), f32::INFINITY)
@@ -361,14 +357,14 @@ impl<'a> LightPath<'a> {
         }
     }
 
-    /// The angle between sunlight and the way to the eye.
+    /// The angle between the direction of sunlight and the direction to the eye.
     pub fn sun_angle(&self, sun: &DirectionalEmitter) -> ScatteringAngle {
         ScatteringAngle::from_cos(-self.ray.direction().dot(sun.direction()))
     }
 
     fn scattered(&self, phase: f32, light: Vec3, optical_length: f32) -> Vec3 {
         let sigma_t = self.medium.sigma_t();
-        // Grey media are common and an exponential is most of the work.
+        // Grey media are common, and exponentials are most of the work.
         let transmittance = if sigma_t == Vec3::splat(sigma_t.x) {
             Vec3::splat((-sigma_t.x * optical_length).exp())
         } else {
@@ -378,8 +374,8 @@ impl<'a> LightPath<'a> {
     }
 }
 
-/// A spotlight in the medium that shines like a plain point in its full cone: it has
-/// no cookie and does not fade.
+/// The emission of a spotlight that is a plain point light within its full cone: one inside the
+/// medium, without a cookie, that does not fade.
 pub(crate) fn full_cone<'a>(point: &'a PointEmitter, medium: &Medium) -> Option<&'a SpotEmission> {
     let is_outside = |bounds: Bounds| !bounds.contains(point.position());
     match point.emission() {
