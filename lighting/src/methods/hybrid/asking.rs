@@ -1,4 +1,4 @@
-//! Which steps of a ray a map has to be asked about.
+//! The steps of a ray that have to ask the map.
 
 use std::ops::Range;
 
@@ -11,21 +11,21 @@ use super::volumes::ShadowVolumes;
 use crate::airlight::far_end;
 use crate::{Interval, LightPath};
 
-/// Steps in a row that are alike after which the next volume is looked for: about what that costs,
-/// so that no more than as much again is lost.
+/// The number of equal results in a row after which the next volume is searched. A search costs
+/// about as much as so many steps, so no more than this is lost twice.
 pub(super) const LEAP: u32 = 24;
 
-/// Cells that are no longer than this share of a step of a whole ray are not divided where
-/// steps are spread over spans, whose ends it then is that they may be off by.
+/// If steps are spread over spans, cells are not divided below this share of a step of the
+/// whole ray, which is then the largest error in the ends of spans.
 pub(super) const SHORT: f32 = 0.25;
 
-/// The part of a path that steps are spread over: up to ten mean free paths to the sky.
+/// The part of a path over which steps are spread: up to ten mean free paths to the sky.
 pub(super) fn whole(path: &LightPath<'_>) -> Interval {
     let Interval { start, end } = path.span();
     Interval::new(start, end.min(start + far_end(path.medium())))
 }
 
-/// The length along a ray down to which volumes are told apart.
+/// The length along a ray below which volumes are not told apart.
 fn shortest(whole: Interval, count: u32, spread: Spread) -> f32 {
     let step = (f64::from(whole.end) - f64::from(whole.start)) / f64::from(count);
     match spread {
@@ -51,7 +51,7 @@ impl Steps {
         }
     }
 
-    /// The middle of a step; behind the last one the end of all.
+    /// The middle of a step; behind the last step, the end of all.
     pub(super) fn middle(&self, number: u32) -> f32 {
         if number >= self.count {
             return self.part.end;
@@ -59,7 +59,7 @@ impl Steps {
         self.part.start + ((f64::from(number) + 0.5) * self.step) as f32
     }
 
-    /// The middle of the step before; before the first one the start of all.
+    /// The middle of the previous step; for the first step, the start of all.
     pub(super) fn before(&self, number: u32) -> f32 {
         match number.checked_sub(1) {
             Some(before) => self.middle(before),
@@ -67,7 +67,7 @@ impl Steps {
         }
     }
 
-    /// Where a step begins; behind the last one the end of all.
+    /// The start of a step; behind the last step, the end of all.
     pub(super) fn start(&self, number: u32) -> f32 {
         if number >= self.count {
             return self.part.end;
@@ -75,7 +75,7 @@ impl Steps {
         self.part.start + (f64::from(number) * self.step) as f32
     }
 
-    /// The numbers of those with their middles in a part.
+    /// The indices of the steps whose middles are in a part.
     fn within(&self, part: Interval) -> Range<u32> {
         let number = |x: f32| (f64::from(x) - f64::from(self.part.start)) / self.step;
         // Conversions saturate.
@@ -85,13 +85,13 @@ impl Steps {
     }
 }
 
-/// The volumes of a light: outside of those of shadow all is lit, outside of those of
-/// light all is dark.
+/// The volumes of a light: everything outside of the shadow volumes is lit, and everything
+/// outside of the lit volumes is dark.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Volumes<'a> {
-    /// Of shadow.
+    /// The shadow volumes.
     pub shadow: Option<&'a ShadowVolumes<Host>>,
-    /// Of light.
+    /// The lit volumes.
     pub light: Option<&'a LitVolumes<Host>>,
 }
 
@@ -103,12 +103,12 @@ impl Volumes<'_> {
     }
 }
 
-/// What is known of a ray.
+/// What the volumes tell about a ray.
 #[derive(Debug, Clone, Copy)]
 struct Known {
-    /// The part that is to be asked about; empty if all is known.
+    /// The part about which the map has to be asked; empty if everything is known.
     part: Interval,
-    /// Whether what lies before and behind that part is lit.
+    /// Whether the ray is lit in front of that part, and behind it.
     outside: [bool; 2],
 }
 
@@ -138,7 +138,7 @@ impl Known {
         let Some(volumes) = volumes.light.map(LitVolumes::search) else {
             return Self { part, outside };
         };
-        // What is lit before or behind the shadows is in volumes of light.
+        // The lit ends of a ray outside of the shadow volumes are inside of lit volumes.
         if part.start <= whole.start {
             match volumes.front(line, part, shortest, cells) {
                 Some(front) => part = Interval::new(front, part.end),
@@ -155,11 +155,12 @@ impl Known {
     }
 }
 
-/// The steps that a map is asked about, one after the other; what all others are is known.
+/// Finds the steps that have to ask the map, one after the other; the result of all others is
+/// known.
 ///
-/// Between the first and the last position that may be lit as well as dark, every step is
-/// asked about, until so many in a row were alike that it pays to look for where the
-/// next volume of the other kind begins.
+/// Between the first and the last position that may be lit or dark, every step asks, until so
+/// many in a row had the same result that it pays to search for the start of the next volume of
+/// the other kind.
 #[derive(Debug)]
 pub(super) struct Asking<'a> {
     volumes: Volumes<'a>,
@@ -170,12 +171,12 @@ pub(super) struct Asking<'a> {
     pub(super) steps: Steps,
     outside: [bool; 2],
     next: u32,
-    /// From here on none is asked about.
+    /// Steps from this index on do not ask.
     end: u32,
     was_lit: bool,
     alike: u32,
     leap: u32,
-    /// Cells that were looked at.
+    /// Number of cells that were visited.
     pub(super) cells: u32,
 }
 
@@ -220,7 +221,7 @@ impl<'a> Asking<'a> {
         self.whole
     }
 
-    /// What steps are spread over; nothing if none are asked about.
+    /// The part over which steps are spread; empty if none ask.
     pub(super) fn part(&self) -> Interval {
         let start = self.steps.part.start;
         match self.next < self.end {
@@ -229,30 +230,30 @@ impl<'a> Asking<'a> {
         }
     }
 
-    /// Whether what lies before the first step that is asked about is lit.
+    /// Whether the ray is lit in front of the first step that asks.
     pub(super) fn is_lit_before(&self) -> bool {
         self.outside[0]
     }
 
-    /// Whether anything lies before a step.
+    /// Whether anything of the ray is in front of a step.
     pub(super) fn is_anything_before(&self, number: u32) -> bool {
         number > 0 || self.steps.part.start > self.whole.start
     }
 
-    /// Where the last step that is asked about ends, and whether what is behind it is lit.
+    /// The end of the last step that asks, and whether the ray is lit behind it.
     pub(super) fn rest(&self) -> (f32, bool) {
         (self.steps.start(self.end), self.outside[1])
     }
 
-    /// The step behind the last that is asked about, and whether it is lit; `None` if
-    /// nothing is behind that.
+    /// The step behind the last one that asks, and whether it is lit; `None` if that was the
+    /// last step.
     pub(super) fn behind(&self) -> Option<(u32, bool)> {
         let Steps { part, count, .. } = self.steps;
         let is_behind = self.end < count || part.end < self.whole.end;
         is_behind.then_some((self.end, self.outside[1]))
     }
 
-    /// The number of the next step, and whether it is lit.
+    /// The index of the next step, and whether it is lit.
     pub(super) fn next(&mut self, is_lit: impl FnOnce(f32) -> bool) -> Option<(u32, bool)> {
         self.next_step(|steps, number| {
             let is_lit = is_lit(steps.middle(number));
@@ -260,8 +261,8 @@ impl<'a> Asking<'a> {
         })
     }
 
-    /// The number of the next step, and what is found of it: beside that `ask` says
-    /// whether the step is all lit or all dark, if it is either.
+    /// The index of the next step, and the result of `ask`, which also tells whether the step
+    /// is all lit or all dark, if it is either.
     pub(super) fn next_step<T>(
         &mut self,
         ask: impl FnOnce(Steps, u32) -> (T, Option<bool>),
@@ -284,7 +285,7 @@ impl<'a> Asking<'a> {
         Some((number, found))
     }
 
-    /// Past what is known to be as the step whose middle is `x`.
+    /// Skips the steps that are known to have the same result as the step whose middle is `x`.
     fn leap(&mut self, x: f32) {
         let others = match self.was_lit {
             true => self.volumes.shadow.map(ShadowVolumes::search),

@@ -1,4 +1,4 @@
-//! Whether looking for volumes of shadow and light costs less than it saves.
+//! The decision whether searching volumes of shadow and light costs less than it saves.
 
 use gpu_backend::Host;
 
@@ -6,38 +6,37 @@ use super::{Asking, ShadowVolumes, Spread, Volumes};
 use crate::scene::{Emitter, Medium};
 use crate::{LightPath, Ray};
 
-/// Rays that are looked at, about.
+/// Roughly the number of rays that the decision is based on.
 const SAMPLES: usize = 64;
 
-/// What the search costs for a ray, and for each cell that it looks at, in steps:
-/// measured on a CPU in the embedded scenes.
+/// The cost of a search per ray, and per cell that it visits, in steps: measured on a CPU in
+/// the embedded scenes.
 const RAY: f64 = 4.0;
 const CELL: f64 = 1.6;
 
-/// What a search for volumes does for the rays of a frame: means of some of those
-/// that the light can reach.
+/// What a search of volumes achieves for the rays of a frame: means over some of those that the
+/// light can reach.
 ///
-/// In place of the map, which may be in the memory of a GPU, the finest volumes are
-/// asked.
+/// The map may be in the memory of a GPU, so the finest volumes are asked in its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Choice {
-    /// Steps of a ray.
+    /// Number of steps per ray.
     pub steps: u32,
-    /// Steps of whole rays that would be as short, by root mean squares: those of the
-    /// rays, unless they are spread over spans.
+    /// The number of steps of whole rays that would be as short as these, by root mean squares.
+    /// It is the number of steps unless they are spread over spans.
     pub as_short: f64,
-    /// Steps that the map has to be asked about.
+    /// Number of steps that have to ask the map.
     pub asked: f64,
-    /// Those of them that are dark.
+    /// Number of those that are dark.
     pub dark: f64,
-    /// Cells that are looked at.
+    /// Number of cells that are visited.
     pub cells: f64,
 }
 
 impl Choice {
-    /// For the volumes that are looked for, and so many steps (0 counts as 1) that are
-    /// spread over spans or whole rays; `map` are the volumes of shadow that stand for the
-    /// map. `None` if the light reaches no ray.
+    /// The means for the volumes that are searched and for `steps` steps (0 counts as 1) that
+    /// are spread over spans or whole rays. `map` are the shadow volumes that take the place of
+    /// the map. `None` if the light reaches no ray.
     pub fn new(
         map: &ShadowVolumes<Host>,
         volumes: Volumes<'_>,
@@ -47,10 +46,11 @@ impl Choice {
         (steps, spread): (u32, Spread),
     ) -> Option<Self> {
         let steps = steps.max(1);
-        // An odd stride does not stay in the columns of a picture.
+        // An odd stride does not stay within a few columns of a picture.
         let stride = (rays.len() / SAMPLES) | 1;
         let (mut asked, mut dark, mut cells, mut count) = (0_u64, 0_u64, 0_u64, 0_u64);
-        // Sums of squares of the lengths of rays and of what their steps are spread over.
+        // Sums of the squared lengths of rays, and of the parts over which their steps are
+        // spread.
         let mut squares = [0.0, 0.0];
         for ray in rays.iter().step_by(stride) {
             let Some(path) = LightPath::new(ray, emitter, medium) else {
@@ -82,17 +82,17 @@ impl Choice {
         })
     }
 
-    /// Steps of whole rays, as short as these, that need not be asked about.
+    /// Number of steps of whole rays, as short as these, that need not ask the map.
     pub fn saved(&self) -> f64 {
         self.as_short - self.asked
     }
 
-    /// What the search costs, in steps.
+    /// The cost of the search, in steps.
     pub fn cost(&self) -> f64 {
         RAY + CELL * self.cells
     }
 
-    /// What a ray costs, in steps as long as those of another choice.
+    /// The cost of a ray, in steps as long as those of another choice.
     pub fn cost_at(&self, other: &Self) -> f64 {
         self.cost() + self.asked * other.as_short / self.as_short
     }

@@ -1,4 +1,4 @@
-//! Volumes that hold all light: outside of them all is dark.
+//! Lit volumes: volumes that contain all light, outside of which everything is dark.
 
 use glam::DVec3;
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
@@ -8,26 +8,26 @@ use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::ShadowMap;
 use crate::shadow_map::line::cube_face;
 
-/// Volumes outside of which all is dark, by a shadow map.
+/// Volumes outside of which everything is dark according to a shadow map.
 ///
-/// In each cell of the pictures of a light, of eight texels or any larger power of two,
-/// it is what lies before the farthest texel: the inverse of
-/// [`ShadowVolumes`](super::ShadowVolumes). In a room with a window they are a shaft
+/// In each cell of the pictures of a light, of eight texels or any larger power of two, the
+/// volume is the part in front of the farthest texel: the inverse of
+/// [`ShadowVolumes`](super::ShadowVolumes). In a room with a window, lit volumes form a shaft
 /// behind the window.
 ///
-/// A sample that the map has lit is never outside of them. Cells are as far as
-/// the texels around them, too, and depths are bounds, for what roundings do to a
-/// position; in a cube of pictures also as far as what borders on them in others. What is
-/// in no picture is lit.
+/// A sample that is lit according to the map is never outside of them. A cell is as far as the
+/// texels around it, too, and depths are bounds that allow for the rounding of positions. In a
+/// cube of pictures, a cell is also as far as its neighbours in other pictures. What is in no
+/// picture is lit.
 #[derive(Debug)]
 pub struct LitVolumes<M: Memory> {
     pub(super) cells: Cells,
     pub(super) far: M::Buffer<f32>,
 }
 
-/// Makes the volumes of light of shadow maps.
+/// A backend that makes lit volumes of shadow maps.
 pub trait BuildLitVolumes: Backend {
-    /// Those of a map. Takes little more than one look at each of its texels.
+    /// The lit volumes of a map. This takes little more than reading each of its texels once.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory: 2 MiB for a cube.
@@ -36,12 +36,12 @@ pub trait BuildLitVolumes: Backend {
 }
 
 impl<M: Memory> LitVolumes<M> {
-    /// Texels per side of the shadow map that they go with.
+    /// Texels per side of the shadow map that they belong to.
     pub fn resolution(&self) -> u32 {
         self.cells.resolution
     }
 
-    /// Greatest distances, in the memory of the backend.
+    /// The largest distances, in the memory of the backend.
     pub fn far(&self) -> &M::Buffer<f32> {
         &self.far
     }
@@ -53,12 +53,12 @@ impl<M: Memory> LitVolumes<M> {
 }
 
 impl LitVolumes<Host> {
-    /// What those of a map are like, without the map: as if casters filled each cell of
-    /// the finest level in which there is one, between the least depths of the cells
+    /// An estimate of a map's lit volumes without the map. It assumes that casters fill each
+    /// cell of the finest level that contains one, between the smallest depths of the cells
     /// around it.
     ///
-    /// They tell what volumes of light would save, and no more: light that passes between
-    /// casters within a cell is outside of them.
+    /// It only tells what lit volumes would save: light that passes between casters within a
+    /// cell is outside of these volumes.
     #[cfg(any(feature = "methods", test))]
     pub(super) fn estimated(shadows: &super::ShadowVolumes<Host>) -> Self {
         let cells = shadows.cells.clone();
@@ -84,7 +84,7 @@ impl LitVolumes<Host> {
         Self { cells, far }
     }
 
-    /// The same on another backend.
+    /// Copies the volumes to another backend.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit there.
@@ -96,14 +96,13 @@ impl LitVolumes<Host> {
     }
 }
 
-/// Texels around a cell that count as its own.
+/// Texels around a cell that count as part of it.
 pub(super) fn margin(cells: &Cells) -> u32 {
     let margins = cells.pictures.iter().map(|picture| picture.margin());
     margins.fold(1.0, f64::max).ceil() as u32
 }
 
-/// What is added to depths of a map, as a factor and in metres: positions are where the
-/// light is, or within the picture, and as deep as the texel.
+/// The allowance for the depths of a map, as a factor and in metres, for rounding of positions.
 pub(super) fn allowance(face: &Face) -> [f32; 2] {
     let reach = match face.rays {
         Rays::Parallel {
@@ -116,7 +115,7 @@ pub(super) fn allowance(face: &Face) -> [f32; 2] {
     [(1.0 + DEPTH + POSITION) as f32, (POSITION * scale) as f32]
 }
 
-/// The direction of the middle of a texel, which may be outside of the picture.
+/// The direction of the centre of a texel, which may be outside of the picture.
 fn direction(face: &Face, tan: f32, resolution: u32, [column, row]: [i64; 2]) -> DVec3 {
     let at = |texel: i64| f64::from(tan) * ((2 * texel + 1) as f64 / f64::from(resolution) - 1.0);
     let [right, up, forward] = [face.right, face.up, face.forward].map(|v| v.as_dvec3());
@@ -165,7 +164,7 @@ impl BuildLitVolumes for Cpu {
                 each.resize((inside.end - inside.start) as usize, 0.0_f32);
                 let mut greatest = 0.0_f32;
                 for row in texels(row) {
-                    // What is in the picture at once, without a look at where it is.
+                    // Texels that are certainly inside of the picture need no test.
                     let at_once = match (0..n).contains(&row) {
                         true => inside.clone(),
                         false => columns.start..columns.start,

@@ -14,7 +14,7 @@ use crate::methods::{
 };
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
-/// A march within the shadow volumes of every light.
+/// A march between the shadow volumes of every light.
 #[derive(Debug, Clone, Copy)]
 struct Hybrids {
     name: &'static str,
@@ -44,7 +44,7 @@ impl LightSources for Hybrids {
         let map = inputs.map_work();
         Work {
             per_ray: inputs.emitters.len() as f64 * f64::from(steps),
-            // The triangles once more, and a cell for 64 texels.
+            // Volumes visit the triangles once more, and a cell covers 64 texels.
             once: 1.25 * map.once,
             bytes: map.bytes + map.bytes / 48,
             ..map
@@ -107,11 +107,10 @@ fn on_host(
     })
 }
 
-/// What it costs to make volumes of light, for each texel of the map, in steps: measured on
-/// a CPU.
+/// The cost of making lit volumes, per texel of the map, in steps: measured on a CPU.
 const TEXEL: f64 = 0.1;
 
-/// What volumes of light are like, on the host.
+/// An estimate of the lit volumes, on the host.
 fn estimated(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -125,11 +124,11 @@ fn estimated(
     })
 }
 
-/// Those of a light by which it is decided.
+/// The key of the volumes of a light that the choice is based on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Estimated(OfLight);
 
-/// Which volumes of a light are looked for.
+/// The volumes of a light that are searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Known {
     pub(super) shadow: bool,
@@ -143,9 +142,10 @@ impl Known {
     };
 }
 
-/// Which volumes of a light are best for the rays of a frame, and what they do: those of
-/// light are considered where the dark steps among those of shadow could pay for them in
-/// this frame. If none is of use, what those of shadow would do.
+/// Chooses the volumes of a light that are best for the rays of a frame, with what they
+/// achieve. Lit volumes are considered if avoiding dark steps among those in shadow volumes
+/// could pay for making them in this frame. If no volumes are worth it, what shadow volumes
+/// would achieve.
 pub(super) fn choice(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -172,7 +172,7 @@ pub(super) fn choice(
     };
     let known = |shadow, light| Known { shadow, light };
     let mut best = (known(true, false), first);
-    // What volumes of light cost, for each of the rays.
+    // The cost of the lit volumes, divided by the number of rays.
     let texels = f64::from(inputs.map).powi(2) * shadows.cells.pictures.len() as f64;
     let made = TEXEL * texels / inputs.rays.len() as f64;
     if first.dark > made {
@@ -198,7 +198,7 @@ pub(super) fn choice(
     }))
 }
 
-/// The same where the frame is made.
+/// The same volumes, in the memory of the backend.
 pub(in crate::methods) fn volumes<B: Backend>(
     frame: &Frame<'_, B>,
     light: usize,
@@ -214,7 +214,7 @@ pub(in crate::methods) fn volumes<B: Backend>(
     })
 }
 
-/// The volumes of light of a shadow map where the frame is made.
+/// The lit volumes of a shadow map, in the memory of the backend.
 pub(super) fn lit_volumes<B: RenderShadowMap + BuildLitVolumes>(
     frame: &Frame<'_, B>,
     light: usize,

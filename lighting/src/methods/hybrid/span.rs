@@ -9,11 +9,11 @@ use crate::shadow_map::ShadowMap;
 use crate::{Interval, Ray};
 
 impl<M: Memory> ShadowVolumes<M> {
-    /// Whether they have the texels per side and the faces of a map; its light is not
-    /// looked at.
+    /// Checks that the volumes have the texels per side and the faces of a map. Their lights
+    /// are not compared.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if not.
+    /// [`Error::LengthMismatch`] if they differ.
     pub(in crate::methods) fn go_with(&self, map: &ShadowMap<M>) -> Result<(), Error> {
         check(&self.cells, map)
     }
@@ -28,9 +28,9 @@ impl<M: Memory> ShadowVolumes<M> {
 }
 
 impl ShadowVolumes<Host> {
-    /// From the front of the first volume to the back of the last one that a finite part of
-    /// a ray is in; `None` if it is in none. Volumes are told apart down to cells that the
-    /// ray crosses within the length `shortest`, m.
+    /// The range from the front of the first volume to the back of the last one that a finite
+    /// part of a ray is in; `None` if it is in none. Volumes are told apart down to cells that
+    /// the ray crosses within the length `shortest`, m.
     pub fn between(&self, ray: &Ray, part: Interval, shortest: f32) -> Option<Interval> {
         let line = Line::new(ray, self.cells.origin);
         self.span(&line, part, shortest, &mut 0)

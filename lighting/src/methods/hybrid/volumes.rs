@@ -1,5 +1,4 @@
-//! Shadow volumes of what stands for the casters: one of each cell of a light's
-//! pictures.
+//! Shadow volumes of coarse stand-ins for the casters: one for each cell of a light's pictures.
 
 use glam::{DVec3, Vec3};
 use gpu_backend::{Backend, Cpu, Error, Host, Memory};
@@ -9,23 +8,24 @@ use super::picture::{Picture, Square};
 use crate::scene::{Bounds, Caster, Emitter, Geometry};
 use crate::shadow_map::{Casters, faces};
 
-/// Triangles that are added to a grid of their own.
+/// The number of triangles that are added to a grid of their own.
 const CHUNK: usize = 1 << 14;
 
-/// Grids that are made at the same time, at most: of a cube 1.5 MiB each.
+/// The largest number of grids that are made at the same time, which take 1.5 MiB each for a
+/// cube.
 const MOST_CHUNKS: usize = 64;
 
-/// Shadow volumes that hold every shadow of a light.
+/// Shadow volumes that contain every shadow of a light.
 ///
-/// Each picture of the light is divided into square cells, and a cell has the least
-/// distance at which there is any caster in it. What lies farther away in the same cell
-/// is its shadow volume: a pyramid without a top, or a prism in parallel light. The
-/// cells of all levels of a pyramid have one, down to eight texels of the shadow map.
+/// Each picture of the light is divided into square cells, and a cell stores the smallest
+/// distance at which there is any caster in it. The part of the cell that is farther away is
+/// its shadow volume: a truncated pyramid, or a prism in parallel light. The cells of all
+/// levels of a pyramid have one, down to eight texels of the shadow map.
 ///
-/// A shadow, whether the map's or an exact one, is never outside of these volumes: cells
-/// are those that a triangle touches or comes within a texel of, whatever the samples of
-/// the map say, and depths are bounds. Masked triangles count as solid, but for those
-/// that are a hole everywhere.
+/// A shadow, whether of the map or exact, is never outside of these volumes: a triangle counts
+/// in the cells that it touches or comes within a texel of, whatever the samples of the map
+/// say, and depths are bounds. Masked triangles count as solid, except those that are holes
+/// everywhere.
 #[derive(Debug)]
 pub struct ShadowVolumes<M: Memory> {
     pub(super) cells: Cells,
@@ -33,18 +33,19 @@ pub struct ShadowVolumes<M: Memory> {
     pub(super) near: M::Buffer<f32>,
 }
 
-/// Makes shadow volumes of casters.
+/// A backend that makes shadow volumes of casters.
 pub trait BuildShadowVolumes: Backend {
-    /// Those of a light, for a shadow map of so many texels per side.
+    /// The shadow volumes of a light, for a shadow map with so many texels per side.
     ///
     /// A GPU has fewer digits than [`ShadowVolumes::new`] and rounds depths towards the light:
-    /// by 1e-5 of the distance, more for triangles seen edge-on (1e-4 on average). Such a triangle counts with its least depth in all cells in the box around it.
-    /// One cell in a thousand is taken in besides. It takes time in proportion to the triangles
-    /// and to the cells in the boxes around them.
+    /// by 1e-5 of the distance, and by more for triangles seen edge-on (1e-4 on average), which
+    /// count with their smallest depth in all cells of the box around them. One cell in a
+    /// thousand is included in addition. The time is proportional to the number of triangles
+    /// plus the number of cells in the boxes around them.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if they do not fit into memory: 2 MiB for a cube, and as
-    /// much again while they are made.
+    /// [`Error::TooLarge`] if they do not fit into memory: 2 MiB for a cube, and as much again
+    /// while they are made.
     fn shadow_volumes(
         &self,
         casters: &Casters<Self::Memory>,
@@ -65,7 +66,7 @@ impl BuildShadowVolumes for Cpu {
     }
 }
 
-/// What the roundings of a position add up to, m.
+/// A bound on the rounding of positions, m.
 pub(super) fn margin(casters: Bounds, origin: Vec3) -> f64 {
     let scale = [casters.min(), casters.max(), origin];
     let scale = scale.map(|v| v.abs().max_element()).into_iter();
@@ -73,7 +74,7 @@ pub(super) fn margin(casters: Bounds, origin: Vec3) -> f64 {
 }
 
 impl<M: Memory> ShadowVolumes<M> {
-    /// Texels per side of the shadow map that they go with.
+    /// Texels per side of the shadow map that they belong to.
     pub fn resolution(&self) -> u32 {
         self.cells.resolution
     }
@@ -83,7 +84,7 @@ impl<M: Memory> ShadowVolumes<M> {
         self.cells.cell
     }
 
-    /// Least distances, in the memory of the backend.
+    /// The smallest distances, in the memory of the backend.
     pub fn near(&self) -> &M::Buffer<f32> {
         &self.near
     }
@@ -95,10 +96,10 @@ impl<M: Memory> ShadowVolumes<M> {
 }
 
 impl ShadowVolumes<Host> {
-    /// Those of a light, for a shadow map of so many texels per side.
+    /// The shadow volumes of a light, for a shadow map with so many texels per side.
     ///
-    /// Takes time in proportion to the number of triangles and of the cells in the boxes
-    /// around them, and while it is at it at most 96 MiB.
+    /// The time is proportional to the number of triangles plus the number of cells in the
+    /// boxes around them. At most 96 MiB are used in between.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory: 2 MiB for a cube.
@@ -109,7 +110,7 @@ impl ShadowVolumes<Host> {
         resolution: u32,
     ) -> Result<Self, Error> {
         let all_solid = geometry.all_solid();
-        // What a shadow map is rendered from.
+        // The triangles from which a shadow map is rendered.
         let casts = |index: usize| {
             all_solid
                 || match geometry.caster(index) {
@@ -122,7 +123,7 @@ impl ShadowVolumes<Host> {
         Self::of_triangles(cpu, geometry.triangles(), casts, light)
     }
 
-    /// Those of the triangles that cast shadows, by their index.
+    /// The volumes of the triangles that cast shadows, given by their indices.
     fn of_triangles(
         cpu: &Cpu,
         triangles: &[[Vec3; 3]],
@@ -131,7 +132,8 @@ impl ShadowVolumes<Host> {
     ) -> Result<Self, Error> {
         let cells = Cells::new(&faces(bounds, emitter), resolution);
         let grid = Grid { cells: &cells };
-        // A grid for each, of which the least is the same however triangles are divided.
+        // Each chunk has a grid. The minimum of all grids does not depend on how triangles are
+        // divided.
         let chunk = CHUNK.max(triangles.len().div_ceil(MOST_CHUNKS));
         let parts = cpu.map(triangles.len().div_ceil(chunk), |number| {
             let first = number * chunk;
@@ -150,7 +152,7 @@ impl ShadowVolumes<Host> {
         Ok(Self { cells, near })
     }
 
-    /// The same on another backend.
+    /// Copies the volumes to another backend.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit there.
@@ -162,13 +164,13 @@ impl ShadowVolumes<Host> {
     }
 }
 
-/// The finest cells of all pictures, in the making.
+/// The finest cells of all pictures, while they are made.
 struct Grid<'a> {
     cells: &'a Cells,
 }
 
 impl Grid<'_> {
-    /// The least depths of some triangles.
+    /// The smallest depths of some triangles in each cell.
     fn of_triangles<'t>(&self, triangles: impl Iterator<Item = &'t [Vec3; 3]>) -> Vec<f32> {
         let Cells {
             origin, pictures, ..
@@ -190,7 +192,7 @@ impl Grid<'_> {
         };
         let border = picture.margin();
         let (size, side) = (f64::from(self.cells.cell), self.cells.side as usize);
-        // Exact: a power of two.
+        // This is exact, because the size is a power of two.
         let per_texel = size.recip();
         let last = f64::from(self.cells.side - 1);
         let Square { low, high } = all.wider(border);

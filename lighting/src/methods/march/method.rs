@@ -1,4 +1,4 @@
-//! Steps along rays, each lit or not as the light's shadow map says.
+//! Marches along rays, in which the light's shadow map says of each step whether it is lit.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::methods::{
 };
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
-/// Of all that goes along rays in steps.
+/// The steps of every method that takes steps along rays.
 pub(in crate::methods) const STEPS: SourceQuality = SourceQuality {
     unit: "steps",
     qualities: &[4, 8, 16, 32, 64, 128, 256],

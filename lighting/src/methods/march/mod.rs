@@ -1,4 +1,4 @@
-//! Visibility sampled in steps along the ray.
+//! Ray marching: visibility sampled in steps along the ray.
 
 #[cfg(feature = "wgpu")]
 pub(crate) mod gpu;
@@ -19,9 +19,9 @@ use crate::{Emitter, Interleaving, Interval, LightPath, Part};
 /// How a march divides a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
-    /// Steps of equal length. A ray to the sky is marched for ten mean free
-    /// paths (of the thinnest colour channel that scatters), and what lies behind is left
-    /// out: 4.5e-5 of the light of a sun.
+    /// Steps of equal length. A ray to the sky is marched for ten mean free paths of the
+    /// thinnest colour channel that scatters. The light behind is left out, which is 4.5e-5 of
+    /// the light of a sun.
     Distance,
     /// Steps of equal angle at a point light, which are steps of equal share
     /// of the inverse-square falloff (equi-angular sampling: Kulla and
@@ -29,29 +29,28 @@ pub enum Spacing {
     /// Participating Media, EGSR 2012). For a directional light, which has no
     /// such angle, the same as [`Spacing::Distance`].
     EquiAngular,
-    /// Steps of equal length in the picture that a spotlight projects, which is that of
-    /// its shadow map and of its cookie; see
-    /// [`light_space`](crate::methods::light_space). Lights that have no one plane to
-    /// project on take steps that are equal as they see them: [`Spacing::EquiAngular`].
-    /// In the picture a ray to the sky ends as with [`Spacing::Distance`].
+    /// Steps of equal length in the image plane of a spotlight, which is that of its shadow map
+    /// and of its cookie; see [`light_space`](crate::methods::light_space). Lights without a
+    /// single image plane take [`Spacing::EquiAngular`] steps. A ray to the sky ends as with
+    /// [`Spacing::Distance`].
     Picture,
 }
 
-/// Marches a ray in steps and asks at the middle of each how much of the light
-/// gets there.
+/// Marches along a ray in steps, and asks at the middle of each which share of the light
+/// arrives.
 ///
-/// Yields one interval per step that is not dark. With [`Midpoint`] this is
-/// brute-force ray marching; with [`EquiAngular`] of one node and equi-angular
-/// steps it is equi-angular sampling; where the gather joins what touches, the
-/// steps find the ends of the lit runs and the evaluator does the rest.
+/// It yields one interval for each step that is not dark. With [`Midpoint`] this is brute-force
+/// ray marching; with [`EquiAngular`] of one node and equi-angular steps it is equi-angular
+/// sampling. If the gather joins parts that touch, the steps find the ends of the lit runs, and
+/// the evaluator integrates each run.
 ///
-/// What is asked is anything that knows about points: a shadow map, a map of
-/// transmittance, in memory of the backend that marches. It must be that of the
+/// `points` can be any source of visibility at points, for example a shadow map or a
+/// transmittance map. It must be in the memory of the backend that marches, and belong to the
 /// light that is gathered.
 ///
-/// Cost: one lookup per step and ray. The ends of lit intervals are off by at
-/// most half a step and by what the resolution of the map adds; where the share
-/// is smooth, the error is of second order in the length of a step.
+/// Cost: one lookup per step and ray. The ends of lit intervals are off by at most half a step,
+/// plus what the resolution of the map adds. Where the share is smooth, the error is of second
+/// order in the length of a step.
 ///
 /// [`Midpoint`]: crate::airlight::Midpoint
 /// [`EquiAngular`]: crate::airlight::EquiAngular
@@ -64,7 +63,7 @@ pub struct March<P> {
 }
 
 impl<P> March<P> {
-    /// A march of `steps` steps (0 counts as 1) that asks `points`.
+    /// A march of `steps` steps that asks `points`; 0 steps count as 1.
     pub fn new(points: P, steps: u32, spacing: Spacing) -> Self {
         Self {
             points,
@@ -74,11 +73,11 @@ impl<P> March<P> {
         }
     }
 
-    /// The same with rays that share their steps: each asks at every `of`-th, which
-    /// then counts `of` times.
+    /// The same march with rays that share their steps: each ray asks at every `of`-th step,
+    /// which then counts `of` times.
     ///
-    /// Steps that are joined where they touch do not go with it: those of a ray no
-    /// longer do.
+    /// Do not combine this with joining parts that touch: the steps of a single ray no longer
+    /// touch.
     #[must_use]
     pub fn interleaved(self, interleaving: Interleaving) -> Self {
         Self {
@@ -87,7 +86,7 @@ impl<P> March<P> {
         }
     }
 
-    /// What is asked at every step.
+    /// The source that is asked at every step.
     pub fn points(&self) -> &P {
         &self.points
     }
@@ -131,8 +130,8 @@ impl<P: PointVisibility> VisibilitySource for March<P> {
     }
 }
 
-/// Calls `step(start, middle, end)` for each that belongs to `part` of `samples`
-/// steps along the span of the path, unless it is empty.
+/// Divides the span of the path into `samples` steps, and calls `step(start, middle, end)` for
+/// each step that belongs to `part` and is not empty.
 #[inline]
 fn for_each_step(
     path: &LightPath<'_>,
@@ -155,7 +154,7 @@ fn for_each_step(
             let mut turns = Turns::new(arc, halves);
             let mut start = span.start;
             for i in 0..samples {
-                // One position follows from the last, whoever takes the step.
+                // Each position follows from the last one, also for steps that are skipped.
                 let middle = turns.advance();
                 let end = if i + 1 == samples {
                     span.end
@@ -176,7 +175,8 @@ fn for_each_step(
                 let t = count / halves;
                 let share = match depths {
                     None => t,
-                    // Equal in a picture: each end weighs by the depth of the other.
+                    // Equal steps in the image plane: each end is weighted by the depth of the
+                    // other.
                     Some([at_start, at_end]) => {
                         let weight = t * at_start;
                         weight / (weight + (1.0 - t) * at_end)
@@ -201,12 +201,14 @@ fn for_each_step(
     }
 }
 
-/// The least depth of an end of a path in front of a light, as a share of that of the
-/// other: steps next to a light are at least the square of it of those far away.
+/// The smallest depth of one end of a path in front of a light, as a share of the depth of the
+/// other end. Steps next to the light are at least the square of this times the length of the
+/// farthest.
 const LEAST_DEPTH: f64 = 1e-3;
 
-/// For steps in the picture of a spotlight, the depths in front of it of the start of the
-/// path and of an end of it; `None` for other steps and lights.
+/// For steps in the image plane of a spotlight: a function from the distance of the path's end
+/// to the depths of its start and its end in front of the light. `None` for other steps and
+/// lights.
 fn depths(path: &LightPath<'_>, spacing: Spacing) -> Option<impl Fn(f32) -> [f64; 2]> {
     let (Spacing::Picture, Emitter::Point(point)) = (spacing, path.emitter()) else {
         return None;

@@ -24,8 +24,8 @@ fn forward(inputs: &FrameInputs<'_>) -> Vec3 {
     inputs.camera.rotation() * Vec3::NEG_Z
 }
 
-/// The depths before the eye between which a light reaches what it sees, as far as the fog
-/// lets it be seen.
+/// The depths in front of the eye between which a light reaches what the eye sees through the
+/// fog.
 fn depths(inputs: &FrameInputs<'_>, light: usize) -> [f32; 2] {
     let (forward, fog) = (forward(inputs), far_end(inputs.medium));
     let of_rays = Cpu::new().map(inputs.rays.len(), |i| {

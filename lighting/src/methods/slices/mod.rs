@@ -1,40 +1,41 @@
-//! Planes parallel to the picture, blended into it: what games did before marches.
+//! Slices: planes parallel to the picture that are blended into it, as games did before ray
+//! marching.
 //!
 //! Based on: Dobashi, Yamamoto and Nishita, Interactive Rendering of Atmospheric Scattering
 //! Effects Using Graphics Hardware, Graphics Hardware 2002; Mitchell, Light Shaft
 //! Rendering, ShaderX3, 2004; Imagire, Johan, Tamura and Nishita, Anti-Aliased and Real-Time
 //! Rendering of Scenes with Light Scattering Effects, The Visual Computer 2007.
 //!
-//! n planes across the axis of the camera, at equal distances over the depths at which a
-//! light reaches what the eye sees. At each the shadow map is asked where the ray of a pixel crosses it,
-//! and the answer stands for the slab halfway to its neighbours. It is the method that
-//! the papers on marching argue against, and a baseline here.
+//! n planes lie across the axis of the camera, at equal distances over the depths at which a
+//! light reaches what the eye sees. On each plane the shadow map is asked at the point where
+//! the ray of a pixel crosses it, and the answer stands for the slab halfway to the
+//! neighbouring planes. Here it is a baseline; the papers on ray marching argue against it.
 //!
 //! # Error
 //!
-//! * Slabs have one thickness, whatever lies in them: a beam that is near, or a light in
-//!   view, has as many of them as a wall far away, and a short ray crosses few.
-//! * A plane behind a surface is hidden by it, and its slab is lost, with the part before
-//!   the surface. So along a floor the light changes in steps, as long as a slab is thick.
-//!   The same is lost where a ray enters a cone, a range or a box, so that pictures are too
-//!   dark, and parts of rays between two planes are black.
+//! * All slabs have the same thickness: a nearby beam, or a light in view, has as many of them
+//!   as a distant wall, and a short ray crosses only a few.
+//! * A plane behind a surface is hidden, and its slab is lost with the part that is in front of
+//!   the surface. So along a floor the light changes in steps of one slab's thickness. The same
+//!   happens where a ray enters a cone, a range or a box. So pictures are too dark, and parts
+//!   of rays between two planes are black.
 //! * All rays ask at the same depths, so that the steps line up as contours.
 //!
-//! All of it is in proportion to the thickness, 1/n.
+//! All of these errors are proportional to the thickness, 1/n.
 //!
 //! # Departures
 //!
-//! The light of a slab is integrated by any evaluator over what lies within the cone, the
-//! range and the surface, so that the error is that of the planes alone. Dobashi
-//! et al. divide slabs further where the light changes, by planes between them that are
-//! not seen: here more planes do it. Imagire et al. average over boxes of voxels against the
-//! contours, and blur what they average.
+//! The light of a slab is integrated by any evaluator over the part that lies within the cone,
+//! the range and in front of the surface, so that the error is that of the planes alone.
+//! Dobashi et al. divide slabs further where the light changes, by planes that are not drawn;
+//! here more planes serve that purpose. Imagire et al. average over boxes of voxels to hide the
+//! contours, which also blurs the shadows.
 //!
-//! The depths are those of the rays of a frame: where it has some of the pixels only, as at
-//! a low resolution, planes lie elsewhere than in the whole picture. Finding them takes a
-//! look at every ray for each light.
+//! The depths are those of the rays of a frame. In a frame with some of the pixels only, as at
+//! a low resolution, planes lie elsewhere than in the whole picture. Finding the depths takes
+//! one test for each ray and light.
 //!
-//! Rays more than 89.9° from the axis count as ones at that angle.
+//! A ray at more than 89.9° to the axis counts as one at that angle.
 
 #[cfg(feature = "wgpu")]
 pub(crate) mod gpu;
@@ -54,7 +55,7 @@ use crate::{Interval, LightPath};
 /// The cosine of the largest angle between a ray and the axis.
 const LEAST_COS: f32 = 1.8e-3;
 
-/// The part of a ray around each of some planes, as lit as the point on the plane.
+/// Divides a ray into parts around some planes; each part is as lit as the point on its plane.
 #[derive(Debug, Clone, Copy)]
 pub struct Slices<P> {
     points: P,
@@ -65,8 +66,9 @@ pub struct Slices<P> {
 }
 
 impl<P> Slices<P> {
-    /// `count` slices (0 counts as 1) across `forward`, a unit vector, from `near` to `far`
-    /// metres before the eye. What is asked is `points`, of the light that is gathered.
+    /// `count` slices (0 counts as 1) across the unit vector `forward`, from `near` to `far`
+    /// metres in front of the eye. `points` is the source of visibility; it must belong to the
+    /// light that is gathered.
     pub fn new(points: P, count: u32, forward: Vec3, [near, far]: [f32; 2]) -> Self {
         Self {
             points,
@@ -77,12 +79,12 @@ impl<P> Slices<P> {
         }
     }
 
-    /// What is asked on each plane.
+    /// The source that is asked on each plane.
     pub fn points(&self) -> &P {
         &self.points
     }
 
-    /// How many there are.
+    /// Number of slices.
     pub fn count(&self) -> u32 {
         self.count
     }
@@ -99,7 +101,7 @@ impl<P: PointVisibility> VisibilitySource for Slices<P> {
         if !(thickness > 0.0 && thickness.is_finite()) {
             return;
         }
-        // Slabs before the span are passed over.
+        // Slabs in front of the span are skipped.
         let first = ((span.start - near) / thickness) as u32;
         for i in first..self.count {
             let start = near + i as f32 * thickness;

@@ -1,4 +1,4 @@
-//! What a spotlight makes of its light at a point of a ray.
+//! The emission of a spotlight along a ray.
 
 use glam::{DVec2, DVec3};
 
@@ -12,11 +12,11 @@ pub(super) struct Beam<'a> {
     point: &'a PointEmitter,
     h: f64,
     axis: DVec3,
-    /// From the light to the foot point, and a metre of the ray.
+    /// The vector from the light to the foot point, and the change per metre of the ray.
     foot: DVec3,
     along: DVec3,
-    /// The same to the right and down in the cookie, whose half side is 1 at distance 1,
-    /// and along the axis.
+    /// The same in the coordinates of the cookie, to the right and down, in which its half side
+    /// is 1 at distance 1; and along the axis.
     side: [DVec2; 2],
     front: [f64; 2],
     outer_versine: f64,
@@ -28,7 +28,7 @@ impl<'a> Beam<'a> {
         let along = path.ray().direction().as_dvec3().normalize();
         let to_light = point.position().as_dvec3() - path.ray().origin().as_dvec3();
         let across = to_light.cross(along);
-        // Normal to the ray however close it comes to the light.
+        // A second product makes it normal to the ray, however close the ray passes the light.
         let to_foot = (across.try_normalize())
             .and_then(|across| across.cross(along).try_normalize())
             .unwrap_or_else(|| along.any_orthonormal_vector());
@@ -50,18 +50,18 @@ impl<'a> Beam<'a> {
         }
     }
 
-    /// Where a position is seen in the cookie, from 0 to 1.
+    /// The place in the cookie at which a position is seen, from 0 to 1.
     pub(super) fn uv(&self, s: f64) -> DVec2 {
         let front = self.front[0] + self.front[1] * s;
         let plane = (self.side[0] + s * self.side[1]) / front;
-        // At the light itself there is no direction.
+        // At the light itself no direction is defined.
         match plane.is_finite() {
             true => 0.5 + 0.5 * plane,
             false => DVec2::splat(0.5),
         }
     }
 
-    /// The share of the light that the rim of the cone leaves.
+    /// The share of the light that passes the rim of the cone.
     pub(super) fn rim(&self, s: f64) -> f64 {
         let direction = (self.foot + s * self.along).normalize_or(self.axis);
         let versine = 0.5 * (self.axis - direction).length_squared();
@@ -69,7 +69,7 @@ impl<'a> Beam<'a> {
         ramp * ramp
     }
 
-    /// The share that the window of a light that fades leaves.
+    /// The share of the light that the window of a fading light leaves.
     pub(super) fn window(&self, s: f64) -> f64 {
         let d = s.hypot(self.h) as f32;
         f64::from(self.point.window_inside(d))

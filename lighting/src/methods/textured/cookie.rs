@@ -5,16 +5,16 @@ use gpu_backend::{Backend, Error, Host, Memory};
 
 use crate::scene::{SceneError, Texture};
 
-/// Levels, at most: those of a side of 2³¹ texels.
+/// The largest number of levels: that of a side of 2³¹ texels.
 #[cfg(feature = "wgpu")]
 pub(super) const MOST_LEVELS: usize = 32;
 
-/// Texels of one standard deviation in which a blur is made, at most: coarser levels do
-/// for wider ones.
+/// The largest standard deviation in texels at which an image is blurred; for wider blurs a
+/// coarser level suffices.
 const BLUR_TEXELS: f64 = 4.0;
 
-/// A cookie with all of its mip levels, down to a single texel, each the
-/// [half](Texture::halved) of the one before: means of what it covers.
+/// A cookie with all of its mip levels, down to a single texel. Each texel is the mean of the
+/// texels that it [covers](Texture::halved) on the level before.
 #[derive(Debug)]
 pub struct MipCookie<M: Memory> {
     levels: Vec<Level>,
@@ -22,7 +22,7 @@ pub struct MipCookie<M: Memory> {
     texels: M::Buffer<f32>,
 }
 
-/// A level, and where its texels begin.
+/// A level, with the index of its first texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Level {
     pub(super) width: u32,
@@ -69,7 +69,7 @@ impl MipCookie<Host> {
             levels.push(Level {
                 width,
                 height,
-                // More texels than a u32 counts do not fit into a buffer.
+                // A buffer holds no more texels than a u32 counts.
                 first: (texels.len() / 3) as u32,
             });
             texels.extend(level.texels().iter().flat_map(|texel| texel.to_array()));
@@ -78,7 +78,7 @@ impl MipCookie<Host> {
         Self { levels, texels }
     }
 
-    /// The same on another backend.
+    /// Copies the cookie to another backend.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit there: 16 bytes for each texel of the
@@ -90,9 +90,10 @@ impl MipCookie<Host> {
         })
     }
 
-    /// The colour at `uv` for something so many texels of the finest level long: a blend
-    /// of the two levels of which it is a texel long, in each of which it is a bilinear
-    /// one that holds the border. What is shorter than a texel sees the finest level.
+    /// The colour at `uv` for an object that is `texels` texels of the finest level long. It is
+    /// a blend of the two levels on which the object is about a texel long, with bilinear
+    /// lookups in which border texels continue outside. An object shorter than a texel sees the
+    /// finest level.
     pub fn sample(&self, uv: DVec2, texels: f64) -> Vec3 {
         // Logarithms of 0 and NaN are level 0.
         let level = texels.log2().max(0.0).min((self.levels.len() - 1) as f64);
@@ -126,12 +127,13 @@ impl MipCookie<Host> {
     }
 }
 
-/// A blurred image of a light: what scattering more than once makes of a cookie, as
-/// section 3.3 of the paper has it, ad hoc. `width` is the standard deviation of a
-/// Gaussian as a share of each side.
+/// A blurred image of a light, which is how section 3.3 of the paper imitates light that
+/// scatters more than once. `width` is the standard deviation of a Gaussian, as a share of each
+/// side.
 ///
-/// Each side is halved until few of its texels are as wide, and the image goes on mirrored
-/// at its borders, so that no light is lost: all texels have the mean that they had, to rounding.
+/// Each side is first halved until few of its texels are as wide as the blur. The image
+/// continues mirrored at its borders, so that no light is lost: the mean of all texels stays
+/// the same, to rounding.
 ///
 /// # Errors
 /// [`SceneError::BadValue`] unless the width is from 0, which blurs nothing, to 1.
@@ -157,13 +159,13 @@ pub fn blurred(cookie: &Texture, width: f32) -> Result<Texture, SceneError> {
     let size = [image.width(), image.height()].map(|side| side as usize);
     let texels: Vec<_> = image.texels().iter().map(|t| t.as_dvec3()).collect();
     let rows = along(&texels, size, &kernel(wide(image.width())));
-    // Turned over the diagonal columns are rows, and turned again they are columns.
+    // After one transposition columns are rows, and after another they are columns again.
     let columns = along(&rows, [size[1], size[0]], &kernel(wide(image.height())));
     let texels = columns.iter().map(|texel| texel.as_vec3());
     Texture::new(image.width(), image.height(), texels.collect())
 }
 
-/// Weights of the texels to one side of one, the first its own.
+/// Weights of the texels on one side of a texel, the first of which is its own.
 fn kernel(deviation: f64) -> Vec<f64> {
     let reach = (3.0 * deviation).ceil() as u32;
     let weight = |i: u32| match i {
@@ -175,8 +177,7 @@ fn kernel(deviation: f64) -> Vec<f64> {
     weights.iter().map(|weight| weight / sum).collect()
 }
 
-/// An image of so many columns and rows, blurred along its rows and turned over its
-/// diagonal.
+/// Blurs an image with so many columns and rows along its rows, and transposes it.
 fn along(texels: &[glam::DVec3], [columns, rows]: [usize; 2], weights: &[f64]) -> Vec<glam::DVec3> {
     let mirrored = |at: isize| {
         let folded = at.rem_euclid(2 * columns as isize) as usize;

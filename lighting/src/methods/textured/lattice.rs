@@ -1,27 +1,26 @@
-//! Where the steps of a ray are.
+//! The positions of the steps along a ray.
 
 use glam::{DVec2, DVec3};
 
 use crate::path::axis_of;
 use crate::{Emitter, Interval, LightPath};
 
-/// Which surfaces the ends of steps lie on; see the [module](super).
+/// The surfaces on which the ends of steps lie; see the [module](super).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Placement {
-    /// Cones around the line through eye and light, with their apex at the light: steps
+    /// Cones around the line through eye and light, with their apex at the light, so that steps
     /// are equal angles there. For parallel light, which has no such angle, the same as
     /// [`Placement::Span`].
     #[default]
     Angle,
-    /// Ellipsoids around the eye with the proportions of a beam that is `reach` metres
-    /// long: on each ray steps are equally long, and their length follows from the angle
-    /// between ray and axis.
+    /// Ellipsoids around the eye with the proportions of a beam that is `reach` metres long. On
+    /// each ray steps have the same length, which follows from the angle between ray and axis.
     Length {
-        /// Length of the beam, m. What is not above 0, NaN included, counts as 0: steps are
-        /// as short as they may be.
+        /// Length of the beam, m. Numbers that are not above 0, and NaN, count as 0, which
+        /// gives the shortest possible steps.
         reach: f32,
     },
-    /// None that neighbouring rays share: each ray divides its own part of the beam into
+    /// No surfaces that neighbouring rays share: each ray divides its own part of the beam into
     /// equal lengths.
     Span,
 }
@@ -36,35 +35,36 @@ pub(super) struct Steps {
     pub(super) turn: f64,
     /// Axis of a spotlight.
     pub(super) axis: DVec3,
-    /// 1 / (4 sin² of the half angle of the beam) less 1: how much more a length across
-    /// the beam counts than one along it.
+    /// 1 / (4 sin² of the half angle of the beam) minus 1: how much more a length across the
+    /// beam counts than one along it.
     pub(super) stretch: f64,
 }
 
-/// Angles are not divided further than this: an `f32` has no more digits.
+/// Angles are not divided below this, because an `f32` has no more digits.
 const LEAST_TURN: f64 = 1e-6;
 
-/// Steps across the beam, at most: shaders number them by an `f32`, which counts to 2²⁴.
+/// The largest number of steps across the beam: shaders number them by an `f32`, which counts
+/// to 2²⁴.
 pub(super) const MOST_STEPS: u32 = 1 << 20;
 
-/// Rays that pass the light closer than this share of the distance between it and the eye,
-/// or than this many metres, run through it: a hair more than
-/// [`LightPath::off_the_light`] leaves between them.
+/// A ray that passes the light at less than this share of the light's distance from the eye, or
+/// at less than this many metres, counts as one through the light. It is slightly more than the
+/// distance that [`LightPath::off_the_light`] leaves.
 pub(super) const THROUGH: f64 = 1.001e-4;
 pub(super) const AT_THE_LIGHT: f64 = 1.001e-12;
 
-/// Steps are no shorter than this share of the distance from the eye, and rays take no
-/// more than so many times as many as there are across the beam, however short the reach.
+/// Steps are no shorter than this share of the distance from the eye. However short the reach,
+/// rays take no more than the inverse of this times as many steps as fit across the beam.
 pub(super) const LEAST_STEP: f64 = 1e-6;
 pub(super) const MOST_BEAMS: f64 = 4.0;
 
 impl Steps {
-    /// So many steps (0 counts as 1, and more than [`MOST_STEPS`] as these) across the beam
-    /// of a light.
+    /// Steps of which `count` fit across the beam of a light; 0 counts as 1, and more than
+    /// [`MOST_STEPS`] as these.
     pub(super) fn new(light: &Emitter, count: u32, placement: Placement) -> Self {
         let count = count.clamp(1, MOST_STEPS);
         let placement = match placement {
-            // NaN is not more.
+            // `max` turns NaN into 0.
             Placement::Length { reach } => Placement::Length {
                 reach: if reach > 0.0 {
                     reach.min(f32::MAX)
@@ -92,7 +92,7 @@ impl Steps {
         }
     }
 
-    /// The steps of a ray, of which those within `part` are wanted.
+    /// The steps of a ray that lie within `part`.
     pub(super) fn of_path(&self, path: &LightPath<'_>, part: Interval) -> Lattice {
         let count = f64::from(self.count);
         let length = f64::from(part.end) - f64::from(part.start);
@@ -130,16 +130,16 @@ impl Steps {
 /// Numbered positions along a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Lattice {
-    /// At equal angles at a light, measured from the eye.
+    /// At equal angles at a light, counted from the eye.
     Turns {
         foot: f64,
         h: f64,
-        /// The direction from the light to the eye, along that to the foot point and
+        /// The direction from the light to the eye, in components towards the foot point and
         /// along the ray.
         eye: DVec2,
         turn: f64,
     },
-    /// At the light alone, on a ray through it, all of which is at two angles.
+    /// At the light alone: all points of a ray through the light are at one of two angles.
     Through { foot: f64 },
     /// At equal distances.
     Equal { from: f64, step: f64 },
@@ -151,13 +151,13 @@ impl Lattice {
         matches!(self, Self::Through { .. })
     }
 
-    /// The number of the last position that is not behind the distance `x`, to rounding.
+    /// The index of the last position that is not behind the distance `x`, to rounding.
     fn number(&self, x: f32) -> f64 {
         let x = f64::from(x);
         let number = match *self {
             Self::Turns { foot, h, turn, .. } => {
-                // The angle between the directions to the eye and to x, without a
-                // difference of the two.
+                // This is the angle between the directions to the eye and to x, without a
+                // difference of two angles.
                 (h * x).atan2(h * h - foot * (x - foot)) / turn
             }
             Self::Through { foot } => f64::from(u8::from(x >= foot)),
@@ -181,15 +181,16 @@ impl Lattice {
         }
     }
 
-    /// The middle of a step or of a part of it: half of its angle, or of its length where
-    /// that has none.
+    /// The middle of a step or of a part of it: half of its angle, or half of its length if it
+    /// has no angle.
     pub(super) fn middle(&self, start: f32, end: f32) -> f32 {
         let [a, b] = [start, end].map(f64::from);
         let x = match *self {
             Self::Turns { foot, h, .. } => {
                 let [a, b] = [a - foot, b - foot];
                 let [d_a, d_b] = [a.hypot(h), b.hypot(h)];
-                // The bisector of two directions meets the ray by the ratio of distances.
+                // The bisector of two directions divides the ray in the ratio of their
+                // distances.
                 foot + (a * d_b + b * d_a) / (d_a + d_b)
             }
             Self::Through { .. } | Self::Equal { .. } => 0.5 * (a + b),
@@ -203,13 +204,13 @@ impl Lattice {
 pub(super) struct Marks {
     lattice: Lattice,
     number: f64,
-    /// Cosine and sine of the angle of the last one, and of a step.
+    /// Cosine and sine of the angle of the last position, and of a step.
     turned: DVec2,
     turn: DVec2,
 }
 
 impl Marks {
-    /// The next position; infinite when there is none.
+    /// The next position; infinite if there is none.
     pub(super) fn advance(&mut self) -> f32 {
         self.number += 1.0;
         match self.lattice {
@@ -219,7 +220,7 @@ impl Marks {
                     return f32::INFINITY;
                 }
                 let towards = eye.rotate(self.turned);
-                // Rays of the light that do not come down to the line of the eye's.
+                // Beyond this angle, rays of the light do not meet the ray from the eye.
                 match towards.x > 0.0 {
                     true => (foot + h * (towards.y / towards.x)) as f32,
                     false => f32::INFINITY,

@@ -14,7 +14,7 @@ use crate::methods::{
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 use crate::{Emitter, Touching};
 
-/// Steps across the beam for the colours.
+/// The quality: steps across the beam for colours.
 const STEPS: SourceQuality = SourceQuality {
     unit: "steps across the beam",
     qualities: &[8, 16, 32, 64, 128, 256],
@@ -23,13 +23,13 @@ const STEPS: SourceQuality = SourceQuality {
     usual: 64,
 };
 
-/// Steps of shadows for one of colours; see the [module](super).
+/// Number of steps for shadows for each step for colours; see the [module](super).
 const SHADOW_STEPS: u32 = 2;
 
-/// Why it is pointless for other lights.
+/// Why the method is pointless without cookies.
 const NO_COOKIE: &str = "no light has a cookie, whose colours it would step through";
 
-/// Textured spotlights, and other lights by the way.
+/// Textured spotlights; other lights are gathered by the same steps.
 #[derive(Debug, Clone, Copy)]
 struct TexturedLights {
     name: &'static str,
@@ -38,7 +38,7 @@ struct TexturedLights {
     blur: f32,
 }
 
-/// The cookie of a light, with a blur to the last bit.
+/// The key of a light's cookie, with the bits of its blur.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct CookieOf {
     light: usize,
@@ -46,7 +46,7 @@ struct CookieOf {
 }
 
 impl TexturedLights {
-    /// The cookie of a light where the frame is made.
+    /// The cookie of a light, in the memory of the backend.
     fn cookie<B: RenderShadowMap>(
         &self,
         frame: &Frame<'_, B>,
@@ -112,7 +112,7 @@ impl LightSources for TexturedLights {
         let texels = 4.0 / 3.0 * texels.sum::<f64>();
         Work {
             per_ray: inputs.emitters.len() as f64 * f64::from(steps) * f64::from(1 + SHADOW_STEPS),
-            // The triangles once more, and a cell for 64 texels.
+            // Volumes visit the triangles once more, and a cell covers 64 texels.
             once: 1.25 * map.once + texels,
             bytes: map.bytes + map.bytes / 48 + 12 * texels as u64,
             ..map

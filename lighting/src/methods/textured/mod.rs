@@ -1,11 +1,11 @@
-//! Textured spotlights: the colours of a cookie are pulled out of the integral, step by
-//! step, and what is left is the airlight of a bare point light.
+//! Textured spotlights: in each step the colour of the cookie is a constant factor of the
+//! integral, which leaves the airlight of a bare point light.
 //!
 //! Based on: Wyman and Ramsey, Interactive Volumetric Shadows in Participating Media with
 //! Single-Scattering, RT 2008, sections 3.2 to 3.4.
 //!
 //! A ray is clipped to the cone of the light ([the distances](crate::LightPath::span) to the
-//! front and the back of its frustum), and what is inside is divided into short steps. With
+//! front and the back of its frustum), and the part inside is divided into short steps. With
 //! the intensity I of the bare light,
 //!
 //! ```text
@@ -13,32 +13,32 @@
 //! ```
 //!
 //! * V_k, 0 or 1: whether the step is lit ([`ShadowSpans`], or any other source of shadows);
-//! * C_k: the colour of the cookie × the falloff at the rim of the cone × the window of a
-//!   light that fades, in the middle of the step ([`Textured`]);
-//! * A: the airlight of a point that shines alike in all directions, for which every
-//!   evaluator stands: the gather is given the [`bare`] light. So a table in closed form
-//!   ([`Analytic`](crate::airlight::Analytic)) applies to cookies too, where it would fall
-//!   back to a quadrature.
+//! * C_k: the colour of the cookie × the falloff at the rim of the cone × the window of a light
+//!   that fades, at the middle of the step ([`Textured`]);
+//! * A: the airlight of a point light that shines alike in all directions, which every
+//!   evaluator can compute: the gather is given the [`bare`] light. So a table
+//!   ([`Analytic`](crate::airlight::Analytic)) serves lights with cookies too, for which it
+//!   would otherwise use its fallback.
 //!
 //! # Three spans
 //!
-//! A ray is lit before the front of its first shadow volume and behind the back of its last
-//! one ([`ShadowVolumes`](super::hybrid::ShadowVolumes)), and the shadow map is not asked
-//! there. Between the two it is asked at steps of their own. Both kinds of steps have a rate
-//! of their own, as in the paper; but a step of shadows costs a lookup alone, since a lit run
-//! is divided for its colours, by the coarser steps. Where a lit step of shadows is next to
-//! a dark one the part between their middles is halved three times. The method of the list
-//! has two steps of shadows for one of colours.
+//! A ray is lit in front of its first shadow volume and behind its last one
+//! ([`ShadowVolumes`](super::hybrid::ShadowVolumes)), and the shadow map is not asked there.
+//! Between the two it is asked at steps for shadows. Both kinds of steps have their own rate,
+//! as in the paper; but a step for shadows costs only a lookup, since lit runs are divided for
+//! their colours by the coarser steps. Where a lit step is next to a dark one, the interval
+//! between their middles is halved three times. The method in the list has two steps for
+//! shadows for each step for colours.
 //!
 //! # Where the steps are
 //!
-//! Parts of each ray's own span make surfaces of samples that bend at the border of the
-//! frustum, where the span changes steeply, and bends show. The paper therefore chooses "our
-//! sampling distance based on the angle between the spotlight direction and the ray
-//! direction"; the supplement that says how is lost. What follows is derived anew. Two
-//! things are wanted: the positions x_k(ω) on the ray of the direction ω must not depend on
-//! where the ray enters the frustum, and no ray may need more than about N steps. Both hold
-//! if x_k is the k-th of numbered surfaces that fill all of space, of which a ray takes those
+//! If each ray divides its own span, the surfaces on which samples lie bend at the border of
+//! the frustum, where the span changes steeply, and the bends are visible. The paper therefore
+//! chooses "our sampling distance based on the angle between the spotlight direction and the
+//! ray direction"; the supplement that says how is lost. The following is derived anew. There
+//! are two requirements: the positions x_k(ω) on the ray in the direction ω must not depend on
+//! where the ray enters the frustum, and no ray may need more than about N steps. Both hold if
+//! x_k is on the k-th of numbered surfaces that fill all of space, of which a ray takes those
 //! in the frustum.
 //!
 //! **Lengths** ([`Placement::Length`]) are closest to the words of the paper. The longest
@@ -79,15 +79,15 @@
 //! and one behind it, each sampled in the middle of its length; in parallel light steps are
 //! equal parts of the ray.
 //!
-//! Steps are cut at the ends of a span and at the rim, and a part of a step is sampled in its
+//! Steps are cut at the ends of a span and at the rim, and a part of a step is sampled at its
 //! own middle.
 //!
 //! # Mip levels
 //!
-//! Both ends of a step are seen in the cookie some texels apart; with T texels, the colour is
-//! a blend of the levels around log₂ T − 1 ([`MipCookie`]): one level finer than the step,
-//! as a level that is as coarse as the step blurs across the ray as much as along it. The
-//! [table of errors](#error-and-cost) has both.
+//! The ends of a step are some texels apart in the cookie. With T texels, the colour is a blend
+//! of the levels around log₂ T − 1 ([`MipCookie`]), which is one level finer than the step: a
+//! level as coarse as the step would blur across the ray as much as along it. The [table of
+//! errors](#error-and-cost) has both.
 //!
 //! # Options
 //!
@@ -100,20 +100,20 @@
 //!   paper takes for coloured lights (`textured x daylight-4`). No comparison shows it: it is
 //!   another model, and its distance to single scattering says nothing about steps.
 //!
-//! # How it departs from the paper besides
+//! # Further departures from the paper
 //!
 //! Shadow volumes are those of coarse stand-ins in the pictures of the light, see
-//! [`hybrid`](super::hybrid). F′ is not rendered for each frame; a table is one of the phase
-//! function. Scattering at a low resolution is a method around any other,
-//! `methods::reduced`.
+//! [`hybrid`](super::hybrid). F′ is not rendered for each frame; one table serves a phase
+//! function. Scattering at a low resolution is a method around any other, `methods::reduced`.
 //!
 //! # Error and cost
 //!
-//! The colour is of second order in a step, until texels are shorter than one: then it is the
-//! mip level's blur. Ends of shadows are of first order, within 1/16 of a step of shadows. The
-//! error relative to the mean, in `textured-spot` at 320 × 180 (a cookie of 64² texels, a
-//! light in view, a map of 1024²), against the exact integral over the cookie behind the
-//! exact runs of the map (`lighting/examples/cookies.rs`):
+//! The error of colours is of second order in the length of a step, until texels are shorter
+//! than a step; then it is the blur of the mip level. Ends of shadows are of first order,
+//! within 1/16 of a step for shadows. The table has the error relative to the mean, in
+//! `textured-spot` at 320 × 180 (a cookie of 64² texels, a light in view, a map of 1024²),
+//! against the exact integral over the cookie behind the exact runs of the map
+//! (`lighting/examples/cookies.rs`):
 //!
 //! | steps | 8 | 16 | 32 | 64 | 128 |
 //! |---|---|---|---|---|---|
@@ -125,12 +125,12 @@
 //! | angles at the light, mip = step | 59 % | 37 % | 16 % | 1.7 % | 0.59 % |
 //! | angles at the light, one level finer | 44 % | 22 % | 12 % | 1.7 % | 0.59 % |
 //!
-//! Steps of equal length do not resolve the beam next to a light in view, whose rays make up
-//! most of this error. With few steps the finer mip level halves the error.
+//! Steps of equal length do not resolve the beam next to a light in view, whose rays have most
+//! of this error. With few steps, the finer mip level halves the error.
 //!
-//! The gather takes the distance between light and ray for no less than 1e-4 of that between
-//! eye and light. Closer rays, a pixel or none, are darker than with an evaluator that knows
-//! the cone.
+//! The gather uses a distance between light and ray of at least 1e-4 of that between eye and
+//! light. Closer rays, which are at most about a pixel, are darker than with an evaluator that
+//! knows the cone.
 
 mod beam;
 mod cookie;
@@ -165,23 +165,22 @@ use crate::scene::{PointEmitter, SpotEmission};
 use crate::visibility::Share;
 use crate::{Emitter, Interval, LightPath, LitInterval, VisibilitySource};
 
-/// What is outside of the cone of a spotlight.
+/// The light outside of the cone of a spotlight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Outside {
-    /// Nothing: it is a spotlight.
+    /// None: it is a spotlight.
     #[default]
     Dark,
-    /// Light without shadows and without a colour: the cone is the part of a light that
-    /// has a shadow map, and a cookie. Its border does not dim then.
+    /// Light without shadows and without colour: the cone is the part of a light that has a
+    /// shadow map and a cookie. The border of the cone is not dimmed then.
     Lit,
 }
 
-/// A textured spotlight: the shares of its light are the colours of its cookie, dimmed by
-/// the rim of the cone, step by step, where a source of shadows says that it is lit.
+/// A textured spotlight. Step by step, the shares of its light are the colours of its cookie,
+/// dimmed by the rim of the cone, where a source of shadows says that the ray is lit.
 ///
-/// The light that is gathered must be the [`bare`] one, which has neither
-/// cone nor cookie. Other lights than spotlights have no colours to be pulled out; they
-/// are divided into steps all the same.
+/// The light that is gathered must be the [`bare`] one, without cone and cookie. Lights other
+/// than spotlights have no colours, but are divided into steps all the same.
 #[derive(Debug)]
 pub struct Textured<V, M: Memory> {
     shadows: V,
@@ -194,11 +193,11 @@ pub struct Textured<V, M: Memory> {
 
 impl<V, M: Memory> Textured<V, M> {
     /// A light with its cookie, if it has one, and a source of its shadows, which is asked
-    /// about what of a ray is in the cone. Steps are so long that there are `steps` of them
-    /// across the beam: 1 to 2²⁰, others count as the nearest of these.
+    /// about the part of a ray in the cone. Steps are so long that `steps` of them fit across
+    /// the beam: 1 to 2²⁰; other numbers count as the nearest of these.
     ///
-    /// The cookie may be any: a [`blurred`] one, say. That of the light itself is not
-    /// looked at.
+    /// The cookie may be another than that of the light, for example a [`blurred`] one; the
+    /// cookie of the light is not used.
     pub fn new(
         shadows: V,
         light: &Emitter,
@@ -216,9 +215,9 @@ impl<V, M: Memory> Textured<V, M> {
         }
     }
 
-    /// The same with a mip level that is so many levels finer than a step is long in the
-    /// cookie: 1 unless another is asked for. 0 is as coarse as the step; with 32 the cookie
-    /// is looked up as it is. Other numbers count as the nearest of these two, and NaN as 1.
+    /// The same light with a mip level that is `finer` levels finer than a step is long in the
+    /// cookie. The default is 1; 0 is as coarse as the step; 32 looks up the cookie itself.
+    /// Numbers outside of 0 to 32 count as the nearer end, and NaN as 1.
     #[must_use]
     pub fn with_finer_levels(self, finer: f32) -> Self {
         let finer = match finer.is_nan() {
@@ -228,7 +227,7 @@ impl<V, M: Memory> Textured<V, M> {
         Self { finer, ..self }
     }
 
-    /// The same with something else outside of the cone.
+    /// The same light with something else outside of the cone.
     #[must_use]
     pub fn with_outside(self, outside: Outside) -> Self {
         Self { outside, ..self }
@@ -240,8 +239,8 @@ impl<V, M: Memory> Textured<V, M> {
     }
 }
 
-/// What is to be gathered in place of a light: a spotlight without cone and cookie,
-/// undiminished up to its range; any other light as it is.
+/// The light to be gathered: for a spotlight, a point light without cone and cookie that is
+/// undiminished up to its range; any other light unchanged.
 pub fn bare(light: &Emitter) -> Cow<'_, Emitter> {
     match light.spot() {
         Some(_) => Cow::Owned(light.bare()),
@@ -249,7 +248,7 @@ pub fn bare(light: &Emitter) -> Cow<'_, Emitter> {
     }
 }
 
-/// What of a path is not cut off: up to ten mean free paths to the sky.
+/// The part of a path that is not cut off: up to ten mean free paths to the sky.
 fn within_reach(path: &LightPath<'_>) -> Interval {
     let Interval { start, end } = path.span();
     Interval::new(start, end.min(start + far_end(path.medium())))
@@ -264,7 +263,7 @@ impl<V: VisibilitySource> Textured<V, Host> {
         }
     }
 
-    /// The share of the light that comes through the cone, in the mean over a step.
+    /// The mean share over a step of the light that comes through the cone.
     fn colour(&self, beam: &Beam<'_>, [start, middle, end]: [f64; 3]) -> Vec3 {
         let rim = match self.outside {
             Outside::Dark => beam.rim(middle),
@@ -280,7 +279,7 @@ impl<V: VisibilitySource> Textured<V, Host> {
         share * cookie.sample(beam.uv(middle), texels)
     }
 
-    /// The same for a path that is moved off the light.
+    /// The same for a path that was moved off the light.
     fn rim_of_moved(&self, path: &LightPath<'_>, spot: &SpotEmission) -> [f32; 2] {
         let full = f64::from(spot.outer_versine()) - f64::from(spot.rim());
         match self.outside == Outside::Dark && full > 0.0 {
@@ -290,11 +289,11 @@ impl<V: VisibilitySource> Textured<V, Host> {
         .map_or([f32::INFINITY; 2], |full| [full.start, full.end])
     }
 
-    /// Where the rim of the cone begins and ends along a ray.
+    /// The positions along a ray at which the rim of the cone begins and ends.
     fn rim(&self, path: &LightPath<'_>, cone: &LightPath<'_>) -> [f32; 2] {
         let mut rim = [f32::INFINITY; 2];
         if self.outside == Outside::Dark {
-            // All others are the medium's.
+            // All other kinks are the medium's.
             let kinks = cone
                 .kinks()
                 .filter(|x| path.kinks().all(|other| other != *x));
@@ -306,7 +305,7 @@ impl<V: VisibilitySource> Textured<V, Host> {
     }
 }
 
-/// Divides a lit run into steps, and at two positions besides.
+/// Divides a lit run into steps, and additionally at two positions.
 fn divide<S: Share>(
     (lattice, foot): (&Lattice, f32),
     run: &LitInterval<S>,
@@ -364,7 +363,8 @@ impl<V: VisibilitySource> VisibilitySource for Textured<V, Host> {
         let inside = cone.and_then(|cone| {
             let mut inside = path.within(cone.span())?.within(whole)?;
             if lattice.is_through_the_light() {
-                // What is moved off the light is not in the cone from the light on.
+                // After a path is moved off the light, its part in the cone no longer begins at
+                // the light.
                 inside = inside.within(
                     inside.in_cone(axis_of(spot), 1.0 - f64::from(spot.outer_versine()))?,
                 )?;

@@ -11,15 +11,15 @@ use crate::methods::hybrid::ShadowVolumes;
 use crate::shadow_map::ShadowMap;
 use crate::{Emitter, LightPath, LitInterval, VisibilitySource};
 
-/// How often the part between a lit step and a dark one is halved to find the border.
+/// How many times the interval between a lit step and a dark one is halved to find the border.
 pub(super) const HALVINGS: u32 = 3;
 
-/// The three spans of a ray: what is before its first shadow volume and behind its last
-/// one is lit, and between the two a shadow map is asked at the middle of each step.
+/// The three spans of a ray: in front of its first shadow volume and behind its last one it is
+/// lit; between the two a shadow map is asked at the middle of each step.
 ///
-/// Yields the lit runs of a ray, up to ten mean free paths to the sky. Their ends are
-/// within 1/16 of a step of where the map has them; shadows and gaps shorter than a step
-/// may be missed.
+/// It yields the lit runs of a ray, up to ten mean free paths to the sky. Their ends are within
+/// 1/16 of a step of where the map has them; shadows and gaps shorter than a step may be
+/// missed.
 #[derive(Debug)]
 pub struct ShadowSpans<P, M: Memory> {
     map: P,
@@ -28,12 +28,12 @@ pub struct ShadowSpans<P, M: Memory> {
 }
 
 impl<P: Borrow<ShadowMap<M>>, M: Memory> ShadowSpans<P, M> {
-    /// For the map of a light, and the light's volumes; without any the map is asked all
-    /// along the ray. Steps are so long that there are `steps` of them across the beam:
-    /// 1 to 2²⁰, others count as the nearest of these.
+    /// For the map of a light and the light's shadow volumes; without volumes the map is asked
+    /// along the whole ray. Steps are so long that `steps` of them fit across the beam: 1 to
+    /// 2²⁰; other numbers count as the nearest of these.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if the volumes go with a map of another size.
+    /// [`Error::LengthMismatch`] if the volumes belong to a map of another size.
     pub fn new(
         map: P,
         volumes: Option<Arc<ShadowVolumes<M>>>,
@@ -104,7 +104,7 @@ impl<P: Borrow<ShadowMap<Host>> + Sync> VisibilitySource for ShadowSpans<P, Host
         let lattice = self.steps.of_path(path, asked);
         let mut marks = lattice.behind(asked.start);
         let (mut lit_from, mut was_lit) = (whole.start, true);
-        // Where it was known last whether there is light, if it was.
+        // The last position at which it was known whether there is light, if there is one.
         let mut last = (asked.start > whole.start).then_some(asked.start);
         let mut start = asked.start;
         while start < asked.end {
@@ -115,7 +115,7 @@ impl<P: Borrow<ShadowMap<Host>> + Sync> VisibilitySource for ShadowSpans<P, Host
             let middle = lattice.middle(start, end);
             let now_lit = is_lit(middle);
             if now_lit != was_lit {
-                // A ray that begins in shadow has no border there.
+                // A ray that begins in shadow has no border at its start.
                 let at = last.map_or(start, |last| border(last, middle, was_lit));
                 if was_lit {
                     put(lit_from, at);

@@ -1,4 +1,4 @@
-//! No volumetric shadows: what leaving them out would cost, and the floor of the run
+//! No shadows in the air: this shows how much shadows matter, and is the lower bound of the run
 //! time.
 
 use gpu_backend::Backend;
@@ -12,7 +12,7 @@ use crate::methods::{
     Work,
 };
 
-/// Its name as a half of a pair.
+/// Its name in pairs.
 pub(in crate::methods) const NAME: &str = "none";
 
 /// Nothing is in the way of any light.

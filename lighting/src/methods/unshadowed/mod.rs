@@ -1,4 +1,4 @@
-//! No shadows: nothing is in the way of any light.
+//! No shadows: nothing blocks any light.
 
 #[cfg(feature = "wgpu")]
 mod gpu;
@@ -13,7 +13,7 @@ use glam::Vec3;
 use crate::LightPath;
 use crate::visibility::{LitInterval, PointVisibility, SurfaceShadow, VisibilitySource};
 
-/// Nothing is in the way: all of the span is lit.
+/// A source in which nothing blocks the light: the whole span is lit.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unshadowed;
 

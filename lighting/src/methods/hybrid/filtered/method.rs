@@ -15,7 +15,7 @@ use crate::methods::{
 };
 use crate::shadow_map::RenderShadowMap;
 
-/// A march within the shadow volumes of every light, through moments of its map.
+/// A march between the shadow volumes of every light, through moments of its map.
 #[derive(Debug, Clone, Copy)]
 struct FilteredHybrids {
     name: &'static str,
@@ -42,12 +42,12 @@ impl LightSources for FilteredHybrids {
     }
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
-        // Four bounds for each step.
+        // Each step looks up four bounds.
         let lookup = 4.0 * (1.0 + self.moments.channels() as f64);
         let map = inputs.map_work();
         Work {
             per_ray: inputs.emitters.len() as f64 * f64::from(steps) * lookup,
-            // The moments, and the triangles once more.
+            // The moments, and a second visit of the triangles.
             once: 2.25 * map.once,
             bytes: map.bytes + map.bytes / 3 * 4 * self.moments.channels() as u64,
             ..map
@@ -79,7 +79,7 @@ impl<B: RenderShadowMap + BuildLitVolumes + Prefilter> SourceOn<B> for FilteredH
             .get("moments, all levels", key, MomentPyramid::bytes, || {
                 let map = frame.shadow_map(light)?;
                 let bounds = inputs.geometry.bounds();
-                // All levels are a third more.
+                // All levels together take a third more than the finest.
                 let numbers = self.moments.channels() as f64 * 4.0 / 3.0;
                 let finest = finest_level(inputs, light, numbers);
                 MomentPyramid::new(frame.backend, &map, self.moments, &bounds, finest)

@@ -1,4 +1,4 @@
-//! A march between volumes whose steps are lit in part.
+//! A march between volumes whose steps may be partly lit.
 
 #[cfg(feature = "wgpu")]
 mod gpu;
@@ -19,17 +19,17 @@ use super::{LitVolumes, ShadowVolumes, Spread, Volumes};
 use crate::visibility::{LitInterval, PointVisibility, Share, VisibilitySource};
 use crate::{Interval, LightPath};
 
-/// A march between volumes of shadow and of light that asks what share of each step is lit.
+/// A march between volumes of shadow and of light that asks which share of each step is lit.
 ///
-/// Casters that are finer than a step, as leaves and hair are, count as a texture: what is
-/// asked, a [`MomentPyramid`](crate::methods::prefiltered::MomentPyramid) say, is
-/// [filtered over the step](PointVisibility::visibility_between). What cannot be filtered is
-/// asked in the middle.
+/// Casters that are finer than a step, such as leaves and hair, are treated as a texture: a
+/// source such as a [`MomentPyramid`](crate::methods::prefiltered::MomentPyramid) is [filtered
+/// over the step](PointVisibility::visibility_between). A source that cannot be filtered is
+/// asked at the middle.
 ///
-/// Yields one part for each step that is not dark, and what lies before and behind the
-/// volumes as a whole. Steps have no borders to be found by halving: a shadow that begins
-/// within a step darkens it by its share. The fronts and backs of volumes are where they are
-/// in [`Hybrid`](super::Hybrid), and steps are spread over what lies between
+/// It yields one part for each step that is not dark, and the parts in front of the volumes and
+/// behind them as a whole. Borders are not found by halving: a shadow that begins within a step
+/// darkens the step by its share. The fronts and backs of volumes are those of
+/// [`Hybrid`](super::Hybrid), and steps are spread over the part between them
 /// ([`Spread::Span`]).
 #[derive(Debug)]
 pub struct FilteredHybrid<P, M: Memory> {
@@ -40,12 +40,11 @@ pub struct FilteredHybrid<P, M: Memory> {
 }
 
 impl<P, M: Memory> FilteredHybrid<P, M> {
-    /// A march of `steps` steps (0 counts as 1) that asks `points`, between volumes of the
-    /// same light; without any volumes all of the ray is marched.
+    /// A march of `steps` steps (0 counts as 1) that asks `points`, between volumes of the same
+    /// light. Without volumes, the whole of every ray is marched.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if the two kinds of volumes go with maps of different
-    /// sizes.
+    /// [`Error::LengthMismatch`] if the two kinds of volumes belong to maps of different sizes.
     pub fn new(
         points: P,
         volumes: Option<Arc<ShadowVolumes<M>>>,
@@ -73,17 +72,17 @@ impl<P, M: Memory> FilteredHybrid<P, M> {
         })
     }
 
-    /// What is asked at every step.
+    /// The source that is asked at every step.
     pub fn points(&self) -> &P {
         &self.points
     }
 
-    /// The volumes of shadow.
+    /// The shadow volumes.
     pub fn volumes(&self) -> Option<&ShadowVolumes<M>> {
         self.volumes.as_deref()
     }
 
-    /// The volumes of light.
+    /// The lit volumes.
     pub fn lit_volumes(&self) -> Option<&LitVolumes<M>> {
         self.lit_volumes.as_deref()
     }
@@ -120,8 +119,8 @@ impl<P: PointVisibility> VisibilitySource for FilteredHybrid<P, Host> {
         };
         let mut asking = self.asking(path);
         let (steps, whole) = (asking.steps, asking.whole());
-        // What is known of the steps that are not asked about: before the first, and those
-        // that are leaped over.
+        // Steps that do not ask have a known result: those in front of the first one that asks,
+        // and those that are skipped.
         let (mut from, mut is_known_lit) = (whole.start, asking.is_lit_before());
         while let Some((number, share)) = asking.next_step(|steps, number| {
             let [start, end] = [number, number + 1].map(|number| at(steps.start(number)));
