@@ -9,15 +9,15 @@ use crate::scene::Medium;
 use crate::voxelized::{Detail, State};
 use crate::{AirlightEvaluator, Emitter, Interleaving, LightPath, LitInterval, Part, Ray};
 
-/// What is gathered from many lights.
+/// The rays of a gather of many lights, with the lights.
 #[derive(Debug)]
 pub struct ManyLights<'a, M: Memory> {
     /// The rays, in the memory of the backend.
     pub rays: &'a M::Buffer<Ray>,
-    /// The lights whose voxels there are, in their order. They may have changed their
-    /// intensity since the voxels were made, and nothing else.
+    /// The lights of the voxels, in their order. Since the voxels were made, their intensities
+    /// may have changed, but nothing else.
     pub emitters: &'a [Emitter],
-    /// What scatters their light.
+    /// The medium that scatters their light.
     pub medium: &'a Medium,
     /// What is read from the voxels.
     pub detail: Detail,
@@ -28,14 +28,14 @@ pub struct ManyLights<'a, M: Memory> {
 /// The step that turns the voxels of many lights and an airlight evaluator `A` into
 /// an image.
 pub trait GatherMany<A>: Backend {
-    /// Adds to `radiance[i]` the airlight of the ray i due to all lights, as one
-    /// [`Gather`](crate::Gather) for each light would, in their order; on the CPU to
-    /// the last bit. The fourth component is left alone. A ray that
-    /// [shares](ManyLights::interleaving) the lights takes some of them, weighted.
+    /// Adds to the first three components of `radiance[i]` the airlight of ray i from all
+    /// lights, in their order; the result is that of one [`Gather`](crate::Gather) for each
+    /// light, on the CPU bit for bit. A ray that [shares](ManyLights::interleaving) the lights
+    /// takes some of them, weighted.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if rays and radiance differ in length, or lights and
-    /// voxels in number; nothing is written then.
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length, or lights and voxels in
+    /// number; nothing is written then.
     fn gather_many(
         &self,
         lights: &ManyLights<'_, Self::Memory>,
@@ -54,11 +54,11 @@ pub(super) fn check<M: Memory>(
     volumes.are_of(lights.emitters)
 }
 
-/// Bytes of voxels that are gathered from at a time: what a core's own cache holds.
+/// Bytes of voxels that are gathered at a time: what the cache of a core holds.
 const BLOCK: usize = 1 << 20;
 
 impl<A: AirlightEvaluator> GatherMany<A> for Cpu {
-    /// Lights are taken a block at a time, whose voxels stay in the cache.
+    /// Gathers lights in blocks whose voxels stay in the cache.
     fn gather_many(
         &self,
         lights: &ManyLights<'_, Self::Memory>,
@@ -78,9 +78,9 @@ impl<A: AirlightEvaluator> GatherMany<A> for Cpu {
     }
 }
 
-/// The lights that rays of a part take, by blocks of so many.
+/// The lights that rays of a part take, in blocks of so many.
 pub(super) fn blocks(part: Part, lights: usize, block: usize) -> impl Iterator<Item = Vec<usize>> {
-    // More lights than that do not fit into memory.
+    // Memory holds no more lights than a u32 counts.
     let mut numbers = part.numbers(lights as u32).map(|light| light as usize);
     std::iter::from_fn(move || {
         let next: Vec<usize> = numbers.by_ref().take(block.max(1)).collect();
@@ -88,7 +88,7 @@ pub(super) fn blocks(part: Part, lights: usize, block: usize) -> impl Iterator<I
     })
 }
 
-/// Adds to `sums` the airlight of `rays` due to the lights of a part.
+/// Adds to `sums` the airlight of `rays` from the lights of a part.
 fn gather_part<A: AirlightEvaluator>(
     cpu: &Cpu,
     lights: &ManyLights<'_, Host>,

@@ -16,15 +16,15 @@ use crate::voxelized::Resolution;
 
 pub(super) const UNIT: &str = "points per area light";
 
-/// Points per area light, at most.
+/// The largest number of points per area light.
 pub(super) const MOST: u32 = 4096;
 
-/// Texels a side of shadow maps, and voxels along each axis, at most: what the
+/// Texels per side of shadow maps and voxels along each axis, at most: the number that the
 /// paper found enough for many lights.
 pub(super) const SIDE: u32 = 128;
 
-/// Points that stand for the casters in imperfect shadow maps, and how many of them
-/// each light takes.
+/// Number of points that represent the casters in imperfect shadow maps, and of points that
+/// each light takes of them.
 const CASTER_POINTS: u32 = 1 << 16;
 pub(super) const POINTS_PER_MAP: u32 = 4096;
 
@@ -37,25 +37,24 @@ pub(super) enum Maps {
     Imperfect { levels: u32 },
 }
 
-/// A backend that makes maps in every way.
+/// A backend that makes maps in all of these ways.
 pub(super) trait MakeMaps: RenderShadowMapAtlas + RenderImperfectMaps + FillHoles {}
 
 impl<B: RenderShadowMapAtlas + RenderImperfectMaps + FillHoles> MakeMaps for B {}
 
-/// The virtual lights of a frame and their shadow maps, in groups whose maps and
-/// voxels fit on the backend.
+/// The virtual lights of a frame with their shadow maps, in groups whose maps and voxels fit on
+/// the backend.
 #[derive(Debug)]
 pub(super) struct Groups<M: Memory>(pub(super) Vec<(Vec<Emitter>, ShadowMapAtlas<M>)>);
 
-/// What the groups of a scene are known by: points per area light, and how their maps
-/// are made.
+/// The key of a scene's groups: points per area light, and how their maps are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct OfAreas {
     pub(super) points: u32,
     pub(super) maps: Maps,
 }
 
-/// The lights of a frame, area lights as so many points each; others as they are.
+/// The lights of a frame: so many points for each area light, other lights unchanged.
 pub(super) fn virtual_lights(
     inputs: &FrameInputs<'_>,
     points: u32,
@@ -85,7 +84,7 @@ pub(super) fn resolution() -> Result<Resolution, MethodError> {
 }
 
 impl<M: Memory> Groups<M> {
-    /// Groups of at most so many lights.
+    /// Makes groups of at most so many lights.
     pub(super) fn make<B>(
         frame: &Frame<'_, B>,
         key: OfAreas,
@@ -121,7 +120,7 @@ impl<M: Memory> Groups<M> {
         Ok(Self(groups))
     }
 
-    /// The lights of the largest group: only the last one may have fewer.
+    /// Number of lights in the largest group; only the last group may have fewer.
     pub(super) fn lights(&self) -> usize {
         self.0.first().map_or(0, |(lights, _)| lights.len())
     }
@@ -142,7 +141,7 @@ impl<M: Memory> Groups<M> {
             let cubes = frame.backend.map_capacity(SIDE);
             let lights = match maps {
                 Maps::Exact => cubes,
-                // A picture instead of six.
+                // There is one picture for each light instead of six.
                 Maps::Imperfect { .. } => cubes.saturating_mul(6),
             };
             Self::make(frame, key, voxels.min(lights))
@@ -150,7 +149,7 @@ impl<M: Memory> Groups<M> {
     }
 }
 
-/// The points that stand for the casters.
+/// The points that represent the casters.
 fn caster_points<B: Backend>(
     frame: &Frame<'_, B>,
 ) -> Result<Arc<CasterPoints<B::Memory>>, MethodError> {

@@ -1,4 +1,4 @@
-//! Area lights as many virtual lights, made anew in every frame from shadow maps
+//! Area lights as many virtual lights. Voxels are made anew in every frame, from shadow maps
 //! that are kept.
 
 use std::sync::{Mutex, PoisonError};
@@ -20,10 +20,11 @@ use crate::methods::{
 use crate::voxelized::{Detail, Eye};
 use crate::{Emitter, Ray, SurfacePoint};
 
-/// Levels of the pyramid that fills holes; with more of them false shadow grows faster.
+/// Levels of the pyramid that fills holes. With more levels false shadow grows faster than
+/// false light shrinks.
 const HOLE_LEVELS: u32 = 2;
 
-/// Voxels that are gathered in some detail.
+/// A method that gathers the voxels of virtual lights in some detail.
 #[derive(Debug, Clone, Copy)]
 struct AreaLights {
     name: &'static str,
@@ -34,15 +35,15 @@ struct AreaLights {
     maps: Maps,
     detail: Detail,
     nodes: u32,
-    /// Or only for those who ask for it by name.
+    /// Whether comparisons show it; if not, it is for those who ask for it by name.
     is_compared: bool,
 }
 
-/// Voxels that are kept from frame to frame, which all groups use in turn.
+/// Voxels that are kept from frame to frame; all groups use them in turn.
 #[derive(Debug)]
 struct Kept<M: Memory>(Mutex<Option<LightVolumes<M>>>);
 
-/// What the voxels of so many lights are known by.
+/// The key of the voxels of so many lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct OfLights(usize);
 
@@ -63,7 +64,7 @@ impl Method for AreaLights {
             pictured: 256,
             usual: 256,
             role: self.role,
-            // Its maps have a size of their own.
+            // Its shadow maps have a size of their own.
             uses_shadow_map: false,
         }
     }
@@ -81,7 +82,7 @@ impl Method for AreaLights {
         Verdict::Applies
     }
 
-    /// By the lights of each group.
+    /// The lights of each group are shared.
     fn interleaves(&self, _: &FrameInputs<'_>) -> Verdict {
         Verdict::Applies
     }
@@ -105,7 +106,7 @@ impl Method for AreaLights {
         let others = inputs.emitters.len().saturating_sub(spread);
         let lights = others as f64 + inputs.areas.len() as f64 * f64::from(points);
         let side = f64::from(SIDE);
-        // At most five faces of a cube see the light.
+        // At most five faces of a cube can be lit.
         let (pictures, casters) = match self.maps {
             Maps::Exact => (5.0, 5.0 * inputs.geometry.triangles().len() as f64),
             Maps::Imperfect { .. } => (1.0, f64::from(POINTS_PER_MAP)),
@@ -113,7 +114,8 @@ impl Method for AreaLights {
         let texels = pictures * lights * side.powi(2);
         Work {
             once: texels + lights * casters,
-            // A lookup for each light ray, and a bit for each voxel, 32 at once.
+            // A lookup for each light ray, and a bit for each voxel, of which 32 are processed
+            // at a time.
             per_frame: lights * (side.powi(2) + side.powi(3) / 32.0),
             per_ray: lights * (side / 32.0 + f64::from(self.nodes)),
             bytes: (4.0 * texels + lights * (side.powi(3) / 8.0 + 4.0 * side.powi(2))) as u64,
@@ -123,7 +125,7 @@ impl Method for AreaLights {
 
 /// The distances between which the surfaces of a frame lie.
 fn surface_depths(inputs: &FrameInputs<'_>) -> [f32; 2] {
-    // Panes lie before what rays end on, and before the sky.
+    // Panes are in front of what rays end on, and in front of the sky.
     if inputs.geometry.coatings().any_see_through() {
         let (eye, bounds) = (inputs.camera.eye(), inputs.geometry.bounds());
         let far = (bounds.min() - eye).abs().max((bounds.max() - eye).abs());
@@ -138,7 +140,7 @@ fn surface_depths(inputs: &FrameInputs<'_>) -> [f32; 2] {
 }
 
 impl AreaLights {
-    /// Makes the voxels of the groups, one after the other, each for a step to read.
+    /// Makes the voxels of one group after the other, and calls a step to read them.
     fn for_each_group<B>(
         &self,
         frame: &Frame<'_, B>,
@@ -172,7 +174,7 @@ impl AreaLights {
             })?;
             step(emitters, &volumes)?;
         }
-        // Its memory is used again in the order of the commands.
+        // Commands run in order, so the memory can be used again before they have run.
         *kept.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(volumes);
         Ok(())
     }
@@ -228,7 +230,7 @@ impl<B> LightFrameSurfaces<B> for AreaLights
 where
     B: MakeMaps + BuildLightVolumes + LightManySurfaces,
 {
-    /// By voxels like those of the airlight, from the nearest surface to the farthest.
+    /// With voxels like those for the airlight, from the nearest surface to the farthest.
     fn add_surface_light(
         &self,
         frame: &Frame<'_, B>,
@@ -341,7 +343,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
                 "a ninth of the points at a quarter of the pixels: the least work for soft light",
             )),
         ),
-        // The paper's own, for those who ask.
+        // The paper's own way, for those who ask for it.
         Entry::everywhere(filled),
     ]
 }

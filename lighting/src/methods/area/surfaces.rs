@@ -1,4 +1,4 @@
-//! Surfaces that many lights light, with shadows from the voxels of these.
+//! Surfaces lit by many lights, with shadows from the lights' voxels.
 //!
 //! Based on: Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013: what
 //! `QueryVisibilityAtFragment` reads in the pseudocode of section 3.1.5, interpolated
@@ -16,21 +16,21 @@ use crate::{Emitter, SurfacePoint};
 
 /// How voxels are looked up for surfaces.
 ///
-/// One bit tells whether the voxel that holds a point is lit. Neighbours in the next
-/// plane of θ and at the next bit of φ, four bits together, have a mean whose border is
-/// soft by a voxel; along α there is nothing to interpolate, because light that is
-/// blocked stays so.
+/// A single bit tells whether the voxel that contains a point is lit. The mean of four bits,
+/// with the neighbours in the next plane of θ and at the next bit of φ, has a border that is
+/// soft by a voxel. Along α there is nothing to interpolate, because light that is blocked once
+/// stays blocked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum SurfaceLookup {
-    /// The voxel that holds the point.
+    /// The voxel that contains the point.
     Nearest,
-    /// Interpolated along θ and φ.
+    /// An interpolation along θ and φ.
     #[default]
     Interpolated,
 }
 
 impl SurfaceLookup {
-    /// With the biases that keep lit surfaces from shadowing themselves.
+    /// The sampling, with the biases that keep lit surfaces from shadowing themselves.
     pub(crate) fn sampling(self) -> Sampling {
         Sampling {
             interpolate: self == Self::Interpolated,
@@ -39,17 +39,16 @@ impl SurfaceLookup {
     }
 }
 
-/// Surfaces, and many lights that light them.
+/// Surfaces, and the many lights that light them.
 #[derive(Debug)]
 pub struct ManyOnSurfaces<'a, M: Memory> {
-    /// The points of the surfaces, in the memory of the backend. They should be those
-    /// that the eye of the voxels sees; what it does not see is as dark as the nearest
-    /// voxel.
+    /// The points of the surfaces, in the memory of the backend. They should be visible from
+    /// the eye of the voxels; an invisible point gets the shadow of the nearest voxel.
     pub points: &'a M::Buffer<SurfacePoint>,
-    /// The lights whose voxels there are, in their order; see
+    /// The lights of the voxels, in their order; see
     /// [`ManyLights`](super::ManyLights::emitters).
     pub emitters: &'a [Emitter],
-    /// What is between.
+    /// The medium between lights and surfaces.
     pub medium: &'a Medium,
     /// How the voxels are looked up.
     pub lookup: SurfaceLookup,
@@ -57,21 +56,20 @@ pub struct ManyOnSurfaces<'a, M: Memory> {
 
 /// The step that lights surfaces with the voxels of many lights.
 pub trait LightManySurfaces: Backend {
-    /// Adds to `radiance[i]` what the point i reflects to the eye of the light that
-    /// reaches it straight from all lights:
+    /// Adds to the first three components of `radiance[i]` what point i reflects to the eye of
+    /// the direct light of all lights:
     ///
     /// ```text
     /// response Σ_l E_l max(cos θ_l, 0) V_l exp(−σ_t d_l)
     /// ```
     ///
-    /// E is the irradiance of a surface that faces light l, θ the angle between the
-    /// normal and the way to it, d the length of that way in the medium, and V the
-    /// visibility that the voxels have at the point, in [0, 1]. The fourth component is
-    /// left alone.
+    /// E is the irradiance of a surface that faces light l, θ the angle between the normal and
+    /// the direction to the light, d the length of the way to the light in the medium, and V
+    /// the visibility at the point according to the voxels, in [0, 1].
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if points and radiance differ in length, or lights and
-    /// voxels in number; nothing is written then.
+    /// [`Error::LengthMismatch`] if points and radiance differ in length, or lights and voxels
+    /// in number; nothing is written then.
     fn light_many_surfaces(
         &self,
         lit: &ManyOnSurfaces<'_, Self::Memory>,

@@ -1,4 +1,4 @@
-//! How long the loops of evaluators are in a shader.
+//! Bounds on the loop iterations of evaluators in a shader.
 
 use ::airlight::Table;
 
@@ -7,27 +7,27 @@ use crate::airlight::{Analytic, EquiAngular, Midpoint, Quadrature};
 use crate::path::MOST_KINKS;
 use crate::scene::{Emission, MOST_COOKIE_LINES};
 
-/// How long the loops of an evaluator's shader are.
+/// Bounds the loop iterations of an evaluator's shader.
 ///
-/// Some software drivers end all loops of an invocation after 65,535 turns. How many
-/// lights a [gather](super::GatherMany) puts into one invocation is chosen by this.
-/// Evaluators that need more than that for a single light lose some of its light on such
-/// a driver: with 128 voxels along a ray [`EquiAngular`] of 480 nodes or more.
+/// Some software drivers end all loops of an invocation after 65,535 iterations. The bound
+/// decides how many lights a [gather](super::GatherMany) puts into one invocation. An evaluator
+/// that needs more for a single light loses some of its light on such a driver: with 128 voxels
+/// along a ray, [`EquiAngular`] with 480 nodes or more.
 pub trait AirlightTurns {
-    /// The turns that all loops together may take for the airlight of one light along a
-    /// ray, of which `parts` parts are lit: an upper bound.
+    /// An upper bound on the iterations of all loops together, for the airlight of one light
+    /// along a ray with `parts` lit parts.
     fn turns(&self, emitter: &Emitter, parts: u32) -> u32;
 }
 
 const KINKS: u32 = MOST_KINKS as u32;
 
-/// Pieces of a ray beyond those that kinks end, for [`Quadrature`]: 20 on either side of
-/// the foot point while the distance from the light grows eightfold each, to 2^60 times
-/// itself, and some for peaks and for optical depths.
+/// Pieces of a ray in a [`Quadrature`] in addition to those that kinks end: 20 on either side
+/// of the foot point, while the distance from the light grows eightfold each time, up to 2^60
+/// times itself; and some for peaks and for optical depths.
 const PIECES: u32 = 64;
 
-/// Pieces in a cookie beyond those that its texels end; `light_COOKIE_PIECES` counts them
-/// as well.
+/// Pieces in a cookie in addition to those that its texels end; `light_COOKIE_PIECES` limits
+/// them in shaders.
 const COOKIE_PIECES: u32 = 2048;
 
 impl AirlightTurns for Midpoint {
@@ -37,16 +37,16 @@ impl AirlightTurns for Midpoint {
 }
 
 impl AirlightTurns for EquiAngular {
-    /// A turn for each kink and node of each part between kinks.
+    /// One iteration for each kink, and for each node of each part between kinks.
     fn turns(&self, _: &Emitter, parts: u32) -> u32 {
         (KINKS + self.nodes()).saturating_mul(parts.saturating_add(KINKS))
     }
 }
 
 impl AirlightTurns for Quadrature {
-    /// For each piece and channel the search for a rule and its nodes. A piece of a
-    /// cookie takes three turns, in a level and in the next one, of which a ray crosses
-    /// half as many texels, and each part a search for the level.
+    /// For each piece and channel, the search for a rule, and its nodes. A piece of a cookie
+    /// takes three iterations, both in its level and in the next one, of which a ray crosses
+    /// half as many texels. Each part takes a search for the level.
     fn turns(&self, emitter: &Emitter, parts: u32) -> u32 {
         let parts = parts.saturating_add(KINKS);
         if let Emitter::Point(point) = emitter

@@ -34,14 +34,15 @@ pub struct LightVolumes<M: Memory> {
     map: AtlasMap<M>,
     grid: AtlasGrid<M>,
     sampling: Sampling,
-    /// What is known of each light; its voxels are a tile.
+    /// The state of each light; its voxels are those of a tile.
     lights: Vec<State<usize>>,
-    /// Those of the tiles.
+    /// The lattices of the tiles.
     lattices: Vec<Lattice>,
 }
 
 impl<M: Memory> LightVolumes<M> {
-    /// Voxels for at most `lights` lights, read without a bias and interpolated.
+    /// Memory for the voxels of at most `lights` lights, which are read without a bias and with
+    /// interpolation.
     ///
     /// # Errors
     /// [`VoxelError::Voxels`] if they do not fit into memory; see
@@ -59,8 +60,8 @@ impl<M: Memory> LightVolumes<M> {
         })
     }
 
-    /// The same with other biases or without interpolation, and without lights until
-    /// [`LightVolumes::update`], which checks them.
+    /// The same volumes with other biases or without interpolation. They have no lights until
+    /// [`LightVolumes::update`], which checks the biases.
     #[must_use]
     pub fn with_sampling(self, sampling: Sampling) -> Self {
         Self {
@@ -70,17 +71,16 @@ impl<M: Memory> LightVolumes<M> {
         }
     }
 
-    /// Makes the voxels of all `emitters` anew from their shadow maps, which are
-    /// those of the same emitters in the same order: rectifies all maps in one pass
-    /// and builds all grids in another. Lights that need no voxels, because all rays
-    /// or no rays are lit, have no tile.
+    /// Makes the voxels of all `emitters` anew from their shadow maps, which must belong to the
+    /// same emitters in the same order. One pass rectifies all maps, and another builds all
+    /// grids. A light that needs no voxels, because all rays or no rays are lit, has no tile.
     ///
     /// # Errors
-    /// [`VoxelError::Voxels`] for more lights than there is room for, if there are not
-    /// as many maps as lights, for biases beyond ±1024 voxels and if the backend
-    /// fails; [`VoxelError::Epipolar`] as for
-    /// [`VoxelVolume::update`](crate::voxelized::VoxelVolume::update). There are no
-    /// lights after an error.
+    /// [`VoxelError::Voxels`] if there are more lights than there is room for, if there are not
+    /// as many maps as lights, for biases beyond ±1024 voxels, and if the backend fails;
+    /// [`VoxelError::Epipolar`] as for
+    /// [`VoxelVolume::update`](crate::voxelized::VoxelVolume::update). After an error there are
+    /// no lights.
     pub fn update<B>(
         &mut self,
         backend: &B,
@@ -116,7 +116,7 @@ impl<M: Memory> LightVolumes<M> {
         let source = source.filter(|_| maps.lights() == emitters.len());
         let source = source.ok_or_else(|| voxel_shadow::Error::from(lengths(maps.lights())))?;
         if let Some(lattice) = self.lattices.first() {
-            // Checks the sampling before any work.
+            // This checks the sampling before any work is done.
             self.grid.volume(0, lattice, self.sampling)?;
         }
         backend.rectify_atlas(&self.lattices, &source, &mut self.map)?;
@@ -125,7 +125,7 @@ impl<M: Memory> LightVolumes<M> {
         Ok(())
     }
 
-    /// How many lights there are.
+    /// Number of lights.
     pub fn lights(&self) -> usize {
         self.lights.len()
     }
@@ -135,7 +135,7 @@ impl<M: Memory> LightVolumes<M> {
         self.grid.resolution()
     }
 
-    /// The bits of the tiles.
+    /// The bits of all tiles.
     pub fn grid(&self) -> &AtlasGrid<M> {
         &self.grid
     }
@@ -152,7 +152,7 @@ impl<M: Memory> LightVolumes<M> {
         tile * self.grid.tiles() as u64
     }
 
-    /// Whether there is a volume for each of some lights.
+    /// Checks that there is a volume for each of some lights.
     pub(super) fn are_of(&self, emitters: &[Emitter]) -> Result<(), gpu_backend::Error> {
         if emitters.len() == self.lights() {
             return Ok(());
@@ -164,7 +164,7 @@ impl<M: Memory> LightVolumes<M> {
         })
     }
 
-    /// What is known of a light.
+    /// What is known about a light.
     pub(crate) fn state(&self, light: usize) -> State<(usize, &Lattice)> {
         match self.lights[light] {
             State::Lit => State::Lit,
@@ -175,8 +175,8 @@ impl<M: Memory> LightVolumes<M> {
 }
 
 impl<M: Memory> LightVolumes<M> {
-    /// The lights that have voxels, in order, and where these are; the first of them has
-    /// the first tile of [`LightVolumes::grid`], and so on.
+    /// The lights that have voxels, in order, with their lattices. The first of them has the
+    /// first tile of [`LightVolumes::grid`], and so on.
     pub fn with_voxels(&self) -> impl Iterator<Item = (usize, &Lattice)> {
         let lights = self.lights.iter().enumerate();
         lights.filter_map(|(light, state)| match state {
@@ -200,9 +200,9 @@ impl LightVolumes<Host> {
         }
     }
 
-    /// The shadows of a light on surfaces that the eye sees, from the same voxels,
-    /// with the biases that keep lit surfaces from shadowing themselves
-    /// ([`Sampling::PAPER`]); a light that there is not is not blocked.
+    /// The shadows of a light on surfaces that the eye sees, from the same voxels, with the
+    /// biases that keep lit surfaces from shadowing themselves ([`Sampling::PAPER`]). For an
+    /// index of no light nothing is in shadow.
     pub fn on_surfaces(&self, light: usize, lookup: SurfaceLookup) -> SurfaceVoxels<'_> {
         let volume = match self.lights.get(light) {
             Some(State::Voxels(tile)) => {
@@ -229,8 +229,8 @@ impl SurfaceShadow for SurfaceVoxels<'_> {
     }
 }
 
-/// The angle by which the space of a light is turned, radians: the same for the
-/// same light wherever it stands in a list, and without a pattern over lights.
+/// The angle by which the space of a light is rotated, radians. It depends on the light alone
+/// and not on its place in a list, and follows no pattern over lights.
 fn turn(emitter: &Emitter) -> f32 {
     let Emitter::Point(point) = emitter else {
         return 0.0;

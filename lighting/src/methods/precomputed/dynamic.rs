@@ -1,4 +1,4 @@
-//! Precomputed shadows of what stays, beside those of what moves.
+//! Precomputed shadows of static casters, combined with shadow maps of dynamic ones.
 
 use std::sync::Arc;
 
@@ -23,21 +23,22 @@ use crate::{LightPath, LitInterval, VisibilitySource};
 /// The lit runs of the map of the dynamic casters.
 type Runs<M> = MapRuns<Arc<ShadowMap<M>>, M>;
 
-/// The shadows of a light: those of the static casters, and those of the dynamic ones if
-/// these can shade anything.
+/// The shadows of a light: those of the static casters, and those of the dynamic ones if these
+/// can shade anything that the light lights.
 ///
-/// Lights that no dynamic caster can shade have the very source, and the very shader, of
-/// scenes in which nothing moves.
+/// A light without such dynamic casters has the same source and shader as in a scene in which
+/// nothing moves.
 #[derive(Debug)]
 pub(crate) enum BesideDynamic<M: Memory> {
-    /// Of static casters alone.
+    /// Shadows of static casters alone.
     Static(Arc<BakedShadow<M>>),
-    /// Lit where both say so.
+    /// Lit where both the bake and the map of the dynamic casters say so.
     Both(Box<Both<Arc<BakedShadow<M>>, Runs<M>>>),
 }
 
 impl<M: Memory> BesideDynamic<M> {
-    /// The source of a light in a frame, whose dynamic casters are where its geometry says.
+    /// The source of a light in a frame. The geometry of the frame says where the dynamic
+    /// casters are.
     pub(super) fn new<B>(
         frame: &Frame<'_, B>,
         light: usize,
@@ -73,7 +74,7 @@ impl<M: Memory> BesideDynamic<M> {
 /// A map with its blocks.
 type Mapped<M> = (Arc<ShadowMap<M>>, Arc<MapBlocks<M>>);
 
-/// The map of the dynamic casters that a light reaches, if it reaches any: the store keeps it.
+/// The map of the dynamic casters that a light reaches, if it reaches any. The store keeps it.
 pub(super) fn mapped<B: RenderShadowMap + BuildMapBlocks>(
     frame: &Frame<'_, B>,
     light: usize,
@@ -101,7 +102,7 @@ impl VisibilitySource for BesideDynamic<Host> {
     }
 }
 
-/// Each of the two has a shader of its own.
+/// There is a shader for each of the two cases.
 #[cfg(feature = "wgpu")]
 impl<A: InShader<AirlightSlot>, E: Encode> Gather<BesideDynamic<GpuMemory>, A> for Gpu<E> {
     fn gather(

@@ -24,13 +24,14 @@ impl BakedShadow {
 }
 
 impl SurfaceShadow for FilteredShadow<'_> {
-    /// The lit share of the texels around the point, lifted off the surface
-    /// along its normal so that it does not shadow itself: by half a filter
-    /// width, as in the paper, and the light's [bias](BakedShadow::bias) more: a
-    /// voxel unless the file says otherwise, because point and surface are known to
-    /// half a voxel each. Filters of one texel would be lifted by nothing otherwise.
+    /// The lit share of the texels around the point. The point is lifted off the surface along
+    /// its normal so that the surface does not shadow itself: by half the width of the filter,
+    /// as in the paper, plus the light's [bias](BakedShadow::bias). The bias is one voxel
+    /// unless the file says otherwise, because point and surface are each known to half a
+    /// voxel. Filters of one texel would not be lifted otherwise.
     ///
-    /// Where six grids meet, a window reaches over the rim of its grid into
+    /// Where six grids meet, a window that crosses the border of its grid continues in the next
+    /// grid, and the shadowed shares add up.
     /// the next one's, which has the rest of it: shadowed shares add up.
     fn visibility(&self, point: Vec3, normal: Vec3) -> Vec3 {
         let mut shadowed = 0.0;
@@ -48,11 +49,11 @@ impl SurfaceShadow for FilteredShadow<'_> {
     }
 }
 
-/// Filtered shadows of several lights on surfaces, from [`BakedShadows`] in the memory `M`:
-/// of each light what [`FilteredShadow`] tells.
+/// Filtered shadows of several lights on surfaces, from [`BakedShadows`] in the memory `M`. For
+/// each light they give what [`FilteredShadow`] gives.
 ///
-/// On a GPU a point within rounding of the border of a voxel may be answered from the next
-/// voxel, see `shadow_dag::gpu`; all other points have the same share to a few units in the
+/// On a GPU, a point within rounding of the border of a voxel may be looked up in the next
+/// voxel, see `shadow_dag::gpu`. All other points have the same share to a few units in the
 /// last place.
 #[derive(Debug)]
 pub struct FilteredShadows<'a, M: Memory = Host> {
@@ -76,19 +77,19 @@ impl<'a, M: Memory> FilteredShadows<'a, M> {
         self.shadows
     }
 
-    /// How wide the filter is.
+    /// The width of the filter.
     pub fn size(&self) -> FilterSize {
         self.size
     }
 
-    /// Lights of a point that one dispatch should take, as
-    /// [`LitPoints::lights_per_dispatch`](crate::direct_light::LitPoints::lights_per_dispatch): as many as take some
-    /// 50,000 turns of loops. One light alone takes more with filters that are wider than
-    /// some 300 texels.
+    /// How many lights of a point one dispatch should take, for
+    /// [`LitPoints`](crate::direct_light::LitPoints): so many that an invocation runs some
+    /// 50,000 iterations of its loops, which drivers allow. A single light exceeds this with
+    /// filters wider than some 300 texels.
     pub fn lights_per_dispatch(&self) -> usize {
         let lights = self.shadows.lights().iter();
         let most = lights.map(|light| {
-            // A window reaches over a corner into three grids.
+            // At a corner a window reaches into three grids.
             let grids = light.grids().len().min(3) as f64;
             let levels = light.grids().iter().map(|grid| grid.resolution().log2());
             grids * turns(self.size, levels.max().unwrap_or(0))
@@ -97,10 +98,11 @@ impl<'a, M: Memory> FilteredShadows<'a, M> {
     }
 }
 
-/// Turns for a node in a window: down to it, on to the next one, and among its children.
+/// Loop iterations for a node in a window: down to it, on to the next one, and through its
+/// children.
 const TURNS_OF_NODE: f64 = 12.0;
 
-/// Turns of loops for a window in a grid with so many levels, at most.
+/// The largest number of loop iterations for a window in a grid with so many levels.
 fn turns(size: FilterSize, log2: u32) -> f64 {
     let nodes = (3..log2.max(4)).map(|level| {
         let across = (size.width() - 1).div_ceil(1 << level) + 1;

@@ -45,8 +45,8 @@ impl BakedRecord {
 }
 
 impl BakedShadows<GpuMemory> {
-    /// The shadows of many lights in as few buffers as hold them, of which each fits into one
-    /// binding of the device where a light alone does.
+    /// Uploads the shadows of many lights in as few buffers as possible. Each buffer fits into
+    /// one binding of the device, unless it holds a single light that does not.
     ///
     /// # Errors
     /// As for [`BakedShadows::upload`].
@@ -62,7 +62,7 @@ impl BakedShadows<GpuMemory> {
     }
 }
 
-/// The walk through the grids of a light.
+/// The part that walks through the grids of a light.
 fn walk() -> Part {
     Part::new("light_baked")
         .sources(&[shadow_dag::gpu::POINT, shadow_dag::gpu::PACKED])

@@ -1,4 +1,4 @@
-//! Precomputed voxelized shadows: baked once for what is static, walked in large steps.
+//! Precomputed voxelized shadows: baked once for static casters, then traversed in large steps.
 
 use std::sync::Arc;
 
@@ -24,15 +24,15 @@ const VOXELS: SourceQuality = SourceQuality {
     usual: 2048,
 };
 
-/// The name of its visibility in pairs.
+/// The name of the visibility source in pairs.
 pub const PRECOMPUTED: &str = "precomputed";
 
-/// The quality of shadows that the caller has put into the store, whatever their
-/// resolution: those of a file.
+/// The quality that stands for shadows that the caller has put into the store, for example from
+/// a file, whatever their resolution.
 pub const FROM_FILE: u32 = 0;
 
-/// A node of the shadows as a share of texels of a shadow map: it is found, compared and
-/// numbered. Counted on a city and a fence.
+/// The work for a node of the shadows, in texels of a shadow map: the node is found, compared
+/// and numbered. Counted on a city and a fence.
 const TILE: f64 = 60.0;
 
 /// The precomputed shadows of every light.
@@ -45,7 +45,7 @@ impl LightSources for Baked {
             name: PRECOMPUTED,
             title: "precomputed voxelized shadows",
             quality: Some(VOXELS),
-            // Where grids meet, a lit part goes on in the next one.
+            // Where grids meet, a lit part continues in the next one.
             touching: Touching::Joined,
             is_sampled: false,
             sees_translucent: false,
@@ -91,10 +91,10 @@ impl LightSources for Baked {
         let triangles = dynamic.map_or(0, |dynamic| dynamic.triangles().len());
         let texels = faces as f64 * f64::from(inputs.map).powi(2);
         Work {
-            // The trees of the map of the dynamic casters.
+            // For the trees of the dynamic casters' map.
             per_frame: texels,
-            // Silhouettes grow with the side, faces of open meshes with its square. A store
-            // keeps the map.
+            // The number of nodes at silhouettes grows with the side, that on faces of open
+            // meshes with its square. The map is kept in a store.
             once: TILE * lights * side.powf(1.5) + texels + (faces * triangles) as f64,
             per_ray: lights * side.sqrt(),
             ..Work::default()
@@ -102,18 +102,17 @@ impl LightSources for Baked {
     }
 }
 
-/// What a store and messages call them.
+/// Their name in stores and messages.
 pub(super) const WHAT: &str = "precomputed shadows";
 
-/// Gives a store the shadows of a light, which methods find with the quality
-/// [`FROM_FILE`].
+/// Puts the shadows of a light into a store. Methods use them with the quality [`FROM_FILE`].
 pub fn share_precomputed(host: &Store<Host>, light: usize, shadow: &Arc<BakedShadow>) {
     let resolution = FROM_FILE;
     let key = OfStatic(OfLight { light, resolution });
     host.insert(WHAT, key, shadow.clone(), shadow.bytes());
 }
 
-/// Those of the static casters from a light, in the memory of the host.
+/// The shadows of the static casters from a light, in the memory of the host.
 pub(super) fn baked(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -151,8 +150,9 @@ impl SourceOn<Cpu> for Baked {
     }
 }
 
-/// Turns of the loops of a walk through the finest of these grids, about: a ray meets far
-/// fewer volumes than there are voxels along it, and takes a few turns for each.
+/// Roughly how many loop iterations a walk through the finest of these grids takes. A ray meets
+/// far fewer homogeneous volumes than there are voxels along it, and each takes a few
+/// iterations.
 pub(super) fn turns<'a, M: Memory>(shadows: impl IntoIterator<Item = &'a BakedShadow<M>>) -> f64 {
     let grids = shadows.into_iter().flat_map(BakedShadow::grids);
     let sides = grids.map(|grid| f64::from(grid.resolution().side()));

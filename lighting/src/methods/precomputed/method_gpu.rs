@@ -40,7 +40,7 @@ impl<E: Encode> SourceOn<Gpu<E>> for Baked {
     }
 }
 
-/// Those of as many lights as fit into one buffer; then those of the next.
+/// Groups of consecutive lights, each of which fits into one buffer.
 type Groups = Vec<Together<Arc<BakedShadows<GpuMemory>>>>;
 
 impl<E: Encode> SourcesTogether<Gpu<E>> for Baked {

@@ -7,12 +7,11 @@
 //! shadows on surfaces; the same voxels also tell which parts of an eye ray are
 //! lit, by a step for each homogeneous volume on its way.
 //!
-//! [`BakedShadow::bake`] makes the grids of one light from a scene, once.
-//! A [`BakedShadow`] is a [`VisibilitySource`](crate::VisibilitySource) that
-//! [`Gather`](crate::Gather) takes, and [`BakedShadow::filtered`] a
-//! [`SurfaceShadow`](crate::visibility::SurfaceShadow); those of many lights at once are
-//! [`FilteredShadows`], on any backend. What moves gets an ordinary shadow map of its own
-//! beside it, see [below](self#what-moves):
+//! [`BakedShadow::bake`] makes the grids of one light from a scene, once. A [`BakedShadow`] is
+//! a [`VisibilitySource`](crate::VisibilitySource) that [`Gather`](crate::Gather) takes.
+//! [`BakedShadow::filtered`] is a [`SurfaceShadow`](crate::visibility::SurfaceShadow); for many
+//! lights at once there are [`FilteredShadows`], on any backend. What moves has an ordinary
+//! shadow map of its own beside the bake, see [below](self#what-moves):
 //!
 //! ```
 //! use glam::Vec3;
@@ -72,37 +71,38 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`BakedShadow::upload`] takes them to any backend. Files hold the shadows of
-//! one light or several, see [`ShadowSet`]; [`bake`] makes them with breaks.
+//! [`BakedShadow::upload`] copies them to any backend. Files hold the shadows of one or several
+//! lights, see [`ShadowSet`]; [`bake`] makes them in steps that can be interrupted.
 //!
 //! # What moves
 //!
-//! [Instances](crate::scene::Instance::dynamic) that a scene marks as dynamic have no place in
-//! a bake: the methods `precomputed x …` and the program's `bake` leave them out, and whoever
-//! calls [`bake`] or [`BakedShadow::bake`] passes the
-//! [static part](crate::scene::Geometry::static_part). The methods `precomputed x …`, and `render` with a file, take their
-//! shadows from a map of the [dynamic part](crate::scene::Geometry::dynamic_part) alone,
-//! for each light with a picture of its own around that part as far as the light
-//! [reaches](crate::shadow_map::reached): a point is lit where grid and map say so.
+//! [Instances](crate::scene::Instance::dynamic) that a scene marks as dynamic do not belong
+//! into a bake. The methods `precomputed x …` and the program's `bake` leave them out; callers
+//! of [`bake`] or [`BakedShadow::bake`] pass the [static
+//! part](crate::scene::Geometry::static_part). The methods `precomputed x …`, and `render` with
+//! a file, take the shadows of the [dynamic part](crate::scene::Geometry::dynamic_part) from
+//! shadow maps of that part alone. Each light has a map around the part of it that it
+//! [reaches](crate::shadow_map::reached). A point is lit if both grid and map say so.
 //!
-//! In the air these are the [runs](crate::methods::epipolar::MapRuns) of the map, which are
-//! all that it knows: what is lit by both is their intersection, and it ends within a
-//! voxel of the grid or a texel of the map of where it should. A march would add half a
-//! step, a light volume half a texel. On surfaces the k × k texels of the grid's filter are
-//! multiplied by as many of the [map](crate::shadow_map::MapsOfMany).
+//! In the air the map contributes its exact [runs](crate::methods::epipolar::MapRuns). The
+//! intersection of lit parts ends within a voxel of the grid or a texel of the map of the true
+//! end; a march would add half a step, a light volume half a texel. On surfaces the filtered
+//! shadow of the grid, over k × k texels, is multiplied by that of the
+//! [map](crate::shadow_map::MapsOfMany) over as many.
 //!
 //! A store keeps the maps as long as nothing moves. Before a frame in which something has
-//! moved, `methods::forget_dynamic` empties the stores but for the bakes.
+//! moved, `methods::forget_dynamic` empties the stores except for the bakes.
 //!
-//! Lights that reach no dynamic caster, and scenes without any, take the sources and shaders
-//! that they would take anyway. Many lights stay in one pass but for those that do.
+//! Lights that reach no dynamic caster, and scenes without any, use the same sources and
+//! shaders as if nothing could move. Many lights stay in one pass, except for those that reach
+//! a dynamic caster.
 //!
 //! # Accuracy
 //!
-//! A shadow's edge is off by at most a texel across the rays of the light and
-//! half a slice along them; details smaller than a texel are there where the
-//! ray through its centre meets them. What is inside of closed solids has no
-//! meaning. A light inside of a solid lights nothing.
+//! The edge of a shadow is off by at most a texel across the rays of the light and half a slice
+//! along them. Details smaller than a texel are present where the ray through its centre meets
+//! them. What a grid says about the inside of closed solids has no meaning; a light inside a
+//! solid lights nothing.
 
 #[cfg(feature = "methods")]
 mod dynamic;

@@ -1,4 +1,4 @@
-//! The shadows of one light.
+//! The precomputed shadows of one light.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,44 +16,41 @@ use crate::shadow_map::Masked;
 use crate::visibility::product;
 use crate::{Emitter, LightPath, LitInterval, VisibilitySource};
 
-/// Why grids are not the shadows of a light.
+/// Why some grids are not the shadows of a light.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BakedError {
-    /// A light has one grid, or six.
+    /// There are neither one nor six grids.
     #[error("{0} grids for one light, expected 1 or 6")]
     Grids(usize),
-    /// A grid that does not say where in the world it is.
+    /// A grid, given by its index, does not say where it is in the world.
     #[error("grid {0} does not say where in the world it is")]
     NoLight(usize),
-    /// A grid of another resolution than the first.
+    /// A grid has another resolution than the first one.
     #[error("grid {grid} has {side} voxels along each axis, expected {expected} as in grid 0")]
     Resolutions {
-        /// Which one, from 0.
+        /// Index of the grid.
         grid: usize,
         /// Voxels along each of its axes.
         side: u32,
         /// Voxels along each axis of the first.
         expected: u32,
     },
-    /// There is no room for them.
+    /// There is not enough memory.
     #[error(transparent)]
     Memory(#[from] Error),
 }
 
-/// The precomputed voxelized shadows that all of a scene casts from one light,
-/// in the memory `M`.
+/// The precomputed voxelized shadows that a scene casts from one light, in the memory `M`.
 ///
-/// There is one grid where a single picture holds all casters: for a sun, a
-/// spotlight of up to 75° half angle and a light far enough outside of the
-/// scene. There are six otherwise, see [`light_spaces`](super::light_spaces). All of them lie in one
-/// buffer.
+/// There is one grid where a single picture contains all casters: for a sun, a spotlight of up
+/// to 75° half angle, and a light far enough outside of the scene. Otherwise there are six, see
+/// [`light_spaces`](super::light_spaces). All of them are in one buffer.
 ///
-/// In the memory of the CPU they are a [`VisibilitySource`];
-/// [`BakedShadow::upload`] takes them to that of a GPU, where they are one too.
-/// A ray takes a step for each homogeneous volume on its way. On a GPU the ends
-/// of lit parts differ from those of the CPU as `shadow_dag::gpu` says, and where
-/// grids meet by the rounding of an f32.
+/// In the memory of the CPU they are a [`VisibilitySource`]; [`BakedShadow::upload`] copies
+/// them to a GPU, where they are one too. A ray takes one step for each homogeneous volume on
+/// its way. The ends of lit parts on a GPU differ from those on the CPU as `shadow_dag::gpu`
+/// says, and where grids meet by the rounding of an f32.
 #[derive(Debug)]
 pub struct BakedShadow<M: Memory = Host> {
     grids: Vec<ResidentDag<M>>,
@@ -62,7 +59,7 @@ pub struct BakedShadow<M: Memory = Host> {
 }
 
 impl<M: Memory> Clone for BakedShadow<M> {
-    /// The buffer is shared.
+    /// Copies share the buffer.
     fn clone(&self) -> Self {
         Self {
             grids: self.grids.clone(),
@@ -71,16 +68,13 @@ impl<M: Memory> Clone for BakedShadow<M> {
     }
 }
 
-/// The triangles of a scene as shadow casters, for any number of lights: solid
-/// ones, and masked ones with their holes. What casts no shadow is left out, and so is
-/// what is see-through.
+/// The triangles of a scene as shadow casters, for any number of lights: solid ones, and masked
+/// ones with their holes. Triangles that cast no shadow and see-through ones are left out.
 ///
-/// It takes every triangle that casts a shadow, also of what is dynamic: pass
-/// [`Geometry::static_part`] where something moves.
+/// Dynamic triangles are included: pass [`Geometry::static_part`] if something moves.
 ///
-/// Which parts of the scene are closed, [`Surfaces::watertightness`] tells: the
-/// inside of those compresses well. All others cast their shadows as open
-/// surfaces, and so do parts with masks.
+/// [`Surfaces::watertightness`] tells which parts of the scene are closed. Their inside
+/// compresses well. All other parts, and parts with masks, cast their shadows as open surfaces.
 ///
 /// # Errors
 /// None that a checked scene could cause.
@@ -109,7 +103,7 @@ pub fn surfaces(geometry: &Geometry) -> Result<Surfaces<'_>, Error> {
     Ok(surfaces.with_holes(&with_holes, Arc::new(MaskHoles { masked, solid })))
 }
 
-/// The holes of masked triangles, which come after the solid ones.
+/// The holes of masked triangles, which follow the solid ones.
 #[derive(Debug)]
 struct MaskHoles {
     masked: Masked,
@@ -154,12 +148,11 @@ impl Holes for MaskHoles {
     }
 }
 
-/// A bake of these grids in a scene, those of [`light_grids`] for one light each, with
-/// nothing done yet: it can be watched, stopped, saved, resumed and shared out.
-/// [`BakedShadow::of_set`] takes what comes out.
+/// A bake of these grids in a scene, with nothing done yet. The grids are those of
+/// [`light_grids`], for one light each. The bake can be watched, stopped, saved, resumed and
+/// divided; [`BakedShadow::of_set`] takes the result.
 ///
-/// It takes every triangle that casts a shadow, also of what is dynamic: pass
-/// [`Geometry::static_part`] where something moves.
+/// Dynamic triangles are included: pass [`Geometry::static_part`] if something moves.
 ///
 /// # Errors
 /// Those of [`SetBake::new`].
@@ -172,13 +165,12 @@ pub fn bake(
 }
 
 impl BakedShadow {
-    /// Bakes the shadows of a scene from `emitter` into grids of `resolution`
-    /// voxels along each axis, and tells how much of the scene is closed.
+    /// Bakes the shadows of a scene from `emitter` into grids of `resolution` voxels along each
+    /// axis. Also returns how much of the scene is closed.
     ///
-    /// [`bake`] does the same with breaks, and for several lights.
+    /// [`bake`] does the same in steps that can be interrupted, and for several lights.
     ///
-    /// It takes every triangle that casts a shadow, also of what is dynamic: pass
-    /// [`Geometry::static_part`] where something moves.
+    /// Dynamic triangles are included: pass [`Geometry::static_part`] if something moves.
     ///
     /// # Errors
     /// Those of [`light_spaces`](super::light_spaces), and [`Error::TooManyNodes`].
@@ -203,13 +195,12 @@ impl BakedShadow {
         Ok(Self { grids, bias })
     }
 
-    /// The shadows of a light from copies of its grids. They answer in any
-    /// order, but only in that of [`light_spaces`](super::light_spaces) do they
-    /// [fit](BakedShadow::fits) a light.
+    /// The shadows of a light from copies of its grids. The grids may be in any order, but they
+    /// [fit](BakedShadow::fits) a light only in that of [`light_spaces`](super::light_spaces).
     ///
     /// # Errors
-    /// [`BakedError`] if there are not one or six of them, one does not know
-    /// the space of its light, or their resolutions differ.
+    /// [`BakedError`] if there are neither one nor six grids, if one of them does not know the
+    /// space of its light, or if their resolutions differ.
     pub fn new<B: AsRef<[u8]>>(grids: &[ShadowDag<B>]) -> Result<Self, BakedError> {
         if !matches!(grids.len(), 1 | 6) {
             return Err(BakedError::Grids(grids.len()));

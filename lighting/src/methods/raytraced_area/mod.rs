@@ -1,4 +1,4 @@
-//! Area lights by tracing: what other methods for them are measured against.
+//! Area lights by ray tracing: the baseline for other methods for area lights.
 //!
 //! Based on: Kulla and Fajardo, Importance Sampling Techniques for Path Tracing in
 //! Participating Media, EGSR 2012, for the equi-angular distance; Villeneuve, Gruson,
@@ -13,18 +13,17 @@
 //! L = ∫_A ∫ σ_s p e^{−σ_t (x + d)} L_e (n · ω) / d² V dx dA
 //! ```
 //!
-//! with `d` the distance between the point of the light and the one on the ray, and
-//! `ω` the direction from the one to the other. [`TracedArea::by_points`] draws both
-//! points at once and traces one shadow ray; [`TracedArea::by_runs`] draws the point
-//! of the light alone and integrates over the lit parts of the ray, which
-//! [`Exact`] visibility finds.
+//! where `d` is the distance between the point of the light and the point on the ray, and `ω`
+//! the direction from the first to the second. [`TracedArea::by_points`] draws both points and
+//! traces one shadow ray. [`TracedArea::by_runs`] draws only the point of the light and
+//! integrates over the lit parts of the ray, which [`Exact`] visibility finds.
 //!
 //! # The distance along the ray
 //!
-//! Seen from the point of the light, let `η` be the angle between the foot point of
-//! the ray and a position on it, so that `x = x_F + h tan η` and `dx / d² = dη / h`.
-//! All directions to the ray lie in a plane, so the cosine of the emission is that of
-//! the normal's part in this plane:
+//! Let `η` be the angle, seen from the point of the light, between the foot point of the ray
+//! and a position on it, so that `x = x_F + h tan η` and `dx / d² = dη / h`. All directions to
+//! the ray lie in a plane, so the cosine of the emission is that of the normal's projection
+//! onto this plane:
 //!
 //! ```text
 //! n · ω = C cos(η − η₀),    C e^{i η₀} = n · u + i n · v

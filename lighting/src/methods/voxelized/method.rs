@@ -21,11 +21,11 @@ const VOXELS: SourceQuality = SourceQuality {
     usual: 512,
 };
 
-/// Voxels along a coordinate, at most: a volume of 2 GiB.
+/// The largest number of voxels along a coordinate: a volume of 2 GiB.
 const MAX_VOXELS: u32 = 4096;
 
-/// A volume of `side` voxels along each coordinate, but for φ at most 1024 and a
-/// multiple of 32.
+/// A volume of `side` voxels along each coordinate, except that φ has at most 1024, rounded to
+/// a multiple of 32.
 fn resolution(side: u32) -> Result<Resolution, MethodError> {
     if side > MAX_VOXELS {
         return Err(MethodError::Quality {
@@ -46,13 +46,13 @@ struct Volumes {
     detail: Detail,
 }
 
-/// Memory for voxels that is kept from frame to frame: one volume, which all lights
-/// use in turn. It is out while it is in use.
+/// Memory for one volume that is kept from frame to frame. All lights use it in turn; it is not
+/// here while one of them does.
 #[derive(Debug)]
 struct Volume<M: Memory>(Mutex<Option<VoxelVolume<M>>>);
 
 impl Volumes {
-    /// The volume of a size, whoever used it last.
+    /// Takes the volume of a size, whichever light used it last.
     fn take<B: BuildVoxels>(
         frame: &Frame<'_, B>,
         side: u32,
@@ -91,7 +91,8 @@ impl LightSources for Volumes {
         let lights = inputs.emitters.len() as f64;
         let side = f64::from(side);
         Work {
-            // A lookup for each light ray, and a bit for each voxel, 32 at once.
+            // A lookup for each light ray, and a bit for each voxel, of which 32 are processed
+            // at a time.
             per_frame: lights * (side.powi(2) + side.powi(3) / 32.0),
             per_ray: lights * side / 32.0,
             ..inputs.map_work()
@@ -133,7 +134,7 @@ impl<B: RenderShadowMap + BuildVoxels> SourceOn<B> for Volumes {
     }
 
     fn done(&self, frame: &Frame<'_, B>, source: Self::Source, side: u32) {
-        // Its memory is used again in the order of the commands.
+        // Commands run in order, so the memory can be used again before they have run.
         let kept = frame.store.get(
             "voxels",
             side,

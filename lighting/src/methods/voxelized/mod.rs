@@ -1,15 +1,14 @@
-//! Voxelized shadow volumes as a source of lit intervals: one fetch for all of
-//! a ray.
+//! Voxelized shadow volumes as a source of lit intervals: a few fetches give the visibility
+//! along all of a ray.
 //!
-//! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect
-//! Voxelized Shadow Volumes, HPG 2013. What they gather, the average visibility
-//! of a ray times the airlight of all of it, is [`Detail::Average`]; the same
-//! bits also tell where the lit parts are.
+//! Based on: Wyman, Voxelized Shadow Volumes, HPG 2011; Wyman and Dai, Imperfect Voxelized
+//! Shadow Volumes, HPG 2013. They gather the average visibility of a ray times the airlight of
+//! the whole ray, which is [`Detail::Average`] here. The same bits also tell where the lit
+//! parts are.
 //!
-//! A [`VoxelVolume`] holds the voxels of one light for one view.
-//! [`VoxelVolume::update`] makes them anew from a shadow map, each frame or
-//! for each light in turn; [`VoxelVolume::source`] is what
-//! [`Gather`](crate::Gather) takes.
+//! A [`VoxelVolume`] holds the voxels of one light for one view. [`VoxelVolume::update`] makes
+//! them anew from a shadow map, in each frame or for each light in turn.
+//! [`VoxelVolume::source`] gives the source that [`Gather`](crate::Gather) takes.
 //!
 //! ```
 //! use glam::Vec3;
@@ -51,10 +50,10 @@
 //!
 //! # Limits
 //!
-//! Rays must start at the eye; one that does not is answered as if it did.
-//! Interval ends are off by about a voxel, more where a ray passes the
-//! light at a distance of few voxels. Details smaller than voxels, or than the
-//! texels of the shadow map, are lost.
+//! All rays must start at the eye; one that does not gets the answer for a ray from the eye.
+//! Ends of intervals are off by about a voxel, and by more where a ray passes the light at a
+//! distance of a few voxels. Details smaller than a voxel, or than a texel of the shadow map,
+//! are lost.
 
 #[cfg(feature = "wgpu")]
 pub(crate) mod gpu;

@@ -1,4 +1,4 @@
-//! What a gather reads from the voxels of a ray.
+//! What a gather reads from the voxels along a ray.
 
 use std::borrow::Borrow;
 use std::marker::PhantomData;
@@ -9,18 +9,18 @@ use voxel_shadow::ShadowVolume;
 use super::{State, VoxelVolume};
 use crate::{Interval, LightPath, LitInterval, VisibilitySource};
 
-/// What is read from the voxels of a ray.
+/// What is read from the voxels along a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Detail {
-    /// The paper's gather: the share of voxels that are lit, as the visibility
-    /// of all of the ray. Right where shadow and light are mixed evenly along it
-    /// or the light of each voxel is the same; cheapest.
+    /// The share of voxels that are lit, as the visibility of the whole ray, which is the
+    /// paper's gather. It is right if shadow and light are mixed evenly along the ray, or if
+    /// all voxels have the same light. It is the cheapest.
     Average,
-    /// A part for each lit voxel: with an evaluator of one sample, a sum with a
+    /// One part for each lit voxel. With an evaluator of one sample, this is a sum with a
     /// weight for each bit.
     Voxels,
-    /// A part for each run of lit voxels: as few evaluations as can be, and
-    /// exact but for the ends of runs.
+    /// One part for each run of lit voxels. This needs the fewest evaluations and is exact
+    /// except at the ends of runs.
     #[default]
     Runs,
 }
@@ -34,7 +34,7 @@ pub struct VoxelShadow<V, M> {
 }
 
 impl<V: Borrow<VoxelVolume<M>>, M: Memory> VoxelShadow<V, M> {
-    /// What `volume` knows in this detail.
+    /// Reads `volume` in this detail.
     pub fn new(volume: V, detail: Detail) -> Self {
         Self {
             volume,
@@ -53,7 +53,7 @@ impl<V: Borrow<VoxelVolume<M>>, M: Memory> VoxelShadow<V, M> {
         self.detail
     }
 
-    /// The voxels as they were given.
+    /// Returns the volume as it was given.
     pub fn into_volume(self) -> V {
         self.volume
     }
@@ -73,7 +73,7 @@ impl<V: Borrow<VoxelVolume<Host>> + Sync> VisibilitySource for VoxelShadow<V, Ho
             State::Voxels(lattice) => lattice,
         };
         let volume = ShadowVolume::new(lattice, self.volume().grid(), self.volume().sampling());
-        // They were checked when the voxels were made.
+        // It was checked when the voxels were made.
         let Ok(volume) = volume else { return };
         self.detail.lit_parts(&volume, path, lit);
     }
@@ -91,7 +91,7 @@ impl Detail {
         let ray = path.ray();
         let shadow = volume.ray_shadow(ray.direction(), ray.length().min(f32::MAX));
         let mut push = |part: voxel_shadow::LitInterval| {
-            // The sky begins at f32::MAX.
+            // A ray to the sky ends at f32::MAX or beyond.
             let end = if part.end < f32::MAX {
                 part.end
             } else {

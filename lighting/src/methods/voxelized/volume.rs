@@ -1,4 +1,4 @@
-//! The voxels of one light for one view, and how they are made.
+//! The voxels of one light for one view, and the steps that make them.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -15,43 +15,42 @@ use crate::scene::{Camera, Emission, Medium};
 use crate::shadow_map::{Casters, ShadowMap};
 use crate::{Emitter, Interval, Ray};
 
-/// Why there are no voxels.
+/// Why voxels could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VoxelError {
     /// The view, the light or the spacing cannot be used.
     #[error(transparent)]
     Epipolar(#[from] epipolar::Error),
-    /// A step failed.
+    /// A step of making the voxels failed.
     #[error(transparent)]
     Voxels(#[from] voxel_shadow::Error),
 }
 
-/// Where rays start and which of them there are: the part of space that is
-/// divided into voxels.
+/// The eye and the rays from it, which define the part of space that is divided into voxels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Eye {
     /// The origin of all rays.
     pub position: Vec3,
-    /// Directions through the corners of the picture, in order around it;
-    /// `None` looks everywhere.
+    /// Directions through the corners of the picture, in order around it; `None` for all
+    /// directions.
     pub corners: Option<[Vec3; 4]>,
-    /// Distances along rays between which anything matters, m; see
-    /// [`depth_range`]. Must end for a directional light.
+    /// The distances along rays between which shadows matter, m; see [`depth_range`]. The end
+    /// must be finite for a directional light.
     pub depths: Interval,
-    /// How voxels are spread along a ray, for a light at a point.
+    /// How voxels are spaced along a ray, for a point light.
     pub lamp_spacing: Spacing,
-    /// The same for a directional light.
+    /// How voxels are spaced along a ray, for a directional light.
     pub sun_spacing: Spacing,
 }
 
 impl Eye {
-    /// What `rays` of a picture of `width` × `height` pixels show.
+    /// The eye of a camera whose picture of `width` × `height` pixels has these rays.
     ///
-    /// Voxels of a light at a point are equal angles, which are many where it is
-    /// near. Those of a directional light carry equal airlight, with the mean
-    /// extinction of the channels: equal distances up to ten mean free paths would
-    /// be few where its light comes from.
+    /// Voxels of a point light span equal angles, so that there are many near the light. Voxels
+    /// of a directional light carry equal airlight, with the mean extinction of the channels.
+    /// Equal distances over ten mean free paths would leave few voxels where most of its light
+    /// comes from.
     pub fn of_camera(
         camera: &Camera,
         [width, height]: [u32; 2],
@@ -69,8 +68,8 @@ impl Eye {
         }
     }
 
-    /// What surfaces at distances from `nearest` to `farthest` metres along the rays of a
-    /// picture of `width` × `height` pixels are, whatever is in the air before them.
+    /// The eye for lighting surfaces at distances from `nearest` to `farthest` metres along the
+    /// rays of a picture of `width` × `height` pixels, whatever the medium.
     pub fn of_surfaces(
         camera: &Camera,
         [width, height]: [u32; 2],
@@ -87,15 +86,15 @@ impl Eye {
 
     fn view(&self, emitter: &Emitter) -> Result<ViewVolume, epipolar::Error> {
         let Interval { start, mut end } = self.depths;
-        // The view volume refuses an end that is no distance.
+        // The view volume refuses an end that is negative or NaN.
         if !(end >= 0.0) {
             return ViewVolume::all_around(start, end);
         }
-        // Nothing beyond the range of a light is lit.
+        // Nothing outside the range of a light is lit.
         if let Emitter::Point(point) = emitter {
             end = end.min(self.position.distance(point.position()) + point.range());
         }
-        // An empty range is one at its start.
+        // An empty range becomes a short one at its start.
         let end = end.max(start + f32::EPSILON * start.max(1.0));
         match self.corners {
             Some(corners) => ViewVolume::new(corners, start, end),
@@ -103,8 +102,8 @@ impl Eye {
         }
     }
 
-    /// The voxels for a light, θ counted from a direction that is turned around
-    /// the axis by so many radians; or what is known without voxels.
+    /// The lattice of voxels for a light, with θ counted from a direction that is rotated
+    /// around the axis by so many radians; or an answer that needs no voxels.
     pub(crate) fn lattice(
         &self,
         emitter: &Emitter,
@@ -131,8 +130,8 @@ impl Eye {
     }
 }
 
-/// A backend that makes voxels from its shadow maps and from triangles: every
-/// backend of this workspace.
+/// A backend that makes voxels from its shadow maps and from triangles. Every backend of this
+/// workspace does.
 pub trait BuildVoxels:
     BuildGrid
     + RectifyTriangles
@@ -149,14 +148,14 @@ impl<B> BuildVoxels for B where
 {
 }
 
-/// What a volume says of the rays of a view.
+/// What a volume knows about the rays of a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum State<V> {
-    /// All of them are lit, as far as the light reaches.
+    /// All rays are lit, as far as the light reaches.
     Lit,
-    /// None is.
+    /// No ray is lit.
     Dark,
-    /// Voxels tell.
+    /// The voxels tell which parts are lit.
     Voxels(V),
 }
 
@@ -172,7 +171,7 @@ pub struct VoxelVolume<M: Memory> {
 }
 
 impl<M: Memory> VoxelVolume<M> {
-    /// A volume without shadow, read without a bias and interpolated.
+    /// A volume without any shadow, read without a bias and with interpolation.
     ///
     /// # Errors
     /// [`VoxelError::Voxels`] if it does not fit into memory.
@@ -188,8 +187,8 @@ impl<M: Memory> VoxelVolume<M> {
         })
     }
 
-    /// The same with other biases or without interpolation, and without shadow
-    /// until [`VoxelVolume::update`], which checks them.
+    /// The same volume with other biases or without interpolation. It has no shadow until
+    /// [`VoxelVolume::update`], which checks the biases.
     #[must_use]
     pub fn with_sampling(self, sampling: Sampling) -> Self {
         Self {
@@ -199,19 +198,17 @@ impl<M: Memory> VoxelVolume<M> {
         }
     }
 
-    /// Makes the voxels anew: rectifies the shadow map of `emitter`, sets a voxel
-    /// for each light ray in epipolar space and extrudes them away from the
-    /// light.
+    /// Makes the voxels anew: rectifies the shadow map of `emitter`, sets a voxel for each
+    /// light ray in epipolar space, and extrudes these away from the light.
     ///
-    /// An eye at the light sees no shadow: all rays are lit then. Where the cone
-    /// of a spotlight does not reach what is in view, none is.
+    /// If the eye is at the light all rays are lit, because an eye there sees no shadow. If the
+    /// cone of a spotlight does not reach what is in view, no ray is lit.
     ///
     /// # Errors
-    /// [`VoxelError::Epipolar`] for corners that are not those of a pyramid,
-    /// for depths that are negative or NaN or, with a directional light, without
-    /// an end, and for coordinates beyond 1e18 m; [`VoxelError::Voxels`] for
-    /// biases beyond ±1024 voxels and if the backend fails. The volume is without
-    /// shadow after an error.
+    /// [`VoxelError::Epipolar`] for corners that are not those of a pyramid, for depths that
+    /// are negative or NaN or, with a directional light, have no end, and for coordinates
+    /// beyond 1e18 m; [`VoxelError::Voxels`] for biases beyond ±1024 voxels, or if the backend
+    /// fails. After an error the volume has no shadow. shadow after an error.
     pub fn update<B>(
         &mut self,
         backend: &B,
@@ -225,9 +222,9 @@ impl<M: Memory> VoxelVolume<M> {
         self.update_from(backend, emitter, eye, map)
     }
 
-    /// The same from anything that knows the first blockers of the light: on the CPU a
-    /// [`FirstBlocker`](voxel_shadow::FirstBlocker), on a GPU the depths that a renderer has
-    /// drawn (`voxel_shadow::gpu::DepthLayers`).
+    /// The same from any source of the light's first blockers: on the CPU a
+    /// [`FirstBlocker`](voxel_shadow::FirstBlocker), on a GPU depths that a renderer has drawn
+    /// (`voxel_shadow::gpu::DepthLayers`).
     ///
     /// # Errors
     /// Those of [`VoxelVolume::update`].
@@ -246,9 +243,9 @@ impl<M: Memory> VoxelVolume<M> {
         })
     }
 
-    /// The same from the triangles themselves, without a shadow map and without
-    /// its error: every light ray is intersected with all that it may meet, which
-    /// takes much longer. Masked triangles block where they are there.
+    /// The same from the triangles themselves, without a shadow map and its error. Every light
+    /// ray is intersected with all triangles that it may meet, which takes much longer. Masked
+    /// triangles block light outside of their holes.
     ///
     /// # Errors
     /// Those of [`VoxelVolume::update`].
@@ -290,7 +287,7 @@ impl<M: Memory> VoxelVolume<M> {
                 return Ok(());
             }
         };
-        // Checks the sampling before any work.
+        // This checks the sampling before any work is done.
         ShadowVolume::new(&lattice, &self.grid, self.sampling)?;
         rectify(&lattice, &mut self.map)?;
         backend.voxelise(&self.map, &mut self.grid)?;
@@ -299,7 +296,7 @@ impl<M: Memory> VoxelVolume<M> {
         Ok(())
     }
 
-    /// Its voxels as a visibility source.
+    /// The voxels as a visibility source.
     pub fn source(&self, detail: Detail) -> VoxelShadow<&Self, M> {
         VoxelShadow::new(self, detail)
     }
@@ -309,8 +306,8 @@ impl<M: Memory> VoxelVolume<M> {
         self.grid.resolution()
     }
 
-    /// Where the voxels are; `None` if none are needed, because all rays or no
-    /// rays are lit.
+    /// The lattice of the voxels; `None` if none are needed because all rays or no rays are
+    /// lit.
     pub fn lattice_in_use(&self) -> Option<&Lattice> {
         match &self.state {
             State::Voxels(lattice) => Some(lattice),
@@ -318,7 +315,7 @@ impl<M: Memory> VoxelVolume<M> {
         }
     }
 
-    /// The bits; of no meaning without [`VoxelVolume::lattice_in_use`].
+    /// The bits, which have a meaning only if there is a [`VoxelVolume::lattice_in_use`].
     pub fn grid(&self) -> &Grid<M> {
         &self.grid
     }
@@ -343,7 +340,8 @@ impl<M: Memory> VoxelVolume<M> {
     }
 }
 
-/// A light, with what of space it reaches.
+/// The light in the form that the crate `epipolar` takes, with the part of space that it
+/// reaches.
 fn light(emitter: &Emitter) -> Result<Light, epipolar::Error> {
     match emitter {
         Emitter::Directional(sun) => Light::directional(sun.direction()),
@@ -352,7 +350,7 @@ fn light(emitter: &Emitter) -> Result<Light, epipolar::Error> {
             Emission::Cosine { normal } => Light::spot(point.position(), *normal, FRAC_PI_2),
             Emission::Spot(spot) => {
                 let outer = 2.0 * (0.5 * spot.outer_versine()).sqrt().asin();
-                // A cone narrower than f32 tells counts as one that it does.
+                // A cone too narrow for f32 is widened to one that is not.
                 Light::spot(point.position(), spot.axis(), outer.max(1e-4))
             }
         },
