@@ -1,4 +1,4 @@
-//! Epipolar lines of the pictures of a light, and which of them a view needs.
+//! Epipolar lines in the pictures of a light, and the selection of those that a view needs.
 
 use glam::{DVec3, Vec3};
 
@@ -11,60 +11,62 @@ use crate::{LightPath, Ray};
 /// The logarithm of the number of cells per leaf of a tree.
 pub(super) const LEAF: u32 = 3;
 
-/// Fans of a light, at most: two kinds of cells and two sides of six pictures.
+/// The largest number of fans of a light: two kinds of cells and two sides for six pictures.
 pub(super) const MOST_FANS: usize = 24;
 
-/// Rays closer to the direction of the light than this, as the sine of an angle
-/// over the number of texels, are walked. Shaders compute lines in f32: a few
-/// roundings of 2⁻²⁴ over this are a margin of a slice.
+/// Rays closer to the direction of the light than this are walked; it is the sine of an angle
+/// over the number of texels. Shaders compute lines in f32: a few roundings of 2⁻²⁴ over this
+/// are the margin of a slice.
 const LEAST_SINE: f64 = 4e-6;
 
-/// Rays of a frame that are looked at to find out which lines it needs.
+/// Number of rays of a frame that are used to find the lines it needs.
 const SAMPLES: usize = 4096;
 
-/// Slices of all fans together for each pixel of a side of a square picture, at most.
+/// The largest number of slices of all fans together, per pixel of a side of a square picture.
 const LINES_PER_SIDE: f64 = 4.0;
 
-/// A light has no more nodes than this in a view: 128 MiB, WebGPU's limit of a
-/// binding.
+/// The largest number of nodes of a light in a view: 128 MiB, WebGPU's limit for a binding.
 const MOST_NODES: f64 = (1 << 24) as f64;
 
-/// The half lines from the picture of the eye to one side of a picture that run
-/// more along than across the way there.
+/// The half lines from the image of the eye to one side of a picture that run more along than
+/// across the way there.
 ///
-/// They are divided into slices by where they meet that side: a texel apart there,
-/// unless that is more than the rays of a picture need, and closer before. Cells are counted from that side.
+/// They are divided into slices by their intersection with this side: a texel apart there,
+/// unless this is finer than the rays of a picture need, and closer before. Cells are counted
+/// from that side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fan {
-    /// Whether the side is that of the last cell of the picture.
+    /// Whether the side is at the last cell of the picture.
     pub(crate) is_last: bool,
-    /// Where the first slice meets the side, and slices per unit there.
+    /// The position at which the first slice meets the side, and the number of slices per unit
+    /// there.
     pub(crate) first: f64,
     pub(crate) density: f64,
     pub(crate) slices: u32,
-    /// The first cell from the side that is in the tree, and the logarithm of the
-    /// number of leaves.
+    /// The first cell from the side that is in the tree, and the base-2 logarithm of the number
+    /// of leaves.
     pub(crate) first_cell: u32,
     pub(crate) height: u32,
-    /// The first node.
+    /// Index of the first node.
     pub(crate) nodes: u32,
-    /// The picture of the eye: along the cells, across, w.
+    /// The image of the eye: coordinates along the cells and across, and w.
     pub(crate) eye: DVec3,
 }
 
 impl Fan {
-    /// Nodes of a slice: a heap, whose root is node 1.
+    /// Number of nodes of a slice: a heap, whose root is node 1.
     pub(crate) fn nodes_per_slice(&self) -> u32 {
         2 << self.height
     }
 
-    /// The number of a cell from the side, or the cell of that number.
+    /// The index of a cell counted from the side, or the cell with that index; the function is
+    /// its own inverse.
     pub(super) fn seen_from_side(&self, cell: i64, resolution: u32) -> i64 {
         seen_from_side(self.is_last, cell, resolution)
     }
 
-    /// The first and the last cell of a leaf, in the order of the picture; none beyond
-    /// the picture.
+    /// The first and the last cell of a leaf, in the order of the picture; `None` beyond the
+    /// picture.
     pub(super) fn cells_of_leaf(&self, leaf: u32, resolution: u32) -> Option<[i64; 2]> {
         let first = i64::from(self.first_cell + (leaf << LEAF));
         let last = (first + (1 << LEAF)).min(i64::from(resolution)) - 1;
@@ -72,8 +74,8 @@ impl Fan {
         (first <= last).then_some([cells[0].min(cells[1]), cells[0].max(cells[1])])
     }
 
-    /// The two lines at the borders of a slice: across = base + slope × along, in
-    /// units of texels, of coordinates along from −1 to 1.
+    /// The two lines that bound a slice: across = base + slope × along, in texels, where along
+    /// is from −1 to 1.
     pub(super) fn lines(&self, slice: u32, resolution: u32) -> [[f64; 2]; 2] {
         let side = if self.is_last { 1.0 } else { -1.0 };
         let half = 0.5 * f64::from(resolution);
@@ -86,7 +88,7 @@ impl Fan {
         })
     }
 
-    /// The coordinate of the border before a cell; lines begin at the eye.
+    /// The coordinate of the border in front of a cell; lines begin at the eye.
     pub(super) fn border(&self, cell: i64, resolution: u32) -> f64 {
         let x = 2.0 * cell as f64 / f64::from(resolution) - 1.0;
         if self.eye.z == 0.0 {
@@ -101,7 +103,7 @@ impl Fan {
     }
 }
 
-/// The number of a cell from the first side or the last, or the cell of that number.
+/// The index of a cell counted from the first or the last side, or the cell with that index.
 fn seen_from_side(is_last: bool, cell: i64, resolution: u32) -> i64 {
     match is_last {
         true => i64::from(resolution) - 1 - cell,
@@ -115,19 +117,19 @@ pub struct Fans {
     /// The origin of all rays that are looked up.
     pub(crate) eye: Vec3,
     pub(crate) resolution: u32,
-    /// By picture, kind of cells and side.
+    /// The fans, by picture, kind of cells and side.
     pub(crate) fans: [Option<Fan>; MOST_FANS],
-    /// Nodes of all.
+    /// Number of nodes of all fans.
     pub(crate) nodes: usize,
 }
 
-/// Where a part of a ray is on a fan.
+/// The place of a part of a ray on a fan.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     fan: usize,
-    /// Where it meets the side.
+    /// The position at which its line meets the side.
     meets: f64,
-    /// The picture of the eye.
+    /// The image of the eye.
     eye: DVec3,
 }
 
@@ -139,7 +141,7 @@ struct Need {
     cells: [i64; 2],
 }
 
-/// `eye` and `slope` are the pictures of the eye and of the direction.
+/// `eye` and `slope` are the images of the eye and of the ray's direction.
 fn place(walk: &Walk, face: usize, eye: DVec3, slope: DVec3, resolution: u32) -> Option<Place> {
     let [eye, slope] = [eye, slope].map(|v| turned(walk.is_row_major(), v));
     let normal = eye.cross(slope);
@@ -158,7 +160,7 @@ fn place(walk: &Walk, face: usize, eye: DVec3, slope: DVec3, resolution: u32) ->
 }
 
 impl Fans {
-    /// Those that `rays` need that come from the origin of the first.
+    /// The fans that those of `rays` need that start at the origin of the first ray.
     pub(super) fn of_view(
         faces: &[Face],
         resolution: u32,
@@ -169,7 +171,7 @@ impl Fans {
         let eye = rays.first().map_or(Vec3::ZERO, Ray::origin);
         let projections: Vec<Projection> = faces.iter().map(Projection::new).collect();
         let mut needs: [Option<Need>; MOST_FANS] = [None; MOST_FANS];
-        // An odd stride does not stay in the columns of a picture.
+        // An odd stride does not stay within a few columns of a picture.
         let stride = (rays.len() / SAMPLES) | 1;
         for ray in rays.iter().step_by(stride) {
             let Some(path) = LightPath::new(ray, emitter, medium) else {
@@ -213,7 +215,7 @@ impl Fans {
         (is_sampled, lines): (bool, f64),
     ) -> Self {
         let n = f64::from(resolution);
-        // Rays between those that were looked at.
+        // An allowance for the rays between those that were looked at.
         let more = if is_sampled { 1.0 / 16.0 } else { 0.0 };
         let fan = |index: usize, coarseness: f64| {
             let need = needs[index]?;
@@ -293,7 +295,7 @@ impl Fans {
     }
 }
 
-/// The picture of the eye.
+/// The image of the eye.
 pub(super) fn eye_picture(projection: &Projection, eye: Vec3, face: &Face) -> DVec3 {
     projection.of_point((eye - face.origin).as_dvec3())
 }

@@ -13,7 +13,7 @@ use crate::methods::{
 };
 use crate::shadow_map::{RenderShadowMap, ShadowMap};
 
-/// Runs by trees that are made anew for each view.
+/// Runs found with trees that are made anew for each view.
 #[derive(Debug, Clone, Copy)]
 struct Runs;
 
@@ -35,7 +35,7 @@ impl LightSources for Runs {
         let lights = inputs.emitters.len() as f64;
         let side = f64::from(inputs.map);
         Work {
-            // Half a dozen blocks of every leaf of as many lines.
+            // Half a dozen blocks for every leaf, of as many lines.
             per_frame: lights * side * side,
             // A few nodes and texels at each end of a run.
             per_ray: lights * 4.0 * side.log2(),

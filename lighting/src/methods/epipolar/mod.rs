@@ -4,40 +4,40 @@
 //! Min-Max Mipmaps, I3D 2011; Yusov, High-Performance Outdoor Light Scattering
 //! Using Epipolar Sampling, GPU Pro 5, 2014.
 //!
-//! A ray is a straight line in the light's picture, and all rays of an epipolar
-//! plane (one through eye and light) run along the same line. A tree along the line
-//! that keeps the least and the greatest depth of each part says at once which parts
-//! of a ray are lit or dark as a whole.
+//! A ray is a straight line in the light's picture, and all rays of an epipolar plane (a plane
+//! through eye and light) lie on the same line. A tree along this line that stores the smallest
+//! and the largest depth of each part tells which parts of a ray are wholly lit or wholly dark.
 //!
 //! # Which surface
 //!
-//! That of the point test [`ShadowMap::is_lit`]: a point is lit if it is no deeper
-//! than the texel into which the light's picture of it falls. Along a ray a texel is
-//! an interval that ends where the ray crosses the texel's borders, and the lit part
-//! of it is another interval: what is within a sphere around the light, or before a
-//! plane across parallel light. The runs of a ray are the union of these, in f64. So
-//! they are what a march converges to.
+//! It is the surface of the point test [`ShadowMap::is_lit`]: a point is lit if it is no deeper
+//! than the texel into which it is projected. Along a ray, a texel is an interval that ends
+//! where the ray crosses the borders of the texel. The lit part of it is another interval: the
+//! part within a sphere around the light, or in front of a plane perpendicular to parallel
+//! light. The runs of a ray are the union of these, in f64; a march converges to them.
 //!
 //! # How it departs from the papers
 //!
-//! The papers resample the map along the lines, and what they find is exact for the
-//! resampled map. Here a line is a slice between two epipolar lines, a texel wide at
-//! most unless that makes too many; its cells are columns of texels, or rows,
-//! whichever it crosses more of; and its tree keeps bounds of *all* texels that
-//! any ray of the slice may meet in them, and of a few beside. Where the bounds do not tell, a leaf of
-//! eight cells is walked texel by texel. So a ray gets the same bits as if all of its
-//! texels were walked.
+//! The papers resample the map along the lines, and their result is exact for the resampled
+//! map. Here a line is a slice between two epipolar lines that is at most a texel wide, unless
+//! that makes too many slices. Its cells are columns or rows of texels, whichever it crosses
+//! more of. Its tree stores bounds of *all* texels that any ray of the slice may meet in a
+//! cell, and of a few beside them. Where the bounds do not decide, a leaf of eight cells is
+//! walked texel by texel. So a ray gets the same bits as if all of its texels were walked.
+//!
+//! Distances are compared instead of rectified depths, so that eyes behind the light and all
+//! kinds of pictures need no special cases. A cube has lines in each of its faces.
 //!
 //! Distances are compared, not a rectified depth, which makes eyes behind the light
 //! and all kinds of pictures one case. A cube has lines in each of its faces.
 //!
 //! # Cost
 //!
-//! A map has the bounds of [blocks](MapBlocks) of eight texels, which serve all views.
-//! Trees are made anew for each view: one for each of the lines that as many rays need,
-//! from the half dozen blocks that a leaf of it meets. A ray looks at ten nodes for each
-//! of its runs, about. Rays that do not start at the eye, those almost through the
-//! light, and those beside the lines that were made are walked.
+//! A map has the bounds of [blocks](MapBlocks) of eight texels, which serve all views. Trees
+//! are made anew for each view, for as many lines as its rays need; a leaf is made from the
+//! half dozen blocks that it meets. A ray visits about ten nodes for each of its runs. Rays
+//! that do not start at the eye, those that pass very close to the light, and those beside the
+//! lines are walked.
 
 mod blocks;
 mod fan;
@@ -71,12 +71,12 @@ use crate::shadow_map::ShadowMap;
 use crate::shadow_map::line::{Line, Part, Projection, Runs};
 use crate::{Interval, LightPath, LitInterval, Ray, VisibilitySource};
 
-/// The lit runs of rays, exactly as a shadow map says, borrowed or shared.
+/// The lit runs of rays, exactly as a shadow map gives them; the map is borrowed or shared.
 #[derive(Debug)]
 pub struct MapRuns<P, M: Memory> {
     map: P,
     projections: Vec<Projection>,
-    /// None: all rays are walked.
+    /// `None` if all rays are walked.
     trees: Option<Trees<M>>,
 }
 
@@ -86,7 +86,7 @@ struct Trees<M: Memory> {
     nodes: M::Buffer<Node>,
 }
 
-/// What the search for the runs of a ray looked at.
+/// How much the search for the runs of a ray visited.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Visits {
     /// Nodes of trees.
@@ -98,9 +98,9 @@ pub struct Visits {
 }
 
 impl<P: Borrow<ShadowMap<M>>, M: Memory> MapRuns<P, M> {
-    /// Trees for `rays`, most of which start where the first does.
+    /// Trees for `rays`, most of which should start where the first one does.
     ///
-    /// `map` is that of `emitter`, and `medium` what the rays run through.
+    /// `map` must be that of `emitter`, and `medium` the medium along the rays.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if the trees do not fit into memory.
@@ -118,12 +118,12 @@ impl<P: Borrow<ShadowMap<M>>, M: Memory> MapRuns<P, M> {
         Self::with_blocks(backend, map, &blocks, rays, emitter, medium)
     }
 
-    /// The same by the blocks of the map, which a map that stays need not make anew for
-    /// each view.
+    /// The same from blocks of the map that were made before; as long as the map stays the same
+    /// they serve every view.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if the trees do not fit into memory,
-    /// [`Error::LengthMismatch`] if the blocks are those of a map of another size.
+    /// [`Error::LengthMismatch`] if the blocks belong to a map of another size.
     pub fn with_blocks<B>(
         backend: &B,
         map: P,
@@ -146,7 +146,7 @@ impl<P: Borrow<ShadowMap<M>>, M: Memory> MapRuns<P, M> {
         })
     }
 
-    /// The same runs without trees: every texel that a ray crosses is looked at.
+    /// The same runs without trees: every texel that a ray crosses is visited.
     pub fn walked(map: P) -> Self {
         Self {
             projections: map.borrow().faces().iter().map(Projection::new).collect(),
@@ -168,7 +168,7 @@ impl<P: Borrow<ShadowMap<M>>, M: Memory> MapRuns<P, M> {
 }
 
 impl<P: Borrow<ShadowMap<Host>>> MapRuns<P, Host> {
-    /// Calls `emit` for the runs of a path, and tells `tally`.
+    /// Calls `emit` for the runs of a path, and counts visits in `tally`.
     #[inline]
     fn runs(
         &self,
@@ -218,7 +218,7 @@ impl<P: Borrow<ShadowMap<Host>>> MapRuns<P, Host> {
         Line::new(path.ray(), &self.map.borrow().faces()[0])
     }
 
-    /// What the search for the runs of a path looks at.
+    /// How much the search for the runs of a path visits.
     pub fn visits(&self, path: &LightPath<'_>) -> Visits {
         let mut visits = Visits::default();
         let mut runs = 0;

@@ -1,4 +1,4 @@
-//! Min–max trees of epipolar lines: how they are made and searched.
+//! Min–max trees of epipolar lines: building and searching.
 
 use gpu_backend::{Backend, BufferOf, Cpu, Error, Host};
 
@@ -8,25 +8,24 @@ use super::walk::Walk;
 use crate::shadow_map::EMPTY;
 use crate::shadow_map::line::{Line, Part, Runs, Verdict};
 
-/// The least and the greatest depth of the texels that lines of a slice meet in
-/// some cells.
+/// The smallest and the largest depth of the texels that the lines of a slice meet in some
+/// cells.
 pub type Node = [f32; 2];
 
 /// No texels.
 pub(super) const NONE: Node = [EMPTY, 0.0];
 
-/// Texels by which a slice is wider than its lines: for the rounding of those who
-/// look it up.
+/// How much wider than its lines a slice is, in texels, to allow for rounding in lookups.
 const MARGIN: f64 = 0.0625;
 
 pub(super) fn joined(a: Node, b: Node) -> Node {
     [a[0].min(b[0]), a[1].max(b[1])]
 }
 
-/// Makes min–max trees of epipolar lines.
+/// A backend that makes min–max trees of epipolar lines.
 pub trait BuildLineTrees: Backend {
-    /// The trees of all lines of `fans`, one after the other: the least and the
-    /// greatest depth of each part, by the blocks of the map.
+    /// The trees of all lines of `fans`, one after the other. They store the smallest and the
+    /// largest depth of each part and are made from the blocks of the map.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
@@ -59,7 +58,7 @@ impl BuildLineTrees for Cpu {
     }
 }
 
-/// Fills the tree of a slice. `bounds` are those of a block between two texels across.
+/// Fills the tree of a slice. `bounds` gives those of a block between two texels across.
 fn fill(
     tree: &mut [Node],
     fan: &Fan,
@@ -70,7 +69,7 @@ fn fill(
     let leaves = 1_usize << fan.height;
     let last = f64::from(resolution - 1);
     let [one, two] = fan.lines(slice, resolution);
-    // Between which texels the slice crosses the border before a cell.
+    // The texels between which the slice crosses the border in front of a cell.
     let crossed = |border: i64| {
         let x = fan.border(border, resolution);
         let (a, b) = (one[0] + one[1] * x, two[0] + two[1] * x);
@@ -93,18 +92,18 @@ fn fill(
     }
 }
 
-/// Counts what a search does.
+/// Counts what a search visits.
 pub(super) trait Tally {
-    /// A node was looked at.
+    /// A node was visited.
     fn node(&mut self) {}
-    /// So many texels were looked at.
+    /// So many texels were visited.
     fn texels(&mut self, _count: u32) {}
 }
 
-/// Nobody counts.
+/// Counts nothing.
 impl Tally for () {}
 
-/// Adds the lit parts of a walk by the tree of its slice.
+/// Adds the lit parts of a walk, found with the tree of its slice.
 #[inline]
 pub(super) fn search<F: FnMut(Part)>(
     line: &Line,
@@ -121,7 +120,7 @@ pub(super) fn search<F: FnMut(Part)>(
     let step = if is_rising { 1 } else { -1 };
     let leaves = 1_i64 << fan.height;
     let mut at = first;
-    // The smallest node with all of the walk.
+    // The smallest node that contains the whole walk.
     let mut level = i64::BITS - ((first ^ last) >> LEAF).leading_zeros();
     let mut start = walk.start();
     loop {
@@ -150,7 +149,7 @@ pub(super) fn search<F: FnMut(Part)>(
         }
         at = end_number + step;
         start = end;
-        // The largest node that begins here is part of one that is known to be mixed.
+        // The largest node that begins here is inside of one that is known to be mixed.
         let leaf = at >> LEAF;
         level = match is_rising {
             true => leaf.trailing_zeros(),

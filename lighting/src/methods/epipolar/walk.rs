@@ -4,31 +4,29 @@ use glam::DVec3;
 
 use crate::shadow_map::line::{Line, Part, Runs, middle};
 
-/// The part of a ray in one picture, by the coordinate in which it is longer.
+/// The part of a ray in one picture, along the coordinate in which it is longer.
 ///
-/// Cells are numbered along that coordinate, a column of texels or a row; a ray
-/// crosses few texels of each. Borders are computed from the numbers of cells and
-/// texels alone, not from the step before, so that whoever asks about a part of the
-/// walk gets the bits of the whole.
+/// Cells, which are columns or rows of texels, are numbered along that coordinate; a ray
+/// crosses few texels of each. Borders are computed from the indices of cells and texels alone,
+/// not from the step before, so that a part of the walk has the same bits as the whole.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Walk {
     line: Line,
-    /// Homogeneous coordinates at the position 0 and their slope: along the cells,
-    /// across, and w.
+    /// Homogeneous coordinates at position 0, and their slope: along the cells, across, and w.
     at: DVec3,
     slope: DVec3,
-    /// Where the part starts and ends.
+    /// The positions of the start and the end.
     a: f64,
     b: f64,
     /// Texels per side.
     side: i64,
-    /// Cells at the start and at the end.
+    /// The cells at the start and at the end.
     first: i64,
     last: i64,
     is_row_major: bool,
 }
 
-/// Homogeneous coordinates of a picture with the one along the cells first.
+/// Homogeneous coordinates of a picture, reordered so that the one along the cells comes first.
 pub(super) fn turned(is_row_major: bool, v: DVec3) -> DVec3 {
     match is_row_major {
         true => DVec3::new(v.y, v.x, v.z),
@@ -37,10 +35,10 @@ pub(super) fn turned(is_row_major: bool, v: DVec3) -> DVec3 {
 }
 
 impl Walk {
-    /// The part `a` to `b` of a line whose pictures of position 0 and direction are
-    /// `at` and `slope`.
+    /// The part from `a` to `b` of a line; `at` and `slope` are the images of position 0 and of
+    /// the direction.
     pub(super) fn new(line: &Line, [at, slope]: [DVec3; 2], [a, b]: Part, resolution: u32) -> Self {
-        // The line's normal in the picture; the ray runs across it.
+        // The normal of the ray's image, which tells the coordinate in which it is longer.
         let normal = at.cross(slope);
         let is_row_major = normal.x.abs() > normal.y.abs();
         let mut walk = Self {
@@ -63,7 +61,7 @@ impl Walk {
         self.is_row_major
     }
 
-    /// The coordinate along the cells somewhere inside of the part.
+    /// The coordinate along the cells at a position inside of the part.
     pub(super) fn middle(&self) -> f64 {
         self.coordinate(0, middle([self.a, self.b]))
     }
@@ -82,7 +80,7 @@ impl Walk {
     #[inline]
     fn coordinate(&self, axis: usize, s: f64) -> f64 {
         let [at, w] = [axis, 2].map(|i| self.at[i] + s * self.slope[i]);
-        // Nowhere at the light itself: there the ray is where it goes.
+        // At the light itself the image is undefined; the direction of the ray takes its place.
         if s < f64::INFINITY && (at != 0.0 || w != 0.0) {
             at / w
         } else if self.slope.z != 0.0 {
@@ -94,19 +92,20 @@ impl Walk {
         }
     }
 
-    /// The cell, or texel across, at a coordinate.
+    /// The cell, or the texel across, at a coordinate.
     #[inline]
     fn cell(&self, coordinate: f64) -> i64 {
         let cell = (0.5 * (1.0 + coordinate) * self.side as f64).floor() as i64;
         cell.clamp(0, self.side - 1)
     }
 
-    /// Where the ray crosses the border before the cell, or texel across.
+    /// The position at which the ray crosses the border in front of a cell, or of a texel
+    /// across.
     #[inline]
     fn border(&self, axis: usize, cell: i64) -> f64 {
         let border = (2 * cell - self.side) as f64 / self.side as f64;
         let towards = self.slope[axis] - border * self.slope.z;
-        // A ray that comes closer to the border for ever meets it at its end.
+        // A ray that approaches the border for ever meets it at infinity.
         let s = match towards {
             0.0 => self.b,
             _ => (border * self.at.z - self.at[axis]) / towards,
@@ -114,7 +113,7 @@ impl Walk {
         s.max(self.a).min(self.b)
     }
 
-    /// Where the ray leaves a cell, which is where it enters the next.
+    /// The position at which the ray leaves a cell, which is where it enters the next.
     #[inline]
     pub(super) fn exit(&self, cell: i64) -> f64 {
         if cell == self.last {
@@ -124,9 +123,9 @@ impl Walk {
         }
     }
 
-    /// Adds the lit parts of the cells `from` to `to` from the position `start`, where
-    /// the ray enters the first, and tells the number of texels that it crosses
-    /// there. `texels` are those of the picture, row by row.
+    /// Adds the lit parts of the cells `from` to `to`, starting at the position `start` where
+    /// the ray enters the first one. Returns the number of texels that it crosses there.
+    /// `texels` are those of the picture, row by row.
     #[inline]
     pub(super) fn add_cells<F: FnMut(Part)>(
         &self,

@@ -1,4 +1,4 @@
-//! How the mesh of a light volume is made from a shadow map.
+//! Making the mesh of a light volume from a shadow map.
 
 use gpu_backend::{Backend, Cpu, Error, Host};
 
@@ -7,14 +7,14 @@ use super::mesh::{LARGEST_PATCH, Layout, Mesh, NEAREST, Node};
 use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::{EMPTY, ShadowMap};
 
-/// Makes light volumes of shadow maps.
+/// A backend that makes light volumes from shadow maps.
 pub trait BuildLightVolume: Backend {
-    /// The light volume of a map. Its patches are within `tolerance` texels' widths of the
-    /// depth of every texel; negative numbers and what is none count as 0, which leaves all
-    /// cells apart but those of equal heights.
+    /// The light volume of a map. Its patches are within `tolerance` texel widths of the depth
+    /// of every texel. Negative tolerances and NaN count as 0, for which only cells of equal
+    /// height form patches.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if it does not fit into memory: it takes twice as much as the map.
+    /// [`Error::TooLarge`] if it does not fit into memory. It takes twice as much as the map.
     fn light_volume(
         &self,
         map: &ShadowMap<Self::Memory>,
@@ -35,7 +35,7 @@ fn height(face: &Face, resolution: u32, [column, row]: [usize; 2], depth: f32) -
                 centre * tan
             };
             let (x, y) = (at(column), at(row));
-            // The depth is the length of the way, which is z times this.
+            // The depth is the length of the way to the texel, which is z times this root.
             -(x * x + y * y + 1.0).sqrt() / depth.max(NEAREST)
         }
     }
@@ -79,7 +79,7 @@ impl BuildLightVolume for Cpu {
 }
 
 impl Mesh<'_> {
-    /// The node of a level whose finer ones are there.
+    /// The node of a level, made from those of the next finer one.
     fn new_node(&self, face: usize, level: u32, x: i64, y: i64) -> Node {
         let mut bounds = [EMPTY, f32::MIN];
         let mut is_flat = level <= LARGEST_PATCH;

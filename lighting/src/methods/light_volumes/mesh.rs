@@ -1,41 +1,42 @@
-//! The mesh of a light volume: its vertices, the quadtree of its cells, its patches.
+//! The mesh of a light volume: vertices, patches, and the quadtree of its cells.
 
 use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::EMPTY;
 
-/// The least and the greatest height of the vertices of a square of cells; the greatest
-/// comes first where the square is one patch, or a part of one.
+/// The smallest and the largest height of a square of cells' vertices. The largest comes first
+/// if the square is one patch, or part of one.
 pub(super) type Node = [f32; 2];
 
-/// Patches have at most two to this power of cells along a side.
+/// Base-2 logarithm of the largest number of cells along a side of a patch.
 pub(super) const LARGEST_PATCH: u32 = 6;
 
-/// Levels of a quadtree that there is room for: 65536 texels have 17, and a uniform has
-/// places by fours.
+/// The largest number of levels in a quadtree. 65536 texels need 17; a uniform has room for a
+/// multiple of four.
 pub(super) const MOST_LEVELS: usize = 20;
 
-/// Nothing is nearer to a light at a point than this, m, so that heights are finite.
+/// The smallest distance from a point light, m, which keeps heights finite.
 pub(super) const NEAREST: f32 = 1e-15;
 
-/// Texels' widths between the depths of neighbours that are not of one surface: an angle
-/// of 86° between it and the picture.
+/// Neighbours whose depths differ by more than this many texel widths are not of one surface:
+/// its angle to the picture would exceed 86°.
 pub(super) const STEEP: f32 = 16.0;
 
-/// What is where in a quadtree, and what counts as flat.
+/// The layout of a quadtree, and the tolerance within which cells count as flat.
 ///
-/// A picture of n texels a side has n + 1 cells a side; those of the border share their
-/// outer corners with the inner ones. A node of level l is a square of 2ˡ cells a side, from
-/// level 1 on.
+/// A picture of n texels per side has n + 1 cells per side; those on the border share their
+/// outer corners with the inner ones. A node of level l, from 1 on, is a square of 2ˡ cells per
+/// side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Layout {
     resolution: u32,
     faces: u32,
-    /// The first node of each level.
+    /// For each level, the index of its first node.
     pub(super) first: [u32; MOST_LEVELS],
     nodes: u64,
-    /// The width of a texel, as a height: at the height 0, and more for each unit of it.
+    /// The width of a texel as a difference of heights: at the height 0, and its increase per
+    /// unit of height.
     pub(super) width: [f32; 2],
-    /// How far a patch may lie from its vertices, in texels' widths.
+    /// The largest distance between a patch and its vertices, in texel widths.
     pub(super) tolerance: f32,
 }
 
@@ -56,11 +57,11 @@ impl Layout {
             first: [0; MOST_LEVELS],
             nodes: 0,
             width,
-            // Not a number counts as 0.
+            // NaN counts as 0.
             tolerance: tolerance.max(0.0),
         };
         for level in 1..=layout.levels() {
-            // A map of 4 GiB has fewer than 2³².
+            // A map of 4 GiB has fewer than 2³² nodes.
             layout.first[level as usize] = layout.nodes as u32;
             layout.nodes += u64::from(layout.faces) * u64::from(layout.side(level)).pow(2);
         }
@@ -75,12 +76,12 @@ impl Layout {
         self.faces
     }
 
-    /// The level of the node that has all cells of a picture.
+    /// The level of the node that contains all cells of a picture.
     pub(super) fn levels(&self) -> u32 {
         u32::BITS - self.resolution.leading_zeros()
     }
 
-    /// Nodes of a level along a side.
+    /// Number of nodes along a side on a level.
     pub(super) fn side(&self, level: u32) -> u32 {
         (self.resolution >> level) + 1
     }
@@ -93,20 +94,20 @@ impl Layout {
         self.nodes as usize
     }
 
-    /// The nodes of a level, and how many there are in a row.
+    /// The nodes of a level, and their number in a row.
     pub(super) fn level(&self, level: u32) -> (std::ops::Range<usize>, usize) {
         let side = self.side(level) as usize;
         let first = self.first[level as usize] as usize;
         (first..first + self.faces as usize * side * side, side)
     }
 
-    /// The width of a texel at the distance of a vertex, as a height.
+    /// The width of a texel at the distance of a vertex, as a difference of heights.
     pub(super) fn width_at(&self, height: f32) -> f64 {
         f64::from(self.width[0] + self.width[1] * height.abs())
     }
 }
 
-/// The mesh of a light in memory.
+/// The mesh of a light in the memory of the host.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mesh<'a> {
     pub(super) layout: &'a Layout,
@@ -114,10 +115,10 @@ pub(super) struct Mesh<'a> {
     pub(super) nodes: &'a [Node],
 }
 
-/// A square of cells with one surface.
+/// A square of cells with a single surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Patch {
-    /// Its corner towards the first cell, and cells along a side.
+    /// Its corner at the first cell, and the number of cells along a side.
     pub(super) origin: [f64; 2],
     pub(super) size: f64,
     /// Heights of the corners: (0, 0), (1, 0), (0, 1), (1, 1).
@@ -125,10 +126,10 @@ pub(super) struct Patch {
     pub(super) kind: Kind,
 }
 
-/// What the surface of a patch is.
+/// The shape of a patch's surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// The light sees nothing.
+    /// Empty: the light sees nothing.
     Nothing,
     /// Two triangles with the edge from (0, 0) to (1, 1).
     Falling,
@@ -161,7 +162,7 @@ impl Plane {
     }
 }
 
-/// Which of the two triangles joins the corners that are more alike.
+/// The two triangles whose common edge joins the corners with more similar heights.
 fn triangles(corners: [f32; 4]) -> Kind {
     match (corners[0] - corners[3]).abs() <= (corners[1] - corners[2]).abs() {
         true => Kind::Falling,
@@ -170,7 +171,7 @@ fn triangles(corners: [f32; 4]) -> Kind {
 }
 
 impl Patch {
-    /// The plane of the surface at a place of the square.
+    /// The plane of the surface at a point of the square.
     pub(super) fn plane(&self, u: f64, v: f64) -> Plane {
         plane(self.kind, self.corners, u, v)
     }
@@ -193,7 +194,7 @@ fn plane(kind: Kind, corners: [f32; 4], u: f64, v: f64) -> Plane {
 }
 
 impl Mesh<'_> {
-    /// The height of the vertex before a cell, or of its neighbour at the border.
+    /// The height of the vertex in front of a cell, or at the border that of its neighbour.
     #[inline]
     fn height(&self, face: usize, x: i64, y: i64) -> f32 {
         let n = i64::from(self.layout.resolution);
@@ -212,7 +213,7 @@ impl Mesh<'_> {
         [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| self.height(face, x + i * size, y + j * size))
     }
 
-    /// The patch of a square of cells that is one, or of a cell.
+    /// The patch that is a square of cells, or a single cell.
     #[inline]
     pub(super) fn patch(&self, face: usize, level: u32, [x, y]: [i64; 2]) -> Patch {
         let size = 1 << level;
@@ -246,8 +247,8 @@ impl Mesh<'_> {
         bounds
     }
 
-    /// Whether all vertices of a square of cells are within the tolerance of two
-    /// triangles; the light sees something in all of them.
+    /// Whether all vertices of a square of cells are within the tolerance of two triangles, and
+    /// none is empty.
     pub(super) fn is_flat(&self, face: usize, level: u32, x: i64, y: i64) -> bool {
         let size = 1_i64 << level;
         let (x, y) = (x << level, y << level);

@@ -3,65 +3,67 @@
 //! Based on: Billeter, Sintorn and Assarsson, Real Time Volumetric Shadows using
 //! Polygonal Light Volumes, HPG 2010.
 //!
-//! The paper turns every texel of a shadow map into a vertex at its depth, connects them
-//! to a mesh that is coarse where the map is flat, and closes it along the borders of the
-//! light's cone. A ray of the eye is in light between a face by which it enters this
-//! volume and one by which it leaves.
+//! The paper turns every texel of a shadow map into a vertex at its depth, connects the
+//! vertices to a mesh that is coarse where the map is flat, and closes the mesh along the
+//! borders of the light's cone. A ray from the eye is lit between a face by which it enters
+//! this volume and the face by which it leaves.
 //!
 //! # The mesh
 //!
-//! Texels' centres are the vertices; a *cell* lies between four of them, and there is one
-//! more on either side, so that cells cover the whole picture. What is stored of a vertex
-//! is its height: the depth in parallel light, and −1/z for a light at a point, which make
-//! planes linear over the picture. Cells that lie within a tolerance of two triangles
-//! between the corners of a square of them are one *patch*, up to 64 × 64 cells: floors and
-//! walls are a few triangles, whatever their slope. The tolerance is a number of texels'
-//! widths, at the distance of each vertex. Cells that are left are two triangles each,
-//! whose common edge joins the two corners that are more alike.
+//! The vertices are the centres of texels. A *cell* lies between four of them; there is one
+//! more row and column of cells on either side, so that cells cover the whole picture. Each
+//! vertex stores its height: the depth in parallel light, and −1/z for a point light, which
+//! makes planes linear over the picture. If a square of cells is within a tolerance of two
+//! triangles between its corners, it is one *patch*, of up to 64 × 64 cells. So floors and
+//! walls are a few triangles, whatever their slope. The tolerance is a number of texel widths
+//! at the distance of each vertex. Every other cell consists of two triangles whose common edge
+//! joins the two corners with more similar heights.
 //!
 //! # Error
 //!
-//! Runs end where the ray crosses a triangle or the wall between two patches: within half a
-//! texel, sideways, of where the texels of the map end them, and within the tolerance along
-//! the light. So they are lit and dark where the map is, but for a texel, and converge as texels
-//! shrink. Across a smooth surface the mesh is nearer to it than the blocks of the map are; at
-//! silhouettes, where most of the error is, the two are alike. Tolerances below a texel change
-//! little: they are below what the map misses.
+//! Runs end where the ray crosses a triangle or the wall between two patches. This is within
+//! half a texel, sideways, of where the texels of the map end them, and within the tolerance
+//! along the light. So lit and dark parts are those of the map, except for a texel, and
+//! converge as texels become smaller. Across a smooth surface, the mesh is closer to it than
+//! the blocky map. At silhouettes, where most of the error is, the two are alike. Tolerances
+//! below a texel change little, because they are below the error of the map.
 //!
 //! # How it departs from the paper
 //!
-//! * The paper draws all triangles and adds, at each pixel, the airlight from the eye to each
-//!   of them with a sign. That takes blending of floats, which WebGPU does not promise, one
-//!   closed form of the airlight, and differences of sums that may be much larger than their
-//!   result. Here each ray walks through the mesh and yields its lit parts in order, so that any
-//!   [evaluator](crate::AirlightEvaluator) integrates them. The sums are the same. Eyes inside
-//!   of the volume, behind the light or at it, and rays that start elsewhere are no special
-//!   cases, and nothing is clipped.
-//! * A ray walks through a quadtree that has the least and the greatest height of every square
-//!   of cells, so that it looks at the mesh near its surface only.
-//! * Patches of different size meet at walls along the light instead of at triangles that are
-//!   fitted to each other: a point is lit if it lies before the patch that the light sees there,
-//!   whatever its neighbours are, so that there are no cracks to close.
-//! * A cell whose corners are farther apart than any surface would make them is a silhouette. The
-//!   paper's triangles between a caster and what lies behind it widen the shadow by up to half a
-//!   texel, more the farther behind. Here such a cell is a wall halfway: its four quarters have the
-//!   heights of their corners. So are those between a caster and nothing.
+//! * The paper draws all triangles and adds at each pixel the airlight from the eye to each of
+//!   them, with a sign. This takes blending of floats, which WebGPU does not guarantee, a
+//!   single closed form of the airlight, and differences of sums that may be much larger than
+//!   the result. Here each ray walks through the mesh and yields its lit parts in order, so
+//!   that any [evaluator](crate::AirlightEvaluator) can integrate them. The sums are the same.
+//!   An eye inside the volume, behind the light or at the light, and rays that start elsewhere,
+//!   need no special cases, and nothing is clipped.
+//! * A ray walks through a quadtree with the smallest and the largest height of every square of
+//!   cells, so that it visits the mesh only near its surface.
+//! * Patches of different size meet at walls along the light, instead of at triangles that fit
+//!   both. A point is lit if it is in front of the patch that the light sees there, whatever
+//!   the neighbours are. So there are no cracks to close.
+//! * A cell whose corners are farther apart than any surface would make them is a silhouette.
+//!   The paper's triangles between a caster and the surface behind it widen the shadow by up to
+//!   half a texel, and more the farther behind the surface is. Here such a cell has a wall in
+//!   the middle: each of its four quarters has the height of its corner. The same holds between
+//!   a caster and empty texels.
 //!
 //! # Cost
 //!
-//! The mesh depends on the map alone and serves all views: four bytes for the height of a
-//! texel and three for the quadtree, made in a fifth of the time of the map. Runs take about 1.7
-//! times as long as by the trees of [`epipolar`](crate::methods::epipolar), which are made
-//! anew for each view, and as long as a march of 64 steps: of a city in 480 × 270 pixels with
-//! a map of 1024 texels a side, whose mesh has 3.6 times fewer patches than cells.
+//! The mesh depends on the map alone and serves all views. It takes four bytes per texel for
+//! the heights and three for the quadtree, and is made in a fifth of the time of the map.
+//! Finding runs takes about 1.7 times as long as with the trees of
+//! [`epipolar`](crate::methods::epipolar), which are made anew for each view, and as long as a
+//! march of 64 steps. This is for a city in 480 × 270 pixels and a map of 1024 texels per side,
+//! whose mesh has 3.6 times fewer patches than cells.
 //!
 //! # Limits
 //!
-//! Within half a texel of the border of a picture heights are those of its last texels. Distances are
-//! at most 1e18 m. Some software drivers end all loops of a shader after 65,535 turns, of
-//! which a ray takes about five for each texel that it crosses where nothing is flat, and
-//! the nodes of its evaluator for each run: maps of more than 8192 texels of hair or leaves
-//! may exceed that.
+//! Within half a texel of the border of a picture, heights are those of the last texels.
+//! Distances are at most 1e18 m. Some software drivers end all loops of a shader after 65,535
+//! iterations. A ray takes about five for each texel that it crosses where nothing is flat, and
+//! the nodes of its evaluator for each run: maps of hair or leaves with more than 8192 texels
+//! per side may exceed this.
 
 mod build;
 #[cfg(feature = "wgpu")]
@@ -85,13 +87,13 @@ use crate::scene::raster::Face;
 use crate::shadow_map::line::{Line, Part, Projection, Runs};
 use crate::{Interval, LightPath, LitInterval, VisibilitySource};
 
-/// The lit space of a light, as far as its shadow map tells.
+/// The lit space of a light, as its shadow map gives it.
 #[derive(Debug)]
 pub struct LightVolume<M: Memory> {
     faces: Vec<Face>,
     projections: Vec<Projection>,
     layout: Layout,
-    /// Of the vertices, face by face, each row by row from the top.
+    /// The heights of the vertices, face by face, each row by row from the top.
     heights: M::Buffer<f32>,
     nodes: M::Buffer<Node>,
 }
@@ -120,9 +122,8 @@ impl<M: Memory> LightVolume<M> {
 }
 
 impl LightVolume<Host> {
-    /// Patches of the mesh: two triangles each, or the wall of a silhouette.
-    ///
-    /// Linear in the number of texels.
+    /// Number of patches in the mesh, each of which is two triangles or the wall of a
+    /// silhouette. The cost is linear in the number of texels.
     pub fn patches(&self) -> usize {
         self.mesh().patches()
     }
@@ -135,7 +136,7 @@ impl LightVolume<Host> {
         }
     }
 
-    /// Calls `emit` for the lit runs of the part of a line.
+    /// Calls `emit` for the lit runs of a part of a line.
     fn runs(&self, line: &Line, span: Part, emit: impl FnMut(Part)) {
         let mut runs = Runs::new(emit);
         line.for_each_picture(&self.projections, span, |face, a, b| match face {

@@ -12,15 +12,15 @@ use crate::methods::{
 };
 use crate::shadow_map::{RenderShadowMap, face_count};
 
-/// Memory of the moments of a light, at most, bytes: WebGPU's limit of a binding.
+/// The largest memory for the moments of a light, bytes: WebGPU's limit for a binding.
 const MOST_BYTES: f64 = (1_u64 << 27) as f64;
 
-/// Texels per side of a map that a ray crosses, as a part of all: what a level for
-/// so many steps goes by.
+/// The share of the map's texels along a side that a ray is assumed to cross, which decides the
+/// level for a number of steps.
 const CROSSED: f64 = 0.25;
 
-/// The finest level of the moments of a light that fits into memory, with so many numbers
-/// for each of its texels.
+/// The finest level at which the moments of a light fit into memory, with so many values for
+/// each texel.
 pub(in crate::methods) fn finest_level(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -42,8 +42,8 @@ struct Filtered {
 }
 
 impl Filtered {
-    /// The level at which a texel is about as long as a step, or the first that fits
-    /// into memory.
+    /// The level at which a texel is about as long as a step, or the finest one that fits into
+    /// memory if that is coarser.
     fn level(self, inputs: &FrameInputs<'_>, light: usize, steps: u32) -> u32 {
         let fits = finest_level(inputs, light, self.moments.channels() as f64);
         let step = CROSSED * f64::from(inputs.map) / f64::from(steps.max(1));
@@ -66,7 +66,7 @@ impl LightSources for Filtered {
     }
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
-        // Four bounds for each step.
+        // Each step looks up four bounds.
         let lookup = 4.0 * (1.0 + self.moments.channels() as f64);
         let map = inputs.map_work();
         Work {

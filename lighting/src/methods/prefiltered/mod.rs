@@ -6,21 +6,21 @@
 //! Beyond Hard Shadows: Moment Shadow Maps for Single Scattering, Soft Shadows and
 //! Translucent Occluders, I3D 2016.
 //!
-//! The mean of depths says nothing about a shadow, but a few powers of depth have means that
-//! bound the share of texels before a point. So such a map can be averaged before it
-//! is asked: a [`PrefilteredMap`] is a level of a mip pyramid, means over squares of
-//! 2ˡ × 2ˡ texels. A march that asks it in few steps sees what lies between its
-//! steps, in place of a texel.
+//! The mean of some depths says nothing about a shadow, but the means of a few powers of depth
+//! bound the share of texels in front of a point. So such a map can be averaged before it is
+//! looked up. A [`PrefilteredMap`] is a level of a mip pyramid: means over squares of 2ˡ × 2ˡ
+//! texels. A march with few steps that looks into it sees what lies between its steps, instead
+//! of single texels.
 //!
-//! A [`MomentPyramid`] is all levels of one. It is asked about the way between two points,
-//! at a level that goes with its length in the picture of the light
+//! A [`MomentPyramid`] has all levels. It is asked about the way between two points, at a level
+//! that fits the length of this way in the picture of the light
 //! ([`PointVisibility::visibility_between`]).
 //!
-//! # What is asked
+//! # What a lookup gives
 //!
-//! The most light that any distribution of depths with these moments can let
-//! through: light bleeds, and shadows are never too dark but for the bias that
-//! rounding asks for.
+//! It gives the largest share of light that any distribution of depths with these moments lets
+//! through. So light leaks, and shadows are never too dark, except by the bias that compensates
+//! for rounding.
 //!
 //! | [`Moments`] | stored | bound |
 //! |---|---|---|
@@ -29,23 +29,23 @@
 //! | `Four` | z … z⁴ | Hamburger's problem |
 //! | `Six` | z … z⁶ | Hamburger's problem |
 //!
-//! z is the depth between −1 and 1 over the depths that casters can have. Texels in which the
-//! light sees nothing are at 1, behind all casters.
+//! z is the depth, mapped from the range of depths that casters can have to −1 to 1. Texels in
+//! which the light sees nothing are at 1, behind all casters.
 //!
 //! # How it departs from the papers
 //!
-//! * Moments are f32, so none is quantised and the basis is that of powers. Bounds for
-//!   six moments come from a factorisation and a bracketing solver.
-//! * What is interpolated between four texels is the bound, not the moments: a mean
-//!   of bounds is a bound of the mean, lets less light through, and does not magnify the
-//!   rounding of the interpolation.
-//! * A level has any size, and each texel is the mean of the texels of the map that
-//!   it covers. Faces of a cube are filtered by themselves.
+//! * Moments are f32, so they are neither quantised nor transformed to another basis. Bounds
+//!   for six moments come from a factorisation and a bracketing solver.
+//! * Between four texels the bounds are interpolated, not the moments. A mean of bounds is a
+//!   bound for the mean; it leaks less light and does not magnify the rounding of the
+//!   interpolation.
+//! * A level may have any size; each of its texels is the mean of the texels of the map that it
+//!   covers. Faces of a cube are filtered separately.
 //!
 //! # Error
 //!
-//! A level `l` smears shadows over 2ˡ texels. The bias moves shares by up to 3e-5
-//! (four), 1e-4 (six), or thinks all depths uncertain by a thousandth of their range
+//! A level `l` blurs shadows over 2ˡ texels. The bias changes shares by up to 3e-5 (four
+//! moments) or 1e-4 (six), or makes all depths uncertain by a thousandth of their range
 //! (variance).
 
 #[cfg(feature = "wgpu")]
@@ -71,24 +71,24 @@ use crate::scene::raster::{Face, Rays};
 use crate::shadow_map::{EMPTY, Place, ShadowMap, locate};
 use crate::visibility::PointVisibility;
 
-/// Where the deepest caster is, from −1 to 1; emptiness is at 1.
+/// The deepest caster is mapped to this depth; 1 stands for no caster.
 const DEEPEST: f32 = 0.9;
 
-/// Depths of points behind all casters.
+/// Points behind all casters are mapped to this depth.
 const BEHIND: f32 = 0.95;
 
-/// c of the exponential warps.
+/// The constant c of the exponential warps.
 const WARP: f32 = 20.0;
 
-/// The uncertainty of a depth in variance maps, as the deviation of z.
+/// The standard deviation of z that is assumed in variance maps at least.
 const DEVIATION: f32 = 1e-3;
 
-/// Which moments a map holds.
+/// The kinds of moments that a map can hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Moments {
     /// Mean and mean square of the depth.
     Variance,
-    /// The same of two exponentials of it.
+    /// Mean and mean square of two exponentials of the depth.
     ExponentialVariance,
     /// Four powers of the depth.
     Four,
@@ -97,7 +97,7 @@ pub enum Moments {
 }
 
 impl Moments {
-    /// Numbers per texel.
+    /// Numbers stored per texel.
     pub fn channels(self) -> usize {
         match self {
             Self::Variance => 2,
@@ -106,7 +106,7 @@ impl Moments {
         }
     }
 
-    /// Those of a depth from −1 to 1; the rest of the array is 0.
+    /// The moments of a single depth from −1 to 1; the rest of the array is 0.
     fn of(self, z: f32) -> [f32; MOST] {
         let square = z * z;
         let fourth = square * square;
@@ -121,7 +121,7 @@ impl Moments {
         }
     }
 
-    /// The share of light that gets to the depth `z`.
+    /// The share of light that reaches the depth `z`.
     fn visibility(self, moments: &[f32; MOST], z: f32) -> f32 {
         match self {
             Self::Variance => not_before(moments[0], moments[1], DEVIATION * DEVIATION, z),
@@ -137,25 +137,25 @@ impl Moments {
     }
 }
 
-/// Numbers per texel, at most.
+/// The largest number of values per texel.
 const MOST: usize = 6;
 
-/// Two increasing functions of a depth.
+/// Two exponentials of a depth, both increasing.
 fn warped(z: f32) -> [f32; 2] {
     let up = (WARP * z).exp();
     [up, -up.recip()]
 }
 
-/// What a [`PrefilteredMap`] is made of.
+/// The layout of a [`PrefilteredMap`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
     moments: Moments,
     resolution: u32,
     faces: Vec<Face>,
-    /// The level, and texels per side there.
+    /// The level, and its number of texels per side.
     level: u32,
     side: u32,
-    /// Depths of the casters.
+    /// The range of the casters' depths.
     depths: [f32; 2],
 }
 
@@ -192,15 +192,15 @@ impl Level {
         ((depth - near) * ((1.0 + DEEPEST) / (far - near)) - 1.0).clamp(-1.0, BEHIND)
     }
 
-    /// Which texels of the map a texel covers along an axis.
+    /// The texels of the map that a texel covers along an axis.
     fn covered(&self, texel: u32) -> std::ops::Range<usize> {
         let first = texel << self.level;
         let end = (first + (1 << self.level)).min(self.resolution);
         first as usize..end as usize
     }
 
-    /// The share of light that gets to the depth `z` past a texel, of the moments of all
-    /// texels.
+    /// The share of light that passes a texel and reaches the depth `z`; `stored` has the
+    /// moments of all texels.
     fn share(&self, stored: &[f32], face: usize, [column, row]: [u32; 2], z: f32) -> f32 {
         let side = self.side as usize;
         let channels = self.moments.channels();
@@ -210,8 +210,7 @@ impl Level {
         self.moments.visibility(&moments, z)
     }
 
-    /// The share of light that gets to a place, between those past the four texels around
-    /// it.
+    /// The share of light that reaches a place, interpolated between the four texels around it.
     fn visibility(&self, stored: &[f32], place: &Place) -> f32 {
         let z = self.depth(place.depth);
         let scale = 1.0 / (1_u32 << self.level) as f32;
@@ -232,7 +231,7 @@ impl Level {
     }
 }
 
-/// The depths of the corners of a box as a light sees them.
+/// The range of depths of a box's corners, as a light sees them.
 fn depths(face: &Face, casters: &Bounds) -> [f32; 2] {
     let mut range = [f32::INFINITY, f32::NEG_INFINITY];
     for corner in casters.corners() {
@@ -249,7 +248,7 @@ fn depths(face: &Face, casters: &Bounds) -> [f32; 2] {
             .clamp(casters.min(), casters.max())
             .distance(face.origin);
     }
-    // A flat box has some depth.
+    // A flat box is given some depth.
     let least = 1e-4 * range[1].abs().max(1e-20);
     [range[0], range[1].max(range[0] + least)]
 }
@@ -261,7 +260,7 @@ pub struct PrefilteredMap<M: Memory> {
     moments: M::Buffer<f32>,
 }
 
-/// Filters shadow maps.
+/// A backend that filters shadow maps.
 pub trait Prefilter: Backend {
     /// The moments of a level, face by face, each row by row.
     ///
@@ -273,8 +272,7 @@ pub trait Prefilter: Backend {
         level: &Level,
     ) -> Result<BufferOf<Self, f32>, Error>;
 
-    /// The moments of several levels, one after the other, each twice as coarse as the one
-    /// before it.
+    /// The moments of several levels, one after the other, each half as fine as the one before.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
@@ -286,8 +284,8 @@ pub trait Prefilter: Backend {
 }
 
 impl<M: Memory> PrefilteredMap<M> {
-    /// The moments of `map`, averaged over squares of 2^`level` texels; `level` is at
-    /// most that of a single texel. `casters` is a box around all that the map shows.
+    /// The moments of `map`, averaged over squares of 2^`level` texels; `level` is at most that
+    /// of a single texel. `casters` must be a box around everything in the map.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
@@ -352,7 +350,7 @@ impl Prefilter for Cpu {
     }
 }
 
-/// The moments of a level, from the map.
+/// Computes the moments of a level from the map.
 fn filter(cpu: &Cpu, map: &ShadowMap<Host>, level: &Level, all: &mut [f32]) {
     let channels = level.moments.channels();
     let side = level.resolution as usize;
@@ -365,7 +363,7 @@ fn filter(cpu: &Cpu, map: &ShadowMap<Host>, level: &Level, all: &mut [f32]) {
             let columns = level.covered(column as u32);
             let mut sums = [0.0_f32; MOST];
             for row in rows.clone() {
-                // Sums of rows: few roundings of many texels.
+                // The sum is taken row by row, which rounds less than one long sum.
                 let mut sum = [0.0_f32; MOST];
                 let depths = &map.depth()[(face * side + row) * side..][columns.clone()];
                 for depth in depths {
@@ -386,8 +384,8 @@ fn filter(cpu: &Cpu, map: &ShadowMap<Host>, level: &Level, all: &mut [f32]) {
     });
 }
 
-/// The moments of a level, from those of the one that is twice as fine: texels at the far
-/// borders of the map may cover less, and weigh less.
+/// Computes the moments of a level from those of the next finer one. Texels at the far borders
+/// may cover fewer texels of the map, and have less weight then.
 fn coarsen(cpu: &Cpu, finer: &Level, moments: &[f32], level: &Level, all: &mut [f32]) {
     let channels = level.moments.channels();
     let (side, width) = (finer.side, level.side as usize);

@@ -1,4 +1,4 @@
-//! What the moments of depths say about the share of them before a depth.
+//! Bounds on the share of depths in front of a point, from moments of the depths.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -47,8 +47,8 @@ impl Real for f64 {
     }
 }
 
-/// Chebyshev's inequality for one side (Cantelli): the most of a distribution with
-/// these two moments that is not before `z`.
+/// One-sided Chebyshev inequality (Cantelli): the largest share of a distribution with these
+/// two moments that is not in front of `z`.
 pub(super) fn not_before<R: Real>(mean: R, square: R, least_variance: R, z: R) -> R {
     let behind = z - mean;
     if !(behind > R::of(0.0)) {
@@ -58,14 +58,14 @@ pub(super) fn not_before<R: Real>(mean: R, square: R, least_variance: R, z: R) -
     variance / (variance + behind * behind)
 }
 
-/// The least share of a distribution on −1 to 1 that lies before `z`, from 4 or 6 of
+/// The smallest share of a distribution on −1 to 1 that lies in front of `z`, from 4 or 6 of
 /// its moments.
 ///
-/// Of all distributions with these moments the one that has an atom at `z` has the
-/// least before it. With `B` the Hankel matrix of the moments and
-/// `ẑ = (1, z, z², …)` its other atoms are at the roots of `ẑᵀB⁻¹x̂`, and an atom
-/// at `x` has the weight `1 / x̂ᵀB⁻¹x̂`. `bias` is the share of the
-/// uniform distribution that is mixed in, so that rounding leaves `B` positive.
+/// Among all distributions with these moments, the one with an atom at `z` has the smallest
+/// share in front of it. With `B` the Hankel matrix of the moments and `ẑ = (1, z, z², …)`, its
+/// other atoms are at the roots of `ẑᵀB⁻¹x̂`, and an atom at `x` has the weight `1 / x̂ᵀB⁻¹x̂`.
+/// `bias` is the share of the uniform distribution that is mixed in, so that rounding leaves
+/// `B` positive definite.
 pub(super) fn least_before<R: Real>(moments: &[R], bias: R, z: R) -> R {
     let zero = R::of(0.0);
     let one = R::of(1.0);
@@ -119,7 +119,8 @@ impl<R: Real> Factor<R> {
                     rest = rest - lower[i][k] * lower[j][k] * diagonal[k];
                 }
                 if i == j {
-                    // Too few depths for so many moments, but for rounding.
+                    // This is 0 if there are too few different depths, but rounding may make it
+                    // negative.
                     diagonal[i] = rest.max(R::of(1e-12));
                     inverse[i] = R::of(1.0) / diagonal[i];
                 } else {
@@ -167,15 +168,14 @@ impl<R: Real> Factor<R> {
     }
 }
 
-/// Atoms beyond this weigh next to nothing.
+/// Atoms farther away than this have next to no weight.
 const FAR: f64 = 1e3;
 
-/// The real roots of a polynomial of degree 1 to 3 whose roots are all real, within
-/// ±[`FAR`].
+/// The real roots of a polynomial of degree 1 to 3 whose roots are all real, within ±[`FAR`].
 ///
-/// Newton's steps start where a parabola through the nearest turn has its root, which
-/// is beyond the outer roots of a cubic and before the inner one: from there they do
-/// not overshoot, also where two roots are close.
+/// Newton's steps start at the root of a parabola through the nearest extremum. This root is
+/// beyond the outer roots of a cubic and in front of the inner one, so the steps do not
+/// overshoot, even where two roots are close.
 fn roots<R: Real>(polynomial: [R; ROWS], degree: usize) -> ([R; ROWS], usize) {
     let (zero, far) = (R::of(0.0), R::of(FAR));
     let mut roots = [zero; ROWS];
@@ -216,8 +216,8 @@ fn roots<R: Real>(polynomial: [R; ROWS], degree: usize) -> ([R; ROWS], usize) {
     (roots, found)
 }
 
-/// Newton's steps within a bracket from where they start, halves of it where they
-/// leave it.
+/// Newton's steps from a starting point, within a bracket; where a step leaves the bracket, the
+/// bracket is halved instead.
 fn between<R: Real>(
     value: &impl Fn(R) -> R,
     slope: &impl Fn(R) -> R,
@@ -237,15 +237,15 @@ fn between<R: Real>(
         }
         let newton = x - y / slope(x);
         let middle = R::of(0.5) * (low + high);
-        // At a root it stays, whichever end of the bracket that has become.
+        // At a root the position stays, whichever end of the bracket it has become.
         let is_inside = newton >= low && newton <= high;
         x = if is_inside { newton } else { middle };
     }
     x
 }
 
-/// Steps of [`between`]: five or six of Newton's are enough in single precision from
-/// where they start; the rest is for brackets that have to be halved.
+/// Number of steps in [`between`]: from these starting points five or six of Newton's steps
+/// suffice in single precision, and the others are for brackets that have to be halved.
 const STEPS: usize = 9;
 
 /// The real roots of `a x² + b x + c` in order, within ±[`FAR`].
@@ -254,7 +254,7 @@ fn quadratic<R: Real>(a: R, b: R, c: R) -> ([R; ROWS], usize) {
     let mut roots = [zero; ROWS];
     let root = (b * b - R::of(4.0) * a * c).max(zero).sqrt();
     let q = R::of(-0.5) * if b < zero { b - root } else { b + root };
-    // Products instead of quotients: either may be at infinity.
+    // Products are compared instead of quotients, either of which may be infinite.
     let mut found = 0;
     for (over, under) in [(q, a), (c, q)] {
         let size = under.max(-under);

@@ -11,27 +11,28 @@ use crate::visibility::PointVisibility;
 
 /// The moments of a shadow map as a mip pyramid.
 ///
-/// At a point its finest level is asked. Between two points the level is asked that is one
-/// finer than the way between them is long in the picture: the largest texels that are no
-/// longer than half of it. What is interpolated between four of them is then about as
-/// wide as the way is long.
+/// At a point the finest level is looked up. Between two points the level is chosen whose
+/// texels are the largest that are no longer than half of the way between the points, in the
+/// picture of the light. The interpolation between four of them is then about as wide as the
+/// way is long.
 #[derive(Debug)]
 pub struct MomentPyramid<M: Memory> {
-    /// The finest first, each twice as coarse as the one before it, down to a texel.
+    /// The levels, the finest first, each half as fine as the one before, down to a single
+    /// texel.
     pub(super) levels: Vec<Level>,
-    /// The number at which the moments of each begin.
+    /// For each level, the index of its first moment.
     pub(super) firsts: Vec<usize>,
     pub(super) moments: M::Buffer<f32>,
 }
 
 impl<M: Memory> MomentPyramid<M> {
     /// The moments of `map`, averaged over squares of 2^`finest` texels and of all larger
-    /// powers of two; `casters` is a box around all that the map shows.
+    /// powers of two. `casters` must be a box around everything in the map.
     ///
-    /// Takes four thirds of the memory of the finest level.
+    /// It takes four thirds of the memory of the finest level.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if they do not fit into memory.
+    /// [`Error::TooLarge`] if the moments do not fit into memory.
     pub fn new<B>(
         backend: &B,
         map: &ShadowMap<M>,
@@ -80,9 +81,10 @@ impl<M: Memory> MomentPyramid<M> {
         self.levels.iter().map(|level| 4 * level.len() as u64).sum()
     }
 
-    /// Which of the levels to ask for a way that is so many texels of the map long.
+    /// The index of the level for a way that is so many texels of the map long.
     fn number(&self, texels: f32) -> usize {
-        // The exponent, rounded down; that of 0 is less than any, that of NaN the largest.
+        // The exponent of the length, rounded down. That of 0 is the smallest, and that of NaN
+        // the largest.
         let exponent = (texels.to_bits() >> 23) as i32 - 127;
         let number = exponent - 1 - self.levels[0].level as i32;
         number.clamp(0, self.levels.len() as i32 - 1) as usize
@@ -95,8 +97,8 @@ impl MomentPyramid<Host> {
     }
 }
 
-/// Texels that a way of `along`, in its middle at the origin of a face plus `v`, is long in
-/// the picture.
+/// The length in the picture, in texels, of a way along `along` whose middle is the origin of
+/// the face plus `v`.
 pub(super) fn texels_along(face: &Face, resolution: u32, v: Vec3, along: Vec3) -> f32 {
     let half = 0.5 * resolution as f32;
     let [x, y] = match face.rays {

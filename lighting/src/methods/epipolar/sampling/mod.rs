@@ -1,4 +1,5 @@
-//! A few samples along the epipolar lines of the picture, and all others between them.
+//! Epipolar sampling: a few samples along the epipolar lines of the picture, and interpolation
+//! between them.
 //!
 //! Based on: Engelhardt and Dachsbacher, Epipolar Sampling for Shadows and Crepuscular
 //! Rays in Participating Media with Single Scattering, I3D 2010. Engines call it light
@@ -32,62 +33,64 @@
 //! epipole, and all of them at the best quality, which is the method without sampling, to
 //! rounding.
 //!
-//! # Lines
+//! # The lines
 //!
-//! The epipole is a projective point (x, y, w): its lines are found from the sign and
-//! direction of p w − (x, y), for lights in view, outside, behind the eye (lines through
-//! the picture of the antipode) and across the line of sight (w = 0, parallel lines)
-//! alike. A line is named by where it *leaves* the picture, seen from the epipole, so an
-//! epipole outside has lines on the far sides alone. A light of limited reach, or a
-//! bounded medium, has lines of the rectangle of the pixels that it reaches.
+//! The epipole is a projective point (x, y, w). Its lines follow from the sign and direction of
+//! p w − (x, y). This covers lights in view, outside of it, behind the eye (lines through the
+//! image of the antipode) and perpendicular to the view direction (w = 0, parallel lines). A
+//! line is identified by the point at which it *leaves* the picture, seen from the epipole, so
+//! an epipole outside of the picture has lines on the far sides only. For a light with a range,
+//! or in a bounded medium, the lines are those of the rectangle around the pixels that it
+//! reaches.
 //!
 //! # Departures
 //!
-//! * Every other line ends half way to the epipole, every second one of the others at a
-//!   quarter, and so on: lines stay between half of their distance at the border and all
-//!   of it, where in the paper they crowd around the epipole.
-//! * A sample is a ray of its own, through a point of the line, not of a pixel; it ends
-//!   on the plane that the pixel around it sees.
-//! * The search looks at every pixel between two samples, in a list of the edges of the
-//!   picture that is made once for all lights. Sharp turns of a surface count as edges too,
-//!   since the light of a pixel has a kink there, and so do the edges of a box of haze.
-//! * The samples along a line are not a fixed number that discontinuities share: a line
-//!   has as many as it needs.
-//! * The paper marches along each sample's ray; here its light is exact, so that all of
-//!   the error is that of the interpolation.
-//! * Which rays to gather is known before anything is gathered, so that nothing is read
-//!   back and pixels without resemblance are in the same list as the samples. It is found
-//!   on the CPU on every backend.
+//! * Every second line ends half way to the epipole, every second of the remaining ones at a
+//!   quarter, and so on. So the distance of neighbouring lines stays between half of their
+//!   distance at the border and all of it; in the paper lines crowd around the epipole.
+//! * A sample has its own ray, through a point of the line and not through a pixel. It ends on
+//!   the plane that the pixel around it sees.
+//! * The search visits every pixel between two samples, in a list of the picture's edges that
+//!   is made once for all lights. Sharp bends of a surface count as edges too, because the
+//!   light of a pixel has a kink there, and so do the edges of a box of haze.
+//! * The samples along a line are not a fixed number that discontinuities share: a line has as
+//!   many as it needs.
+//! * The paper marches along the ray of each sample. Here its light is exact, so that all of
+//!   the error is from interpolation.
+//! * The rays are chosen before anything is gathered, so that nothing is read back, and pixels
+//!   without resemblance are in the same list as the samples. The choice is made on the CPU for
+//!   every backend.
 //!
 //! # Error
 //!
-//! Along a line that of linear interpolation: s²/8 of the second derivative of the light by
-//! pixels, for a kink s/8 of the change of slope. Across lines the same with their distance.
-//! Where the light itself jumps across lines, at the edge of a shaft that is seen edge on,
-//! a jump is spread over that distance. Lines are a pixel apart at the closest: with more
-//! samples along them, what is left is the error across them, a few thousandths of the mean,
-//! and it is gone where every pixel is gathered by itself. What casts shadows between two
-//! samples of a line and on neither is missed.
+//! Along a line it is the error of linear interpolation: s²/8 times the second derivative of
+//! the light by pixels, and at a kink s/8 times the change of slope. Across lines it is the
+//! same with their distance. Where the light itself jumps across lines, at the edge of a shaft
+//! seen edge-on, the jump is spread over that distance. Lines are at least a pixel apart. With
+//! more samples along them the error across them remains, a few thousandths of the mean; it
+//! vanishes where every pixel is gathered by itself. A shadow that lies between two samples of
+//! a line and on neither of them is missed.
 //!
 //! # Cost
 //!
-//! For each light and pixel a few comparisons and two searches in lists of samples, on the
-//! CPU: a fifth or more of what the lit runs of a sun cost there. The rays are one in s, one
-//! and a half if the epipole is in view, and those of edges. Where lines would have more
-//! samples than a light reaches pixels, these are gathered.
+//! For each light and pixel, a few comparisons and two searches in lists of samples on the CPU,
+//! which take a fifth or more of the time that the lit runs of a sun take there. The rays are
+//! one in s pixels, one and a half times as many if the epipole is in view, and those at edges.
+//! If lines would have more samples than the light reaches pixels, these pixels are gathered
+//! instead.
 //!
-//! Against a [grid](crate::methods::reduced) of every second pixel in both directions, at
-//! 480 × 270 with 2 samples per 64 pixels: in as much time, a little less error where a low
-//! sun shines past high-rises (0.5 % of the mean against 0.65 %), a sixth of it and less in
-//! the cone of a spotlight with a cookie, whose pattern the grid cannot see; more where the
-//! light is smooth and edges are many, as among mountains in haze. It does not pay where
-//! the gather of a ray costs little more than its place on two lines: for an evaluator of
-//! a few steps, for many lights that each have lines of their own, and on a GPU, which
-//! waits for the CPU there.
+//! Compared with a [grid](crate::methods::reduced) of every second pixel in both directions, at
+//! 480 × 270 with 2 samples per 64 pixels and in equal time: the error is slightly smaller
+//! where a low sun shines past high-rises (0.5 % of the mean against 0.65 %), and a sixth or
+//! less in the cone of a spotlight with a cookie, whose pattern the grid cannot see. It is
+//! larger where the light is smooth and there are many edges, as among mountains in haze. The
+//! method does not pay if the gather of a ray costs little more than finding its place on two
+//! lines: for an evaluator with a few steps, for many lights, each with lines of its own, and
+//! on a GPU, which waits for the CPU.
 //!
-//! The scenes `city` and `landscape` at 480 × 270 with a map of 1024 texels, on two cores,
-//! in one run each; errors are those against the reference, of which 1.3 and 0.095 % are
-//! the map's own:
+//! The scenes `city` and `landscape` at 480 × 270 with a map of 1024 texels, on two cores, one
+//! run each. Errors are against the reference; 1.3 and 0.095 % of them are those of the map
+//! itself:
 //!
 //! | samples per 64 pixels | 1 | 2 | 4 | 8 | 16 | all pixels | march, 64 steps |
 //! |---|---|---|---|---|---|---|---|
