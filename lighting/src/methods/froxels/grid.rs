@@ -1,4 +1,4 @@
-//! Where the froxels of a view are.
+//! The froxels of a view.
 
 use glam::Vec3;
 
@@ -6,24 +6,24 @@ use crate::path::depth_range;
 use crate::scene::{Camera, Medium};
 use crate::{Emitter, Interval, Ray};
 
-/// Largest width and height of a picture, pixels.
+/// The largest width and height of a picture, pixels.
 const MAX_SIDE: u32 = 16384;
 
-/// Tiles of a picture unless others are asked for: 160 × 90, the usual size of the
-/// volumes of engines.
+/// The number of tiles unless another is asked for: 160 × 90, as is usual in engines.
 const TILES: f64 = 160.0 * 90.0;
 
-/// Slices in depth, at most.
+/// The largest number of slices.
 pub const MOST_SLICES: u32 = 1024;
 
-/// Froxels, at most: 128 MiB of four `f32` each, what WebGPU lets a shader bind.
+/// The largest number of froxels: 128 MiB of four `f32` each, which is what WebGPU lets a
+/// shader bind.
 pub const MOST_FROXELS: u64 = 1 << 23;
 
-/// Why there are no froxels.
+/// Why froxels could not be made.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FroxelError {
-    /// A picture without pixels, or with too many.
+    /// The picture has no pixels, or too many.
     #[error("a picture of {width} x {height} pixels was given, expected 1 to {MAX_SIDE} per side")]
     Picture {
         /// Pixels per row.
@@ -31,16 +31,16 @@ pub enum FroxelError {
         /// Rows.
         height: u32,
     },
-    /// Tiles without pixels.
+    /// The tiles have no pixels.
     #[error("tiles of 0 pixels were asked for, expected 1 or more")]
     Tile,
-    /// A number of slices that is not supported.
+    /// The number of slices is out of range.
     #[error("{slices} slices were asked for, expected 1 to {MOST_SLICES}")]
     Slices {
         /// What was asked for.
         slices: u32,
     },
-    /// More froxels than fit.
+    /// There are too many froxels.
     #[error(
         "{columns} x {rows} x {slices} froxels were asked for, expected {MOST_FROXELS} at most"
     )]
@@ -52,7 +52,7 @@ pub enum FroxelError {
         /// Slices in depth.
         slices: u32,
     },
-    /// Distances between which there is nothing, or that do not end.
+    /// The slices begin behind their end, or do not end.
     #[error(
         "slices from {start} m to {end} m were asked for, expected 0 <= start < end < infinity"
     )]
@@ -62,7 +62,7 @@ pub enum FroxelError {
         /// Where the last one ends.
         end: f32,
     },
-    /// A weight of the past that is not one.
+    /// The weight of earlier frames is out of range.
     #[error("a share of {share} for earlier frames was asked for, expected 0 to 1, 1 excluded")]
     History {
         /// What was asked for.
@@ -72,26 +72,25 @@ pub enum FroxelError {
 
 /// Froxels: the tiles of a picture, each divided in depth.
 ///
-/// Tiles are squares of so many pixels, the last of each row and column perhaps
-/// beyond the picture. Slices are shells around the eye: depth is the distance `x`
-/// along the ray and not the one to the plane of the camera, so that a slice is as
-/// long in the corner of the picture as in its middle. The borders are quadratic,
-///
+/// Tiles are squares of pixels; the last one in a row or column may extend beyond the picture.
+/// Slices are shells around the eye: depth is the distance `x` along the ray, not the distance
+/// to the plane of the camera, so a slice is as long in the corners of the picture as in the
+/// middle. The borders are quadratic:
 /// ```text
 /// x(u) = near + (far − near) (u / N)²        u = 0 … N
 /// ```
 ///
-/// short near the eye, where a shadow covers many pixels, and (2N − 1) / N² of the
-/// whole at the far end.
+/// Slices are short near the eye, where a shadow covers many pixels; the last one is (2N − 1) /
+/// N² of the whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FroxelGrid {
     pub(super) eye: Vec3,
     pub(super) right: Vec3,
     pub(super) up: Vec3,
     pub(super) forward: Vec3,
-    /// Side of a tile on a picture at distance 1.
+    /// Side of a tile in the image plane at distance 1.
     pub(super) tile: f32,
-    /// Where the axis of the camera is, in tiles.
+    /// The place of the camera's axis in the picture, in tiles.
     pub(super) middle: [f32; 2],
     pub(super) columns: u32,
     pub(super) rows: u32,
@@ -101,8 +100,8 @@ pub struct FroxelGrid {
 }
 
 impl FroxelGrid {
-    /// Froxels for the picture of `size` pixels that `camera` takes, with tiles of
-    /// `tile` pixels a side and `slices` slices between two distances.
+    /// Froxels for a picture of `size` pixels that `camera` takes, with tiles of `tile` pixels
+    /// per side and `slices` slices between two distances.
     ///
     /// # Errors
     /// [`FroxelError`] for a number that is out of range.
@@ -151,45 +150,45 @@ impl FroxelGrid {
         })
     }
 
-    /// The side of the tiles of a picture of `size` pixels, pixels: the least for
-    /// which there are no more than 160 × 90, rounding at the borders aside. At 960 ×
-    /// 540 these are 6 pixels, and up to 160 × 90 one.
+    /// The smallest side of tiles, in pixels, for which a picture of `size` pixels has no more
+    /// than 160 × 90 of them, apart from rounding at the borders: 6 at 960 × 540, and 1 for
+    /// pictures of up to 160 × 90.
     pub fn usual_tile([width, height]: [u32; 2]) -> u32 {
         let pixels = f64::from(width) * f64::from(height);
         (pixels / TILES).sqrt().ceil().max(1.0) as u32
     }
 
-    /// Tiles per row, rows of tiles, and slices.
+    /// Numbers of columns, rows and slices.
     pub fn counts(&self) -> [u32; 3] {
         [self.columns, self.rows, self.slices]
     }
 
     /// Number of froxels.
     pub fn froxels(&self) -> usize {
-        // Checked when it was made.
+        // This cannot overflow, as it was checked at construction.
         self.columns as usize * self.rows as usize * self.slices as usize
     }
 
-    /// The distances between which the slices are, m.
+    /// The distances between which the slices lie, m.
     pub fn depths(&self) -> Interval {
         Interval::new(self.near, self.far)
     }
 
-    /// The distance of the border `u` of slices; borders between whole numbers lie
-    /// inside of a slice.
+    /// The distance of the border `u` of slices; a fractional `u` gives a distance inside a
+    /// slice.
     pub fn depth(&self, u: f32) -> f32 {
         let t = u / self.slices as f32;
         self.near + (self.far - self.near) * (t * t)
     }
 
-    /// The border at the distance `x`: the inverse of [`FroxelGrid::depth`], from 0 to
-    /// the number of slices.
+    /// The fractional border at the distance `x`, from 0 to the number of slices: the inverse
+    /// of [`FroxelGrid::depth`].
     pub fn slice(&self, x: f32) -> f32 {
         let t = ((x - self.near) / (self.far - self.near)).clamp(0.0, 1.0);
         self.slices as f32 * t.sqrt()
     }
 
-    /// The unit direction through a point of the picture, in tiles from its upper left
+    /// The unit direction through a point of the picture, given in tiles from its upper left
     /// corner.
     pub fn direction(&self, at: [f32; 2]) -> Vec3 {
         let right = (at[0] - self.middle[0]) * self.tile;
@@ -197,8 +196,8 @@ impl FroxelGrid {
         (self.forward + right * self.right - down * self.up).normalize()
     }
 
-    /// The point of the picture at which a direction is seen, in tiles; `None` for what
-    /// is not in front of the camera. May be outside of the picture.
+    /// The point of the picture at which a direction is seen, in tiles; it may be outside of
+    /// the picture. `None` for directions behind the camera.
     pub fn place(&self, direction: Vec3) -> Option<[f32; 2]> {
         let scale = direction.dot(self.forward) * self.tile;
         (scale > 0.0).then(|| {
@@ -214,8 +213,8 @@ impl FroxelGrid {
         (0..=self.slices).map(|k| self.depth(k as f32)).collect()
     }
 
-    /// The direction through the tile of this number and the part of it that runs in
-    /// the medium, up to the far end.
+    /// The direction through the tile of this index, and the part of the ray along it that is
+    /// in the medium, up to the far end.
     pub(super) fn column(
         &self,
         number: usize,
@@ -234,10 +233,9 @@ impl FroxelGrid {
     }
 }
 
-/// The distances from the eye between which `rays` receive light of `emitters` from the
-/// air: in the medium, before the surfaces at the ends of the rays, for the sky up to
-/// ten mean free paths, and within the range of at least one light. Empty if there are
-/// none.
+/// The distances from the eye between which `rays` receive light of `emitters` from the air: in
+/// the medium, in front of the surfaces at the ends of the rays or up to ten mean free paths to
+/// the sky, and within the range of at least one light. Empty if there are none.
 pub fn lit_depths(eye: Vec3, rays: &[Ray], medium: &Medium, emitters: &[Emitter]) -> Interval {
     let depths = depth_range(rays, medium);
     let farthest = |emitter: &Emitter| match emitter {

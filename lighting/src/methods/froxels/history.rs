@@ -1,25 +1,27 @@
-//! Where in their froxels frames are sampled, and what is kept of earlier ones.
+//! Sampling places that change from frame to frame, and the blend of earlier frames.
 
 use gpu_backend::{Backend, Error, Memory};
 
 use super::{FroxelError, FroxelGrid, FroxelSteps, FroxelVolume};
 
-/// The point of Halton's sequence that the first frame takes: an odd multiple of 16,
-/// chosen so that the mean of 16 points is the middle, to 0.005 in each direction.
+/// The index in Halton's sequence of the point for the first frame. It is an odd multiple of
+/// 16, chosen so that the mean of the first 16 points is the middle, to 0.005 in each
+/// direction.
 const FIRST_POINT: u32 = 2192;
 
-/// The place in each froxel at which light is sampled: across, down and along, each
-/// from 0 to 1.
+/// The place in each froxel at which light is sampled: across, down and along, each from 0 to
+/// 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jitter(pub(super) [f32; 3]);
 
 impl Jitter {
-    /// In the middle.
+    /// The middle of each froxel.
     pub const MIDDLE: Self = Self([0.5; 3]);
 
-    /// That of a frame: Halton's points of the bases 3, 5 and 2, which are spread evenly
-    /// over any number of successive frames; along the ray, where most depends on it, any
-    /// 16 of them are in 16 equal parts, the first 16 near their middles.
+    /// The place for a frame: a point of Halton's sequence with the bases 3, 5 and 2, whose
+    /// points are spread evenly over any number of successive frames. Along the ray, which
+    /// matters most, any 16 successive points are in 16 equal parts, and the first 16 near the
+    /// middles of these.
     pub fn of_frame(frame: u32) -> Self {
         let index = frame.wrapping_add(FIRST_POINT);
         Self([3, 5, 2].map(|base| radical_inverse(index, base)))
@@ -31,7 +33,7 @@ impl Jitter {
     }
 }
 
-/// The digits of a number behind the point, in reverse.
+/// The radical inverse: the digits of a number in reverse, after the point.
 fn radical_inverse(mut index: u32, base: u32) -> f32 {
     let (mut value, mut digit) = (0.0, 1.0);
     while index > 0 {
@@ -43,15 +45,14 @@ fn radical_inverse(mut index: u32, base: u32) -> f32 {
     (value as f32).min(1.0 - f32::EPSILON)
 }
 
-/// The froxels of successive frames, each sampled at another place and blended with
-/// what is left of the frames before: the temporal filter of engines. The camera may
-/// move between frames.
+/// The froxels of successive frames, each sampled at another place and blended with the frames
+/// before, which is the temporal filter of engines. The camera may move between frames.
 ///
-/// The first frames after a start, and after a point has come into view, are blended to
-/// their mean: frame n has the weight `max(1 − share, 1/n)`. From then on the past
-/// fades exponentially. Lights that move or change leave a trail of `1 / (1 − share)`
-/// frames, and what was scattered towards the eye of an earlier frame counts as
-/// scattered towards that of this one.
+/// The first frames after the start, and after a point has come into view, are blended to their
+/// mean: frame n has the weight `max(1 − share, 1/n)`. From then on the past fades
+/// exponentially. Lights that move or change leave a trail of about `1 / (1 − share)` frames.
+/// Light that was scattered towards the eye of an earlier frame counts as scattered towards the
+/// eye of this one.
 ///
 /// ```
 /// # use glam::Vec3;
@@ -88,16 +89,16 @@ pub struct FroxelHistory<M: Memory> {
     share: f32,
     frames: u32,
     last: Option<FroxelVolume<M>>,
-    /// Memory that the next frame may use.
+    /// Memory that the next frame can use.
     spare: Option<FroxelVolume<M>>,
 }
 
 impl<M: Memory> FroxelHistory<M> {
-    /// No frames yet; earlier frames will have up to this share of a later one, in
-    /// engines 0.9 to 0.95.
+    /// A history without frames. Earlier frames will have up to this share of the result;
+    /// engines use 0.9 to 0.95.
     ///
     /// # Errors
-    /// [`FroxelError::History`] if the share is not from 0 to 1, 1 excluded.
+    /// [`FroxelError::History`] unless the share is at least 0 and below 1.
     pub fn new(share: f32) -> Result<Self, FroxelError> {
         if !(0.0..1.0).contains(&share) {
             return Err(FroxelError::History { share });
@@ -110,17 +111,17 @@ impl<M: Memory> FroxelHistory<M> {
         })
     }
 
-    /// How many frames there were.
+    /// Number of frames so far.
     pub fn frames(&self) -> u32 {
         self.frames
     }
 
-    /// The froxels of all frames so far; `None` before the first.
+    /// The blended froxels of all frames so far; `None` before the first.
     pub fn last(&self) -> Option<&FroxelVolume<M>> {
         self.last.as_ref()
     }
 
-    /// Dark froxels for the next frame, sampled at its place.
+    /// Dark froxels for the next frame, which are sampled at its place.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
@@ -135,8 +136,8 @@ impl<M: Memory> FroxelHistory<M> {
         }
     }
 
-    /// Blends a frame, into which all lights have been injected, with those before, and
-    /// keeps the result for the next one.
+    /// Blends a frame, into which all lights have been injected, with those before, and keeps
+    /// the result for the next frame.
     ///
     /// # Errors
     /// Those of the backend; the frame is lost then.
@@ -154,7 +155,7 @@ impl<M: Memory> FroxelHistory<M> {
         Ok(self.last.insert(now))
     }
 
-    /// Blends a frame with those before and leaves them as they are.
+    /// Blends a frame with those before, which stay as they are.
     pub(super) fn blend<B>(&self, backend: &B, now: &mut FroxelVolume<M>) -> Result<(), Error>
     where
         B: FroxelSteps + Backend<Memory = M>,

@@ -1,4 +1,4 @@
-//! What froxels scatter, and how it becomes the light of a picture.
+//! The light that froxels scatter, and the steps that turn it into a picture.
 
 use glam::Vec3;
 use gpu_backend::{Backend, Buffer, BufferOf, Cpu, Error, Memory};
@@ -10,24 +10,24 @@ use crate::scene::{DirectionalEmitter, Medium, PointEmitter, ScatteringAngle};
 use crate::visibility::{PointVisibility, Share};
 use crate::{Emitter, Interval, LightPath, Ray};
 
-/// The least square of a distance to a light, m²: keeps the light of a froxel finite.
+/// The smallest squared distance to a light, m², which keeps the light of a froxel finite.
 const LEAST_SQUARE: f32 = 1e-24;
 
-/// What the froxels of a view scatter to the eye: a froxel's three channels are the
-/// radiance of a metre of the ray through it, before the extinction between froxel
-/// and eye. The fourth is the number of frames that they are the mean of.
+/// The light that the froxels of a view scatter to the eye. The first three channels of a
+/// froxel are the radiance from one metre of the ray through it, before the extinction between
+/// froxel and eye. The fourth is the number of frames whose mean it is.
 #[derive(Debug)]
 pub struct FroxelVolume<M: Memory> {
     pub(super) grid: FroxelGrid,
     pub(super) jitter: Jitter,
-    /// Column after column, each from the eye on.
+    /// The froxels, column after column, each from the eye on.
     pub(super) scattered: M::Buffer<[f32; 4]>,
-    /// Lights that are in it; without any, the buffer holds what was there before.
+    /// Number of lights in it. While it is 0, the buffer may hold anything.
     pub(super) lights: usize,
 }
 
 impl<M: Memory> FroxelVolume<M> {
-    /// Dark froxels, in which light will be sampled at the place `jitter`.
+    /// Dark froxels. Light will be sampled at the place `jitter` of each.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
@@ -43,7 +43,7 @@ impl<M: Memory> FroxelVolume<M> {
         })
     }
 
-    /// The same as [`FroxelVolume::new`], in the memory of this one if it is as large.
+    /// The same as [`FroxelVolume::new`], in the memory of this volume if it has the same size.
     ///
     /// # Errors
     /// As [`FroxelVolume::new`].
@@ -62,18 +62,18 @@ impl<M: Memory> FroxelVolume<M> {
         })
     }
 
-    /// Where the froxels are.
+    /// The grid of the froxels.
     pub fn grid(&self) -> &FroxelGrid {
         &self.grid
     }
 
-    /// What they scatter, column after column (rows from the top), each from the eye
-    /// on; if no light has been injected yet, anything.
+    /// The scattered light, column after column (rows from the top), each from the eye on.
+    /// Undefined if no light has been injected yet.
     pub fn scattered(&self) -> &M::Buffer<[f32; 4]> {
         &self.scattered
     }
 
-    /// Makes the froxels dark unless there is a light in them.
+    /// Makes the froxels dark if there is no light in them yet.
     pub(super) fn settle<B>(&mut self, backend: &B) -> Result<(), Error>
     where
         B: Backend<Memory = M>,
@@ -85,7 +85,7 @@ impl<M: Memory> FroxelVolume<M> {
     }
 }
 
-/// The airlight from the eye up to the end of each froxel.
+/// The airlight between the eye and the end of each froxel.
 #[derive(Debug)]
 pub struct FroxelAirlight<M: Memory> {
     pub(super) grid: FroxelGrid,
@@ -93,7 +93,7 @@ pub struct FroxelAirlight<M: Memory> {
 }
 
 impl<M: Memory> FroxelAirlight<M> {
-    /// Room for froxels like these, dark as yet.
+    /// Memory for froxels of this grid, which are dark at first.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if they do not fit into memory.
@@ -107,18 +107,18 @@ impl<M: Memory> FroxelAirlight<M> {
         })
     }
 
-    /// Where the froxels are.
+    /// The grid of the froxels.
     pub fn grid(&self) -> &FroxelGrid {
         &self.grid
     }
 
-    /// The radiance of the first three channels, in the order of
+    /// The radiance, in the first three channels and in the order of
     /// [`FroxelVolume::scattered`].
     pub fn radiance(&self) -> &M::Buffer<[f32; 4]> {
         &self.radiance
     }
 
-    /// The same room for other froxels, if it is large enough by number.
+    /// Uses the memory for another grid, if there is enough for its froxels.
     pub(super) fn fit<B>(&mut self, backend: &B, grid: FroxelGrid) -> Result<(), Error>
     where
         B: Backend<Memory = M>,
@@ -136,25 +136,26 @@ impl<M: Memory> FroxelAirlight<M> {
 pub struct FroxelLight<'a> {
     /// The light.
     pub emitter: &'a Emitter,
-    /// What scatters it.
+    /// The medium that scatters it.
     pub medium: &'a Medium,
-    /// Whether the medium dims it on its way to the froxels. Engines leave that out.
+    /// Whether the medium dims the light on its way to the froxels. Engines leave that out.
     pub extinction: bool,
 }
 
-/// The step that lets a light into froxels, asking `P` how much of it gets there.
+/// The step that injects a light into froxels. It asks `P` which share of the light reaches
+/// each.
 ///
-/// Implemented for the CPU for everything that answers at a point, and for GPUs where
-/// it brings a shader part.
+/// It is implemented on the CPU for every source of visibility at points, and on GPUs for those
+/// that bring a shader part.
 pub trait InjectFroxels<P>: Backend {
-    /// Adds to each froxel what it scatters of the light,
+    /// Adds to each froxel the light that it scatters,
     ///
     /// ```text
     /// σ_s p(cos θ) V I T(d) / max(d², w Δ / 8)        T(d) = exp(−σ_t d), or 1
     /// ```
     ///
-    /// sampled at one point; for a sun with the irradiance and without the square. w
-    /// and Δ are the width and the length of the froxel.
+    /// sampled at one point. For a sun, the irradiance takes the place of the intensity over
+    /// the square. w and Δ are the width and the length of the froxel.
     ///
     /// # Errors
     /// Those of the backend.
@@ -166,12 +167,12 @@ pub trait InjectFroxels<P>: Backend {
     ) -> Result<(), Error>;
 }
 
-/// The steps from what froxels scatter to a picture.
+/// The steps from the scattered light of froxels to a picture.
 pub trait FroxelSteps: Backend {
-    /// Blends each froxel of `now` with what `before` has at the same place of the
-    /// world, by trilinear interpolation: `s ← s + (s_before − s) min(share, n/(n+1))`,
-    /// where `before` is the mean of n frames there. What was not in view before stays
-    /// as it is.
+    /// Blends each froxel of `now` with the value of `before` at the same place of the world,
+    /// by trilinear interpolation: `s ← s + (s_before − s) min(share, n/(n+1))`, where `before`
+    /// is the mean of n frames there. A froxel whose place was not in view before stays as it
+    /// is.
     ///
     /// # Errors
     /// Those of the backend.
@@ -182,8 +183,7 @@ pub trait FroxelSteps: Backend {
         now: &mut FroxelVolume<Self::Memory>,
     ) -> Result<(), Error>;
 
-    /// Integrates along each column of froxels from the eye on; see
-    /// [the module](super).
+    /// Integrates along each column of froxels from the eye on; see the [module](super).
     ///
     /// # Errors
     /// Those of the backend.
@@ -194,14 +194,14 @@ pub trait FroxelSteps: Backend {
         airlight: &mut FroxelAirlight<Self::Memory>,
     ) -> Result<(), Error>;
 
-    /// Adds to `radiance[i]` the airlight at the end of the ray i, interpolated in its
-    /// slice and between the four nearest columns. The fourth component is left alone.
-    /// Rays start at the eye; those that run beside the picture get the light at its
-    /// border, and those behind the camera nothing.
+    /// Adds to the first three components of `radiance[i]` the airlight at the end of ray i,
+    /// interpolated within its slice and between the four nearest columns. Rays must start at
+    /// the eye. Those that run beside the picture get the light at its border, and those behind
+    /// the camera nothing.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is
-    /// written then.
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is written
+    /// then.
     fn look_up(
         &self,
         airlight: &FroxelAirlight<Self::Memory>,
@@ -213,7 +213,7 @@ pub trait FroxelSteps: Backend {
 /// The point at which a froxel is sampled.
 struct Sample {
     point: Vec3,
-    /// The least square of the distance to a light that counts.
+    /// Smaller squared distances to a light count as this.
     least_square: f32,
 }
 
@@ -235,7 +235,7 @@ impl<P: PointVisibility> InjectFroxels<P> for Cpu {
             let number = first / slices;
             let (direction, inside) = grid.column(number, [across, down], light.medium);
             let Some(inside) = inside else { return };
-            // Nothing beside the range and the cone of the light needs a look.
+            // Samples outside of the range and the cone of the light need no lookup.
             let Some(lit) = Ray::new(grid.eye, direction, grid.far)
                 .and_then(|ray| LightPath::new(&ray, light.emitter, light.medium))
                 .map(|path| path.span())
@@ -270,13 +270,13 @@ impl<P: PointVisibility> InjectFroxels<P> for Cpu {
     }
 }
 
-/// The part of a slice that runs in the medium; may be empty.
+/// The part of a slice that is in the medium; it may be empty.
 fn slice_inside(borders: &[f32], slice: usize, inside: Interval) -> Interval {
     let start = borders[slice].max(inside.start);
     Interval::new(start, borders[slice + 1].min(inside.end))
 }
 
-/// What a metre of a ray scatters at a sample of a light; `None` if that is nothing.
+/// The light of an emitter that a metre of a ray scatters at a sample; `None` if there is none.
 fn scattered<P: PointVisibility>(
     light: &FroxelLight<'_>,
     points: &P,
@@ -317,7 +317,7 @@ fn of_point<P: PointVisibility>(
         false => 0.0,
     };
     let phase = phase(medium, direction, along);
-    // What may be 0 comes first: large numbers may overflow, and do so after it.
+    // Factors that may be 0 come first, so that large factors cannot overflow to 0 · ∞.
     let arriving = visibility * (factor * transmittance(medium, leg) * medium.sigma_s());
     Some(arriving * (phase * point.intensity()) * (1.0 / square.max(sample.least_square)))
 }
@@ -336,7 +336,7 @@ fn of_sun<P: PointVisibility>(
     }
     let leg = match medium.bounds() {
         Some(bounds) if light.extinction => {
-            // A position on a face may be rounded out of the box.
+            // Rounding may put a position on a face outside of the box.
             let point = sample.point.clamp(bounds.min(), bounds.max());
             medium.length_inside(point, -sun.direction(), f32::INFINITY)
         }
@@ -347,7 +347,8 @@ fn of_sun<P: PointVisibility>(
     Some(arriving * (phase * sun.irradiance()))
 }
 
-/// The phase function between light along `travel` and the way back along an eye ray.
+/// The phase function between light that travels along `travel` and the way back along an eye
+/// ray.
 fn phase(medium: &Medium, direction: Vec3, travel: Vec3) -> f32 {
     let cos = (-direction.dot(travel)).clamp(-1.0, 1.0);
     medium.phase().value(ScatteringAngle::from_cos(cos))
@@ -355,7 +356,7 @@ fn phase(medium: &Medium, direction: Vec3, travel: Vec3) -> f32 {
 
 fn transmittance(medium: &Medium, length: f32) -> Vec3 {
     let sigma_t = medium.sigma_t();
-    // Grey media are common and an exponential is most of the work.
+    // Grey media are common, and exponentials are most of the work.
     if sigma_t == Vec3::splat(sigma_t.x) {
         Vec3::splat((-sigma_t.x * length).exp())
     } else {
@@ -396,7 +397,7 @@ impl FroxelSteps for Cpu {
                 froxel[3] = 1.0 / (1.0 - of_earlier);
             }
         });
-        // Earlier lights count as one.
+        // All lights injected before count as one.
         now.lights += 1;
         Ok(())
     }
@@ -460,8 +461,8 @@ impl FroxelSteps for Cpu {
     }
 }
 
-/// The two neighbours of a position among `count` centres at whole numbers plus ½, and
-/// the share of the second.
+/// For centres at whole numbers plus ½: the two neighbours of a position among `count` of them,
+/// and the share of the second.
 fn neighbours(position: f32, count: u32) -> ([usize; 2], f32) {
     let last = (count - 1) as f32;
     let from_first = (position - 0.5).clamp(0.0, last);
@@ -502,7 +503,7 @@ fn bilinear(grid: &FroxelGrid, [a, b]: [f32; 2], at: impl Fn(usize, usize) -> Ve
     upper + (lower - upper) * y
 }
 
-/// What a volume has at a point of the world; `None` if its froxels are elsewhere.
+/// The value of a volume at a point of the world; `None` if none of its froxels is there.
 fn at(volume: &FroxelVolume<gpu_backend::Host>, point: Vec3) -> Option<[f32; 4]> {
     let grid = &volume.grid;
     let offset = point - grid.eye;

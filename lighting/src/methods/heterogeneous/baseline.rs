@@ -1,5 +1,5 @@
-//! What every renderer begins with: steps along the eye ray, and from each of them steps
-//! to the light.
+//! The double march that every renderer begins with: steps along the eye ray, and from each of
+//! them steps to the light.
 
 use glam::{Mat3, Vec3};
 
@@ -11,29 +11,31 @@ use crate::scene::{
 use crate::visibility::PointVisibility;
 use crate::{Interval, LightPath};
 
-/// Steps through the media along the eye ray, half of them where smoke is, and from the
-/// middle of each as many towards the light, all coefficients sampled at the middles. Even
-/// fog, and fog that thins out, take light on its way from the lamp in closed form.
+/// A march through the media along the eye ray, with half of its steps in smoke, and from the
+/// middle of each step a march of as many steps towards the light. All coefficients are sampled
+/// at the middles of steps. Homogeneous fog, and fog that thins out, attenuate light on its way
+/// from the lamp in closed form.
 ///
-/// The first order in the length of a step beside the features of the density, in either
-/// direction: what other gathers of smoke are compared with. `V` tells of opaque casters.
-/// Strands cast no shadows, and hair before the eye does not dim what is behind it.
+/// Where steps are longer than the features of the density, in either direction, the error is
+/// of first order in their length. Other gathers through smoke are compared with this one. `V`
+/// gives the visibility past opaque casters. Strands cast no shadows, and hair in front of the
+/// eye does not dim what is behind it.
 #[derive(Debug)]
 pub struct DoubleMarch<'a, V> {
     emitter: &'a Emitter,
     media: &'a Media<'a>,
     fields: Vec<Field<'a>>,
-    /// How many of the fields are fog; the others are grids and particles.
+    /// Number of fields that are fog; the others are grids and particles.
     fogs: usize,
     visibility: V,
     steps: [u32; 2],
 }
 
-/// A medium as it is sampled.
+/// A medium in the form in which it is sampled.
 #[derive(Debug)]
 struct Field<'a> {
     density: Density<'a>,
-    /// Where it is; `None` for everywhere.
+    /// The box that it fills; `None` for all of space.
     bounds: Option<Bounds>,
     extinction: Vec3,
     scattering: Vec3,
@@ -139,11 +141,11 @@ impl Field<'_> {
     }
 }
 
-/// The optical depth behind which nothing is seen.
+/// Behind this optical depth nothing can be seen.
 const OPAQUE: f32 = 100.0;
 
 impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
-    /// `steps` along the eye ray, and towards the light: each counts as at least 1.
+    /// `steps` steps along the eye ray, and as many towards the light; 0 counts as 1.
     pub fn new(
         emitter: &'a Emitter,
         media: &'a Media<'a>,
@@ -179,7 +181,7 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
                         density: Density::Grid(Samples::new(grid)),
                         bounds: Some(grid.bounds()),
                         extinction,
-                        // Where there are albedos of samples they come with the grid's.
+                        // If samples have albedos, these are multiplied by those of the grid.
                         scattering: match grid.albedo_samples() {
                             [] => extinction * grid.albedo(),
                             _ => extinction,
@@ -207,10 +209,10 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
         }
     }
 
-    /// The part of a line on which there is anything; a homogeneous medium counts as
-    /// far as it is seen.
+    /// The part of a line in which there is any medium; a homogeneous medium counts as far as
+    /// it can be seen.
     fn extent(fields: &[Field<'_>], origin: Vec3, direction: Vec3, whole: Interval) -> Interval {
-        /// In mean free paths.
+        /// How far it can be seen, in mean free paths.
         const SEEN: f32 = 10.0;
         let mut extent: Option<Interval> = None;
         for field in fields {
@@ -237,7 +239,7 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
             .sum()
     }
 
-    /// The optical depth of smoke along a line by the midpoint rule.
+    /// The optical depth of smoke along a line, by the midpoint rule.
     fn depth(&self, origin: Vec3, direction: Vec3, length: f32) -> Vec3 {
         let smoke = &self.fields[self.fogs..];
         let part = Self::extent(smoke, origin, direction, Interval::new(0.0, length));
@@ -271,7 +273,7 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
                     continue;
                 }
                 if !(own.is_finite() && depth.min_element() < OPAQUE) {
-                    // Fog below the eye may be denser than numbers go.
+                    // Fog far below the eye may be denser than floats can express.
                     return sum;
                 }
                 let is_lit = path.span().start <= x && x <= path.span().end;
@@ -285,8 +287,8 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
         sum
     }
 
-    /// Parts of a ray with a number of equal steps each: half of all steps where smoke is,
-    /// the others before and behind it.
+    /// Parts of a ray, each with a number of steps of equal length: half of all steps in smoke,
+    /// the others in front of it and behind it.
     fn parts(&self, ray: &Ray, whole: Interval) -> Vec<(Interval, u32)> {
         let steps = self.steps[0];
         let extent = |fields| Self::extent(fields, ray.origin(), ray.direction(), whole);

@@ -1,13 +1,13 @@
-//! The light that media emit themselves, which needs no lamp: once for each ray.
+//! The light that media emit themselves, which needs no lamp and is added once for each ray.
 //!
 //! ```text
 //! L = ∫ T(x) j(x) dx,      T(x) = exp(−∫₀ˣ σ_t)
 //! ```
 //!
-//! with `j` the emission of all grids at x. Where neither j nor `σ_t` changes along a
-//! piece that is `j (1 − e^−τ) / σ_t`. Elsewhere, where j is a cubic and the optical depth one of the
-//! fourth degree, Gauss's rule of four nodes sums it on parts of at most half a mean free
-//! path: within 1e-8 of itself.
+//! where `j` is the emission of all grids at x. If neither j nor `σ_t` changes along a piece,
+//! its light is `j (1 − e^−τ) / σ_t`. Otherwise j is a cubic and the optical depth a polynomial
+//! of degree four; then a Gauss rule of four nodes integrates parts of at most half a mean free
+//! path, with a relative error of 1e-8.
 
 use glam::DVec3;
 use gpu_backend::{Backend, BufferOf, Cpu, Error};
@@ -23,22 +23,23 @@ use crate::{EyePanes, Ray};
 pub struct EmittingRays<'a, 'm, M: MediaMemory> {
     /// The rays, in the memory of the backend.
     pub rays: &'a M::Buffer<Ray>,
-    /// What emits and what extinguishes, in the memory of the backend.
+    /// The media that emit and attenuate, in the memory of the backend.
     pub media: &'a MediaOf<'m, M>,
-    /// What covers parts of the rays before their origins; `None` if nothing does.
+    /// See-through surfaces and hair in front of the ends of the rays; `None` if there are
+    /// none.
     pub panes: Option<&'a EyePanes>,
 }
 
 /// The step that adds what media emit, beside the gathers of lamps and the light of
 /// surfaces.
 pub trait AddEmission: Backend<Memory: MediaMemory> {
-    /// Adds to `radiance[i]` what media emit along `seen.rays[i]`, as far as they
-    /// themselves, and [panes](EmittingRays::panes), let it through. The fourth component
-    /// is left alone.
+    /// Adds to the first three components of `radiance[i]` what media emit along
+    /// `seen.rays[i]`, as far as the media themselves and the [panes](EmittingRays::panes) let
+    /// it through.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is
-    /// written then. On GPUs those of a dispatch too.
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is written
+    /// then. On GPUs also those of a dispatch.
     fn add_emission(
         &self,
         seen: &EmittingRays<'_, '_, Self::Memory>,
@@ -46,7 +47,7 @@ pub trait AddEmission: Backend<Memory: MediaMemory> {
     ) -> Result<(), Error>;
 }
 
-/// Rays per unit of work.
+/// Rays in a unit of work.
 const RAYS: usize = 16;
 
 impl AddEmission for Cpu {
@@ -61,7 +62,7 @@ impl AddEmission for Cpu {
         }
         self.for_each_chunk(radiance, RAYS, |first, chunk| {
             for (i, (sum, ray)) in chunk.iter_mut().zip(&seen.rays[first..]).enumerate() {
-                // More rays than a u32 counts have no panes.
+                // Rays beyond those that a u32 counts have no panes.
                 let panes = seen.panes.map_or(&[][..], |all| all.of((first + i) as u32));
                 let light = along(ray, panes, seen.media);
                 for (sum, light) in sum.iter_mut().zip(light.to_array()) {
@@ -101,15 +102,15 @@ fn along(ray: &Ray, mut panes: &[Behind], media: &Media<'_>) -> DVec3 {
     sum
 }
 
-/// Optical depth behind which nothing is left: less than 1e-30.
+/// Behind this optical depth less than 1e-30 of the light is left, which counts as nothing.
 const OPAQUE: f64 = 70.0;
 
-/// The most that the optical depth grows over a part, and that it may be off a straight
-/// line in the middle.
+/// The largest growth of the optical depth over a part, and its largest deviation from a
+/// straight line in the middle of the part.
 const PART_DEPTH: f64 = 0.5;
 const PART_BEND: f64 = 0.05;
 
-/// What part of a piece emits, as it is seen from the start of that part.
+/// What part of a piece emits, as seen from the start of that part.
 fn emitted(piece: &MediaPiece<'_>, [from, to]: [f64; 2]) -> DVec3 {
     let before = piece.own_depth_to(from);
     let depth = piece.own_depth_to(to) - before;
@@ -132,7 +133,7 @@ fn emitted(piece: &MediaPiece<'_>, [from, to]: [f64; 2]) -> DVec3 {
     DVec3::new(first.x, of_channel(1).y, of_channel(2).z)
 }
 
-/// ∫ exp(−τ(x)) j(x) dx by parts.
+/// ∫ exp(−τ(x)) j(x) dx, as a sum over parts.
 fn emitted_through(
     depth: impl Fn(f64) -> f64,
     emission: impl Fn(f64) -> DVec3,
@@ -149,7 +150,7 @@ fn emitted_through(
             let (middle, own) = (0.5 * (start + end), depth(end) - before);
             let bend = (depth(middle) - before - 0.5 * own).abs();
             let is_short = own <= PART_DEPTH && bend <= PART_BEND;
-            // No float is between.
+            // No float lies between the ends.
             if is_short || !(start < middle && middle < end) {
                 break;
             }
@@ -166,7 +167,7 @@ fn emitted_through(
     sum
 }
 
-/// Gauss's rule of four nodes over −1 to 1.
+/// The four-node Gauss rule on (−1, 1), as nodes and weights of one half.
 const NODES: [(f64, f64); 2] = [
     (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
     (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),

@@ -1,4 +1,4 @@
-//! The gather along a bundle of rays, for one light.
+//! The gather of one light along a bundle of rays through media.
 
 use std::cell::Cell;
 
@@ -13,34 +13,34 @@ use crate::scene::{Bounds, Emitter, Media, Medium, ScatteringAngle};
 use crate::visibility::PointVisibility;
 use crate::{EyePanes, Interval, LightPath, Ray, Watch};
 
-/// What a gather through media is asked about.
+/// The rays of a gather through media, with the light and the media.
 #[derive(Debug)]
 pub struct MediaRays<'a, 'm, M: MediaMemory> {
     /// The rays, in the memory of the backend.
     pub rays: &'a M::Buffer<Ray>,
     /// The light.
     pub emitter: &'a Emitter,
-    /// What scatters, in the memory of the backend.
+    /// The media, in the memory of the backend.
     pub media: &'a MediaOf<'m, M>,
-    /// Steps of each ray, at least 1.
+    /// Number of steps for each ray, at least 1.
     pub steps: u32,
-    /// What covers parts of the rays before their origins, by the number of each ray;
-    /// `None` if nothing does. Steps end where a ray meets it.
+    /// See-through surfaces and hair in front of the ends of the rays, by the number of each
+    /// ray; `None` if there are none. Steps end where a ray meets one.
     pub panes: Option<&'a EyePanes>,
     /// Told of progress.
     pub watch: &'a dyn Watch,
 }
 
-/// The step that gathers the light of one lamp that media scatter towards the eye,
-/// with a `V` that tells how much of it gets where.
+/// The step that gathers the light of one lamp that media scatter towards the eye. `V` tells
+/// which share of it arrives at a point.
 pub trait GatherMedia<V>: Backend<Memory: MediaMemory> {
-    /// Adds to `radiance[i]` what media scatter along `lit.rays[i]`, per the page of
-    /// [this module](super), as far as [panes](MediaRays::panes) before it let it
-    /// through. The fourth component is left alone.
+    /// Adds to the first three components of `radiance[i]` what media scatter along
+    /// `lit.rays[i]`, as the page of [this module](super) says, times what the
+    /// [panes](MediaRays::panes) in front let through.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is
-    /// written then. On GPUs those of a dispatch too.
+    /// [`Error::LengthMismatch`] if rays and radiance differ in length; nothing is written
+    /// then. On GPUs also those of a dispatch.
     fn gather_media(
         &self,
         lit: &MediaRays<'_, '_, Self::Memory>,
@@ -62,7 +62,7 @@ impl<V: PointVisibility> GatherMedia<V> for Cpu {
         check_lengths(lit.rays.len(), radiance.len())?;
         self.for_each_chunk(radiance, RAYS, |first, chunk| {
             for (i, (sum, ray)) in chunk.iter_mut().zip(&lit.rays[first..]).enumerate() {
-                // More rays than a u32 counts have no panes.
+                // Rays beyond those that a u32 counts have no panes.
                 let panes = lit.panes.map_or(&[][..], |all| all.of((first + i) as u32));
                 let light = along(ray, panes, lit, visibility);
                 for (sum, light) in sum.iter_mut().zip(light.to_array()) {
@@ -81,7 +81,7 @@ fn along<V: PointVisibility>(
     lit: &MediaRays<'_, '_, <Cpu as Backend>::Memory>,
     visibility: &V,
 ) -> DVec3 {
-    // Limited by the light alone.
+    // The part of the ray that the light reaches, whatever the media.
     let Some(path) = LightPath::new(ray, lit.emitter, &Medium::VACUUM) else {
         return DVec3::ZERO;
     };
@@ -104,7 +104,7 @@ fn along<V: PointVisibility>(
     }
     let limits = Limits::new(lit.steps, lengths, line.angle(start, end));
     let mut sum = DVec3::ZERO;
-    // What the panes before a step let through.
+    // The share that the panes in front of a step let through.
     let seen = Cell::new(DVec3::ONE);
     let arriving = |x: f64| arriving(&path, lit.media, x);
     let mut steps = Steps::new(line, limits, arriving, |x: f64, radiance: DVec3| {
@@ -138,8 +138,8 @@ fn along<V: PointVisibility>(
     sum
 }
 
-/// About how far a line runs within smoke, and how far through fog, for the length of steps:
-/// of several fogs that which is seen the least far.
+/// Roughly the length of a line within smoke, and within fog, from which the length of steps
+/// follows. Of several fogs the one in which sight is shortest counts.
 fn lengths_within(media: &Media<'_>, origin: DVec3, direction: DVec3, line: [f64; 2]) -> [f64; 2] {
     /// In mean free paths.
     const SEEN: f64 = 10.0;
@@ -172,7 +172,7 @@ fn lengths_within(media: &Media<'_>, origin: DVec3, direction: DVec3, line: [f64
     [smoke, if a > 0.0 && b > 0.0 { a.min(b) } else { a + b }]
 }
 
-/// The light that comes to a point of a ray through fog in closed form.
+/// The light that arrives at a point of a ray, attenuated by fog in closed form.
 fn arriving(path: &LightPath<'_>, media: &Media<'_>, x: f64) -> Arriving {
     let ray = path.ray();
     let at = ray.origin().as_dvec3() + x * ray.direction().as_dvec3().normalize();
@@ -203,11 +203,13 @@ fn arriving(path: &LightPath<'_>, media: &Media<'_>, x: f64) -> Arriving {
     }
 }
 
-/// The optical depth of even fog, and of fog that thins out, from a point towards a light.
+/// The optical depth of homogeneous fog and of fog that thins out, from a point towards a
+/// light.
 pub(super) fn even_depth(media: &Media<'_>, at: DVec3, to_light: Vec3, distance: f32) -> DVec3 {
     let mut depth = DVec3::ZERO;
     if let Some(medium) = media.medium() {
-        // Sunlight has lost nothing where fog is everywhere.
+        // Where fog without bounds is everywhere, the irradiance of a sun is the one that
+        // arrives.
         if medium.bounds().is_some() || distance.is_finite() {
             let inside = medium.length_inside(at.as_vec3(), to_light, distance);
             depth += medium.sigma_t().as_dvec3() * f64::from(inside);

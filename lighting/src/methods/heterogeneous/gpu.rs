@@ -1,4 +1,4 @@
-//! The gather through media on GPUs.
+//! The gather through media on a GPU.
 
 use airlight::gpu::{PHASE, PhaseRecord};
 use bytemuck::{Pod, Zeroable};
@@ -21,10 +21,10 @@ use crate::scene::{Media, Medium, PhaseFunction, Profile};
 /// Invocations per workgroup.
 const GROUP: u32 = 64;
 
-/// The bind group of what is asked.
+/// The bind group of the visibility's part.
 const PARTS: u32 = 1;
 
-/// Stands for what a grid, or a frame, does not have.
+/// Stands for data that a grid or a frame does not have.
 const NONE: u32 = u32::MAX;
 
 pub(super) const WALK: &str = include_str!("walk.wgsl");
@@ -32,47 +32,47 @@ const STEPS: &str = include_str!("steps.wgsl");
 const GATHER: &str = include_str!("gather.wgsl");
 const EMISSION: &str = include_str!("emission.wgsl");
 
-/// Room for so many grids, and for so many phase functions, on a ray: the least that
-/// suffices is taken, because a ray has all of it in its registers.
+/// The sizes of arrays for grids and phase functions on a ray. The smallest one that suffices
+/// is used, because each ray has the whole arrays in its registers.
 pub(super) const ROOMS: [(usize, &str); 3] = [
     (1, "const light_media_MAX_GRIDS = 1u;"),
     (4, "const light_media_MAX_GRIDS = 4u;"),
     (MAX_GRIDS, "const light_media_MAX_GRIDS = 16u;"),
 ];
 
-/// The most grids, and the most different phase functions, that media on a GPU have.
+/// The largest number of grids, and of different phase functions, in media on a GPU.
 pub const MAX_GRIDS: usize = 16;
 
-/// Why media are not on a GPU.
+/// Why media cannot be used on a GPU.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MediaError {
-    /// A grid does not fit into what shaders see at once, beside those before it.
+    /// A grid does not fit into a binding in addition to the grids before it.
     #[error(
         "the {what} of grid {grid}, {} x {} x {} samples, take {requested} bytes, but of the \
          {limit} bytes that shaders of this device see at once {room} are left",
         resolution[0], resolution[1], resolution[2]
     )]
     Grid {
-        /// Its number among the grids, from 0.
+        /// Index of the grid.
         grid: usize,
         /// Its samples along x, y and z.
         resolution: [u32; 3],
-        /// What of it.
+        /// Which of its data does not fit.
         what: &'static str,
-        /// Bytes of that.
+        /// Bytes of these data.
         requested: u64,
-        /// Bytes that would fit.
+        /// Bytes that are left in the binding.
         room: u64,
-        /// Bytes of a binding.
+        /// The limit of a binding, bytes.
         limit: u64,
     },
-    /// There is more of something than a ray has room for.
+    /// There are more grids or phase functions than shaders support.
     #[error("there are {count} {what}, at most {MAX_GRIDS} are supported on GPUs")]
     TooMany {
-        /// What.
+        /// What there are too many of.
         what: &'static str,
-        /// How much of it.
+        /// How many there are.
         count: usize,
     },
     /// The backend failed.
@@ -122,9 +122,9 @@ pub(super) struct EmissionScene {
     pub(super) padding_b: u32,
 }
 
-/// Media where shaders read them.
+/// Media in the memory of a GPU.
 ///
-/// Densities take 4 bytes a sample, albedos and emissions of samples 12 each; all
+/// Densities take 4 bytes per sample, albedos and emissions of samples 12 bytes each. All
 /// densities are in one binding, and all of these colours in another.
 #[derive(Debug)]
 pub struct UploadedMedia {
@@ -141,7 +141,7 @@ impl MediaMemory for GpuMemory {
     type Media<'a> = UploadedMedia;
 }
 
-/// What grids have for each sample, all in one buffer.
+/// Data of all grids' samples, in one buffer.
 struct Samples {
     what: &'static str,
     numbers: Vec<f32>,
@@ -149,7 +149,7 @@ struct Samples {
 }
 
 impl Samples {
-    /// Appends those of a grid; the place of the first.
+    /// Appends the data of a grid, and returns the index of the first value.
     fn add(
         &mut self,
         [grid, len]: [usize; 2],
@@ -180,7 +180,7 @@ impl Samples {
 
     fn upload<E: Encode>(mut self, gpu: &Gpu<E>) -> Result<GpuBuffer<f32>, Error> {
         if self.numbers.is_empty() {
-            // Buffers have a length.
+            // A buffer must not be empty.
             self.numbers.push(0.0);
         }
         gpu.upload(&self.numbers)
@@ -211,9 +211,9 @@ impl UploadedMedia {
     /// Copies media to a GPU.
     ///
     /// # Errors
-    /// [`MediaError::Grid`] if a grid does not fit into a binding beside those before it,
-    /// which WebGPU's default limits do for 33 million densities and 11 million colours
-    /// in all; [`MediaError::TooMany`] for more than [`MAX_GRIDS`] grids or phase functions.
+    /// [`MediaError::Grid`] if a grid does not fit into a binding in addition to those before
+    /// it: WebGPU's default limits allow 33 million densities and 11 million colours in all.
+    /// [`MediaError::TooMany`] for more than [`MAX_GRIDS`] grids or phase functions.
     pub fn new<E: Encode>(gpu: &Gpu<E>, media: &Media<'_>) -> Result<Self, MediaError> {
         let limit = gpu.context().limits().max_storage_buffer_binding_size;
         let samples = |what| Samples {
@@ -316,7 +316,8 @@ impl UploadedMedia {
         self.bytes
     }
 
-    /// The text that a shader needs to walk through them; the variables are its own.
+    /// The sources that a shader needs to walk through the media; it must declare the variables
+    /// itself.
     pub(super) fn sources(&self) -> [&'static str; 3] {
         [MEDIA, self.room, WALK]
     }
@@ -332,10 +333,10 @@ pub(super) fn shader<V: InShader<PointSlot>>(media: [&'static str; 3]) -> Result
     Ok(shader)
 }
 
-/// Appends the panes of so many rays to a table; where they begin.
+/// Appends the panes of so many rays to a table, and returns the index at which they begin.
 fn add_panes(panes: Option<&EyePanes>, rays: usize, table: &mut Vec<[u32; 4]>) -> u32 {
     panes.map_or(NONE, |panes| {
-        // A table with more is refused.
+        // A table with more entries is refused.
         let first = table.len() as u32;
         panes.write(0, rays, table);
         first
@@ -356,7 +357,7 @@ impl<V: InShader<PointSlot>, E: Encode> GatherMedia<V> for Gpu<E> {
         let scene = Scene {
             emitter,
             medium: MediumRecord::new(&Medium::VACUUM),
-            // More rays than that are refused by the dispatch.
+            // The dispatch refuses more rays than a u32 counts.
             rays: lit.rays.len() as u32,
             steps: lit.steps,
             panes,
@@ -409,7 +410,7 @@ impl<E: Encode> AddEmission for Gpu<E> {
         let mut table = Vec::new();
         let panes = add_panes(seen.panes, seen.rays.len(), &mut table);
         let scene = EmissionScene {
-            // More rays than that are refused by the dispatch.
+            // The dispatch refuses more rays than a u32 counts.
             rays: seen.rays.len() as u32,
             panes,
             padding_a: 0,

@@ -6,13 +6,13 @@ use gpu_backend::{Host, Memory};
 
 use crate::scene::Media;
 
-/// A memory in which media are ready for a gather.
+/// A memory that can hold media for a gather.
 pub trait MediaMemory: Memory {
-    /// The media there.
+    /// Media in this memory.
     type Media<'a>: Debug;
 }
 
-/// What a ray asks on the CPU.
+/// On the CPU a ray asks the media themselves.
 impl MediaMemory for Host {
     type Media<'a> = Media<'a>;
 }

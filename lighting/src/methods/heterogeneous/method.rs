@@ -1,5 +1,5 @@
-//! Gathers through media that are not uniform, in the list of methods: one for each kind
-//! of map that tells how much light gets how far.
+//! Gathers through heterogeneous media in the list of methods: one for each kind of map that
+//! gives the visibility of the light.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -23,29 +23,29 @@ use crate::scene::{Bounds, Emitter, Translucent};
 use crate::shadow_map::{ShadowMap, faces, locate};
 use crate::visibility::PointVisibility;
 
-/// What maps of a kind are made with.
+/// Makes the map of a light.
 type Make = fn(&FrameInputs<'_>, usize) -> Result<Map, MethodError>;
 
-/// How much of a light gets through what is translucent.
+/// The visibility past translucent casters.
 type Map = Arc<dyn PointVisibility<Share = Vec3> + Send>;
 
-/// A kind of maps, in the store of the host.
+/// A kind of maps, which the store of the host keeps.
 pub(super) trait Curves: Send + Sync + 'static {
-    /// Whether there are any: else what is opaque alone casts shadows.
+    /// Whether there are maps. Without, only opaque casters cast shadows.
     const IS_THERE: bool = true;
 
-    /// That of a light. What is opaque is not in it.
+    /// The map of a light, without opaque casters.
     fn map(&self, inputs: &FrameInputs<'_>, light: usize) -> Result<Option<Map>, MethodError>;
 }
 
-/// Those that shaders read too, where there are shaders.
+/// Maps that shaders can read too, in builds with shaders.
 #[cfg(not(feature = "wgpu"))]
 trait CurvesEverywhere: Curves {}
 
 #[cfg(not(feature = "wgpu"))]
 impl<C: Curves> CurvesEverywhere for C {}
 
-/// None.
+/// No maps.
 pub(super) struct NoCurves;
 
 impl Curves for NoCurves {
@@ -56,13 +56,13 @@ impl Curves for NoCurves {
     }
 }
 
-/// Curves of a fixed size, made by `A` and asked as `T`.
+/// Curves of a fixed size, made as `A` and looked up as `T`.
 pub(super) struct OfSize<A, T>(PhantomData<fn() -> (A, T)>);
 
-/// By the paper's rule.
+/// Curves by the paper's rule.
 type ByRule<const N: usize> = OfSize<Curve<N, Linear>, Packed<N, Linear>>;
 
-/// By least area.
+/// Curves by least area.
 type ByArea<const N: usize> = OfSize<Stream<N>, Packed<N>>;
 
 impl<A, T> Default for OfSize<A, T> {
@@ -97,7 +97,7 @@ where
     }
 }
 
-/// Any other on the CPU.
+/// Maps of another kind, on the CPU alone.
 struct OnHost(Make);
 
 impl Curves for OnHost {
@@ -130,7 +130,7 @@ impl<C> fmt::Debug for Gathered<C> {
     }
 }
 
-/// Steps of a ray, at most.
+/// The largest number of steps for a ray.
 const MAX_STEPS: u32 = 1 << 16;
 
 const QUALITIES: &[u32] = &[8, 16, 32, 64, 128];
@@ -213,7 +213,8 @@ impl<C: Curves> Method for Gathered<C> {
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
         let maps = inputs.map_work();
         Work {
-            // A curve for four texels of the shadow map, of as much work as it has numbers.
+            // There is one curve for four texels of the shadow map, and its work is the number
+            // of its values.
             once: maps.once * (1.0 + self.bytes as f64 / 16.0),
             bytes: maps.bytes + maps.bytes * self.bytes / 16,
             per_ray: inputs.emitters.len() as f64 * 4.0 * f64::from(steps),
@@ -222,7 +223,7 @@ impl<C: Curves> Method for Gathered<C> {
     }
 }
 
-/// What is opaque and what is not, on the way from a light.
+/// The visibility past opaque and translucent casters.
 struct Both {
     opaque: Arc<ShadowMap<Host>>,
     translucent: Option<Map>,
@@ -293,11 +294,11 @@ impl<C: Curves> RunOn<Cpu> for Gathered<C> {
     }
 }
 
-/// Both marches.
+/// The double march.
 #[derive(Debug, Clone, Copy)]
 struct BruteForce;
 
-/// Of either march.
+/// The unit of its quality.
 const BOTH_STEPS: &str = "steps along the ray and to the light";
 
 impl Method for BruteForce {
@@ -382,7 +383,7 @@ impl RunOn<Cpu> for BruteForce {
     }
 }
 
-/// What a map of transmittance is kept by.
+/// The key under which a transmittance map is kept.
 pub(super) fn key<A: 'static>(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -392,7 +393,7 @@ pub(super) fn key<A: 'static>(
     (std::any::TypeId::of::<A>(), light, resolution)
 }
 
-/// That of a light, in the store of the host. What is opaque is not in it.
+/// The map of a light, in the store of the host, without opaque casters.
 fn map_of<A, T>(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -429,7 +430,7 @@ fn deep(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
     map::<_, DeepCurve>(inputs, light, &clear)
 }
 
-/// With the depths that what is translucent has as a light sees it.
+/// Curves for the range of depths that translucent casters have as seen from a light.
 fn in_range<A, T>(
     inputs: &FrameInputs<'_>,
     light: usize,
@@ -452,11 +453,11 @@ where
     )
 }
 
-/// Between which depths from a light a box lies.
+/// The range of depths of a box as seen from a light.
 fn depths(bounds: Bounds, emitter: &Emitter) -> [f32; 2] {
     let [near, far] = match emitter {
         Emitter::Directional(_) => {
-            // The map's own depths, which begin somewhere before the box.
+            // In the map's own depths, which begin at a plane in front of the box.
             let planes = faces(bounds, emitter);
             let centre = 0.5 * (bounds.min() + bounds.max());
             let half = 0.5 * (bounds.max() - bounds.min()).length();
@@ -487,7 +488,7 @@ fn moments(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
     in_range::<_, MomentCurve>(inputs, light, |range| Moments::new(6, range))
 }
 
-/// A method with maps that shaders read.
+/// A method with maps that shaders can read.
 fn everywhere<C: CurvesEverywhere>(about: Named, curves: C, nodes: u64) -> Entry {
     Entry::everywhere(Gathered {
         about,

@@ -1,24 +1,24 @@
-//! The steps of a ray: runs of pieces at each of which the light is asked about once.
+//! The steps of a ray: runs of pieces, for each of which visibility is asked once.
 
 use glam::DVec3;
 
 use crate::scene::{MediaPiece, PhaseFunction, ScatteringAngle};
 
-/// The line of an eye ray, as one light sees it.
+/// The line of an eye ray in relation to one light.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
-    /// Where it comes nearest to a lamp, and how near; `None` for a sun.
+    /// Position and distance of the point nearest to a lamp; `None` for a sun.
     pub(super) lamp: Option<[f64; 2]>,
 }
 
 impl Line {
-    /// The mean of `1/d²` between two distances; 1 for a sun.
+    /// The mean of `1/d²` between two positions; 1 for a sun.
     pub(super) fn falloff(&self, from: f64, to: f64) -> f64 {
         let Some([foot, h]) = self.lamp else {
             return 1.0;
         };
         let (a, b, length) = (from - foot, to - foot, to - from);
-        // tan(Δη) = h Δx / (h² + a b), and 1/d² is dη/dx / h.
+        // The angle has tan(Δη) = h Δx / (h² + a b), and dx / d² = dη / h.
         let (rise, run) = (h * length, h * h + a * b);
         let tangent = rise / run;
         if run > 0.0 && tangent < SMALL {
@@ -28,7 +28,7 @@ impl Line {
         rise.atan2(run) / rise
     }
 
-    /// The angle at a lamp between two distances.
+    /// The angle at a lamp between two positions.
     pub(super) fn angle(&self, from: f64, to: f64) -> f64 {
         self.lamp.map_or(0.0, |[foot, h]| {
             let (a, b) = (from - foot, to - foot);
@@ -39,24 +39,24 @@ impl Line {
         })
     }
 
-    /// The distance of the light; infinite for a sun.
+    /// The distance of the light from a position; infinite for a sun.
     fn distance(&self, x: f64) -> f64 {
         self.lamp
             .map_or(f64::INFINITY, |[foot, h]| (x - foot).hypot(h))
     }
 
-    /// Where light comes from in the mean, of a part of this length, short beside the
-    /// distance of the light, with a `middle` by all but `1/d²`.
+    /// The centroid of the light scattered on a part, which is short compared with the distance
+    /// of the light; `middle` is the centroid by all factors except `1/d²`.
     fn centroid(&self, middle: f64, length: f64) -> f64 {
         self.lamp.map_or(middle, |[foot, h]| {
-            // The variance of x times the slope of the logarithm of 1/d².
+            // The shift is the variance of x times the slope of log(1/d²).
             let s = middle - foot;
             middle - length * length / 6.0 * s / (s * s + h * h)
         })
     }
 
-    /// The distance at which the angle from `from` on is `angle`, infinite if it is
-    /// never that large.
+    /// The position at which the angle at the light, measured from `from`, reaches `angle`;
+    /// infinite if it never does.
     fn turned(&self, from: f64, angle: f64) -> f64 {
         let Some([foot, h]) = self.lamp else {
             return f64::INFINITY;
@@ -64,7 +64,7 @@ impl Line {
         if angle >= std::f64::consts::PI {
             return f64::INFINITY;
         }
-        // h tan(η + Δ) with tan η = a/h.
+        // h tan(η + Δ), where tan η = a/h.
         let (a, (sin, cos)) = (from - foot, angle.sin_cos());
         let below = h * cos - a * sin;
         if below <= 0.0 {
@@ -77,17 +77,17 @@ impl Line {
 /// Below this tangent the first terms of the arc tangent's series are exact to 1e-9.
 const SMALL: f64 = 0.05;
 
-/// How far a step goes.
+/// Where a step ends: when it has had its share of any of these.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits {
-    /// Of the length within smoke, and of that through fog, m.
+    /// Its length within smoke, and within fog, m.
     lengths: [f64; 2],
-    /// Of the angle at the light.
+    /// The angle at the light.
     pub(super) angle: f64,
-    /// Of what is left of the light.
+    /// The share of the light that its media take.
     pub(super) transmittance: f64,
-    /// The length of a step for each metre from the first: where one colour outlasts the
-    /// others, steps grow.
+    /// The relative growth of a step's length per metre from the first step: where one colour
+    /// is visible farther than the others, steps grow.
     growth: f64,
 }
 
@@ -98,7 +98,8 @@ impl Limits {
         if piece.has_smoke() { smoke } else { fog }
     }
 
-    /// Those of `steps` steps along a ray with so much of each.
+    /// The limits for `steps` steps along a ray with these lengths within smoke and fog and
+    /// this angle.
     pub(super) fn new(steps: u32, lengths: [f64; 2], angle: f64) -> Self {
         let share = f64::from(steps) / if angle > 0.0 { 3.0 } else { 2.0 };
         // A ray has at least one step.
@@ -106,7 +107,7 @@ impl Limits {
         let each = match lengths {
             [0.0, fog] => [fog; 2],
             [smoke, 0.0] => [smoke; 2],
-            // Half of the steps for each.
+            // Smoke and fog have half of the steps each.
             [smoke, fog] => [2.0 * smoke, 2.0 * fog],
         };
         Self {
@@ -122,48 +123,50 @@ impl Limits {
     }
 }
 
-/// Light as it comes to a point of a ray.
+/// Light that arrives at a point of a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arriving {
-    /// Radiant intensity, or irradiance of a sun, that even fog on the way has left.
+    /// Radiant intensity, or irradiance of a sun, after the extinction by homogeneous fog on
+    /// the way.
     pub(super) light: DVec3,
     /// The angle by which it is scattered towards the eye.
     pub(super) angle: ScatteringAngle,
 }
 
-/// Walks the pieces of a ray in parts, on each of which the light is evaluated once, and
-/// those in steps.
+/// Walks along the pieces of a ray in parts, on each of which the light is evaluated once, and
+/// in steps of parts.
 #[derive(Debug)]
 pub(super) struct Steps<L, V> {
     line: Line,
     limits: Limits,
-    /// What arrives at a distance along the ray if nothing is in the way.
+    /// Gives the light that arrives at a distance along the ray if nothing blocks it.
     light: L,
-    /// What becomes of it: told a distance, and the light of a step.
+    /// Is called with the distance and the unshadowed light of each step.
     visit: V,
     part: Run,
     step: Run,
     /// Where the first step began.
     first: Option<f64>,
-    /// Of the part: what each phase function scatters, as a share of all light.
+    /// For the current part: what each phase function scatters, as a share of the light along
+    /// the ray.
     scattered: Vec<(PhaseFunction, DVec3)>,
-    /// Of the step: what comes to the eye, all of the light arriving.
+    /// For the current step: the light that reaches the eye if nothing blocks the lamp.
     radiance: DVec3,
-    /// How far the pieces so far go, and what is left of the light there.
+    /// The end of the pieces so far, and the share of light that is left there.
     behind: (f64, DVec3),
 }
 
-/// A run of pieces.
+/// A run of pieces: the current part or step.
 #[derive(Debug, Default)]
 struct Run {
     is_open: bool,
     start: f64,
     end: f64,
-    /// Where it has to end, and the optical depth at which it has to.
+    /// The position, and the optical depth, at which it has to end.
     last: f64,
     deepest: f64,
     full: f64,
-    /// Sums of weights, and of weights × distance.
+    /// Sums of weights, and of weights times positions.
     weight: f64,
     moment: f64,
 }
@@ -186,20 +189,20 @@ impl Run {
         self.moment += weight * x;
     }
 
-    /// Whether it ends here, or so nearly that a sliver would be left.
+    /// Whether it ends here, or so close to its limit that only a sliver would be left.
     fn is_full(&self, end: f64, depth: f64) -> bool {
         end >= self.last || depth >= self.full
     }
 }
 
-/// Pieces of more steps than this are looked at from where they begin to be seen.
+/// A piece of more steps than this is entered where it begins to be visible.
 const LONG: f64 = 8.0;
 
-/// Less than this of the light is not followed any further.
+/// A share of the light below this is not followed any farther.
 const NOTHING: f64 = 1e-7;
 
-/// The most that a part is as long as the light is away, and that the optical depth grows
-/// over it.
+/// The largest length of a part as a share of the light's distance, and the largest growth of
+/// the optical depth over it.
 const PART_LENGTH: f64 = 0.15;
 const PART_DEPTH: f64 = 0.4;
 
@@ -219,15 +222,15 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         }
     }
 
-    /// Adds what of a piece is between `from` and `to`, and hands over each step that is
-    /// full by then. False once nothing is left to be seen.
+    /// Adds the part of a piece between `from` and `to`, and hands over each step that is full.
+    /// False once nothing behind can be seen.
     pub(super) fn add(&mut self, piece: &MediaPiece<'_>, [from, to]: [f64; 2]) -> bool {
         if self.part.is_open && self.part.end < from {
-            // A gap, over which the falloff must not be averaged.
+            // This is a gap; the falloff must not be averaged over it.
             self.finish_part();
         }
         let length = self.limits.length(piece);
-        // Smoke may want shorter steps than the fog before it.
+        // Smoke may need shorter steps than the fog in front of it.
         self.step.last = self.step.last.min(from + self.grown(length, from));
         let mut start = from;
         let mut depth = piece.depth_to(start);
@@ -246,7 +249,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
                 return false;
             }
             let mut taken = -exp_m1(depth - all);
-            // What is left of the piece, of every colour, is nothing to be seen.
+            // In no colour is anything left to be seen of the piece.
             if (before * taken).max_element() < NOTHING {
                 return to < f64::INFINITY;
             }
@@ -261,7 +264,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             let front = front_share((behind - depth).max_element(), taken.max_element());
             self.scatter(piece, start + (end - start) * front, lost);
             self.part.end = end;
-            // The channel of which most is left.
+            // The channel in which most is left.
             let least = behind.min_element();
             let is_step_full = self.step.is_full(end, least);
             if is_step_full || self.part.is_full(end, least) {
@@ -276,7 +279,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         true
     }
 
-    /// Where a long piece begins to take light: fog may begin far below the eye.
+    /// Where a long piece begins to be visible: fog may begin far below the eye.
     fn first_seen(
         &self,
         piece: &MediaPiece<'_>,
@@ -298,7 +301,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             return start;
         }
         let mut seen = seen.min(to);
-        // To a thousandth of where it is.
+        // To a thousandth of its distance.
         while seen < f64::INFINITY && seen - unseen > 1e-3 * (seen - start) {
             let middle = 0.5 * (unseen + seen);
             if is_seen(middle) {
@@ -310,19 +313,19 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         unseen
     }
 
-    /// Hands over the step that is not full.
+    /// Hands over the last step, which is not full.
     pub(super) fn finish(&mut self) {
         self.finish_part();
         self.finish_step();
     }
 
-    /// A length of a step as it is at a distance.
+    /// The length of a step at a distance, which grows with the distance.
     fn grown(&self, length: f64, at: f64) -> f64 {
         let first = self.first.unwrap_or(at);
         length.max((at - first) * self.limits.growth)
     }
 
-    /// Begins a step and a part where there are none.
+    /// Begins a step and a part if there are none.
     fn begin(&mut self, start: f64, depth: DVec3, before: DVec3, length: f64) {
         let Limits {
             angle,
@@ -348,8 +351,8 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         }
     }
 
-    /// Where what of a piece ends that fits into the part and the step; the optical depth is
-    /// `depth` at its start, and `all` at the end of the piece.
+    /// Where the portion of a piece ends that fits into the part and the step; the optical
+    /// depth is `depth` at the start of the piece and `all` at its end.
     fn end_of_part(
         &self,
         piece: &MediaPiece<'_>,
@@ -367,7 +370,8 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         let own = reached.min_element() - least;
         let most = deepest - least;
         if own > UNEVEN * most {
-            // It may all be at the end: halves, until no float is between.
+            // The optical depth may all be at the end, so the interval is halved until no float
+            // is between.
             let mut beyond = end;
             end = start;
             for _ in 0..f64::MANTISSA_DIGITS {
@@ -383,7 +387,8 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
                 }
             }
             if end == start {
-                // It is all at the start: as if it were even, if a float is between.
+                // The optical depth is all at the start: the piece counts as homogeneous, if a
+                // float is between.
                 let even = start + most / piece.extinction(start).min_element();
                 end = if start < even {
                     even.min(beyond)
@@ -392,13 +397,14 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
                 };
             }
         } else if own > most {
-            // As if it were even.
+            // The piece counts as homogeneous.
             end = start + (end - start) * (most / own);
         }
         end.max(start.next_up())
     }
 
-    /// Adds what is scattered of `lost`, which a piece takes from the ray around `centroid`.
+    /// Adds what is scattered of `lost`, which is the light that a piece takes from the ray
+    /// around `centroid`.
     fn scatter(&mut self, piece: &MediaPiece<'_>, centroid: f64, lost: DVec3) {
         let mut weight = 0.0;
         let mut add = |phase, scattered: DVec3| {
@@ -408,7 +414,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
                 None => self.scattered.push((phase, scattered)),
             }
         };
-        // The share of what is lost that each medium scatters.
+        // Each medium scatters a share of what is lost.
         if let [part] = piece.parts() {
             add(part.phase(), piece.albedo(part, centroid) * lost);
         } else {
@@ -421,7 +427,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         self.part.add(weight, centroid);
     }
 
-    /// Lights the part.
+    /// Evaluates the light on the part.
     fn finish_part(&mut self) {
         let part = std::mem::take(&mut self.part);
         if part.weight > 0.0 {
@@ -451,10 +457,11 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
     }
 }
 
-/// Depth beside that of a part from which a piece is not taken for an even one.
+/// A piece counts as homogeneous unless its optical depth changes that of a part by more than
+/// this factor.
 const UNEVEN: f64 = 4.0;
 
-/// Optical depth at which nothing is left.
+/// Behind this optical depth nothing is left.
 const OPAQUE: f64 = 16.2;
 
 fn share(scattering: DVec3, extinction: DVec3) -> DVec3 {
@@ -465,7 +472,7 @@ fn share(scattering: DVec3, extinction: DVec3) -> DVec3 {
     )
 }
 
-/// An exponential of each channel, of one if all are alike.
+/// `f` of each channel, evaluated once if all channels are equal.
 fn of_each(x: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
     if x.x == x.y && x.y == x.z {
         DVec3::splat(f(x.x))
@@ -482,11 +489,12 @@ fn exp_m1(x: DVec3) -> DVec3 {
     of_each(x, f64::exp_m1)
 }
 
-/// `1/τ − 1/(e^τ − 1)`: where on an even piece of this optical depth, which takes
-/// `taken = 1 − e^−τ`, light is scattered in the mean, from 1/2 for thin ones to 0.
+/// `1/τ − 1/(e^τ − 1)`: the mean position at which a homogeneous piece of this optical depth
+/// scatters, as a share of its length. It is 1/2 for a thin piece and tends to 0; `taken` is 1
+/// − e^−τ.
 fn front_share(depth: f64, taken: f64) -> f64 {
     if depth < 0.1 {
-        // To 1e-8.
+        // The series, to 1e-8.
         return 0.5 - depth / 12.0 * (1.0 - depth * depth / 60.0);
     }
     1.0 / depth - (1.0 - taken) / taken

@@ -13,8 +13,9 @@ use crate::gpu::scene::{EmitterRecord, MediumRecord};
 use crate::gpu::{AirlightSlot, LIT_PARTS, VisibilitySlot, assembly};
 use crate::visibility::Unshadowed;
 
-/// *Which parts of this ray see this one of many lights?* A part defines what one in the
-/// [`VisibilitySlot`] does, for the light that `light_number()` is the number of.
+/// The slot for the question: *which parts of this ray see this one of many lights?* A part
+/// defines the same functions as one in the [`VisibilitySlot`], for the light whose index is
+/// `light_number()`.
 #[derive(Debug, Clone, Copy)]
 pub struct ManyVisibilitySlot;
 
@@ -60,12 +61,12 @@ pub(super) struct ManyLight {
     pub(super) padding_c: u32,
 }
 
-/// Many lights in a table.
+/// A table of many lights.
 pub(crate) const LIGHTS: &str = include_str!("lights.wgsl");
 
-/// Where the texels of cookies begin in the [`table`] of so many lights.
+/// The index at which the texels of cookies begin in the [`table`] of so many lights.
 pub(crate) fn first_texel(lights: usize) -> u32 {
-    // A table that does not fit into a binding is refused.
+    // A table with a larger index does not fit into a binding, and is refused.
     (lights * (size_of::<ManyLight>() / 16)) as u32
 }
 
@@ -91,7 +92,7 @@ where
     Ok(shader)
 }
 
-/// The lights, and behind them the texels of their cookies.
+/// The lights, followed by the texels of their cookies.
 pub(crate) fn table<'a>(emitters: impl IntoIterator<Item = &'a Emitter>) -> Vec<[u32; 4]> {
     let mut lights = Vec::new();
     let mut texels: Vec<[u32; 4]> = Vec::new();
@@ -99,7 +100,7 @@ pub(crate) fn table<'a>(emitters: impl IntoIterator<Item = &'a Emitter>) -> Vec<
         let (emitter, cookie) = EmitterRecord::new(emitter);
         lights.push(ManyLight {
             emitter,
-            // A table with more is refused.
+            // A table with more texels is refused.
             cookie: texels.len() as u32,
             padding_a: 0,
             padding_b: 0,
@@ -112,7 +113,7 @@ pub(crate) fn table<'a>(emitters: impl IntoIterator<Item = &'a Emitter>) -> Vec<
     table
 }
 
-/// The lists, and the rays in their tiles.
+/// The lists, followed by the rays in their tiles.
 fn words(lists: &TileLights<'_>) -> Vec<u32> {
     let (offsets, lights) = lists.lists();
     let tiles = lists.tiles();
@@ -156,7 +157,8 @@ where
             arguments.extend(airlight.arguments());
             let scene = Scene {
                 medium: MediumRecord::new(lit.medium),
-                // More rays, tiles, lights and entries than that do not fit into a binding.
+                // None that fits into a binding has more rays, tiles, lights or entries than a
+                // u32 counts.
                 rays: lit.rays.len() as u32,
                 tiles: tiles as u32,
                 joined: u32::from(lit.touching == Touching::Joined),

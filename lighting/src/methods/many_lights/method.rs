@@ -1,4 +1,4 @@
-//! Pairs that gather all lights of a frame at once.
+//! Pairs that gather all lights of a frame in one pass.
 
 use std::fmt::Debug;
 use std::ops::Range;
@@ -16,15 +16,15 @@ use crate::methods::{
 use crate::scene::{Emission, Geometry};
 use crate::{Emitter, Gather};
 
-/// A kind of visibility source that answers for many lights at once.
+/// A kind of visibility source that can answer for many lights at once.
 ///
-/// Its lights are evaluated [as they are](crate::methods::LightSources::evaluated).
+/// The evaluator gets its lights [unchanged](crate::methods::LightSources::evaluated).
 pub trait SourcesTogether<B: Backend>: SourceOn<B> {
     /// The source of several lights.
     type Together;
 
-    /// Puts into the store what [`SourcesTogether::together`] needs of a light, as far as
-    /// that takes long.
+    /// Puts into the store those things that [`SourcesTogether::together`] needs for a light
+    /// and that take long to make.
     ///
     /// # Errors
     /// [`MethodError`].
@@ -35,8 +35,8 @@ pub trait SourcesTogether<B: Backend>: SourceOn<B> {
         quality: u32,
     ) -> Result<(), MethodError>;
 
-    /// The sources of all lights of the frame, in the order of the lights: as few as hold
-    /// them.
+    /// The sources of all lights of the frame, in the order of the lights, in as few groups as
+    /// hold them.
     ///
     /// # Errors
     /// [`MethodError`].
@@ -46,51 +46,49 @@ pub trait SourcesTogether<B: Backend>: SourceOn<B> {
         quality: u32,
     ) -> Result<Vec<Together<Self::Together>>, MethodError>;
 
-    /// Whether a light is gathered by itself, from [`SourceOn::source`], because what holds the
-    /// others together does not know all of its shadows.
+    /// Whether a light is gathered by itself, from [`SourceOn::source`], because the source of
+    /// many lights does not know all of its shadows.
     fn is_apart(&self, _inputs: &FrameInputs<'_>, _light: usize) -> bool {
         false
     }
 
-    /// Turns of loops that the shader of a source takes for a ray and a light, about.
+    /// Roughly how many loop iterations the shader of a source takes for a ray and a light.
     fn turns(source: &Self::Together) -> f64;
 }
 
-/// The source of a few lights that follow each other.
+/// The source of several consecutive lights.
 #[derive(Debug, Clone)]
 pub struct Together<T> {
-    /// The source, which numbers them from 0.
+    /// The source, in which the lights are numbered from 0.
     pub source: T,
-    /// How many there are.
+    /// Number of lights.
     pub lights: usize,
 }
 
-/// A pair that gathers all lights of a frame at once where it culls them, and one after
-/// the other elsewhere.
-///
-/// It is the [`PerLight`] of the pair in name and picture.
+/// A pair that gathers all lights of a frame in one pass where lights are culled, and one after
+/// the other elsewhere. Its name and its picture are those of the [`PerLight`] of the pair.
 #[derive(Debug, Clone)]
 pub struct ManyLights<S, E>(PerLight<S, E>);
 
 impl<S, E> ManyLights<S, E> {
-    /// The same pair, light by light where it has to be.
+    /// Makes it of a pair that gathers light by light.
     pub fn new(pair: PerLight<S, E>) -> Self {
         Self(pair)
     }
 }
 
-/// Turns for what a shader finds out about a ray and a light before it evaluates anything:
-/// where the ray enters the cone, and the kinks.
+/// Loop iterations before a shader evaluates anything of a ray and a light: for the entry into
+/// the cone, and for the kinks.
 const TURNS_OF_PATH: f64 = 64.0;
 
-/// Parts between kinks that an evaluator divides a lit part into, at most.
+/// The largest number of parts into which kinks divide a lit part.
 const PARTS: f64 = 6.0;
 
-/// Texels of cookies that go into one table, at most, and those of their mip levels: half
-/// of what a GPU with the default limits of WebGPU binds at once.
+/// The largest number of cookie texels in one table, mip levels included. They are half of what
+/// a GPU with the default limits of WebGPU binds at once.
 const MOST_TEXELS: usize = 1 << 22;
 
-/// The texels of the cookie of a light with its mip levels; 0 for none.
+/// Number of texels of a light's cookie with its mip levels; 0 without a cookie.
 fn texels(emitter: &Emitter) -> usize {
     let Emitter::Point(point) = emitter else {
         return 0;
@@ -102,7 +100,7 @@ fn texels(emitter: &Emitter) -> usize {
     levels.map(|level| level.texels().len()).sum()
 }
 
-/// The lists of as many lights as possible from the first on.
+/// The lists of as many lights, from the first on, as fit.
 fn lists<'t>(
     tiles: &'t RayTiles,
     emitters: &[Emitter],
@@ -126,7 +124,7 @@ impl<S, E: Evaluators> ManyLights<S, E>
 where
     PerLight<S, E>: Method,
 {
-    /// Whether the lights of a frame are gathered at once.
+    /// Whether the lights of a frame are gathered in one pass.
     fn is_at_once(&self, inputs: &FrameInputs<'_>) -> Result<bool, MethodError> {
         Ok(!E::IS_OF_LIGHT && !inputs.is_covered()? && is_culled(inputs))
     }
@@ -237,14 +235,14 @@ where
                     start += 1;
                     continue;
                 }
-                // Lights are added in their order.
+                // Lights must be added in their order.
                 let apart = (start..all.end).find(|light| sources.is_apart(inputs, *light));
                 let rest = &inputs.emitters[start..apart.unwrap_or(all.end)];
                 let (lists, count) = frame.pass("lists of lights", || {
                     lists(culled.tiles(), rest).map_err(MethodError::resource("lists of lights"))
                 })?;
                 let emitters = &rest[..count];
-                // The lines of a cookie may take all turns that there are.
+                // The lines of a cookie may take all iterations that are allowed.
                 let lights_per_dispatch = match emitters.iter().any(|emitter| texels(emitter) > 0) {
                     true => 1,
                     false => (MOST_TURNS / turns).max(1.0) as usize,

@@ -1,44 +1,45 @@
 //! Many lights in one pass: every pixel asks the lights of its tile, and no others.
 //!
-//! Light by light, a picture of N lights takes N passes however few of its pixels each
-//! light reaches. [`GatherMany`] takes the [lists](crate::culling::TileLights) of lights that
-//! may reach each tile of 4 × 4 pixels and adds the light of all of them: every ray asks
-//! those of its tile, each for its own lit part of the ray, clipped to range and cone. So
-//! the cost grows with the lights that reach a pixel, and not with those that there are.
+//! Light by light, a picture of N lights takes N passes, however few of its pixels each light
+//! reaches. [`GatherMany`] takes the [lists](crate::culling::TileLights) of lights that may
+//! reach each tile of 4 × 4 pixels and adds the light of all of them in one pass. Every ray
+//! asks the lights of its tile, each for its own lit part of the ray, clipped to range and
+//! cone. So the cost grows with the number of lights that reach a pixel, not with the number of
+//! lights.
 //!
 //! Based on: Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of Voxelized
-//! Shadows, I3D 2015, section 4, who light the surfaces of a city by 165 spotlights with
-//! precomputed shadows so; and Olsson, Billeter and Assarsson, Clustered Deferred and
-//! Forward Shading, HPG 2012.
+//! Shadows, I3D 2015, section 4, who light the surfaces of a city in this way by 165 spotlights
+//! with precomputed shadows; and Olsson, Billeter and Assarsson, Clustered Deferred and Forward
+//! Shading, HPG 2012.
 //!
-//! Departures from the papers: the lights are those along whole rays through fog, not of
-//! surfaces alone; lists have no limit; and lights are added in their order.
+//! Departures from the papers: lights are gathered along whole rays through fog and not on
+//! surfaces alone; lists have no length limit; and lights are added in their order.
 //!
-//! # Who uses it
+//! # Which methods use it
 //!
-//! Nobody has to ask for it. The pairs of no shadows (`none`) and of precomputed shadows
-//! (`precomputed`) with every evaluator run so where [lights are
-//! culled](crate::culling#in-a-picture), except for tables of a frame, which each light has
-//! one of. Pairs whose source is made anew for each light in each frame stay light by
-//! light, and so do those lights of `precomputed` that reach a dynamic caster: they are gathered
-//! between the others, in the order of the lights.
+//! It needs no option. Pairs of every evaluator with no shadows (`none`) or with precomputed
+//! shadows (`precomputed`) use it where [lights are culled](crate::culling#in-a-picture). The
+//! exception are tables that are made for a frame, because each light has its own. Pairs whose
+//! source is made anew for each light in each frame stay light by light. So do those lights of
+//! `precomputed` that reach a dynamic caster: they are gathered between the others, in the
+//! order of the lights.
 //!
 //! # What is guaranteed
 //!
-//! On the CPU the picture has the bits that a [`Gather`](crate::Gather) of one light after
-//! the other gives. On a GPU it does not depend on the lists, as long as no light is left
-//! out that reaches a ray: sums are in the order of the lights. It agrees with the CPU as
+//! On the CPU the picture has the same bits as by a [`Gather`](crate::Gather) of one light
+//! after the other. On a GPU it does not depend on the lists, as long as no light that reaches
+//! a ray is left out, because sums are in the order of the lights. It agrees with the CPU as
 //! [`gpu`](crate::gpu) says.
 //!
 //! # On GPUs
 //!
-//! Lights, their cookies and the lists are in storage buffers, and one dispatch gathers all
-//! of them. More than one dispatch is needed
+//! Lights, their cookies and the lists are in storage buffers, and one dispatch gathers all of
+//! them. More than one dispatch is needed
 //!
-//! * where precomputed shadows do not fit into one binding, 128 MiB with the default limits
-//!   of WebGPU: each dispatch takes as many lights as fit;
-//! * where a ray has so many lights that the loops of a dispatch would have more than some
-//!   50,000 turns, after which some drivers end them: each takes a part of every list.
+//! * if precomputed shadows do not fit into one binding, which is 128 MiB with the default
+//!   limits of WebGPU: each dispatch takes as many lights as fit;
+//! * if a ray has so many lights that the loops of an invocation would exceed some 50,000
+//!   iterations, after which some drivers end them: each dispatch takes a part of every list.
 //!
 //! ```
 //! use glam::Vec3;
@@ -101,31 +102,32 @@ use crate::scene::Medium;
 use crate::visibility::Unshadowed;
 use crate::{AirlightEvaluator, Emitter, LightPath, Ray, Touching, VisibilitySource, Watch};
 
-/// What the sources and the evaluator of many lights are asked about.
+/// The rays of a gather of many lights, with the lights and the medium.
 #[derive(Debug)]
 pub struct LitByMany<'a, M: Memory> {
     /// The rays, in the memory of the backend.
     pub rays: &'a M::Buffer<Ray>,
-    /// The lights of the lists.
+    /// The lights that the lists refer to.
     pub emitters: &'a [Emitter],
-    /// The number of the first of them in the visibility source: 0, but for lights that are
-    /// some of those that it knows.
+    /// The index that the first of these lights has in the visibility source: 0, unless they
+    /// are some of the lights that it knows.
     pub first: usize,
     /// Which of them may reach the rays, by tile.
     pub lists: &'a TileLights<'a>,
-    /// What scatters their light.
+    /// The medium that scatters their light.
     pub medium: &'a Medium,
-    /// What becomes of lit parts that touch.
+    /// Whether lit parts that touch are joined.
     pub touching: Touching,
-    /// Entries of each list that one dispatch takes on a GPU, at least 1; the others are
-    /// those of the next ones.
+    /// Entries of each list that one dispatch takes on a GPU, at least 1. Further dispatches
+    /// take the entries after these.
     pub lights_per_dispatch: usize,
-    /// Told of progress, on backends that make any.
+    /// Is told of progress, on backends that report any.
     pub watch: &'a dyn Watch,
 }
 
 impl<'a, M: Memory> LitByMany<'a, M> {
-    /// Rays of a frame, touching parts apart and all of each list at once.
+    /// The rays of a frame; parts that touch are kept apart, and one dispatch takes whole
+    /// lists.
     pub fn new(
         rays: &'a M::Buffer<Ray>,
         emitters: &'a [Emitter],
@@ -145,20 +147,21 @@ impl<'a, M: Memory> LitByMany<'a, M> {
     }
 }
 
-/// The step that turns the visibility sources `V` of many lights and an airlight evaluator
-/// `A` into an image.
+/// The step that turns the visibility sources `V` of many lights and an airlight evaluator `A`
+/// into an image.
 ///
-/// Implemented for the CPU for every evaluator and all [sources by
-/// light](VisibilityOfMany), and for GPUs for those that bring a shader part.
+/// It is implemented on the CPU for every evaluator with all [`VisibilityOfMany`], and on GPUs
+/// for those that bring a shader part.
 pub trait GatherMany<V, A>: Backend {
-    /// Adds to `radiance[i]` the airlight of `lit.rays[i]` due to the lights that its tile
-    /// lists, in their order: for each what [`Gather`](crate::Gather) adds. The fourth
-    /// component is left alone.
+    /// Adds to the first three components of `radiance[i]` the airlight of `lit.rays[i]` from
+    /// the lights that its tile lists, in their order; for each light it is what
+    /// [`Gather`](crate::Gather) adds.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if there are not as many sums as rays, as rays in tiles, or
-    /// not as many lights as lists are made of; nothing is written then. On a GPU
-    /// [`Error::TooLarge`] if lights and cookies, or lists, do not fit into one binding.
+    /// [`Error::LengthMismatch`] if the number of sums or of rays in tiles is not that of rays,
+    /// or if the lists were made for another number of lights; nothing is written then. On a
+    /// GPU [`Error::TooLarge`] if lights and cookies, or the lists, do not fit into one
+    /// binding.
     fn gather_many(
         &self,
         lit: &LitByMany<'_, Self::Memory>,
@@ -173,12 +176,12 @@ pub trait VisibilityOfMany: Sync {
     /// The source of a light.
     type Source: VisibilitySource;
 
-    /// That of a light by its number; `None` for a light that nothing is known of, which
-    /// then lights nothing.
+    /// The source of the light of this index; `None` for an index of no light, which then
+    /// lights nothing.
     fn of_light(&self, light: usize) -> Option<&Self::Source>;
 }
 
-/// Nothing is in the way of any light.
+/// Nothing blocks any light.
 impl VisibilityOfMany for Unshadowed {
     type Source = Self;
 
@@ -218,7 +221,7 @@ fn check<M: Memory>(lit: &LitByMany<'_, M>, radiance: usize) -> Result<(), Error
     )
 }
 
-/// Tiles per unit of work.
+/// Tiles in a unit of work.
 const TILES: usize = 4;
 
 impl<V: VisibilityOfMany, A: AirlightEvaluator> GatherMany<V, A> for Cpu {
@@ -261,7 +264,7 @@ impl<V: VisibilityOfMany, A: AirlightEvaluator> GatherMany<V, A> for Cpu {
                         batch.path(i, path);
                         batch.lit_parts(&parts, &[], sums);
                     }
-                    // A batch is of one light.
+                    // A batch must be of a single light.
                     batch.finish(sums);
                 }
             }

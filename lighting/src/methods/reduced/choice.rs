@@ -1,4 +1,4 @@
-//! Which rays of a picture are gathered.
+//! The choice of the rays of a picture that are gathered.
 
 use gpu_backend::{Cpu, Error};
 
@@ -9,30 +9,30 @@ use crate::methods::{FrameInputs, Selection};
 use crate::scene::trace::Hit;
 use crate::{Interleaving, Ray};
 
-/// Stands for the number of a ray of a pixel that has none of its own.
+/// Takes the place of a ray index for a pixel that has no ray of its own.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// The rays of a picture that a reduction leaves to be gathered: those of the samples,
-/// and those of the pixels that no sample resembles.
+/// The rays of a picture that a reduction gathers: those of the samples, and those of the
+/// pixels that no sample resembles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     pub(super) grid: Grid,
-    /// What each pixel of the picture sees.
+    /// The surface that each pixel of the picture sees.
     pub(super) planes: Vec<Plane>,
-    /// The pixel of each ray that is gathered, samples first.
+    /// The pixel of each gathered ray, samples first.
     pixels: Vec<u32>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
-    /// For each sample the number of a ray that takes all parts for it, or [`NONE`];
-    /// empty if the samples are used as they are.
+    /// For each sample the index of a ray that takes all parts for it, or [`NONE`]; empty if
+    /// samples are used as they are.
     pub(super) of_samples: Vec<u32>,
-    /// For each pixel the number of a ray of its own, or [`NONE`]; empty if every
-    /// pixel is a sample.
+    /// For each pixel the index of a ray of its own, or [`NONE`]; empty if every pixel is a
+    /// sample.
     pub(super) of_pixels: Vec<u32>,
     alone: usize,
 }
 
-/// Numbers those that are alone from `first` on.
+/// Numbers the entries that are true, from `first` on.
 fn number(alone: &[bool], first: &mut u32) -> Vec<u32> {
     let numbers = alone.iter().map(|alone| match alone {
         true => {
@@ -45,7 +45,8 @@ fn number(alone: &[bool], first: &mut u32) -> Vec<u32> {
 }
 
 impl Choice {
-    /// The choice for a frame of a whole picture; the same on any number of threads.
+    /// Chooses the rays for a frame, which must be a whole picture. The result does not depend
+    /// on threads.
     ///
     /// Cost: a few comparisons of neighbours for each pixel.
     ///
@@ -72,7 +73,7 @@ impl Choice {
             planes: &planes,
             matters,
         };
-        // No more pixels than a u32 counts.
+        // A picture has no more pixels than a u32 counts.
         let mut pixels: Vec<u32> = grid.gathered().map(|pixel| pixel as u32).collect();
         let mut next = pixels.len() as u32;
         let (mut of_samples, mut of_pixels) = (Vec::new(), Vec::new());
@@ -117,7 +118,7 @@ impl Choice {
         &self.rays
     }
 
-    /// What they are in the picture, and how they share the work.
+    /// Which pixels they are, and how they share the work.
     pub fn selection(&self) -> Selection<'_> {
         let window = self.grid.window;
         Selection {
@@ -126,7 +127,7 @@ impl Choice {
         }
     }
 
-    /// The frame of these rays, in place of that of the whole picture.
+    /// The frame with these rays, made from that of the whole picture.
     pub fn inputs<'a>(&'a self, whole: &FrameInputs<'a>) -> FrameInputs<'a> {
         FrameInputs {
             rays: &self.rays,
@@ -136,8 +137,8 @@ impl Choice {
         }
     }
 
-    /// The share of the pixels of the picture that are gathered in full because no
-    /// sample resembles them.
+    /// The share of the picture's pixels that are gathered in full because no sample resembles
+    /// them.
     pub fn in_full(&self) -> f64 {
         self.alone as f64 / self.grid.pixels() as f64
     }
@@ -157,7 +158,7 @@ impl Grid {
                 .saturating_sub(1)
                 .min(self.samples[side] - 1)
         };
-        // The outer ones have no weight without a Gaussian.
+        // Without the Gaussian, the outer taps have no weight.
         let taps = match self.filter {
             Filter::Bilateral => 1..3,
             Filter::Gaussian => 0..4,
@@ -196,7 +197,7 @@ impl Grid {
         let pixel = y as usize * self.size[0] as usize + x as usize;
         let mut sum = 0.0;
         self.for_each_between([x, y], |sample, weight| {
-            // One that is enough is enough.
+            // Once the sum is large enough, no further sample is compared.
             if sum < self.least_between() {
                 sum += weight * seen.resemblance(pixel, self.pixel(sample));
             }

@@ -1,4 +1,4 @@
-//! The steps that make a picture of samples.
+//! The steps that fill a picture from samples.
 
 use gpu_backend::{Backend, BufferOf, Cpu, Error, Host, Memory};
 
@@ -9,7 +9,7 @@ use super::resemblance::Seen;
 use crate::Ray;
 use crate::gather::check_lengths;
 
-/// What a picture is filled by, in the memory of a backend.
+/// A choice in the memory of a backend, with what it takes to fill the picture.
 #[derive(Debug)]
 pub struct Filling<'a, M: Memory> {
     pub(super) choice: &'a Choice,
@@ -21,11 +21,11 @@ pub struct Filling<'a, M: Memory> {
 }
 
 impl<'a, M: Memory> Filling<'a, M> {
-    /// What a choice needs on a backend; `rays` are those of the whole picture.
+    /// Copies a choice to a backend. `rays` must be those of the whole picture.
     ///
     /// # Errors
-    /// Those of [`Backend::upload`]; [`Error::LengthMismatch`] if the rays are not
-    /// those of the picture.
+    /// Those of [`Backend::upload`]; [`Error::LengthMismatch`] if the rays are not those of the
+    /// picture.
     pub fn upload<B>(
         backend: &B,
         choice: &'a Choice,
@@ -53,14 +53,14 @@ impl<'a, M: Memory> Filling<'a, M> {
     }
 }
 
-/// A backend that makes a picture of samples: every backend of this workspace.
+/// A backend that fills pictures from samples. Every backend of this workspace does.
 pub trait FillPicture: Backend {
-    /// Adds to `radiance[i]` the light of the pixel i, made from `gathered`: the light
-    /// of the [rays](Choice::rays) of a choice. The fourth component is left alone.
+    /// Adds to the first three components of `radiance[i]` the light of pixel i, from
+    /// `gathered`, which is the light of the [rays](Choice::rays) of a choice.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if there are not as many as rays, or not as much
-    /// radiance as pixels; nothing is written then.
+    /// [`Error::LengthMismatch`] if there is not one entry of `gathered` for each ray, or of
+    /// radiance for each pixel; nothing is written then.
     fn fill_picture(
         &self,
         filling: &Filling<'_, Self::Memory>,
@@ -115,7 +115,7 @@ impl Filling<'_, Host> {
         }
     }
 
-    /// Adds to each sample the mean of what the subsets around it give.
+    /// Adds to each sample the mean over the subsets around it.
     fn join_subsets(&self, cpu: &Cpu, gathered: &[[f32; 4]], samples: &mut [[f32; 4]]) {
         let grid = &self.choice.grid;
         let seen = self.seen();

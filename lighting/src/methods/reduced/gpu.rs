@@ -1,4 +1,4 @@
-//! Pictures from samples on a GPU.
+//! Filling pictures from samples, on a GPU.
 
 use bytemuck::{Pod, Zeroable};
 use gpu_backend::gpu::{
@@ -55,7 +55,7 @@ impl GridRecord {
 /// A pass over samples or pixels.
 struct Pass<'a> {
     entry: &'static str,
-    /// The rays that samples or pixels have to themselves.
+    /// For each sample or pixel, the ray of its own.
     own: &'a GpuBuffer<u32>,
     gathered: &'a GpuBuffer<[f32; 4]>,
     samples: &'a GpuBuffer<[f32; 4]>,

@@ -1,8 +1,8 @@
-//! Which pixels are sampled, and with which weight a sample counts by its place.
+//! The grid of sampled pixels, and the weights of samples by their place.
 
 use std::fmt;
 
-/// How much less work a picture is.
+/// How much the work for a picture is reduced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Reduction {
     block: u32,
@@ -13,15 +13,15 @@ pub struct Reduction {
 /// What fills the pixels between samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Filter {
-    /// Samples that resemble a pixel; it is gathered in full if none does.
+    /// From the samples that resemble a pixel; the pixel is gathered in full if none does.
     #[default]
     Bilateral,
-    /// All samples, whatever they see, smoothed by a 3 × 3 Gaussian first: what
-    /// [`Filter::Bilateral`] is compared with.
+    /// From all samples, whatever they see, after a 3 × 3 Gaussian. This is the baseline for
+    /// [`Filter::Bilateral`].
     Gaussian,
 }
 
-/// A reduction that there is not.
+/// The sides of blocks or windows are out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("{what} of {side} x {side} pixels were asked for, expected 1 to {MOST} per side")]
 pub struct ReductionError {
@@ -29,7 +29,7 @@ pub struct ReductionError {
     side: u32,
 }
 
-/// Pixels along a side of blocks and windows, at most.
+/// The largest side of blocks and windows.
 const MOST: u32 = 8;
 
 impl Reduction {
@@ -64,11 +64,11 @@ impl Reduction {
         ..Self::NONE
     };
 
-    /// A sample for every `block` × `block` pixels, each of which takes one part in
-    /// `window` × `window` of the work; 1 leaves nothing out.
+    /// One sample for every `block` × `block` pixels, each of which takes one part in `window`
+    /// × `window` of the work. 1 reduces nothing.
     ///
     /// # Errors
-    /// [`ReductionError`] for 0 and above 8.
+    /// [`ReductionError`] for 0 and for numbers above 8.
     pub fn new(block: u32, window: u32) -> Result<Self, ReductionError> {
         for (what, side) in [("blocks", block), ("windows", window)] {
             if !(1..=MOST).contains(&side) {
@@ -82,24 +82,24 @@ impl Reduction {
         })
     }
 
-    /// The same windows, over a quarter of the pixels.
+    /// The same windows with a quarter of the pixels.
     #[must_use]
     pub const fn and_a_quarter(self) -> Self {
         Self { block: 2, ..self }
     }
 
-    /// The same with another filter.
+    /// The same reduction with another filter.
     #[must_use]
     pub fn with_filter(self, filter: Filter) -> Self {
         Self { filter, ..self }
     }
 
-    /// Pixels along a side of the blocks that share a sample.
+    /// Pixels along each side of the blocks that share a sample.
     pub fn block(self) -> u32 {
         self.block
     }
 
-    /// Samples along a side of the windows that share the work.
+    /// Samples along each side of the windows that share the work.
     pub fn window(self) -> u32 {
         self.window
     }
@@ -109,12 +109,13 @@ impl Reduction {
         self.filter
     }
 
-    /// A name and the reduction that it ends on, as [`Display`](fmt::Display) writes it:
-    /// `hybrid x gauss-8 3x3 quarter` is a `3x3 quarter` of `hybrid x gauss-8`. A name that
-    /// ends on none is all of it, and [`Reduction::NONE`].
+    /// Splits a name into the name of a method and the reduction in which it ends, as
+    /// [`Display`](fmt::Display) writes it: `hybrid x gauss-8 3x3 quarter` is a `3x3 quarter`
+    /// of `hybrid x gauss-8`. A name that does not end in a reduction is returned whole, with
+    /// [`Reduction::NONE`].
     pub fn of_name(name: &str) -> (&str, Self) {
         let (mut rest, mut reduction) = (name.trim_end(), Self::NONE);
-        // From the end: the filter, then blocks, then windows.
+        // Words are read from the end: the filter, then blocks, then windows.
         let last = |rest: &mut &str| -> Option<String> {
             let (before, word) = rest.rsplit_once(' ')?;
             let word = word.to_owned();
@@ -139,20 +140,21 @@ impl Reduction {
         }
     }
 
-    /// Whether nothing is left out.
+    /// Whether nothing is reduced.
     pub fn is_none(self) -> bool {
         self.block == 1 && self.window == 1
     }
 
-    /// The share of the work of a whole picture that is left, edges aside.
+    /// The share of the work of a whole picture that remains, without the additional rays at
+    /// edges.
     pub fn share(self) -> f64 {
         let side = f64::from(self.block * self.window);
         1.0 / (side * side)
     }
 }
 
-/// What a name of a reduced method ends on: `3x3 quarter`, `sixteenth gaussian`; nothing
-/// for [`Reduction::NONE`].
+/// The end of a reduced method's name: `3x3 quarter`, `sixteenth gaussian`; nothing for
+/// [`Reduction::NONE`].
 impl fmt::Display for Reduction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let window = match self.window {
@@ -175,7 +177,7 @@ impl fmt::Display for Reduction {
     }
 }
 
-/// The side of which `of` makes a reduction with this name.
+/// The side for which `of` makes a reduction with this name.
 fn side_of(word: &str, of: fn(u32) -> Reduction) -> Option<u32> {
     (2..=MOST).find(|side| of(*side).to_string() == word)
 }

@@ -8,13 +8,13 @@ use crate::methods::{
 };
 use crate::scene::Geometry;
 
-/// A method whose picture is made of fewer rays, or of rays that share its work; see
-/// the [module](super).
+/// A method whose picture is made from fewer rays, or from rays that share its work; see the
+/// [module](super).
 ///
-/// Its quality is that of the method. With [`Reduction::NONE`] it is the method, bit for
-/// bit. In a frame that is a [part](crate::methods::Selection) of a picture already, the
-/// neighbours of a ray are not known, and the method runs as it is: one `Reduced` with
-/// both reductions does what two around each other do not.
+/// Its quality is that of the method. With [`Reduction::NONE`] it is the method itself, bit for
+/// bit. In a frame that is already [part](crate::methods::Selection) of a picture, the
+/// neighbours of a ray are not known, and the method runs unchanged. So use one `Reduced` with
+/// both reductions, and not two around each other.
 #[derive(Debug, Clone, Copy)]
 pub struct Reduced<M> {
     inner: M,
@@ -22,7 +22,7 @@ pub struct Reduced<M> {
     shown: Option<ShownAs>,
 }
 
-/// How a reduced method is shown by comparisons.
+/// How comparisons show a reduced method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ShownAs {
     /// See [`About::name`].

@@ -1,4 +1,4 @@
-//! Which blockers may touch which part of a map.
+//! Sorts blockers by the parts of a map that they may touch.
 
 use std::ops::Range;
 
@@ -9,18 +9,17 @@ use super::view::Texels;
 /// Texels along each side of the smallest bins.
 const SIDE: usize = 16;
 
-/// A blocker is in the smallest bins of which it touches no more than this, so
-/// that memory stays in proportion to the number of blockers. Anything is in
-/// four or less of bins that are no smaller than itself.
+/// A blocker goes into the smallest bins of which it touches no more than this, which keeps
+/// memory proportional to the number of blockers. Anything touches at most four bins that are
+/// no smaller than itself.
 const MOST_BINS: usize = 4;
 
-/// The numbers of the blockers that may touch each square of texels: squares of
-/// [`SIDE`] texels, and of twice as many at each further level, up to one that
-/// is everything.
+/// The indices of the blockers that may touch each square of texels: squares of [`SIDE`]
+/// texels, and on each further level of twice as many, up to one that contains everything.
 #[derive(Debug)]
 pub(crate) struct Bins {
     levels: Vec<Level>,
-    /// Where the numbers of each bin start; and the end of the last.
+    /// The start of each bin's indices, and the end of the last bin.
     starts: Vec<usize>,
     numbers: Vec<u32>,
 }
@@ -30,12 +29,13 @@ pub(crate) struct Bins {
 struct Level {
     side: usize,
     per_side: usize,
-    /// The number of its first bin.
+    /// Index of its first bin.
     first: usize,
 }
 
 impl Bins {
-    /// Sorts the blockers 0 to before `count`; `texels` tells what each touches.
+    /// Sorts the blockers with indices below `count`; `texels` gives the texels that each may
+    /// touch.
     pub(crate) fn new(
         resolution: u32,
         count: usize,
@@ -81,7 +81,7 @@ impl Bins {
         }
     }
 
-    /// The numbers of all blockers that may touch the tile, in rising order.
+    /// Indices of all blockers that may touch the tile, in rising order.
     pub(crate) fn of_tile(&self, tile: &Tile) -> Vec<u32> {
         let mut found = Vec::new();
         for level in &self.levels {
@@ -96,7 +96,7 @@ impl Bins {
 }
 
 impl Level {
-    /// The columns or rows of bins that hold these texels.
+    /// The columns or rows of bins that contain these texels.
     fn along(&self, texels: &Range<usize>) -> Range<usize> {
         texels.start / self.side..texels.end.div_ceil(self.side).min(self.per_side)
     }
@@ -111,11 +111,11 @@ impl Level {
     }
 }
 
-/// Calls `bin` with the numbers of the bins that a blocker belongs to.
+/// Calls `bin` with the index of each bin that a blocker belongs to.
 fn for_each_bin(levels: &[Level], texels: Texels, bin: impl FnMut(usize)) {
     let [x, y] = [texels.x, texels.y].map(|[first, end]| first as usize..end as usize);
     let fits = |level: &&Level| level.along(&x).len() * level.along(&y).len() <= MOST_BINS;
-    // The last level, of one bin, holds anything.
+    // The last level, with one bin, contains everything.
     if let Some(level) = levels.iter().find(fits) {
         level.for_each([&x, &y], bin);
     }

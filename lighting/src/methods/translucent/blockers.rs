@@ -1,4 +1,4 @@
-//! What the rays of one face meet, as segments per texel.
+//! The blockers on the rays of a face, as segments per texel.
 
 use gpu_backend::Cpu;
 use transmittance::{BlockerSegment, Source, Tile};
@@ -13,27 +13,26 @@ use crate::scene::raster::Face;
 use crate::scene::{DensityGrid, Particles, Strands, Translucent};
 use crate::shadow_map::{EMPTY, Masked, render_face};
 
-/// The blockers of a scene over the picture plane of a light, or of a camera:
-/// a [`Source`] of segments for a map of curves.
+/// The blockers of a scene in the picture of a light or of a camera: a [`Source`] of segments
+/// for a map of curves.
 ///
-/// The segments of a texel come in the order of the casters and of their parts;
-/// see-through triangles come after those, each as a surface, and opaque triangles
-/// last, as one opaque segment at the nearest of them.
-/// Memory is at most four numbers per strand piece and particle, about 11 bytes
-/// per caster and 16 × 16 texels, 200 bytes per see-through triangle, and one number
-/// per texel where there are opaque ones; segments are made anew for each tile.
+/// The segments of a texel come in the order of the casters and of their parts. See-through
+/// triangles come after those, each as a surface, and opaque triangles last, as one opaque
+/// segment at the nearest of them. Memory is at most four numbers per strand piece and
+/// particle, about 11 bytes per caster and 16 × 16 texels, 200 bytes per see-through triangle,
+/// and one number per texel if there are opaque triangles. Segments are made anew for each
+/// tile.
 ///
-/// These are the segments of red light, unless
-/// [another channel](FaceBlockers::of_channel) is asked for; colours differ where
-/// [`Casters::channels`] says so.
+/// The segments are those of red light, unless [another channel](FaceBlockers::of_channel) is
+/// asked for. Colours differ where [`Casters::channels`] says so.
 #[derive(Debug)]
 pub struct FaceBlockers<'a> {
     view: View,
     layers: Vec<Layer<'a>>,
     panes: Option<Panes>,
-    /// Whose shares the segments tell.
+    /// The colour channel of the segments.
     channel: usize,
-    /// Depth of the nearest triangle per texel; empty if there is none.
+    /// Depth of the nearest opaque triangle in each texel; empty if there are none.
     opaque: Vec<f32>,
     depths: [f32; 2],
 }
@@ -46,7 +45,7 @@ enum Layer<'a> {
 }
 
 impl<'a> FaceBlockers<'a> {
-    /// Sorts the casters by what they may touch, and draws the triangles.
+    /// Sorts the casters by the texels that they may touch, and draws the opaque triangles.
     /// `resolution` is the number of texels per side, at most 16384.
     pub(crate) fn new(
         cpu: &Cpu,
@@ -96,7 +95,8 @@ impl<'a> FaceBlockers<'a> {
         }
     }
 
-    /// The same in the colour channel of this number, 0 to 2; larger numbers are 2.
+    /// The same blockers in the colour channel of this index, 0 to 2; larger numbers count as
+    /// 2.
     #[must_use]
     pub fn of_channel(self, channel: usize) -> Self {
         Self {
@@ -110,8 +110,8 @@ impl<'a> FaceBlockers<'a> {
         self.view.resolution()
     }
 
-    /// Depths between which all blockers lie, as well as the corners of a box
-    /// around them tell: what methods that need a range of depths are given.
+    /// The depths between which all blockers lie, from the corners of a box around them, for
+    /// methods that need a range of depths.
     pub fn depths(&self) -> [f32; 2] {
         self.depths
     }
@@ -162,7 +162,7 @@ impl Source for FaceBlockers<'_> {
         };
         texels.for_each(|x, y| {
             let depth = self.opaque[(y * view.resolution() + x) as usize];
-            // A texel without triangles has the largest depth there is.
+            // A texel without opaque triangles has the depth EMPTY.
             if depth < EMPTY
                 && let Ok(segment) = BlockerSegment::opaque(depth)
             {
@@ -172,8 +172,7 @@ impl Source for FaceBlockers<'_> {
     }
 }
 
-/// The depths of a box around all casters, slightly widened; `[0, 1]` if there
-/// are none.
+/// The depths of a box around all casters, slightly widened; `[0, 1]` if there are none.
 fn depths(view: &View, casters: &Casters<'_>) -> [f32; 2] {
     let Some(bounds) = casters.bounds() else {
         return [0.0, 1.0];
@@ -184,7 +183,7 @@ fn depths(view: &View, casters: &Casters<'_>) -> [f32; 2] {
         (near, far) = (near.min(view.depth(corner)), far.max(view.depth(corner)));
     }
     if !view.is_parallel() {
-        // The nearest point of the box may be on a face, or the origin inside.
+        // The nearest point of the box may be on a face, or the origin may be inside.
         let min = local.into_iter().fold(local[0], glam::DVec3::min);
         let max = local.into_iter().fold(local[0], glam::DVec3::max);
         near = glam::DVec3::ZERO.clamp(min, max).length();

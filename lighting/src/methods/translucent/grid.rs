@@ -1,5 +1,4 @@
-//! Density grids as a light sees them: a segment per cell on the ray of each
-//! texel.
+//! Density grids as a light sees them: one segment for each cell on the ray of each texel.
 //!
 //! Along a ray the extinction in a cell is constant or, between the samples of
 //! a trilinear grid, a polynomial of degree 3, whose integral is exact.
@@ -9,8 +8,7 @@ use transmittance::BlockerSegment;
 use super::view::{Texels, View};
 use crate::scene::DensityGrid;
 
-/// Calls `put` with what the grid takes from each of the texels in one colour
-/// channel.
+/// Calls `put` with what the grid takes from each texel, in one colour channel.
 pub(super) fn segments(
     grid: &DensityGrid,
     view: &View,
@@ -28,7 +26,8 @@ pub(super) fn segments(
         let (start, direction) = view.world_ray(x, y);
         for span in grid.cells_along(start, direction, least, f64::INFINITY) {
             let tau = tint * grid.optical_depth(&span);
-            // Finite depths in order, and a sum of what is positive.
+            // This cannot fail: depths are finite and in order, and a sum of positive terms is
+            // positive.
             if tau > 0.0
                 && let Ok(segment) =
                     BlockerSegment::from_optical_depth(span.from as f32, span.to as f32, tau as f32)

@@ -1,4 +1,4 @@
-//! Maps of transmittance for all kinds of lights.
+//! Transmittance maps for all kinds of lights.
 
 use std::fmt::Debug;
 
@@ -15,7 +15,7 @@ use crate::visibility::{PointVisibility, SurfaceShadow};
 /// The largest number of texels per side of a face.
 pub const MAX_RESOLUTION: u32 = 16384;
 
-/// Why a map could not be made.
+/// Why a transmittance map could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TransmittanceMapError {
@@ -25,17 +25,17 @@ pub enum TransmittanceMapError {
         /// Texels per side asked for.
         resolution: u32,
     },
-    /// There is no memory for the curves.
+    /// There is not enough memory for the curves.
     #[error(transparent)]
     Curves(#[from] transmittance::Error),
 }
 
-/// How much of a light gets how far, in every direction from it: a curve per
-/// texel, on the faces that [`shadow_map`](crate::shadow_map) describes; one for each
+/// Which share of a light reaches each depth, in every direction from the light: one curve for
+/// each texel of the faces that [`shadow_map`](crate::shadow_map) describes, or one for each
 /// colour if the casters colour the light.
 ///
-/// Depth is the distance along a directional light, and the Euclidean distance
-/// from any other.
+/// Depth is the distance along a directional light, and the Euclidean distance from any other
+/// light.
 ///
 /// ```
 /// use glam::Vec3;
@@ -66,29 +66,26 @@ pub struct TransmittanceMap<M: CurveMemory<T> = Host, T = Packed<8>> {
     pub(super) filter: Filter,
 }
 
-/// A memory that holds curves of the kind `T`.
+/// A memory that can hold curves of the type `T`.
 pub trait CurveMemory<T>: Memory {
     /// The curves of all faces.
     type Curves: Debug;
 }
 
-/// Any curves, as the CPU asks them: a map for each face, one colour after the
-/// other.
+/// On the CPU curves of any type: a map for each face, one colour after the other.
 impl<T: Debug> CurveMemory<T> for Host {
     type Curves = Vec<CurveMap<T>>;
 }
 
 impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
-    /// The map of `emitter` with `resolution` texels per side of each face. Each
-    /// curve starts as a copy of `clear` and is stored as a `T`. The result does
-    /// not depend on threads.
+    /// The map of `emitter` with `resolution` texels per side of each face. Each curve starts
+    /// as a copy of `clear` and is stored as a `T`. The result does not depend on threads.
     ///
-    /// Without casters the map is legal and clear everywhere.
+    /// Without casters the map is valid, and clear everywhere.
     ///
     /// # Errors
     /// [`TransmittanceMapError::Resolution`] unless the resolution is from 1 to
-    /// [`MAX_RESOLUTION`]; [`TransmittanceMapError::Curves`] if there is no
-    /// memory.
+    /// [`MAX_RESOLUTION`]; [`TransmittanceMapError::Curves`] if there is not enough memory.
     pub fn build<A>(
         cpu: &Cpu,
         casters: &Casters<'_>,
@@ -125,7 +122,7 @@ impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
 }
 
 impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
-    /// The same map with another filter; a new map has a bilinear one.
+    /// The same map with another filter. A new map has a bilinear filter.
     #[must_use]
     pub fn with_filter(self, filter: Filter) -> Self {
         Self { filter, ..self }
@@ -141,18 +138,18 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
         self.resolution
     }
 
-    /// Colours that have curves of their own: 1 if all are alike, else 3.
+    /// Number of colour channels that have curves of their own: 1 or 3.
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// The curves of all faces: those of red, then of green and of blue if they have
-    /// curves of their own.
+    /// The curves of all faces: those of red, followed by those of green and of blue if these
+    /// have curves of their own.
     pub fn curves(&self) -> &M::Curves {
         &self.curves
     }
 
-    /// About how wide a texel is at a point that the light sees, m; 0 without casters.
+    /// The approximate width of a texel at a point that the light sees, m; 0 without casters.
     pub fn texel_size(&self, point: Vec3) -> f32 {
         let Some(face) = self.faces.first() else {
             return 0.0;
@@ -167,7 +164,7 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
         }
     }
 
-    /// How it is asked between texel centres.
+    /// The filter between the centres of texels.
     pub fn filter(&self) -> Filter {
         self.filter
     }
@@ -180,12 +177,12 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
 }
 
 impl<T: Evaluate + Debug> TransmittanceMap<Host, T> {
-    /// Share of the light that gets as far as `point`, from 0 to 1, per colour. What is
-    /// outside of the picture is lit: it holds all casters, and a spotlight does
-    /// not light the rest anyway.
+    /// The share of the light that reaches `point`, from 0 to 1, per colour. Points outside of
+    /// the picture are lit: the picture contains all casters, and a spotlight does not light
+    /// such points anyway.
     ///
-    /// A filtered map blurs shadows by a texel, across the borders of surfaces
-    /// too: a surface that is also an opaque caster here would shadow itself.
+    /// A filtered map blurs shadows by a texel, also across the borders of surfaces: a surface
+    /// that is an opaque caster in the map would shadow itself.
     pub fn transmittance(&self, point: Vec3) -> Vec3 {
         if self.faces.is_empty() {
             return Vec3::ONE;
@@ -216,7 +213,7 @@ impl<T: Evaluate + Debug + Sync> PointVisibility for TransmittanceMap<Host, T> {
     }
 }
 
-/// For maps without opaque casters: a surface that is one would shadow itself.
+/// This is for maps without opaque casters, because a surface in the map would shadow itself.
 impl<T: Evaluate + Debug + Sync> SurfaceShadow for TransmittanceMap<Host, T> {
     fn visibility(&self, point: Vec3, _: Vec3) -> Vec3 {
         self.transmittance(point)
@@ -224,8 +221,8 @@ impl<T: Evaluate + Debug + Sync> SurfaceShadow for TransmittanceMap<Host, T> {
 }
 
 impl<'a> Casters<'a> {
-    /// The picture planes of a light and what its rays meet there, which is
-    /// sorted when its turn comes; none if there are no casters.
+    /// The picture planes of a light, each with the blockers that its rays meet, which are
+    /// sorted when their turn comes; none if there are no casters.
     ///
     /// # Errors
     /// [`TransmittanceMapError::Resolution`] unless the resolution is from 1 to

@@ -1,5 +1,5 @@
-//! Adaptive volumetric shadow maps: what hair, smoke and see-through surfaces let
-//! through, as a curve for each texel of a light's map, asked in equi-angular steps.
+//! Adaptive volumetric shadow maps: a transmittance curve of hair, smoke and see-through
+//! surfaces for each texel of a light's map, which is asked in equi-angular steps.
 
 use std::sync::Arc;
 
@@ -16,13 +16,13 @@ use crate::methods::{
 };
 use crate::scene::Emitter;
 
-/// Memory that the maps of all lights may take together.
+/// The largest memory of the maps of all lights together.
 const MAX_BYTES: u64 = 1 << 29;
 
-/// Memory that the map of one light may take.
+/// The largest memory of the map of one light.
 const MAX_MAP_BYTES: u64 = 1 << 27;
 
-/// A march through the map of transmittance of every light.
+/// A march through the transmittance map of every light.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Curves {
     name: &'static str,
@@ -30,11 +30,10 @@ pub(super) struct Curves {
     pub(super) spacing: Spacing,
 }
 
-/// Texels per side of each face of a map of transmittance beside shadow maps of
-/// `map` texels: a half of those, because a texel
-/// holds a curve, or less if the maps of all lights, each with curves for so many
-/// [colours](Casters::channels), would take more than 512 MiB, or that of one of them
-/// more than 128 MiB, which is what shaders see with WebGPU's default limits.
+/// Texels per side of the faces of a transmittance map, beside shadow maps of `map` texels:
+/// half of these, because a texel holds a curve. It is less if the maps of all lights, each
+/// with curves for so many [colours](Casters::channels), would take more than 512 MiB, or one
+/// of them more than 128 MiB, which is the limit of a binding in WebGPU.
 pub fn curve_resolution(map: u32, emitters: &[Emitter], channels: usize) -> u32 {
     let faces = |emitter: &Emitter| match emitter {
         Emitter::Directional(_) => 1,
@@ -51,7 +50,7 @@ pub fn curve_resolution(map: u32, emitters: &[Emitter], channels: usize) -> u32 
     side
 }
 
-/// That of a light, in the memory of the host. Opaque casters enter it too.
+/// The map of a light, in the memory of the host. It contains opaque casters too.
 pub(super) fn map(
     inputs: &FrameInputs<'_>,
     light: usize,

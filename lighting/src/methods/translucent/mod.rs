@@ -1,11 +1,10 @@
-//! Hair, smoke and glass as a light sees them: how much of it gets how far.
+//! Hair, smoke and glass as a light sees them: how much of the light gets how far.
 //!
-//! Each ray of a light meets strands, cells of a density grid, particles and
-//! triangles in any order. [`FaceBlockers`] yields them as segments, texel by
-//! texel, and a [`TransmittanceMap`] holds a curve of the crate `transmittance`
-//! per texel. Asked at a point, it tells the share of the light that gets there:
-//! in the air ([`visibility::March`](crate::visibility::March)),
-//! on a surface, or inside of the smoke and the hair themselves.
+//! A ray of a light meets strands, cells of a density grid, particles and triangles in any
+//! order. [`FaceBlockers`] yields them as segments, texel by texel, and a [`TransmittanceMap`]
+//! holds one curve of the crate `transmittance` for each texel. For a point it gives the share
+//! of the light that arrives: in the air ([`visibility::March`](crate::visibility::March)), on
+//! a surface, or inside the smoke and the hair themselves.
 //!
 //! | caster | a segment per | optical depth or transmittance | depths |
 //! |---|---|---|---|
@@ -15,21 +14,20 @@
 //! | see-through triangles | texel | what passes where the ray of the texel's centre meets it, per colour | of that place |
 //! | other triangles | texel | opaque | of the nearest one |
 //!
-//! Based on: M. Salvi, K. Vidimče, A. Lauritzen, A. Lefohn, "Adaptive Volumetric
-//! Shadow Maps", Eurographics Symposium on Rendering 2010, section 3. Departures:
-//! coverage of strands is exact where the paper has a rasteriser's, and density
-//! grids are walked where the paper has particles only.
+//! Based on: M. Salvi, K. Vidimče, A. Lauritzen, A. Lefohn, "Adaptive Volumetric Shadow Maps",
+//! Eurographics Symposium on Rendering 2010, section 3. Departures: the coverage of strands is
+//! exact, where the paper uses that of a rasteriser; and density grids are traversed, where the
+//! paper has particles only.
 //!
-//! Strands are averaged over texels before anything else: behind two strands
-//! that cover half of a texel each, a quarter of the light is left, whether they
-//! cover the same half or not. Grids and particles are met on the ray of each
-//! texel's centre: the error of a filtered map falls with the square of the
-//! texel's size where the shadow is smooth.
+//! Strands are averaged over a texel before anything else: behind two strands that cover half
+//! of a texel each, a quarter of the light is left, whether or not they cover the same half.
+//! Grids and particles are met on the ray of each texel's centre: where the shadow is smooth,
+//! the error of a filtered map is of second order in the size of texels.
 //!
-//! A curve knows one number for all colours. Where see-through triangles colour the
-//! light, each of red, green and blue has curves of its own: three times the memory
-//! and the time. Stacked surfaces take two nodes each: more of them than half the
-//! nodes of a curve are approximated, as all else is.
+//! A curve has one value for all colours. Where see-through triangles colour the light, red,
+//! green and blue have curves of their own, at three times the memory and time. Stacked
+//! surfaces take two nodes each; if they need more than the nodes of a curve, they are
+//! approximated like everything else.
 
 pub(crate) mod bins;
 mod blockers;
@@ -61,14 +59,14 @@ use glam::Vec3;
 
 use crate::scene::{Bounds, Caster, Geometry, Translucent};
 
-/// What a light meets.
+/// The casters that a light meets.
 #[derive(Debug, Clone, Copy)]
 pub struct Casters<'a> {
     translucent: &'a [Translucent],
     triangles: Triangles<'a>,
 }
 
-/// Which triangles cast a shadow into a map.
+/// The triangles that cast shadows into a map.
 #[derive(Debug, Clone, Copy)]
 enum Triangles<'a> {
     None,
@@ -77,7 +75,7 @@ enum Triangles<'a> {
 }
 
 impl<'a> Triangles<'a> {
-    /// Those that let a share of the light through.
+    /// The geometry whose triangles let a share of the light through.
     fn panes(self) -> Option<&'a Geometry> {
         match self {
             Self::None => None,
@@ -94,9 +92,9 @@ impl<'a> Triangles<'a> {
 }
 
 impl<'a> Casters<'a> {
-    /// Translucent casters, and triangles if there are any that should cast shadows
-    /// into the same map: see-through ones as they are, masked ones where they
-    /// are there.
+    /// Translucent casters, and the triangles of a geometry if these should cast shadows into
+    /// the same map: see-through ones by their transmittance, masked ones outside of their
+    /// holes.
     pub fn new(translucent: &'a [Translucent], geometry: Option<&'a Geometry>) -> Self {
         Self {
             translucent,
@@ -104,9 +102,9 @@ impl<'a> Casters<'a> {
         }
     }
 
-    /// All that lets a share of the light through: translucent casters and
-    /// see-through triangles. What is behind the others is left to a shadow map,
-    /// which [`Both`](crate::visibility::Both) puts together with a map of these.
+    /// Everything that lets a share of the light through: translucent casters and see-through
+    /// triangles. Other triangles are left to a shadow map, which
+    /// [`Both`](crate::visibility::Both) combines with a map of these.
     pub fn see_through(translucent: &'a [Translucent], geometry: &'a Geometry) -> Self {
         Self {
             translucent,
@@ -114,8 +112,8 @@ impl<'a> Casters<'a> {
         }
     }
 
-    /// Colour channels that differ: 3 if see-through triangles or grids with a tint
-    /// colour the light that goes through them, else 1.
+    /// Number of colour channels that differ: 3 if see-through triangles, or grids with a tint,
+    /// colour the light that passes, else 1.
     pub fn channels(&self) -> usize {
         let panes = self.triangles.panes();
         let is_coloured = panes.is_some_and(|geometry| geometry.coatings().any_coloured());
@@ -130,7 +128,7 @@ impl<'a> Casters<'a> {
         }
     }
 
-    /// A box around all of them, `None` if there is nothing.
+    /// A box around all of them; `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds> {
         let triangles = match self.triangles {
             Triangles::None => None,
@@ -147,7 +145,7 @@ impl<'a> Casters<'a> {
                 if !min.cmple(max).all() {
                     return self.translucent_bounds();
                 }
-                // A flat pane still gets a box with a volume, within that of all.
+                // A flat pane needs a box with a volume, inside the box of the whole geometry.
                 let all = geometry.bounds();
                 let margin = 1e-6 * (1.0 + min.abs().max(max.abs()).max_element());
                 Bounds::new((min - margin).max(all.min()), (max + margin).min(all.max())).ok()

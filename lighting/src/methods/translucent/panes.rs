@@ -12,13 +12,13 @@ use crate::scene::{Caster, Coatings, Geometry};
 #[derive(Debug)]
 pub(super) struct Panes {
     coatings: Coatings,
-    /// Each with its index in the geometry.
+    /// Each triangle with its index in the geometry.
     all: Vec<(Footprint, u32)>,
     bins: Bins,
 }
 
 impl Panes {
-    /// `None` if there are none.
+    /// `None` if the geometry has no see-through triangles.
     pub(super) fn new(geometry: &Geometry, face: &Face, resolution: u32) -> Option<Self> {
         let coatings = geometry.coatings().clone();
         if !coatings.any_see_through() {
@@ -46,10 +46,10 @@ impl Panes {
         })
     }
 
-    /// Calls `put` with what the panes take from each of the texels of a tile in the
-    /// colour channel of this number.
+    /// Calls `put` with what the triangles take from each texel of a tile, in the colour
+    /// channel of this index.
     ///
-    /// A ray through the common edge of two of them meets one.
+    /// A ray through the common edge of two triangles meets only one of them.
     pub(super) fn segments(
         &self,
         tile: &transmittance::Tile,

@@ -16,8 +16,8 @@ use transmittance::BlockerSegment;
 use super::view::{Texels, View};
 use crate::scene::{Particle, Profile};
 
-/// Parts that the chord through a soft ball is cut into, each of constant
-/// extinction and of exact optical depth.
+/// Number of parts into which the chord through a soft ball is cut. Each has constant
+/// extinction and the exact optical depth.
 const PARTS: u32 = 4;
 
 /// A ball in local coordinates.
@@ -39,7 +39,7 @@ impl Ball {
         }
     }
 
-    /// The texels that may see it; `None` if there is nothing to be seen.
+    /// The texels that may see it; `None` if there is nothing to see.
     pub(super) fn texels(&self, view: &View) -> Option<Texels> {
         if self.radius == 0.0 || self.sigma_t == 0.0 {
             return None;
@@ -47,7 +47,7 @@ impl Ball {
         view.of_ball(self.centre, self.radius)
     }
 
-    /// Calls `put` with what it takes from each of the texels.
+    /// Calls `put` with what it takes from each texel.
     pub(super) fn segments(
         &self,
         view: &View,
@@ -63,7 +63,7 @@ impl Ball {
                 return;
             }
             let half = h2.sqrt();
-            // Nothing in front of the origin of central rays casts a shadow.
+            // What is behind the origin of central rays casts no shadow.
             let least = if view.is_parallel() {
                 -half
             } else {
@@ -81,7 +81,8 @@ impl Ball {
                 let (from, to) = (at(part), at(part + 1));
                 let tau = self.optical_depth(h2, from, to);
                 let (entry, exit) = ((middle + from) as f32, (middle + to) as f32);
-                // Finite depths in order, and the integral of what is positive.
+                // This cannot fail: depths are finite and in order, and the integrand is
+                // positive.
                 if let Ok(segment) =
                     BlockerSegment::from_optical_depth(entry, exit, tau.max(0.0) as f32)
                 {

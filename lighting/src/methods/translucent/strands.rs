@@ -13,7 +13,7 @@ use transmittance::BlockerSegment;
 use super::view::{Texels, View};
 use crate::scene::Piece;
 
-/// A piece over the picture of a light.
+/// A piece of a strand in the picture of a light.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Outline {
     corners: [DVec2; 4],
@@ -22,28 +22,29 @@ pub(crate) struct Outline {
     axis: [DVec2; 2],
     radius: f64,
     opacity: f64,
-    /// The ends of the whole piece, of which a part may be behind the origin.
+    /// The ends of the whole piece, part of which may be behind the origin.
     #[cfg(feature = "trace")]
     whole: [DVec3; 2],
 }
 
-/// What a piece covers of a pixel.
+/// The part of a pixel that a piece covers.
 #[cfg(feature = "trace")]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Covered {
     /// Share of the pixel.
     pub(crate) coverage: f64,
-    /// Where the middle of the covered part is on the axis of the piece, of its length.
+    /// Position of the covered part's middle on the axis of the piece, as a share of its
+    /// length.
     pub(crate) share: f64,
-    /// How far that is from the origin, m.
+    /// Distance of that position from the origin, m.
     pub(crate) distance: f64,
 }
 
 impl Outline {
-    /// `None` if the piece has no area in the picture: it has no thickness or
-    /// no length across the light, or is not in front of it. What is nearer to
-    /// the origin of central rays than its own radius is left out; than its thickness, if
-    /// the origin is an eye.
+    /// `None` if the piece has no area in the picture: if it has no thickness or no length
+    /// across the light, or is not in front of the light. The part that is nearer to the origin
+    /// of central rays than its own radius is left out; if the origin is an eye, the part
+    /// nearer than its thickness.
     pub(crate) fn new(view: &View, piece: &Piece) -> Option<Self> {
         let radius = f64::from(piece.radius);
         let whole = piece.axis.map(|point| view.local(point));
@@ -53,7 +54,7 @@ impl Outline {
             ends = in_front(ends, least)?;
         }
         let along = ends[1] - ends[0];
-        // Light rays in this direction from the axis graze the cylinder.
+        // Light rays in this direction from the axis touch the cylinder.
         let towards = if view.is_parallel() {
             DVec3::Z
         } else {
@@ -83,7 +84,7 @@ impl Outline {
         })
     }
 
-    /// The texels it may cover.
+    /// The texels that it may cover.
     pub(crate) fn texels(&self, view: &View) -> Option<Texels> {
         let min = self.corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
         let max = self
@@ -93,7 +94,7 @@ impl Outline {
         view.between(min, max)
     }
 
-    /// Calls `put` with what it takes from each of the texels.
+    /// Calls `put` with what it takes from each texel.
     pub(super) fn segments(
         &self,
         view: &View,
@@ -107,7 +108,7 @@ impl Outline {
         });
     }
 
-    /// Calls `put` with what it covers of each of the pixels.
+    /// Calls `put` with what it covers of each pixel.
     #[cfg(feature = "trace")]
     pub(crate) fn covered(&self, texels: Texels, mut put: impl FnMut([u32; 2], Covered)) {
         let (start, along) = (self.axis[0], self.axis[1] - self.axis[0]);
@@ -115,7 +116,7 @@ impl Outline {
         let axis = self.whole[1] - self.whole[0];
         self.parts(texels, |texel, part, coverage| {
             let share = (part.centroid() - start).dot(along) / along.length_squared();
-            // Not where the axis has no length in the picture.
+            // This fails where the axis has no length in the picture.
             if share.is_finite() {
                 let at = a + (b - a) * self.share(share.clamp(0.0, 1.0));
                 put(
@@ -130,7 +131,7 @@ impl Outline {
         });
     }
 
-    /// Calls `put` with its part in each of the texels, and how much of the texel that is.
+    /// Calls `put` with its part in each texel, and the share of the texel that this covers.
     fn parts(&self, texels: Texels, mut put: impl FnMut([u32; 2], &Polygon, f64)) {
         let outline = Polygon::new(self.corners);
         for y in texels.y[0]..texels.y[1] {
@@ -152,7 +153,7 @@ impl Outline {
         }
     }
 
-    /// What is taken by the part of the outline that lies in one texel.
+    /// What the part of the outline in one texel takes from it.
     fn segment(&self, view: &View, part: &Polygon, coverage: f64) -> Option<BlockerSegment> {
         let (start, along) = (self.axis[0], self.axis[1] - self.axis[0]);
         let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -163,11 +164,11 @@ impl Outline {
         }
         let (entry, exit) = ((near - self.radius) as f32, (far + self.radius) as f32);
         let passed = 1.0 - coverage * self.opacity;
-        // Fails only if the axis has no length in the picture.
+        // This fails only if the axis has no length in the picture.
         BlockerSegment::from_transmittance(entry, exit, passed.max(0.0) as f32).ok()
     }
 
-    /// Depth of the axis at a share of its length in the picture.
+    /// Depth of the axis at a position in the picture, given as a share of its length there.
     fn depth(&self, view: &View, share: f64) -> f64 {
         let [a, b] = self.ends;
         let share = if view.is_parallel() {
@@ -178,7 +179,8 @@ impl Outline {
         view.depth(a + (b - a) * share)
     }
 
-    /// The share of the axis at a share of its length in the picture of central rays.
+    /// The position on the axis for a position in a picture of central rays, both as shares of
+    /// the length.
     fn share(&self, share: f64) -> f64 {
         let [a, b] = self.ends;
         let (near, far) = ((1.0 - share) / a.z, share / b.z);
@@ -232,7 +234,7 @@ impl Polygon {
             len: 0,
         };
         let mut push = |corner: DVec2| {
-            // Rounding may make a ninth of what are eight.
+            // Rounding may add a ninth corner, which is dropped.
             if part.len < 8 {
                 part.corners[part.len] = corner;
                 part.len += 1;
@@ -254,7 +256,7 @@ impl Polygon {
         part
     }
 
-    /// Least and largest column, `None` if it is empty.
+    /// Smallest and largest column; `None` if it is empty.
     fn extent(&self) -> Option<[f64; 2]> {
         let columns = || self.corners().iter().map(|corner| corner.x);
         (self.len > 0).then(|| {
@@ -265,7 +267,7 @@ impl Polygon {
         })
     }
 
-    /// Its centre of gravity; the mean of its corners if it has no area.
+    /// Its centroid; the mean of its corners if it has no area.
     #[cfg(feature = "trace")]
     fn centroid(&self) -> DVec2 {
         let corners = self.corners();

@@ -1,4 +1,4 @@
-//! The rays of a face, in f64.
+//! The rays of a picture, in f64.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -7,21 +7,21 @@ use crate::scene::Bounds;
 use crate::scene::Camera;
 use crate::scene::raster::{Face, Rays};
 
-/// A [`Face`] with its number of texels, or the picture of a camera. *Local* coordinates are those along
-/// its right, up and forward.
+/// A [`Face`] with its number of texels, or the picture of a camera. *Local* coordinates are
+/// those along its right, up and forward directions.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     origin: DVec3,
     right: DVec3,
     up: DVec3,
     forward: DVec3,
-    /// Texels per metre to the right and up; per tangent for central rays.
+    /// Texels per metre to the right and up; per unit of the tangent for central rays.
     scale: DVec2,
     parallel: bool,
     /// Columns and rows, and half of them.
     extent: [u32; 2],
     half: DVec2,
-    /// How many radii of a strand from the origin of central rays it is met at least.
+    /// A strand is met at no fewer than this many radii from the origin of central rays.
     pub(super) nearest: f64,
 }
 
@@ -58,7 +58,7 @@ impl View {
         }
     }
 
-    /// The picture of a camera, of so many columns and rows.
+    /// The picture of a camera with so many columns and rows.
     #[cfg(feature = "trace")]
     pub(crate) fn of_camera(camera: &Camera, extent: [u32; 2]) -> Self {
         let axis = |axis: Vec3| (camera.rotation() * axis).as_dvec3();
@@ -73,7 +73,7 @@ impl View {
             parallel: false,
             extent,
             half,
-            // Ribbons that face the eye are in front of it then, all of their width.
+            // A ribbon that faces the eye is then in front of it with all of its width.
             nearest: 2.0,
         }
     }
@@ -93,8 +93,7 @@ impl View {
         DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))
     }
 
-    /// Column and row of a local point; it must be in front of the origin of
-    /// central rays.
+    /// Column and row of a local point, which must be in front of the origin of central rays.
     pub(super) fn texel(&self, local: DVec3) -> DVec2 {
         let plane = if self.parallel {
             local.truncate()
@@ -129,14 +128,14 @@ impl View {
         }
     }
 
-    /// The same in the world.
+    /// The same ray in world coordinates.
     pub(super) fn world_ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
         let (start, direction) = self.ray(x, y);
         let turned = |v: DVec3| v.x * self.right + v.y * self.up + v.z * self.forward;
         (self.origin + turned(start), turned(direction))
     }
 
-    /// All texels that may see a part of the box between these positions.
+    /// All texels that may see a part of a box, given two corners in the picture.
     pub(super) fn between(&self, min: DVec2, max: DVec2) -> Option<Texels> {
         let range = |low: f64, high: f64, count: u32| {
             let first = low.floor().max(0.0);
@@ -183,8 +182,8 @@ impl View {
         if centre.z <= radius {
             return Some(self.all());
         }
-        // In the plane of an axis and the forward direction, the tangents of
-        // the directions that touch the circle.
+        // In the plane of an axis and the forward direction: the tangents of the two directions
+        // that touch the circle.
         let touching = |x: f64| {
             let (z2, r2) = (centre.z * centre.z, radius * radius);
             let root = radius * (x * x + z2 - r2).sqrt();
@@ -201,7 +200,7 @@ impl View {
 }
 
 impl Texels {
-    /// What is in both.
+    /// The intersection with a tile.
     pub(crate) fn within(self, tile: &transmittance::Tile) -> Option<Self> {
         let both = |[first, end]: [u32; 2], range: &std::ops::Range<usize>| {
             let first = first.max(u32::try_from(range.start).unwrap_or(u32::MAX));
