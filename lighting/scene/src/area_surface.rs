@@ -4,11 +4,9 @@ use glam::{DVec2, Vec2, Vec3};
 
 use crate::{AreaLight, AreaShape, SceneError};
 
-/// The glowing side of an [`AreaLight`], ready to be asked for its points.
-///
-/// Points of the unit square stand for points of the light, equal areas for equal
-/// areas: the coordinates along the edges of a rectangle, the square of the radius and
-/// the angle of an ellipse.
+/// The glowing side of an [`AreaLight`], as a map from the unit square to points of the light
+/// that preserves ratios of areas: the coordinates along the edges of a rectangle, or the
+/// square of the radius and the angle of an ellipse.
 #[derive(Debug, Clone, Copy)]
 pub struct AreaSurface<'a> {
     light: &'a AreaLight,
@@ -19,16 +17,16 @@ pub struct AreaSurface<'a> {
 }
 
 impl<'a> AreaSurface<'a> {
-    /// The surface of `light`. It floats in front of the light by 1e-3 of its shorter
-    /// edge, as the points of [`AreaLight::virtual_lights`] do, so that what holds the
-    /// light casts no shadow on it.
+    /// The surface of `light`. It is in front of the light by 1e-3 of its shorter edge, as are
+    /// the points of [`AreaLight::virtual_lights`], so that whatever holds the light casts no
+    /// shadow on it.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if the corner is not finite or farther away than
     /// 1e9 m, the edges do not span an area, or the radiance is negative or not finite.
     pub fn new(light: &'a AreaLight) -> Result<Self, SceneError> {
         let [u, v] = light.edges;
-        // The square of a small area is no number in single precision.
+        // The square of a small area underflows in single precision.
         let across = u.as_dvec3().cross(v.as_dvec3());
         let area = across.length() as f32;
         let far = light.corner.abs().max_element() + u.length() + v.length();
@@ -70,9 +68,9 @@ impl<'a> AreaSurface<'a> {
         self.area
     }
 
-    /// The position for which a point of [0, 1]² stands, and the radiance that leaves
-    /// it in every direction of the front. The mean over the unit square of radiance ×
-    /// [area](AreaSurface::area) × cosine is the radiant intensity of the light.
+    /// The position of a point of [0, 1]², and the radiance that leaves it in every direction
+    /// of the front. The mean over the unit square of radiance × [area](AreaSurface::area) ×
+    /// cosine is the radiant intensity of the light.
     pub fn point(&self, at: DVec2) -> (Vec3, Vec3) {
         let place: Vec2 = self.light.on_the_light(at);
         let [u, v] = self.light.edges;

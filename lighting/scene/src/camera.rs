@@ -90,7 +90,7 @@ impl Camera {
         Self::new(eye, rotation, vertical_fov)
     }
 
-    /// Where the camera stands.
+    /// The position of the camera.
     pub fn eye(&self) -> Vec3 {
         self.eye
     }

@@ -4,11 +4,10 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::{AlphaMode, Material, Texture};
 
-/// What a triangle does to the light that meets it, by [`Geometry::caster`].
+/// What a triangle does to the light that meets it; [`Geometry::caster`] tells it.
 ///
-/// A method that knows only solid blockers may treat all but
-/// [`Caster::Absent`] as such; one that walks a triangle exactly takes the parts
-/// of a [`Coating`] apart.
+/// A method that supports only solid blockers may treat every kind except [`Caster::Absent`] as
+/// solid. A method that handles a triangle exactly evaluates its [`Coating`].
 ///
 /// [`Geometry::caster`]: crate::Geometry::caster
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,7 +91,7 @@ impl<'a> Coating<'a> {
         alpha.clamp(0.0, 1.0)
     }
 
-    /// The share of a point that is covered, from 0 to 1.
+    /// The share of a point that the surface covers, from 0 to 1.
     pub fn coverage(&self, u: f32, v: f32) -> f32 {
         self.coat.coverage(|| self.opacity(u, v))
     }
@@ -103,8 +102,8 @@ impl<'a> Coating<'a> {
         self.behind(self.coat.coverage(|| self.opacity(u, v)), u, v)
     }
 
-    /// The same at a place in f64: on which side of the rim of a mask it lies is
-    /// decided in f64, as [`Coating::along`] does.
+    /// The same at a place in f64. On which side of a mask's border the place lies is decided
+    /// in f64, as in [`Coating::along`].
     pub fn transmittance_at(&self, u: f64, v: f64) -> Vec3 {
         let coverage = match self.coat.mode {
             AlphaMode::Mask { cutoff } => {
@@ -116,7 +115,7 @@ impl<'a> Coating<'a> {
         self.behind(coverage, u as f32, v as f32)
     }
 
-    /// What passes at a point of which this share is covered.
+    /// The share that passes at a point, given the share of it that is covered.
     fn behind(&self, coverage: f32, u: f32, v: f32) -> Vec3 {
         let mut passing = Vec3::splat(1.0 - coverage);
         if self.coat.transmission > 0.0 && coverage > 0.0 {
@@ -133,8 +132,8 @@ impl<'a> Coating<'a> {
         passing
     }
 
-    /// The transmittance if it is the same at all points of the triangle,
-    /// without a lookup at any: no texture, and one colour at the corners.
+    /// The transmittance, if it is known to be the same at all points of the triangle without
+    /// any lookup: there is no texture, and the corners have the same colour.
     pub fn constant(&self) -> Option<Vec3> {
         let [a, b, c] = self.corners.colors;
         let is_constant = self.coat.texture.is_none()
@@ -144,21 +143,20 @@ impl<'a> Coating<'a> {
         is_constant.then(|| self.transmittance(0.0, 0.0))
     }
 
-    /// True if no texel of the texture and no corner is so opaque that any of the triangle is
-    /// covered: all light passes.
+    /// True if no texel of the texture and no corner is opaque enough to cover any of the
+    /// triangle, so that all light passes.
     pub fn covers_nothing(&self) -> bool {
         self.coat.is_hole(self.corners)
     }
 
-    /// True if the same share passes in all colour channels, wherever it is asked.
+    /// True if the same share passes in all colour channels, at every point.
     pub fn is_grey(&self) -> bool {
         let is_grey = |color: Vec4| color.x == color.y && color.y == color.z;
         self.coat.is_grey && self.corners.colors.into_iter().all(is_grey)
     }
 
-    /// The mean of the transmittance over the triangle, from its values at the
-    /// centres of 256 equal parts. A texture that turns more often than that is
-    /// met at random.
+    /// The mean of the transmittance over the triangle, from its values at the centres of 256
+    /// equal parts. A texture with finer detail is sampled at arbitrary points.
     pub fn mean(&self) -> Vec3 {
         if let Some(constant) = self.constant() {
             return constant;
@@ -344,7 +342,7 @@ impl Coat {
         let vertices = corners.colors.map(|c| c.w);
         let most = self.opacity * self.opacities[1];
         let most = most * vertices.into_iter().fold(0.0, f32::max);
-        // What is interpolated may be rounded up.
+        // Interpolated values may be rounded up.
         self.coverage(|| ((1.0 + 1e-6) * most).clamp(0.0, 1.0)) == 0.0
     }
 

@@ -1,4 +1,4 @@
-//! What passes along a line over a triangle.
+//! The light that passes along a line over a triangle.
 
 use glam::{DVec2, Vec2, Vec3};
 
@@ -12,34 +12,33 @@ pub struct Passing {
     pub from: f64,
     /// Where it ends.
     pub to: f64,
-    /// What passes: at each point of a mask, the mean elsewhere.
+    /// The transmittance: exact at each point of a mask, elsewhere the mean over the part.
     pub transmittance: Vec3,
 }
 
 /// A line that crosses more texels than this is cut into as many equal parts.
 const MOST_CELLS: f64 = 65536.0;
 
-/// Variation of the transmittance that one part may stand for.
+/// The largest variation of the transmittance within a part.
 const STEP: f32 = 1.0 / 64.0;
 
-/// Parts into which the line over one texel is cut at most, beside the ends of a
-/// mask.
+/// The largest number of parts for the line over one texel, in addition to those that end at
+/// the border of a mask.
 const MOST_STEPS: f32 = 64.0;
 
 impl Coating<'_> {
-    /// Calls `part` for the parts of the line from `start` to `end`, which are
-    /// barycentric coordinates of the second and third corner: in order, from 0
-    /// to 1 without gaps.
+    /// Calls `part` for the parts of the line from `start` to `end`, which are barycentric
+    /// coordinates of the second and third corner. Parts are in order, from 0 to 1 without
+    /// gaps.
     ///
-    /// Between the texel centres of both textures that the line passes, the opacity is a cubic in
-    /// the place on the line. Where it meets the cutoff of a mask is found in
-    /// f64, so the ends of the holes are exact. A transmittance that varies is
-    /// given as means of parts over which it varies by about 1/64, or of the 64th part
-    /// of a texel. A line
-    /// that crosses more than 65536 texels is cut into as many equal parts
-    /// instead, each with the value at its middle.
+    /// Between the texel centres of both textures that the line passes, the opacity is a cubic
+    /// polynomial in the position on the line. Where it crosses the cutoff of a mask is
+    /// computed in f64, so the ends of holes are exact. If the transmittance varies, each part
+    /// has its mean, over a part in which it varies by about 1/64, or over a 64th of a texel. A
+    /// line that crosses more than 65536 texels is cut into as many equal parts instead, each
+    /// with the value at its middle.
     ///
-    /// Cost: in proportion to the texels crossed.
+    /// Cost: proportional to the number of texels crossed.
     pub fn along(&self, start: DVec2, end: DVec2, mut part: impl FnMut(Passing)) {
         if let Some(transmittance) = self.constant() {
             part(Passing {
@@ -86,7 +85,7 @@ impl Coating<'_> {
 }
 
 impl Coating<'_> {
-    /// The opacity at a point before it is limited to 1, in f64.
+    /// The opacity at a point before it is clamped to 1, in f64.
     pub(crate) fn opacity_at(&self, u: f64, v: f64) -> f64 {
         let place = DVec2::new(u, v);
         let line = Line::new(self, place, place);
@@ -97,8 +96,8 @@ impl Coating<'_> {
 /// The line as it crosses the texels of a texture.
 #[derive(Clone, Copy, Default)]
 struct Track {
-    /// Texels right and down at 0, and from 0 to 1; integers are where the
-    /// texels change that matter. 0 without a texture.
+    /// Position in the texture at 0, and its change from 0 to 1, in texels to the right and
+    /// down. Cells change at integers. 0 without a texture.
     texel: DVec2,
     texels: DVec2,
 }
@@ -122,7 +121,7 @@ impl Track {
             texel: texel(start),
             texels: texel(end) - texel(start),
         };
-        // What is nowhere is the first texel.
+        // Coordinates that are not finite mean the first texel.
         if track.texel.is_finite() && track.texels.is_finite() {
             track
         } else {
@@ -131,7 +130,7 @@ impl Track {
     }
 }
 
-/// By how much of each corner a point is a mixture.
+/// The weights of the three corners at a point.
 fn weights(at: DVec2) -> [f64; 3] {
     [1.0 - at.x - at.y, at.x, at.y]
 }
@@ -141,10 +140,10 @@ struct Line<'a> {
     coating: &'a Coating<'a>,
     start: DVec2,
     along: DVec2,
-    /// Over the texture of colour and opacity, and over that of the transmission.
+    /// The line in the texture of colour and opacity, and in that of the transmission.
     color: Track,
     transmission: Track,
-    /// Opacity of material and vertices at 0 and at 1.
+    /// Opacity of the material times that of the vertices, at 0 and at 1.
     vertex: [f64; 2],
 }
 
@@ -182,7 +181,7 @@ impl<'a> Line<'a> {
             Some(_) => axes.as_flattened(),
         };
         let count: f64 = axes.iter().map(|(_, way)| way.abs()).sum();
-        // Not a number either.
+        // This holds for NaN too.
         if !(count < MOST_CELLS) {
             for i in 0..MOST_CELLS as u32 {
                 let at = |i: u32| f64::from(i) / MOST_CELLS;
@@ -216,9 +215,8 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The opacity before it is limited to 1 between two places in the same
-    /// texels, as a polynomial in the place from 0 to 1 between them: the
-    /// coefficients of its powers.
+    /// The opacity, before it is clamped to 1, between two positions in the same cell: the
+    /// coefficients of a polynomial in the position from 0 to 1 between them.
     fn cubic(&self, from: f64, to: f64) -> [f64; 4] {
         let width = to - from;
         let vertex = |at: f64| self.vertex[0] + at * (self.vertex[1] - self.vertex[0]);
@@ -234,7 +232,7 @@ impl<'a> Line<'a> {
                     Filter::Linear => {
                         let first = self.color.texel + from * self.color.texels - middle;
                         let step = width * self.color.texels;
-                        // a + b x + c y + d x y at x, y linear.
+                        // The bilinear form a + b x + c y + d x y, where x and y are linear.
                         let a = at(0, 0);
                         let (b, c) = (at(1, 0) - a, at(0, 1) - a);
                         let d = at(1, 1) - a - b - c;
@@ -255,7 +253,7 @@ impl<'a> Line<'a> {
         self.coating.transmittance_at(place.x, place.y)
     }
 
-    /// Parts of a piece in which the transmittance has no step.
+    /// Divides a piece in which the transmittance is continuous into parts.
     fn smooth(&self, from: f64, to: f64, put: &mut impl FnMut(Passing)) {
         let value = |at: f64| self.transmittance(from + at * (to - from));
         let is_mask = matches!(self.coating.mode(), AlphaMode::Mask { .. });
@@ -267,7 +265,7 @@ impl<'a> Line<'a> {
             });
             return;
         }
-        // Values at the very ends may be those of the next texel.
+        // At the very ends, rounding may give the value of the next texel.
         let values = [0.02, 0.26, 0.5, 0.74, 0.98].map(value);
         let pairs = values.windows(2);
         let steepest = pairs.fold(0.0_f32, |most, pair| {
@@ -280,7 +278,7 @@ impl<'a> Line<'a> {
             let at = |place: f64| (f64::from(step) + place) / f64::from(steps);
             let end = from + at(1.0) * (to - from);
             let end = if step + 1 < steps { end } else { to };
-            // Two Gauss points, for which cubics have the right mean.
+            // Two Gauss points give the exact mean of a cubic.
             let gauss = 0.5 / 3.0_f64.sqrt();
             put(Passing {
                 from: last,
@@ -295,7 +293,7 @@ impl<'a> Line<'a> {
 /// Where a cubic crosses a value between 0 and 1, in order.
 fn crossings([c0, c1, c2, c3]: [f64; 4], value: f64) -> impl Iterator<Item = f64> {
     let excess = move |x: f64| ((c3 * x + c2) * x + c1) * x + (c0 - value);
-    // Between the places where it turns, it crosses once at most.
+    // Between two extrema it crosses the value at most once.
     let mut ends = [0.0, 1.0, 1.0, 1.0];
     let mut count = 1;
     let mut turns = turns(3.0 * c3, 2.0 * c2, c1);
@@ -327,7 +325,7 @@ fn crossings([c0, c1, c2, c3]: [f64; 4], value: f64) -> impl Iterator<Item = f64
     })
 }
 
-/// The zeros of a x² + b x + c; NaN for those that are not there.
+/// The real zeros of a x² + b x + c; NaN if there are none.
 fn turns(a: f64, b: f64, c: f64) -> [f64; 2] {
     let root = (b * b - 4.0 * a * c).sqrt();
     let q = -0.5 * (b + root.copysign(b));

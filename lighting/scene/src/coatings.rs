@@ -1,4 +1,4 @@
-//! What the triangles of a scene do to light.
+//! What all triangles of a scene do to light.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ pub struct Coatings(Arc<List>);
 #[derive(Debug, Default)]
 struct List {
     coats: Vec<Coat>,
-    /// The coat of each triangle that is not solid, and what is at its corners.
+    /// The coat and the corners of each triangle that is not solid.
     coated: Vec<(u32, Corners)>,
     /// An index into `coated` or [`SOLID`] for each triangle; empty if all of
     /// them are solid.
@@ -42,8 +42,8 @@ impl Coatings {
         self.cover(triangle)
     }
 
-    /// What a triangle does to the light from behind it on its way to the eye:
-    /// the same, but never [`Caster::Absent`], as what casts no shadow is seen.
+    /// What a triangle does to light from behind on its way to the eye. It is the same, but
+    /// never [`Caster::Absent`], because a triangle that casts no shadow can still be seen.
     #[inline]
     pub fn cover(&self, triangle: usize) -> Caster<'_> {
         match self.0.kinds.get(triangle) {
@@ -73,7 +73,7 @@ impl Coatings {
     }
 }
 
-/// [`Coatings`] in the making.
+/// Collects [`Coatings`], triangle by triangle.
 pub(crate) struct CoatingsOf<'a> {
     scene: &'a Scene,
     list: List,
@@ -152,7 +152,7 @@ impl<'a> CoatingsOf<'a> {
             list.coated.push((coat, corners));
             list.coated.len() as u32 - 1
         });
-        // Lists begin with the first triangle that differs.
+        // A list is begun with the first triangle that differs from the usual value.
         extend(&mut list.kinds, self.count, SOLID, kind);
         extend(&mut list.absent, self.count, false, no_shadow);
         self.count += 1;

@@ -1,4 +1,4 @@
-//! A sensible camera, light, ground and medium for scenes that bring none.
+//! A default camera, light, ground and medium for scenes that have none.
 
 use std::fmt;
 
@@ -9,37 +9,37 @@ use super::{
     Scene, SceneError, Translucent,
 };
 
-/// Something that was placed because the scene did not bring it. Its
-/// `Display` form is a sentence for the user.
+/// Something that was placed because the scene did not have it. `Display` writes a sentence for
+/// the user.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Placement {
-    /// The whole scene is in view and fills the picture.
+    /// A camera that has the whole scene in view, filling the picture.
     Camera(Camera),
-    /// A point light in front of the scene, above and to the left, as seen from
-    /// the camera: outside of the picture.
+    /// A point light in front of the scene, above it and to the left as seen from the camera,
+    /// and outside of the picture.
     Light(PointLight),
-    /// A grey fog through which about half of the light crosses the scene.
+    /// Grey fog through which about half of the light crosses the scene.
     Medium(Medium),
-    /// A square floor at this height, which is all that there is to be seen.
+    /// A square floor at this height, below a scene of nothing but hair and smoke.
     Floor(f32),
     /// A square of ground at this height, on which the scene stands.
     Ground(f32),
 }
 
-/// Full vertical field of view of a camera that is placed: 45°.
+/// Full vertical field of view of the default camera: 45°.
 const FIELD_OF_VIEW: f32 = std::f32::consts::FRAC_PI_4;
 
-/// From the scene to a camera that is placed.
+/// The direction from the scene to the default camera.
 const TO_CAMERA: Vec3 = Vec3::new(0.45, 0.35, 1.0);
 
-/// Share of the picture that the scene fills, in the direction in which it is
-/// larger.
+/// The share of the picture's width or height that the scene fills, in the direction in which
+/// it is larger.
 const FILLED: f32 = 0.84;
 
-/// From the scene to a light that is placed, as the camera sees it (to the right,
-/// up, towards the camera), in radii of the scene. It is so high that no camera
-/// that sees the scene alone has it in its picture.
+/// The vector from the scene to the default light in the camera's coordinates (right, up,
+/// towards the camera), in radii of the scene. It is so high that no camera that sees just the
+/// scene has it in its picture.
 const TO_LIGHT: Vec3 = Vec3::new(-1.4, 1.5, 1.0);
 
 /// Half a side of the ground, in radii of the scene.
@@ -77,15 +77,14 @@ impl fmt::Display for Placement {
 }
 
 impl Scene {
-    /// A box around all that is translucent; `None` if nothing is.
+    /// A box around all hair and smoke; `None` if there is none.
     pub fn translucent_bounds(&self) -> Option<Bounds> {
         let each = self.translucent.iter().filter_map(Translucent::bounds);
         each.reduce(Bounds::around)
     }
 
-    /// Lays a floor below hair and smoke if nothing is placed in the scene but
-    /// these, so that there is something to be seen: a square at the lower end
-    /// of them, three times as wide as they are.
+    /// Adds a floor below hair and smoke if the scene has nothing else, so that there is a
+    /// surface to see: a square at their lower end, three times as wide as they are.
     pub fn lay_floor(&mut self) -> Option<Placement> {
         let bounds = self.translucent_bounds()?;
         if !self.instances.is_empty() {
@@ -98,12 +97,12 @@ impl Scene {
         Some(Placement::Floor(height))
     }
 
-    /// Lays ground below a scene that has no floor, so that there is something for
-    /// its shadow to fall on: a grey square at the lower end of it, three times as
-    /// large, that casts no shadow itself. `geometry` is that of the scene as it is.
+    /// Adds ground below a scene that has no floor, so that there is a surface for its shadow:
+    /// a grey square at its lower end, three times as large, which casts no shadow itself.
+    /// `geometry` must be that of the scene.
     ///
-    /// A floor is what faces up in the lower quarter of the scene and covers at
-    /// least half of its plan.
+    /// A floor is what faces up in the lower quarter of the scene and covers at least half of
+    /// its plan.
     pub fn lay_ground(&mut self, geometry: &Geometry) -> Option<Placement> {
         let bounds = match self.translucent_bounds() {
             Some(bounds) => bounds.around(geometry.bounds()),
@@ -113,7 +112,7 @@ impl Scene {
             return None;
         }
         let radius = 0.5 * (bounds.max() - bounds.min()).length();
-        // Just below what lies flat on it.
+        // Slightly below surfaces that lie flat on it.
         let height = bounds.min().y - 1e-4 * radius;
         let middle = 0.5 * (bounds.min() + bounds.max());
         self.materials.push(Material {
@@ -161,16 +160,14 @@ impl Scene {
         });
     }
 
-    /// Places a camera and a light if the scene has none, so that all of
-    /// `bounds` is in view in pictures that are at least as wide as high, and
-    /// returns what was placed.
+    /// Places a camera and a light if the scene has none, and returns what was placed. All of
+    /// `bounds` is in view in pictures that are at least as wide as high.
     ///
-    /// A medium is never placed here: vacuum is a legitimate medium. See
+    /// A medium is not placed here, because vacuum is a legitimate medium; see
     /// [`Scene::fill_with_fog`].
     ///
     /// # Errors
-    /// [`SceneError::BadValue`] if the bounds are so extreme that no camera
-    /// can see them.
+    /// [`SceneError::BadValue`] if the bounds are so extreme that no camera can see them.
     pub fn complete(&mut self, bounds: Bounds) -> Result<Vec<Placement>, SceneError> {
         let [min, max] = [bounds.min(), bounds.max()];
         let corners = (0..8).map(|corner| {
@@ -180,13 +177,12 @@ impl Scene {
         self.complete_around(bounds, corners, 1.0)
     }
 
-    /// The same with a camera that has all `points` in view and as near as
-    /// possible, in a picture whose width is `aspect` times its height. `bounds`
-    /// are theirs.
+    /// The same with a camera that has all `points` in view from as near as possible, in a
+    /// picture whose width is `aspect` times its height. `bounds` must be the bounds of the
+    /// points.
     ///
     /// # Errors
-    /// As [`Scene::complete`]; also if no point is finite or `aspect` is not
-    /// positive.
+    /// As for [`Scene::complete`]; also if no point is finite or `aspect` is not positive.
     pub fn complete_around(
         &mut self,
         bounds: Bounds,
@@ -217,14 +213,14 @@ impl Scene {
         Ok(placements)
     }
 
-    /// The radiant intensity of a light that is placed so far from the middle of a
-    /// scene, W/sr: it is lit by 10 W/m² there.
+    /// The radiant intensity of a default light at this distance from the middle of a scene,
+    /// W/sr: the irradiance there is 10 W/m².
     pub fn placed_intensity(distance: f32) -> Vec3 {
         Vec3::splat(10.0 * distance * distance)
     }
 
-    /// Fills the air with grey fog of albedo 0.9 if the scene has no medium and no fog that
-    /// thins out: optical depth 0.7 over the diagonal of `bounds`, isotropic.
+    /// Fills the air with grey, isotropic fog of albedo 0.9 if the scene has neither a medium
+    /// nor fog that thins out. Its optical depth is 0.7 over the diagonal of `bounds`.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if the bounds are so small that the
@@ -240,8 +236,8 @@ impl Scene {
     }
 }
 
-/// True if something faces up in the lower quarter of the scene, or nearly on one
-/// level with all of it, and covers at least half of its plan.
+/// True if what faces up in the lower quarter of the scene, or at nearly the same level as the
+/// whole scene, covers at least half of its plan.
 fn has_floor(geometry: &Geometry, bounds: Bounds) -> bool {
     let size = (bounds.max() - bounds.min()).as_dvec3();
     let highest = bounds.min().y + 0.25 * (bounds.max().y - bounds.min().y);
@@ -263,8 +259,8 @@ fn has_floor(geometry: &Geometry, bounds: Bounds) -> bool {
     area >= 0.5 * size.x * size.z
 }
 
-/// The camera that looks along −[`TO_CAMERA`] and has all points in view, so that
-/// they fill [`FILLED`] of the picture's width or height.
+/// The camera that looks along −[`TO_CAMERA`] and has all points in view, so that they fill
+/// [`FILLED`] of the picture's width or height.
 fn framed(
     centre: Vec3,
     points: impl Iterator<Item = Vec3>,
@@ -275,9 +271,8 @@ fn framed(
     let up = back.cross(right);
     let tangent = FILLED * (0.5 * FIELD_OF_VIEW).tan();
     let [across, along] = [tangent * aspect, tangent];
-    // A point is in view if its distance from the axis is at most `tangent` times its
-    // distance from the eye: each side of the frustum is moved until it touches the
-    // first of them.
+    // A point is in view if its distance from the axis is at most `tangent` times its depth.
+    // Each side of the frustum is moved until it touches the first point.
     let mut sides = [f32::NEG_INFINITY; 4];
     let mut nearest = f32::NEG_INFINITY;
     for point in points.filter(|point| point.is_finite()) {

@@ -1,9 +1,9 @@
 //! Cubic polynomials over a part of a line.
 
-/// A polynomial of degree 3 over `u` from 0 to 1 by its Bernstein coefficients.
+/// A polynomial of degree 3 in `u` from 0 to 1, given by its Bernstein coefficients.
 ///
-/// Densities have coefficients that are not negative: values and integrals are
-/// then sums of what is not negative, and no digits are lost.
+/// The coefficients of densities are not negative, so values and integrals are sums of terms
+/// that are not negative, and lose no digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cubic(pub(crate) [f64; 4]);
 
@@ -23,7 +23,7 @@ impl Cubic {
         0.25 * ((a + b) + (c + d))
     }
 
-    /// The same polynomial with 0 to `u` as its domain, by de Casteljau.
+    /// The same polynomial on the domain 0 to `u`, by de Casteljau's algorithm.
     pub(crate) fn up_to(self, u: f64) -> Self {
         let mix = |a: f64, b: f64| a * (1.0 - u) + b * u;
         let [a, b, c, d] = self.0;

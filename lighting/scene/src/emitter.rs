@@ -1,5 +1,4 @@
-//! Lights as the algorithms see them: points with an angular emission, and
-//! directions.
+//! Lights as algorithms see them: points with an angular emission, and directions.
 
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -8,18 +7,19 @@ use glam::{Quat, Vec2, Vec3};
 
 use crate::{Cone, SceneError, Texture, is_near};
 
-/// The least difference of the cosines of a spot, of KHR_lights_punctual.
+/// The smallest difference between the cosines of a spotlight's cones, as in
+/// KHR_lights_punctual.
 const LEAST_RIM: f64 = 0.001;
 
-/// The most lines between the centres of a cookie's texels that a ray crosses before
-/// coarser levels of the cookie take part, see [`SpotEmission::mip`].
+/// If a ray crosses more lines between the centres of a cookie's texels than this, coarser
+/// levels of the cookie are blended in; see [`SpotEmission::mip`].
 pub const MOST_COOKIE_LINES: u32 = 4096;
 
-/// A light that reaches any point of space from exactly one direction.
+/// A light that reaches each point of space from a single direction.
 ///
-/// Made by [`Light::emitters`](crate::Light::emitters) or by the
-/// constructors here; its numbers are known to be sound. Another kind would be a
-/// breaking change: every algorithm has to say what it does with each.
+/// [`Light::emitters`](crate::Light::emitters) and the constructors here make emitters, whose
+/// numbers are therefore valid. A further kind would be a breaking change, because every
+/// algorithm has to handle each kind.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Emitter {
     /// At a point.
@@ -41,12 +41,11 @@ pub struct PointEmitter {
 /// How the light of a point ends at its range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Falloff {
-    /// It is undiminished up to the range and nothing beyond.
+    /// The light is undiminished up to the range, and 0 beyond it.
     #[default]
     Hard,
-    /// It is multiplied by `max(1 − (d / range)⁴, 0)` at the distance `d`, the
-    /// window that KHR_lights_punctual recommends. An infinite range fades
-    /// nothing.
+    /// The light is multiplied by `max(1 − (d / range)⁴, 0)` at the distance `d`, the window
+    /// that KHR_lights_punctual recommends. With an infinite range it does not fade.
     Smooth,
 }
 
@@ -84,7 +83,7 @@ pub struct SpotEmission {
     rim: f32,
     tan_outer: f32,
     texture: Option<Texture>,
-    /// Coarser and coarser levels of the texture, see [`SpotEmission::mip_levels`].
+    /// Coarser levels of the texture, see [`SpotEmission::mip_levels`].
     mip_levels: Arc<[Texture]>,
 }
 
@@ -130,8 +129,7 @@ impl Emission {
         }))
     }
 
-    /// The factor on the intensity into the unit `direction` away from the
-    /// light.
+    /// The factor on the intensity in the unit `direction`, which points away from the light.
     pub fn factor(&self, direction: Vec3) -> Vec3 {
         match self {
             Self::Isotropic => Vec3::ONE,
@@ -158,9 +156,8 @@ impl SpotEmission {
         self.outer_versine
     }
 
-    /// How much the cosine grows between the half angle at which the light ends and
-    /// that from which on it is full: the difference between the cosines of the
-    /// two cones, at least 0.001.
+    /// The difference between the cosines of the half angles at which the light is full and at
+    /// which it ends, at least 0.001.
     pub fn rim(&self) -> f32 {
         self.rim
     }
@@ -170,9 +167,8 @@ impl SpotEmission {
         self.cos_inner
     }
 
-    /// Cosine of the half angle up to which the intensity is in fact full: that
-    /// of the inner cone, or 0.001 more than that of the outer one if they are
-    /// closer to each other.
+    /// Cosine of the half angle up to which the intensity really is full: that of the inner
+    /// cone, or 0.001 more than that of the outer cone if the two are closer than this.
     pub fn cos_full(&self) -> f32 {
         self.cos_outer + self.rim
     }
@@ -193,14 +189,14 @@ impl SpotEmission {
         self.texture.as_ref()
     }
 
-    /// What of the cookie lies along a ray that crosses `lines` lines between the
-    /// centres of its texels: a mip level, 0 for the cookie itself, and the share of
-    /// the next coarser one, from 0 to 1.
+    /// The detail of the cookie for a ray that crosses `lines` lines between the centres of its
+    /// texels: a mip level, 0 for the cookie itself, and the share of the next coarser level,
+    /// from 0 to 1.
     ///
-    /// Rays that cross no more than [`MOST_COOKIE_LINES`] see the cookie as it is.
-    /// The share grows with the number of lines up to twice that, where the next
-    /// level takes over, so that an image has no seam. Never more than
-    /// [`SpotEmission::mip_levels`] has.
+    /// For up to [`MOST_COOKIE_LINES`] lines this is the cookie itself. From there the share
+    /// grows with the number of lines up to twice that number, at which the next level takes
+    /// over, so that there is no seam in the image. The level never exceeds those of
+    /// [`SpotEmission::mip_levels`].
     pub fn mip(&self, lines: f64) -> (usize, f64) {
         let most = f64::from(MOST_COOKIE_LINES);
         let (mut level, mut lines) = (0, lines);
@@ -214,10 +210,10 @@ impl SpotEmission {
         (level, (lines / most - 1.0).clamp(0.0, 1.0))
     }
 
-    /// Coarser levels of the cookie, each with half as many texels along each side
-    /// as the one before, of which the first is half the cookie: as many as
-    /// [`SpotEmission::mip`] asks for, none for cookies whose width and height
-    /// together are at most [`MOST_COOKIE_LINES`].
+    /// Coarser levels of the cookie, of which the first has half as many texels along each side
+    /// as the cookie, and each further one half as many as the one before. There are as many as
+    /// [`SpotEmission::mip`] needs: none for cookies whose width and height together are at
+    /// most [`MOST_COOKIE_LINES`].
     pub fn mip_levels(&self) -> &[Texture] {
         &self.mip_levels
     }
@@ -280,8 +276,8 @@ impl Emitter {
         }))
     }
 
-    /// The same light, which ends at its range in this way. Parallel light has
-    /// no range and stays as it is.
+    /// The same light with another falloff at its range. Directional light has no range and
+    /// stays as it is.
     #[must_use]
     pub fn with_falloff(self, falloff: Falloff) -> Self {
         match self {
@@ -301,8 +297,8 @@ impl Emitter {
         }
     }
 
-    /// The same light without a pattern: at a point it shines alike in all directions, up
-    /// to its range, where it ends all at once. Parallel light has no pattern.
+    /// The same light without a pattern: a point light shines alike in all directions up to its
+    /// range, and is 0 beyond. Directional light has no pattern.
     #[must_use]
     pub fn bare(&self) -> Self {
         match self {
@@ -315,7 +311,7 @@ impl Emitter {
         }
     }
 
-    /// Parallel light that travels along `direction` (any length but 0).
+    /// Parallel light that travels along `direction`, a vector of any length except 0.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if the direction is 0 or not finite, or an
@@ -368,7 +364,7 @@ impl PointEmitter {
         self.range
     }
 
-    /// How the light ends at its range.
+    /// How the light falls off at its range.
     pub fn falloff(&self) -> Falloff {
         self.falloff
     }
@@ -379,8 +375,7 @@ impl PointEmitter {
         self.falloff == Falloff::Smooth && self.range < f32::INFINITY
     }
 
-    /// The factor on the intensity at the distance `d`, m, from 0 to 1; 0 for a
-    /// NaN.
+    /// The factor on the intensity at the distance `d` in metres, from 0 to 1; 0 for NaN.
     #[inline]
     pub fn window(&self, d: f32) -> f32 {
         if !(d <= self.range) {
@@ -393,14 +388,14 @@ impl PointEmitter {
         }
     }
 
-    /// [`PointEmitter::window`] for a distance that is known to be in range, where
-    /// rounding may say otherwise.
+    /// [`PointEmitter::window`] for a distance that is known to be in range, even if rounding
+    /// puts it beyond.
     pub fn window_inside(&self, d: f32) -> f32 {
         self.window(d.min(self.range))
     }
 
-    /// Whether it shines alike in all directions and does not fade: then it is
-    /// the inverse square that all evaluators know.
+    /// Whether it shines alike in all directions and does not fade, so that every evaluator
+    /// applies to it.
     pub fn is_plain(&self) -> bool {
         self.emission == Emission::Isotropic && !self.fades()
     }
@@ -426,7 +421,7 @@ impl DirectionalEmitter {
 
 /// The coarser levels of a cookie.
 fn mip_levels(cookie: &Texture) -> Arc<[Texture]> {
-    // As many lines as a ray can cross of the level at hand, at least.
+    // At least as many lines as a ray can cross in the current level.
     let mut lines = f64::from(cookie.width()) + f64::from(cookie.height());
     let mut levels: Vec<Texture> = Vec::new();
     while lines > f64::from(MOST_COOKIE_LINES) {
@@ -436,7 +431,7 @@ fn mip_levels(cookie: &Texture) -> Arc<[Texture]> {
     levels.into()
 }
 
-/// Below this a light is 0 or an error.
+/// Smaller intensities and irradiances than this, except 0, are errors.
 pub(crate) const LEAST_POWER: f32 = 1e-20;
 
 fn check_power(what: &'static str, value: Vec3) -> Result<(), SceneError> {

@@ -9,21 +9,21 @@ use super::caster::{Caster, interpolate};
 use super::coatings::{Coatings, CoatingsOf};
 use super::{AlphaMode, Bounds, Instance, Material, Mesh, Scene, SceneError, is_near};
 
-/// The largest number of triangles a scene may have once its instances are
-/// expanded: 2²⁶, which is 3 GiB with its bookkeeping, and twice as much if some of them are
-/// dynamic, as the static and the dynamic part are kept beside the whole.
+/// The largest number of triangles of a scene after its instances are expanded: 2²⁶, which
+/// takes 3 GiB with additional data. It takes twice as much if some are dynamic, because the
+/// static and the dynamic part are kept in addition to the whole.
 pub const MAX_TRIANGLES: u64 = 1 << 26;
 
-/// All triangles of a scene in world space, known to be finite.
+/// All triangles of a scene in world space, which are known to be finite.
 ///
-/// Triangles without area are left out: they can neither be seen nor cast a
-/// shadow. [`Geometry::dropped`] tells how many there were.
+/// Triangles without area are left out, as they can neither be seen nor cast a shadow.
+/// [`Geometry::dropped`] gives their number.
 ///
 /// # Static and dynamic triangles
 ///
-/// A scene may mark [instances](Instance::dynamic) that move. All triangles are in one
-/// list, as most of what asks does not care; [`Geometry::static_part`] and
-/// [`Geometry::dynamic_part`] have those of either kind alone, with bounds of their own.
+/// A scene may mark [instances](Instance::dynamic) that move. All triangles are in one list,
+/// because most callers make no difference. [`Geometry::static_part`] and
+/// [`Geometry::dynamic_part`] have the triangles of one kind, with their own bounds.
 #[derive(Debug, Clone)]
 pub struct Geometry {
     triangles: Vec<[Vec3; 3]>,
@@ -34,10 +34,10 @@ pub struct Geometry {
     parts: Option<Arc<Parts>>,
 }
 
-/// The triangles of a scene in which some move.
+/// The two parts of a scene in which some triangles move.
 #[derive(Debug)]
 struct Parts {
-    /// None if all of them do.
+    /// `None` if all triangles are dynamic.
     fixed: Option<Geometry>,
     dynamic: Geometry,
 }
@@ -57,7 +57,7 @@ pub struct Appearance {
     pub emitted_behind: Vec3,
 }
 
-/// Where a world-space triangle came from.
+/// The origin of a triangle in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Source {
     /// Index into [`Scene::instances`].
@@ -83,7 +83,7 @@ impl Geometry {
             return Ok(whole);
         }
         let dynamic = match Self::expand(scene, |instance| instance.dynamic) {
-            // What is marked has no area.
+            // The marked instances have no area.
             Err(SceneError::Empty) => return Ok(whole),
             dynamic => dynamic?,
         };
@@ -97,14 +97,14 @@ impl Geometry {
         })
     }
 
-    /// The [dynamic](Instance::dynamic) instances of a scene alone: all that has to be
-    /// expanded anew for a frame in which nothing else has moved.
+    /// The triangles of the [dynamic](Instance::dynamic) instances of a scene alone, which is
+    /// all that has to be expanded anew for a frame in which nothing else has moved.
     ///
-    /// It is one geometry like any other, without parts.
+    /// It is an ordinary geometry without parts.
     ///
     /// # Errors
-    /// As for [`Geometry::new`], which also checks what is not dynamic;
-    /// [`SceneError::Empty`] if nothing is.
+    /// As for [`Geometry::new`], which checks the static instances too; [`SceneError::Empty`]
+    /// if no triangle is dynamic.
     pub fn of_dynamic(scene: &Scene) -> Result<Self, SceneError> {
         let dynamic = scene.instances.iter().filter(|instance| instance.dynamic);
         let meshes: BTreeSet<usize> = dynamic.map(|instance| instance.mesh).collect();
@@ -113,7 +113,7 @@ impl Geometry {
         Self::expand(scene, |instance| instance.dynamic)
     }
 
-    /// Expands some of the instances, whose meshes have been checked.
+    /// Expands some of the instances; their meshes must have been checked.
     fn expand(scene: &Scene, is_wanted: impl Fn(&Instance) -> bool) -> Result<Self, SceneError> {
         let mut total = 0_u64;
         for (index, instance) in scene.instances.iter().enumerate() {
@@ -181,7 +181,7 @@ impl Geometry {
         if triangles.is_empty() {
             return Err(SceneError::Empty);
         }
-        // A flat scene still gets a box with a volume.
+        // A flat scene needs a box with a volume.
         let margin = (1e-6
             * (max - min)
                 .max_element()
@@ -198,8 +198,8 @@ impl Geometry {
         })
     }
 
-    /// The triangles that stay where they are: all of them if none is dynamic, and `None`
-    /// if there are no others.
+    /// The triangles of static instances: this geometry itself if none are dynamic, and `None`
+    /// if all are.
     pub fn static_part(&self) -> Option<&Self> {
         match &self.parts {
             None => Some(self),
@@ -217,7 +217,7 @@ impl Geometry {
         &self.triangles
     }
 
-    /// Where each triangle came from, in the same order.
+    /// The origin of each triangle, in the same order.
     pub fn sources(&self) -> &[Source] {
         &self.sources
     }
@@ -232,7 +232,7 @@ impl Geometry {
         self.bounds
     }
 
-    /// What a triangle does to the light that meets it.
+    /// What a triangle does to light that meets it.
     ///
     /// # Panics
     /// If `triangle` is not an index of [`Geometry::triangles`].
@@ -241,7 +241,7 @@ impl Geometry {
         self.coatings.caster(triangle)
     }
 
-    /// What all triangles do to light, shared cheaply.
+    /// What all triangles do to light; copies share their memory.
     pub fn coatings(&self) -> &Coatings {
         &self.coatings
     }
@@ -280,7 +280,8 @@ impl Geometry {
         let opacity = (material.opacity * vertex.w * opacity).clamp(0.0, 1.0);
         let covered = match material.alpha {
             AlphaMode::Opaque => 1.0,
-            // Rays decide in f64 where a mask is there; its rim is not black.
+            // Rays decide in f64 whether a mask covers a point; this keeps its border from
+            // being black.
             AlphaMode::Mask { cutoff } if opacity >= cutoff - 1e-5 => 1.0,
             AlphaMode::Mask { .. } => 0.0,
             AlphaMode::Blend => opacity,

@@ -75,12 +75,12 @@ impl HeightFog {
         self.sigma_s + self.sigma_a
     }
 
-    /// Where the coefficients are those given, m.
+    /// The altitude at which the coefficients are those that were given, m.
     pub fn altitude(&self) -> f32 {
         self.altitude
     }
 
-    /// By how much one has to rise until they have fallen by a factor of e, m.
+    /// The height over which the coefficients fall by a factor of e, m.
     pub fn scale_height(&self) -> f32 {
         self.scale_height
     }
@@ -95,17 +95,17 @@ impl HeightFog {
         ((f64::from(self.altitude) - y) / f64::from(self.scale_height)).exp()
     }
 
-    /// The length in m of a path at the fog's own altitude that crosses as much fog
-    /// as the way over `length` that begins at the height `y` and rises by `slope`
-    /// per metre (−1 to 1). `length` may be infinite. Exact but for rounding,
-    /// about 1e-16 × the height above or below the altitude in scale heights; never
-    /// NaN.
+    /// The length in metres of a path at the fog's own altitude that crosses as much fog as a
+    /// given path. That path has length `length`, begins at the height `y` and rises by `slope`
+    /// per metre (−1 to 1); `length` may be infinite. The result is exact except for rounding,
+    /// which is about 1e-16 times the distance from the fog's altitude in scale heights; it is
+    /// never NaN.
     ///
     /// ```text
     /// ∫ exp(−(y + slope t − y₀) / H) dt,  t from 0 to length
     /// ```
     pub fn column(&self, y: f64, slope: f64, length: f64) -> f64 {
-        // From the lower end on upwards, where the exponential falls.
+        // The integral starts at the lower end, from which the exponential falls.
         let low = if slope < 0.0 { y + slope * length } else { y };
         let density = self.density(low);
         let rate = slope.abs() / f64::from(self.scale_height);
@@ -115,17 +115,19 @@ impl HeightFog {
         } else {
             length
         };
-        // Above some 700 scale heights nothing is left, below none is finite.
+        // More than about 700 scale heights above the altitude nothing is left, and as far
+        // below the fog is infinite.
         if density == 0.0 || reach == 0.0 {
             return 0.0;
         }
         density * reach
     }
 
-    /// The optical depth per colour channel of the way that light takes to the height `y`
-    /// from a `distance`, against a direction that rises by `slope` per metre: the
-    /// [optical depth](HeightFog::optical_depth), but that the light of a sun whose way
-    /// through the fog is endless has lost nothing, as in a homogeneous medium.
+    /// The optical depth per colour channel of the path of light that arrives at the height `y`
+    /// from a `distance`; the direction towards the light rises by `slope` per metre. It is the
+    /// [optical depth](HeightFog::optical_depth) of that path, except for a sun whose light
+    /// travels through the fog without end: as in a homogeneous medium, its irradiance is the
+    /// one that arrives, and the depth is 0.
     pub fn depth_towards(&self, y: f64, slope: f64, distance: f64) -> DVec3 {
         if distance.is_finite() || slope > 0.0 {
             self.optical_depth(y, slope, distance)
@@ -134,8 +136,8 @@ impl HeightFog {
         }
     }
 
-    /// The optical depth per colour channel of the way that
-    /// [`column`](HeightFog::column) has.
+    /// The optical depth per colour channel of the path that [`column`](HeightFog::column)
+    /// takes.
     pub fn optical_depth(&self, y: f64, slope: f64, length: f64) -> DVec3 {
         crate::media::depth(self.sigma_t().as_dvec3(), self.column(y, slope, length))
     }

@@ -1,11 +1,9 @@
-//! What a scene is: meshes and their instances, hair and smoke, a camera,
-//! lights, what fills the air; and what can be said about it without any light
-//! transport.
+//! Scenes: meshes and their instances, hair and smoke, a camera, lights, the media in the air,
+//! and everything that can be said about these without light transport.
 //!
-//! The fields of a [`Scene`] are plain data. [`Geometry`] is the checked
-//! world-space form of its triangles, [`Emitter`] the checked form of its
-//! lights; algorithms take these two. How light travels is the business of the
-//! crate `lighting`, which re-exports this one as `lighting::scene`.
+//! The fields of a [`Scene`] are plain data. Algorithms take two checked forms of it:
+//! [`Geometry`] has its triangles in world space, and [`Emitter`]s are its lights. Light
+//! transport is in the crate `lighting`, which re-exports this crate as `lighting::scene`.
 //!
 //! ```
 //! use glam::Vec3;
@@ -37,8 +35,8 @@
 //!
 //! # Conventions
 //!
-//! Right-handed, +Y up, metres; cameras and lights look along their local −Z.
-//! Light is linear RGB radiance. Coordinates lie within 1e9 m.
+//! Coordinates are right-handed, in metres, with +Y up, and lie within 1e9 m. Cameras and
+//! lights look along their local −Z. Light is linear RGB radiance.
 
 mod area_surface;
 mod camera;
@@ -101,12 +99,12 @@ pub use virtual_lights::{AreaEmitters, Pattern};
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 
-/// Coordinates farther out than this leave f32 no digits for light transport.
+/// At coordinates beyond this an f32 has no digits left for light transport.
 pub(crate) const MAX_COORDINATE: f32 = 1e9;
 
 /// True if no coordinate is NaN or beyond [`MAX_COORDINATE`].
 pub(crate) fn is_near(point: Vec3) -> bool {
-    // The largest element of a vector would pass over a NaN.
+    // `max_element` could ignore a NaN.
     point.abs().cmple(Vec3::splat(MAX_COORDINATE)).all()
 }
 
@@ -125,35 +123,35 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Meshes placed in the world.
     pub instances: Vec<Instance>,
-    /// What lets a part of the light through.
+    /// Hair and smoke, which let a share of the light through.
     pub translucent: Vec<Translucent>,
-    /// The view, if the scene brings one.
+    /// The camera, if the scene has one.
     pub camera: Option<Camera>,
     /// The lights, possibly none.
     pub lights: Vec<Light>,
-    /// What fills the air; `None` is a vacuum.
+    /// The homogeneous medium; `None` is a vacuum.
     pub medium: Option<Medium>,
-    /// Fog that thins out with altitude, on top of all else: part of [`Media`].
-    /// Whatever takes a [`Medium`] alone passes over it.
+    /// Fog that thins out with altitude, in addition to everything else; see [`Media`].
+    /// Functions that take a [`Medium`] alone ignore it.
     pub height_fog: Option<HeightFog>,
 }
 
 impl Scene {
-    /// Says of everything called `name` whether it casts a shadow: instances of
-    /// that name, of a mesh of that name, or of a mesh whose material has that
-    /// name. Returns how many instances were meant; 0 tells that there is
-    /// nothing of that name. Names that are empty are never meant.
+    /// Sets whether everything called `name` casts a shadow: instances with this name,
+    /// instances of a mesh with this name, and instances of a mesh whose material has this
+    /// name. Returns the number of these instances; 0 means that nothing has the name. Nothing
+    /// matches an empty name.
     pub fn set_casts_shadow(&mut self, name: &str, casts_shadow: bool) -> usize {
         self.for_each_called(name, |instance| instance.no_shadow = !casts_shadow)
     }
 
-    /// Says of everything called `name`, as [`Scene::set_casts_shadow`] does, whether it is
-    /// [dynamic](Instance::dynamic). Returns how many instances were meant.
+    /// Sets whether everything called `name` is [dynamic](Instance::dynamic); names mean the
+    /// same as for [`Scene::set_casts_shadow`]. Returns the number of instances.
     pub fn set_dynamic(&mut self, name: &str, dynamic: bool) -> usize {
         self.for_each_called(name, |instance| instance.dynamic = dynamic)
     }
 
-    /// Changes the instances that `name` means, and tells how many there are.
+    /// Changes the instances that `name` stands for, and counts them.
     fn for_each_called(&mut self, name: &str, change: impl Fn(&mut Instance)) -> usize {
         if name.is_empty() {
             return 0;
@@ -174,7 +172,7 @@ impl Scene {
     }
 }
 
-/// One mesh, where it is.
+/// A scene with a single mesh, at its own place.
 impl From<Mesh> for Scene {
     fn from(mesh: Mesh) -> Self {
         Self {
@@ -188,7 +186,7 @@ impl From<Mesh> for Scene {
 /// A triangle mesh in its own space, metres.
 #[derive(Debug, Clone, Default)]
 pub struct Mesh {
-    /// The name it is chosen by, and called in error messages.
+    /// The name that selects it and that error messages use.
     pub name: String,
     /// Vertex positions.
     pub positions: Vec<Vec3>,
@@ -211,7 +209,7 @@ pub struct Mesh {
 /// A mesh placed in the world.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Instance {
-    /// The name it is chosen by; empty if it has none.
+    /// The name that selects it; may be empty.
     pub name: String,
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
@@ -219,15 +217,15 @@ pub struct Instance {
     pub transform: Affine3A,
     /// It is seen and lit, but light passes through it as if it were not there.
     pub no_shadow: bool,
-    /// It may move from one frame to the next: shadows that are computed once and stored
-    /// leave it out, and a shadow map of every frame has its shadow.
+    /// It may move from one frame to the next. Shadows that are computed once and stored leave
+    /// it out; a shadow map that is made in every frame has its shadow.
     pub dynamic: bool,
 }
 
 /// A Lambertian surface, the same from both sides except for what it emits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
-    /// The name it is chosen by; empty if it has none.
+    /// The name that selects it; may be empty.
     pub name: String,
     /// Diffuse albedo in linear RGB, multiplied by the texture.
     pub base_color: Vec3,
@@ -255,16 +253,16 @@ pub struct Material {
 /// What the opacity of a surface means.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum AlphaMode {
-    /// Nothing: all of the surface is there.
+    /// Nothing: the whole surface is there.
     #[default]
     Opaque,
     /// The surface is there where the opacity is at least `cutoff`, and a hole
     /// elsewhere.
     Mask {
-        /// Finite; above 1 there is nothing but a hole.
+        /// The cutoff, a finite number; if it is above 1 the whole surface is a hole.
         cutoff: f32,
     },
-    /// The surface covers that share of what is behind it.
+    /// The surface covers a share of what is behind it: its opacity.
     Blend,
 }
 
@@ -284,11 +282,11 @@ impl Default for Material {
     }
 }
 
-/// Why a scene cannot be used. Every message names the offending value.
+/// Why a scene cannot be used. Every message names the wrong value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// No triangle is left to look at.
+    /// No triangle is left.
     #[error("the scene has no triangles")]
     Empty,
     /// Too many triangles for one scene once instances are expanded.
@@ -311,7 +309,7 @@ pub enum SceneError {
         /// Number of things it could point to.
         count: u64,
     },
-    /// Two arrays that belong together differ in length.
+    /// Two arrays that belong together have different lengths.
     #[error("{owner}: {what} has {actual} entries, but {expected} were expected")]
     LengthMismatch {
         /// The object that holds the arrays.
@@ -323,7 +321,7 @@ pub enum SceneError {
         /// Entries it should have.
         expected: usize,
     },
-    /// A number outside its domain, NaN and infinity included.
+    /// A number is outside of its domain; NaN and infinity always are.
     #[error("{owner}: {what} is {value}, expected {expected}")]
     BadValue {
         /// The object that holds the number.
@@ -335,7 +333,7 @@ pub enum SceneError {
         /// Its domain in words.
         expected: &'static str,
     },
-    /// A phase function that is none.
+    /// The phase function has invalid parameters.
     #[error("medium: {0}")]
     PhaseFunction(#[from] airlight::Error),
 }

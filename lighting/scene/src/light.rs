@@ -7,7 +7,7 @@ use glam::{DVec2, Quat, Vec3};
 use super::{SceneError, Texture};
 use crate::{Emission, Emitter, Falloff, Pattern};
 
-/// A light of a scene. Algorithms see it as one or more [`Emitter`]s.
+/// A light of a scene. Algorithms see it as one or several [`Emitter`]s.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Light {
@@ -24,7 +24,7 @@ pub enum Light {
 /// A point that shines equally in all directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointLight {
-    /// The name it is chosen by; empty if it has none.
+    /// The name that selects it; may be empty.
     pub name: String,
     /// World position, m.
     pub position: Vec3,
@@ -32,14 +32,14 @@ pub struct PointLight {
     pub intensity: Vec3,
     /// Nothing farther away than this is lit, m; `f32::INFINITY` for no limit.
     pub range: f32,
-    /// How the light ends there.
+    /// How the light falls off at its range.
     pub falloff: Falloff,
 }
 
 /// A point that shines into a cone around its local −Z.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpotLight {
-    /// The name it is chosen by; empty if it has none.
+    /// The name that selects it; may be empty.
     pub name: String,
     /// World position, m.
     pub position: Vec3,
@@ -49,9 +49,9 @@ pub struct SpotLight {
     pub intensity: Vec3,
     /// Nothing farther away than this is lit, m; `f32::INFINITY` for no limit.
     pub range: f32,
-    /// How the light ends there.
+    /// How the light falls off at its range.
     pub falloff: Falloff,
-    /// The cone in which the intensity is full and the one where it ends.
+    /// The cones in which the intensity is full and in which there is light at all.
     pub cone: Cone,
     /// A cookie (gobo) in front of the light that multiplies its intensity. It spans
     /// the square around the outer cone, upright with the light's local +Y.
@@ -73,9 +73,9 @@ pub struct Cone {
 /// Light from infinitely far away: parallel, or from a disk in the sky.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectionalLight {
-    /// The name it is chosen by; empty if it has none.
+    /// The name that selects it; may be empty.
     pub name: String,
-    /// Where the light travels to; any length but 0.
+    /// The direction in which the light travels; a vector of any length except 0.
     pub direction: Vec3,
     /// Irradiance on a plane that faces the light, linear RGB.
     pub irradiance: Vec3,
@@ -88,9 +88,9 @@ pub struct DirectionalLight {
 /// seen from behind it is black.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AreaLight {
-    /// The name it is chosen by; empty if it has none.
+    /// The name that selects it; may be empty.
     pub name: String,
-    /// All of the rectangle, or the ellipse in it.
+    /// The whole rectangle, or an ellipse in it.
     pub shape: AreaShape,
     /// The corner at texture coordinate (0, 0).
     pub corner: Vec3,
@@ -193,28 +193,26 @@ impl Light {
         }
     }
 
-    /// The light as emitters that algorithms work with: itself, or `samples` of
-    /// them that stand for an area light or for a sun with a disk. At least one,
-    /// at most 65536; the same in every run.
+    /// The emitters that represent the light for algorithms: one, or `samples` of them for an
+    /// area light or for a sun with a disk. There are at least 1 and at most 65536, the same in
+    /// every run.
     ///
-    /// **Rectangles** become points of a golden-ratio lattice: of n points the
-    /// i-th lies at ((i + ½) / n, frac(½ + i (√5 − 1) / 2)) along the longer and
-    /// the shorter edge. No two share a coordinate along either edge, so that n
-    /// points make n steps in a penumbra whose edge is parallel to one of theirs
-    /// (a regular grid makes √n): with 16 points the share that is seen beyond a
-    /// straight edge is off by at most 1/16 there (a grid: 1/8), and by at most
-    /// 1/7 at edges of any other direction. **Disks** become the points of Vogel's spiral: the i-th at
-    /// the radius √((i + ½) / n) and the angle i times π (3 − √5); so does the
-    /// disk of a sun, uniformly in solid angle.
+    /// **Rectangles** are represented by the points of a golden-ratio lattice: of n points the
+    /// i-th lies at ((i + ½) / n, frac(½ + i (√5 − 1) / 2)) along the longer and the shorter
+    /// edge. No two points have the same coordinate along an edge, so a penumbra whose edge is
+    /// parallel to an edge of the light has n steps (with a regular grid it has √n). With 16
+    /// points, the visible share of a light beyond a straight edge is off by at most 1/16 in
+    /// that case (with a grid by 1/8), and by at most 1/7 for edges in other directions.
+    /// **Disks** are represented by the points of Vogel's spiral: the i-th at the radius √((i +
+    /// ½) / n) and the angle i times π (3 − √5). The disk of a sun is too, uniformly in solid
+    /// angle.
     ///
-    /// Each point has a cosine emission and its share of radiance × area: 1/n,
-    /// times the mean of the texture over a square of area 1/n around it, all
-    /// scaled so that their sum is what the light emits. They float in front of
-    /// the light by 1e-3 of its shorter edge, so that a mesh in the same place
-    /// does not hide them. [`AreaLight::virtual_lights`] has other patterns.
-    /// Directions share the irradiance so that a plane that faces the middle of the
-    /// disk receives all of it.
-    ///
+    /// Each point has a cosine emission and the share 1/n of radiance × area, times the mean of
+    /// the texture over a square of area 1/n around it. All are scaled so that their sum is the
+    /// total emission of the light. They are in front of the light by 1e-3 of its shorter edge,
+    /// so that a mesh in the same place does not hide them. [`AreaLight::virtual_lights`] has
+    /// other patterns. The directions to a sun share the irradiance so that a plane that faces
+    /// the middle of the disk receives all of it.
     /// # Errors
     /// [`SceneError::BadValue`] if a number is out of its domain.
     pub fn emitters(&self, samples: u32) -> Result<Vec<Emitter>, SceneError> {
@@ -260,7 +258,7 @@ impl DirectionalLight {
             return Emitter::directional(self.direction, self.irradiance).map(|e| vec![e]);
         }
         let Some(middle) = self.direction.try_normalize() else {
-            // Refused with the words for a direction that is none.
+            // This returns the error for an invalid direction.
             return Emitter::directional(self.direction, self.irradiance).map(|e| vec![e]);
         };
         let middle = middle.as_dvec3();

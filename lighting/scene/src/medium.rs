@@ -19,7 +19,7 @@ pub struct Medium {
 }
 
 impl Medium {
-    /// Nothing, everywhere.
+    /// A vacuum everywhere.
     pub const VACUUM: Self = Self {
         sigma_s: Vec3::ZERO,
         sigma_a: Vec3::ZERO,
@@ -146,24 +146,24 @@ impl Bounds {
         Ok(Self { min, max })
     }
 
-    /// The corner with the least coordinates.
+    /// The corner with the smallest coordinates.
     pub fn min(&self) -> Vec3 {
         self.min
     }
 
-    /// The corner with the greatest coordinates.
+    /// The corner with the largest coordinates.
     pub fn max(&self) -> Vec3 {
         self.max
     }
 
-    /// All eight corners: number i has the greatest coordinate on the axes whose bits
-    /// are set in i.
+    /// All eight corners: corner i has the largest coordinate on the axes whose bits are set in
+    /// i.
     pub fn corners(&self) -> [Vec3; 8] {
         let ends = [self.min, self.max];
         std::array::from_fn(|i| Vec3::from([0, 1, 2].map(|axis| ends[i >> axis & 1][axis])))
     }
 
-    /// The least box that holds both.
+    /// The smallest box that contains both.
     #[must_use]
     pub fn around(self, other: Self) -> Self {
         Self {

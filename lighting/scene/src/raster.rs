@@ -13,7 +13,7 @@ use glam::{DVec3, Quat, Vec3};
 
 use crate::Bounds;
 
-/// A picture plane of `resolution` × `resolution` texels; row 0 is on top.
+/// A picture plane of a light, with `resolution` × `resolution` texels; row 0 is on top.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
     /// A point of every light ray for a perspective face; the point from which
@@ -30,15 +30,15 @@ pub struct Face {
 }
 
 impl Face {
-    /// The tightest picture along the unit `direction` around a box; depth is the
-    /// distance from the box's first plane.
+    /// The tightest picture of a box in the unit direction `direction`. Depth is the distance
+    /// from a plane in front of the box.
     pub fn orthographic(bounds: Bounds, direction: Vec3) -> Self {
         let (min, max) = (bounds.min(), bounds.max());
         let centre = 0.5 * (min + max);
         let half = 0.5 * (max - min);
         let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
         let (right, up) = (rotation * Vec3::X, rotation * Vec3::Y);
-        // How far the box reaches from its centre along an axis.
+        // Half the extent of the box along an axis, with a margin for rounding.
         let reach = |axis: Vec3| axis.abs().dot(half) * (1.0 + 1e-6);
         Self {
             origin: centre - reach(direction) * direction,
@@ -190,7 +190,8 @@ impl Footprint {
             depth,
             across: [1, 2],
             central: Some((step, tan)),
-            // Negative in a right-handed frame; (right, up, forward) is not one.
+            // This is negative in a right-handed frame, but (right, up, forward) is
+            // left-handed.
             front: determinant > 0.0,
             columns: texels_between(to_x(bounds.min.0), to_x(bounds.max.0), resolution)?,
             rows: texels_between(to_y(bounds.max.1), to_y(bounds.min.1), resolution)?,
@@ -240,8 +241,8 @@ impl Footprint {
         rows: Range<u32>,
         mut texel: impl FnMut(u32, u32, f32),
     ) {
-        // The line of an edge is that of the neighbour with the other sign, to the
-        // last digit; one of the two owns it.
+        // Two neighbours have the same line for their common edge with opposite signs, to the
+        // last digit; one of the two owns the points on it.
         let covers = |edge: &Linear, x: f64, y: f64| {
             let value = edge.at(x, y);
             value > 0.0 || (value == 0.0 && (edge.a > 0.0 || (edge.a == 0.0 && edge.b > 0.0)))

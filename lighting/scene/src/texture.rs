@@ -1,4 +1,4 @@
-//! Linear RGB images on surfaces and in front of lights.
+//! Linear RGB images for surfaces and for cookies of lights.
 
 use std::sync::Arc;
 
@@ -6,8 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::SceneError;
 
-/// A linear RGB image, shared cheaply between its users, with an opacity per
-/// texel if it has one.
+/// A linear RGB image that can have an opacity per texel. Copies share the texels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     width: u32,
@@ -29,16 +28,16 @@ pub struct Sampler {
 /// How a texture continues outside of [0, 1] along one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Wrap {
-    /// Again and again.
+    /// The image repeats.
     #[default]
     Repeat,
-    /// Again and again, every other time mirrored.
+    /// The image repeats, and every other copy is mirrored.
     Mirror,
-    /// With its border texels.
+    /// The texels of the border continue.
     Clamp,
 }
 
-/// What lies between the texel centres of a texture.
+/// The values between the centres of texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Filter {
     /// A bilinear blend of the four nearest texels.
@@ -93,8 +92,8 @@ impl Texture {
         })
     }
 
-    /// The same image with an opacity per texel, row by row from the top: 0 is
-    /// not there, 1 is opaque.
+    /// The same image with an opacity per texel, row by row from the top: 0 is fully
+    /// transparent, 1 is opaque.
     ///
     /// # Errors
     /// [`SceneError::LengthMismatch`] if there is not one opacity per texel;
@@ -122,8 +121,8 @@ impl Texture {
         })
     }
 
-    /// The same image, continued and filtered in another way by
-    /// [`Texture::sample`] and [`Texture::sample_alpha`].
+    /// The same image with another sampler for [`Texture::sample`] and
+    /// [`Texture::sample_alpha`].
     pub fn with_sampler(self, sampler: Sampler) -> Self {
         Self { sampler, ..self }
     }
@@ -201,14 +200,14 @@ impl Texture {
         }
     }
 
-    /// The colour at `uv`, as the sampler has it; texel centres lie at
-    /// `(i + ½) / size`, (0, 0) is the upper left corner. Coordinates that are
-    /// not finite give the first texel.
+    /// The colour at `uv` according to the sampler. The centres of texels are at `(i + ½) /
+    /// size`, and (0, 0) is the upper left corner. Coordinates that are not finite give the
+    /// first texel.
     pub fn sample(&self, uv: Vec2) -> Vec3 {
         self.blend(uv, self.sampler, |index| self.texels[index])
     }
 
-    /// The opacity at `uv`, as the sampler has it; 1 if the image is opaque.
+    /// The opacity at `uv` according to the sampler; 1 if the image is opaque.
     pub fn sample_alpha(&self, uv: Vec2) -> f32 {
         match &self.alpha {
             Some(alpha) => self.blend(uv, self.sampler, |index| alpha[index]),
@@ -216,8 +215,8 @@ impl Texture {
         }
     }
 
-    /// The opacity of the texel that the sampler has at `column` and `row`, which
-    /// may lie outside of the image; 1 if the image is opaque.
+    /// The opacity of the texel at `column` and `row`, which may lie outside of the image,
+    /// according to the sampler; 1 if the image is opaque.
     pub(crate) fn texel_alpha(&self, column: i64, row: i64) -> f32 {
         let [wrap_u, wrap_v] = self.sampler.wrap;
         let (column, row) = (
@@ -228,13 +227,13 @@ impl Texture {
         alpha.map_or(1.0, |alpha| alpha[row * self.width as usize + column])
     }
 
-    /// Bilinear lookup that repeats in both directions, whatever the sampler.
+    /// Bilinear lookup in the image repeated in both directions, whatever the sampler.
     pub fn repeat(&self, uv: Vec2) -> Vec3 {
         self.blend(uv, Sampler::default(), |index| self.texels[index])
     }
 
-    /// Bilinear lookup that holds the border texels outside of [0, 1]²,
-    /// whatever the sampler.
+    /// Bilinear lookup in which the border texels continue outside of [0, 1]², whatever the
+    /// sampler.
     pub fn clamp(&self, uv: Vec2) -> Vec3 {
         let sampler = Sampler {
             wrap: [Wrap::Clamp; 2],
@@ -272,8 +271,8 @@ impl Texture {
     }
 }
 
-/// Which of `size` texels in a row lie under each of half as many, rounded up, and
-/// with which share.
+/// If `size` texels in a row are reduced to half as many, rounded up: for each of these, the
+/// texels that it covers, with their shares.
 fn halves(size: u32) -> Vec<[Option<(usize, f64)>; 3]> {
     let half = size.div_ceil(2);
     let width = f64::from(size) / f64::from(half);
@@ -291,8 +290,7 @@ fn halves(size: u32) -> Vec<[Option<(usize, f64)>; 3]> {
 }
 
 impl Wrap {
-    /// The same place of the image close to [0, 1], where `f32` can tell
-    /// texels apart.
+    /// An equivalent coordinate close to [0, 1], where an `f32` can tell texels apart.
     fn near(self, coordinate: f32) -> f32 {
         match self {
             Self::Repeat => coordinate - coordinate.floor(),
@@ -301,7 +299,7 @@ impl Wrap {
         }
     }
 
-    /// The texel that stands at `index`, one of `count`.
+    /// The index among `count` texels of the one that appears at `index`.
     fn index(self, index: i64, count: u32) -> usize {
         let count = i64::from(count);
         let index = match self {

@@ -1,8 +1,8 @@
-//! Rays against the triangles of a scene.
+//! Ray tracing of the triangles of a scene.
 //!
-//! The bounding volume hierarchy comes from the library `obvhs`; the
-//! intersection tests are here, in f64 and watertight: a ray through the
-//! common edge of two triangles hits at least one of them.
+//! The bounding volume hierarchy (BVH) comes from the library `obvhs`. The intersection tests
+//! are implemented here, in f64, and are watertight: a ray through the common edge of two
+//! triangles hits at least one of them.
 
 use std::fmt;
 use std::time::Duration;
@@ -19,7 +19,7 @@ use crate::{Caster, Coatings, Geometry, Ray};
 #[derive(Clone)]
 pub struct Tracer {
     nodes: Vec<Bvh2Node>,
-    /// In the order of the leaves.
+    /// The triangles, in the order of the leaves.
     triangles: Vec<[Vec3; 3]>,
     /// Index into [`Geometry::triangles`] of each.
     indices: Vec<u32>,
@@ -58,7 +58,7 @@ pub struct Pane {
 }
 
 impl Tracer {
-    /// Builds the hierarchy: O(n log n), about 0.5 µs per triangle and core.
+    /// Builds the BVH, in O(n log n): about 0.5 µs per triangle on one core.
     pub fn new(geometry: &Geometry) -> Self {
         let boxes: Vec<Aabb> = geometry
             .triangles()
@@ -85,7 +85,7 @@ impl Tracer {
         }
     }
 
-    /// What the triangles do to light.
+    /// What the triangles do to light that meets them.
     pub fn coatings(&self) -> &Coatings {
         &self.coatings
     }
@@ -97,12 +97,12 @@ impl Tracer {
             + size_of_val(&self.indices[..])
     }
 
-    /// The first surface between the origin of the ray and its length through
-    /// which nothing is seen: the ray passes the holes of masks, and whatever
-    /// lets a share of the light through, which [`Tracer::panes`] finds.
+    /// The first surface along the ray through which nothing can be seen. The ray passes
+    /// through the holes of masks and through everything that lets a share of the light
+    /// through, which [`Tracer::panes`] finds.
     ///
-    /// Of several triangles at exactly the same distance the one with the
-    /// lowest index is reported.
+    /// Of several triangles at exactly the same distance, the one with the lowest index is
+    /// reported.
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let line = Line::new(ray.origin(), ray.direction());
         let mut best: Option<Hit> = None;
@@ -131,11 +131,11 @@ impl Tracer {
         best
     }
 
-    /// The surfaces before the end of the ray that cover a part of what is behind
-    /// them and let the rest of it through, the nearest first. What casts no
-    /// shadow is among them; holes and what is clear are not.
+    /// The surfaces in front of the end of the ray that cover a share of what is behind them
+    /// and let the rest of its light through, the nearest first. Surfaces that cast no shadow
+    /// are included; holes and perfectly clear surfaces are not.
     ///
-    /// A ray through a common edge of two triangles meets one of them.
+    /// A ray through a common edge of two triangles meets only one of them.
     pub fn panes(&self, ray: &Ray) -> Vec<Pane> {
         let mut panes = Vec::new();
         if !self.coatings.any_see_through() {
@@ -188,7 +188,7 @@ impl Tracer {
         found
     }
 
-    /// Whether no light passes at a place on the triangle of a slot.
+    /// Whether no light passes at a point of the triangle in a slot.
     fn blocks(&self, slot: usize, u: f64, v: f64) -> bool {
         match self.coatings.caster(self.indices[slot] as usize) {
             Caster::Solid => true,
@@ -210,8 +210,8 @@ impl Tracer {
         self.product(origin, direction, start, end, |_| true)
     }
 
-    /// The same of what is see-through alone, as if nothing else were there: for
-    /// those who know otherwise what is behind solids and masks.
+    /// The same for see-through triangles alone, as if no others existed. It serves callers
+    /// that have the shadows of solid and masked triangles from elsewhere.
     pub fn transmittance_of_panes(
         &self,
         origin: Vec3,
@@ -260,9 +260,9 @@ impl Tracer {
         product
     }
 
-    /// Calls `leaf(slot, far)` for the triangles whose boxes meet the line
-    /// between `near` and `far`, near boxes first. It returns the `far` from
-    /// then on; a value below `near` ends the visit.
+    /// Calls `leaf(slot, far)` for the triangles whose boxes meet the line between `near` and
+    /// `far`, near boxes first. `leaf` returns the new value of `far`; a value below `near`
+    /// ends the visit.
     fn visit(&self, line: &Line, near: f64, mut far: f64, mut leaf: impl FnMut(usize, f64) -> f64) {
         let mut stack = Vec::with_capacity(64);
         let Some(root) = self.nodes.first() else {
@@ -304,10 +304,10 @@ impl Tracer {
         }
     }
 
-    /// Walks the hierarchy for shadows. `shadow_of_box` says what a box (centre and half
-    /// extent) could hide, if anything; `is_dark` whether all of that is hidden already,
-    /// so that the box can be skipped; `leaf` takes the triangles of the boxes that
-    /// remain, with their index in [`Geometry::triangles`], larger shadows first.
+    /// Walks the BVH for shadows. `shadow_of_box` gives what a box, by its centre and half
+    /// extent, could hide, if anything. `is_dark` tells whether all of that is already hidden,
+    /// so that the box is skipped. `leaf` is called for the triangles of the other boxes, with
+    /// their index in [`Geometry::triangles`], larger shadows first.
     pub fn walk<S: Copy + PartialOrd>(
         &self,
         shadow_of_box: impl Fn(DVec3, DVec3) -> Option<S>,
@@ -356,13 +356,13 @@ impl Tracer {
     }
 }
 
-/// Places where a line went through an edge of a triangle: what neighbours have
-/// in common counts once.
+/// Positions at which a line passed through an edge of a triangle, so that an edge that two
+/// triangles share counts once.
 #[derive(Debug, Default)]
 struct Edges(Vec<f64>);
 
 impl Edges {
-    /// Whether a hit is not that of a neighbour once more.
+    /// Whether a hit is new, and not the same hit of a neighbouring triangle.
     fn is_new(&mut self, t: f64, u: f64, v: f64) -> bool {
         const ROUNDING: f64 = 1e-9;
         if u.min(v).min(1.0 - u - v) > ROUNDING {
@@ -379,8 +379,8 @@ impl Edges {
     }
 }
 
-/// The largest f32 that is not above a distance: the end of a ray stays on
-/// the eye's side of what it hits, so that no light leaks in from behind.
+/// The largest f32 that is not above a distance. A ray must end on the eye's side of what it
+/// hits, so that no light leaks in from behind.
 fn toward_zero(t: f64) -> f32 {
     let nearest = t as f32;
     if f64::from(nearest) > t {
@@ -396,7 +396,7 @@ fn corners(node: &Bvh2Node) -> (DVec3, DVec3) {
     (vector(node.aabb.min), vector(node.aabb.max))
 }
 
-/// A line, endless both ways, prepared for many tests in f64.
+/// An infinite line, prepared for many tests in f64.
 #[derive(Debug, Clone, Copy)]
 pub struct Line {
     origin: DVec3,
@@ -405,7 +405,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// The line through `origin` along `direction`, of any length but 0.
+    /// The line through `origin` along `direction`, which may have any length except 0.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         let direction = direction.as_dvec3().normalize();
         Self {
@@ -423,11 +423,11 @@ impl Line {
         for axis in 0..3 {
             let a = (min[axis] - self.origin[axis]) * self.inverse[axis];
             let b = (max[axis] - self.origin[axis]) * self.inverse[axis];
-            // 0 · ∞ = NaN says that the line runs in the face: it is inside.
+            // 0 · ∞ = NaN means that the line runs within the face; it counts as inside.
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         }
-        // The boxes are exact, the distances rounded.
+        // Boxes are exact, but distances are rounded.
         let margin = 1e-12 * (enter.abs() + leave.abs().min(1e300));
         (enter <= leave + margin).then_some(enter - margin)
     }

@@ -1,4 +1,4 @@
-//! The rays of a picture, and what they meet.
+//! The rays of a picture, and the surfaces that they meet.
 
 use std::sync::Arc;
 
@@ -19,43 +19,44 @@ pub struct SizeError {
     height: u32,
 }
 
-/// One ray per pixel, through its centre, up to the first surface through which
-/// nothing is seen.
+/// One ray per pixel, through its centre, that ends at the first surface through which nothing
+/// can be seen.
 #[derive(Debug, Clone)]
 pub struct View {
     width: u32,
     height: u32,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
-    /// What lies before the hits, ray after ray.
+    /// The see-through surfaces in front of the hits, ray after ray.
     panes: Vec<Pane>,
-    /// Where the panes of each ray end; empty if there are none.
+    /// For each ray, the index behind its last pane; empty if there are no panes.
     ends: Vec<usize>,
     cover: Arc<Cover>,
 }
 
-/// What covers a part of what each ray of a picture meets, and is no surface: hair.
+/// What covers a share of what the rays of a picture meet and is not a surface: hair.
 ///
-/// A ray has steps, at each of which the share of the light from behind that gets to the
-/// eye falls to another number.
+/// A ray has steps. At each of them the share of the light from behind that reaches the eye
+/// falls to a lower value.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cover {
-    /// Where the steps of each ray end.
+    /// For each ray, the index behind its last step.
     ends: Vec<usize>,
     steps: Vec<CoverStep>,
 }
 
-/// Where more of a ray is covered than before.
+/// A distance along a ray from which on more is covered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoverStep {
-    /// Distance along the ray, m. What is exactly there is before it.
+    /// Distance along the ray, m. What is exactly at this distance is not covered by the step.
     pub distance: f32,
-    /// The share of the light from behind that gets to the eye, 0 to 1.
+    /// The share of the light from behind that reaches the eye, 0 to 1.
     pub share: f32,
 }
 
 impl Cover {
-    /// The steps of all rays, those of each by rising distance.
+    /// Makes a cover from the steps of all rays; those of each ray must be in order of rising
+    /// distance.
     pub fn new<I: IntoIterator<Item = CoverStep>>(rays: impl IntoIterator<Item = I>) -> Self {
         let mut cover = Self::default();
         for ray in rays {
@@ -70,7 +71,7 @@ impl Cover {
         self.steps.is_empty()
     }
 
-    /// Those of a ray; none if there is no such ray.
+    /// The steps of a ray; none if there is no such ray.
     pub fn steps(&self, ray: usize) -> &[CoverStep] {
         let Some(&end) = self.ends.get(ray) else {
             return &[];
@@ -79,7 +80,7 @@ impl Cover {
         &self.steps[start..end]
     }
 
-    /// The share of the light that gets to the eye from a distance along a ray.
+    /// The share of the light that reaches the eye from a distance along a ray.
     pub fn share(&self, ray: usize, distance: f32) -> f32 {
         let steps = self.steps(ray);
         let before = steps.partition_point(|step| step.distance < distance);
@@ -133,7 +134,7 @@ impl View {
         })
     }
 
-    /// The same view with `cover` before what it sees, in place of another.
+    /// The same view with `cover` in front of what it sees; it replaces an earlier cover.
     #[must_use]
     pub fn with_cover(self, cover: Cover) -> Self {
         Self {
@@ -142,7 +143,7 @@ impl View {
         }
     }
 
-    /// What covers a part of what the rays meet; nothing in a new view.
+    /// What covers a share of what the rays meet. A new view has an empty cover.
     pub fn cover(&self) -> &Arc<Cover> {
         &self.cover
     }
@@ -162,13 +163,12 @@ impl View {
         &self.rays
     }
 
-    /// What each ray ends on; `None` is the sky.
+    /// What each ray ends on; `None` where it ends in the sky.
     pub fn hits(&self) -> &[Option<Hit>] {
         &self.hits
     }
 
-    /// The surfaces that cover a part of what the ray of a pixel ends on, the
-    /// nearest first.
+    /// The see-through surfaces in front of what the ray of a pixel ends on, the nearest first.
     pub fn panes(&self, pixel: usize) -> &[Pane] {
         let Some(&end) = self.ends.get(pixel) else {
             return &[];
@@ -177,8 +177,8 @@ impl View {
         &self.panes[start..end]
     }
 
-    /// The share of the light of what the ray of a pixel ends on that all panes
-    /// before it let through, per colour channel.
+    /// The share of the light from the end of a pixel's ray that passes all panes in front, per
+    /// colour channel.
     pub fn through_panes(&self, pixel: usize) -> Vec3 {
         let panes = self.panes(pixel).iter();
         panes.map(|pane| pane.transmittance).product()

@@ -1,4 +1,4 @@
-//! Points that stand for an area light.
+//! Points that represent an area light.
 //!
 //! Based on: Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013, section
 //! 3.1.1, which samples area lights as virtual point lights and leaves open where.
@@ -12,47 +12,45 @@ use crate::emitter::LEAST_POWER;
 use crate::light::spiral;
 use crate::{AreaLight, AreaShape, Emission, Emitter, Light, SceneError, Texture};
 
-/// Where on an area light the points are that stand for it; each the same in every
-/// run.
+/// The places of the points that represent an area light; they are the same in every run.
 ///
-/// All but the lattice are points of a unit square, of which a rectangle takes the
-/// coordinates along its edges, and an ellipse the square of the radius and the
-/// angle: equal areas of one are equal areas of the other.
+/// Except for the lattice, they are points of a unit square. A rectangle takes them as
+/// coordinates along its edges, and an ellipse as the square of the radius and the angle, which
+/// preserves ratios of areas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Pattern {
     /// The points of [`Light::emitters`]: the golden-ratio lattice, and Vogel's
     /// spiral on an ellipse.
     #[default]
     Lattice,
-    /// Halton's points of the bases 2 and 3, from the second on. The first n of more
-    /// than n are those of n.
+    /// Halton's points with the bases 2 and 3, from the second on. The first n of more points
+    /// are the same as for n points.
     Halton,
-    /// One point at random in each of n cells of equal area, in about √n rows.
+    /// One random point in each of n cells of equal area, which are in about √n rows.
     Jittered {
-        /// Chooses the points.
+        /// The seed of the random points.
         seed: u32,
     },
-    /// The centres of these cells.
+    /// The centres of the same cells.
     Regular,
-    /// The lattice, denser where the texture is brighter: the density is nine parts
-    /// luminance and one part area, cell by cell of a grid of 64 × 64. Without a
-    /// texture, the lattice of the unit square.
+    /// The lattice, with a higher density where the texture is brighter: nine tenths of the
+    /// density follow the luminance and one tenth the area, in the cells of a grid of 64 × 64.
+    /// Without a texture, this is the lattice of the unit square.
     Importance,
 }
 
-/// An area light, and which of a list of emitters stand for it.
+/// An area light, and the emitters that represent it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AreaEmitters {
     /// The light.
     pub light: AreaLight,
-    /// The numbers of its emitters.
+    /// The indices of its emitters.
     pub emitters: Range<usize>,
 }
 
 impl AreaEmitters {
-    /// The area lights among `lights`, where emitter i is one of those of the light
-    /// `owners[i]`; those of one light are neighbours. Lights without an emitter are
-    /// left out.
+    /// Finds the area lights among `lights`. Emitter i belongs to the light `owners[i]`, and
+    /// emitters of the same light are consecutive. Lights without an emitter are left out.
     pub fn find(lights: &[Light], owners: &[usize]) -> Vec<Self> {
         let mut found = Vec::new();
         let mut start = 0;
@@ -70,22 +68,22 @@ impl AreaEmitters {
     }
 }
 
-/// Cells a side of the density of [`Pattern::Importance`].
+/// Cells along each side of the density of [`Pattern::Importance`].
 const CELLS: u32 = 64;
 
-/// The share of its density that is even, so that what looks dark is not missed.
+/// The uniform share of this density, so that places that look dark are not missed.
 const EVEN: f64 = 0.1;
 
 impl AreaLight {
-    /// The light as `count` points with a cosine emission, at least one and at most
-    /// 65536.
+    /// Represents the light by `count` points with a cosine emission; at least 1 and at most
+    /// 65536 of them.
     ///
-    /// Each has its share of radiance × area: 1/(n p), where p is the density of the
-    /// points relative to even ones, times the mean of the texture over a square around
-    /// it whose area is 1/(n p) of the rectangle's. All are scaled so that their sum is
-    /// what the light emits, colour by colour, unless a colour is dark at all of the
-    /// points: then none of them emits it. Less than 1e-20 W/sr is none. They float in
-    /// front of the light by 1e-3 of its shorter edge.
+    /// With p the density of the points relative to a uniform one, each point has the share
+    /// 1/(n p) of radiance × area, times the mean of the texture over a square around it whose
+    /// area is 1/(n p) of the rectangle's. All are scaled so that their sum is the total
+    /// emission of the light in each colour. If a colour is dark at every point, none of them
+    /// emits it. Less than 1e-20 W/sr counts as 0. The points are in front of the light by 1e-3
+    /// of its shorter edge.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if a number is out of its domain.
@@ -93,10 +91,10 @@ impl AreaLight {
         self.virtual_lights_placed_by(self, pattern, count)
     }
 
-    /// The same light as points in the places that `placed_by` has for them: where the
-    /// textures of the two differ and nothing else does, as in two frames of a video,
-    /// the points change their intensity and stay where they are, even those of
-    /// [`Pattern::Importance`]. What was made for their places stays of use.
+    /// The same light as points at the places that `placed_by` has for its own points. If only
+    /// the textures of the two lights differ, as in two frames of a video, the points change
+    /// their intensity and stay in place, even those of [`Pattern::Importance`], so that
+    /// whatever was made for their places can be used again.
     ///
     /// # Errors
     /// Those of [`AreaLight::virtual_lights`].
@@ -108,7 +106,7 @@ impl AreaLight {
     ) -> Result<Vec<Emitter>, SceneError> {
         let count = count.clamp(1, 65536);
         let [u, v] = self.edges;
-        // The square of a small area is no number in single precision.
+        // The square of a small area underflows in single precision.
         let normal = u.as_dvec3().cross(v.as_dvec3());
         let area = normal.length() as f32;
         if !(self.corner.is_finite() && area.is_finite() && area > 0.0) {
@@ -143,7 +141,7 @@ impl AreaLight {
             .collect()
     }
 
-    /// Texture coordinates, and the density there.
+    /// Texture coordinates of the points, with the density at each.
     fn places(&self, pattern: Pattern, count: u32) -> Vec<(Vec2, f32)> {
         let even = |points: Vec<DVec2>| -> Vec<_> {
             let place = |point: &DVec2| (self.on_the_light(*point), 1.0);
@@ -185,8 +183,7 @@ impl AreaLight {
         }
     }
 
-    /// What each of the places has of the light that would leave a white light
-    /// of this shape.
+    /// The share of each place in the light of a white light of this shape.
     fn shares(&self, places: &[(Vec2, f32)]) -> Vec<Vec3> {
         let count = places.len() as f32;
         let Some(texture) = &self.texture else {
@@ -202,7 +199,7 @@ impl AreaLight {
             })
             .collect();
         let total = match self.shape {
-            // That of bilinear interpolation, exactly.
+            // This is exactly the mean of the bilinear interpolation.
             AreaShape::Rectangle => texture.mean(),
             AreaShape::Disk => {
                 const POINTS: u32 = 4096;
@@ -211,8 +208,8 @@ impl AreaLight {
             }
         };
         let sum: Vec3 = means.iter().sum();
-        // A channel that is dark at all points gets nothing at any of them. The quotient
-        // of the sums may be beyond any number where little of the light is seen.
+        // A channel that is dark at all points is 0 at each of them. The quotient of the sums
+        // might overflow where little of the light is sampled.
         let share = |mean| Vec3::select(sum.cmpgt(Vec3::ZERO), mean / sum, Vec3::ZERO);
         means.into_iter().map(|mean| share(mean) * total).collect()
     }
@@ -232,7 +229,7 @@ fn halton(count: u32) -> impl Iterator<Item = DVec2> {
     (1..=count).map(|i| DVec2::new(radical_inverse(i, 2), radical_inverse(i, 3)))
 }
 
-/// The digits of a number behind the point, mirrored.
+/// The radical inverse: the digits of a number in reverse, after the point.
 fn radical_inverse(mut number: u32, base: u32) -> f64 {
     let (mut value, mut digit) = (0.0, 1.0 / f64::from(base));
     while number > 0 {
@@ -243,8 +240,8 @@ fn radical_inverse(mut number: u32, base: u32) -> f64 {
     value
 }
 
-/// One point in each of `count` cells of equal area, in rows as high as they have
-/// many; the centre without a seed.
+/// One point in each of `count` cells of equal area, in rows whose height is proportional to
+/// their number of cells; without a seed, the centre of the cell.
 fn cells(count: u32, seed: Option<u32>) -> Vec<DVec2> {
     let rows = (f64::from(count).sqrt().round() as u32).max(1);
     let before = |row: u32| (u64::from(row) * u64::from(count) / u64::from(rows)) as u32;
@@ -265,7 +262,7 @@ fn cells(count: u32, seed: Option<u32>) -> Vec<DVec2> {
     points
 }
 
-/// A number in [0, 1) without a pattern: the finaliser of MurmurHash3.
+/// A pseudo-random number in [0, 1): the finaliser of MurmurHash3.
 fn random(number: u32, seed: u32) -> f64 {
     let mut h = number ^ seed.wrapping_mul(0x9E37_79B9);
     h = (h ^ (h >> 16)).wrapping_mul(0x85EB_CA6B);
@@ -275,14 +272,15 @@ fn random(number: u32, seed: u32) -> f64 {
 
 /// A density over the unit square, constant in each of [`CELLS`]² cells.
 struct Density {
-    /// The share of all rows up to the end of each.
+    /// The cumulative share of the rows, up to the end of each.
     rows: Vec<f64>,
-    /// The same of the cells of each row.
+    /// The cumulative share of the cells in each row.
     cells: Vec<Vec<f64>>,
 }
 
 impl Density {
-    /// In proportion to `weight` at the centre of each cell, and a little everywhere.
+    /// A density proportional to `weight` at the centre of each cell, plus a small uniform
+    /// part.
     fn new(weight: impl Fn(DVec2) -> f32) -> Self {
         let n = CELLS;
         let weights: Vec<Vec<f64>> = (0..n)
@@ -310,7 +308,8 @@ impl Density {
         }
     }
 
-    /// An even point moved to where the density wants it, and the density there.
+    /// Moves a uniformly distributed point to the density's distribution; returns it with the
+    /// density there.
     fn place(&self, point: DVec2) -> (DVec2, f64) {
         let n = f64::from(CELLS);
         let (row, y, high) = find(&self.rows, point.y);
@@ -320,7 +319,7 @@ impl Density {
     }
 }
 
-/// Running sums, as shares of the whole.
+/// Cumulative sums, as shares of the total.
 fn sums(parts: &[f64]) -> Vec<f64> {
     let whole: f64 = parts.iter().sum();
     let mut sum = 0.0;
@@ -331,7 +330,7 @@ fn sums(parts: &[f64]) -> Vec<f64> {
     shares.collect()
 }
 
-/// The part in which a share of the whole lies, how far through it, and its size.
+/// The part in which a share of the total lies, the position within it, and its size.
 fn find(sums: &[f64], share: f64) -> (usize, f64, f64) {
     let index = sums
         .partition_point(|sum| *sum <= share)
@@ -341,7 +340,7 @@ fn find(sums: &[f64], share: f64) -> (usize, f64, f64) {
     (index, ((share - before) / size).clamp(0.0, 1.0), size)
 }
 
-/// Rec. 709.
+/// Luminance with the weights of Rec. 709.
 fn luminance(colour: Vec3) -> f32 {
     colour.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }

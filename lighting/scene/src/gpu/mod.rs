@@ -19,14 +19,13 @@
 //!
 //! # Agreement with the CPU
 //!
-//! The CPU works in f64. A shader finds the point at which a line enters a grid to
-//! four roundings of the distances that go into it: as if the ray were moved aside by
-//! `2⁻²² (D + S)`, D the distance of the eye from the grid's corner and S the
-//! size of the grid. From there on lengths are relative to that point, and every
-//! sum is of what is not negative: in a grid that many cells on the line make, `n` of
-//! them, the optical depth is that of the moved ray within `(n + 20) 2⁻²³`, relative.
-//! Columns of height fog are as exact as WGSL's `exp`: `3 + 2 |(y − y₀)/H|` units of
-//! the last digit.
+//! The CPU works in f64. A shader computes the point at which a line enters a grid to four
+//! roundings of the distances involved, as if the ray were moved aside by `2⁻²² (D + S)`, where
+//! D is the distance of the eye from the grid's corner and S the size of the grid. From there
+//! on lengths are relative to that point, and every sum has terms that are not negative. So for
+//! a line through `n` cells of a grid, the optical depth is that of the moved ray to a relative
+//! `(n + 20) 2⁻²³`. Columns of height fog are as exact as WGSL's `exp`: `3 + 2 |(y − y₀)/H|`
+//! units of the last digit.
 
 mod part;
 
@@ -61,9 +60,8 @@ pub struct GridRecord {
 }
 
 impl GridRecord {
-    /// The grid whose first density has the index `first` for `scn_density`. The
-    /// albedo is that of all of the grid: that of samples, and the emission, are up to
-    /// the shader.
+    /// The grid whose first density has the index `first` in `scn_density`. The albedo is that
+    /// of the whole grid; albedos of samples and emission are left to the shader.
     pub fn new(grid: &DensityGrid, first: u32) -> Self {
         let (corner, matrix) = grid.cell_space();
         let phase = PhaseRecord::from(grid.phase());

@@ -1,4 +1,4 @@
-//! All that fills the air of a scene, as a ray asks for it.
+//! The media in the air of a scene, as rays ask for them.
 
 mod part;
 mod pieces;
@@ -16,16 +16,14 @@ use crate::{
     Translucent,
 };
 
-/// A homogeneous medium, fog that thins out with altitude, density grids and
-/// particles, any of them, overlapping or not: where several are at one place
-/// their coefficients add up.
+/// A homogeneous medium, fog that thins out with altitude, density grids and particles. Any of
+/// them may be missing or overlap; where several are at one place, their coefficients add up.
 ///
-/// A ray asks two things. At a point: the
-/// [extinction](Media::extinction_at), and what is
-/// [scattered and emitted](Media::scattering_at) there. Along a part of it: the
-/// [optical depth](Media::optical_depth), or its [pieces](Media::along), on each
-/// of which every coefficient is a polynomial or an exponential: a gather of
-/// scattered light needs no step size for the density.
+/// A ray can ask for values at a point: the [extinction](Media::extinction_at), and what is
+/// [scattered and emitted](Media::scattering_at). It can also ask about a part of itself: for
+/// the [optical depth](Media::optical_depth), or for its [pieces](Media::along). On each piece
+/// every coefficient is a polynomial or an exponential, so that a gather of scattered light
+/// needs no step size for the density.
 ///
 /// ```
 /// use glam::{DVec3, Vec3};
@@ -47,8 +45,8 @@ use crate::{
 /// # Ok::<(), scene::SceneError>(())
 /// ```
 ///
-/// Strands are no medium and not part of this. A ray asks every particle whether it
-/// meets it: O(particles) per ray.
+/// Strands are not a medium and not included. Every ray tests every particle: O(particles) per
+/// ray.
 #[derive(Debug, Clone)]
 pub struct Media<'a> {
     medium: Option<Medium>,
@@ -57,7 +55,7 @@ pub struct Media<'a> {
     balls: Vec<Ball<'a>>,
 }
 
-/// A particle, and those it is one of.
+/// A particle, and the particles that it belongs to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ball<'a> {
     pub(crate) centre: DVec3,
@@ -76,13 +74,14 @@ impl<'a> Ball<'a> {
         })
     }
 
-    /// The extinction between two distances on a line whose chord ends `half` before and
-    /// behind `middle`, 1/m.
+    /// The extinction, 1/m, between two distances on a line whose chord extends `half` on
+    /// either side of `middle`.
     fn cubic(&self, half: f64, middle: f64, from: f64, to: f64) -> Cubic {
         match self.of.profile() {
             Profile::Constant => Cubic::constant(self.sigma_t),
             Profile::Soft => {
-                // (h² − t²) / R² by its polar form h² − s t: positive within the chord.
+                // The polar form h² − s t of (h² − t²) / R², which is positive within the
+                // chord.
                 let (a, b) = (from - middle, to - middle);
                 let polar = |s: f64, t: f64| (half * half - s * t).max(0.0);
                 let scale = self.sigma_t / (self.radius * self.radius);
@@ -103,7 +102,7 @@ impl<'a> Ball<'a> {
 }
 
 impl<'a> Media<'a> {
-    /// Puts them together; strands are passed over.
+    /// Collects the media; strands are ignored.
     pub fn new(
         medium: Option<&Medium>,
         height_fog: Option<&HeightFog>,
@@ -130,7 +129,7 @@ impl<'a> Media<'a> {
         media
     }
 
-    /// Those of a scene.
+    /// The media of a scene.
     pub fn of(scene: &'a Scene) -> Self {
         Self::new(
             scene.medium.as_ref(),
@@ -154,28 +153,28 @@ impl<'a> Media<'a> {
         &self.grids
     }
 
-    /// The particles, a kind of them after the other, but those of no extinction at all.
+    /// The kinds of particles, one after the other, without those that have no extinction.
     pub fn particles(&self) -> impl Iterator<Item = &'a Particles> {
-        // Those of a kind follow each other.
+        // Balls of the same kind follow each other.
         let kinds = self.balls.chunk_by(|a, b| std::ptr::eq(a.of, b.of));
         kinds.filter_map(|balls| balls.first().map(|ball| ball.of))
     }
 
-    /// Boxes around what is somewhere only: a bounded homogeneous medium, each grid, all
-    /// particles of a kind.
+    /// Boxes around media that do not fill all of space: a bounded homogeneous medium, each
+    /// grid, and all particles of a kind.
     pub fn boxes(&self) -> impl Iterator<Item = Bounds> {
         let medium = self.medium.as_ref().and_then(Medium::bounds);
         medium.into_iter().chain(self.smoke_boxes())
     }
 
-    /// Those around smoke alone: each grid, all particles of a kind.
+    /// Boxes around smoke alone: each grid, and all particles of a kind.
     pub fn smoke_boxes(&self) -> impl Iterator<Item = Bounds> {
         let grids = self.grids.iter().map(|grid| grid.bounds());
         let particles = self.particles().filter_map(Particles::bounds);
         grids.chain(particles)
     }
 
-    /// True if there is nothing but the homogeneous medium, or not even that.
+    /// True if there is no medium other than a homogeneous one.
     pub fn is_homogeneous(&self) -> bool {
         self.height_fog.is_none() && self.grids.is_empty() && self.balls.is_empty()
     }
@@ -185,8 +184,8 @@ impl<'a> Media<'a> {
         self.grids.iter().any(|grid| !grid.emission().is_empty())
     }
 
-    /// Calls `visit` with the coefficients of each medium that is at a point: those
-    /// of different phase functions apart.
+    /// Calls `visit` with the coefficients of each medium that is at a point; media with
+    /// different phase functions are kept apart.
     pub fn scattering_at(&self, point: DVec3, mut visit: impl FnMut(Scattering)) {
         if let Some(medium) = &self.medium
             && medium
@@ -240,8 +239,8 @@ impl<'a> Media<'a> {
         sum
     }
 
-    /// The pieces of the line `origin + t direction` for t from `from` to `to`, for
-    /// a unit vector `direction`; `to` may be infinite, `from` not.
+    /// The pieces of the line `origin + t direction` for t from `from` to `to`, where
+    /// `direction` is a unit vector. `to` may be infinite, `from` must not be.
     pub fn along(&self, origin: DVec3, direction: DVec3, from: f64, to: f64) -> MediaPieces<'_> {
         MediaPieces::new(self, origin, direction, from, to)
     }
@@ -257,7 +256,7 @@ impl<'a> Media<'a> {
         )
     }
 
-    /// The share of light that gets from `distance` along a ray to its origin, per colour
+    /// The share of light from `distance` along a ray that reaches the ray's origin, per colour
     /// channel: `exp(−τ)`.
     pub fn transmittance(&self, ray: &Ray, distance: f32) -> Vec3 {
         let direction = ray.direction().as_dvec3().normalize();
@@ -265,10 +264,9 @@ impl<'a> Media<'a> {
         (-depth).exp().as_vec3()
     }
 
-    /// The optical depth of the line `origin + t direction` for t from `from` to
-    /// `to`, per colour channel: exact but for rounding, relative 1e-13 in
-    /// ordinary scenes. Infinite along an endless way through fog; 0 if `to` is not
-    /// above `from`.
+    /// The optical depth of the line `origin + t direction` for t from `from` to `to`, per
+    /// colour channel. It is exact except for rounding, to a relative 1e-13 in ordinary scenes.
+    /// It is infinite along an endless way through fog, and 0 if `to` is not above `from`.
     pub fn optical_depth(&self, origin: DVec3, direction: DVec3, from: f64, to: f64) -> DVec3 {
         let mut sum = DVec3::ZERO;
         if !(from < to) {
@@ -295,8 +293,7 @@ impl<'a> Media<'a> {
     }
 }
 
-/// Coefficients times a length, which may be infinite: 0 in channels without
-/// extinction.
+/// Coefficients times a length, which may be infinite; 0 in channels without extinction.
 pub(crate) fn depth(sigma: DVec3, length: f64) -> DVec3 {
     DVec3::select(sigma.cmpgt(DVec3::ZERO), sigma * length, DVec3::ZERO)
 }

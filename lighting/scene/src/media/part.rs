@@ -13,7 +13,7 @@ pub struct Scattering {
     pub extinction: DVec3,
     /// Scattering coefficient, 1/m.
     pub scattering: DVec3,
-    /// Radiance that is emitted per metre.
+    /// Emitted radiance per metre, 1/m of radiance.
     pub emission: DVec3,
     /// How scattered light spreads over directions.
     pub phase: PhaseFunction,
@@ -23,13 +23,12 @@ pub struct Scattering {
 #[derive(Debug, Clone, Copy)]
 pub struct MediaPart<'a> {
     profile: Along,
-    /// Extinction and scattering where the profile is 1; without the albedo of
-    /// samples.
+    /// Extinction and scattering where the profile is 1, without the albedo of samples.
     extinction: DVec3,
     scattering: DVec3,
     phase: PhaseFunction,
     is_smoke: bool,
-    /// What has an albedo or an emission for each sample.
+    /// The grid and the span of a cell, if samples have an albedo or an emission.
     samples: Option<(&'a DensityGrid, CellSpan)>,
 }
 
@@ -37,7 +36,7 @@ pub struct MediaPart<'a> {
 #[derive(Debug, Clone, Copy)]
 enum Along {
     Cubic(Cubic),
-    /// From the height `y` on, rising by `slope` per metre.
+    /// From the height `y`, rising by `slope` per metre.
     Height {
         fog: HeightFog,
         y: f64,
@@ -75,7 +74,7 @@ impl<'a> MediaPart<'a> {
     pub(super) fn cell(grid: &'a DensityGrid, span: CellSpan) -> Self {
         let has_samples = !(grid.albedo_samples().is_empty() && grid.emission().is_empty());
         let extinction = grid.tint().as_dvec3();
-        // The albedo of samples comes with that of the grid.
+        // The albedo of samples is multiplied by that of the grid.
         let albedo = match grid.albedo_samples() {
             [] => grid.albedo().as_dvec3(),
             _ => DVec3::ONE,
@@ -90,8 +89,8 @@ impl<'a> MediaPart<'a> {
         }
     }
 
-    /// Of a ball whose chord ends `half` before and behind `middle`, between `from`
-    /// and `to`.
+    /// The part of a ball between `from` and `to`, where the chord extends `half` on either
+    /// side of `middle`.
     pub(super) fn ball(ball: &Ball<'_>, half: f64, middle: f64, from: f64, to: f64) -> Self {
         Self {
             profile: Along::Cubic(ball.cubic(half, middle, from, to)),
@@ -119,7 +118,7 @@ impl<'a> MediaPart<'a> {
             .is_some_and(|(grid, _)| !grid.emission().is_empty())
     }
 
-    /// True if neither its extinction nor what it emits changes along the piece.
+    /// True if neither its extinction nor its emission changes along the piece.
     pub(super) fn is_even(&self) -> bool {
         let is_voxel = |grid: &DensityGrid| grid.interpolation() == Interpolation::Constant;
         let has_even_density = match self.profile {
@@ -129,7 +128,7 @@ impl<'a> MediaPart<'a> {
         has_even_density && (!self.emits() || self.samples.is_none_or(|(grid, _)| is_voxel(grid)))
     }
 
-    /// True if it neither extinguishes nor emits.
+    /// True if it has neither extinction nor emission.
     pub(super) fn is_nothing(&self) -> bool {
         let has_no_density = match self.profile {
             Along::Cubic(cubic) => cubic.0 == [0.0; 4],
@@ -161,8 +160,8 @@ impl<'a> MediaPart<'a> {
         point
     }
 
-    /// The share of what it takes from light that it scatters, at `x` metres behind the start
-    /// of a piece of `length`; 0 in channels without extinction.
+    /// The share of its extinction that is scattering, at `x` metres behind the start of a
+    /// piece of `length`; 0 in channels without extinction.
     pub(super) fn albedo(&self, x: f64, length: f64) -> DVec3 {
         let mut albedo = DVec3::select(
             self.extinction.cmpgt(DVec3::ZERO),
@@ -180,7 +179,7 @@ impl<'a> MediaPart<'a> {
     /// The optical depth of the first `x` metres of a piece of `length`.
     pub(super) fn depth_to(&self, x: f64, length: f64) -> DVec3 {
         let profile = match self.profile {
-            // An endless piece lies in even fog alone.
+            // An endless piece contains homogeneous fog alone.
             Along::Cubic(cubic) => cubic.up_to(share(x, length)).mean() * x,
             Along::Height { fog, y, slope } => fog.column(y, slope, x),
         };

@@ -10,9 +10,9 @@ use crate::{CellWalk, DensityGrid, Medium};
 /// The pieces of a line through [`Media`], from front to back: see
 /// [`Media::along`].
 ///
-/// They follow each other without gaps, those where there is nothing included. Each
-/// borrows the memory of this, so that a ray allocates once: hence
-/// [`advance`](MediaPieces::advance) in a loop in the place of an iterator.
+/// Pieces follow each other without gaps; pieces without any medium are included. Each piece
+/// borrows memory from this object, so that a ray allocates only once. This is why there is
+/// [`advance`](MediaPieces::advance), to be called in a loop, instead of an iterator.
 #[derive(Debug)]
 pub struct MediaPieces<'a> {
     media: &'a Media<'a>,
@@ -21,13 +21,13 @@ pub struct MediaPieces<'a> {
     at: f64,
     end: f64,
     depth: DVec3,
-    /// Where the homogeneous medium is.
+    /// The range of the homogeneous medium, with the medium.
     even: Option<(f64, f64, Medium)>,
     grids: Vec<(&'a DensityGrid, Peekable<CellWalk>)>,
-    /// By where they begin, and how many of them have been met.
+    /// Chords of balls, sorted by their start, and how many of them have been reached.
     chords: Vec<Chord<'a>>,
     met: usize,
-    /// Those that the line is in.
+    /// The chords that contain the current position.
     open: Vec<Chord<'a>>,
     parts: Vec<MediaPart<'a>>,
 }
@@ -147,7 +147,7 @@ impl<'a> MediaPieces<'a> {
         for chord in &self.open {
             end = end.min(chord.end());
         }
-        // Now that it is known where the piece ends, what is on it.
+        // The end of the piece is known now, so its media can be collected.
         for (grid, walk) in &mut self.grids {
             if let Some(span) = walk.peek()
                 && span.from <= start
@@ -199,7 +199,7 @@ impl<'a> MediaPiece<'a> {
         self.end
     }
 
-    /// The optical depth of all pieces in front of it.
+    /// The optical depth of all pieces before it.
     pub fn depth_before(&self) -> DVec3 {
         self.depth_before
     }
@@ -209,22 +209,22 @@ impl<'a> MediaPiece<'a> {
         self.parts.is_empty()
     }
 
-    /// True if there is a grid or a particle on it.
+    /// True if a grid or a particle is on it.
     pub fn has_smoke(&self) -> bool {
         self.parts.iter().any(MediaPart::is_smoke)
     }
 
-    /// True if something on it emits light of its own.
+    /// True if a medium on it emits light.
     pub fn emits(&self) -> bool {
         self.parts.iter().any(MediaPart::emits)
     }
 
-    /// True if neither the extinction nor the emission of anything changes along it.
+    /// True if neither the extinction nor the emission of any medium changes along it.
     pub fn is_even(&self) -> bool {
         self.parts.iter().all(MediaPart::is_even)
     }
 
-    /// What all that is there emits at `t` on this piece, radiance per metre.
+    /// The emission of all media at `t` on this piece, radiance per metre.
     pub fn emission(&self, t: f64) -> DVec3 {
         let emitting = self.parts.iter().filter(|part| part.emits());
         emitting.map(|part| self.scattering(part, t).emission).sum()
@@ -267,8 +267,8 @@ impl<'a> MediaPiece<'a> {
         part.at(t - self.start, self.end - self.start)
     }
 
-    /// The share of what one of its [parts](MediaPiece::parts) takes from light that it
-    /// scatters, around `t` on this piece.
+    /// The albedo of one of its [parts](MediaPiece::parts) around `t` on this piece: the share
+    /// of its extinction that is scattering.
     pub fn albedo(&self, part: &MediaPart<'_>, t: f64) -> DVec3 {
         part.albedo(t - self.start, self.end - self.start)
     }
@@ -313,7 +313,7 @@ pub(super) fn depth_of_ball(
     ball.cubic(chord.half, chord.middle, from, to).mean() * (to - from)
 }
 
-/// The part of a line in a box, `None` if it is empty or a point.
+/// The part of a line in a box; `None` if it is empty or a single point.
 fn clip(
     [min, max]: [DVec3; 2],
     origin: DVec3,

@@ -21,12 +21,12 @@ const WIDEST_TAN: f32 = 3.732;
 
 /// What makes a scene hard for a shadow map.
 ///
-/// All but the first two are counted on a light map: `resolution`² texels, each
-/// a ray from the light through the texel's centre, along which all surfaces
-/// count. The map of a sun is the tightest rectangle around the scene's box; a
-/// point light outside of the box looks at the box's centre and sees all of
-/// it, up to 75° to each side; one inside looks at the centre through the 90°
-/// face of a cube. Cones, ranges and translucent casters are ignored.
+/// All but the first two figures are counted on a light map of `resolution`² texels, each of
+/// which is a ray from the light through the texel's centre; all surfaces along the ray count.
+/// The map of a sun is the tightest rectangle around the scene's box. A point light outside of
+/// the box looks at the box's centre and sees all of the box, up to 75° to each side; one
+/// inside of it looks at the centre through the 90° face of a cube. Cones, ranges and
+/// translucent casters are ignored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
     /// Closed solids: connected components without a hole, of each instance.

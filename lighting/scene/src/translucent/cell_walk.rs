@@ -5,15 +5,16 @@ use glam::DVec3;
 /// The part of a line in one cell of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CellSpan {
-    /// Which cell, along x, y and z.
+    /// Index of the cell along x, y and z.
     pub cell: [u32; 3],
     /// Where the line enters it, in units of the line's direction.
     pub from: f64,
     /// Where it leaves it, above `from`.
     pub to: f64,
-    /// Where in the cell it enters: each coordinate from 0 to 1 across the cell.
+    /// The point of the cell at which the line enters; each coordinate is from 0 to 1 across
+    /// the cell.
     pub entry: DVec3,
-    /// Where in the cell it leaves.
+    /// The point of the cell at which the line leaves.
     pub exit: DVec3,
 }
 
@@ -34,7 +35,7 @@ impl CellSpan {
         }
     }
 
-    /// Where in the cell the line is after a share of the span.
+    /// The point of the cell at a share of the span.
     pub(crate) fn place(&self, share: f64) -> DVec3 {
         self.entry * (1.0 - share) + self.exit * share
     }
@@ -52,7 +53,7 @@ pub struct CellWalk {
     direction: DVec3,
     cells: [u32; 3],
     cell: [u32; 3],
-    /// Where the line leaves the cell through a face of each axis.
+    /// Position at which the line leaves the cell, for the faces of each axis.
     leaving: [f64; 3],
     from: f64,
     end: f64,
@@ -111,7 +112,7 @@ impl Iterator for CellWalk {
     type Item = CellSpan;
 
     fn next(&mut self) -> Option<CellSpan> {
-        // A cell is left through one of three faces, never to come back.
+        // A cell is left through one of three faces, and never entered again.
         while self.from < self.end {
             let leaving = self.leaving;
             let axis = (0..3).fold(0, |a, b| if leaving[b] < leaving[a] { b } else { a });

@@ -1,4 +1,4 @@
-//! Smoke as numbers on a grid.
+//! Smoke on a grid.
 
 use glam::{Affine3A, DMat3, DVec3, Vec3};
 
@@ -10,31 +10,30 @@ use crate::{Bounds, PhaseFunction, SceneError};
 /// The largest number of samples of a grid: 2²⁸, which is 1 GiB.
 pub const MAX_SAMPLES: u64 = 1 << 28;
 
-/// What lies between the samples of a [`DensityGrid`].
+/// How a [`DensityGrid`] is interpolated between its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Interpolation {
-    /// Each sample fills a voxel: the box is divided into as many as there are
-    /// samples.
+    /// Each sample fills a voxel: the box is divided into one voxel for each sample.
     Constant,
-    /// Trilinear between samples, the outer ones of which are on the faces of
-    /// the box. Along an axis with a single sample nothing changes.
+    /// Trilinear between samples; the outer samples are on the faces of the box. Along an axis
+    /// with a single sample the density is constant.
     Linear,
 }
 
-/// A medium whose density varies over a box; nothing outside.
+/// A medium whose density varies within a box, with nothing outside.
 ///
-/// At a density `d` the extinction coefficient of a colour channel is
-/// `scale × tint × d`, 1/m, and the scattering coefficient is the albedo times
-/// that. A new grid has a tint and an albedo of 1 in every channel, scatters
-/// evenly in all directions, emits nothing, and lies where its box is.
+/// At a density `d` the extinction coefficient of a colour channel is `scale × tint × d`, 1/m,
+/// and the scattering coefficient is the albedo times that. A new grid has a tint and an albedo
+/// of 1 in every channel, scatters isotropically, emits nothing, and is placed where its box
+/// is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DensityGrid {
     local_bounds: Bounds,
     transform: Affine3A,
     bounds: Bounds,
-    /// World position of the corner from which cells are counted.
+    /// World position of the corner at which cell coordinates are 0.
     corner: DVec3,
-    /// From world offsets to that corner to cells.
+    /// From offsets from that corner, in world space, to cells.
     cells_per_metre: DMat3,
     resolution: [u32; 3],
     density: Vec<f32>,
@@ -99,7 +98,7 @@ impl DensityGrid {
         Ok(grid)
     }
 
-    /// Fills in what follows from the place of the box.
+    /// Updates everything that follows from the place of the box.
     fn place(&mut self, turn: DMat3, shift: DVec3) {
         let (min, max) = (self.local_bounds.min(), self.local_bounds.max());
         let cells = DVec3::from_array(self.cells().map(f64::from));
@@ -125,7 +124,7 @@ impl DensityGrid {
         let turn = DMat3::from_cols(columns[0], columns[1], columns[2]);
         let shift = Vec3::from(transform.translation).as_dvec3();
         let size: f64 = columns.iter().map(|axis| axis.length()).product();
-        // Below this, the digits of f32 do not tell the volume from none.
+        // Below this, f32 cannot tell the volume from 0.
         if !(transform.is_finite() && turn.determinant().abs() > 1e-6 * size) {
             return Err(SceneError::bad_value(
                 OWNER,
@@ -141,7 +140,7 @@ impl DensityGrid {
             let corners = corners.map(|corner| (turn * corner.as_dvec3() + shift).as_vec3());
             let least = corners.into_iter().fold(Vec3::INFINITY, Vec3::min);
             let greatest = corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max);
-            // Single precision rounds corners to either side.
+            // Corners are rounded to single precision in either direction.
             let margin = f32::EPSILON * least.abs().max(greatest.abs());
             self.bounds = Bounds::new(least - margin, greatest + margin)?;
         }
@@ -160,9 +159,8 @@ impl DensityGrid {
         Ok(Self { tint, ..self })
     }
 
-    /// The same grid with an albedo: the share of what is extinguished that is
-    /// scattered, linear RGB. It multiplies the albedo of samples, if there is
-    /// one.
+    /// The same grid with an albedo: the share of the extinction that is scattering, linear
+    /// RGB. If samples have albedos of their own, it multiplies these.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] unless all three are from 0 to 1.
@@ -189,9 +187,8 @@ impl DensityGrid {
         })
     }
 
-    /// The same grid with an emission for each sample: the radiance that comes
-    /// from a metre of it, linear RGB, interpolated like the density; none if the
-    /// list is empty.
+    /// The same grid with an emission for each sample: the radiance from one metre of it,
+    /// linear RGB, interpolated like the density; none if the list is empty.
     ///
     /// # Errors
     /// [`SceneError::LengthMismatch`] unless there is one per sample,
@@ -237,12 +234,12 @@ impl DensityGrid {
         self.transform
     }
 
-    /// Samples along x, y and z.
+    /// Number of samples along x, y and z.
     pub fn resolution(&self) -> [u32; 3] {
         self.resolution
     }
 
-    /// Densities, x fastest.
+    /// The densities, x fastest.
     pub fn density(&self) -> &[f32] {
         &self.density
     }
@@ -257,8 +254,7 @@ impl DensityGrid {
         self.tint
     }
 
-    /// The albedo of all of it; see also
-    /// [`albedo_samples`](DensityGrid::albedo_samples).
+    /// The albedo of the grid; see also [`albedo_samples`](DensityGrid::albedo_samples).
     pub fn albedo(&self) -> Vec3 {
         self.albedo
     }
@@ -280,12 +276,12 @@ impl DensityGrid {
         self.phase
     }
 
-    /// What lies between samples.
+    /// The interpolation between samples.
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
 
-    /// The same grid of another scale.
+    /// The same grid with another scale.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] unless it is from 0 to 1e15.
@@ -294,12 +290,12 @@ impl DensityGrid {
         Ok(Self { scale, ..self })
     }
 
-    /// The largest density of any sample.
+    /// The largest density.
     pub fn max_density(&self) -> f32 {
         self.density.iter().copied().fold(0.0, f32::max)
     }
 
-    /// Cells along each axis in which the extinction is a polynomial.
+    /// Number of cells along each axis; within a cell the extinction is a polynomial.
     pub fn cells(&self) -> [u32; 3] {
         match self.interpolation {
             Interpolation::Constant => self.resolution,
@@ -307,8 +303,8 @@ impl DensityGrid {
         }
     }
 
-    /// A point of the world in cells, counted from the corner of the grid: within
-    /// 0 to [`cells`](DensityGrid::cells) inside of the box.
+    /// The coordinates of a point of the world in cells, from the corner of the grid: inside
+    /// the box they are from 0 to [`cells`](DensityGrid::cells).
     pub fn in_cells(&self, point: DVec3) -> DVec3 {
         self.cells_per_metre * (point - self.corner)
     }
@@ -319,11 +315,11 @@ impl DensityGrid {
         (self.corner, self.cells_per_metre)
     }
 
-    /// The cells on the line `origin + t direction`, t from `from` to `to`, from
-    /// front to back, each where the line runs through it for some length. Both
-    /// ends may be infinite.
+    /// The cells on the line `origin + t direction` for t from `from` to `to`, from front to
+    /// back. Only cells in which the line has some length are included. Both ends may be
+    /// infinite.
     ///
-    /// A line along a face that two cells share counts as being in one of them.
+    /// A line in a face between two cells counts as being in one of them.
     pub fn cells_along(&self, origin: DVec3, direction: DVec3, from: f64, to: f64) -> CellWalk {
         let start = self.in_cells(origin);
         CellWalk::new(
@@ -335,8 +331,8 @@ impl DensityGrid {
         )
     }
 
-    /// The samples around `place` of a cell, each coordinate from 0 to 1 across
-    /// the cell, weighted: of the numbers that `sample` returns for their indices.
+    /// The weighted mean of `sample` over the samples around a point of a cell; each coordinate
+    /// of `place` is from 0 to 1 across the cell.
     fn interpolate<T>(&self, cell: [u32; 3], place: DVec3, sample: impl Fn(usize) -> T) -> T
     where
         T: std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
@@ -354,9 +350,9 @@ impl DensityGrid {
         }
     }
 
-    /// Indices of the samples at the corners of a cell: number i is that with the
-    /// greater coordinate on the axes whose bits are set in i. A single sample
-    /// along an axis is its own neighbour, and so is a voxel.
+    /// Indices of the samples at the corners of a cell: corner i has the larger coordinate on
+    /// the axes whose bits are set in i. With a single sample along an axis, or with voxels,
+    /// both corners of an edge have the same sample.
     fn corners(&self, cell: [u32; 3]) -> [usize; 8] {
         let [nx, ny, _] = self.resolution.map(|count| count as usize);
         let [x, y, z] = cell.map(|index| index as usize);
@@ -421,7 +417,7 @@ impl DensityGrid {
             return Cubic::constant(0.0);
         }
         let ends = [span.entry, span.exit];
-        // Along x at either end, then y, then z.
+        // Interpolated along x at either end, then along y, then along z.
         let rows = ends.map(|end| [0, 2, 4, 6].map(|i| mix(corner[i], corner[i + 1], end.x)));
         let slices = rows.map(|row| ends.map(|end| [0, 2].map(|i| mix(row[i], row[i + 1], end.y))));
         let values = slices.map(|row| row.map(|[near, far]| ends.map(|end| mix(near, far, end.z))));
@@ -457,10 +453,10 @@ impl DensityGrid {
         length * (0.5 * (density[0] + density[1]))
     }
 
-    /// The cell that a point of the world is in, and where in the cell; `None`
+    /// The cell that contains a point of the world, and the position in this cell; `None`
     /// outside of the box.
     pub fn cell_at(&self, point: DVec3) -> Option<([u32; 3], DVec3)> {
-        // What a point on a face may be off by rounding.
+        // A bound on the rounding of a point on a face.
         const ROUNDING: f64 = 1e-12;
         let place = self.in_cells(point);
         let cells = self.cells();

@@ -1,4 +1,4 @@
-//! What lets a part of the light through: hair, smoke, puffs.
+//! Translucent casters: hair and smoke, which let a share of the light through.
 
 mod cell_walk;
 mod grid;
@@ -16,9 +16,8 @@ use super::{Bounds, SceneError};
 
 /// Something that takes a share of the light that meets it.
 ///
-/// It casts shadows onto surfaces, into the air and onto itself; see the module
-/// `translucent`. What smoke scatters and emits itself is told by
-/// [`Media`](crate::Media).
+/// It casts shadows onto surfaces, into the air and onto itself; see the module `translucent`.
+/// [`Media`](crate::Media) tells what smoke scatters and emits itself.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(
     clippy::large_enum_variant,
@@ -27,14 +26,14 @@ use super::{Bounds, SceneError};
 pub enum Translucent {
     /// Hair, fur, grass.
     Strands(Strands),
-    /// Smoke as numbers on a grid.
+    /// Smoke on a grid.
     Grid(DensityGrid),
-    /// Smoke as balls of denser air.
+    /// Smoke as balls.
     Particles(Particles),
 }
 
 impl Translucent {
-    /// A box around all of it; `None` if there is nothing.
+    /// A box around all of it; `None` if it is empty.
     pub fn bounds(&self) -> Option<Bounds> {
         match self {
             Self::Strands(strands) => strands.bounds(),
@@ -43,7 +42,7 @@ impl Translucent {
         }
     }
 
-    /// What it is and how much of it, for reports.
+    /// A description with its size, for reports.
     pub fn describe(&self) -> String {
         match self {
             Self::Strands(strands) => format!("{} strands", strands.len()),
@@ -86,7 +85,7 @@ fn around(balls: impl Iterator<Item = (Vec3, f32)>) -> Option<Bounds> {
     Bounds::new(min - margin, max + margin).ok()
 }
 
-/// Coordinates that may be part of a scene, with room for radii.
+/// Checks a coordinate, and leaves room for radii.
 fn check_position(owner: impl FnOnce() -> String, position: Vec3) -> Result<(), SceneError> {
     if position.abs().cmple(Vec3::splat(MAX_POSITION)).all() {
         return Ok(());
@@ -99,7 +98,7 @@ fn check_position(owner: impl FnOnce() -> String, position: Vec3) -> Result<(), 
     ))
 }
 
-/// Half of what a scene may measure, so that balls stay within it.
+/// Half of the largest coordinate of a scene, so that balls stay within it.
 const MAX_POSITION: f32 = 5e8;
 
 /// A thickness or a radius.

@@ -1,11 +1,11 @@
-//! Smoke as balls of denser air.
+//! Smoke as balls.
 
 use glam::Vec3;
 
 use super::{around, check_colour, check_extinction, check_position, check_size};
 use crate::{Bounds, PhaseFunction, SceneError};
 
-/// A ball of denser air.
+/// A ball of smoke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Particle {
     /// World position, m.
@@ -22,13 +22,12 @@ pub struct Particle {
 pub enum Profile {
     /// The same up to the radius `R`.
     Constant,
-    /// `(1 − r²/R²)` of that at the centre: no edge is seen.
+    /// `(1 − r²/R²)` of the extinction at the centre, so that no edge is visible.
     Soft,
 }
 
-/// Balls, each of which looks the same from all sides. Where they overlap,
-/// extinctions add up. New ones have an albedo of 1 and scatter evenly in all
-/// directions.
+/// Balls with isotropic density profiles. Where they overlap, extinctions add up. New ones have
+/// an albedo of 1 and scatter isotropically.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Particles {
     all: Vec<Particle>,
@@ -38,7 +37,7 @@ pub struct Particles {
 }
 
 impl Particles {
-    /// Takes them over.
+    /// Checks the particles and takes them over.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] for a centre that is not finite or beyond
@@ -68,8 +67,8 @@ impl Particles {
         })
     }
 
-    /// The same with an albedo: the share of what is extinguished that is
-    /// scattered, linear RGB.
+    /// The same particles with an albedo: the share of the extinction that is scattering,
+    /// linear RGB.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] unless all three are from 0 to 1.
@@ -79,7 +78,7 @@ impl Particles {
         Ok(Self { albedo, ..self })
     }
 
-    /// The same with another phase function.
+    /// The same particles with another phase function.
     ///
     /// # Errors
     /// [`SceneError::PhaseFunction`] if its parameters are out of range.
@@ -88,7 +87,7 @@ impl Particles {
         Ok(Self { phase, ..self })
     }
 
-    /// The share of what is extinguished that is scattered, linear RGB.
+    /// The share of the extinction that is scattering, linear RGB.
     pub fn albedo(&self) -> Vec3 {
         self.albedo
     }
@@ -103,12 +102,12 @@ impl Particles {
         &self.all
     }
 
-    /// How their extinction falls.
+    /// The profile of their extinction.
     pub fn profile(&self) -> Profile {
         self.profile
     }
 
-    /// A box around them, `None` if there is none.
+    /// A box around them; `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds> {
         around(self.all.iter().map(|ball| (ball.centre, ball.radius)))
     }

@@ -12,22 +12,22 @@ pub struct StrandPoint {
     pub position: Vec3,
     /// Diameter, m.
     pub thickness: f32,
-    /// Share of the light that meets the strand and does not pass it, 0 to 1.
+    /// The share of the light meeting the strand that does not pass it, 0 to 1.
     pub opacity: f32,
 }
 
 /// Polygonal lines of round cross-section.
 ///
-/// Between two points of a strand runs a cylinder of their mean thickness and
-/// mean opacity, with open ends: light that runs along it passes. What meets a
-/// cylinder anywhere within its outline is reduced to the share `1 − opacity`.
+/// Between two points of a strand there is a cylinder with their mean thickness and mean
+/// opacity. Its ends are open, so light along its axis passes. Light that meets a cylinder
+/// anywhere within its outline is reduced to the share `1 − opacity`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strands {
     points: Vec<StrandPoint>,
     ends: Vec<u32>,
     /// The first point of each piece.
     pieces: Vec<u32>,
-    /// That of each point, or one for all.
+    /// A colour for each point, or one for all.
     colours: Vec<Vec3>,
 }
 
@@ -38,7 +38,7 @@ pub struct Piece {
     pub axis: [Vec3; 2],
     /// Half its thickness, m.
     pub radius: f32,
-    /// Share of the light that it keeps.
+    /// The share of the light that it holds back.
     pub opacity: f32,
 }
 
@@ -46,8 +46,8 @@ impl Strands {
     /// The colour of strands that were given none: brown hair, linear RGB.
     pub const COLOUR: Vec3 = Vec3::new(0.36, 0.21, 0.11);
 
-    /// Strand `i` has the points from `ends[i − 1]` (0 for the first) to before
-    /// `ends[i]`. A strand of less than two points is legal and invisible.
+    /// Strand `i` has the points from `ends[i − 1]` (0 for the first strand) up to but not
+    /// including `ends[i]`. A strand of fewer than two points is valid and invisible.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] for a position that is not finite or beyond
@@ -109,8 +109,8 @@ impl Strands {
         })
     }
 
-    /// The same strands `scale` times as large and thick, seen from the origin, and then
-    /// moved by `shift`.
+    /// The same strands, scaled by `scale` about the origin, thickness included, and then moved
+    /// by `shift`.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] if a point or a thickness is then beyond what
@@ -156,25 +156,25 @@ impl Strands {
         &self.points
     }
 
-    /// How many strands there are.
+    /// Number of strands.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// True if there is none.
+    /// True if there are no strands.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// How many pieces all strands have.
+    /// Number of pieces of all strands.
     pub fn piece_count(&self) -> usize {
         self.pieces.len()
     }
 
-    /// The piece of this number.
+    /// The piece with this index.
     ///
     /// # Panics
-    /// If there are fewer.
+    /// If there is no such piece.
     pub fn piece(&self, index: usize) -> Piece {
         let first = self.pieces[index] as usize;
         let (a, b) = (&self.points[first], &self.points[first + 1]);
@@ -185,7 +185,7 @@ impl Strands {
         }
     }
 
-    /// The colour of a piece, at a share of its length from its first point.
+    /// The colour of a piece at a share of its length from its first point.
     ///
     /// # Panics
     /// If there are fewer pieces.
@@ -197,8 +197,8 @@ impl Strands {
         }
     }
 
-    /// The strand that a piece belongs to ends with this piece: the next one is not
-    /// joined to it.
+    /// True if the strand of this piece ends with it, so that the next piece is not joined to
+    /// it.
     ///
     /// # Panics
     /// If there are fewer pieces.
@@ -207,10 +207,10 @@ impl Strands {
         next.is_none_or(|next| *next != self.pieces[piece] + 1)
     }
 
-    /// A box around all pieces, `None` if there is none.
+    /// A box around all pieces; `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds> {
-        // Both ends are as thick as the piece: at its thin end, a piece of a
-        // strand that tapers is thicker than the strand.
+        // Both ends count with the piece's thickness, which is larger than that of a tapering
+        // strand at its thin end.
         let pieces = (0..self.pieces.len()).map(|index| self.piece(index));
         around(pieces.flat_map(|piece| piece.axis.map(|end| (end, piece.radius))))
     }
