@@ -13,7 +13,7 @@ use crate::failure::Failure;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Smoke and hair")]
 pub(crate) struct AddedOptions {
-    /// Add smoke from a VOL or NanoVDB file to the scene; may be repeated. Its origin is placed
+    /// Add smoke from a VOL, NanoVDB or OpenVDB file to the scene; may be repeated. Its origin is placed
     /// at X,Y,Z, in metres with +Y up [default: where it is in the file], and its size is
     /// multiplied by SCALE; the extinction per metre stays the same
     #[arg(long, value_name = "FILE[@X,Y,Z[,SCALE]]", value_parser = placed)]
@@ -140,7 +140,7 @@ impl Placed {
         match (found.is_empty(), kind) {
             (false, _) => Ok(found),
             (true, Kind::Smoke) => Err(Failure::new(
-                "there is no smoke in it; --smoke takes VOL and NanoVDB files",
+                "there is no smoke in it; --smoke takes VOL, NanoVDB and OpenVDB files",
             )),
             (true, Kind::Hair) => Err(Failure::new(
                 "there is no hair in it; --hair takes HAIR files",

@@ -43,7 +43,7 @@ Examples:
   crepuscular stress --methods exact
       See how a method copes with extreme cases.
 
-Scenes are glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB files, or names of embedded ones (`crepuscular scenes`). \
+Scenes are glTF, GLB, PLY, OBJ, HAIR, VOL, NanoVDB or OpenVDB files, or names of embedded ones (`crepuscular scenes`). \
 A scene without a camera, a light or a medium is given one, and a note says so. \
 Lengths are metres, coefficients 1/m, light is linear RGB.
 
@@ -148,7 +148,7 @@ pub(crate) enum Command {
 /// few letters. A run that is killed (SIGKILL) leaves this folder behind; it can be deleted.
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// A glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB file, or the name of an embedded scene
+    /// A glTF, GLB, PLY, OBJ, HAIR, VOL, NanoVDB or OpenVDB file, or the name of an embedded scene
     #[arg(default_value = "city")]
     pub(crate) scene: String,
 
@@ -282,8 +282,8 @@ pub(crate) enum FilmPath {
 #[derive(Debug, Args)]
 #[command(after_long_help = PLAN_EXAMPLES)]
 pub(crate) struct Plan {
-    /// A glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB file, or the name of an embedded scene; with
-    /// --calibrate any number of these [default with --calibrate: a few embedded scenes]
+    /// A glTF, GLB, PLY, OBJ, HAIR, VOL, NanoVDB or OpenVDB file, or the name of an embedded
+    /// scene; with --calibrate any number of these [default with --calibrate: a few embedded scenes]
     #[arg(required_unless_present = "calibrate")]
     pub(crate) scene: Vec<String>,
 
@@ -356,7 +356,7 @@ Examples:
 /// channel, then sRGB.
 #[derive(Debug, Args)]
 pub(crate) struct Render {
-    /// A glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB file, or the name of an embedded scene
+    /// A glTF, GLB, PLY, OBJ, HAIR, VOL, NanoVDB or OpenVDB file, or the name of an embedded scene
     pub(crate) scene: String,
 
     /// File to write: .png or .exr

@@ -24,12 +24,12 @@ pub(crate) struct FileOptions {
     #[arg(long, value_name = "DIR")]
     pub(crate) assets: Option<PathBuf>,
 
-    /// Unit of length in a PLY, OBJ, HAIR, VOL or NanoVDB file: mm, cm, m, km, in, ft or a
+    /// Unit of length in a PLY, OBJ, HAIR, VOL, NanoVDB or OpenVDB file: mm, cm, m, km, in, ft or a
     /// number of metres [default: m]
     #[arg(long, value_name = "UNIT", value_parser = parse::unit, allow_negative_numbers = true)]
     pub(crate) unit: Option<f64>,
 
-    /// The axis that points up in a PLY, OBJ, HAIR, VOL or NanoVDB file [default: y]
+    /// The axis that points up in a PLY, OBJ, HAIR, VOL, NanoVDB or OpenVDB file [default: y]
     #[arg(long, value_enum, value_name = "AXIS")]
     pub(crate) up: Option<Up>,
 }

@@ -46,7 +46,7 @@
 //!
 //! | module | feature | what |
 //! |---|---|---|
-//! | [`scene`] | `gltf`, `ply`, `obj`, `hair`, `vol`, `nvdb`, `procedural`, `trace` | the crate `crepuscular-scene`: meshes, hair, smoke, lights, camera, medium; files, procedural scenes, a BVH; [`scene::Geometry`] and [`Emitter`] are what algorithms see |
+//! | [`scene`] | `gltf`, `ply`, `obj`, `hair`, `vol`, `nvdb`, `vdb`, `procedural`, `trace` | the crate `crepuscular-scene`: meshes, hair, smoke, lights, camera, medium; files, procedural scenes, a BVH; [`scene::Geometry`] and [`Emitter`] are what algorithms see |
 //! | [`visibility`] | `shadow-map`, `trace`, `translucent` | sources of lit intervals, and shadows on surfaces |
 //! | [`airlight`] | | evaluators of intervals |
 //! | [`plan`] | | which passes a picture needs, and why the others do not run |

@@ -20,7 +20,7 @@ fi
 
 libraries=(--package=crepuscular-{backend,epipolar,airlight,transmittance,shadow-dag,voxel-shadow,scene,lighting})
 # Every feature of crepuscular-lighting that needs no GPU.
-cpu=(methods area shadow-dag translucent procedural gltf ply obj hair vol nvdb)
+cpu=(methods area shadow-dag translucent procedural gltf ply obj hair vol nvdb vdb)
 
 check() {
     printf 'cargo check %s\n' "$*"

@@ -31,7 +31,7 @@
 //! | `gpu` | `wgsl` | what media take from a ray, for shaders |
 //! | `view` | `trace` | the rays of a picture and what they meet |
 //! | `procedural` | `procedural` | scenes that need no file |
-//! | `load` | `gltf`, `ply`, `obj`, `hair`, `vol`, `nvdb` | scene files |
+//! | `load` | `gltf`, `ply`, `obj`, `hair`, `vol`, `nvdb`, `vdb` | scene files |
 //!
 //! # Conventions
 //!
@@ -57,7 +57,8 @@ mod light;
     feature = "obj",
     feature = "hair",
     feature = "vol",
-    feature = "nvdb"
+    feature = "nvdb",
+    feature = "vdb"
 ))]
 pub mod load;
 mod media;

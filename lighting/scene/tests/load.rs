@@ -68,7 +68,7 @@ fn files_that_are_no_scenes_are_refused() {
         (
             "text.txt",
             b"hello",
-            "neither glTF, GLB, PLY, OBJ, HAIR, VOL nor NanoVDB",
+            "neither glTF, GLB, PLY, OBJ, HAIR, VOL, NanoVDB nor OpenVDB",
         ),
         ("text.ply", b"hello\n", "\"ply\""),
         ("text.gltf", b"hello", "malformed"),

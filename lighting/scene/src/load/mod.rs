@@ -1,9 +1,9 @@
 //! Scene files: glTF 2.0 and GLB (feature `gltf`), PLY (`ply`), OBJ (`obj`), HAIR
-//! (`hair`), VOL (`vol`) and NanoVDB (`nvdb`).
+//! (`hair`), VOL (`vol`), NanoVDB (`nvdb`) and OpenVDB (`vdb`).
 //!
 //! [`scene_from_path`] reads a file and whatever it refers to;
 //! `gltf_from_slice`, `ply_from_slice`, `obj_from_slice`, `hair_from_slice`,
-//! `vol_from_slice` and `nvdb_from_slice` do not touch the file system.
+//! `vol_from_slice`, `nvdb_from_slice` and `vdb_from_slice` do not touch the file system.
 //! Whatever is ignored or assumed is told in [`Loaded::notes`]. A scene that
 //! brings no camera or no light keeps none: see
 //! [`Scene::complete`](crate::Scene::complete).
@@ -75,8 +75,8 @@
 //! `altitude` (0 if it is missing) in metres, and [thinner](crate::HeightFog) by a factor
 //! of e every `scaleHeight` metres above it.
 //!
-//! `{"smoke": {"uri": "plume.nvdb"}}` in the extras of a node puts the grid of a VOL or
-//! NanoVDB file there, turned and scaled like the node; its extinction stays what it is per
+//! `{"smoke": {"uri": "plume.vdb"}}` in the extras of a node puts the grid of a VOL,
+//! NanoVDB or OpenVDB file there, turned and scaled like the node; its extinction stays what it is per
 //! metre. An `albedo`, one number or three, and a `phase` with its parameters are those of
 //! the grid.
 //!
@@ -142,15 +142,25 @@
 //! [tint](crate::DensityGrid::tint). Files of colours that go with one of densities,
 //! an albedo or an emission, are read by `vol_colours_from_slice`.
 //!
-//! # NanoVDB
+//! # NanoVDB and OpenVDB
 //!
-//! Fog volumes of the type `float` (not quantised), as they are in memory or
-//! compressed by ZIP: the grid called `density`, or else the first. Between voxels
-//! the density is trilinear, and it falls to 0 over one voxel around the box of
-//! those that are there; the grid is dense here, however sparse the file is. The
-//! file's transform becomes that of the grid. A density is an extinction
-//! coefficient per unit of length of the file, as for VOL. OpenVDB files are not read;
-//! `nanovdb_convert`, which comes with OpenVDB, makes NanoVDB files of them.
+//! Fog volumes of the type `float`: the grid called `density`, or else the first that is
+//! not called like an emission. Between voxels the density is trilinear, and it falls to 0
+//! over one voxel around the box of those that are there (OpenVDB: that are active); the
+//! grid is dense here, however sparse the file is. The file's transform becomes that of the
+//! grid. A density is an extinction coefficient per unit of length of the file, as for VOL.
+//!
+//! A second grid called `emission`, or else `flames` or `flame`, is the
+//! [emission](crate::DensityGrid::with_emission): radiance per unit of length of the file,
+//! the same in all colour channels. It needs the transform of the densities, and is left
+//! out with a note if it has another. A file of emission alone is a grid of density 0.
+//!
+//! Of NanoVDB, files of the major version 32 are read whose values are not quantised, as
+//! they are in memory or compressed by ZIP. Of OpenVDB, files of the versions 222 to 224
+//! (OpenVDB 2.3 and later) with places of their grids, values saved in full or as half
+//! floats, not compressed or by ZIP or Blosc (LZ4, as OpenVDB writes it, or ZLIB), with all
+//! inactive values or without; transforms of any affine kind. Level sets, points and
+//! frusta are not read.
 
 #[cfg(test)]
 mod damage;
@@ -173,10 +183,16 @@ mod place;
 mod ply;
 #[cfg(any(feature = "ply", feature = "obj"))]
 mod polygon;
+#[cfg(feature = "vdb")]
+mod vdb;
 #[cfg(feature = "vol")]
 mod vol;
-#[cfg(any(feature = "hair", feature = "vol", feature = "nvdb"))]
+#[cfg(any(feature = "nvdb", feature = "vdb"))]
+mod voxels;
+#[cfg(any(feature = "hair", feature = "vol", feature = "nvdb", feature = "vdb"))]
 mod words;
+#[cfg(any(feature = "nvdb", feature = "vdb"))]
+mod zip;
 
 use std::path::Path;
 
@@ -193,6 +209,8 @@ pub use obj::obj_from_slice;
 pub use options::{LoadOptions, UpAxis};
 #[cfg(feature = "ply")]
 pub use ply::ply_from_slice;
+#[cfg(feature = "vdb")]
+pub use vdb::vdb_from_slice;
 #[cfg(feature = "vol")]
 pub use vol::{VolColours, vol_colours_from_slice, vol_from_slice};
 
@@ -217,7 +235,7 @@ pub struct Loaded {
     pub offset: DVec3,
 }
 
-/// Reads a glTF, GLB, PLY, OBJ, HAIR, VOL or NanoVDB file, told apart by their first
+/// Reads a glTF, GLB, PLY, OBJ, HAIR, VOL, NanoVDB or OpenVDB file, told apart by their first
 /// bytes, and the files that it refers to, relative to its folder. OBJ files,
 /// which begin with anything, are told by their name. The scene is named like
 /// the file.
@@ -237,6 +255,7 @@ pub fn scene_from_path(path: &Path, options: &LoadOptions) -> Result<Loaded, Loa
         Format::Hair => from_hair(&bytes, options)?,
         Format::Vol => from_vol(&bytes, options)?,
         Format::Nvdb => from_nvdb(&bytes, options)?,
+        Format::Vdb => from_vdb(&bytes, options)?,
     };
     if let Some(stem) = path.file_stem() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
@@ -276,6 +295,7 @@ reader!("obj", "OBJ", from_obj, obj_from_slice, (open));
 reader!("hair", "HAIR", from_hair, hair_from_slice, ());
 reader!("vol", "VOL", from_vol, vol_from_slice, ());
 reader!("nvdb", "NanoVDB", from_nvdb, nvdb_from_slice, ());
+reader!("vdb", "OpenVDB", from_vdb, vdb_from_slice, ());
 
 /// The number that OpenVDB files begin with, 0x56444220 in 64 bits.
 const OPEN_VDB: [u8; 8] = *b" BDV\0\0\0\0";
@@ -287,6 +307,7 @@ enum Format {
     Hair,
     Vol,
     Nvdb,
+    Vdb,
 }
 
 impl Format {
@@ -313,10 +334,7 @@ impl Format {
             return Ok(Self::Nvdb);
         }
         if bytes.starts_with(&OPEN_VDB) {
-            return Err(LoadError::Unsupported(
-                "OpenVDB (which `nanovdb_convert smoke.vdb smoke.nvdb` makes a NanoVDB file of)"
-                    .into(),
-            ));
+            return Ok(Self::Vdb);
         }
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
@@ -326,8 +344,9 @@ impl Format {
             Some("hair") => Ok(Self::Hair),
             Some("vol") => Ok(Self::Vol),
             Some("nvdb") => Ok(Self::Nvdb),
+            Some("vdb") => Ok(Self::Vdb),
             _ => Err(LoadError::Unsupported(
-                "a file that is neither glTF, GLB, PLY, OBJ, HAIR, VOL nor NanoVDB".into(),
+                "a file that is neither glTF, GLB, PLY, OBJ, HAIR, VOL, NanoVDB nor OpenVDB".into(),
             )),
         }
     }
@@ -339,10 +358,13 @@ mod tests {
 
     #[test]
     fn what_is_no_scene_file_is_told_apart() {
-        let of = |bytes: &[u8]| Format::of(bytes, Path::new("smoke.vdb")).err();
-        let vdb = of(b" BDV\0\0\0\0\xe0\0\0\0").map(|error| error.to_string());
-        assert!(vdb.is_some_and(|error| error.contains("nanovdb_convert")));
-        let other = of(b" BDV").map(|error| error.to_string());
+        let of = |bytes: &[u8], name: &str| Format::of(bytes, Path::new(name));
+        assert!(matches!(
+            of(b" BDV\0\0\0\0\xe0\0\0\0", "smoke"),
+            Ok(Format::Vdb)
+        ));
+        assert!(matches!(of(b" BDV", "smoke.vdb"), Ok(Format::Vdb)));
+        let other = of(b" BDV", "smoke").err().map(|error| error.to_string());
         assert!(other.is_some_and(|error| error.contains("neither glTF")));
     }
 }

@@ -8,12 +8,12 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use glam::{Affine3A, DMat3, DVec3};
+use glam::{DMat3, DVec3};
 
 use super::limits::{Budget, Notes};
+use super::voxels::{self, Dense, Placement, VoxelGrid};
 use super::words::Words;
-use super::{LoadError, LoadOptions, Loaded, MAX_DECODED_BYTES, printable};
-use crate::{Bounds, DensityGrid, Interpolation, MAX_SAMPLES, Scene};
+use super::{LoadError, LoadOptions, Loaded, MAX_DECODED_BYTES, zip};
 
 /// Reads a NanoVDB file as a scene of one density grid; see the [module](super)
 /// for what is understood.
@@ -21,50 +21,20 @@ use crate::{Bounds, DensityGrid, Interpolation, MAX_SAMPLES, Scene};
 /// # Errors
 /// [`LoadError::Truncated`], [`LoadError::BadValue`],
 /// [`LoadError::Unsupported`], [`LoadError::TooLarge`]; [`LoadError::Scene`]
-/// for a density or a transform that [`DensityGrid`] refuses.
+/// for a density, an emission or a transform that [`DensityGrid`](crate::DensityGrid)
+/// refuses.
 pub fn nvdb_from_slice(bytes: &[u8], options: &LoadOptions) -> Result<Loaded, LoadError> {
     options.check()?;
     let mut notes = Notes::default();
     let mut budget = Budget::new(MAX_DECODED_BYTES);
-    let stored = find_grid(bytes, &mut notes)?;
-    let tree = Tree::new(stored.unpacked(&mut budget)?)?;
-    let (least, resolution) = tree.samples()?;
-    let samples = resolution.iter().map(|&n| u64::from(n)).product();
-    budget.take("the densities", samples, size_of::<f32>())?;
-    let density = tree.densities(least, resolution)?;
-    if tree.background != 0.0 {
-        notes.add(format!(
-            "the density of {} outside of the voxels is left out",
-            tree.background
-        ));
-    }
-    // A voxel is a unit of the grid's own space, which begins at its first sample.
-    let high = resolution.map(|count| (count - 1) as f32);
-    // Optical depths stay what they are in the file.
-    let scale = (1.0 / options.unit) as f32;
-    let bounds = Bounds::new([0.0; 3], high)?;
-    let grid = DensityGrid::new(bounds, resolution, density, scale, Interpolation::Linear)?;
-    let placement = options.unit * options.up.rotation();
-    let first = DVec3::from_array(least.map(|index| index as f64));
-    let (turn, shift) = (
-        placement * tree.turn,
-        placement * (tree.turn * first + tree.shift),
-    );
-    let transform = Affine3A::from_cols(
-        turn.x_axis.as_vec3().into(),
-        turn.y_axis.as_vec3().into(),
-        turn.z_axis.as_vec3().into(),
-        shift.as_vec3().into(),
-    );
-    let scene = Scene {
-        translucent: vec![grid.with_transform(transform)?.into()],
-        ..Scene::default()
+    let grids = find_grids(bytes, &mut notes)?;
+    let [density, emission] = voxels::chosen(Tree::FORMAT, grids, &mut notes)?;
+    let mut tree = |stored: Option<_>| {
+        let tree = |stored| Tree::new(StoredGrid::unpacked(stored, &mut budget)?);
+        stored.map(tree).transpose()
     };
-    Ok(Loaded {
-        scene,
-        notes: notes.into_vec(),
-        ..Loaded::default()
-    })
+    let grids = [tree(density)?, tree(emission)?];
+    voxels::scene_of(grids, options, &mut budget, notes)
 }
 
 /// Numbers of `nanovdb::GridType` and `nanovdb::GridClass`.
@@ -80,28 +50,27 @@ struct StoredGrid<'a> {
     bytes: &'a [u8],
 }
 
-/// The grid called density, or else the first of the type `float`. A file is one segment
-/// behind the other, each of some grids.
-fn find_grid<'a>(bytes: &'a [u8], notes: &mut Notes) -> Result<StoredGrid<'a>, LoadError> {
+/// The grids of the type `float` with their names. A file is one segment behind the other,
+/// each of some grids.
+fn find_grids<'a>(
+    bytes: &'a [u8],
+    notes: &mut Notes,
+) -> Result<Vec<(String, StoredGrid<'a>)>, LoadError> {
     let mut words = Words::new(bytes);
-    let mut found: Option<(bool, StoredGrid<'a>)> = None;
+    let mut found = Vec::new();
     loop {
         let records = read_segment(&mut words)?;
         for record in records {
             let bytes = words.bytes("a NanoVDB grid", record.stored)?;
-            let is_density = record.name == "density";
-            if record.is_fog && found.as_ref().is_none_or(|(named, _)| is_density && !named) {
+            if record.is_fog {
                 let grid = StoredGrid {
                     codec: record.codec,
                     size: record.size,
                     bytes,
                 };
-                if found.replace((is_density, grid)).is_some() {
-                    notes.add("grids in front of \"density\" are left out");
-                }
+                found.push((record.name, grid));
             } else {
-                let name = printable(&record.name);
-                notes.add(format!("the grid \"{name}\" is left out"));
+                voxels::left_out(&record.name, notes);
             }
         }
         let rest = words.available();
@@ -113,10 +82,7 @@ fn find_grid<'a>(bytes: &'a [u8], notes: &mut Notes) -> Result<StoredGrid<'a>, L
             break;
         }
     }
-    found.map(|(_, grid)| grid).ok_or_else(|| {
-        let what = "a NanoVDB file without a grid of densities of the type float";
-        LoadError::Unsupported(what.into())
-    })
+    Ok(found)
 }
 
 /// What the list of grids tells of one.
@@ -180,7 +146,7 @@ fn check_version(version: u32) -> Result<(), LoadError> {
 }
 
 impl<'a> StoredGrid<'a> {
-    fn unpacked(&self, budget: &mut Budget) -> Result<Cow<'a, [u8]>, LoadError> {
+    fn unpacked(self, budget: &mut Budget) -> Result<Cow<'a, [u8]>, LoadError> {
         match self.codec {
             0 => Ok(Cow::Borrowed(self.bytes)),
             1 => {
@@ -190,14 +156,7 @@ impl<'a> StoredGrid<'a> {
                 let packed = words.bytes(what, length)?;
                 budget.take(what, self.size, 1)?;
                 let most = usize::try_from(self.size).unwrap_or(usize::MAX);
-                miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(packed, most)
-                    .ok()
-                    .filter(|unpacked| unpacked.len() == most)
-                    .map(Cow::Owned)
-                    .ok_or_else(|| {
-                        let expected = "ZLIB data of the length that the file tells";
-                        LoadError::bad_value(what, format!("{length} bytes"), expected)
-                    })
+                zip::unpacked(what, packed, most).map(Cow::Owned)
             }
             2 => Err(LoadError::Unsupported(
                 "BLOSC compression of NanoVDB".into(),
@@ -227,9 +186,7 @@ mod layout {
 #[derive(Debug)]
 struct Tree<'a> {
     bytes: Cow<'a, [u8]>,
-    /// From indices to the space of the file.
-    turn: DMat3,
-    shift: DVec3,
+    placement: Placement,
     background: f32,
     /// Of the voxels that are there, least and greatest included.
     indices: [[i32; 3]; 2],
@@ -286,8 +243,10 @@ impl<'a> Tree<'a> {
         }
         let background = at(root + layout::BACKGROUND).f32()?;
         Ok(Self {
-            turn,
-            shift: DVec3::new(x, y, z),
+            placement: Placement {
+                turn,
+                shift: DVec3::new(x, y, z),
+            },
             background,
             indices,
             tiles,
@@ -303,80 +262,12 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The first index along each axis, and the numbers of samples: those of the
-    /// voxels and one more on each side, where the density has fallen to none.
-    fn samples(&self) -> Result<([i64; 3], [u32; 3]), LoadError> {
-        let [low, high] = self.indices.map(|corner| corner.map(i64::from));
-        let mut resolution = [0; 3];
-        let mut samples = 1_u64;
-        for axis in 0..3 {
-            let count = high[axis] - low[axis] + 3;
-            if count < 3 {
-                let what = "the box of the voxels of a NanoVDB grid";
-                let value = format!("{low:?} to {high:?}");
-                return Err(LoadError::bad_value(what, value, "at least one voxel"));
-            }
-            samples = samples.saturating_mul(count as u64);
-            // A larger one is refused below.
-            resolution[axis] = count.min(u32::MAX.into()) as u32;
-        }
-        if samples > MAX_SAMPLES {
-            let [x, y, z] = resolution;
-            return Err(LoadError::TooLarge {
-                what: format!("a NanoVDB grid of {x} x {y} x {z}"),
-                bytes: samples.saturating_mul(4),
-                limit: 4 * MAX_SAMPLES,
-            });
-        }
-        Ok((low.map(|index| index - 1), resolution))
-    }
-
-    /// The samples, x fastest; none outside of the voxels.
-    fn densities(&self, least: [i64; 3], resolution: [u32; 3]) -> Result<Vec<f32>, LoadError> {
-        let counts = resolution.map(|count| count as usize);
-        let mut density = vec![0.0; counts.iter().product()];
-        let [low, high] = self.indices.map(|corner| corner.map(i64::from));
-        let blocks = [0, 1, 2].map(|axis| (low[axis] >> 3)..=(high[axis] >> 3));
-        for bz in blocks[2].clone() {
-            for by in blocks[1].clone() {
-                for bx in blocks[0].clone() {
-                    let corner = [bx, by, bz].map(|block| block << 3);
-                    let block = self.block(corner)?;
-                    if matches!(block, Block::Constant(0.0)) {
-                        continue;
-                    }
-                    let voxels = [0, 1, 2].map(|axis| {
-                        corner[axis].max(low[axis])..=(corner[axis] + 7).min(high[axis])
-                    });
-                    for z in voxels[2].clone() {
-                        for y in voxels[1].clone() {
-                            for x in voxels[0].clone() {
-                                let value = match block {
-                                    Block::Constant(value) => value,
-                                    Block::Leaf(leaf) => {
-                                        let [x, y, z] = [x, y, z].map(|index| (index & 7) as usize);
-                                        let index = (x << 6) | (y << 3) | z;
-                                        self.at(leaf + layout::LEAF_VALUES + 4 * index).f32()?
-                                    }
-                                };
-                                let [x, y, z] = [x - least[0], y - least[1], z - least[2]]
-                                    .map(|offset| offset as usize);
-                                density[(z * counts[1] + y) * counts[0] + x] = value;
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        Ok(density)
-    }
-
     /// The block whose least voxel has these indices, which are those of an i32.
     fn block(&self, corner: [i64; 3]) -> Result<Block, LoadError> {
         let [x, y, z] = corner.map(|index| (index as i32).cast_unsigned());
         let key = u64::from(z >> 12) | u64::from(y >> 12) << 21 | u64::from(x >> 12) << 42;
         let Some(&tile) = self.tiles.get(&key) else {
-            return Ok(Block::Constant(0.0));
+            return Ok(Block::Constant(self.background));
         };
         if self.at(tile + 8).u64()? == 0 {
             return Ok(Block::Constant(self.at(tile + layout::TILE_VALUE).f32()?));
@@ -392,9 +283,52 @@ impl<'a> Tree<'a> {
             }
             node = entry.follow(node)?;
         }
-        // The last of its voxels is there, and so are the others.
-        self.at(node + layout::LEAF_VALUES + 4 * 511).f32()?;
         Ok(Block::Leaf(node))
+    }
+
+    fn leaf(&self, node: usize, corner: [i64; 3], dense: &mut Dense) -> Result<(), LoadError> {
+        let values = self.at(node + layout::LEAF_VALUES).bytes::<2048>()?;
+        let (values, _) = values.as_chunks::<4>();
+        dense.leaf(corner, |index| f32::from_le_bytes(values[index]));
+        Ok(())
+    }
+}
+
+impl VoxelGrid for Tree<'_> {
+    const FORMAT: &'static str = "NanoVDB";
+
+    fn indices(&self) -> Option<[[i64; 3]; 2]> {
+        let [low, high] = self.indices.map(|corner| corner.map(i64::from));
+        let is_filled = (0..3).all(|axis| low[axis] <= high[axis]);
+        is_filled.then_some([low, high])
+    }
+
+    fn placement(&self) -> Placement {
+        self.placement
+    }
+
+    fn background(&self) -> f32 {
+        self.background
+    }
+
+    fn fill(&self, dense: &mut Dense) -> Result<(), LoadError> {
+        let [low, high] = dense.window();
+        let [x, y, z] = [0, 1, 2].map(|axis| (low[axis] >> 3)..=(high[axis] >> 3));
+        for bz in z {
+            for by in y.clone() {
+                for bx in x.clone() {
+                    let corner = [bx, by, bz].map(|block| block << 3);
+                    match self.block(corner)? {
+                        Block::Constant(value) if value == self.background => {}
+                        Block::Constant(value) => {
+                            dense.fill([corner, corner.map(|index| index + 7)], value);
+                        }
+                        Block::Leaf(leaf) => self.leaf(leaf, corner, dense)?,
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 }
 
@@ -446,7 +380,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::Translucent;
+    use crate::{DensityGrid, Translucent};
 
     /// Written by `nanovdb_convert -z` of OpenVDB 10.0.1: voxels (i, j, k) from (−3,
     /// 0, 6) to (5, 3, 10) of the density ((7i + 3j + 5k) mod 11)/8 + 1/4, a tile of

@@ -7,7 +7,8 @@ use std::path::PathBuf;
     feature = "obj",
     feature = "hair",
     feature = "vol",
-    feature = "nvdb"
+    feature = "nvdb",
+    feature = "vdb"
 ))]
 use glam::DMat3;
 
@@ -22,10 +23,10 @@ pub struct LoadOptions {
     /// A folder from which, with all below it, a scene file may take buffers and
     /// images too. Paths are those in the file, relative to its own folder.
     pub assets: Option<PathBuf>,
-    /// Length of the unit of PLY, OBJ, HAIR, VOL and NanoVDB files, m; 1e-9 to 1e9. glTF
+    /// Length of the unit of PLY, OBJ, HAIR, VOL, NanoVDB and OpenVDB files, m; 1e-9 to 1e9. glTF
     /// is in metres, and any other unit is an error there.
     pub unit: f64,
-    /// The axis that points up in PLY, OBJ, HAIR, VOL and NanoVDB files. It is +Y in
+    /// The axis that points up in PLY, OBJ, HAIR, VOL, NanoVDB and OpenVDB files. It is +Y in
     /// glTF, and any other is an error there.
     pub up: UpAxis,
 }
@@ -96,7 +97,8 @@ impl UpAxis {
         feature = "obj",
         feature = "hair",
         feature = "vol",
-        feature = "nvdb"
+        feature = "nvdb",
+        feature = "vdb"
     ))]
     pub(super) fn rotation(self) -> DMat3 {
         let columns = match self {
@@ -117,7 +119,8 @@ mod tests {
         feature = "obj",
         feature = "hair",
         feature = "vol",
-        feature = "nvdb"
+        feature = "nvdb",
+        feature = "vdb"
     ))]
     #[test]
     fn the_up_axis_becomes_y_without_mirroring() {

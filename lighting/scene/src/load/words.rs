@@ -3,7 +3,7 @@
 use super::LoadError;
 
 /// Reads a binary file from its front.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Words<'a> {
     rest: &'a [u8],
 }
@@ -51,7 +51,7 @@ impl<'a> Words<'a> {
     }
 
     /// The next `length` bytes.
-    #[cfg(feature = "nvdb")]
+    #[cfg(any(feature = "nvdb", feature = "vdb"))]
     pub(super) fn bytes(&mut self, what: &str, length: u64) -> Result<&'a [u8], LoadError> {
         if length > self.rest.len() as u64 {
             return Err(LoadError::truncated(what, length, self.rest.len()));

@@ -5,7 +5,7 @@ use gltf_json::Value;
 
 use super::Builder;
 use super::medium::{Fields, OF_PHASE};
-use crate::load::{LoadError, LoadOptions, from_nvdb, from_vol};
+use crate::load::{LoadError, LoadOptions, OPEN_VDB, from_nvdb, from_vdb, from_vol};
 use crate::{DensityGrid, Translucent};
 
 impl Builder<'_> {
@@ -25,7 +25,7 @@ impl Builder<'_> {
         let uri = fields.get("uri");
         let Some(uri) = uri.and_then(Value::as_str) else {
             let value = uri.unwrap_or(&Value::Null);
-            return Err(fields.bad("uri", value, "the URI of a VOL or NanoVDB file"));
+            return Err(fields.bad("uri", value, "the URI of a VOL, NanoVDB or OpenVDB file"));
         };
         let owner = format!("the smoke of {name}");
         let bytes = self.buffers.open(uri, &owner, &mut self.budget)?;
@@ -33,9 +33,10 @@ impl Builder<'_> {
         let loaded = match &bytes[..] {
             [b'V', b'O', b'L', ..] => from_vol(&bytes, &options)?,
             [b'N', b'a', b'n', b'o', ..] => from_nvdb(&bytes, &options)?,
+            bytes if bytes.starts_with(&OPEN_VDB) => from_vdb(bytes, &options)?,
             _ => {
                 return Err(LoadError::Unsupported(format!(
-                    "{owner}, which is neither VOL nor NanoVDB,"
+                    "{owner}, which is neither VOL, NanoVDB nor OpenVDB,"
                 )));
             }
         };

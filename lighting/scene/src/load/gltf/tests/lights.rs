@@ -485,7 +485,11 @@ fn smoke_in_a_file_of_its_own_stands_where_its_node_does() {
         (r#"{"uri":"plume.vol","albedo":2}"#, &vol[..], "albedo"),
         (r#"{"uri":"plume.vol","sigma_s":2}"#, &vol, "smoke"),
         (r#"{"uri":"plume.vol"}"#, &vol[..40], "bytes"),
-        (r#"{"uri":"plume.vol"}"#, b"PNG", "neither VOL nor NanoVDB"),
+        (
+            r#"{"uri":"plume.vol"}"#,
+            b"PNG",
+            "neither VOL, NanoVDB nor OpenVDB",
+        ),
         (r#"{"uri":7}"#, &vol, "smoke.uri"),
         (r#""plume.vol""#, &vol, "smoke"),
     ] {
