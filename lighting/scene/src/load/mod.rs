@@ -75,10 +75,16 @@
 //! `altitude` (0 if it is missing) in metres, and [thinner](crate::HeightFog) by a factor
 //! of e every `scaleHeight` metres above it.
 //!
-//! `{"smoke": {"uri": "plume.vdb"}}` in the extras of a node puts the grid of a VOL,
-//! NanoVDB or OpenVDB file there, turned and scaled like the node; its extinction stays what it is per
-//! metre. An `albedo`, one number or three, and a `phase` with its parameters are those of
-//! the grid.
+//! `{"smoke": {"uri": "plume.vdb"}}` in the extras of a node puts the grid of a VOL, NanoVDB
+//! or OpenVDB file there, turned and scaled like the node; its extinction and its emission
+//! stay what they are per metre. An `albedo`, one number or three, and a `phase` with its
+//! parameters are those of the grid.
+//!
+//! Colours of smoke may be in VOL files of their own, with as many samples as the densities
+//! ([`SmokeColours`]): `"albedo": {"uri": "albedo.vol"}` has an albedo for each sample,
+//! `"emission": {"uri": "fire.vol", "scale": [5, 2, 1]}` the radiance that comes from a metre
+//! of it, times `scale`, one number or three (1 if it is missing). Without a `uri` the scale
+//! is a factor on the emission in the file of densities.
 //!
 //! `{"castsShadow": false}` in the extras of a node (for it and all below it),
 //! of a mesh or of a material makes [instances](crate::Instance::no_shadow) that
@@ -140,7 +146,8 @@
 //! [`DensityGrid::with_scale`](crate::DensityGrid::with_scale). The ratio of three
 //! channels, taken over all of the grid, becomes its
 //! [tint](crate::DensityGrid::tint). Files of colours that go with one of densities,
-//! an albedo or an emission, are read by `vol_colours_from_slice`.
+//! an albedo or an emission, are read by `vol_colours_from_slice` and put to it by
+//! [`SmokeColours`].
 //!
 //! # NanoVDB and OpenVDB
 //!
@@ -183,6 +190,7 @@ mod place;
 mod ply;
 #[cfg(any(feature = "ply", feature = "obj"))]
 mod polygon;
+mod smoke;
 #[cfg(feature = "vdb")]
 mod vdb;
 #[cfg(feature = "vol")]
@@ -209,6 +217,7 @@ pub use obj::obj_from_slice;
 pub use options::{LoadOptions, UpAxis};
 #[cfg(feature = "ply")]
 pub use ply::ply_from_slice;
+pub use smoke::SmokeColours;
 #[cfg(feature = "vdb")]
 pub use vdb::vdb_from_slice;
 #[cfg(feature = "vol")]

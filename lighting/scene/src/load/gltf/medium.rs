@@ -112,7 +112,7 @@ impl<'a> Fields<'a> {
                         "heightFog" => {
                             "sigma_s, sigma_a, altitude, scaleHeight, phase, g, k, weight or diameter"
                         }
-                        _ => "uri, albedo, phase, g, k, weight or diameter",
+                        _ => "uri, albedo, emission, phase, g, k, weight or diameter",
                     },
                 ));
             }
@@ -137,13 +137,16 @@ impl<'a> Fields<'a> {
 
     /// The same, if it is there.
     pub(super) fn colour(&self, name: &str) -> Result<Option<Vec3>, LoadError> {
-        let read = |value: &Value| {
-            let colour = number(value).map(Vec3::splat).or_else(|| vector(value));
-            colour
-                .filter(|colour| colour.min_element() >= 0.0)
-                .ok_or_else(|| self.bad(name, value, "one number or three, finite, not negative"))
-        };
-        self.get(name).map(read).transpose()
+        let value = self.get(name);
+        value.map(|value| self.as_colour(name, value)).transpose()
+    }
+
+    /// A value of the field `name` as a colour.
+    pub(super) fn as_colour(&self, name: &str, value: &Value) -> Result<Vec3, LoadError> {
+        let colour = number(value).map(Vec3::splat).or_else(|| vector(value));
+        colour
+            .filter(|colour| colour.min_element() >= 0.0)
+            .ok_or_else(|| self.bad(name, value, "one number or three, finite, not negative"))
     }
 
     /// The phase function, isotropic if none is named.

@@ -5,7 +5,9 @@ use gltf_json::Value;
 
 use super::Builder;
 use super::medium::{Fields, OF_PHASE};
-use crate::load::{LoadError, LoadOptions, OPEN_VDB, from_nvdb, from_vdb, from_vol};
+use crate::load::{
+    LoadError, LoadOptions, OPEN_VDB, SmokeColours, from_nvdb, from_vdb, from_vol, printable,
+};
 use crate::{DensityGrid, Translucent};
 
 impl Builder<'_> {
@@ -19,16 +21,39 @@ impl Builder<'_> {
         let Some(extras) = self.extras("nodes", index) else {
             return Ok(());
         };
-        let Some(fields) = Fields::of(extras, "smoke", &["uri", "albedo"])? else {
+        let Some(fields) = Fields::of(extras, "smoke", &["uri", "albedo", "emission"])? else {
             return Ok(());
         };
-        let uri = fields.get("uri");
-        let Some(uri) = uri.and_then(Value::as_str) else {
-            let value = uri.unwrap_or(&Value::Null);
-            return Err(fields.bad("uri", value, "the URI of a VOL, NanoVDB or OpenVDB file"));
-        };
         let owner = format!("the smoke of {name}");
-        let bytes = self.buffers.open(uri, &owner, &mut self.budget)?;
+        let mut open = |uri: &Value, field: &str, expected| match uri.as_str() {
+            Some(uri) => self.buffers.open(uri, &owner, &mut self.budget),
+            None => Err(fields.bad(field, uri, expected)),
+        };
+        let uri = fields.get("uri").unwrap_or(&Value::Null);
+        let bytes = open(uri, "uri", "the URI of a VOL, NanoVDB or OpenVDB file")?;
+        let mut colours = |field: &str, own: &[&str]| {
+            let Some(object) = fields.get(field).filter(|value| value.is_object()) else {
+                return Ok(None);
+            };
+            check_names(object, field, own)?;
+            let file = object.get("uri");
+            let file = file.map(|uri| open(uri, field, "the URI of a VOL file"));
+            file.transpose()
+        };
+        let albedo_file = colours("albedo", &["uri"])?;
+        let emission_file = colours("emission", &["uri", "scale"])?;
+        let emission = fields.get("emission");
+        if let Some(value) = emission.filter(|value| !value.is_object()) {
+            return Err(fields.bad("emission", value, "an object with a uri, a scale or both"));
+        }
+        let colours = SmokeColours {
+            albedo: albedo_file.as_deref(),
+            emission: emission_file.as_deref(),
+            emission_scale: match emission.and_then(|emission| emission.get("scale")) {
+                Some(scale) => Some(fields.as_colour("emission", scale)?),
+                None => None,
+            },
+        };
         let options = LoadOptions::default();
         let loaded = match &bytes[..] {
             [b'V', b'O', b'L', ..] => from_vol(&bytes, &options)?,
@@ -40,16 +65,17 @@ impl Builder<'_> {
                 )));
             }
         };
-        for note in loaded.notes {
-            self.notes.add(format!("{owner}: {note}"));
-        }
+        let mut notes = loaded.notes;
         for caster in loaded.scene.translucent {
             let Translucent::Grid(grid) = caster else {
                 continue;
             };
             let own = grid.transform();
+            let grid = colours.apply(grid, &options, &mut notes)?;
             let mut grid = grid.with_transform(world * own)?;
-            if let Some(albedo) = fields.colour("albedo")? {
+            if albedo_file.is_none()
+                && let Some(albedo) = fields.colour("albedo")?
+            {
                 grid = grid.with_albedo(albedo)?;
             }
             if OF_PHASE.iter().any(|field| fields.get(field).is_some()) {
@@ -57,6 +83,25 @@ impl Builder<'_> {
             }
             self.scene.translucent.push(grid.into());
         }
+        for note in notes {
+            self.notes.add(format!("{owner}: {note}"));
+        }
         Ok(())
+    }
+}
+
+/// Refuses fields of an object that it does not have.
+fn check_names(object: &Value, owner: &str, own: &[&str]) -> Result<(), LoadError> {
+    let mut names = object
+        .as_object()
+        .into_iter()
+        .flat_map(|object| object.keys());
+    match names.find(|name| !own.contains(&name.as_str())) {
+        None => Ok(()),
+        Some(name) => Err(LoadError::bad_value(
+            format!("a field of \"{owner}\" in the smoke of the extras"),
+            printable(name),
+            "uri, or scale of an emission",
+        )),
     }
 }

@@ -481,8 +481,44 @@ fn smoke_in_a_file_of_its_own_stands_where_its_node_does() {
     let at = |x: f64| media.extinction_at(glam::DVec3::new(x, 1.0, 1.0)).x;
     // Per metre of the world, whatever the size.
     assert!((at(11.0) - 4.0).abs() < 1e-6 && (at(11.5) - 6.0).abs() < 1e-6);
+    // Of colours in files of their own; the densities serve as both.
+    let smoke = r#"{"uri":"plume.vol","emission":{"uri":"plume.vol","scale":[2,1,0.5]}}"#;
+    let loaded = read(smoke, &vol).unwrap();
+    let [Translucent::Grid(grid)] = &loaded.scene.translucent[..] else {
+        panic!("{:?}", loaded.scene.translucent);
+    };
+    assert_eq!(grid.emission(), [Vec3::ZERO, Vec3::new(16.0, 8.0, 4.0)]);
+    let thin = [&vol[..vol.len() - 8], &[0; 4], &0.5_f32.to_le_bytes()].concat();
+    let smoke = r#"{"uri":"plume.vol","albedo":{"uri":"plume.vol"}}"#;
+    let loaded = read(smoke, &thin).unwrap();
+    let [Translucent::Grid(grid)] = &loaded.scene.translucent[..] else {
+        panic!("{:?}", loaded.scene.translucent);
+    };
+    assert_eq!(grid.albedo_samples(), [Vec3::ZERO, Vec3::splat(0.5)]);
     for (smoke, bytes, of) in [
         (r#"{"uri":"plume.vol","albedo":2}"#, &vol[..], "albedo"),
+        (
+            r#"{"uri":"plume.vol","albedo":{"uri":"plume.vol"}}"#,
+            &vol,
+            "albedo",
+        ),
+        (r#"{"uri":"plume.vol","albedo":{"scale":1}}"#, &vol, "scale"),
+        (r#"{"uri":"plume.vol","albedo":{"uri":1}}"#, &vol, "albedo"),
+        (
+            r#"{"uri":"plume.vol","emission":3}"#,
+            &vol,
+            "smoke.emission",
+        ),
+        (
+            r#"{"uri":"plume.vol","emission":{"scale":3}}"#,
+            &vol,
+            "smoke that emits",
+        ),
+        (
+            r#"{"uri":"plume.vol","emission":{"uri":"plume.vol","scale":-3}}"#,
+            &vol,
+            "smoke.emission",
+        ),
         (r#"{"uri":"plume.vol","sigma_s":2}"#, &vol, "smoke"),
         (r#"{"uri":"plume.vol"}"#, &vol[..40], "bytes"),
         (

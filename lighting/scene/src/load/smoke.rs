@@ -1,0 +1,235 @@
+//! The colours of smoke, from files beside that of its densities.
+
+use glam::Vec3;
+
+use super::{LoadError, LoadOptions};
+use crate::DensityGrid;
+
+/// What is said of smoke beside its densities: VOL files of its colours, as Mitsuba has
+/// them, and a factor.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SmokeColours<'a> {
+    /// A VOL file of albedos, with as many samples as there are densities: shares from 0 to
+    /// 1, of which a single channel is grey.
+    pub albedo: Option<&'a [u8]>,
+    /// A VOL file of emissions, with as many samples as there are densities: radiance per
+    /// unit of length of the file.
+    pub emission: Option<&'a [u8]>,
+    /// A factor on the emission of that file, or else on the emission that the grid has,
+    /// linear RGB.
+    pub emission_scale: Option<Vec3>,
+}
+
+impl SmokeColours<'_> {
+    /// The same grid in these colours. What was ignored is added to `notes`, a sentence each.
+    ///
+    /// # Errors
+    /// Those of the files; [`LoadError::BadValue`] for a file of another number of samples,
+    /// and for a factor where nothing emits; [`LoadError::Scene`] for an albedo or an
+    /// emission, with its factor, that [`DensityGrid`] refuses.
+    pub fn apply(
+        &self,
+        mut grid: DensityGrid,
+        options: &LoadOptions,
+        notes: &mut Vec<String>,
+    ) -> Result<DensityGrid, LoadError> {
+        let mut colours = |file: Option<&[u8]>, what: &str| {
+            let read = |file| colours_for(&grid, file, what, options, notes);
+            file.map(read).transpose()
+        };
+        let albedo = colours(self.albedo, "the albedo")?;
+        let emission = colours(self.emission, "the emission")?;
+        if let Some(albedo) = albedo {
+            grid = grid.with_albedo_samples(albedo)?;
+        }
+        if let Some(mut emission) = emission {
+            for colour in &mut emission {
+                *colour /= options.unit as f32;
+            }
+            grid = grid.with_emission(emission)?;
+        }
+        if let Some(scale) = self.emission_scale {
+            if grid.emission().is_empty() {
+                let (what, expected) = ("the factor on the emission", "smoke that emits");
+                return Err(LoadError::bad_value(what, scale, expected));
+            }
+            let scaled = grid.emission().iter().map(|&colour| scale * colour);
+            let scaled = scaled.collect();
+            grid = grid.with_emission(scaled)?;
+        }
+        Ok(grid)
+    }
+}
+
+/// The colours in a VOL file, one for each sample of a grid.
+fn colours_for(
+    grid: &DensityGrid,
+    file: &[u8],
+    what: &str,
+    options: &LoadOptions,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Vec3>, LoadError> {
+    let (resolution, colours, own_notes) = read_vol(file, options)?;
+    if resolution != grid.resolution() {
+        let [x, y, z] = resolution;
+        let what = format!("the resolution of {what}");
+        let expected = "that of the densities";
+        return Err(LoadError::bad_value(
+            what,
+            format!("{x} x {y} x {z}"),
+            expected,
+        ));
+    }
+    notes.extend(own_notes.into_iter().map(|note| format!("{what}: {note}")));
+    Ok(colours)
+}
+
+/// Samples along each axis, their colours, and notes.
+type Colours = ([u32; 3], Vec<Vec3>, Vec<String>);
+
+#[cfg(feature = "vol")]
+fn read_vol(bytes: &[u8], options: &LoadOptions) -> Result<Colours, LoadError> {
+    let found = super::vol_colours_from_slice(bytes, options)?;
+    Ok((found.resolution, found.colours, found.notes))
+}
+
+#[cfg(not(feature = "vol"))]
+fn read_vol(_: &[u8], _: &LoadOptions) -> Result<Colours, LoadError> {
+    let what = "VOL (feature `vol` is off in this build)";
+    Err(LoadError::Unsupported(what.into()))
+}
+
+#[cfg(all(test, feature = "vol"))]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::load::vol_from_slice;
+    use crate::{Media, Translucent};
+
+    /// Samples at x = 0, 1 and 2 of a box of 2 × 1 × 1.
+    fn vol(channels: u32, values: &[f32]) -> Vec<u8> {
+        let mut bytes = b"VOL\x03".to_vec();
+        for word in [1, 3, 1, 1, channels] {
+            bytes.extend(word.to_le_bytes());
+        }
+        let bounds = [0.0_f32, 0.0, 0.0, 2.0, 1.0, 1.0];
+        for number in bounds.iter().chain(values) {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes
+    }
+
+    fn apply(colours: SmokeColours<'_>, density: f32, unit: f64) -> Result<DensityGrid, LoadError> {
+        let options = LoadOptions {
+            unit,
+            ..LoadOptions::default()
+        };
+        let mut loaded = vol_from_slice(&vol(1, &[density; 3]), &options)?;
+        let Translucent::Grid(grid) = loaded.scene.translucent.remove(0) else {
+            panic!("a grid");
+        };
+        colours.apply(grid, &options, &mut loaded.notes)
+    }
+
+    #[test]
+    fn colours_of_other_files_are_those_of_the_samples() {
+        let albedo = vol(1, &[0.25, 0.5, 0.75]);
+        let emission = vol(3, &[0.0, 0.0, 0.0, 4.0, 2.0, 1.0, 8.0, 4.0, 2.0]);
+        let colours = SmokeColours {
+            albedo: Some(&albedo),
+            emission: Some(&emission),
+            emission_scale: Some(Vec3::new(1.0, 0.5, 2.0)),
+        };
+        let grid = apply(colours, 1.0, 0.5).unwrap();
+        let albedo = [0.25, 0.5, 0.75].map(Vec3::splat);
+        assert_eq!(grid.albedo_samples(), albedo);
+        // Per metre, of which half is a unit of length of the file.
+        let emission = [
+            Vec3::ZERO,
+            Vec3::new(8.0, 2.0, 4.0),
+            Vec3::new(16.0, 4.0, 8.0),
+        ];
+        assert_eq!(grid.emission(), emission);
+    }
+
+    #[test]
+    fn emission_alone_adds_up_along_a_line() {
+        let emission = vol(3, &[0.0, 0.0, 0.0, 4.0, 2.0, 1.0, 8.0, 4.0, 2.0]);
+        let colours = SmokeColours {
+            emission: Some(&emission),
+            ..SmokeColours::default()
+        };
+        for unit in [1.0, 0.25] {
+            let casters = [apply(colours, 0.0, unit).unwrap().into()];
+            let media = Media::new(None, None, &casters);
+            let (mut pieces, mut sum) = (
+                media.along(DVec3::new(-1.0, 0.1, 0.1), DVec3::X, 0.0, 9.0),
+                DVec3::ZERO,
+            );
+            while let Some(piece) = pieces.advance() {
+                assert_eq!(piece.optical_depth(), DVec3::ZERO);
+                let middle = 0.5 * (piece.start() + piece.end());
+                sum += (piece.end() - piece.start()) * piece.emission(middle);
+            }
+            // The radiance does not depend on the unit: 4 per unit on average, over 2 units.
+            assert!(sum.abs_diff_eq(DVec3::new(8.0, 4.0, 2.0), 1e-9), "{sum}");
+        }
+    }
+
+    #[test]
+    fn colours_that_do_not_fit_are_refused_with_their_cause() {
+        let [large, negative] = [vol(1, &[2.0; 3]), vol(1, &[-1.0; 3])];
+        let mut other = vol(1, &[1.0; 3]);
+        other[8] = 1;
+        let none = SmokeColours::default();
+        for (colours, cause) in [
+            (
+                SmokeColours {
+                    albedo: Some(&large),
+                    ..none
+                },
+                "albedo",
+            ),
+            (
+                SmokeColours {
+                    emission: Some(&negative),
+                    ..none
+                },
+                "emission",
+            ),
+            (
+                SmokeColours {
+                    emission: Some(&other),
+                    ..none
+                },
+                "the resolution of the emission is 1 x 1 x 1",
+            ),
+            (
+                SmokeColours {
+                    albedo: Some(b"PNG"),
+                    ..none
+                },
+                "VOL",
+            ),
+            (
+                SmokeColours {
+                    emission_scale: Some(Vec3::ONE),
+                    ..none
+                },
+                "smoke that emits",
+            ),
+            (
+                SmokeColours {
+                    emission: Some(&large),
+                    emission_scale: Some(Vec3::NEG_ONE),
+                    ..none
+                },
+                "emission",
+            ),
+        ] {
+            let error = apply(colours, 1.0, 1.0).unwrap_err().to_string();
+            assert!(error.contains(cause), "{cause}: {error}");
+        }
+    }
+}
