@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use glam::{Affine3A, DVec3};
-use lighting::scene::load::{LoadOptions, Loaded, scene_from_path};
+use glam::{Affine3A, DVec3, Vec3};
+use lighting::scene::load::{
+    LoadError, LoadOptions, Loaded, MAX_FILE_BYTES, SmokeColours, read_regular, scene_from_path,
+};
 use lighting::scene::{Scene, Translucent};
 
 use crate::failure::Failure;
@@ -13,11 +15,24 @@ use crate::failure::Failure;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Smoke and hair")]
 pub(crate) struct AddedOptions {
-    /// Add smoke from a VOL, NanoVDB or OpenVDB file to the scene; may be repeated. Its origin is placed
-    /// at X,Y,Z, in metres with +Y up [default: where it is in the file], and its size is
-    /// multiplied by SCALE; the extinction per metre stays the same
+    /// Add smoke from a VOL, NanoVDB or OpenVDB file to the scene; may be repeated. Its origin is
+    /// placed at X,Y,Z, in metres with +Y up [default: where it is in the file], and its size is
+    /// multiplied by SCALE; extinction and emission per metre stay the same. In NanoVDB and
+    /// OpenVDB files a grid called emission, flames or flame emits its value as radiance per unit
+    /// of length
     #[arg(long, value_name = "FILE[@X,Y,Z[,SCALE]]", value_parser = placed)]
     pub(crate) smoke: Vec<Placed>,
+
+    /// Emission of smoke from a VOL file of its own, radiance per unit of length, or a factor (one
+    /// number or R,G,B) on the emission, or both; the first of these options applies to the first
+    /// --smoke, the second to the second
+    #[arg(long, value_name = "FILE|FACTOR|FILE@FACTOR", value_parser = emission)]
+    pub(crate) smoke_emission: Vec<Emission>,
+
+    /// Albedo of smoke from a VOL file of its own; the first of these options applies to the first
+    /// --smoke, the second to the second
+    #[arg(long, value_name = "FILE")]
+    pub(crate) smoke_albedo: Vec<PathBuf>,
 
     /// Add hair from a HAIR file to the scene, placed in the same way as smoke; may be repeated
     #[arg(long, value_name = "FILE[@X,Y,Z[,SCALE]]", value_parser = placed)]
@@ -69,17 +84,52 @@ fn placed(text: &str) -> Result<Placed, String> {
     })
 }
 
+/// A file of emission, and a factor on it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Emission {
+    path: Option<PathBuf>,
+    factor: Option<Vec3>,
+}
+
+/// `fire.vol`, `5,2,1` or `fire.vol@5,2,1`. What follows an @ and is no list of numbers is
+/// part of the name.
+fn emission(text: &str) -> Result<Emission, String> {
+    let (path, factor) = match text.rsplit_once('@') {
+        Some((path, factor)) if parse::doubles(factor).is_ok() => (Some(path), Some(factor)),
+        _ if parse::doubles(text).is_ok() => (None, Some(text)),
+        _ => (Some(text), None),
+    };
+    let factor = match factor.map(parse::doubles).transpose()?.as_deref() {
+        None => None,
+        Some(&[grey]) => Some(DVec3::splat(grey)),
+        Some(&[r, g, b]) => Some(DVec3::new(r, g, b)),
+        Some(_) => return Err("expected a factor of one number or R,G,B".into()),
+    };
+    if let Some(factor) = factor.filter(|factor| factor.min_element() < 0.0) {
+        return Err(format!("the factor is {factor}, expected nothing negative"));
+    }
+    if path == Some("") {
+        return Err("expected a file before the @".into());
+    }
+    Ok(Emission {
+        path: path.map(PathBuf::from),
+        factor: factor.map(|factor| factor.as_vec3()),
+    })
+}
+
 /// The kind of contents that an option adds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Smoke,
+#[derive(Debug, Clone, Copy)]
+enum Kind<'a> {
+    /// Smoke, in these colours.
+    Smoke(SmokeColours<'a>),
     Hair,
 }
 
 impl AddedOptions {
     /// Whether nothing is added.
     pub(crate) fn is_empty(&self) -> bool {
-        self.smoke.is_empty() && self.hair.is_empty()
+        let no_colours = self.smoke_emission.is_empty() && self.smoke_albedo.is_empty();
+        self.smoke.is_empty() && self.hair.is_empty() && no_colours
     }
 
     /// Reads the files and adds their contents to a scene that was moved by `offset` when it
@@ -91,18 +141,62 @@ impl AddedOptions {
         options: &LoadOptions,
         notes: &mut Vec<String>,
     ) -> Result<(), Failure> {
-        let smoke = self.smoke.iter().map(|placed| (Kind::Smoke, placed));
-        let hair = self.hair.iter().map(|placed| (Kind::Hair, placed));
-        for (kind, placed) in smoke.chain(hair) {
+        for (option, count) in [
+            ("--smoke-emission", self.smoke_emission.len()),
+            ("--smoke-albedo", self.smoke_albedo.len()),
+        ] {
+            if count > self.smoke.len() {
+                let why = format!("there are more {option} than --smoke whose colours they are");
+                return Err(Failure::new(why));
+            }
+        }
+        let mut add = |kind: Kind<'_>, placed: &Placed| {
             let name = placed.path.display().to_string();
             let about = |failure: Failure| failure.about(&name);
-            let loaded = load(&placed.path, options).map_err(about)?;
+            let mut loaded = load(&placed.path, options).map_err(about)?;
+            let casters = std::mem::take(&mut loaded.scene.translucent);
+            let found = placed.of(
+                kind,
+                casters,
+                [loaded.offset, offset],
+                options,
+                &mut loaded.notes,
+            );
+            scene.translucent.extend(found.map_err(about)?);
             notes.extend(loaded.notes.iter().map(|note| format!("{name}: {note}")));
-            let found = placed.of(kind, loaded, offset).map_err(about)?;
-            scene.translucent.extend(found);
+            Ok::<(), Failure>(())
+        };
+        for (index, placed) in self.smoke.iter().enumerate() {
+            let emission = self.smoke_emission.get(index);
+            let emission_file = emission.and_then(|emission| emission.path.as_deref());
+            let [albedo, emission_file] = [
+                contents(self.smoke_albedo.get(index).map(PathBuf::as_path))?,
+                contents(emission_file)?,
+            ];
+            let colours = SmokeColours {
+                albedo: albedo.as_deref(),
+                emission: emission_file.as_deref(),
+                emission_scale: emission.and_then(|emission| emission.factor),
+            };
+            add(Kind::Smoke(colours), placed)?;
+        }
+        for placed in &self.hair {
+            add(Kind::Hair, placed)?;
         }
         Ok(())
     }
+}
+
+/// What is in a file, if there is to be one.
+fn contents(path: Option<&Path>) -> Result<Option<Vec<u8>>, Failure> {
+    let read = |path: &Path| {
+        let bytes = read_regular(path, MAX_FILE_BYTES);
+        bytes.map_err(|source| LoadError::Io {
+            path: path.to_path_buf(),
+            source,
+        })
+    };
+    Ok(path.map(read).transpose()?)
 }
 
 fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
@@ -118,17 +212,26 @@ fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
 }
 
 impl Placed {
-    /// The contents of this kind, moved to their place.
-    fn of(&self, kind: Kind, loaded: Loaded, offset: DVec3) -> Result<Vec<Translucent>, Failure> {
-        let shift = (self.at + self.scale * loaded.offset - offset).as_vec3();
+    /// The casters of this kind, moved to their place. The offsets by which the file and the
+    /// scene were moved when they were read are undone.
+    fn of(
+        &self,
+        kind: Kind<'_>,
+        casters: Vec<Translucent>,
+        [of_file, of_scene]: [DVec3; 2],
+        options: &LoadOptions,
+        notes: &mut Vec<String>,
+    ) -> Result<Vec<Translucent>, Failure> {
+        let shift = (self.at + self.scale * of_file - of_scene).as_vec3();
         let scale = self.scale as f32;
         let place =
             Affine3A::from_translation(shift) * Affine3A::from_scale(glam::Vec3::splat(scale));
         let mut found = Vec::new();
-        for caster in loaded.scene.translucent {
+        for caster in casters {
             match (kind, caster) {
-                (Kind::Smoke, Translucent::Grid(grid)) => {
+                (Kind::Smoke(colours), Translucent::Grid(grid)) => {
                     let own = grid.transform();
+                    let grid = colours.apply(grid, options, notes)?;
                     found.push(grid.with_transform(place * own)?.into());
                 }
                 (Kind::Hair, Translucent::Strands(strands)) => {
@@ -139,7 +242,7 @@ impl Placed {
         }
         match (found.is_empty(), kind) {
             (false, _) => Ok(found),
-            (true, Kind::Smoke) => Err(Failure::new(
+            (true, Kind::Smoke(_)) => Err(Failure::new(
                 "there is no smoke in it; --smoke takes VOL, NanoVDB and OpenVDB files",
             )),
             (true, Kind::Hair) => Err(Failure::new(
@@ -152,6 +255,27 @@ impl Placed {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_emission_is_a_file_a_factor_or_both() {
+        let of = |path: Option<&str>, factor: Option<Vec3>| Emission {
+            path: path.map(PathBuf::from),
+            factor,
+        };
+        let colour = Some(Vec3::new(5.0, 2.0, 1.0));
+        for (text, expected) in [
+            ("fire.vol", of(Some("fire.vol"), None)),
+            ("me@home.vol", of(Some("me@home.vol"), None)),
+            ("2", of(None, Some(Vec3::splat(2.0)))),
+            ("5,2,1", of(None, colour)),
+            ("a@b.vol@5,2,1", of(Some("a@b.vol"), colour)),
+        ] {
+            assert_eq!(emission(text), Ok(expected), "{text}");
+        }
+        for wrong in ["1,2", "fire.vol@1,2", "fire.vol@-1", "@1"] {
+            assert!(emission(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn places_are_behind_the_last_at_sign() {

@@ -114,7 +114,14 @@ fn smoke_and_hair_of_other_files_stand_in_any_scene() {
         .concat();
         run(place.path(), &all)
     };
-    let with = plan(&["--smoke", "puff.vol@-0.5,1,0,0.5", "--smoke", "puff.vol"]);
+    let with = plan(&[
+        "--smoke",
+        "puff.vol@-0.5,1,0,0.5",
+        "--smoke",
+        "puff.vol",
+        "--smoke-emission",
+        "puff.vol@5,2,1",
+    ]);
     let text = String::from_utf8_lossy(&with.stdout).into_owned();
     assert!(
         with.status.success() && text.contains("and smoke"),
@@ -126,13 +133,26 @@ fn smoke_and_hair_of_other_files_stand_in_any_scene() {
         "{text}"
     );
     for (options, why) in [
-        (["--smoke", "none.vol"], "there is no such file"),
-        (["--hair", "puff.vol"], "there is no hair in it"),
-        (["--smoke", "puff.vol@1,2"], "X,Y,Z"),
-        (["--smoke", "puff.vol@nan,0,0"], "expected finite numbers"),
-        (["--smoke", "puff.vol@1,2,z"], "a place after an @ is"),
+        (&["--smoke", "none.vol"][..], "there is no such file"),
+        (&["--hair", "puff.vol"], "there is no hair in it"),
+        (&["--smoke", "puff.vol@1,2"], "X,Y,Z"),
+        (&["--smoke-emission", "puff.vol"], "more --smoke-emission"),
+        (
+            &["--smoke", "puff.vol", "--smoke-emission", "2"],
+            "smoke that emits",
+        ),
+        (
+            &["--smoke", "puff.vol", "--smoke-emission", "none.vol@2"],
+            "none.vol",
+        ),
+        (
+            &["--smoke", "puff.vol", "--smoke-albedo", "puff.vol"],
+            "albedo",
+        ),
+        (&["--smoke", "puff.vol@nan,0,0"], "expected finite numbers"),
+        (&["--smoke", "puff.vol@1,2,z"], "a place after an @ is"),
     ] {
-        let failed = plan(&options);
+        let failed = plan(options);
         let text = String::from_utf8_lossy(&failed.stderr).into_owned();
         assert!(!failed.status.success() && text.contains(why), "{text}");
     }
