@@ -312,7 +312,9 @@ impl VoxelGrid for Tree<'_> {
     }
 
     fn fill(&self, dense: &mut Dense) -> Result<(), LoadError> {
-        let [low, high] = dense.window();
+        let Some([low, high]) = self.indices() else {
+            return Ok(());
+        };
         let [x, y, z] = [0, 1, 2].map(|axis| (low[axis] >> 3)..=(high[axis] >> 3));
         for bz in z {
             for by in y.clone() {

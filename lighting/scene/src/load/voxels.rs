@@ -85,11 +85,6 @@ impl Dense {
         Ok(dense.values)
     }
 
-    /// The box that may be written, least and greatest index.
-    pub(super) fn window(&self) -> [[i64; 3]; 2] {
-        self.window
-    }
-
     /// Writes a number at all indices of a box, ends included.
     pub(super) fn fill(&mut self, [low, high]: [[i64; 3]; 2], value: f32) {
         self.write([low, high], |_| value);
