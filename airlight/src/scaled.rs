@@ -56,8 +56,9 @@ impl Scaled {
         if !(lengths && sigma_t >= 0.0 && sigma_t.is_finite()) {
             return Extent::Empty;
         }
-        // The sum first: it is exact where the end is next to the light.
-        let end = s + length;
+        // The sum first: it is exact where the end is next to the light. What is divided by
+        // h must not change its sign where h is −0.
+        let (end, h) = (s + length, h.abs());
         let unit = distance(s, h);
         if h <= NEAREST * unit && s <= 0.0 && end >= 0.0 {
             return Extent::MeetsLight;
@@ -94,8 +95,8 @@ impl Scaled {
         let Segment64 { x, s, h, length } = *segment;
         let unit = (s * s + h * h).sqrt();
         let per_unit = 1.0 / unit;
-        // The sum first, as above.
-        let (end, h) = ((s + length) * per_unit, h * per_unit);
+        // The sum first and no −0, as above.
+        let (end, h) = ((s + length) * per_unit, h.abs() * per_unit);
         Self {
             unit,
             sigma: sigma_t * unit,

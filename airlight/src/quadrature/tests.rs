@@ -348,6 +348,31 @@ fn degenerate_segments_have_their_documented_values() {
 }
 
 #[test]
+fn a_distance_of_minus_zero_is_none() {
+    let sigma_t = 0.07032267;
+    let parts = [
+        (1.054255e-6, -22.265518, 0.0012372424),
+        (1.3103482e-6, f32::MIN_POSITIVE, 0.0021272667),
+        (0.0, 3.0, f32::INFINITY),
+        (0.0, -3.0, 2.0),
+    ];
+    let part = |h: f32| parts.map(|(x, s, length)| Segment { x, s, h, length });
+    let quadrature = Quadrature::with_tolerance(PhaseFunction::Isotropic, 1e-5).unwrap();
+    let table = crate::Table::new(&PhaseFunction::Isotropic, 4).unwrap();
+    let exact = Exact::new(PhaseFunction::Isotropic).unwrap();
+    for evaluator in [&quadrature as &dyn Evaluator, &table, &exact] {
+        let values = [0.0, -0.0].map(|h| {
+            let mut batch = [f32::NAN; 4];
+            evaluator.airlight_batch(sigma_t, &part(h), &mut batch);
+            let singles = part(h).map(|segment| evaluator.airlight(sigma_t, &segment));
+            [batch, singles]
+        });
+        assert!(values[0].iter().flatten().all(|value| *value > 0.0));
+        assert_eq!(values[0], values[1]);
+    }
+}
+
+#[test]
 fn extreme_magnitudes_are_never_nan() {
     let sizes = [0.0, 1e-45, 1e-38, 1e-20, 1.0, 1e20, f32::MAX];
     for phase in [
