@@ -5,7 +5,7 @@
 mod common;
 
 use epipolar::{Lattice, Light, Space, Spacing, ViewVolume};
-use glam::Vec3;
+use glam::{Vec3, Vec3Swizzles};
 use gpu_backend::{Cpu, Host};
 use proptest::prelude::*;
 use voxel_shadow::{Error, Grid, LitInterval, Query, Sampling, ShadowVolume, Weights};
@@ -160,6 +160,29 @@ fn sums_and_intervals_are_those_of_the_bits() {
             }
         }
     }
+}
+
+#[test]
+fn no_part_of_any_ray_begins_at_infinity() {
+    let mut endless = 0;
+    for light in lights() {
+        let lattice = lattice(light, &camera(0.0, 20.0), [16, 16, 64]);
+        let grid = noise(&lattice, 7);
+        for sampling in [Sampling::NEAREST, SMOOTH] {
+            let volume = ShadowVolume::new(&lattice, &grid, sampling).unwrap();
+            for direction in directions().into_iter().chain([Vec3::ZERO]) {
+                // Behind the eye, to all sides, and none, which counts as the axis.
+                for direction in [direction, -direction, direction.zxy(), -direction.zxy()] {
+                    let ray = volume.ray_shadow(direction, f32::INFINITY);
+                    for part in ray.lit_runs().chain(ray.lit_voxels()) {
+                        assert!(part.start.is_finite() && part.start <= part.end);
+                        endless += u32::from(part.end == f32::INFINITY);
+                    }
+                }
+            }
+        }
+    }
+    assert!(endless > 1000, "{endless}");
 }
 
 fn check_order(lit: &[LitInterval], surface: f32) {
