@@ -14,6 +14,7 @@
 //! | [`tolerances`] | | every allowed error, with its derivation |
 //! | [`segments`] | | parts of rays with the extinction around them, easy and stiff, to judge evaluators by |
 //! | [`curves`] | | transmittance behind blockers, and the best curve of few nodes |
+//! | [`damage`] | | damaged copies of files |
 //! | [`random`] | | numbers that are the same on every run |
 //! | `hard_cases` | `scene` | named inputs at which methods break |
 //! | `shapes`, `scenes` | `scene` | small scenes with known shadows; the embedded scenes made ready |
@@ -39,6 +40,7 @@
 //! ```
 
 pub mod curves;
+pub mod damage;
 pub mod film;
 #[cfg(feature = "proptest")]
 pub mod generators;
