@@ -95,6 +95,20 @@ fn smoke_that_is_seen_is_compared_by_the_methods_that_see_it() {
 }
 
 #[test]
+fn a_quality_alone_is_that_of_the_method_that_sees_smoke() {
+    let place = tempfile::tempdir().unwrap();
+    let text = succeeds(
+        place.path(),
+        &[
+            &["render", "smoke-columns", "--size", "16x9", "--map", "64"][..],
+            &["--quality", "8", "-o", "smoke.png"],
+        ]
+        .concat(),
+    );
+    assert!(text.contains("media-area-8 with 8 steps"), "{text}");
+}
+
+#[test]
 fn smoke_and_hair_of_other_files_stand_in_any_scene() {
     let place = tempfile::tempdir().unwrap();
     // Two cubes of a metre: 8 per metre on the right.

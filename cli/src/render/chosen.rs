@@ -126,12 +126,13 @@ impl Chosen {
             return self;
         }
         let asked = args.method.is_some() || args.visibility.is_some() || args.airlight.is_some();
-        let is_free = !asked && args.quality.is_none() && args.samples.is_none();
+        // A quality that is given alone is that of the method that is taken.
+        let is_free = !asked && args.samples.is_none();
         let seeing = methods.for_heterogeneous_media();
         let seeing = seeing.filter(|entry| runs_on(entry, args.backend));
         match seeing {
             Some(entry) if is_free && args.nodes.is_none() && args.shadows.is_empty() => Self {
-                quality: entry.about().usual,
+                quality: args.quality.unwrap_or(entry.about().usual),
                 entry: entry.clone(),
             },
             _ => {
