@@ -10,6 +10,7 @@ use lighting::scene::load::{
 use lighting::scene::{Scene, Translucent};
 
 use crate::failure::Failure;
+use crate::parse;
 
 /// What is added to a scene.
 #[derive(Debug, Clone, Default, Args)]
