@@ -32,8 +32,7 @@ impl Graph {
             let mut next: Vec<Reference> = Vec::new();
             found.extend(wanted.iter().map(|&reference| {
                 let node = nodes.node(level, reference);
-                [0, 1, 2, 3, 4, 5, 6, 7].map(|child| {
-                    let child = nodes.child(node, child);
+                nodes.children(node).map(|child| {
                     if !is_mixed(child) {
                         return child;
                     }

@@ -15,6 +15,9 @@ pub(crate) trait Nodes {
     /// Child 0 to 7 of a node: octants `4 z + 2 y + x`, or slices on level 0.
     fn child(&self, node: Self::Node, child: u32) -> Reference;
 
+    /// All children of a node.
+    fn children(&self, node: Self::Node) -> Children;
+
     /// The mask that a child of a node of level 0 names.
     fn mask(&self, reference: Reference) -> u64;
 
@@ -34,6 +37,10 @@ impl Nodes for Pool {
 
     fn child(&self, node: Children, child: u32) -> Reference {
         node[child as usize]
+    }
+
+    fn children(&self, node: Children) -> Children {
+        node
     }
 
     fn mask(&self, reference: Reference) -> u64 {
@@ -95,6 +102,19 @@ impl Nodes for Plain<'_> {
                 load_u32(self.bytes, node.at + 4 + 4 * below.count_ones() as usize)
             }
         }
+    }
+
+    #[inline]
+    fn children(&self, node: PlainNode) -> Children {
+        let mut at = node.at;
+        std::array::from_fn(|child| match node.kinds >> (2 * child) & 3 {
+            kind::SHADOWED => SHADOWED,
+            kind::LIT => LIT,
+            _ => {
+                at += 4;
+                load_u32(self.bytes, at)
+            }
+        })
     }
 
     #[inline]
@@ -180,6 +200,26 @@ impl Nodes for Packed<'_> {
         }
         let at = node.at + u64::from(slot) * u64::from(node.width);
         load_bits(self.bytes, at, node.width).wrapping_add(steps)
+    }
+
+    #[inline]
+    fn children(&self, node: PackedNode) -> Children {
+        // That of the child in front, which is mixed in a sound file.
+        let mut reference: Reference = 0;
+        std::array::from_fn(|child| {
+            match node.shape >> (4 * child) & 15 {
+                slot::LIT => return LIT,
+                slot::SHADOWED => return SHADOWED,
+                slot if slot >= slot::AFTER => {
+                    reference = reference.wrapping_add(slot - slot::AFTER);
+                }
+                slot => {
+                    let at = node.at + u64::from(slot) * u64::from(node.width);
+                    reference = load_bits(self.bytes, at, node.width);
+                }
+            }
+            reference
+        })
     }
 
     #[inline]

@@ -86,7 +86,7 @@ impl Seen {
 
 /// The bits of a mask in columns `x0` to `x1` and rows `y0` to `y1`, all 0…7,
 /// ends included.
-#[inline]
+#[inline(always)]
 pub(crate) fn window(x0: u32, x1: u32, y0: u32, y1: u32) -> u64 {
     let row = 0xff_u64 >> (7 - (x1 - x0)) << x0;
     let rows = u64::MAX >> (8 * (7 - (y1 - y0))) << (8 * y0);

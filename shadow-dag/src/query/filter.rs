@@ -39,6 +39,12 @@ impl FilterSize {
         self.width() * self.width()
     }
 
+    /// The share of the window that so many texels are.
+    #[inline]
+    pub(super) fn share(self, texels: u32) -> f32 {
+        texels as f32 / self.area() as f32
+    }
+
     /// Texels on either side of the middle.
     fn half(self) -> i32 {
         i32::from(self.0 / 2)
@@ -47,14 +53,15 @@ impl FilterSize {
 
 /// Texels of one slice, ends included.
 #[derive(Debug, Clone, Copy)]
-struct Window {
-    x: [u32; 2],
-    y: [u32; 2],
+pub(super) struct Window {
+    pub(super) x: [u32; 2],
+    pub(super) y: [u32; 2],
 }
 
 impl Window {
     /// The part of a window, in any whole numbers, that is on a map of `side`
     /// texels.
+    #[inline(always)]
     fn clip(x: [i64; 2], y: [i64; 2], side: u32) -> Option<Self> {
         let clip = |[first, last]: [i64; 2]| {
             let (first, last) = (first.max(0), last.min(i64::from(side) - 1));
@@ -67,12 +74,14 @@ impl Window {
     }
 
     /// Texels of a window no larger than a filter, whose number fits.
+    #[inline(always)]
     fn area(self) -> u32 {
         (self.x[1] - self.x[0] + 1) * (self.y[1] - self.y[0] + 1)
     }
 
     /// The part that is in the square of `1 << shift` texels at cell `(x, y)`.
-    fn cut(self, x: u32, y: u32, shift: u32) -> Self {
+    #[inline(always)]
+    pub(super) fn cut(self, x: u32, y: u32, shift: u32) -> Self {
         let cut = |[first, last]: [u32; 2], cell: u32| {
             let origin = cell << shift;
             [first.max(origin), last.min(origin + ((1 << shift) - 1))]
@@ -84,13 +93,14 @@ impl Window {
     }
 
     /// The bits of the mask of the tile in which all of the window is.
+    #[inline(always)]
     fn bits(self) -> u64 {
         window(self.x[0] & 7, self.x[1] & 7, self.y[0] & 7, self.y[1] & 7)
     }
 }
 
 /// Counts the lit texels of a window in one slice.
-trait Count {
+pub(super) trait Count {
     /// All of a part is lit.
     fn lit(&mut self, part: Window);
 
@@ -100,24 +110,26 @@ trait Count {
 
 /// How many there are.
 impl Count for u32 {
-    #[inline]
+    #[inline(always)]
     fn lit(&mut self, part: Window) {
         *self += part.area();
     }
 
-    #[inline]
+    #[inline(always)]
     fn masked(&mut self, part: Window, mask: u64) {
         *self += (mask & part.bits()).count_ones();
     }
 }
 
 /// How many there are in each of four windows.
-struct Four {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Four {
     windows: [Option<Window>; 4],
     lit: [u32; 4],
 }
 
 impl Four {
+    #[inline(always)]
     fn each(&mut self, part: Window, count: impl Fn(Window) -> u32) {
         for (window, lit) in self.windows.iter().zip(&mut self.lit) {
             let Some(window) = window else { continue };
@@ -131,12 +143,12 @@ impl Four {
 }
 
 impl Count for Four {
-    #[inline]
+    #[inline(always)]
     fn lit(&mut self, part: Window) {
         self.each(part, Window::area);
     }
 
-    #[inline]
+    #[inline(always)]
     fn masked(&mut self, part: Window, mask: u64) {
         self.each(part, |part| (mask & part.bits()).count_ones());
     }
@@ -184,8 +196,13 @@ fn count<N: Nodes, C: Count>(
     }
 }
 
-#[inline]
-fn count_all<N: Nodes, C: Count>(nodes: &N, top: &Top, all: Window, z: u32, into: &mut C) {
+pub(super) fn count_all<N: Nodes, C: Count>(
+    nodes: &N,
+    top: &Top,
+    all: Window,
+    z: u32,
+    into: &mut C,
+) {
     let shift = top.shift();
     let z_cell = z >> shift;
     for y in all.y[0] >> shift..=all.y[1] >> shift {
@@ -201,29 +218,88 @@ fn slice(z: i32, side: u32) -> Option<u32> {
     u32::try_from(z).ok().map(|z| z.min(side - 1))
 }
 
+/// [`ShadowDag::count_lit`] in a grid of `side`, where `count` adds the lit texels of a window
+/// in one slice.
+#[inline(always)]
+pub(super) fn count_lit(
+    voxel: IVec3,
+    size: FilterSize,
+    side: u32,
+    count: impl FnOnce(Window, u32, &mut u32),
+) -> u32 {
+    let half = i64::from(size.half());
+    let range = |middle: i32| [i64::from(middle) - half, i64::from(middle) + half];
+    let inside = Window::clip(range(voxel.x), range(voxel.y), side);
+    let (Some(inside), Some(z)) = (inside, slice(voxel.z, side)) else {
+        return size.area();
+    };
+    let mut lit = size.area() - inside.area();
+    count(inside, z, &mut lit);
+    lit
+}
+
+/// [`ShadowDag::filter_bilinear`] in a grid of `side`, where `count` adds the lit texels of a
+/// window in one slice.
+#[inline(always)]
+pub(super) fn filter_bilinear(
+    position: Vec3,
+    size: FilterSize,
+    side: u32,
+    count: impl FnOnce(Window, u32, &mut Four),
+) -> f32 {
+    if !position.is_finite() {
+        return 1.0;
+    }
+    // Texel centres are at one half.
+    let corner = (position.truncate() - 0.5).floor();
+    let weight = position.truncate() - 0.5 - corner;
+    let half = i64::from(size.half());
+    let range = |middle: f32, step: i64| {
+        let middle = (middle as i64).saturating_add(step);
+        [middle.saturating_sub(half), middle.saturating_add(half)]
+    };
+    let Some(z) = slice(position.z.floor() as i32, side) else {
+        return 1.0;
+    };
+    let all = size.area();
+    let windows = [(0, 0), (1, 0), (0, 1), (1, 1)]
+        .map(|(x, y)| Window::clip(range(corner.x, x), range(corner.y, y), side));
+    let mut four = Four {
+        windows,
+        lit: windows.map(|window| all - window.map_or(0, Window::area)),
+    };
+    let join = |range: fn(&Window) -> [u32; 2]| {
+        let parts = windows.iter().flatten().map(range);
+        parts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    };
+    if let (Some(x), Some(y)) = (join(|window| window.x), join(|window| window.y)) {
+        count(Window { x, y }, z, &mut four);
+    }
+    let share = four.lit.map(|lit| lit as f32 / all as f32);
+    let mix = |a: f32, b: f32, t: f32| a * (1.0 - t) + b * t;
+    mix(
+        mix(share[0], share[1], weight.x),
+        mix(share[2], share[3], weight.x),
+        weight.y,
+    )
+}
+
 impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// The lit share, 0 to 1, of the `size × size` voxels around `voxel` in
     /// its slice. Exactly the mean of [`ShadowDag::is_lit`] over them; voxels
     /// beside the map count as lit.
     pub fn filter(&self, voxel: impl Into<[i32; 3]>, size: FilterSize) -> f32 {
         let voxel = IVec3::from_array(voxel.into());
-        self.count_lit(voxel, size) as f32 / size.area() as f32
+        size.share(self.count_lit(voxel, size))
     }
 
     /// The number of lit voxels of those that [`ShadowDag::filter`] averages
     /// over.
     pub fn count_lit(&self, voxel: impl Into<[i32; 3]>, size: FilterSize) -> u32 {
         let voxel = IVec3::from_array(voxel.into());
-        let side = self.resolution().side();
-        let half = i64::from(size.half());
-        let range = |middle: i32| [i64::from(middle) - half, i64::from(middle) + half];
-        let inside = Window::clip(range(voxel.x), range(voxel.y), side);
-        let (Some(inside), Some(z)) = (inside, slice(voxel.z, side)) else {
-            return size.area();
-        };
-        let mut lit = size.area() - inside.area();
-        with_nodes!(self, nodes => count_all(nodes, &self.top, inside, z, &mut lit));
-        lit
+        count_lit(voxel, size, self.resolution().side(), |window, z, lit| {
+            with_nodes!(self, nodes => count_all(nodes, &self.top, window, z, lit));
+        })
     }
 
     /// The lit share of a window that is `size` texels wide and lies around
@@ -235,43 +311,10 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
     /// bilinearly. Positions that are not finite are lit.
     pub fn filter_bilinear(&self, position: impl Into<[f32; 3]>, size: FilterSize) -> f32 {
         let position = Vec3::from_array(position.into());
-        if !position.is_finite() {
-            return 1.0;
-        }
         let side = self.resolution().side();
-        // Texel centres are at one half.
-        let corner = (position.truncate() - 0.5).floor();
-        let weight = position.truncate() - 0.5 - corner;
-        let half = i64::from(size.half());
-        let range = |middle: f32, step: i64| {
-            let middle = (middle as i64).saturating_add(step);
-            [middle.saturating_sub(half), middle.saturating_add(half)]
-        };
-        let Some(z) = slice(position.z.floor() as i32, side) else {
-            return 1.0;
-        };
-        let all = size.area();
-        let windows = [(0, 0), (1, 0), (0, 1), (1, 1)]
-            .map(|(x, y)| Window::clip(range(corner.x, x), range(corner.y, y), side));
-        let mut four = Four {
-            windows,
-            lit: windows.map(|window| all - window.map_or(0, Window::area)),
-        };
-        let join = |range: fn(&Window) -> [u32; 2]| {
-            let parts = windows.iter().flatten().map(range);
-            parts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
-        };
-        if let (Some(x), Some(y)) = (join(|window| window.x), join(|window| window.y)) {
-            let window = Window { x, y };
-            with_nodes!(self, nodes => count_all(nodes, &self.top, window, z, &mut four));
-        }
-        let share = four.lit.map(|lit| lit as f32 / all as f32);
-        let mix = |a: f32, b: f32, t: f32| a * (1.0 - t) + b * t;
-        mix(
-            mix(share[0], share[1], weight.x),
-            mix(share[2], share[3], weight.x),
-            weight.y,
-        )
+        filter_bilinear(position, size, side, |window, z, four| {
+            with_nodes!(self, nodes => count_all(nodes, &self.top, window, z, four));
+        })
     }
 }
 

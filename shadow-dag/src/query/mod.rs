@@ -1,6 +1,7 @@
 //! What shadows can be asked.
 
 mod batch;
+mod blocks;
 mod depth;
 mod extent;
 mod filter;

@@ -1,9 +1,9 @@
 //! The step that answers many questions on any backend.
 
-use glam::{IVec4, UVec2, Vec3, Vec4};
+use glam::{IVec3, IVec4, UVec2, Vec3, Vec4};
 use gpu_backend::{Backend, BufferOf, Cpu, Host};
 
-use super::batch::batch;
+use super::batch::{CountLit, FilterBilinear, IsLit, batch};
 use super::filter::FilterSize;
 use super::ray::Ray;
 use crate::error::same_length;
@@ -150,6 +150,12 @@ pub trait Query: Backend {
     ) -> Result<(), Error>;
 }
 
+/// The voxel in a buffer.
+#[inline]
+fn three(voxel: &[i32; 4]) -> IVec3 {
+    IVec4::from_array(*voxel).truncate()
+}
+
 impl Query for Cpu {
     fn is_lit(
         &self,
@@ -157,9 +163,7 @@ impl Query for Cpu {
         voxels: &Vec<[i32; 4]>,
         lit: &mut Vec<u32>,
     ) -> Result<(), Error> {
-        batch(self, voxels, lit, |voxel| {
-            u32::from(dag.is_lit(IVec4::from_array(*voxel).truncate()))
-        })
+        dag.ask(self, IsLit, voxels, lit, three, u32::from)
     }
 
     fn count_lit(
@@ -169,9 +173,7 @@ impl Query for Cpu {
         voxels: &Vec<[i32; 4]>,
         counts: &mut Vec<u32>,
     ) -> Result<(), Error> {
-        batch(self, voxels, counts, |voxel| {
-            dag.count_lit(IVec4::from_array(*voxel).truncate(), size)
-        })
+        dag.ask(self, CountLit(size), voxels, counts, three, |count| count)
     }
 
     fn filter(
@@ -181,9 +183,8 @@ impl Query for Cpu {
         voxels: &Vec<[i32; 4]>,
         lit: &mut Vec<f32>,
     ) -> Result<(), Error> {
-        batch(self, voxels, lit, |voxel| {
-            dag.filter(IVec4::from_array(*voxel).truncate(), size)
-        })
+        let share = |count| size.share(count);
+        dag.ask(self, CountLit(size), voxels, lit, three, share)
     }
 
     fn filter_bilinear(
@@ -193,9 +194,8 @@ impl Query for Cpu {
         positions: &Vec<[f32; 4]>,
         lit: &mut Vec<f32>,
     ) -> Result<(), Error> {
-        batch(self, positions, lit, |position| {
-            dag.filter_bilinear(Vec4::from_array(*position).truncate(), size)
-        })
+        let three = |position: &[f32; 4]| Vec4::from_array(*position).truncate();
+        dag.ask(self, FilterBilinear(size), positions, lit, three, |lit| lit)
     }
 
     fn depth(

@@ -227,6 +227,68 @@ proptest! {
     }
 }
 
+/// Questions of a picture: texel by texel and row by row, with steps in the grid.
+fn picture() -> impl Strategy<Value = Vec<IVec3>> {
+    let step = || (-2..3_i32, -2..3_i32, -1..2_i32).prop_map(IVec3::from);
+    let size = prop_oneof![
+        Just([1, 1]),
+        Just([7, 13]),
+        (1..90_i32).prop_map(|n| [1, n]),
+        (1..40_i32, 1..40_i32).prop_map(<[i32; 2]>::from),
+    ];
+    (voxel(64), step(), step(), size).prop_map(|(first, along, down, [width, height])| {
+        let first = first.clamp(IVec3::splat(-9), IVec3::splat(73));
+        let at = |i: i32| first + along * (i % width) + down * (i / width);
+        (0..width * height).map(at).collect()
+    })
+}
+
+proptest! {
+    #![proptest_config(reference::property::cases(48))]
+
+    #[test]
+    fn batches_of_pictures_in_any_order_are_single_questions(
+        map in prop_oneof![maps::arbitrary(64), maps::noise(16), maps::noise(8)],
+        rows in picture(),
+        others in picture(),
+        width in prop_oneof![Just(9_u32), (0..40_u32).prop_map(|i| 2 * i + 1)],
+    ) {
+        let size = FilterSize::new(width).unwrap();
+        let backwards = rows.iter().rev().copied().collect();
+        // Two pictures that take turns want the same places.
+        let turns = rows.iter().zip(&others).flat_map(|(a, b)| [*a, *b]).collect();
+        for dag in &build(&map) {
+            for voxels in [&rows, &backwards, &turns] {
+                let places: Vec<Vec3> = voxels.iter().map(|voxel| voxel.as_vec3() + 0.25).collect();
+                for cpu in [Cpu::new(), Cpu::single_threaded()] {
+                    let mut lit = vec![false; voxels.len()];
+                    let (mut hard, mut soft) = (vec![0.0; voxels.len()], vec![0.0; voxels.len()]);
+                    dag.is_lit_batch(&cpu, voxels, &mut lit).unwrap();
+                    dag.filter_batch(&cpu, voxels, size, &mut hard).unwrap();
+                    dag.filter_bilinear_batch(&cpu, &places, size, &mut soft).unwrap();
+                    for i in 0..voxels.len() {
+                        prop_assert_eq!(lit[i], dag.is_lit(voxels[i]));
+                        prop_assert_eq!(hard[i], dag.filter(voxels[i], size));
+                        prop_assert_eq!(soft[i], dag.filter_bilinear(places[i], size));
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_batch_of_the_widest_filter_is_answered() {
+    let size = FilterSize::new(65535).unwrap();
+    for dag in build(&Map::new(64, |x, _| [x / 2; 2])) {
+        let voxels = [IVec3::splat(4), IVec3::MAX, IVec3::MIN, IVec3::splat(4)];
+        let mut lit = [0.0; 4];
+        dag.filter_batch(&Cpu::new(), &voxels, size, &mut lit)
+            .unwrap();
+        assert_eq!(lit, voxels.map(|voxel| dag.filter(voxel, size)));
+    }
+}
+
 #[test]
 fn beside_and_in_front_of_the_map_is_lit_and_behind_it_as_at_its_end() {
     let [dag, ..] = build(&Map::new(8, |x, _| if x < 4 { [0; 2] } else { [8; 2] }));
