@@ -251,7 +251,7 @@ pub(crate) fn mean_cosine(text: &str) -> Result<f32, String> {
 }
 
 /// Finite numbers, separated by commas. Coordinates far from the origin need their digits.
-fn doubles(text: &str) -> Result<Vec<f64>, String> {
+pub(crate) fn doubles(text: &str) -> Result<Vec<f64>, String> {
     let number = |part: &str| match part.trim().parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         _ => Err("expected finite numbers, separated by commas".to_owned()),

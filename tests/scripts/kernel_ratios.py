@@ -4,6 +4,8 @@
     tests/scripts/kernel_ratios.py --run            # measures first, some minutes
     tests/scripts/kernel_ratios.py                  # reads what benches have left
     tests/scripts/kernel_ratios.py --run --record   # the ratios from now on
+    tests/scripts/kernel_ratios.py --run --bench lookups --group voxels --group windows
+                                                    # those of a crate alone
 
 Times differ between machines and hours; ratios of one run differ less. Each kernel is
 divided by its peer, a simpler way to the same answer, and by a copy of the list that it
@@ -30,7 +32,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 RECORD = ROOT / "tests" / "kernel_ratios.json"
 
 # The benches, and for each group its kernels with the peer of each.
-BENCHES = [("crepuscular-airlight", "evaluators"), ("crepuscular-tests", "exact")]
+BENCHES = [
+    ("crepuscular-airlight", "evaluators"),
+    ("crepuscular-shadow-dag", "lookups"),
+    ("crepuscular-tests", "exact"),
+]
 KERNELS = {
     "easy": {
         "table/isotropic, 64 KiB": "sun/512",
@@ -56,12 +62,26 @@ KERNELS = {
     },
     "exact/city": {"together": "ray by ray"},
     "exact/hairball": {"together": "ray by ray"},
+    "voxels": {
+        "plain/rows": "dense/rows",
+        "packed/rows": "dense/rows",
+        "plain/anywhere": "dense/anywhere",
+        "packed/anywhere": "dense/anywhere",
+    },
+    "windows": {
+        "plain/rows": "dense/rows",
+        "packed/rows": "dense/rows",
+        "plain/anywhere": "dense/anywhere",
+        "packed/anywhere": "dense/anywhere",
+    },
 }
 
 
-def run_benches(names):
-    """Runs what is compared, in small measurements."""
+def run_benches(names, benches=None):
+    """Runs what is compared, in small measurements; of some benches if they are named."""
     for package, bench in BENCHES:
+        if benches and bench not in benches:
+            continue
         command = ["cargo", "bench", "--package", package, "--bench", bench, "--"]
         command += ["--warm-up-time", "0.2", "--measurement-time", "0.5", "--sample-size", "20"]
         wanted = "|".join(escaped(name) for name in sorted(names))
@@ -73,9 +93,10 @@ def escaped(name):
     return "".join("\\" + c if c in ".+*?()|[]{}^$\\" else c for c in name)
 
 
-def wanted_names():
+def wanted_names(groups=KERNELS):
     names = set()
-    for group, kernels in KERNELS.items():
+    for group in groups:
+        kernels = KERNELS[group]
         names.add(f"{group}/copy")
         for kernel, peer in kernels.items():
             names.update((f"{group}/{kernel}", f"{group}/{peer}"))
@@ -93,11 +114,11 @@ def read_times(folder):
     return times
 
 
-def ratios(times):
+def ratios(times, groups=KERNELS):
     """The ratios of each kernel to its peer and to the copy; the names without a time."""
-    found, missing = {}, sorted(wanted_names() - set(times))
-    for group, kernels in KERNELS.items():
-        for kernel, peer in kernels.items():
+    found, missing = {}, sorted(wanted_names(groups) - set(times))
+    for group in groups:
+        for kernel, peer in KERNELS[group].items():
             name, others = f"{group}/{kernel}", (f"{group}/{peer}", f"{group}/copy")
             if not {name, *others} & set(missing):
                 to_peer, to_copy = (times[name] / times[other] for other in others)
@@ -140,12 +161,20 @@ def main():
     parser.add_argument("--record", action="store_true", help="record these ratios")
     parser.add_argument("--factor", type=float, default=1.3, help="what counts as slower")
     parser.add_argument("--criterion", type=pathlib.Path, help="folder that benches have left")
+    parser.add_argument("--bench", action="append", help="run this one; may be repeated")
+    parser.add_argument(
+        "--group",
+        action="append",
+        choices=sorted(KERNELS),
+        help="compare or record the kernels of this group; may be repeated",
+    )
     arguments = parser.parse_args()
+    groups = arguments.group or list(KERNELS)
     if arguments.run:
-        run_benches(wanted_names())
+        run_benches(wanted_names(groups), arguments.bench)
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     times = read_times(arguments.criterion or target / "criterion")
-    now, missing = ratios(times)
+    now, missing = ratios(times, groups)
     if missing:
         sys.exit("no times of " + "; ".join(missing) + "\n(--run measures them)")
     if arguments.record:
@@ -153,6 +182,11 @@ def main():
             name: {key: float(f"{value:.4g}") for key, value in ratio.items()}
             for name, ratio in now.items()
         }
+        if arguments.group:
+            record = json.loads(RECORD.read_text())
+            if record["processor"] != processor():
+                sys.exit(f"the other groups were recorded on {record['processor']}")
+            rounded = {**record["ratios"], **rounded}
         text = json.dumps({"processor": processor(), "ratios": rounded}, indent=2)
         RECORD.write_text(text + "\n")
         return

@@ -34,6 +34,12 @@ class KernelRatios(unittest.TestCase):
         self.assertEqual(missing, ["easy/sun/512"])
         self.assertNotIn("easy/table/isotropic, 64 KiB", found)
 
+    def test_groups_are_compared_without_the_others(self):
+        times = {name: 2.0 for name in kernel_ratios.wanted_names(["voxels"])}
+        found, missing = kernel_ratios.ratios(times, ["voxels"])
+        self.assertEqual(missing, [])
+        self.assertEqual(len(found), len(kernel_ratios.KERNELS["voxels"]))
+
     def test_a_kernel_is_slower_if_it_is_so_beside_both(self):
         before = {name: {"peer": 1.0, "copy": 1.0} for name in "abc"}
         now = {
