@@ -46,7 +46,7 @@ impl Angle {
 
     /// The angle by which `self` is ahead of `other`, in [-π, π]: no digits are
     /// lost if they are close to each other.
-    #[inline]
+    #[inline(always)]
     pub fn relative_to(self, other: Self) -> f32 {
         numeric::angle(cross(other.0, self.0) as f32, other.0.dot(self.0))
     }
@@ -54,7 +54,7 @@ impl Angle {
 
 /// `a.x b.y − a.y b.x`, rounded once: both products are exact in f64, so that
 /// vectors next to each other lose no digits.
-#[inline]
+#[inline(always)]
 pub(crate) fn cross(a: Vec2, b: Vec2) -> f64 {
     f64::from(a.x) * f64::from(b.y) - f64::from(a.y) * f64::from(b.x)
 }

@@ -1,8 +1,11 @@
 //! Voxels of epipolar space: from coordinates to texels and bits, and back.
 
+use std::ops::Range;
+
 use glam::Vec2;
 
 use crate::angle::cross;
+use crate::guess::Guess;
 use crate::{
     Angle, Coordinates, Error, EyeRay, LightRay, Phi, Ranges, Resolution, Space, Spacing,
     ViewVolume,
@@ -34,6 +37,7 @@ pub struct Lattice {
     thinnest: f32,
     /// Bounds of the voxels along φ, one more than there are bits.
     bounds: Vec<Vec2>,
+    guess: Guess,
     /// Centres of the voxels along φ.
     light_angles: Vec<Vec2>,
     /// Centres of the voxels along θ: unit vectors.
@@ -80,6 +84,7 @@ impl Lattice {
                 let phi_step = (phi[1] - phi[0]) / f64::from(resolution.bits());
                 (2.0 * alpha_step.max(phi_step)) as f32
             },
+            guess: Guess::new(&bounds, space.is_directional()),
             light_angles: bounds.windows(2).map(middle).collect(),
             planes: (0..resolution.theta())
                 .map(|i| theta_low + (f64::from(i) + 0.5) * theta_step)
@@ -150,14 +155,14 @@ impl Lattice {
 
     /// The position of an α; below 0 or above the number of texels if it is
     /// outside of the range.
-    #[inline]
+    #[inline(always)]
     pub fn alpha_position(&self, alpha: Angle) -> f32 {
         alpha.relative_to(self.alpha_start) * self.alpha_scale
     }
 
     /// The position of a θ; below 0 or above the number of texels if it is
     /// outside of a range that does not [wrap](Ranges::wraps).
-    #[inline]
+    #[inline(always)]
     pub fn theta_position(&self, theta: Angle) -> f32 {
         0.5 * self.resolution.theta() as f32
             + theta.relative_to(self.theta_centre) * self.theta_scale
@@ -171,7 +176,35 @@ impl Lattice {
     /// directional light it is the share of the distance.
     #[inline]
     pub fn phi_position(&self, phi: Phi) -> f32 {
-        let pair = phi.0;
+        self.phi_position_in(self.guess.cell(phi.0), phi.0)
+    }
+
+    /// The cell of a pair, from which [`Lattice::phi_position_in`] starts.
+    #[inline(always)]
+    pub(crate) fn phi_cell(&self, pair: Vec2) -> usize {
+        self.guess.cell(pair)
+    }
+
+    /// The position of a φ, whatever the cell, soonest with its own.
+    #[inline]
+    pub(crate) fn phi_position_in(&self, cell: usize, pair: Vec2) -> f32 {
+        let last = self.bounds.len() - 2;
+        let guess = self.guess.bound(cell);
+        let after = cross(self.bounds[guess + 1], pair) >= 0.0;
+        let first = (guess + usize::from(after)).min(last);
+        let passed = cross(self.bounds[first], pair);
+        let left = cross(pair, self.bounds[first + 1]);
+        let found = (first == 0 || passed >= 0.0) && (first == last || left > 0.0);
+        if found {
+            position_between(first, passed, left)
+        } else {
+            self.search_phi(pair)
+        }
+    }
+
+    /// The position of a φ without a guess.
+    #[cold]
+    pub(crate) fn search_phi(&self, pair: Vec2) -> f32 {
         let mut first = 0;
         let mut count = self.bounds.len() - 1;
         // The last bound at or below φ, the end of the range excluded.
@@ -181,12 +214,8 @@ impl Lattice {
             first += if passed { half } else { 0 };
             count -= half;
         }
-        let passed = cross(self.bounds[first], pair).max(0.0);
-        let left = cross(pair, self.bounds[first + 1]).max(0.0);
-        let sum = passed + left;
-        let share = if sum > 0.0 { passed / sum } else { 0.5 };
-        // In f64, not to be rounded before the sum is.
-        (f64::from(first as u32) + share) as f32
+        let passed = cross(self.bounds[first], pair);
+        position_between(first, passed, cross(pair, self.bounds[first + 1]))
     }
 
     /// The φ at a position: the inverse of [`Lattice::phi_position`] to 2 ULP
@@ -199,6 +228,9 @@ impl Lattice {
         let position = position.clamp(0.0, bits as f32);
         let first = (position as usize).min(bits as usize - 1);
         let share = f64::from(position - first as f32);
+        if share == 0.0 {
+            return Phi(self.bounds[first]);
+        }
         let [from, to] = [first, first + 1].map(|i| self.bounds[i].as_dvec2());
         Phi::of((from + share * (to - from)).as_vec2())
     }
@@ -255,17 +287,41 @@ impl Lattice {
     /// visible shadows.
     #[inline]
     pub fn blocked_from(&self, bit: usize, distance: f32) -> u32 {
-        if !(distance.abs() < f32::MAX) {
-            return self.resolution.alpha();
+        if self.space.is_directional() {
+            self.blocked::<true>(self.light_angles[bit], distance)
+        } else {
+            self.blocked::<false>(self.light_angles[bit], distance)
         }
-        let phi = self.light_angles[bit];
-        let alpha = self.space.alpha_along_unit(phi, distance);
-        // The vector of a point light's α is as long as the blocker is away.
-        let eye_light = self.space.distance();
-        if eye_light < self.thinnest * alpha.0.length() {
-            return self.resolution.alpha();
-        }
-        // Negative numbers become 0.
-        (self.alpha_position(alpha) as u32).min(self.resolution.alpha())
     }
+
+    /// [`Lattice::blocked_from`] for a light ray of [`Lattice::light_angles`].
+    #[inline(always)]
+    pub(crate) fn blocked<const DIRECTIONAL: bool>(&self, phi: Vec2, distance: f32) -> u32 {
+        let alpha = self.space.alpha_of::<DIRECTIONAL>(phi, distance);
+        // The vector of a point light's α is as long as the blocker is away.
+        let thin = self.space.distance() < self.thinnest * alpha.length();
+        let blocks = (distance.abs() < f32::MAX) & !thin;
+        // Negative numbers become 0.
+        let index = (self.alpha_position(Angle(alpha)) as u32).min(self.resolution.alpha());
+        if blocks {
+            index
+        } else {
+            self.resolution.alpha()
+        }
+    }
+
+    /// Some of [`Lattice::light_angles`].
+    pub(crate) fn units(&self, bits: Range<usize>) -> &[Vec2] {
+        &self.light_angles[bits]
+    }
+}
+
+/// The position between two bounds, from the cross products with both.
+#[inline(always)]
+fn position_between(first: usize, passed: f64, left: f64) -> f32 {
+    let (passed, left) = (passed.max(0.0), left.max(0.0));
+    let sum = passed + left;
+    let share = if sum > 0.0 { passed / sum } else { 0.5 };
+    // In f64, not to be rounded before the sum is.
+    (f64::from(first as u32) + share) as f32
 }

@@ -40,6 +40,7 @@
 //!   [`ViewVolume`] can see.
 //! * [`Lattice`] divides ranges into voxels: texels along α and θ
 //!   ([`Resolution`]), bits along φ ([`Spacing`]).
+//! * [`Lattice::locate_rays`] finds the positions of eye rays, a block at a time.
 //! * [`Locate`] is the step that finds the positions of many points, on any
 //!   backend.
 //! * `gpu` (feature `wgsl`) has the same for shaders.
@@ -63,12 +64,14 @@ mod error;
 mod footprint;
 #[cfg(feature = "wgsl")]
 pub mod gpu;
+mod guess;
 mod lattice;
 mod light;
 mod limits;
 mod locate;
 mod numeric;
 mod ranges;
+mod rays;
 mod resolution;
 mod space;
 mod spacing;
@@ -83,6 +86,7 @@ pub use light::Light;
 pub use limits::{FARTHEST, SMALLEST_DISTANCE};
 pub use locate::Locate;
 pub use ranges::Ranges;
+pub use rays::{RAYS, RayBlock};
 pub use resolution::Resolution;
 pub use space::{Coordinates, EyeRay, LightRay, Phi, Space};
 pub use spacing::Spacing;

@@ -185,31 +185,37 @@ impl Space {
     /// direction that is 0 or not finite counts as the direction to the light.
     #[inline]
     pub fn ray(&self, direction: impl Into<[f32; 3]>) -> EyeRay {
-        let direction = Vec3::from(direction.into());
-        let largest = direction.abs().max_element();
-        if !(largest > 0.0 && direction.is_finite()) {
-            return EyeRay {
-                alpha: Angle::of(Vec2::X),
-                theta: Angle::of(Vec2::X),
-            };
+        let [alpha, theta] = self.angles(direction.into());
+        EyeRay {
+            alpha: Angle::of(alpha),
+            theta: Angle::of(theta),
         }
-        // Scaled, so that θ does not overflow or underflow in f32.
-        self.ray_along(direction.as_dvec3() / f64::from(largest))
     }
 
-    /// The ray along a vector whose components are normal numbers in f32.
-    #[inline]
-    fn ray_along(&self, v: DVec3) -> EyeRay {
+    /// The vectors of α and θ of a ray, without a branch.
+    #[inline(always)]
+    pub(crate) fn angles(&self, [x, y, z]: [f32; 3]) -> [[f32; 2]; 2] {
+        let largest = x.abs().max(y.abs()).max(z.abs());
+        let usable = (largest > 0.0) & x.is_finite() & y.is_finite() & z.is_finite();
+        let v = DVec3::new(x.into(), y.into(), z.into());
+        let angles = self.angles_along(v, largest.into());
+        if usable { angles } else { [[1.0, 0.0]; 2] }
+    }
+
+    /// The same of a vector of numbers of f32, or sums of such, and its largest component.
+    #[inline(always)]
+    fn angles_along(&self, v: DVec3, largest: f64) -> [[f32; 2]; 2] {
         let theta = self.across(v);
         let alpha = DVec2::new(v.dot(self.exact[0]), theta.length());
-        EyeRay {
-            alpha: Angle::of((alpha / alpha.length()).as_vec2()),
-            theta: Angle::of(theta.as_vec2()),
-        }
+        // θ is scaled by a power of two, so as not to overflow or underflow in f32.
+        let exponent = largest.to_bits() & (0x7ff << 52);
+        let scale = f64::from_bits((2046_u64 << 52).wrapping_sub(exponent));
+        let unit = alpha * (1.0 / alpha.length());
+        [unit, theta * scale].map(|v| v.as_vec2().into())
     }
 
     /// The components across the axis.
-    #[inline]
+    #[inline(always)]
     fn across(&self, v: DVec3) -> DVec2 {
         DVec2::new(v.dot(self.exact[1]), v.dot(self.exact[2]))
     }
@@ -230,7 +236,8 @@ impl Space {
         let from_eye = point.as_dvec3() - self.eye.as_dvec3();
         let largest = from_eye.abs().max_element();
         let ray = if largest > 0.0 {
-            self.ray_along(from_eye / largest)
+            let [alpha, theta] = self.angles_along(from_eye, largest).map(Angle::of);
+            EyeRay { alpha, theta }
         } else {
             self.ray(Vec3::ZERO)
         };
@@ -301,18 +308,27 @@ impl Space {
     /// φ of the point at `distance` (metres, ≥ 0, may be infinite) along a ray.
     #[inline]
     pub fn phi_along(&self, ray: &EyeRay, distance: f32) -> Phi {
-        let Vec2 { x: cos, y: sin } = ray.alpha.0;
-        if !(distance <= FARTHEST) {
-            // The limit of the pairs below divided by the distance.
-            let w = if self.is_directional() { 0.0 } else { -cos };
-            return Phi(Vec2::new(w, sin));
+        if self.is_directional() {
+            self.phi_of::<true>(ray.alpha.0, distance)
+        } else {
+            self.phi_of::<false>(ray.alpha.0, distance)
         }
-        let w = if self.is_directional() {
+    }
+
+    /// [`Space::phi_along`] for a light that is known to be directional or not.
+    #[inline(always)]
+    pub(crate) fn phi_of<const DIRECTIONAL: bool>(&self, alpha: Vec2, distance: f32) -> Phi {
+        let Vec2 { x: cos, y: sin } = alpha;
+        // The limit of the pairs below divided by the distance.
+        let endless = Vec2::new(if DIRECTIONAL { 0.0 } else { -cos }, sin);
+        let w = if DIRECTIONAL {
             1.0
         } else {
             self.distance - distance * cos
         };
-        Phi(Vec2::new(w, distance * sin))
+        let reached = Vec2::new(w, distance * sin);
+        let ends = distance <= FARTHEST;
+        Phi(if ends { reached } else { endless })
     }
 
     /// The distance along a ray at which it has reached φ, +∞ if it never
@@ -374,12 +390,21 @@ impl Space {
     }
 
     #[inline]
-    pub(crate) fn alpha_along_unit(&self, phi: Vec2, distance: f32) -> Angle {
-        Angle::of(if self.is_directional() {
-            Vec2::new(-distance, phi.y)
+    fn alpha_along_unit(&self, phi: Vec2, distance: f32) -> Angle {
+        Angle(if self.is_directional() {
+            self.alpha_of::<true>(phi, distance)
         } else {
-            let distance = distance.max(0.0);
-            Vec2::new(self.distance - distance * phi.x, distance * phi.y)
+            self.alpha_of::<false>(phi, distance)
         })
+    }
+
+    /// The vector of [`Space::alpha_along`] for a pair of length 1, or with w = 1.
+    #[inline(always)]
+    pub(crate) fn alpha_of<const DIRECTIONAL: bool>(&self, phi: Vec2, distance: f32) -> Vec2 {
+        if DIRECTIONAL {
+            return Vec2::new(-distance, phi.y);
+        }
+        let distance = distance.max(0.0);
+        Vec2::new(self.distance - distance * phi.x, distance * phi.y)
     }
 }

@@ -14,6 +14,7 @@ use epipolar::{Lattice, LightRay, Resolution};
 use gpu_backend::{Backend, Buffer, Cpu, Host, Memory};
 
 use crate::error::{same_length, same_resolution, too_many_tiles};
+use crate::rectify::rectify_plane;
 use crate::{Error, Sampling, ShadowVolume};
 
 /// The [index maps](crate::IndexMap) of many lights, one after the other.
@@ -304,15 +305,9 @@ impl<S: AtlasBlocker + ?Sized> RectifyAtlas<S> for Cpu {
             let tile = first / rays;
             let lattice = &lattices[tile];
             let theta = first / bits as usize % planes;
-            // A loop for each step: turns of short loops overlap in the processor.
-            let along: Vec<LightRay> = (0..plane.len())
-                .map(|bit| lattice.light_ray(theta, bit))
-                .collect();
-            let mut distances = vec![f32::INFINITY; plane.len()];
-            source.distances(tile, &along, &mut distances);
-            for (bit, (index, distance)) in plane.iter_mut().zip(&distances).enumerate() {
-                *index = lattice.blocked_from(bit, *distance);
-            }
+            rectify_plane(lattice, theta, plane, |rays, distances| {
+                source.distances(tile, rays, distances);
+            });
         });
         Ok(())
     }

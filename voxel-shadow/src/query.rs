@@ -117,9 +117,8 @@ impl Query for Cpu {
         let capacity = capacity(rays.len(), intervals.len(), counts.len())?;
         if capacity == 0 {
             self.for_each_chunk(counts, CHUNK, |first, counts| {
-                for (count, ray) in counts.iter_mut().zip(&rays[first..]) {
-                    *count = ray_shadow(volume, ray).runs().count() as u32;
-                }
+                let rays = &rays[first..][..counts.len()];
+                volume.ray_shadows(rays, |i, ray| counts[i] = ray.runs().count() as u32);
             });
             return Ok(());
         }
@@ -129,27 +128,23 @@ impl Query for Cpu {
             .zip(counts.chunks_mut(CHUNK))
             .collect();
         self.for_each_chunk(&mut work, 1, |index, work| {
-            let mut found = Vec::new();
             for (intervals, counts) in work {
-                let rays = &rays[index * CHUNK..];
-                let each = intervals.chunks_exact_mut(capacity);
-                for ((intervals, count), ray) in each.zip(counts.iter_mut()).zip(rays) {
-                    found.clear();
-                    ray_shadow(volume, ray).lit_intervals(&mut found);
-                    *count = found.len() as u32;
-                    for (place, interval) in intervals.iter_mut().zip(&found) {
-                        *place = *interval;
+                let rays = &rays[index * CHUNK..][..counts.len()];
+                volume.ray_shadows(rays, |i, ray| {
+                    let places = &mut intervals[i * capacity..][..capacity];
+                    let mut count = 0;
+                    for interval in ray.lit_runs() {
+                        if let Some(place) = places.get_mut(count) {
+                            *place = interval;
+                        }
+                        count += 1;
                     }
-                }
+                    counts[i] = count as u32;
+                });
             }
         });
         Ok(())
     }
-}
-
-fn ray_shadow<'a>(volume: &ShadowVolume<'a, Host>, ray: &[f32; 4]) -> RayShadow<'a> {
-    let ray = Vec4::from_array(*ray);
-    volume.ray_shadow(ray.truncate(), ray.w)
 }
 
 fn for_each_ray(
@@ -160,9 +155,8 @@ fn for_each_ray(
     answer: impl Fn(RayShadow<'_>) -> f32 + Sync,
 ) {
     cpu.for_each_chunk(results, CHUNK, |first, chunk| {
-        for (value, ray) in chunk.iter_mut().zip(&rays[first..]) {
-            *value = answer(ray_shadow(volume, ray));
-        }
+        let rays = &rays[first..][..chunk.len()];
+        volume.ray_shadows(rays, |i, ray| chunk[i] = answer(ray));
     });
 }
 

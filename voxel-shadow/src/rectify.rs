@@ -19,6 +19,14 @@ pub trait FirstBlocker: Sync {
     /// level with the eye, so that blockers nearer to the light are at
     /// negative distances. NaN counts as no blocker.
     fn distance(&self, ray: &LightRay) -> f32;
+
+    /// The same for many rays, one distance for each.
+    #[inline]
+    fn distances(&self, rays: &[LightRay], distances: &mut [f32]) {
+        for (ray, distance) in rays.iter().zip(distances) {
+            *distance = self.distance(ray);
+        }
+    }
 }
 
 impl<F: Fn(&LightRay) -> f32 + Sync> FirstBlocker for F {
@@ -53,12 +61,44 @@ impl<S: FirstBlocker + ?Sized> Rectify<S> for Cpu {
         check(lattice, map)?;
         let bits = lattice.resolution().bits() as usize;
         self.for_each_chunk(map.indices_mut(), bits, |first, plane| {
-            for (bit, index) in plane.iter_mut().enumerate() {
-                let ray = lattice.light_ray(first / bits, bit);
-                *index = lattice.blocked_from(bit, source.distance(&ray));
-            }
+            rectify_plane(lattice, first / bits, plane, |rays, distances| {
+                source.distances(rays, distances);
+            });
         });
         Ok(())
+    }
+}
+
+/// Light rays that are asked about together: bits come 32 at a time, and these fit into the
+/// first-level cache beside what a source needs.
+const TOGETHER: usize = 64;
+
+/// The indices of the light rays of a plane, whose first blockers `distances` finds.
+///
+/// A loop for each step: turns of short loops overlap in the processor, and the angles at
+/// the end are computed with vector instructions. What binds is the source: misses of the
+/// cache of a shadow map take four fifths of the time.
+pub(crate) fn rectify_plane(
+    lattice: &Lattice,
+    theta: usize,
+    plane: &mut [u32],
+    distances: impl Fn(&[LightRay], &mut [f32]),
+) {
+    let none = LightRay {
+        origin: [0.0; 3],
+        direction: [0.0; 3],
+    };
+    let mut rays = [none; TOGETHER];
+    let mut found = [f32::INFINITY; TOGETHER];
+    for (block, indices) in plane.chunks_mut(TOGETHER).enumerate() {
+        let first = block * TOGETHER;
+        let rays = &mut rays[..indices.len()];
+        let found = &mut found[..indices.len()];
+        for (bit, ray) in rays.iter_mut().enumerate() {
+            *ray = lattice.light_ray(theta, first + bit);
+        }
+        distances(rays, found);
+        lattice.blocked_from_each(first, found, indices);
     }
 }
 

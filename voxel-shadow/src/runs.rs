@@ -72,26 +72,18 @@ impl Pair<'_> {
         at_first * before + between + at_last * after
     }
 
-    /// The first bit above `bit` at which one of the two texels changes, or
-    /// the number of bits.
+    /// The bits of a word at which one of the two texels changes: those that differ from the
+    /// bit before them, which may be in the word before. Bit 0 of the texels is none.
     #[inline]
-    fn next_change(&self, bit: u32) -> u32 {
-        let at = (bit / 32) as usize;
-        // Combined with copies of the bits at `bit`, equal bits are 0 and the first 1 is the
-        // first change of either texel.
-        let ones = |texel: &[u32]| ((texel[at] >> (bit % 32)) & 1).wrapping_neg();
-        let (ones_first, ones_second) = (ones(self.first), ones(self.second));
-        let differs = |first: u32, second: u32| (first ^ ones_first) | (second ^ ones_second);
-        let mut found = differs(self.first[at], self.second[at]) & (u32::MAX << (bit % 32));
-        let mut word = at;
-        while found == 0 {
-            word += 1;
-            if word == self.first.len() {
-                return 32 * word as u32;
-            }
-            found = differs(self.first[word], self.second[word]);
-        }
-        32 * word as u32 + found.trailing_zeros()
+    fn changes(&self, word: usize) -> u32 {
+        let changes = |texel: &[u32]| {
+            let before = match word.checked_sub(1) {
+                Some(before) => texel[before] >> 31,
+                None => texel[0] & 1,
+            };
+            texel[word] ^ (texel[word] << 1 | before)
+        };
+        changes(self.first) | changes(self.second)
     }
 }
 
@@ -119,6 +111,9 @@ fn blend(first: u32, second: u32, share: f32) -> f32 {
 ///
 /// In order; neighbours differ in visibility. A ray that ends where it begins
 /// has one run of length 0, if it is lit.
+///
+/// All changes of a word are found at once, and then read off one by one; what binds is the
+/// branch at the end of each run, which is hard to foresee.
 #[derive(Debug, Clone)]
 pub struct Runs<'a> {
     texels: Pair<'a>,
@@ -126,9 +121,12 @@ pub struct Runs<'a> {
     bias: f32,
     /// The position where the ray ends.
     end: f32,
-    /// The next bit, and the last of the ray.
+    /// The first bit of the next run, and the last bit of the ray.
     bit: u32,
     last: u32,
+    /// A word, and those of its changes that come after `bit`.
+    word: u32,
+    changes: u32,
     /// Where the next run begins.
     start: f32,
     done: bool,
@@ -140,15 +138,34 @@ impl<'a> Runs<'a> {
     pub(crate) fn new(texels: Pair<'a>, bias: f32, end: f32) -> Self {
         let highest = (32 * texels.first.len() - 1) as f32;
         let bit_at = |position: f32| (position + bias).clamp(0.0, highest) as u32;
+        let bit = bit_at(0.0);
+        let word = bit / 32;
         Self {
             texels,
             bias,
             end,
-            bit: bit_at(0.0),
+            bit,
             last: bit_at(end),
+            word,
+            changes: texels.changes(word as usize) & (!1 << (bit % 32)),
             start: 0.0,
             done: false,
         }
+    }
+
+    /// The next bit at which one of the texels changes, `None` if it is beyond the ray.
+    #[inline]
+    fn next_change(&mut self) -> Option<u32> {
+        while self.changes == 0 {
+            if self.word >= self.last / 32 {
+                return None;
+            }
+            self.word += 1;
+            self.changes = self.texels.changes(self.word as usize);
+        }
+        let bit = 32 * self.word + self.changes.trailing_zeros();
+        self.changes &= self.changes - 1;
+        (bit <= self.last).then_some(bit)
     }
 }
 
@@ -160,13 +177,15 @@ impl Iterator for Runs<'_> {
         while !self.done {
             let visibility = self.texels.visibility(self.bit);
             let start = self.start;
-            let change = self.texels.next_change(self.bit);
-            if change > self.last {
-                self.done = true;
-                self.start = self.end;
-            } else {
-                self.bit = change;
-                self.start = (change as f32 - self.bias).min(self.end);
+            match self.next_change() {
+                Some(bit) => {
+                    self.bit = bit;
+                    self.start = (bit as f32 - self.bias).min(self.end);
+                }
+                None => {
+                    self.done = true;
+                    self.start = self.end;
+                }
             }
             if visibility > 0.0 && (start < self.start || self.end == 0.0) {
                 return Some(Run {

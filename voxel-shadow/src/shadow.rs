@@ -9,7 +9,7 @@
 //! the paper compares distances at the axis itself; here all rays within a part of a voxel
 //! of it are treated like this.
 
-use epipolar::{EyeRay, FARTHEST, Lattice};
+use epipolar::{EyeRay, FARTHEST, Lattice, RAYS, RayBlock};
 use glam::Vec3;
 use gpu_backend::{Host, Memory};
 
@@ -185,9 +185,40 @@ impl<'a> ShadowVolume<'a, Host> {
         let ray = space.ray(direction);
         let surface = surface.max(0.0);
         let end = self.lattice.phi_position(space.phi_along(&ray, surface));
+        let alpha = self.lattice.alpha_position(ray.alpha);
+        let theta = self.lattice.theta_position(ray.theta);
+        let texels = self.texels([alpha, theta], surface);
+        self.shadow_of(texels, ray, surface, end)
+    }
+
+    /// [`ShadowVolume::ray_shadow`] of many rays, for less time: calls `each`
+    /// with the number and the shadow of each ray, in order. Rays are a direction of any
+    /// length and, as the fourth number, the distance of the surface in metres.
+    ///
+    /// What binds is the reading of the runs, with a branch that is hard to foresee at the end
+    /// of each, and the cache miss of a texel that no neighbour has read.
+    #[inline]
+    pub fn ray_shadows(&self, rays: &[[f32; 4]], mut each: impl FnMut(usize, RayShadow<'a>)) {
+        let mut block = RayBlock::default();
+        let mut number = 0;
+        for rays in rays.chunks(RAYS) {
+            self.lattice.locate_rays(rays, &mut block);
+            for i in 0..rays.len() {
+                let surface = block.surface(i);
+                let positions = [block.alpha_position(i), block.theta_position(i)];
+                let texels = self.texels(positions, surface);
+                let shadow = self.shadow_of(texels, block.ray(i), surface, block.end(i));
+                each(number, shadow);
+                number += 1;
+            }
+        }
+    }
+
+    #[inline]
+    fn shadow_of(&self, texels: Texels<'a>, ray: EyeRay, surface: f32, end: f32) -> RayShadow<'a> {
         RayShadow {
             lattice: self.lattice,
-            texels: self.texels(&ray, surface),
+            texels,
             phi_bias: self.sampling.phi_bias,
             interpolate: self.sampling.interpolate,
             ray,
@@ -204,16 +235,17 @@ impl<'a> ShadowVolume<'a, Host> {
         let space = self.lattice.space();
         let place = space.coordinates(point);
         let surface = (point - Vec3::from(space.eye())).length();
-        let texels = self.texels(&place.ray, surface);
+        let alpha = self.lattice.alpha_position(place.ray.alpha);
+        let theta = self.lattice.theta_position(place.ray.theta);
+        let texels = self.texels([alpha, theta], surface);
         let position = self.lattice.phi_position(place.phi);
         sample(texels, position, self.sampling)
     }
 
-    /// The texels of a ray.
+    /// The texels of a ray, from its positions along α and θ.
     #[inline]
-    fn texels(&self, ray: &EyeRay, surface: f32) -> Texels<'a> {
+    fn texels(&self, [alpha, theta]: [f32; 2], surface: f32) -> Texels<'a> {
         let resolution = self.lattice.resolution();
-        let alpha = self.lattice.alpha_position(ray.alpha);
         if self.lattice.starts_on_axis() && alpha < self.sampling.axis {
             return Texels::Axis {
                 lit: surface >= self.lattice.space().distance().min(FARTHEST),
@@ -221,7 +253,6 @@ impl<'a> ShadowVolume<'a, Host> {
         }
         let highest = (resolution.alpha() - 1) as f32;
         let row = (alpha + self.sampling.alpha_bias).clamp(0.0, highest) as u32;
-        let theta = self.lattice.theta_position(ray.theta);
         let planes = resolution.theta();
         let (first, second, share) = if self.sampling.interpolate {
             let (below, share) = split(theta - 0.5, planes);
