@@ -36,6 +36,7 @@ BENCHES = [
     ("crepuscular-airlight", "evaluators"),
     ("crepuscular-shadow-dag", "lookups"),
     ("crepuscular-tests", "exact"),
+    ("crepuscular-voxel-shadow", "steps"),
 ]
 KERNELS = {
     "easy": {
@@ -73,6 +74,14 @@ KERNELS = {
         "packed/rows": "dense/rows",
         "plain/anywhere": "dense/anywhere",
         "packed/anywhere": "dense/anywhere",
+    },
+    "query of 128 bits": {
+        "many lit intervals/nearest": "128 lookups",
+        "many lit intervals/interpolated": "128 lookups",
+        "lit fraction/interpolated": "128 lookups",
+    },
+    "build 512^3": {
+        "rectify/one thread": "first blockers",
     },
 }
 

@@ -1,6 +1,7 @@
 //! The steps of a shadow volume, each beside what it is measured by: the scan
 //! beside a plain copy of the same buffer, a query of 128 bits beside 128 lookups
-//! in the shadow map that the volume was made from.
+//! in the shadow map that the volume was made from, and rectification beside the
+//! lookups that it is made from.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -204,6 +205,30 @@ fn build(criterion: &mut Criterion) {
         });
         group.finish();
     }
+
+    // The light rays and their blockers, of which no index is made.
+    let bits = resolution.bits() as usize;
+    let mut distances = vec![0.0; resolution.light_rays()];
+    let mut group = criterion.benchmark_group("build 512^3");
+    group.throughput(Throughput::Elements(resolution.light_rays() as u64));
+    group.bench_function("first blockers", |b| {
+        b.iter(|| {
+            for (theta, plane) in distances.chunks_exact_mut(bits).enumerate() {
+                for (bit, distance) in plane.iter_mut().enumerate() {
+                    *distance = source(&lattice.light_ray(theta, bit));
+                }
+            }
+            black_box(&distances);
+        });
+    });
+    let mut copy = distances.clone();
+    group.bench_function("copy", |b| {
+        b.iter(|| {
+            copy.copy_from_slice(black_box(&distances));
+            black_box(&copy);
+        });
+    });
+    group.finish();
 }
 
 fn scan(criterion: &mut Criterion) {
@@ -279,6 +304,8 @@ fn atlas(criterion: &mut Criterion) {
 }
 
 fn query(criterion: &mut Criterion) {
+    /// Intervals of a ray that are kept.
+    const PLACES: usize = 24;
     let map = CubeMap::new(1024, &posts());
     let source = |ray: &LightRay| map.depth(ray.direction.into());
     let cpu = Cpu::single_threaded();
@@ -318,6 +345,14 @@ fn query(criterion: &mut Criterion) {
                 }
             });
         });
+        let mut many = vec![LitInterval::default(); PLACES * rays.len()];
+        let mut counts = vec![0; rays.len()];
+        group.bench_function(BenchmarkId::new("many lit intervals", name), |b| {
+            b.iter(|| {
+                cpu.lit_intervals(&volume, &rays, &mut many, &mut counts)
+                    .expect("a batch");
+            });
+        });
         let mut fractions = vec![0.0; rays.len()];
         group.bench_function(BenchmarkId::new("lit fraction", name), |b| {
             b.iter(|| {
@@ -353,6 +388,13 @@ fn query(criterion: &mut Criterion) {
                 }
                 black_box(&intervals);
             }
+        });
+    });
+    let mut copy = rays.clone();
+    group.bench_function("copy", |b| {
+        b.iter(|| {
+            copy.copy_from_slice(black_box(&rays));
+            black_box(&copy);
         });
     });
     group.finish();
