@@ -4,6 +4,8 @@
 //! are implemented here, in f64, and are watertight: a ray through the common edge of two
 //! triangles hits at least one of them.
 
+mod preorder;
+
 use std::fmt;
 use std::time::Duration;
 
@@ -14,6 +16,8 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 
 use crate::{Caster, Coatings, Geometry, Ray};
+
+pub use preorder::{Preorder, PreorderNode};
 
 /// The triangles of a scene, arranged for tracing.
 #[derive(Clone)]
