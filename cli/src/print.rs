@@ -1,8 +1,10 @@
 //! Text: results on standard output, whatever else there is to say on standard
 //! error.
 
+use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use crate::failure::Failure;
 
@@ -47,6 +49,15 @@ pub(crate) fn note(notes: &[String]) {
         for note in notes {
             complain(&format!("note: {note}"));
         }
+    }
+}
+
+/// Writes a note to standard error, unless it has been written before.
+pub(crate) fn note_once(what: &str) {
+    static WRITTEN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if written.insert(what.into()) {
+        note(&[what.into()]);
     }
 }
 

@@ -43,6 +43,10 @@ pub trait Watch: Sync {
     /// The airlight of so many more rays, from one light each, has been gathered.
     fn gathered(&self, _rays: usize) {}
 
+    /// Something is done in another way than was asked for: a sentence without a stop, which
+    /// may come more than once.
+    fn told(&self, _what: &str) {}
+
     /// Is asked when `done` of `total` lights have been gathered; `false` stops the method.
     fn goes_on(&self, _done: usize, _total: usize) -> bool {
         true

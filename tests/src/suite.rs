@@ -11,7 +11,7 @@ use lighting::visibility::{March, Unshadowed};
 use lighting::voxelized::{BuildVoxels, VoxelShadow, VoxelVolume};
 
 /// What a backend must be able to do to be tested: every step there is but
-/// exact visibility, which is traced on the CPU.
+/// exact visibility, whose source is of another type on each backend.
 pub trait Subject:
     Download
     + MethodBackend

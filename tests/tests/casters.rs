@@ -172,6 +172,7 @@ fn both_backends_agree_behind_masks_and_panes_but_for_rays_at_an_edge() {
         let scale = image(&cpu, inputs, &unshadowed, 8).unwrap().unwrap();
         for (visibility, airlight, detail) in [
             ("none", "gauss", None),
+            ("exact", "gauss", None),
             ("translucent", "gauss", Some(1)),
             ("translucent", "table", None),
         ] {

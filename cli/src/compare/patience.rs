@@ -1,10 +1,11 @@
-//! How long lights may be prepared.
+//! How long lights may be prepared, and what is told meanwhile.
 
 use std::time::Instant;
 
 use indicatif::ProgressBar;
 use lighting::Watch;
 
+use crate::print::note_once;
 use crate::progress;
 
 /// Waits no longer than so many seconds, going by what the first lights took.
@@ -25,6 +26,10 @@ impl Patience {
 }
 
 impl Watch for Patience {
+    fn told(&self, what: &str) {
+        note_once(what);
+    }
+
     fn goes_on(&self, done: usize, total: usize) -> bool {
         self.bar.set_length(total as u64);
         self.bar.set_position(done as u64);

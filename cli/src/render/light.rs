@@ -1,5 +1,7 @@
 //! The light of a picture that methods know: that of the air, and of surfaces by area lights.
 
+use std::sync::{Mutex, PoisonError};
+
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{Buffer, Cpu, Download, Host};
 use indicatif::ProgressBar;
@@ -225,7 +227,10 @@ impl Job<'_> {
             asked
         };
         let rays = self.view.rays().len() * emitters.len();
-        let bar = Bar(progress::bar(what, rays as u64));
+        let bar = Bar {
+            bar: progress::bar(what, rays as u64),
+            told: Mutex::default(),
+        };
         let inputs = FrameInputs {
             watch: &bar,
             ..self.inputs(input, (emitters, areas), map, host)
@@ -237,19 +242,32 @@ impl Job<'_> {
             }
             Verdict::Applies | Verdict::Pointless(_) => {}
         }
-        let notes = entry.method().notes(&inputs);
+        let mut notes = entry.method().notes(&inputs);
         let result = run(inputs)?;
-        bar.0.finish_and_clear();
+        bar.bar.finish_and_clear();
+        notes.extend(
+            bar.told
+                .into_inner()
+                .unwrap_or_else(PoisonError::into_inner),
+        );
         Ok((result, notes))
     }
 }
 
-/// A progress bar that counts rays.
-struct Bar(ProgressBar);
+/// A progress bar that counts rays, and what was told meanwhile.
+struct Bar {
+    bar: ProgressBar,
+    told: Mutex<Vec<String>>,
+}
 
 impl Watch for Bar {
     fn gathered(&self, rays: usize) {
-        self.0.inc(rays as u64);
+        self.bar.inc(rays as u64);
+    }
+
+    fn told(&self, what: &str) {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.push(what.into());
     }
 }
 

@@ -42,6 +42,9 @@
 //! software drivers end loops after 65,535 iterations per ray: steps × nodes must stay below
 //! that, and so do the texels of a cookie
 //! ([`MOST_COOKIE_LINES`](crate::scene::MOST_COOKIE_LINES)).
+//! Exact visibility takes a turn for each node of the hierarchy and each triangle that it looks
+//! at, which are up to 3,000 for a ray over 3,200 triangles and grow with their square root:
+//! its methods leave scenes of more than 100,000 triangles to the CPU on a software driver.
 
 mod airlight;
 mod both;

@@ -434,13 +434,13 @@ impl Registry {
 
 /// Makes entries of a kind of source with every evaluator: on every backend where the evaluator
 /// has a shader, or with `cpu:` on the CPU alone. With `many:` they gather many lights in one
-/// pass.
+/// pass; with `within:` a function makes an entry of each pair.
 macro_rules! pairs {
     ($sources:expr, $compared:expr) => {
         $crate::methods::registry::pairs!(@all everywhere, ::std::convert::identity, $sources, $compared)
     };
-    (cpu: $sources:expr, $compared:expr) => {
-        $crate::methods::registry::pairs!(@all on_cpu, ::std::convert::identity, $sources, $compared)
+    (within $method:path: $sources:expr, $compared:expr) => {
+        $crate::methods::registry::pairs!(@all everywhere, $method, $sources, $compared)
     };
     (many: $sources:expr, $compared:expr) => {
         $crate::methods::registry::pairs!(

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "shadow-map")]
 mod agreement;
+#[cfg(all(feature = "shadow-map", feature = "trace"))]
+mod exact;
 #[cfg(feature = "shadow-map")]
 mod hybrids;
 #[cfg(feature = "voxel-shadow")]
@@ -327,6 +329,8 @@ fn every_combination_keeps_to_eight_storage_buffers_and_two_groups() {
         complete::<V, Daylight>();
     }
 
+    #[cfg(feature = "trace")]
+    with_every_evaluator::<crate::methods::exact::UploadedTracer>();
     with_every_evaluator::<Unshadowed>();
     with_every_evaluator::<Map>();
     with_every_evaluator::<Curves>();

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use gpu_backend::Backend;
+use gpu_backend::Cpu;
 
 use super::Exact;
+use super::pair::SolidInShaders;
 use crate::Touching;
 use crate::methods::registry::pairs;
 use crate::methods::{
@@ -13,9 +14,9 @@ use crate::methods::{
 };
 use crate::scene::trace::Tracer;
 
-/// Exact lit intervals of every light. They have no shader.
+/// Exact lit intervals of every light.
 #[derive(Debug, Clone, Copy)]
-struct Traced;
+pub(super) struct Traced;
 
 impl LightSources for Traced {
     fn about(&self) -> SourceAbout {
@@ -47,16 +48,16 @@ impl LightSources for Traced {
     }
 }
 
-impl<B: Backend> SourceOn<B> for Traced {
+impl SourceOn<Cpu> for Traced {
     type Source = Exact<Arc<Tracer>>;
 
-    fn prepare(&self, frame: &Frame<'_, B>, light: usize, _: u32) -> Result<(), MethodError> {
+    fn prepare(&self, frame: &Frame<'_, Cpu>, light: usize, _: u32) -> Result<(), MethodError> {
         self.source(frame, light, 0).map(|_| ())
     }
 
     fn source(
         &self,
-        frame: &Frame<'_, B>,
+        frame: &Frame<'_, Cpu>,
         _: usize,
         _: u32,
     ) -> Result<Exact<Arc<Tracer>>, MethodError> {
@@ -76,7 +77,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         is_baseline: false,
     };
     pairs!(
-            cpu: Traced,
+            within SolidInShaders::new: Traced,
             &[
                 Compared {
                     is_baseline: true,

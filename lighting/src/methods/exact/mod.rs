@@ -2,11 +2,17 @@
 
 #[cfg(test)]
 mod caster_tests;
+#[cfg(feature = "wgpu")]
+pub(crate) mod gpu;
 #[cfg(feature = "methods")]
 mod method;
 mod neighbours;
 #[cfg(test)]
 mod neighbours_tests;
+#[cfg(feature = "methods")]
+mod pair;
+#[cfg(all(feature = "methods", feature = "wgpu"))]
+mod pair_gpu;
 mod plane;
 mod shadow;
 #[cfg(test)]
@@ -14,6 +20,9 @@ mod tests;
 
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
+
+#[cfg(feature = "wgpu")]
+pub use gpu::{UploadTracerError, UploadedTracer};
 
 use std::borrow::Borrow;
 use std::cell::RefCell;
@@ -50,6 +59,9 @@ use shadow::Shadow;
 /// already known to be dark are skipped. A triangle whose plane contains the light is seen
 /// edge-on and blocks nothing. Masks and see-through triangles cost in proportion to the
 /// texels that the plane crosses.
+///
+/// On GPUs (feature `wgpu`) it is an `UploadedTracer` that is asked, with the same lit parts in
+/// f32.
 ///
 /// [`Coating::along`]: crate::scene::Coating::along
 #[derive(Debug, Clone, Copy)]

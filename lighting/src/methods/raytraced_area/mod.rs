@@ -53,8 +53,7 @@
 //! # Limits
 //!
 //! The points are spread evenly over the light, whatever its texture. Both samplers
-//! run on the CPU alone: they walk the hierarchy of the triangles, which has no form
-//! on a GPU. Hair and smoke cast no shadow.
+//! run on the CPU alone: they have no shader. Hair and smoke cast no shadow.
 
 #[cfg(feature = "methods")]
 mod method;
