@@ -388,8 +388,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", conflicts_with_all = ["samples"], value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) quality: Option<u32>,
 
-    /// Which parts of a ray see the light [default: exact, or map-runs if exact does not run on
-    /// the backend]
+    /// Which parts of a ray see the light [default: exact]
     #[arg(long, value_name = "NAME")]
     pub(crate) visibility: Option<String>,
 

@@ -19,23 +19,12 @@ pub(crate) struct Chosen {
     pub(crate) quality: u32,
 }
 
-/// What pairs consist of unless something else is asked for: the first visibility that runs
-/// on the backend. The runs of the shadow map are exact up to its texels.
-const VISIBILITIES: [&str; 2] = ["exact", "map-runs"];
+/// What pairs consist of unless something else is asked for.
+const VISIBILITY: &str = "exact";
 const AIRLIGHT: &str = "quadrature";
 
 fn runs_on(entry: &Entry, backend: BackendName) -> bool {
     backend == BackendName::Cpu || entry.runs_on_gpus()
-}
-
-/// The visibility of a picture for which none is asked.
-fn usual_visibility(methods: &Registry, airlight: &str, backend: BackendName) -> &'static str {
-    let runs = |visibility: &&str| {
-        let pair = methods.pair(visibility, airlight, None);
-        pair.is_some_and(|entry| runs_on(&entry, backend))
-    };
-    let first = VISIBILITIES.into_iter().find(runs);
-    first.unwrap_or(VISIBILITIES[0])
 }
 
 impl Chosen {
@@ -71,8 +60,7 @@ impl Chosen {
             }
             None => {
                 let airlight = args.airlight.as_deref().unwrap_or(AIRLIGHT);
-                let usual = || usual_visibility(methods, airlight, args.backend);
-                let visibility = args.visibility.as_deref().unwrap_or_else(usual);
+                let visibility = args.visibility.as_deref().unwrap_or(VISIBILITY);
                 let missing =
                     || Failure::new(format!("there is no method {visibility} x {airlight}"));
                 methods
