@@ -1,0 +1,204 @@
+//! Airlight by every evaluator, of parts of rays that are hard and of numbers that are none.
+
+use std::sync::LazyLock;
+
+use airlight::{Evaluator, Exact, PhaseFunction, Quadrature, Segment, Segment64, Table};
+
+use super::Bytes;
+
+/// Evaluators of a phase function, and how wrong each may be.
+struct Evaluators {
+    exact: Exact,
+    table: Option<Table>,
+    fine: Quadrature,
+    coarse: Quadrature,
+}
+
+/// One with a table, which takes a moment to make, and some without.
+static ALL: LazyLock<Vec<Evaluators>> = LazyLock::new(|| {
+    let with_table = [
+        PhaseFunction::Isotropic,
+        PhaseFunction::HenyeyGreenstein { g: 0.7 },
+    ];
+    let without = [
+        PhaseFunction::Rayleigh,
+        PhaseFunction::Schlick { k: -0.95 },
+        PhaseFunction::CornetteShanks { g: 0.9 },
+        PhaseFunction::HenyeyGreenstein { g: -0.99 },
+        PhaseFunction::DoubleHenyeyGreenstein {
+            g: [0.9, -0.4],
+            weight: 0.7,
+        },
+    ];
+    let both = with_table.map(|phase| (phase, true)).into_iter();
+    both.chain(without.map(|phase| (phase, false)))
+        .map(|(phase, with_table)| Evaluators {
+            exact: Exact::new(phase).expect("a sound phase function"),
+            table: with_table.then(|| Table::new(&phase, 8).expect("a size of tables")),
+            fine: Quadrature::with_tolerance(phase, 1e-5).expect("a tolerance"),
+            coarse: Quadrature::with_tolerance(phase, 1e-2).expect("a tolerance"),
+        })
+        .collect()
+});
+
+/// Extinction and a part of a ray. Some are any numbers at all.
+fn case(bytes: &mut Bytes<'_>) -> (f32, Segment) {
+    if bytes.below(8) == 0 {
+        let [sigma_t, x, s, h, length] = [(); 5].map(|()| {
+            let extremes = [
+                0.0,
+                -0.0,
+                f32::INFINITY,
+                f32::MAX,
+                f32::NAN,
+                f32::MIN_POSITIVE,
+            ];
+            match bytes.below(3) {
+                0 => bytes.one_of(&extremes),
+                1 => bytes.magnitude(-20.0, 20.0),
+                _ => bytes.any(),
+            }
+        });
+        return (sigma_t, Segment { x, s, h, length });
+    }
+    // Distances between eye and light from 1e-6 m to 1e6 m.
+    let distance = f64::from(bytes.magnitude(-19.9, 19.9));
+    let optical = match bytes.below(8) {
+        0 => 0.0,
+        1 => bytes.between(0.0, 80.0),
+        _ => bytes.magnitude(-30.0, 6.3),
+    };
+    let off = match bytes.below(4) {
+        0 => 0.0,
+        1 => bytes.magnitude(-30.0, 0.0),
+        _ => bytes.between(0.0, 3.2),
+    };
+    let (sine, cosine) = f64::from(off).sin_cos();
+    let cosine = if bytes.flag() { -cosine } else { cosine };
+    let start = match bytes.below(4) {
+        0 => 0.0,
+        1 => cosine,
+        2 => f64::from(bytes.magnitude(-20.0, 8.0)),
+        _ => f64::from(bytes.between(0.0, 2.0)),
+    };
+    let length = match bytes.below(4) {
+        0 => f64::INFINITY,
+        1 => f64::from(bytes.magnitude(-30.0, 8.0)),
+        _ => f64::from(bytes.between(0.0, 2.0)),
+    };
+    let start = start.max(0.0);
+    let segment = Segment {
+        x: (start * distance) as f32,
+        s: ((start - cosine) * distance) as f32,
+        h: (sine.abs() * distance) as f32,
+        length: (length * distance) as f32,
+    };
+    ((f64::from(optical) / distance) as f32, segment)
+}
+
+/// Whether a number among these is no length and no extinction, so that there is no light.
+fn is_nothing(sigma_t: f32, segment: &Segment) -> bool {
+    let Segment { x, s, h, length } = *segment;
+    let is_finite = x.is_finite() && s.is_finite() && h.is_finite();
+    !(is_finite && h >= 0.0 && length >= 0.0 && sigma_t >= 0.0)
+}
+
+/// Whether these are lengths and an extinction.
+fn is_sound(sigma_t: f32, segment: &Segment) -> bool {
+    let Segment { x, s, h, length } = *segment;
+    let is_length = |x: f32| x >= 0.0 && x.is_finite();
+    is_length(sigma_t) && is_length(x) && s.is_finite() && is_length(h) && length >= 0.0
+}
+
+fn check(name: &str, value: f32, truth: f64, bound: f64, case: (f32, Segment)) {
+    assert!(value >= 0.0, "{name}: {value} of {case:?}");
+    let (sigma_t, segment) = case;
+    let normal = f64::from(f32::MIN_POSITIVE) * 1.0001..f64::from(f32::MAX) * 0.9999;
+    // The distances that the promises are about.
+    let eye = f64::from(segment.s) - f64::from(segment.x);
+    let from_light = eye.hypot(f64::from(segment.h));
+    if is_sound(sigma_t, &segment) && (1e-6..=1e6).contains(&from_light) && normal.contains(&truth)
+    {
+        let error = (f64::from(value) / truth - 1.0).abs();
+        assert!(
+            error <= bound,
+            "{name}: {value:e} for {truth:e}, {error:e} of {bound:e}, {case:?}"
+        );
+    }
+}
+
+/// Tables and quadratures keep their bounds against the exact value, of single parts and
+/// of batches; no number makes a result negative or NaN.
+///
+/// # Panics
+/// If not.
+pub fn run(data: &[u8]) {
+    let mut bytes = Bytes::new(data);
+    let evaluators = &ALL[bytes.below(ALL.len())];
+    let mut cases = Vec::new();
+    while cases.len() < 9 && !bytes.is_empty() {
+        cases.push(case(&mut bytes));
+    }
+    let Evaluators {
+        exact,
+        table,
+        fine,
+        coarse,
+    } = evaluators;
+    let truths: Vec<f64> = cases
+        .iter()
+        .map(|(sigma_t, segment)| {
+            let truth = exact.estimate(f64::from(*sigma_t), &Segment64::from(*segment));
+            let is_value = truth.value >= 0.0 && truth.bound >= 0.0;
+            assert!(is_value, "{truth:?} of {sigma_t} {segment:?}");
+            if is_nothing(*sigma_t, segment) {
+                assert_eq!(truth.value, 0.0, "{sigma_t} {segment:?}");
+            }
+            truth.value
+        })
+        .collect();
+    let Some((sigma_t, _)) = cases.first().copied() else {
+        return;
+    };
+    let segments: Vec<Segment> = cases.iter().map(|case| case.1).collect();
+    let each = |name, evaluator: &dyn Evaluator, bound| {
+        for (case, truth) in cases.iter().zip(&truths) {
+            check(
+                name,
+                evaluator.airlight(case.0, &case.1),
+                *truth,
+                bound,
+                *case,
+            );
+        }
+        // Of one extinction: the others' truth is another.
+        let mut values = vec![f32::NAN; segments.len()];
+        evaluator.airlight_batch(sigma_t, &segments, &mut values);
+        for (segment, value) in segments.iter().zip(values) {
+            let truth = exact.airlight(f64::from(sigma_t), &Segment64::from(*segment));
+            check(name, value, truth, bound, (sigma_t, *segment));
+            if evaluator.has_independent_batches() {
+                let alone = evaluator.airlight(sigma_t, segment);
+                assert_eq!(value, alone, "{name}: {sigma_t} {segment:?}");
+            }
+        }
+    };
+    if let Some(table) = table {
+        each("table", table, f64::from(table.error_bound()));
+    }
+    each("quadrature to 1e-5", fine, 1e-5);
+    each("quadrature to 1e-2", coarse, 1e-2);
+}
+
+/// Cases of every kind for every phase function.
+pub fn seeds() -> Vec<Vec<u8>> {
+    (0..28_u8)
+        .map(|seed| {
+            let mut bytes = vec![(seed % 7) * 37];
+            for i in 0..150_u8 {
+                bytes.push(i.wrapping_mul(83) ^ seed.wrapping_mul(29).rotate_left(3));
+            }
+            bytes
+        })
+        .collect()
+}
