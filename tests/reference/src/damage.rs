@@ -52,11 +52,11 @@ mod tests {
     #[test]
     fn copies_differ_from_the_file_and_are_the_same_in_every_run() {
         let file: Vec<u8> = (0..100).collect();
-        let copies = |seed| {
+        let copies = |seed| -> Vec<Vec<u8>> {
             let mut random = Random::new(seed);
-            (0..100).map(move |_| damaged(&file, &mut random)).collect()
+            (0..100).map(|_| damaged(&file, &mut random)).collect()
         };
-        let (first, again): (Vec<Vec<u8>>, Vec<Vec<u8>>) = (copies(1), copies(1));
+        let (first, again) = (copies(1), copies(1));
         assert_eq!(first, again);
         assert!(first.iter().any(|copy| copy.len() < 100));
         let whole = first.iter().filter(|copy| copy.len() == 100);
