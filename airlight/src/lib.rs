@@ -1,5 +1,8 @@
 //! The light that fog scatters towards the eye, along a ray, from one light.
 //!
+//! The package is `crepuscular-airlight` and the library `airlight`: `Cargo.toml` has the first
+//! name, and `use` the second.
+//!
 //! For a point light of radiant intensity `I` in a homogeneous medium the
 //! airlight of a part of an eye ray is
 //!

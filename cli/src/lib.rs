@@ -1,5 +1,5 @@
-//! The `crepuscular` program as a library: everything but the list of methods,
-//! which is a value. A program with a method of its own is
+//! Internal: not published. The `crepuscular` program as a library: everything but the
+//! list of methods, which is a value. A program with a method of its own is
 //!
 //! ```no_run
 //! use lighting::methods::Registry;

@@ -1,6 +1,9 @@
 //! Epipolar space: coordinates in which eye rays and light rays are
 //! axis-aligned.
 //!
+//! The package is `crepuscular-epipolar` and the library `epipolar`: `Cargo.toml` has the first
+//! name, and `use` the second.
+//!
 //! An eye and a light define an axis. The planes through it are numbered by an
 //! angle θ; within each, a point has an angle α at the eye and an angle φ at
 //! the light. An eye ray is a line of constant (α, θ), a light ray one of constant
@@ -44,6 +47,16 @@
 //! * [`Locate`] is the step that finds the positions of many points, on any
 //!   backend.
 //! * `gpu` (feature `wgsl`) has the same for shaders.
+//!
+//! # Features
+//!
+//! | feature | what |
+//! |---|---|
+//! | `rayon` (default) | [`Locate`] runs on several threads, with the same results |
+//! | `wgsl` | the module `gpu` with parts and records for shaders of your own, without wgpu |
+//! | `wgpu` | [`Locate`] on GPUs as well, and `wgsl` |
+//!
+//! `wgpu` compiles no driver: the module `gpu` of `crepuscular-backend` says how to choose one.
 //!
 //! # Limits
 //!

@@ -5,6 +5,11 @@ use glam::{DVec2, Vec2};
 use crate::{Error, Ranges, Space, ViewVolume};
 
 /// How the samples of φ are spread.
+///
+/// For the light in fog take [`Spacing::Angle`] for a light at a point, which puts many voxels
+/// near the light, and [`Spacing::Airlight`] with the extinction of the fog for a directional
+/// one: equal distances through thick fog would leave few voxels where most of its light comes
+/// from. For surfaces take [`Spacing::Angle`] for both.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Spacing {

@@ -1,5 +1,8 @@
 //! Where data lives and where steps run.
 //!
+//! The package is `crepuscular-backend` and the library `gpu_backend`: `Cargo.toml` has the first
+//! name, and `use` the second. The algorithm crates re-export it as `gpu_backend`.
+//!
 //! Every crate of this workspace computes in *steps*: rasterise a shadow map,
 //! gather the light along a bundle of rays, scan a grid. A step takes and
 //! returns buffers that stay where the work is done. This crate defines

@@ -1,5 +1,21 @@
 //! Light and shadow in fog: single scattering along eye rays.
 //!
+//! The package is `crepuscular-lighting` and the library `lighting`: `Cargo.toml` has the first
+//! name, and `use` the second.
+//!
+//! # Which crate for what
+//!
+//! | you want | take |
+//! |---|---|
+//! | fog with shadows in a renderer's frame, in one call | `lighting::fog_pass` of `crepuscular-lighting`, features `wgpu` and `voxel-shadow` |
+//! | the same in a shader of your own | `voxel_shadow::gpu` of `crepuscular-voxel-shadow` and `airlight::gpu` of `crepuscular-airlight` |
+//! | the glow of a lamp without shadows | `crepuscular-airlight` |
+//! | shadows of what stands still, from a file | `crepuscular-shadow-dag` |
+//! | shadows of smoke, hair and glass | `crepuscular-transmittance` |
+//! | methods compared on a scene of yours | this crate, or the program `crepuscular` |
+//!
+//! # How it works
+//!
 //! Everything here answers one of two questions about an eye ray:
 //!
 //! 1. *Which parts of the ray see the light?* A [`VisibilitySource`] yields the lit intervals of

@@ -1,6 +1,9 @@
 //! Shadows of static geometry, precomputed: a few megabytes that say of every
 //! voxel of a grid of up to 2²⁰ along each axis whether one light reaches it.
 //!
+//! The package is `crepuscular-shadow-dag` and the library `shadow_dag`: `Cargo.toml` has the
+//! first name, and `use` the second.
+//!
 //! The grid lies in the space of the light: texels of a depth map, and slices
 //! along its rays. Its voxels are kept as a directed acyclic graph of nodes no
 //! two of which are equal; what is inside of closed solids, where nobody asks,
@@ -102,6 +105,16 @@
 //!   [`ShadowDag::compress`] takes about half of the packed bytes, and
 //!   [`ShadowDag::read`] packs them again. [`ShadowDag::sizes`] says where
 //!   the bytes are. A [`ShadowSet`] is a file of the shadows of several lights.
+//!
+//! # Features
+//!
+//! | feature | what |
+//! |---|---|
+//! | `rayon` (default) | shadows are built and asked on several threads, with the same results |
+//! | `wgsl` | the module `gpu` with parts and records for shaders of your own, without wgpu |
+//! | `wgpu` | [`Query`] and the depths of a [`Mesh`] on GPUs as well, and `wgsl` |
+//!
+//! `wgpu` compiles no driver: the module `gpu` of `crepuscular-backend` says how to choose one.
 //!
 //! # Limits
 //!

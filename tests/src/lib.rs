@@ -1,4 +1,4 @@
-//! Suites that run on every backend.
+//! Internal: not published. Suites that run on every backend.
 //!
 //! | module | what |
 //! |---|---|

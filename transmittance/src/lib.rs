@@ -1,6 +1,9 @@
 //! How much light gets through smoke, hair and surfaces, at every depth along
 //! each ray of a light: adaptive volumetric shadow maps with an error bound.
 //!
+//! The package is `crepuscular-transmittance` and the library `transmittance`: `Cargo.toml` has
+//! the first name, and `use` the second.
+//!
 //! A light ray meets blockers ([`BlockerSegment`]) in any order. A [`Curve`] holds the
 //! transmittance behind them in at most `N` nodes, whatever their number, and
 //! knows how wrong it can be at each depth. A [`CurveMap`] has a curve per
@@ -40,9 +43,10 @@
 //! order: columns of smoke 1.8 by the paper's rule and 1.1 by `Stream`, voxels
 //! 2.1 and 1.1, hair 2.4 and 1.2, hair in smoke with a wall 2.9 and 1.2; what
 //! the order of the segments changes is a third to a half of what it changes by
-//! the paper's rule over these streams (`tests/quality.rs`), up to 0.64 of it over
-//! the hair of other files. A curve of 8 nodes takes 1.7 to 2 times as
-//! long to make that way (`benches/curves.rs`).
+//! the paper's rule over these streams, up to 0.64 of it over the hair of other
+//! files. A curve of 8 nodes takes 1.7 to 2 times as long to make that way. In the
+//! repository `transmittance/tests/quality.rs` and `transmittance/benches/curves`
+//! measure this.
 //!
 //! # What holds for every curve
 //!

@@ -1,6 +1,9 @@
 //! Voxelized shadow volumes: which parts of an eye ray see a light, read from
 //! one texel.
 //!
+//! The package is `crepuscular-voxel-shadow` and the library `voxel_shadow`: `Cargo.toml` has the
+//! first name, and `use` the second.
+//!
 //! Space is divided along the [epipolar coordinates](epipolar) of an eye and a
 //! light. Each texel is an eye ray, each of its bits a piece of that ray: 1 where
 //! it is in shadow. A frame takes three steps on any backend and then answers
@@ -81,6 +84,23 @@
 //! each, and [`AtlasGrid::volume`] is the [`ShadowVolume`] of one of them. An area
 //! light is many points; let their spaces be [rotated](epipolar::Space::rotated)
 //! against each other, so that the errors of their voxels average.
+//!
+//! # Features
+//!
+//! | feature | what |
+//! |---|---|
+//! | `rayon` (default) | steps of the CPU run on several threads, with the same results |
+//! | `wgsl` | the module `gpu` with parts and records for shaders of your own, without wgpu |
+//! | `wgpu` | all steps on GPUs as well, and `wgsl`: [`Rectify`] and its kind, [`BuildGrid`], [`Query`] |
+//!
+//! `wgpu` compiles no driver: see [`gpu_backend`] for how to choose one.
+//!
+//! # In a renderer
+//!
+//! The module `gpu` has a whole fog shader with the Rust around it, and says what to keep from
+//! frame to frame. How much light arrives from a lit part is the business of the package
+//! `crepuscular-airlight`; `lighting::fog_pass` of `crepuscular-lighting` does everything in one
+//! call.
 //!
 //! # Limits
 //!

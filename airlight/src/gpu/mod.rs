@@ -27,9 +27,59 @@
 //! # A whole shader
 //!
 //! A lamp in fog over a floor, after the parts `PHASE`, `SEGMENT`, `NUMERIC`, `SCALED` and
-//! `TABLE`: the shader of the example `lamp`, which has the 30 lines of Rust as well.
+//! `TABLE`:
 //!
 #![doc = concat!("```wgsl\n", include_str!("../../examples/lamp/lamp.wgsl"), "\n```")]
+//!
+//! The Rust around it, by wgpu 30 (feature `wgpu`). You choose wgpu's driver, as
+//! `gpu_backend::gpu` says. `LAMP` is the text above, and `frame` the plain data of its first
+//! uniform.
+//!
+#![cfg_attr(feature = "wgpu", doc = "```no_run")]
+#![cfg_attr(not(feature = "wgpu"), doc = "```ignore")]
+//! use airlight::gpu::{NUMERIC, PHASE, SCALED, SEGMENT, TABLE};
+//! use airlight::gpu_backend::Backend;
+//! use airlight::gpu_backend::gpu::{Argument, Context, Gpu};
+//! use airlight::{PhaseFunction, Table};
+//! # const LAMP: &str = "";
+//! # fn frame(
+//! #     (device, queue): (wgpu::Device, wgpu::Queue),
+//! #     frame: [[f32; 4]; 3],
+//! # ) -> Result<(), Box<dyn std::error::Error>> {
+//!
+//! // Once per device and phase function.
+//! let context = Context::new(device, queue);
+//! let table = Table::new(&PhaseFunction::HenyeyGreenstein { g: 0.6 }, 64)?;
+//! let cells = Gpu::new(context.clone()).upload(&table.gpu_cells())?;
+//! let parts = [PHASE, SEGMENT, NUMERIC, SCALED, TABLE, LAMP];
+//! let module = context.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+//!     label: Some("lamp"),
+//!     source: wgpu::ShaderSource::Wgsl(parts.join("\n").into()),
+//! });
+//!
+//! // Each frame: the first argument is `@binding(0)`, and so on.
+//! let arguments = [
+//!     Argument::uniform(frame),
+//!     Argument::uniform(table.gpu_uniforms()),
+//!     Argument::read(&cells),
+//! ];
+//! let stages = wgpu::ShaderStages::FRAGMENT;
+//! let layout = context.scoped("lamp", || context.bind_group_layout("lamp", stages, &arguments))?;
+//! let group = context.bind_group("lamp", &layout, &arguments)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! `module` and `layout` go into a render pipeline of your own. With the feature `wgsl` alone,
+//! [`Table::gpu_uniforms`](crate::Table::gpu_uniforms) and
+//! [`Table::gpu_cells`](crate::Table::gpu_cells) are plain data for buffers that you make by any
+//! other means. The whole program is `airlight/examples/lamp` in the repository:
+//!
+//! ```console
+//! $ cargo run -p crepuscular-airlight --example lamp --features wgsl,gpu-backend/vulkan
+//! ```
+//!
+//! # Batches
 //!
 //! With the feature `wgpu` an evaluator with a shader implements
 //! `InShader<EvaluatorSlot>`;

@@ -1,6 +1,9 @@
 //! Scenes: meshes and their instances, hair and smoke, a camera, lights, the media in the air,
 //! and everything that can be said about these without light transport.
 //!
+//! The package is `crepuscular-scene` and the library `scene`: `Cargo.toml` has the first name, and
+//! `use` the second.
+//!
 //! The fields of a [`Scene`] are plain data. Algorithms take two checked forms of it:
 //! [`Geometry`] has its triangles in world space, and [`Emitter`]s are its lights. Light
 //! transport is in the crate `lighting`, which re-exports this crate as `lighting::scene`.

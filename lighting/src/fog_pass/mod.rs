@@ -75,6 +75,12 @@
 //! number [`FogPass::with_voxels`] sets. The light of lit parts is integrated to a relative
 //! error of 1e-3.
 //!
+//! # What it needs
+//!
+//! wgpu 30, for which you choose the driver: the module `gpu` of
+//! [`gpu_backend`](crate::gpu_backend) says how. [`DepthViews`] and [`DepthLayers`] are those of
+//! the crate `voxel_shadow`, re-exported, so that a program needs no second package for them.
+//!
 //! # Limits
 //!
 //! * Light is scattered once, in a homogeneous medium whose extinction is the same for all

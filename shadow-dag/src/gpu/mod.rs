@@ -11,9 +11,59 @@
 //! # A whole shader
 //!
 //! Buildings in sunlight with a 9 × 9 filter, after `POINT`, `PACKED`, `EXTENT` and `SPACE`:
-//! the shader of the example `sunlight`, which has the Rust as well.
 //!
 #![doc = concat!("```wgsl\n", include_str!("../../examples/sunlight/sunlight.wgsl"), "\n```")]
+//!
+//! The Rust around it, by wgpu 30 (feature `wgpu`). You choose wgpu's driver, as
+//! `gpu_backend::gpu` says. `SUNLIGHT` is the text above, `sun` the plain data of its uniform,
+//! and `surfaces` a buffer of 16 bytes per pixel.
+//!
+#![cfg_attr(feature = "wgpu", doc = "```no_run")]
+#![cfg_attr(not(feature = "wgpu"), doc = "```ignore")]
+//! use gpu_backend::gpu::{Argument, Context, Gpu, GpuBuffer};
+//! use shadow_dag::gpu::{DagRecord, EXTENT, PACKED, POINT, SPACE, SpaceRecord};
+//! use shadow_dag::{Form, ShadowSet};
+//! # const SUNLIGHT: &str = "";
+//! # fn frame(
+//! #     (device, queue): (wgpu::Device, wgpu::Queue),
+//! #     file: &[u8],
+//! #     sun: [f32; 4],
+//! #     surfaces: &mut GpuBuffer<[f32; 4]>,
+//! # ) -> Result<(), Box<dyn std::error::Error>> {
+//!
+//! // Once per file: its words go to the device.
+//! let context = Context::new(device, queue);
+//! let set = ShadowSet::read(file)?;
+//! let grid = &set.grids().next().ok_or("a file has a grid")?;
+//! let light = grid.light().ok_or("it was made from a mesh")?;
+//! let space = SpaceRecord::new(light, grid.resolution()); // a uniform of the group 1
+//! let shadows = grid.to_form(Form::Packed)?.upload(&Gpu::new(context.clone()))?;
+//! let parts = [POINT, PACKED, EXTENT, SPACE, SUNLIGHT];
+//! let module = context.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+//!     label: Some("sunlight"),
+//!     source: wgpu::ShaderSource::Wgsl(parts.join("\n").into()),
+//! });
+//!
+//! // Each frame: the group 0 of both passes. The first argument is `@binding(0)`, and so on.
+//! let arguments = [
+//!     Argument::write(surfaces),
+//!     Argument::uniform(sun),
+//!     Argument::uniform(DagRecord::new(&shadows)),
+//!     Argument::read(shadows.words()),
+//! ];
+//! let stages = wgpu::ShaderStages::COMPUTE | wgpu::ShaderStages::FRAGMENT;
+//! let layout = context.scoped("sun", || context.bind_group_layout("sun", stages, &arguments))?;
+//! let group = context.bind_group("sun", &layout, &arguments)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Layouts go into pipelines of your own. The whole program is `shadow-dag/examples/sunlight` in
+//! the repository:
+//!
+//! ```console
+//! $ cargo run -p crepuscular-shadow-dag --example sunlight --features wgpu,gpu-backend/vulkan
+//! ```
 //!
 //! # Agreement with the CPU
 //!

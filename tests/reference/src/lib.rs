@@ -1,4 +1,4 @@
-//! What judges the crates of this workspace.
+//! Internal: not published. What judges the crates of this workspace.
 //!
 //! Tests, benches and the program's comparison all draw on this library, so
 //! that nothing is defined twice. It has two halves. Without features it takes

@@ -17,10 +17,55 @@
 //!
 //! # A whole shader
 //!
-//! Ground and a wall in the shadow of smoke, after `lookup_parts::<Packed<8>, 1>()`: the shader
-//! of the example `smoke`, which has the Rust as well.
+//! Ground and a wall in the shadow of smoke, after `lookup_parts::<Packed<8>, 1>()`:
 //!
 #![doc = concat!("```wgsl\n", include_str!("../../examples/smoke/smoke.wgsl"), "\n```")]
+//!
+//! The Rust around it, by wgpu 30 (feature `wgpu`). You choose wgpu's driver, as
+//! `gpu_backend::gpu` says. `SMOKE` is the text above, and `light` the plain data of its first
+//! uniform; the segments are those of the lists, 128 × 128 texels of them.
+//!
+#![cfg_attr(feature = "wgpu", doc = "```no_run")]
+#![cfg_attr(not(feature = "wgpu"), doc = "```ignore")]
+//! use transmittance::gpu::lookup_parts;
+//! use transmittance::gpu_backend::gpu::{Argument, Context, Gpu, GpuMemory};
+//! use transmittance::{BuildMap, Curve, Packed, SegmentLists, TransmittanceMap};
+//! # const SMOKE: &str = "";
+//! # fn frame(
+//! #     (device, queue): (wgpu::Device, wgpu::Queue),
+//! #     encoder: &mut wgpu::CommandEncoder,
+//! #     lists: &SegmentLists<GpuMemory>,
+//! #     light: [[f32; 4]; 2],
+//! # ) -> Result<(), Box<dyn std::error::Error>> {
+//!
+//! // Once per device.
+//! let context = Context::new(device, queue);
+//! let parts = [&lookup_parts::<Packed<8>, 1>()[..], &[SMOKE]].concat();
+//! let module = context.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+//!     label: Some("smoke"),
+//!     source: wgpu::ShaderSource::Wgsl(parts.join("\n").into()),
+//! });
+//!
+//! // Each frame: the map, and the bindings of the shader, `@binding(0)` first.
+//! let gpu = Gpu::record(&context, encoder);
+//! let mut map = TransmittanceMap::<_, Packed<8>>::new(&gpu, [128, 128])?;
+//! gpu.build_map(&Curve::<8>::new(), lists, &mut map)?;
+//! drop(gpu);
+//! let arguments = [Argument::uniform(light), Argument::read(map.words())];
+//! let stages = wgpu::ShaderStages::FRAGMENT;
+//! let layout = context.scoped("smoke", || context.bind_group_layout("smoke", stages, &arguments))?;
+//! let group = context.bind_group("smoke", &layout, &arguments)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! `module` and `layout` go into a render pipeline of your own. The whole program is
+//! `transmittance/examples/smoke` in the repository; there the lists are captured from fragments
+//! that the renderer draws:
+//!
+//! ```console
+//! $ cargo run -p crepuscular-transmittance --example smoke --features wgpu,gpu-backend/vulkan
+//! ```
 //!
 //! # Agreement with the CPU
 //!
