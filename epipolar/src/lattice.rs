@@ -45,7 +45,8 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Divides the [`Ranges`] of what `view` sees.
+    /// Divides the [`Ranges`] of what `view` sees. [`Resolution`] and [`Spacing`] say which
+    /// values to begin with.
     ///
     /// # Errors
     /// Those of [`Ranges::new`]; [`Error::BadValue`] for a `spacing` whose

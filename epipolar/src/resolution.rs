@@ -23,7 +23,8 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// `alpha` × `theta` texels of `bits` bits along φ each.
+    /// `alpha` × `theta` texels of `bits` bits along φ each. The page of the type says which
+    /// numbers to begin with.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless `bits` is a multiple of 32 from 32 to 1024,

@@ -83,8 +83,10 @@
 //! # Features and limits
 //!
 //! `rayon` (default) builds maps and answers batches on several threads; `wgpu`
-//! does it on GPUs, and `wgsl` has the parts for shaders alone. A curve knows extinction only: no scattering, no emission.
-//! `N` is from 2 to 64.
+//! does it on GPUs, and `wgsl` has the parts for shaders alone. `wgpu` compiles no driver:
+//! the module `gpu` of `crepuscular-backend` says how to choose one.
+//!
+//! A curve knows extinction only: no scattering, no emission. `N` is from 2 to 64.
 
 pub mod baseline;
 mod capture;

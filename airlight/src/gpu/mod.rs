@@ -32,7 +32,8 @@
 #![doc = concat!("```wgsl\n", include_str!("../../examples/lamp/lamp.wgsl"), "\n```")]
 //!
 //! The Rust around it, by wgpu 30 (feature `wgpu`). You choose wgpu's driver, as
-//! `gpu_backend::gpu` says. `LAMP` is the text above, and `frame` the plain data of its first
+//! [`gpu_backend::gpu`] says; it also says more of [passes of your
+//! own](gpu_backend::gpu#a-pass-of-your-own). `LAMP` is the text above, and `frame` the plain data of its first
 //! uniform.
 //!
 #![cfg_attr(feature = "wgpu", doc = "```no_run")]

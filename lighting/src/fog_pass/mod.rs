@@ -45,6 +45,13 @@
 //! # }
 //! ```
 //!
+//! A whole program is `lighting/examples/frame` in the repository:
+//!
+//! ```console
+//! $ cargo run -p crepuscular-lighting --example frame \
+//!       --features wgpu,voxel-shadow,gpu-backend/vulkan
+//! ```
+//!
 //! The picture in fog is then, pixel by pixel in linear light,
 //!
 //! ```text

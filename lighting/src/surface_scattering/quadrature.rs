@@ -47,7 +47,7 @@ use crate::visibility::{PointVisibility, Share};
 /// | even light, fog without bounds, g up to 0.6 | 1.4e-2 | 3e-4 | 4e-6 |
 /// | spotlights, fog in a box | 8e-2 | 8e-3 | 3e-3 |
 ///
-/// at optical depths up to 2 (`tests/benches/surface_light.rs`). The error grows with the
+/// at optical depths up to 2 (`tests/benches/surface_light.rs` in the repository). The error grows with the
 /// depth, and with |g| beyond 0.8. At the edge of a shadow it is about `1/n` of the light
 /// there. All surfaces have the same nodes, so errors are smooth over the picture and not
 /// noise.

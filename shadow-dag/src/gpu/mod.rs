@@ -15,7 +15,7 @@
 #![doc = concat!("```wgsl\n", include_str!("../../examples/sunlight/sunlight.wgsl"), "\n```")]
 //!
 //! The Rust around it, by wgpu 30 (feature `wgpu`). You choose wgpu's driver, as
-//! `gpu_backend::gpu` says. `SUNLIGHT` is the text above, `sun` the plain data of its uniform,
+//! [`gpu_backend::gpu`] says. `SUNLIGHT` is the text above, `sun` the plain data of its uniform,
 //! and `surfaces` a buffer of 16 bytes per pixel.
 //!
 #![cfg_attr(feature = "wgpu", doc = "```no_run")]

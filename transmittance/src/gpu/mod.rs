@@ -22,7 +22,7 @@
 #![doc = concat!("```wgsl\n", include_str!("../../examples/smoke/smoke.wgsl"), "\n```")]
 //!
 //! The Rust around it, by wgpu 30 (feature `wgpu`). You choose wgpu's driver, as
-//! `gpu_backend::gpu` says. `SMOKE` is the text above, and `light` the plain data of its first
+//! [`gpu_backend::gpu`] says. `SMOKE` is the text above, and `light` the plain data of its first
 //! uniform; the segments are those of the lists, 128 × 128 texels of them.
 //!
 #![cfg_attr(feature = "wgpu", doc = "```no_run")]

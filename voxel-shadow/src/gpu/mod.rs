@@ -97,7 +97,7 @@
 //! ```
 //!
 //! `module` and `layout` go into a render pipeline of your own, which is made once; `group` is
-//! for this frame. The whole program is `voxel-shadow/examples/fog` in the repository:
+//! for this frame. [A pass of your own](gpu_backend::gpu#a-pass-of-your-own) says more. The whole program is `voxel-shadow/examples/fog` in the repository:
 //!
 //! ```console
 //! $ cargo run -p crepuscular-voxel-shadow --example fog --features wgpu,gpu-backend/vulkan
@@ -107,8 +107,8 @@
 //!
 //! Keep the `Context`, which has the pipelines, the [`IndexMap`](crate::IndexMap),
 //! the [`Grid`](crate::Grid) and the table. When the eye, the view or the light moves, make the
-//! `Space`, the `Lattice` and its record anew, and take the three steps again; they overwrite what
-//! the map and the grid held. When a caster moves, draw the shadow map and take the three steps
+//! `Space`, the `Lattice` and its record anew, for a light the [`DepthViews`](crate::DepthViews)
+//! too, and take the three steps again; they overwrite what the map and the grid held. When a caster moves, draw the shadow map and take the three steps
 //! again with the same lattice. Another resolution needs another map and another grid.
 //!
 //! # Agreement with the CPU

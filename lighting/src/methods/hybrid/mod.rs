@@ -53,8 +53,8 @@
 //! the sky, has as many steps as any other. The table shows how much faster than a march with
 //! midpoints either reaches the same error, on a CPU with maps of 1024 texels and 240 × 135
 //! rays. Numbers in brackets leave out the time to make the volumes, which serve all frames
-//! (example `equal_error` with Gauss–Legendre of 8 nodes, RMSE relative to the mean, against
-//! the runs of the map):
+//! (`lighting/examples/equal_error.rs` in the repository, with Gauss–Legendre of 8 nodes; RMSE
+//! relative to the mean, against the runs of the map):
 //!
 //! | scene | error | steps of rays | steps of spans |
 //! |---|---|---|---|
