@@ -63,13 +63,9 @@ impl Window {
     /// texels.
     #[inline(always)]
     fn clip(x: [i64; 2], y: [i64; 2], side: u32) -> Option<Self> {
-        let clip = |[first, last]: [i64; 2]| {
-            let (first, last) = (first.max(0), last.min(i64::from(side) - 1));
-            (first <= last).then_some([first as u32, last as u32])
-        };
         Some(Self {
-            x: clip(x)?,
-            y: clip(y)?,
+            x: clip(x, side)?,
+            y: clip(y, side)?,
         })
     }
 
@@ -99,6 +95,13 @@ impl Window {
     }
 }
 
+/// The part of a range that is on a map of `side` texels.
+#[inline(always)]
+fn clip([first, last]: [i64; 2], side: u32) -> Option<[u32; 2]> {
+    let (first, last) = (first.max(0), last.min(i64::from(side) - 1));
+    (first <= last).then_some([first as u32, last as u32])
+}
+
 /// Counts the lit texels of a window in one slice.
 pub(super) trait Count {
     /// All of a part is lit.
@@ -121,36 +124,56 @@ impl Count for u32 {
     }
 }
 
-/// How many there are in each of four windows.
-#[derive(Debug, Clone, Copy)]
+/// How many there are in each of four windows, next to each other along both axes.
 pub(super) struct Four {
-    windows: [Option<Window>; 4],
+    /// The ends of those at the left and at the right; none beside the map.
+    x: [Option<[u32; 2]>; 2],
+    /// The ends of the upper and of the lower ones.
+    y: [Option<[u32; 2]>; 2],
+    /// Window `2 y + x`.
     lit: [u32; 4],
 }
 
 impl Four {
+    /// What `count` says of the ends of each window along an axis that are in a part; 0 if there
+    /// are none.
     #[inline(always)]
-    fn each(&mut self, part: Window, count: impl Fn(Window) -> u32) {
-        for (window, lit) in self.windows.iter().zip(&mut self.lit) {
-            let Some(window) = window else { continue };
-            let meet = |a: [u32; 2], b: [u32; 2]| [a[0].max(b[0]), a[1].min(b[1])];
-            let (x, y) = (meet(window.x, part.x), meet(window.y, part.y));
-            if x[0] <= x[1] && y[0] <= y[1] {
-                *lit += count(Window { x, y });
+    fn meet<T: Default>(
+        ends: [Option<[u32; 2]>; 2],
+        part: [u32; 2],
+        count: impl Fn([u32; 2]) -> T,
+    ) -> [T; 2] {
+        ends.map(|ends| match ends {
+            Some([first, last]) if first <= part[1] && part[0] <= last => {
+                count([first.max(part[0]), last.min(part[1])])
             }
-        }
+            _ => T::default(),
+        })
     }
 }
 
 impl Count for Four {
     #[inline(always)]
     fn lit(&mut self, part: Window) {
-        self.each(part, Window::area);
+        let texels = |[first, last]: [u32; 2]| last - first + 1;
+        let x = Self::meet(self.x, part.x, texels);
+        let y = Self::meet(self.y, part.y, texels);
+        for (i, lit) in self.lit.iter_mut().enumerate() {
+            *lit += x[i & 1] * y[i >> 1];
+        }
     }
 
     #[inline(always)]
     fn masked(&mut self, part: Window, mask: u64) {
-        self.each(part, |part| (mask & part.bits()).count_ones());
+        let x = Self::meet(self.x, part.x, |[first, last]| {
+            window(first & 7, last & 7, 0, 7)
+        });
+        let y = Self::meet(self.y, part.y, |[first, last]| {
+            window(0, 7, first & 7, last & 7)
+        });
+        for (i, lit) in self.lit.iter_mut().enumerate() {
+            *lit += (mask & x[i & 1] & y[i >> 1]).count_ones();
+        }
     }
 }
 
@@ -262,17 +285,19 @@ pub(super) fn filter_bilinear(
         return 1.0;
     };
     let all = size.area();
-    let windows = [(0, 0), (1, 0), (0, 1), (1, 1)]
-        .map(|(x, y)| Window::clip(range(corner.x, x), range(corner.y, y), side));
+    let ends = |middle: f32| [0, 1].map(|step| clip(range(middle, step), side));
+    let (x, y) = (ends(corner.x), ends(corner.y));
+    let texels = |ends: Option<[u32; 2]>| ends.map_or(0, |[first, last]| last - first + 1);
     let mut four = Four {
-        windows,
-        lit: windows.map(|window| all - window.map_or(0, Window::area)),
+        x,
+        y,
+        lit: [0, 1, 2, 3].map(|i| all - texels(x[i & 1]) * texels(y[i >> 1])),
     };
-    let join = |range: fn(&Window) -> [u32; 2]| {
-        let parts = windows.iter().flatten().map(range);
-        parts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    let join = |ends: [Option<[u32; 2]>; 2]| {
+        let ends = ends.into_iter().flatten();
+        ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     };
-    if let (Some(x), Some(y)) = (join(|window| window.x), join(|window| window.y)) {
+    if let (Some(x), Some(y)) = (join(x), join(y)) {
         count(Window { x, y }, z, &mut four);
     }
     let share = four.lit.map(|lit| lit as f32 / all as f32);
