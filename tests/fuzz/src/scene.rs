@@ -21,7 +21,7 @@ const MOST: usize = 4096;
 
 /// The two bytes in front of a file: its format, and how it is read.
 fn load(format: u8, how: u8, file: &[u8]) -> Result<Loaded, LoadError> {
-    let is_gltf = format % 6 == 0;
+    let is_gltf = format.is_multiple_of(6);
     let options = LoadOptions {
         lenient: how & 1 == 1,
         assets: None,
