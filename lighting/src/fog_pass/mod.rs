@@ -84,9 +84,9 @@
 //!
 //! # What it needs
 //!
-//! wgpu 30, for which you choose the driver: the module `gpu` of
-//! [`gpu_backend`](crate::gpu_backend) says how. [`DepthViews`] and [`DepthLayers`] are those of
-//! the crate `voxel_shadow`, re-exported, so that a program needs no second package for them.
+//! wgpu 30, for which you choose the driver, as [`gpu_backend::gpu`] says. [`DepthViews`] and
+//! [`DepthLayers`] are those of the crate `voxel_shadow`, re-exported, so that a program needs no
+//! second package for them.
 //!
 //! # Limits
 //!
