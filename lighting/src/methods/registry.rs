@@ -432,30 +432,30 @@ impl Registry {
     }
 }
 
-/// Makes entries of a kind of source with every evaluator: on every backend where the evaluator
-/// has a shader, or with `cpu:` on the CPU alone. With `many:` they gather many lights in one
-/// pass; with `within:` a function makes an entry of each pair.
+/// Makes entries of a kind of source with every evaluator, on every backend where the evaluator
+/// has a shader. With `many:` they gather many lights in one pass; with `within:` a function
+/// makes the method of each pair.
 macro_rules! pairs {
     ($sources:expr, $compared:expr) => {
-        $crate::methods::registry::pairs!(@all everywhere, ::std::convert::identity, $sources, $compared)
+        $crate::methods::registry::pairs!(@all ::std::convert::identity, $sources, $compared)
     };
     (within $method:path: $sources:expr, $compared:expr) => {
-        $crate::methods::registry::pairs!(@all everywhere, $method, $sources, $compared)
+        $crate::methods::registry::pairs!(@all $method, $sources, $compared)
     };
     (many: $sources:expr, $compared:expr) => {
         $crate::methods::registry::pairs!(
-            @all everywhere, $crate::methods::many_lights::ManyLights::new, $sources, $compared
+            @all $crate::methods::many_lights::ManyLights::new, $sources, $compared
         )
     };
-    (@all $backends:ident, $method:expr, $sources:expr, $compared:expr) => {{
+    (@all $method:expr, $sources:expr, $compared:expr) => {{
         use $crate::methods::evaluators::*;
         use $crate::methods::registry::pairs;
         vec![
-            pairs!(@one $backends, $method, $sources, $compared, Midpoints),
-            pairs!(@one $backends, $method, $sources, $compared, Gauss),
-            pairs!(@one $backends, $method, $sources, $compared, Tolerances),
-            pairs!(@one $backends, $method, $sources, $compared, Tables),
-            pairs!(@one $backends, $method, $sources, $compared, FrameTables),
+            pairs!(@one everywhere, $method, $sources, $compared, Midpoints),
+            pairs!(@one everywhere, $method, $sources, $compared, Gauss),
+            pairs!(@one everywhere, $method, $sources, $compared, Tolerances),
+            pairs!(@one everywhere, $method, $sources, $compared, Tables),
+            pairs!(@one everywhere, $method, $sources, $compared, FrameTables),
             pairs!(@one on_cpu, $method, $sources, $compared, Published),
             pairs!(@one on_cpu, $method, $sources, $compared, Doubles),
         ]

@@ -79,7 +79,8 @@ impl Plan {
     fn find_dynamic(&mut self, inputs: &FrameInputs<'_>) {
         let is_shadowed = |index: &usize| !self.unshadowed.contains(index);
         let shadowed: Vec<usize> = self.emitters.iter().copied().filter(is_shadowed).collect();
-        if shadowed.is_empty() {
+        // Where all is dynamic there is nothing to bake.
+        if shadowed.is_empty() || inputs.geometry.static_part().is_none() {
             return;
         }
         let (moving, still): (Vec<usize>, Vec<usize>) =
@@ -88,11 +89,10 @@ impl Plan {
         if !moving.is_empty() {
             self.passes.push(Pass::DynamicMaps { emitters: moving });
         }
-        let reason = match inputs.geometry.dynamic_part() {
-            None => Reason::NothingMoves,
-            Some(_) => Reason::ReachesNothingDynamic,
+        let (reason, saving) = match inputs.geometry.dynamic_part() {
+            None => (Reason::NothingMoves, Saving::NOTHING),
+            Some(_) => (Reason::ReachesNothingDynamic, shadow_maps(inputs, &still)),
         };
-        let saving = shadow_maps(inputs, &still);
         self.leave_out(still, Subject::DynamicMaps, reason, saving);
     }
 
