@@ -4,8 +4,10 @@
     tests/scripts/kernel_ratios.py --run            # measures first, some minutes
     tests/scripts/kernel_ratios.py                  # reads what benches have left
     tests/scripts/kernel_ratios.py --run --record   # the ratios from now on
-    tests/scripts/kernel_ratios.py --run --bench lookups --group voxels --group windows
-                                                    # those of a crate alone
+    tests/scripts/kernel_ratios.py --run --bench lookups
+                                                    # the groups of a bench alone
+    tests/scripts/kernel_ratios.py --run --group voxels
+                                                    # or some groups
 
 Times differ between machines and hours; ratios of one run differ less. Each kernel is
 divided by its peer, a simpler way to the same answer, and by a copy of the list that it
@@ -31,13 +33,14 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RECORD = ROOT / "tests" / "kernel_ratios.json"
 
-# The benches, and for each group its kernels with the peer of each.
-BENCHES = [
-    ("crepuscular-airlight", "evaluators"),
-    ("crepuscular-shadow-dag", "lookups"),
-    ("crepuscular-tests", "exact"),
-    ("crepuscular-voxel-shadow", "steps"),
-]
+# The benches with their packages and groups, and for each group its kernels with the peer of
+# each.
+BENCHES = {
+    "evaluators": ("crepuscular-airlight", ["easy", "stiff", "steps", "march"]),
+    "lookups": ("crepuscular-shadow-dag", ["voxels", "windows"]),
+    "exact": ("crepuscular-tests", ["exact/city", "exact/hairball"]),
+    "steps": ("crepuscular-voxel-shadow", ["query of 128 bits", "build 512^3"]),
+}
 KERNELS = {
     "easy": {
         "table/isotropic, 64 KiB": "sun/512",
@@ -86,10 +89,21 @@ KERNELS = {
 }
 
 
-def run_benches(names, benches=None):
-    """Runs what is compared, in small measurements; of some benches if they are named."""
-    for package, bench in BENCHES:
-        if benches and bench not in benches:
+def chosen_groups(benches, groups):
+    """The groups that are named, of the benches that are named; of all where none is. Raises
+    ValueError if a group that is named is in none of these benches."""
+    found = [group for bench in benches or BENCHES for group in BENCHES[bench][1]]
+    others = sorted(set(groups or []) - set(found))
+    if others:
+        raise ValueError(f"not in {', '.join(benches)}: {', '.join(others)}")
+    return [group for group in found if not groups or group in groups]
+
+
+def run_benches(groups):
+    """Runs what is compared, in small measurements."""
+    for bench, (package, its_groups) in BENCHES.items():
+        names = wanted_names([group for group in its_groups if group in groups])
+        if not names:
             continue
         command = ["cargo", "bench", "--package", package, "--bench", bench, "--"]
         command += ["--warm-up-time", "0.2", "--measurement-time", "0.5", "--sample-size", "20"]
@@ -170,17 +184,31 @@ def main():
     parser.add_argument("--record", action="store_true", help="record these ratios")
     parser.add_argument("--factor", type=float, default=1.3, help="what counts as slower")
     parser.add_argument("--criterion", type=pathlib.Path, help="folder that benches have left")
-    parser.add_argument("--bench", action="append", help="run this one; may be repeated")
+    parser.add_argument(
+        "--bench",
+        action="append",
+        choices=sorted(BENCHES),
+        help="run, compare or record the groups of this one; may be repeated",
+    )
     parser.add_argument(
         "--group",
         action="append",
         choices=sorted(KERNELS),
-        help="compare or record the kernels of this group; may be repeated",
+        help="run, compare or record the kernels of this group; may be repeated",
     )
     arguments = parser.parse_args()
-    groups = arguments.group or list(KERNELS)
+    try:
+        groups = chosen_groups(arguments.bench, arguments.group)
+    except ValueError as error:
+        parser.error(str(error))
+    keeps_others = set(groups) != set(KERNELS)
+    # Before the benches run, which would be in vain.
+    if arguments.record and keeps_others:
+        recorded_on = json.loads(RECORD.read_text())["processor"]
+        if recorded_on != processor():
+            sys.exit(f"the other groups were recorded on {recorded_on}")
     if arguments.run:
-        run_benches(wanted_names(groups), arguments.bench)
+        run_benches(groups)
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     times = read_times(arguments.criterion or target / "criterion")
     now, missing = ratios(times, groups)
@@ -191,11 +219,8 @@ def main():
             name: {key: float(f"{value:.4g}") for key, value in ratio.items()}
             for name, ratio in now.items()
         }
-        if arguments.group:
-            record = json.loads(RECORD.read_text())
-            if record["processor"] != processor():
-                sys.exit(f"the other groups were recorded on {record['processor']}")
-            rounded = {**record["ratios"], **rounded}
+        if keeps_others:
+            rounded = {**json.loads(RECORD.read_text())["ratios"], **rounded}
         text = json.dumps({"processor": processor(), "ratios": rounded}, indent=2)
         RECORD.write_text(text + "\n")
         return

@@ -4,6 +4,7 @@ import json
 import pathlib
 import tempfile
 import unittest
+from unittest import mock
 
 import kernel_ratios
 
@@ -39,6 +40,33 @@ class KernelRatios(unittest.TestCase):
         found, missing = kernel_ratios.ratios(times, ["voxels"])
         self.assertEqual(missing, [])
         self.assertEqual(len(found), len(kernel_ratios.KERNELS["voxels"]))
+
+    def test_every_group_is_in_one_bench(self):
+        groups = [group for _, its_groups in kernel_ratios.BENCHES.values() for group in its_groups]
+        self.assertEqual(sorted(groups), sorted(kernel_ratios.KERNELS))
+
+    def test_groups_are_those_of_the_benches_that_are_named(self):
+        chosen = kernel_ratios.chosen_groups
+        self.assertEqual(set(chosen(None, None)), set(kernel_ratios.KERNELS))
+        self.assertEqual(chosen(["lookups"], None), ["voxels", "windows"])
+        self.assertEqual(chosen(["lookups", "steps"], ["windows"]), ["windows"])
+        self.assertEqual(chosen(None, ["windows", "easy"]), ["easy", "windows"])
+        with self.assertRaises(ValueError):
+            chosen(["lookups"], ["windows", "easy"])
+
+    def test_another_processor_is_said_before_benches_run(self):
+        arguments = ["kernel_ratios.py", "--run", "--record", "--bench", "lookups"]
+        record = json.dumps({"processor": "another", "ratios": {}})
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "record.json"
+            file.write_text(record)
+            with mock.patch.object(kernel_ratios, "RECORD", file), mock.patch.object(
+                kernel_ratios, "run_benches"
+            ) as run, mock.patch("sys.argv", arguments):
+                with self.assertRaises(SystemExit):
+                    kernel_ratios.main()
+            run.assert_not_called()
+            self.assertEqual(file.read_text(), record)
 
     def test_a_kernel_is_slower_if_it_is_so_beside_both(self):
         before = {name: {"peer": 1.0, "copy": 1.0} for name in "abc"}
