@@ -38,7 +38,6 @@ RECORD = ROOT / "tests" / "kernel_ratios.json"
 BENCHES = {
     "evaluators": ("crepuscular-airlight", ["easy", "stiff", "steps", "march"]),
     "lookups": ("crepuscular-shadow-dag", ["voxels", "windows"]),
-    "exact": ("crepuscular-tests", ["exact/city", "exact/hairball"]),
     "steps": ("crepuscular-voxel-shadow", ["query of 128 bits", "build 512^3"]),
 }
 KERNELS = {
@@ -64,8 +63,6 @@ KERNELS = {
         "table/isotropic, 64 KiB": "sun/512",
         "march/isotropic, 64 KiB": "sun/512",
     },
-    "exact/city": {"together": "ray by ray"},
-    "exact/hairball": {"together": "ray by ray"},
     "voxels": {
         "plain/rows": "dense/rows",
         "packed/rows": "dense/rows",
