@@ -118,7 +118,7 @@ impl Query for Cpu {
         if capacity == 0 {
             self.for_each_chunk(counts, CHUNK, |first, counts| {
                 let rays = &rays[first..][..counts.len()];
-                volume.ray_shadows(rays, |i, ray| counts[i] = ray.runs().count() as u32);
+                volume.ray_shadows(rays, |i, ray| counts[i] = ray.lit_runs().count() as u32);
             });
             return Ok(());
         }

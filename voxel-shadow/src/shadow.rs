@@ -536,7 +536,8 @@ impl<'a> RayShadow<'a> {
                 visibility: run.visibility,
             }
         })
-        // A ray on the axis of a sun never comes to its second voxel.
-        .filter(|part| part.start < f32::INFINITY)
+        // A ray on the axis of a sun never comes to its second voxel; `f32::MAX` may stand for the
+        // distance of the sky.
+        .filter(|part| part.start < f32::MAX)
     }
 }

@@ -418,11 +418,42 @@ fn numbers_that_cannot_be_are_turned_away() {
 fn batches_are_their_rays_one_by_one() {
     let lattice = lattice(lights()[0], &camera(0.1, 20.0), [64, 64, 64]);
     let (_, grid) = build(&lattice, &balls());
-    let volume = ShadowVolume::new(&lattice, &grid, Sampling::PAPER).unwrap();
     let rays: Vec<[f32; 4]> = directions()
         .iter()
         .flat_map(|d| [1.0, 5.0, 9.0, f32::MAX].map(|surface| d.extend(surface).to_array()))
         .collect();
+    check_batches(&lattice, &grid, Sampling::PAPER, &rays);
+}
+
+#[test]
+fn batches_along_the_axis_of_a_sun_are_their_rays_one_by_one() {
+    let mut beyond = 0;
+    for towards in [0.0, 1.0, -1.0] {
+        let sun = Light::directional(Vec3::new(1.0, -0.6, towards)).unwrap();
+        let lattice = lattice(sun, &camera(0.1, 20.0), [64, 64, 64]);
+        let grid = noise(&lattice, 7);
+        let [axis, ..] = lattice.space().frame().map(Vec3::from);
+        let surfaces = [0.0, 5.0, f32::MAX, f32::INFINITY];
+        let mut rays: Vec<[f32; 4]> = [axis, -axis, 3.0 * axis, Vec3::ZERO]
+            .iter()
+            .flat_map(|d| surfaces.map(|surface| d.extend(surface).to_array()))
+            .collect();
+        let volume = ShadowVolume::new(&lattice, &grid, Sampling::NEAREST).unwrap();
+        beyond += rays
+            .iter()
+            .map(|ray| volume.ray_shadow(Vec3::from_slice(ray), ray[3]))
+            .filter(|ray| ray.runs().count() > ray.lit_runs().count())
+            .count();
+        // Others, with more than two intervals.
+        rays.extend(directions().iter().map(|d| d.extend(9.0).to_array()));
+        check_batches(&lattice, &grid, Sampling::NEAREST, &rays);
+    }
+    assert!(beyond > 0, "runs at infinity, which are no intervals");
+}
+
+fn check_batches(lattice: &Lattice, grid: &Grid<Host>, sampling: Sampling, rays: &[[f32; 4]]) {
+    let volume = ShadowVolume::new(lattice, grid, sampling).unwrap();
+    let rays = rays.to_vec();
     let weights = Weights::new(&[0.5; 64]).unwrap();
     let mut previous = None;
     for cpu in [Cpu::new(), Cpu::single_threaded()] {
