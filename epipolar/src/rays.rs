@@ -30,6 +30,9 @@ type Lanes<T> = [T; RAYS];
 
 /// Up to [`RAYS`] eye rays, each up to the first surface, and where they are in a
 /// [`Lattice`]: [`Lattice::locate_rays`] fills it.
+///
+/// From [`RayBlock::len`] on there are no rays, but places for them up to [`RAYS`]. Asked about
+/// one of these, functions give what earlier rays have left there, or zeros: nothing to rely on.
 #[derive(Debug, Clone)]
 pub struct RayBlock {
     len: usize,
