@@ -24,7 +24,7 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    fn new(volume: &ShadowVolume<'_, GpuMemory>, count: usize, capacity: usize) -> Self {
+    pub(super) fn new(volume: &ShadowVolume<'_, GpuMemory>, count: usize, capacity: usize) -> Self {
         Self {
             lattice: LatticeRecord::new(volume.lattice()),
             sampling: SamplingRecord::new(&volume.sampling()),

@@ -195,7 +195,8 @@ fn vsv_distance(l: epi_Lattice, cursor: vsv_Cursor, position: f32) -> f32 {
     return min(epi_distance_along(l, cursor.ray, epi_phi_at(l, position)), cursor.surface);
 }
 
-// Where a run begins and ends.
+// Where a run begins and ends; nowhere if it begins at infinity: a ray on the axis of a sun
+// never comes to its second voxel.
 fn vsv_interval(l: epi_Lattice, cursor: ptr<function, vsv_Cursor>, run: vsv_Run) -> vsv_LitInterval {
     var start = 0.0;
     if run.start > 0.0 {
@@ -208,6 +209,9 @@ fn vsv_interval(l: epi_Lattice, cursor: ptr<function, vsv_Cursor>, run: vsv_Run)
     start = max(start, (*cursor).reached);
     end = max(end, start);
     (*cursor).reached = end;
+    if start >= epi_INFINITE {
+        return vsv_LitInterval(0.0, 0.0, 0.0);
+    }
     return vsv_LitInterval(start, end, run.visibility);
 }
 

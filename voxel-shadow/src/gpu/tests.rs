@@ -3,7 +3,7 @@
 use epipolar::gpu::{EPIPOLAR, PHI};
 use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
 use glam::Vec3;
-use gpu_backend::gpu::{Argument, Gpu, InShader, Queued};
+use gpu_backend::gpu::{Argument, Gpu, GpuMemory, InShader, Kernel, Queued, Workgroups};
 use gpu_backend::shader::Part;
 use gpu_backend::testing::{self, Shader};
 use gpu_backend::{Backend, Cpu, Download, Host, assert_same_layout};
@@ -530,35 +530,132 @@ fn queries(gpu: &Gpu<Queued>, lattice: &Lattice, grid: &Grid<Host>, sampling: Sa
     gpu.visibility(&there, &points_there, &mut found).unwrap();
     compare("visibility", &expected, &gpu.download(&found).unwrap(), 1.0);
 
-    let capacity = 3;
-    let mut expected = vec![LitInterval::default(); capacity * count];
-    let mut expected_counts = vec![0; count];
-    cpu.lit_intervals(&here, &rays, &mut expected, &mut expected_counts)
-        .unwrap();
-    let mut intervals = gpu.zeros::<LitInterval>(capacity * count).unwrap();
-    let mut counts = gpu.zeros(count).unwrap();
-    gpu.lit_intervals(&there, &rays_there, &mut intervals, &mut counts)
-        .unwrap();
-    let found = gpu.download(&intervals).unwrap();
-    let counts = gpu.download(&counts).unwrap();
-    let mut wrong = 0;
-    for i in 0..count {
-        let same = expected_counts[i] == counts[i]
-            && (0..capacity.min(counts[i] as usize)).all(|k| {
-                let (e, f) = (&expected[capacity * i + k], &found[capacity * i + k]);
-                let close = |a: f32, b: f32| {
-                    (a - b).abs() <= error(Allowed::GpuQueryEnds) * a.abs().max(1.0)
-                };
-                close(e.start, f.start)
-                    && close(e.end, f.end)
-                    && (e.visibility - f.visibility).abs() <= error(Allowed::GpuQuery)
-            });
-        wrong += u32::from(!same);
-    }
+    let wrong = differing_intervals(gpu, &here, &there, &rays);
     assert!(
         wrong as f32 <= error(Allowed::GpuOtherTexel) * count as f32,
         "{wrong} of {count}"
     );
+}
+
+/// How many rays have other lit intervals than on the CPU.
+fn differing_intervals(
+    gpu: &Gpu<Queued>,
+    here: &ShadowVolume<'_, Host>,
+    there: &ShadowVolume<'_, GpuMemory>,
+    rays: &[[f32; 4]],
+) -> usize {
+    let (cpu, count) = (Cpu::new(), rays.len());
+    let rays = rays.to_vec();
+    let rays_there = gpu.upload(&rays).unwrap();
+    let capacity = 3;
+    let mut expected = vec![LitInterval::default(); capacity * count];
+    let mut expected_counts = vec![0; count];
+    cpu.lit_intervals(here, &rays, &mut expected, &mut expected_counts)
+        .unwrap();
+    let mut intervals = gpu.zeros::<LitInterval>(capacity * count).unwrap();
+    let mut counts = gpu.zeros(count).unwrap();
+    gpu.lit_intervals(there, &rays_there, &mut intervals, &mut counts)
+        .unwrap();
+    let found = gpu.download(&intervals).unwrap();
+    let counts = gpu.download(&counts).unwrap();
+    let same = |i: usize| {
+        let kept = capacity.min(counts[i] as usize);
+        let (e, f) = (&expected[capacity * i..], &found[capacity * i..]);
+        expected_counts[i] == counts[i] && all_close(&e[..kept], &f[..kept])
+    };
+    (0..count).filter(|i| !same(*i)).count()
+}
+
+fn all_close(expected: &[LitInterval], found: &[LitInterval]) -> bool {
+    let close = |a: f32, b: f32| (a - b).abs() <= error(Allowed::GpuQueryEnds) * a.abs().max(1.0);
+    expected.iter().zip(found).all(|(e, f)| {
+        close(e.start, f.start)
+            && close(e.end, f.end)
+            && (e.visibility - f.visibility).abs() <= error(Allowed::GpuQuery)
+    })
+}
+
+/// What stands beside the entry point for lit intervals, voxel by voxel.
+const LIT_VOXELS: &str = "
+@compute @workgroup_size(64)
+fn lit_voxels(@builtin(global_invocation_id) invocation: vec3<u32>) {
+    let i = invocation.x;
+    if i >= parameters.count {
+        return;
+    }
+    var cursor = vsv_cursor(parameters.lattice, parameters.sampling, rays[i].xyz, rays[i].w);
+    var run: vsv_Run;
+    loop {
+        let voxel = vsv_next_voxel(parameters.lattice, parameters.sampling, &cursor, &run);
+        if voxel.visibility <= 0.0 || counts[i] == parameters.capacity {
+            break;
+        }
+        intervals[i * parameters.capacity + counts[i]] = voxel;
+        counts[i] += 1u;
+    }
+}";
+
+#[test]
+fn no_part_of_a_ray_along_the_axis_of_a_sun_begins_at_infinity() {
+    let Some(gpu) = testing::gpu() else { return };
+    let parts = [INTERVALS, &[LIT_VOXELS]].concat();
+    let (capacity, mut infinite) = (40, 0);
+    for direction in [
+        [1.0, -0.6, 0.0],
+        [1.0, -0.6, 1.0],
+        [1.0, -0.6, -1.0],
+        [1.0, 0.0, 0.0],
+    ] {
+        let sun = Light::directional(direction).unwrap();
+        let lattice = lattice(Space::new(sun, EYE).unwrap(), [16, 16, 32]);
+        let resolution = lattice.resolution();
+        let words = (0..resolution.words() as u32).map(|i| random(i, 5) << 3);
+        let grid = Grid::<Host>::from_words(resolution, words.collect()).unwrap();
+        let grid_there = grid.upload(&gpu).unwrap();
+        let [axis, ..] = lattice.space().frame().map(Vec3::from);
+        // No direction counts as that of the axis, and is on it without rounding.
+        let rays: Vec<[f32; 4]> = [axis, -axis, 0.1 * axis, Vec3::ZERO]
+            .iter()
+            .flat_map(|d| [0.0, 5.0, f32::MAX].map(|surface| d.extend(surface).into()))
+            .collect();
+        let rays_there = gpu.upload(&rays).unwrap();
+        for sampling in [Sampling::NEAREST, Sampling::UNBIASED, Sampling::PAPER] {
+            let here = ShadowVolume::new(&lattice, &grid, sampling).unwrap();
+            let there = ShadowVolume::new(&lattice, &grid_there, sampling).unwrap();
+            assert_eq!(differing_intervals(&gpu, &here, &there, &rays), 0);
+            let mut voxels = gpu.zeros::<LitInterval>(capacity * rays.len()).unwrap();
+            let mut counts = gpu.zeros::<u32>(rays.len()).unwrap();
+            gpu.dispatch(
+                &Kernel {
+                    label: "lit voxels",
+                    parts: &parts,
+                    entry: "lit_voxels",
+                    constants: &[],
+                },
+                &[&[
+                    Argument::uniform(query::Parameters::new(&there, rays.len(), capacity)),
+                    Argument::table(lattice.bounds()),
+                    Argument::read(there.words()),
+                    Argument::read(&rays_there),
+                    Argument::write(&mut voxels),
+                    Argument::write(&mut counts),
+                ]],
+                Workgroups::covering(rays.len(), 64),
+            )
+            .unwrap();
+            let voxels = gpu.download(&voxels).unwrap();
+            let counts = gpu.download(&counts).unwrap();
+            for (i, ray) in rays.iter().enumerate() {
+                let shadow = here.ray_shadow(Vec3::from_slice(ray), ray[3]);
+                let expected: Vec<_> = shadow.lit_voxels().collect();
+                let found = &voxels[capacity * i..][..counts[i] as usize];
+                assert_eq!(expected.len(), found.len(), "{ray:?}");
+                assert!(all_close(&expected, found), "{expected:?} {found:?}");
+                infinite += usize::from(shadow.runs().count() > shadow.lit_runs().count());
+            }
+        }
+    }
+    assert!(infinite > 0, "runs at infinity, which are no parts");
 }
 
 #[test]
