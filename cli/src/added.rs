@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::{Affine3A, DVec3, Vec3};
 use lighting::scene::load::{
-    LoadError, LoadOptions, Loaded, MAX_FILE_BYTES, SmokeColours, read_regular, scene_from_path,
+    LoadError, LoadOptions, Loaded, MAX_FILE_BYTES, SmokeColours, UpAxis, read_regular,
+    smoke_from_path,
 };
 use lighting::scene::{Scene, Translucent};
 
@@ -154,12 +155,13 @@ impl AddedOptions {
         let mut add = |kind: Kind<'_>, placed: &Placed| {
             let name = placed.path.display().to_string();
             let about = |failure: Failure| failure.about(&name);
-            let mut loaded = load(&placed.path, options).map_err(about)?;
+            let (mut loaded, samples_up) = load(&placed.path, options).map_err(about)?;
             let casters = std::mem::take(&mut loaded.scene.translucent);
             let found = placed.of(
                 kind,
                 casters,
                 [loaded.offset, offset],
+                samples_up,
                 options,
                 &mut loaded.notes,
             );
@@ -200,7 +202,7 @@ fn contents(path: Option<&Path>) -> Result<Option<Vec<u8>>, Failure> {
     Ok(path.map(read).transpose()?)
 }
 
-fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
+fn load(path: &Path, options: &LoadOptions) -> Result<(Loaded, UpAxis), Failure> {
     if !path.exists() {
         // A place that is no list of numbers was taken for a part of the name.
         let hint = match path.to_string_lossy().contains('@') {
@@ -209,7 +211,7 @@ fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
         };
         return Err(Failure::new(format!("there is no such file{hint}")));
     }
-    Ok(scene_from_path(path, options)?)
+    Ok(smoke_from_path(path, options)?)
 }
 
 impl Placed {
@@ -220,6 +222,7 @@ impl Placed {
         kind: Kind<'_>,
         casters: Vec<Translucent>,
         [of_file, of_scene]: [DVec3; 2],
+        samples_up: UpAxis,
         options: &LoadOptions,
         notes: &mut Vec<String>,
     ) -> Result<Vec<Translucent>, Failure> {
@@ -232,7 +235,7 @@ impl Placed {
             match (kind, caster) {
                 (Kind::Smoke(colours), Translucent::Grid(grid)) => {
                     let own = grid.transform();
-                    let grid = colours.apply(grid, options, notes)?;
+                    let grid = colours.apply(grid, samples_up, options, notes)?;
                     found.push(grid.with_transform(place * own)?.into());
                 }
                 (Kind::Hair, Translucent::Strands(strands)) => {

@@ -253,11 +253,27 @@ pub struct Loaded {
 /// Any [`LoadError`]. A format whose feature is off is
 /// [`LoadError::Unsupported`].
 pub fn scene_from_path(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    smoke_from_path(path, options).map(|(loaded, _)| loaded)
+}
+
+/// [`scene_from_path`] of a file of smoke, with the axis that points up in files of its
+/// colours, as [`SmokeColours::apply`] takes it: [`LoadOptions::up`] for VOL, whose samples
+/// are put into the order of the scene's axes; [`UpAxis::Y`] for NanoVDB and OpenVDB, whose
+/// samples stay in the order of the file, and whose transform is turned.
+///
+/// # Errors
+/// Those of [`scene_from_path`].
+pub fn smoke_from_path(path: &Path, options: &LoadOptions) -> Result<(Loaded, UpAxis), LoadError> {
     options.check()?;
     let bytes = limits::read_file(path)?;
     let folder = Folder::of(path, options.assets.as_deref());
     let open = &mut |uri: &str| folder.read(uri);
-    let mut loaded = match Format::of(&bytes, path)? {
+    let format = Format::of(&bytes, path)?;
+    let samples_up = match format {
+        Format::Vol => options.up,
+        _ => UpAxis::Y,
+    };
+    let mut loaded = match format {
         Format::Gltf => from_gltf(&bytes, options, open)?,
         Format::Ply => from_ply(&bytes, options)?,
         Format::Obj => from_obj(&bytes, options, open)?,
@@ -269,7 +285,7 @@ pub fn scene_from_path(path: &Path, options: &LoadOptions) -> Result<Loaded, Loa
     if let Some(stem) = path.file_stem() {
         loaded.scene.name = stem.to_string_lossy().into_owned();
     }
-    Ok(loaded)
+    Ok((loaded, samples_up))
 }
 
 /// A reader, or in its place the error that its feature is off.

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{LoadError, LoadOptions};
+use super::{LoadError, LoadOptions, UpAxis};
 use crate::DensityGrid;
 
 /// What is said of smoke beside its densities: VOL files of its colours, as Mitsuba has
@@ -21,7 +21,10 @@ pub struct SmokeColours<'a> {
 }
 
 impl SmokeColours<'_> {
-    /// The same grid in these colours. What was ignored is added to `notes`, a sentence each.
+    /// The same grid in these colours, of a file that was read with these options.
+    /// `samples_up` is the axis that points up in the order of its samples, as
+    /// [`smoke_from_path`](super::smoke_from_path) returns it. What was ignored is added to
+    /// `notes`, a sentence each.
     ///
     /// # Errors
     /// Those of the files; [`LoadError::BadValue`] for a file of another number of samples,
@@ -30,11 +33,16 @@ impl SmokeColours<'_> {
     pub fn apply(
         &self,
         mut grid: DensityGrid,
+        samples_up: UpAxis,
         options: &LoadOptions,
         notes: &mut Vec<String>,
     ) -> Result<DensityGrid, LoadError> {
+        let ordered = LoadOptions {
+            up: samples_up,
+            ..options.clone()
+        };
         let mut colours = |file: Option<&[u8]>, what: &str| {
-            let read = |file| colours_for(&grid, file, what, options, notes);
+            let read = |file| colours_for(&grid, file, what, &ordered, notes);
             file.map(read).transpose()
         };
         let albedo = colours(self.albedo, "the albedo")?;
@@ -129,7 +137,7 @@ mod tests {
         let Translucent::Grid(grid) = loaded.scene.translucent.remove(0) else {
             panic!("a grid");
         };
-        colours.apply(grid, &options, &mut loaded.notes)
+        colours.apply(grid, options.up, &options, &mut loaded.notes)
     }
 
     #[test]
@@ -151,6 +159,50 @@ mod tests {
             Vec3::new(16.0, 4.0, 8.0),
         ];
         assert_eq!(grid.emission(), emission);
+    }
+
+    #[test]
+    #[cfg(feature = "vdb")]
+    fn colours_of_voxels_are_turned_with_them() {
+        // Flames in a box of 6³ samples.
+        const FLAMES: &[u8] = include_bytes!("testdata/flames.vdb.zz");
+        let flames = miniz_oxide::inflate::decompress_to_vec_zlib(FLAMES).unwrap();
+        let mut albedo = b"VOL\x03".to_vec();
+        for word in [1, 6, 6, 6, 1_u32] {
+            albedo.extend(word.to_le_bytes());
+        }
+        let bounds = [0.0_f32, 0.0, 0.0, 1.0, 1.0, 1.0];
+        let shares: Vec<f32> = (0..216_u16).map(|i| f32::from(i) / 256.0).collect();
+        for number in bounds.iter().chain(&shares) {
+            albedo.extend(number.to_le_bytes());
+        }
+        let colours = SmokeColours {
+            albedo: Some(&albedo),
+            ..SmokeColours::default()
+        };
+        let read = |up| {
+            let options = LoadOptions {
+                up,
+                ..LoadOptions::default()
+            };
+            let mut loaded = crate::load::vdb_from_slice(&flames, &options).unwrap();
+            let Translucent::Grid(grid) = loaded.scene.translucent.remove(0) else {
+                panic!("a grid");
+            };
+            colours.apply(grid, UpAxis::Y, &options, &mut loaded.notes)
+        };
+        let plain = read(UpAxis::Y).unwrap();
+        for up in [UpAxis::X, UpAxis::Z] {
+            let turned = read(up).unwrap();
+            let index = Vec3::new(1.0, 2.0, 4.0);
+            let [was, is] = [&plain, &turned].map(|grid| grid.transform().transform_point3(index));
+            assert!(is.abs_diff_eq((up.rotation() * was.as_dvec3()).as_vec3(), 1e-5));
+            assert!(!is.abs_diff_eq(was, 0.1), "{is}");
+            // What emits has the albedo that stands at its place in the files.
+            assert_eq!(turned.emission(), plain.emission());
+            let expected: Vec<Vec3> = shares.iter().copied().map(Vec3::splat).collect();
+            assert_eq!(turned.albedo_samples(), expected);
+        }
     }
 
     #[test]

@@ -71,7 +71,7 @@ impl Builder<'_> {
                 continue;
             };
             let own = grid.transform();
-            let grid = colours.apply(grid, &options, &mut notes)?;
+            let grid = colours.apply(grid, options.up, &options, &mut notes)?;
             let mut grid = grid.with_transform(world * own)?;
             if albedo_file.is_none()
                 && let Some(albedo) = fields.colour("albedo")?
