@@ -28,8 +28,9 @@ impl SmokeColours<'_> {
     ///
     /// # Errors
     /// Those of the files; [`LoadError::BadValue`] for a file of another number of samples,
-    /// and for a factor where nothing emits; [`LoadError::Scene`] for an albedo or an
-    /// emission, with its factor, that [`DensityGrid`] refuses.
+    /// for a factor that is not from 0 to 1e15, and for one where nothing emits;
+    /// [`LoadError::Scene`] for an albedo or an emission, times its factor, that
+    /// [`DensityGrid`] refuses.
     pub fn apply(
         &self,
         mut grid: DensityGrid,
@@ -41,6 +42,14 @@ impl SmokeColours<'_> {
             up: samples_up,
             ..options.clone()
         };
+        let is_factor = |scale: Vec3| {
+            let factors = scale.to_array();
+            factors.iter().all(|factor| (0.0..=1e15).contains(factor))
+        };
+        if let Some(scale) = self.emission_scale.filter(|scale| !is_factor(*scale)) {
+            let (what, expected) = ("the factor on the emission", "0 to 1e15");
+            return Err(LoadError::bad_value(what, scale, expected));
+        }
         let mut colours = |file: Option<&[u8]>, what: &str| {
             let read = |file| colours_for(&grid, file, what, &ordered, notes);
             file.map(read).transpose()
@@ -51,12 +60,12 @@ impl SmokeColours<'_> {
             grid = grid.with_albedo_samples(albedo)?;
         }
         if let Some(mut emission) = emission {
+            let scale = self.emission_scale.unwrap_or(Vec3::ONE);
             for colour in &mut emission {
-                *colour /= options.unit as f32;
+                *colour = scale * (*colour / options.unit as f32);
             }
             grid = grid.with_emission(emission)?;
-        }
-        if let Some(scale) = self.emission_scale {
+        } else if let Some(scale) = self.emission_scale {
             if grid.emission().is_empty() {
                 let (what, expected) = ("the factor on the emission", "smoke that emits");
                 return Err(LoadError::bad_value(what, scale, expected));

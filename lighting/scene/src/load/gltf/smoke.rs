@@ -1,6 +1,6 @@
 //! Smoke that the `extras` of a node name.
 
-use glam::Affine3A;
+use glam::{Affine3A, Vec3};
 use gltf_json::Value;
 
 use super::Builder;
@@ -71,6 +71,12 @@ impl Builder<'_> {
                 continue;
             };
             let own = grid.transform();
+            let emits = emission_file.is_some() || !grid.emission().is_empty();
+            let lists = usize::from(albedo_file.is_some()) + usize::from(emits);
+            let size = size_of::<f32>() + lists * size_of::<Vec3>();
+            // What a file may be decoded to is limited for each; the scene keeps all of them.
+            self.budget
+                .take(&owner, grid.density().len() as u64, size)?;
             let grid = colours.apply(grid, options.up, &options, &mut notes)?;
             let mut grid = grid.with_transform(world * own)?;
             if albedo_file.is_none()

@@ -252,6 +252,47 @@ fn a_chain_of_a_hundred_thousand_nodes_is_walked() {
 }
 
 #[test]
+#[cfg(feature = "vol")]
+fn smoke_that_is_used_again_and_again_meets_the_limit() {
+    // Densities as single bytes, which take four times as much once they are read.
+    let mut vol = b"VOL\x03".to_vec();
+    for word in [3_u32, 8, 8, 8, 1] {
+        vol.extend(word.to_le_bytes());
+    }
+    for number in [0.0_f32, 0.0, 0.0, 1.0, 1.0, 1.0] {
+        vol.extend(number.to_le_bytes());
+    }
+    vol.extend([100; 512]);
+    let (draft, mesh) = tetrahedron();
+    let reads = |smoke: &str, count: usize, limit: u64| {
+        let node = format!(r#"{{"extras":{{"smoke":{smoke}}}}}"#);
+        let nodes = vec![node; count].join(",");
+        let file = draft.glb(&format!(r#"{mesh},"nodes":[{{"mesh":0}},{nodes}]"#));
+        let open = &mut |_: &str| Ok(vol.clone());
+        read(&file, &LoadOptions::default(), open, Budget::new(limit)).map(drop)
+    };
+    let least = |smoke: &str, count| {
+        let (mut low, mut high) = (0, 100_000);
+        while low < high {
+            let middle = (low + high) / 2;
+            match reads(smoke, count, middle) {
+                Ok(()) => high = middle,
+                Err(_) => low = middle + 1,
+            }
+        }
+        low
+    };
+    let (plain, file) = (r#"{"uri":"a.vol"}"#, vol.len() as u64);
+    let [one, two] = [1, 2].map(|count| least(plain, count));
+    assert_eq!(two - one, file + 512 * 4);
+    let error = reads(plain, 2, two - 1).unwrap_err();
+    assert!(matches!(error, LoadError::TooLarge { .. }), "{error}");
+    assert!(error.to_string().contains("smoke"), "{error}");
+    let coloured = r#"{"uri":"a.vol","albedo":{"uri":"a.vol"},"emission":{"uri":"a.vol"}}"#;
+    assert_eq!(least(coloured, 1) - one, 2 * (file + 512 * 12));
+}
+
+#[test]
 fn data_that_is_used_again_and_again_meets_the_limit() {
     let (draft, mesh) = tetrahedron();
     let file = draft.glb(&format!(r#"{mesh},"nodes":[{{"mesh":0}}]"#));
