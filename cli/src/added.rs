@@ -27,12 +27,14 @@ pub(crate) struct AddedOptions {
 
     /// Emission of smoke from a VOL file of its own, radiance per unit of length, or a factor (one
     /// number or R,G,B) on the emission, or both; the first of these options applies to the first
-    /// --smoke, the second to the second
+    /// --smoke, the second to the second. The file has as many samples as the densities; those of
+    /// NanoVDB and OpenVDB are the box of voxels and one more on each side
     #[arg(long, value_name = "FILE|FACTOR|FILE@FACTOR", value_parser = emission)]
     pub(crate) smoke_emission: Vec<Emission>,
 
-    /// Albedo of smoke from a VOL file of its own; the first of these options applies to the first
-    /// --smoke, the second to the second
+    /// Albedo of smoke from a VOL file of its own, with as many samples as the densities; those of
+    /// NanoVDB and OpenVDB are the box of voxels and one more on each side. The first of these
+    /// options applies to the first --smoke, the second to the second
     #[arg(long, value_name = "FILE")]
     pub(crate) smoke_albedo: Vec<PathBuf>,
 

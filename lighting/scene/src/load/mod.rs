@@ -81,7 +81,8 @@
 //! parameters are those of the grid.
 //!
 //! Colours of smoke may be in VOL files of their own, with as many samples as the densities
-//! ([`SmokeColours`]): `"albedo": {"uri": "albedo.vol"}` has an albedo for each sample,
+//! ([`SmokeColours`]; a NanoVDB or OpenVDB file has one sample more on each side than the
+//! box of its voxels, two more along each axis): `"albedo": {"uri": "albedo.vol"}` has an albedo for each sample,
 //! `"emission": {"uri": "fire.vol", "scale": [5, 2, 1]}` the radiance that comes from a metre
 //! of it, times `scale`, one number or three (1 if it is missing). Without a `uri` the scale
 //! is a factor on the emission in the file of densities.

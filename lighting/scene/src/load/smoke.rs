@@ -7,6 +7,10 @@ use crate::DensityGrid;
 
 /// What is said of smoke beside its densities: VOL files of its colours, as Mitsuba has
 /// them, and a factor.
+///
+/// The files have as many samples as there are densities along each axis. Those of a
+/// NanoVDB or OpenVDB file are the voxels in the box around all that are there and one more
+/// on each side, where the density has fallen to 0: n + 2 along an axis of n voxels.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SmokeColours<'a> {
     /// A VOL file of albedos, with as many samples as there are densities: shares from 0 to
@@ -88,13 +92,12 @@ fn colours_for(
 ) -> Result<Vec<Vec3>, LoadError> {
     let (resolution, colours, own_notes) = read_vol(file, options)?;
     if resolution != grid.resolution() {
-        let [x, y, z] = resolution;
-        let what = format!("the resolution of {what}");
-        let expected = "that of the densities";
+        let size = |[x, y, z]: [u32; 3]| format!("{x} x {y} x {z}");
+        let (found, wanted) = (size(resolution), size(grid.resolution()));
         return Err(LoadError::bad_value(
-            what,
-            format!("{x} x {y} x {z}"),
-            expected,
+            format!("the resolution of {what}"),
+            format!("{found}, and that of the densities {wanted}"),
+            "the same",
         ));
     }
     notes.extend(own_notes.into_iter().map(|note| format!("{what}: {note}")));
@@ -264,7 +267,7 @@ mod tests {
                     emission: Some(&other),
                     ..none
                 },
-                "the resolution of the emission is 1 x 1 x 1",
+                "the resolution of the emission is 1 x 1 x 1, and that of the densities 3 x 1 x 1",
             ),
             (
                 SmokeColours {
