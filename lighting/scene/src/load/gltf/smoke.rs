@@ -43,14 +43,16 @@ impl Builder<'_> {
         let albedo_file = colours("albedo", &["uri"])?;
         let emission_file = colours("emission", &["uri", "scale"])?;
         let emission = fields.get("emission");
-        if let Some(value) = emission.filter(|value| !value.is_object()) {
+        let says_nothing =
+            |value: &&Value| value.as_object().is_none_or(|fields| fields.is_empty());
+        if let Some(value) = emission.filter(says_nothing) {
             return Err(fields.bad("emission", value, "an object with a uri, a scale or both"));
         }
         let colours = SmokeColours {
             albedo: albedo_file.as_deref(),
             emission: emission_file.as_deref(),
             emission_scale: match emission.and_then(|emission| emission.get("scale")) {
-                Some(scale) => Some(fields.as_colour("emission", scale)?),
+                Some(scale) => Some(fields.as_colour("emission.scale", scale)?),
                 None => None,
             },
         };

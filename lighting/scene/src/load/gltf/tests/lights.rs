@@ -517,8 +517,14 @@ fn smoke_in_a_file_of_its_own_stands_where_its_node_does() {
         (
             r#"{"uri":"plume.vol","emission":{"uri":"plume.vol","scale":-3}}"#,
             &vol,
-            "smoke.emission",
+            "smoke.emission.scale",
         ),
+        (
+            r#"{"uri":"plume.vol","emission":{}}"#,
+            &vol,
+            "a uri, a scale or both",
+        ),
+        (r#"{"uri":"plume.vol","albedo":{}}"#, &vol, "smoke.albedo"),
         (r#"{"uri":"plume.vol","sigma_s":2}"#, &vol, "smoke"),
         (r#"{"uri":"plume.vol"}"#, &vol[..40], "bytes"),
         (
