@@ -11,7 +11,6 @@ use lighting::scene::load::{
 use lighting::scene::{Scene, Translucent};
 
 use crate::failure::Failure;
-use crate::parse;
 
 /// What is added to a scene.
 #[derive(Debug, Clone, Default, Args)]
@@ -96,22 +95,29 @@ pub(crate) struct Emission {
 }
 
 /// `fire.vol`, `5,2,1` or `fire.vol@5,2,1`. What follows an @ and is no list of numbers is
-/// part of the name.
+/// part of the name. "nan" and "inf" are numbers, so that they are not looked for as files.
 fn emission(text: &str) -> Result<Emission, String> {
-    let (path, factor) = match text.rsplit_once('@') {
-        Some((path, factor)) if parse::doubles(factor).is_ok() => (Some(path), Some(factor)),
-        _ if parse::doubles(text).is_ok() => (None, Some(text)),
-        _ => (Some(text), None),
+    let numbers = |text: &str| -> Option<Vec<f64>> {
+        let numbers = text.split(',').map(|number| number.trim().parse().ok());
+        numbers.collect()
     };
-    let factor = match factor.map(parse::doubles).transpose()?.as_deref() {
+    let (path, factor) = match text.rsplit_once('@') {
+        Some((path, factor)) if numbers(factor).is_some() => (Some(path), numbers(factor)),
+        _ => match numbers(text) {
+            Some(factor) => (None, Some(factor)),
+            None => (Some(text), None),
+        },
+    };
+    let factors = factor.iter().flatten();
+    if let Some(factor) = factors.copied().find(|x| !(0.0..=1e15).contains(x)) {
+        return Err(format!("the factor is {factor}, expected 0 to 1e15"));
+    }
+    let factor = match factor.as_deref() {
         None => None,
         Some(&[grey]) => Some(DVec3::splat(grey)),
         Some(&[r, g, b]) => Some(DVec3::new(r, g, b)),
         Some(_) => return Err("expected a factor of one number or R,G,B".into()),
     };
-    if let Some(factor) = factor.filter(|factor| factor.min_element() < 0.0) {
-        return Err(format!("the factor is {factor}, expected nothing negative"));
-    }
     if path == Some("") {
         return Err("expected a file before the @".into());
     }
@@ -280,6 +286,18 @@ mod tests {
         }
         for wrong in ["1,2", "fire.vol@1,2", "fire.vol@-1", "@1"] {
             assert!(emission(wrong).is_err(), "{wrong}");
+        }
+        for wrong in [
+            "nan",
+            "inf",
+            "-1",
+            "1.1e15",
+            "1,-inf,1",
+            "fire.vol@NaN",
+            "fire.vol@1,1e39,1",
+        ] {
+            let error = emission(wrong).unwrap_err();
+            assert!(error.contains("expected 0 to 1e15"), "{wrong}: {error}");
         }
     }
 
