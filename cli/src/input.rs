@@ -324,7 +324,7 @@ fn no_scene(name: &str) -> Failure {
     let files = files.take(FILES).filter_map(|file| {
         let file = folder.join(file.file_name());
         let extension = file.extension()?.to_string_lossy().to_lowercase();
-        let known = ["gltf", "glb", "ply", "obj", "hair", "vol"];
+        let known = ["gltf", "glb", "ply", "obj", "hair", "vol", "nvdb", "vdb"];
         known
             .contains(&&*extension)
             .then(|| file.display().to_string())
