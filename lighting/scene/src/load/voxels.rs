@@ -131,12 +131,15 @@ pub(super) fn chosen<G>(
     let mut found = [None, None];
     for (index, (name, grid)) in grids.into_iter().enumerate() {
         if Some(index) == density {
+            if name != DENSITY {
+                let name = printable(&name);
+                notes.add(format!("the grid \"{name}\" is the density"));
+            }
             found[0] = Some(grid);
         } else if Some(index) == emission {
             let name = printable(&name);
-            notes.add(format!(
-                "the grid \"{name}\" is emission: radiance per unit of length"
-            ));
+            // Whether it is used is said once its voxels are known.
+            notes.add(format!("the grid \"{name}\" is named as an emission"));
             found[1] = Some(grid);
         } else {
             left_out(&name, notes);
@@ -153,18 +156,27 @@ pub(super) fn left_out(name: &str, notes: &mut Notes) {
 
 /// A scene of a grid of densities and one that emits, one of them at least.
 pub(super) fn scene_of<G: VoxelGrid>(
-    [density, emission]: [Option<G>; 2],
+    [density, mut emission]: [Option<G>; 2],
     options: &LoadOptions,
     budget: &mut Budget,
     mut notes: Notes,
 ) -> Result<Loaded, LoadError> {
-    let mut emission = emission.filter(|grid| grid.indices().is_some());
+    if emission
+        .as_ref()
+        .is_some_and(|grid| grid.indices().is_none())
+    {
+        notes.add("the emission is left out: no voxels");
+        emission = None;
+    }
     let density = density.filter(|grid| grid.indices().is_some() || emission.is_none());
     if let (Some(density), Some(other)) = (&density, &emission)
         && !density.placement().is_that_of(&other.placement())
     {
         notes.add("the emission is left out, whose transform is not that of the densities");
         emission = None;
+    }
+    if emission.is_some() {
+        notes.add("the emission is radiance per unit of length");
     }
     let both = || density.iter().chain(&emission);
     let boxes: Vec<_> = both().filter_map(VoxelGrid::indices).collect();
@@ -271,4 +283,64 @@ fn samples<G: VoxelGrid>(boxes: &[[[i64; 3]; 2]]) -> Result<([i64; 3], [u32; 3])
         });
     }
     Ok((first, resolution))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load::MAX_DECODED_BYTES;
+
+    /// A voxel of 1, or none.
+    struct Voxel {
+        is_there: bool,
+        shift: DVec3,
+    }
+
+    impl VoxelGrid for Voxel {
+        const FORMAT: &'static str = "voxel";
+
+        fn indices(&self) -> Option<[[i64; 3]; 2]> {
+            self.is_there.then_some([[0; 3]; 2])
+        }
+
+        fn placement(&self) -> Placement {
+            Placement {
+                turn: DMat3::IDENTITY,
+                shift: self.shift,
+            }
+        }
+
+        fn background(&self) -> f32 {
+            0.0
+        }
+
+        fn fill(&self, dense: &mut Dense) -> Result<(), LoadError> {
+            dense.fill([[0; 3]; 2], 1.0);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn notes_tell_which_grids_are_used() {
+        let notes = |density: &str, [is_there, is_elsewhere]: [bool; 2]| {
+            let shift = if is_elsewhere { DVec3::X } else { DVec3::ZERO };
+            let [here, there] = [(true, DVec3::ZERO), (is_there, shift)]
+                .map(|(is_there, shift)| Voxel { is_there, shift });
+            let grids = vec![(density.to_owned(), here), ("flames".to_owned(), there)];
+            let mut notes = Notes::default();
+            let grids = chosen("voxel", grids, &mut notes).unwrap();
+            let mut budget = Budget::new(MAX_DECODED_BYTES);
+            let loaded = scene_of(grids, &LoadOptions::default(), &mut budget, notes);
+            loaded.unwrap().notes
+        };
+        let named = "the grid \"flames\" is named as an emission";
+        let used = "the emission is radiance per unit of length";
+        assert_eq!(notes("density", [true, false]), [named, used]);
+        let none = "the emission is left out: no voxels";
+        assert_eq!(notes("density", [false, false]), [named, none]);
+        let moved = "the emission is left out, whose transform is not that of the densities";
+        assert_eq!(notes("density", [true, true]), [named, moved]);
+        let density = "the grid \"soot\" is the density";
+        assert_eq!(notes("soot", [true, false]), [density, named, used]);
+    }
 }
