@@ -12,6 +12,9 @@ pub enum Filter {
     /// shadows, with less noise of single texels. A texel counts as far as the square covers
     /// it, so the result changes without steps as the point moves. `Square(1)` is
     /// [`Filter::Bilinear`], `Square(0)` is [`Filter::Nearest`]. Costs (side + 1)² lookups.
+    ///
+    /// Drivers in software end the loops of a shader's invocation after 65,535 turns, of which
+    /// a lookup takes up to the curve's nodes: with them, ask for less.
     Square(u8),
 }
 

@@ -31,7 +31,7 @@ fn avsm_square_texel(i: u32, start: f32, count: u32) -> u32 {
 
 // Share of the light that gets to a receiver, per channel, from a map of
 // `extent` texels, at least one. Texel centres are at 0.5, 1.5, ... The mean over a square of
-// `side` texels per side: 0 for the nearest texel, 1 for the four around.
+// `side` texels per side, at most 255: 0 for the nearest texel, 1 for the four around.
 fn avsm_filtered(
     extent: vec2<u32>,
     position: vec2<f32>,
@@ -43,7 +43,7 @@ fn avsm_filtered(
         return avsm_transmittances(texel, depth);
     }
     if side > 1u {
-        return avsm_square(extent, position, depth, side);
+        return avsm_square(extent, position, depth, min(side, 255u));
     }
     let x = avsm_neighbours(position.x, extent.x);
     let y = avsm_neighbours(position.y, extent.y);

@@ -119,7 +119,7 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> WgslR
 /// The same between texels of a map of `extent` texels, at least one: `position` is in
 /// texels, whose centres are at 0.5, 1.5, …; beside the map the texel at its rim answers.
 /// `side` is that of [`Filter`](crate::Filter): 0 asks the nearest texel, 1 the four around,
-/// and k takes the mean over k × k texels, with (k + 1)² lookups.
+/// and k, at most 255, takes the mean over k × k texels, with (k + 1)² lookups.
 /// Of a curve with one channel:
 ///
 /// ```wgsl

@@ -226,6 +226,24 @@ fn lights_and_eyes_in_the_planes_of_walls_agree() {
 }
 
 #[test]
+fn lamps_far_beyond_all_triangles_agree() {
+    let Some(both) = Both::new(&casters()) else {
+        return;
+    };
+    let rays = rays(1000, 0.05);
+    for distance in [30.0, 1e3, 1e5] {
+        for way in [Vec3::new(0.3, 1.0, 0.2), Vec3::new(-1.0, 0.1, 0.4)] {
+            let differing = both.differing(&rays, &lamp(distance * way), &fog());
+            let share = differing.len() as f64 / rays.len() as f64;
+            assert!(
+                share <= Allowed::GpuExactRays.error(),
+                "{distance}: {share}"
+            );
+        }
+    }
+}
+
+#[test]
 fn triangles_that_cast_no_shadow_leave_all_lit() {
     let corners = [Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Z];
     let mut scene = Scene::from(Mesh {

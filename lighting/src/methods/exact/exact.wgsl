@@ -40,13 +40,18 @@ const light_exact_NARROWEST: f32 = 1e-6;
 const light_exact_NOTHING: vec2<f32> = vec2(0.0, 0.0);
 
 // The plane of the ray and its light. Coordinates begin at a light at a point, as seen from
-// which ends have the digits of their direction; with a sun they begin at the eye.
+// which ends have the digits of their direction; with a sun, and a light beyond everything, they
+// begin at the eye.
 struct light_exact_Plane {
     origin: vec3<f32>,
     is_sun: bool,
     along: vec3<f32>,
     // Where the light is beside the ray, if it is at a point.
     foot: f32,
+    // Coordinates of a light at a point.
+    light: vec2<f32>,
+    // Whether they begin at the eye.
+    is_far: bool,
     // From the light towards the ray.
     down: vec3<f32>,
     // How far down the ray is.
@@ -66,6 +71,15 @@ struct light_exact_Cursor {
     dark: array<vec2<f32>, light_exact_MOST>,
     count: u32,
     next: u32,
+}
+
+// Whether a light at a distance from the eye is farther away than all triangles by far.
+fn light_exact_is_beyond(eye: vec3<f32>, distance: f32) -> bool {
+    if light_exact.nodes == 0u {
+        return false;
+    }
+    let root = light_exact_nodes[0];
+    return distance > 4.0 * length(max(abs(root.low - eye), abs(root.high - eye)));
 }
 
 fn light_exact_plane(path: light_Path) -> light_exact_Plane {
@@ -89,9 +103,15 @@ fn light_exact_plane(path: light_Path) -> light_exact_Plane {
         plane.origin = path.origin;
         plane.slope = foot / max(h, narrowest);
     } else {
-        plane.origin = emitter.position;
         plane.foot = foot;
-        plane.ray = max(h, narrowest);
+        plane.is_far = light_exact_is_beyond(path.origin, distance);
+        if plane.is_far {
+            plane.origin = path.origin;
+            plane.light = vec2(foot, -max(h, narrowest));
+        } else {
+            plane.origin = emitter.position;
+            plane.ray = max(h, narrowest);
+        }
     }
     return plane;
 }
@@ -110,10 +130,14 @@ fn light_exact_on_ray(plane: light_exact_Plane, point: vec2<f32>) -> f32 {
     if plane.is_sun {
         return point.x + plane.slope * point.y;
     }
-    if abs(point.x) >= 1e18 * point.y {
-        return select(light_FAR * sign(point.x), plane.foot, point.x == 0.0);
+    let below = point - plane.light;
+    if abs(below.x) >= 1e18 * below.y {
+        return select(light_FAR * sign(below.x), plane.foot, below.x == 0.0);
     }
-    return plane.foot + plane.ray * (point.x / point.y);
+    if plane.is_far {
+        return point.x - point.y * (below.x / below.y);
+    }
+    return plane.foot + plane.ray * (below.x / below.y);
 }
 
 // An interval of the ray's line with everything that the box can hide from the light.
@@ -131,7 +155,7 @@ fn light_exact_of_box(plane: light_exact_Plane, low: vec3<f32>, high: vec3<f32>)
     let reach = vec2(dot(abs(plane.along), half), dot(abs(plane.down), half)) + margin;
     let least = middle - reach;
     let most = vec2(middle.x + reach.x, min(middle.y + reach.y, plane.ray));
-    if least.y > plane.ray || (!plane.is_sun && most.y <= 0.0) {
+    if least.y > plane.ray || (!plane.is_sun && most.y <= plane.light.y) {
         return light_exact_NOTHING;
     }
     // The box lies in a rectangle of the plane, whose shadow is that of its corners.
@@ -143,7 +167,8 @@ fn light_exact_of_box(plane: light_exact_Plane, low: vec3<f32>, high: vec3<f32>)
         light_exact_on_ray(plane, vec2(most.x, least.y)),
         light_exact_on_ray(plane, most),
     );
-    let rounding = light_exact_ROUNDING * (abs(plane.foot) + vec2(abs(a), abs(b)));
+    let place = select(abs(plane.foot), max(abs(least.x), abs(most.x)), plane.is_far);
+    let rounding = light_exact_ROUNDING * (place + vec2(abs(a), abs(b)));
     return vec2(a - rounding.x, b + rounding.y);
 }
 
@@ -184,14 +209,16 @@ fn light_exact_of_segment(plane: light_exact_Plane, a: vec2<f32>, b: vec2<f32>) 
         // wherever rounding has put it.
         let size = max(abs(a), abs(b));
         let rounding = light_exact_ROUNDING * max(size.x, size.y);
-        if lower.y <= 0.0 || all(abs(lower) <= vec2(rounding)) || all(abs(upper) <= vec2(rounding)) {
+        let is_at_light = all(abs(lower - plane.light) <= vec2(rounding))
+            || all(abs(upper - plane.light) <= vec2(rounding));
+        if lower.y <= plane.light.y || is_at_light {
             return light_exact_NOTHING;
         }
-        if upper.y <= 0.0 {
+        if upper.y <= plane.light.y {
             // The segment reaches the light's height: its shadow has no end on the side
             // where it does.
-            let share = -upper.y / (lower.y - upper.y);
-            let aside = upper.x + share * (lower.x - upper.x);
+            let share = (plane.light.y - upper.y) / (lower.y - upper.y);
+            let aside = upper.x + share * (lower.x - upper.x) - plane.light.x;
             if abs(aside) <= rounding {
                 return light_exact_NOTHING;
             }

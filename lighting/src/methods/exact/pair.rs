@@ -9,7 +9,7 @@ use crate::methods::{
 use crate::scene::Geometry;
 
 /// A pair that runs in shaders where all triangles are solid or cast no shadow. On a GPU
-/// whose frame has others, or too many for a software driver, the CPU computes the light and
+/// whose frame has others, or more than a binding or a software driver takes, the CPU computes the light and
 /// the GPU adds it, and the [watch](crate::Watch::told) is told so. Nothing is read back, so
 /// that it is the same in an encoder of the caller's.
 #[derive(Debug, Clone)]

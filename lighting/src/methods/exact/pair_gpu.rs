@@ -22,10 +22,19 @@ const NOT_SOLID: &str = "exact visibility is found on the CPU: some triangles ar
 const TOO_MANY: &str = "exact visibility is found on the CPU: a software driver may end its walk \
     through so many triangles";
 
+/// What it is told of triangles that do not fit.
+const TOO_LARGE: &str = "exact visibility is found on the CPU: the GPU cannot bind so many \
+    triangles at once";
+
 /// Triangles that a software driver gets. Such drivers end the loops of a ray after 65,535
-/// turns. A ray over rough ground of 3,200 triangles takes up to 2,700, and the number grows
-/// with the square root of that of the triangles: to 15,000.
-const MOST_ON_SOFTWARE: usize = 100_000;
+/// turns, which is no error: the rest of the ray would be lit. Each 16 shadows on a ray take
+/// another walk, of at most two nodes for each triangle and some 18 turns of all loops for
+/// each node, so a ray through T triangles side by side takes up to 2.25 T² turns.
+const MOST_ON_SOFTWARE: usize = 150;
+
+/// At least the bytes of a triangle in either buffer: 36 for its corners, 32 for each of at
+/// most two nodes.
+const BYTES: u64 = 64;
 
 /// The shader that adds light.
 pub(super) const ADD: [&str; 2] = [INDEX_WGSL, include_str!("add.wgsl")];
@@ -66,7 +75,11 @@ fn why_on_cpu<E: Encode>(frame: &Frame<'_, Gpu<E>>) -> Option<&'static str> {
     if !are_in_shaders(geometry.coatings(), triangles) {
         return Some(NOT_SOLID);
     }
-    let is_too_long = frame.backend.is_software() && triangles > MOST_ON_SOFTWARE;
+    let context = frame.backend.context();
+    if BYTES * triangles as u64 > context.limits().max_storage_buffer_binding_size {
+        return Some(TOO_LARGE);
+    }
+    let is_too_long = context.is_software() && triangles > MOST_ON_SOFTWARE;
     is_too_long.then_some(TOO_MANY)
 }
 
