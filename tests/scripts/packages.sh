@@ -5,7 +5,8 @@
 # not every machine has: cargo-deny (deny.toml), cargo-semver-checks (against the last tag),
 # and the oldest Rust that Cargo.toml promises. What is skipped is named.
 #
-# Arguments go to `cargo package`, such as --allow-dirty. To be run by hand: it builds all
+# With --tools it does the latter alone, as `.ci/run` does. Other arguments go to
+# `cargo package`, such as --allow-dirty. The whole is to be run by hand: it builds all
 # dependencies once more, into target/packages.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -24,34 +25,42 @@ for package in json.load(sys.stdin)["packages"]:
 step() { printf '\n=== %s (after %d s)\n' "$1" "$SECONDS"; }
 skipped() { printf 'SKIPPED %s: %s\n' "$1" "$2"; }
 
-step 'packages'
 names=()
 while read -r name _; do names+=(--package "$name"); done <<<"$published"
-cargo package --no-verify "${names[@]}" "$@"
 
-step 'archives'
-# Outside of the repository, whose workspace cargo would take them for members of.
-unpacked=$(mktemp -d)
-trap 'rm -rf "$unpacked"' EXIT
-patches=()
-while read -r name version; do
-    tar -xzf "$target/package/$name-$version.crate" -C "$unpacked"
-    patches+=(--config "patch.crates-io.$name.path='$unpacked/$name-$version'")
-    for file in README.md LICENSE-MIT LICENSE-APACHE; do
-        [[ -s $unpacked/$name-$version/$file ]] || { echo "$name has no $file" >&2; exit 1; }
-    done
-done <<<"$published"
+# Packages, and checks each from its archive.
+archives() {
+    step 'packages'
+    cargo package --no-verify "${names[@]}" "$@"
 
-while read -r name version; do
-    for all in '' --all-features; do
-        printf 'cargo check %s of the archive of %s\n' "$all" "$name"
-        # The versions of dependencies that all else was tested with.
-        cp Cargo.lock "$unpacked/$name-$version/Cargo.lock"
-        # shellcheck disable=SC2086
-        RUSTFLAGS='-D warnings' cargo check --quiet $all "${patches[@]}" \
-            --manifest-path "$unpacked/$name-$version/Cargo.toml" 2> >(grep -v -e 'was not used in the crate graph' -e '^$' >&2)
-    done
-done <<<"$published"
+    step 'archives'
+    # Outside of the repository, whose workspace cargo would take them for members of.
+    unpacked=$(mktemp -d)
+    trap 'rm -rf "$unpacked"' EXIT
+    patches=()
+    while read -r name version; do
+        tar -xzf "$target/package/$name-$version.crate" -C "$unpacked"
+        patches+=(--config "patch.crates-io.$name.path='$unpacked/$name-$version'")
+        for file in README.md LICENSE-MIT LICENSE-APACHE; do
+            [[ -s $unpacked/$name-$version/$file ]] || { echo "$name has no $file" >&2; exit 1; }
+        done
+    done <<<"$published"
+
+    while read -r name version; do
+        for all in '' --all-features; do
+            printf 'cargo check %s of the archive of %s\n' "$all" "$name"
+            # The versions of dependencies that all else was tested with.
+            cp Cargo.lock "$unpacked/$name-$version/Cargo.lock"
+            # shellcheck disable=SC2086
+            RUSTFLAGS='-D warnings' cargo check --quiet $all "${patches[@]}" \
+                --manifest-path "$unpacked/$name-$version/Cargo.toml" 2> >(grep -v -e 'was not used in the crate graph' -e '^$' >&2)
+        done
+    done <<<"$published"
+}
+
+if [[ ${1:-} != --tools ]]; then
+    archives "$@"
+fi
 
 step 'licences and sources'
 if cargo deny --version >/dev/null 2>&1; then
