@@ -34,8 +34,8 @@ for target in "${targets[@]}"; do
     log=$corpus.log
     mkdir -p "$corpus" "$folder/artifacts/$target"
     FUZZ_SEEDS=$corpus nice -n 19 cargo +nightly fuzz run --fuzz-dir $folder --sanitizer none \
-        "$target" "$corpus" -- -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=20 \
-        -max_len=8192 -print_final_stats=1 >"$log" 2>&1 || failed=1
+        "$target" "$corpus" -- -max_total_time="$seconds" -rss_limit_mb=6144 -timeout=20 \
+        -max_len=65536 -print_final_stats=1 >"$log" 2>&1 || failed=1
     awk -v target="$target" -v seconds="$seconds" '
         function edges() { for (i = 1; i < NF; i++) if ($i == "cov:") return $(i + 1) }
         function rate() { for (i = 1; i < NF; i++) if ($i == "exec/s:") return $(i + 1) }

@@ -5,7 +5,9 @@
 #[path = "../fuzz/src/lib.rs"]
 pub mod fuzz;
 
+use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 
 use fuzz::TARGETS;
 use reference::damage::{copies, damaged};
@@ -28,6 +30,33 @@ fn holds(name: &str, usual: usize) {
     }
 }
 
+/// The folder of cargo-fuzz.
+const FUZZ: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz");
+
+/// The names of the files of targets.
+fn target_files() -> Vec<String> {
+    let entries = fs::read_dir(Path::new(FUZZ).join("fuzz_targets")).expect("a folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let stem = |path: PathBuf| Some(path.file_stem()?.to_str()?.to_owned());
+    paths.filter_map(stem).collect()
+}
+
+/// The names of the programs in the manifest.
+fn target_programs() -> Vec<String> {
+    let manifest = fs::read_to_string(Path::new(FUZZ).join("Cargo.toml")).expect("a manifest");
+    let name = |program: &str| {
+        Some(
+            program
+                .split_once("name = \"")?
+                .1
+                .split_once('"')?
+                .0
+                .to_owned(),
+        )
+    };
+    manifest.split("[[bin]]").skip(1).filter_map(name).collect()
+}
+
 /// A test of each target, with the number of copies that takes a second or so.
 macro_rules! targets_hold {
     ($($name:ident: $copies:literal),+ $(,)?) => {
@@ -40,6 +69,11 @@ macro_rules! targets_hold {
         fn no_target_is_left_out() {
             let names: Vec<&str> = TARGETS.iter().map(|target| target.name).collect();
             assert_eq!(names, [$(stringify!($name)),+]);
+            let [mut files, mut programs] = [target_files(), target_programs()];
+            files.sort();
+            programs.sort();
+            assert_eq!(files, names);
+            assert_eq!(programs, names);
         }
     };
 }

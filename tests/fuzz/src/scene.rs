@@ -5,7 +5,7 @@ use gpu_backend::Cpu;
 use lighting::methods::Entry;
 use lighting::scene::load::{
     LoadError, LoadOptions, Loaded, UpAxis, gltf_from_slice, hair_from_slice, nvdb_from_slice,
-    obj_from_slice, ply_from_slice, vol_colours_from_slice, vol_from_slice,
+    obj_from_slice, ply_from_slice, vdb_from_slice, vol_colours_from_slice, vol_from_slice,
 };
 use lighting::scene::trace::Tracer;
 use lighting::scene::view::View;
@@ -21,7 +21,7 @@ const MOST: usize = 4096;
 
 /// The two bytes in front of a file: its format, and how it is read.
 fn load(format: u8, how: u8, file: &[u8]) -> Result<Loaded, LoadError> {
-    let is_gltf = format.is_multiple_of(6);
+    let is_gltf = format.is_multiple_of(7);
     let options = LoadOptions {
         lenient: how & 1 == 1,
         assets: None,
@@ -38,7 +38,7 @@ fn load(format: u8, how: u8, file: &[u8]) -> Result<Loaded, LoadError> {
         None => (file, &[][..]),
     };
     let mut open = |_: &str| Ok(other.to_vec());
-    match format % 6 {
+    match format % 7 {
         0 => gltf_from_slice(file, &options, &mut open),
         1 => obj_from_slice(file, &options, &mut open),
         2 => ply_from_slice(file, &options),
@@ -47,7 +47,8 @@ fn load(format: u8, how: u8, file: &[u8]) -> Result<Loaded, LoadError> {
             drop(vol_colours_from_slice(file, &options));
             vol_from_slice(file, &options)
         }
-        _ => nvdb_from_slice(file, &options),
+        5 => nvdb_from_slice(file, &options),
+        _ => vdb_from_slice(file, &options),
     }
 }
 
@@ -246,6 +247,16 @@ const NVDB: [&[u8]; 2] = [
     include_bytes!("../../../lighting/scene/src/load/testdata/two.nvdb"),
 ];
 
+/// Files of OpenVDB as ZLIB data: packed by Blosc, by ZIP, as half floats, with inactive
+/// values, and of an emission alone.
+const VDB: [&[u8]; 5] = [
+    include_bytes!("../../../lighting/scene/src/load/testdata/blosc.vdb.zz"),
+    include_bytes!("../../../lighting/scene/src/load/testdata/zip.vdb.zz"),
+    include_bytes!("../../../lighting/scene/src/load/testdata/half.vdb.zz"),
+    include_bytes!("../../../lighting/scene/src/load/testdata/inactive.vdb.zz"),
+    include_bytes!("../../../lighting/scene/src/load/testdata/flames.vdb.zz"),
+];
+
 /// Small files of every format, compressed or not.
 pub fn seeds() -> Vec<Vec<u8>> {
     let mut tetrahedron = floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
@@ -288,6 +299,10 @@ pub fn seeds() -> Vec<Vec<u8>> {
         (0, glb(&json.replace("NUMBER", position), stream))
     }));
     files.extend(NVDB.map(|file| (5, file.to_vec())));
+    files.extend(VDB.map(|packed| {
+        let file = miniz_oxide::inflate::decompress_to_vec_zlib(packed);
+        (6, file.expect("ZLIB data"))
+    }));
     let mut seeds = Vec::new();
     for (format, file) in files {
         for method in [0, 1, 2 + 128, 3 + 128] {
