@@ -26,7 +26,7 @@
 //!     About, Frame, FrameInputs, Method, MethodError, Registry, Role, RunOn, Verdict,
 //! };
 //!
-//! A method with the same light in every pixel.
+//! /// The same light in every pixel.
 //! #[derive(Debug)]
 //! struct Constant;
 //!
