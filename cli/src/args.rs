@@ -851,21 +851,4 @@ pub(crate) enum Phase {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_definition_is_consistent() {
-        Arguments::command(&Registry::standard()).debug_assert();
-    }
-
-    #[test]
-    fn every_command_explains_itself() {
-        let mut command = Arguments::command(&Registry::standard());
-        let text = command.render_long_help().to_string();
-        assert!(text.contains("Examples:") && text.contains("compare"));
-        for sub in command.get_subcommands() {
-            assert!(sub.get_about().is_some(), "{}", sub.get_name());
-        }
-    }
-}
+mod tests;

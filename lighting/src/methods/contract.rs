@@ -177,6 +177,69 @@ pub trait Method: Send + Sync + Debug {
     }
 }
 
+/// A method that runs another one in a way of its own, and says of itself what that one says.
+pub trait Wraps: Send + Sync + Debug {
+    /// The other method.
+    type Wrapped: Method + ?Sized;
+
+    /// The other method.
+    fn wrapped(&self) -> &Self::Wrapped;
+}
+
+impl<W: Wraps> Method for W {
+    fn about(&self) -> About {
+        self.wrapped().about()
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        self.wrapped().applies(inputs)
+    }
+
+    fn uses_maps_of(&self, geometry: &Geometry) -> bool {
+        self.wrapped().uses_maps_of(geometry)
+    }
+
+    fn distinct<'q>(
+        &self,
+        inputs: &FrameInputs<'_>,
+        qualities: &'q [u32],
+    ) -> (&'q [u32], Option<&'static str>) {
+        self.wrapped().distinct(inputs, qualities)
+    }
+
+    fn sees_heterogeneous_media(&self) -> bool {
+        self.wrapped().sees_heterogeneous_media()
+    }
+
+    fn sees_cover(&self) -> bool {
+        self.wrapped().sees_cover()
+    }
+
+    fn interleaves(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        self.wrapped().interleaves(inputs)
+    }
+
+    fn takes_some_pixels(&self) -> Verdict {
+        self.wrapped().takes_some_pixels()
+    }
+
+    fn remembers_frames(&self) -> bool {
+        self.wrapped().remembers_frames()
+    }
+
+    fn tolerance(&self, quality: u32) -> Option<f64> {
+        self.wrapped().tolerance(quality)
+    }
+
+    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
+        self.wrapped().notes(inputs)
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work {
+        self.wrapped().work(inputs, quality)
+    }
+}
+
 /// A method on a backend.
 pub trait RunOn<B: Backend>: Send + Sync {
     /// Puts into the store what stays the same as long as the scene does. Without this call the

@@ -130,7 +130,9 @@ mod shared;
 mod store;
 
 #[cfg(feature = "methods")]
-pub use contract::{About, LightFrameSurfaces, Method, MethodError, Role, RunOn, Verdict, Work};
+pub use contract::{
+    About, LightFrameSurfaces, Method, MethodError, Role, RunOn, Verdict, Work, Wraps,
+};
 #[cfg(feature = "methods")]
 pub use evaluators::{EvaluatorAbout, Evaluators, GAUSS_NODES};
 #[cfg(feature = "methods")]

@@ -9,8 +9,8 @@ use gpu_backend::{Backend, BufferOf, Cpu};
 
 use super::reduced::{Reduced, Reduction};
 use super::{
-    About, EvaluatorAbout, Frame, FrameInputs, LightFrameSurfaces, Method, MethodError, RunOn,
-    SourceAbout, Verdict, Work,
+    About, EvaluatorAbout, Frame, LightFrameSurfaces, Method, MethodError, RunOn, SourceAbout,
+    Wraps,
 };
 
 /// A method that runs on every backend of this build.
@@ -178,57 +178,11 @@ impl Entry {
     }
 }
 
-impl Method for Entry {
-    fn about(&self) -> About {
-        self.method.about()
-    }
+impl Wraps for Entry {
+    type Wrapped = dyn Method;
 
-    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        self.method.applies(inputs)
-    }
-
-    fn uses_maps_of(&self, geometry: &crate::scene::Geometry) -> bool {
-        self.method.uses_maps_of(geometry)
-    }
-
-    fn distinct<'q>(
-        &self,
-        inputs: &FrameInputs<'_>,
-        qualities: &'q [u32],
-    ) -> (&'q [u32], Option<&'static str>) {
-        self.method.distinct(inputs, qualities)
-    }
-
-    fn interleaves(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        self.method.interleaves(inputs)
-    }
-
-    fn sees_heterogeneous_media(&self) -> bool {
-        self.method.sees_heterogeneous_media()
-    }
-
-    fn sees_cover(&self) -> bool {
-        self.method.sees_cover()
-    }
-
-    fn takes_some_pixels(&self) -> Verdict {
-        self.method.takes_some_pixels()
-    }
-
-    fn remembers_frames(&self) -> bool {
-        self.method.remembers_frames()
-    }
-
-    fn tolerance(&self, quality: u32) -> Option<f64> {
-        self.method.tolerance(quality)
-    }
-
-    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
-        self.method.notes(inputs)
-    }
-
-    fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work {
-        self.method.work(inputs, quality)
+    fn wrapped(&self) -> &(dyn Method + 'static) {
+        &*self.method
     }
 }
 

@@ -10,10 +10,9 @@ use crate::culling::{PickPixels, RayTiles, TileLights, TooManyLights};
 use crate::gather::MOST_TURNS;
 use crate::methods::per_light::{Culled, is_culled, ray_tiles};
 use crate::methods::{
-    About, Evaluators, Frame, FrameInputs, Method, MethodError, PerLight, RunOn, SourceOn, Verdict,
-    Work,
+    Evaluators, Frame, FrameInputs, Method, MethodError, PerLight, RunOn, SourceOn, Wraps,
 };
-use crate::scene::{Emission, Geometry};
+use crate::scene::Emission;
 use crate::{Emitter, Gather};
 
 /// A kind of visibility source that can answer for many lights at once.
@@ -130,54 +129,16 @@ where
     }
 }
 
-impl<S, E> Method for ManyLights<S, E>
+impl<S, E> Wraps for ManyLights<S, E>
 where
     S: Send + Sync + Debug,
     E: Send + Sync + Debug,
     PerLight<S, E>: Method,
 {
-    fn about(&self) -> About {
-        self.0.about()
-    }
+    type Wrapped = PerLight<S, E>;
 
-    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        self.0.applies(inputs)
-    }
-
-    fn uses_maps_of(&self, geometry: &Geometry) -> bool {
-        self.0.uses_maps_of(geometry)
-    }
-
-    fn distinct<'q>(
-        &self,
-        inputs: &FrameInputs<'_>,
-        qualities: &'q [u32],
-    ) -> (&'q [u32], Option<&'static str>) {
-        self.0.distinct(inputs, qualities)
-    }
-
-    fn sees_cover(&self) -> bool {
-        self.0.sees_cover()
-    }
-
-    fn tolerance(&self, quality: u32) -> Option<f64> {
-        self.0.tolerance(quality)
-    }
-
-    fn interleaves(&self, inputs: &FrameInputs<'_>) -> Verdict {
-        self.0.interleaves(inputs)
-    }
-
-    fn takes_some_pixels(&self) -> Verdict {
-        self.0.takes_some_pixels()
-    }
-
-    fn notes(&self, inputs: &FrameInputs<'_>) -> Vec<String> {
-        self.0.notes(inputs)
-    }
-
-    fn work(&self, inputs: &FrameInputs<'_>, quality: u32) -> Work {
-        self.0.work(inputs, quality)
+    fn wrapped(&self) -> &PerLight<S, E> {
+        &self.0
     }
 }
 
