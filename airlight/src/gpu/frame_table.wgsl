@@ -2,56 +2,66 @@
 // `FrameTable`, which says what is stored and why.
 //
 // Needs the part SEGMENT and
-//   fn air_frame_cell(index: u32) -> vec4<f32>
+//   fn air_frame_cell(index: u32) -> vec4<f32>    the four coefficients of a cell
 
 struct air_FrameTable {
-    // Between eye and light, and the transmittance there.
+    // The distance between eye and light, m, and the transmittance over it.
     distance: f32,
     transmittance: f32,
+    // The extinction for which the table was made, 1/m.
     sigma_t: f32,
+    // Rows of each sheet; 0 for a table that knows nothing.
     rows: u32,
-    // In a row of each sheet.
+    // Cells of a row.
     cells: u32,
-    // Where its cells begin.
+    // The index of the table's first cell.
     first: u32,
     padding_a: u32,
     padding_b: u32,
 }
 
-// The smallest difference of lookups that counts, as a share of the larger one.
+// The smallest difference of two lookups that still has its digits, as a share of the
+// larger lookup: 1/1024.
 const air_FRAME_LEAST: f32 = 0.0009765625;
 
-// How far from the eye of the table a ray may begin, over its distance from the light.
+// By how much the distance between the start of a ray and the light may differ from that
+// of the table, as a share of it: 2^-16.
 const air_FRAME_ELSEWHERE: f32 = 0.0000152587890625;
 
-// What the table does not know. No airlight is negative.
+// Returned where the table has no answer. No airlight is negative.
 const air_FRAME_UNKNOWN: f32 = -1.0;
 
-// Differences are less, or are not finite.
+// A difference that is not below this is not finite.
 const air_FRAME_LARGEST: f32 = 3e38;
 
-// Squares of what is farther away, in the distance of the light, are not taken.
+// Lengths beyond this, in units of the distance between eye and light, are not squared,
+// so that nothing overflows.
 const air_FRAME_FAR: f32 = 1e9;
 
-// A ray from the eye, with P = D + x_F and q_m the value of d + s at x = D.
+// A ray from the eye.
 struct air_FrameRay {
+    // The distance x_F of the foot point from the eye.
     foot: f32,
+    // The distance between ray and light.
     h: f32,
+    // P = D + x_F.
     p: f32,
+    // The value of d + s at x = D, where the near sheet ends and the far one begins.
     q_m: f32,
+    // The row in front of the ray, and the share of the one behind it.
     row: u32,
     across: f32,
 }
 
-// Per unit of σ_s I, in 1/(m sr), of a part of a ray from the eye of the table;
-// air_FRAME_UNKNOWN where the table cannot know it.
+// The airlight of a part of a ray from the eye of the table, per unit of σ_s I, in
+// 1/(m sr); air_FRAME_UNKNOWN where the table has no answer.
 fn air_frame_look_up(table: air_FrameTable, segment: air_Segment) -> f32 {
     if table.rows == 0u || !(table.distance > 0.0) {
         return air_FRAME_UNKNOWN;
     }
     let foot = segment.x - segment.s;
     let h = segment.h;
-    // Not below, so that what is no number is refused, too.
+    // The conditions are for what is accepted, so that NaN is refused.
     let far = air_FRAME_FAR * table.distance;
     let is_part = segment.x >= 0.0 && segment.x <= far && segment.length > 0.0;
     if !(is_part && h >= 0.0 && h <= far && abs(foot) <= far) {
@@ -63,7 +73,7 @@ fn air_frame_look_up(table: air_FrameTable, segment: air_Segment) -> f32 {
     }
     let ray = air_frame_ray(table, foot, h);
     let length = min(segment.length, 2.0 * far);
-    // The light itself.
+    // The light is on the part.
     if h == 0.0 && segment.x <= foot && foot <= segment.x + length {
         return air_FRAME_UNKNOWN;
     }
@@ -78,7 +88,8 @@ fn air_frame_look_up(table: air_FrameTable, segment: air_Segment) -> f32 {
         difference = -difference;
         larger = start.y;
     } else if end.x == 1.0 {
-        // Past the light.
+        // The part begins nearer than the light and ends beyond it: the near sheet gives
+        // what lies before x = D, the far one what lies behind.
         if !(ray.q_m > 0.0) {
             return air_FRAME_UNKNOWN;
         }
@@ -97,9 +108,10 @@ fn air_frame_look_up(table: air_FrameTable, segment: air_Segment) -> f32 {
     return table.transmittance * difference;
 }
 
+// The ray whose foot point is `foot` from the eye and `h` from the light.
 fn air_frame_ray(table: air_FrameTable, foot: f32, h: f32) -> air_FrameRay {
     let distance = table.distance;
-    // D + |x_F|, and what that leaves of 2D without cancellation.
+    // D + |x_F|, and D − |x_F| without cancellation: their product is h².
     let larger = distance + abs(foot);
     let smaller = h * (h / larger);
     let is_ahead = foot >= 0.0;
@@ -111,7 +123,8 @@ fn air_frame_ray(table: air_FrameTable, foot: f32, h: f32) -> air_FrameRay {
     return air_FrameRay(foot, h, select(smaller, larger, is_ahead), q_m, row, position - f32(row));
 }
 
-// The sheet, 0 or 1, and tangent times mean, negative if that is not known.
+// For the point at x: its sheet, 0 (near) or 1 (far), and tangent times mean there, which
+// is negative if the table does not know it.
 fn air_frame_point(table: air_FrameTable, ray: air_FrameRay, x: f32, s: f32) -> vec2<f32> {
     let d = sqrt(s * s + ray.h * ray.h);
     if x <= table.distance {
@@ -134,7 +147,8 @@ fn air_frame_point(table: air_FrameTable, ray: air_FrameRay, x: f32, s: f32) -> 
     return vec2(1.0, air_frame_mean(table, ray, 1u, position) / q);
 }
 
-// Negative in a cell that does not follow it.
+// The mean in a sheet at a position from 0 to 1 along the row; negative in a cell whose
+// cubic does not follow it closely enough.
 fn air_frame_mean(table: air_FrameTable, ray: air_FrameRay, sheet: u32, position: f32) -> f32 {
     let cells = table.cells;
     let at = clamp(position, 0.0, 1.0) * f32(cells);
@@ -143,7 +157,7 @@ fn air_frame_mean(table: air_FrameTable, ray: air_FrameRay, sheet: u32, position
     let index = table.first + (sheet * table.rows + ray.row) * cells + cell;
     let above = air_frame_cell(index);
     var below = air_frame_cell(index + cells);
-    // The sign of a row says whether what follows it is known.
+    // The sign of the upper row's cell says whether the strip between the two is known.
     if above.x < 0.0 {
         return air_FRAME_UNKNOWN;
     }

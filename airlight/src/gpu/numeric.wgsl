@@ -1,9 +1,9 @@
-// Arithmetic that neither overflows nor leans on what WGSL leaves open.
+// Arithmetic that neither overflows nor depends on what WGSL leaves open.
 // Numbers below 2^-126 may count as 0.
 
 const air_LOG2_E: f32 = 1.44269502;
 
-// Longer ways, in units of a segment, count as this one.
+// The largest length, in units of a scaled segment; longer ones count as this.
 const air_LONGEST: f32 = 0x1p+60;
 
 // Whether a number is one that a shader may compute with, from its bits:
@@ -25,8 +25,8 @@ fn air_scale(value: f32, exponent: i32) -> f32 {
     return bitcast<f32>(bits + (exponent << 23u));
 }
 
-// value · 2^(x + exponent), of a relative error of 3e-7 and that of x itself.
-// WGSL grants its own exp 2|x| units of the last digit.
+// value · 2^(x + exponent), within 3e-7 of itself and what the error of x adds.
+// WGSL allows its own exp an error of 3 + 2|x| ULP.
 //
 // The polynomial interpolates 2^f in the Chebyshev nodes of −1/2 ≤ f ≤ 1/2, to
 // 1.1e-7.

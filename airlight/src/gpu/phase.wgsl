@@ -11,7 +11,7 @@ const air_HENYEY_GREENSTEIN_DRAINE: u32 = 6u;
 
 const air_PI: f32 = 3.14159274;
 
-// p in 1/sr. What the parameters are is said at `PhaseRecord`.
+// The phase function p, in 1/sr. `PhaseRecord` says what the parameters are.
 fn air_phase(kind: u32, parameters: vec4<f32>, one_minus_cos: f32, one_plus_cos: f32) -> f32 {
     let g = abs(parameters.x);
     let away = select(one_plus_cos, one_minus_cos, parameters.x >= 0.0);
@@ -57,7 +57,9 @@ fn air_peak(g: f32, away: f32) -> f32 {
     return ((1.0 - g) * (1.0 + g)) / (distance2 * sqrt(distance2));
 }
 
-// At the distance s behind the foot point of a point light, h away from it.
+// The phase function at the position s of a ray, 0 at the foot point of the light and
+// positive behind it; the ray passes the light at the distance h. Undefined at the light
+// itself, s = h = 0.
 fn air_phase_from_foot(kind: u32, parameters: vec4<f32>, s: f32, h: f32) -> f32 {
     let d = sqrt(s * s + h * h);
     let large = 1.0 + abs(s) / d;

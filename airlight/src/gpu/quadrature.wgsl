@@ -1,6 +1,7 @@
 // Airlight by quadrature with the nodes of `nodes.wgsl`.
 
-// Per unit of σ_s I, in 1/(m sr).
+// Airlight per unit of σ_s I, in 1/(m sr): 0 for an empty segment, air_FAR for one that
+// meets the light.
 fn air_quadrature_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
     var nodes = air_nodes_of(air_scaled(sigma_t, segment), segment, air_Pattern());
     if nodes.part.kind != air_ORDINARY {

@@ -7,8 +7,8 @@ const air_EMPTY: u32 = 0u;
 const air_MEETS_LIGHT: u32 = 1u;
 const air_ORDINARY: u32 = 2u;
 
-// Rays that pass the light more closely, over the distance of their start,
-// meet it: 2^-100.
+// A ray that passes the light more closely than this meets it. In the unit of the scaled
+// segment, which is about the distance between its start and the light.
 const air_NEAREST: f32 = 0x1p-100;
 
 struct air_Scaled {
@@ -17,7 +17,7 @@ struct air_Scaled {
     exponent: i32,
     // Extinction per unit.
     sigma: f32,
-    // Start, end and the distance between ray and light.
+    // Start and end, 0 at the foot point, and the distance between ray and light.
     s: f32,
     end: f32,
     h: f32,
@@ -26,11 +26,12 @@ struct air_Scaled {
     // Distances of both ends from the light.
     d_start: f32,
     d_end: f32,
-    // Optical depth of the way from the light by the start to the eye, over
-    // ln 2.
+    // Optical depth of the way from the light by the start to the eye, over ln 2: light
+    // falls by 2^-octaves.
     octaves: f32,
 }
 
+// A segment in its unit; empty if no light is left at its start.
 fn air_scaled(sigma_t: f32, segment: air_Segment) -> air_Scaled {
     var part = air_scaled_lengths(sigma_t, segment);
     if part.kind != air_ORDINARY {
@@ -38,7 +39,7 @@ fn air_scaled(sigma_t: f32, segment: air_Segment) -> air_Scaled {
     }
     let way = air_product(sigma_t, abs(segment.x));
     let depth = part.sigma * part.d_start + select(way, -way, segment.x < 0.0);
-    // e^-400 is less than nothing: 2^-577.
+    // e^-400 is 2^-577, which is 0 whatever an f32 multiplies it with.
     if depth >= 0.0 && depth < 400.0 {
         part.octaves = air_LOG2_E * depth;
     } else {
@@ -47,7 +48,7 @@ fn air_scaled(sigma_t: f32, segment: air_Segment) -> air_Scaled {
     return part;
 }
 
-// The same without the optical depth of the way to the start, whatever that is.
+// The same without the optical depth of the way to the start, which may be any.
 fn air_scaled_lengths(sigma_t: f32, segment: air_Segment) -> air_Scaled {
     var part: air_Scaled;
     part.kind = air_EMPTY;
@@ -60,9 +61,9 @@ fn air_scaled_lengths(sigma_t: f32, segment: air_Segment) -> air_Scaled {
     if segment.h < 0.0 || sigma_t < 0.0 {
         return part;
     }
-    // An infinite length must not be computed with.
+    // f32::MAX stands for infinity, with which a shader must not compute.
     let length = bitcast<f32>(min(length_bits, 0x7f7fffff));
-    // Of what may be a negative zero.
+    // h may be −0, whose sign bit would spoil the exponent below.
     let h = abs(segment.h);
     let largest = max(abs(segment.s), h);
     let exponent = clamp(i32(bitcast<u32>(largest) >> 23u) - 127, -126, 126);
@@ -74,7 +75,7 @@ fn air_scaled_lengths(sigma_t: f32, segment: air_Segment) -> air_Scaled {
     part.h = h * per_unit;
     part.h = select(part.h, 0.0, part.h < air_NEAREST);
     part.length = min(length, longest) * per_unit;
-    // Exact where the end is next to the light.
+    // Where the end is close to the light, this difference is exact.
     part.end = part.s + part.length;
     if part.h == 0.0 && part.s <= 0.0 && part.end >= 0.0 {
         part.kind = air_MEETS_LIGHT;

@@ -7,9 +7,13 @@
 const air_FAR: f32 = 0x1.fffffep+127;
 
 struct air_Segment {
+    // The distance of the start from the eye, m.
     x: f32,
+    // The position of the start, m: 0 at the foot point of the light, negative in front.
     s: f32,
+    // The distance between the ray's line and the light, m, ≥ 0.
     h: f32,
+    // m.
     length: f32,
 }
 
@@ -20,7 +24,7 @@ fn air_segment(eye: vec3<f32>, direction: vec3<f32>, light: vec3<f32>, distance:
     return air_Segment(0.0, -dot(direction, to_light), sqrt(dot(across, across)), distance);
 }
 
-// Of such a segment the part between two distances from its start.
+// The part of a segment between two distances from its start, m.
 fn air_part(segment: air_Segment, start: f32, end: f32) -> air_Segment {
     return air_Segment(segment.x + start, segment.s + start, segment.h, end - start);
 }

@@ -1,13 +1,14 @@
 // Airlight from the table of Sun et al.: the shader's side of `SunTable`.
 //
 // Needs
-//   fn air_sun_table_rows() -> f32       rows per mean free path of h
-//   fn air_sun_table_value(index: u32) -> f32
+//   fn air_sun_table_rows() -> f32                rows per mean free path of h
+//   fn air_sun_table_value(index: u32) -> f32     a value, row by row
 
+// Values of a row, and rows.
 const air_SUN_TABLE_SIDE: u32 = 512u;
 const air_SUN_TABLE_PI: f32 = 3.14159274;
 
-// Per unit of σ_s I, in 1/(m sr).
+// Airlight per unit of σ_s I, in 1/(m sr).
 fn air_sun_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
     let length_bits = bitcast<i32>(segment.length);
     let are_lengths = air_is_finite(segment.x) && air_is_finite(segment.s) && air_is_finite(segment.h)
@@ -18,7 +19,7 @@ fn air_sun_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
     if segment.h < 0.0 || sigma_t < 0.0 {
         return 0.0;
     }
-    // Of what may be a negative zero.
+    // h may be −0, whose sign bit would spoil the exponent below.
     let h = abs(segment.h);
     let length = min(bitcast<f32>(min(length_bits, 0x7f7fffff)), 0x1p+126);
     let s = clamp(segment.s, -0x1p+126, 0x1p+126);
@@ -31,7 +32,8 @@ fn air_sun_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
     let way = s - clamp(segment.x, -0x1p+126, 0x1p+126);
     let octaves = air_LOG2_E * air_product(sigma_t, abs(way));
     let power = min(select(octaves, -octaves, way < 0.0), 127.0);
-    // As published, the factor has its own range.
+    // The factor in front of the difference may leave the range of f32 where the product
+    // does not; it counts as 0 or infinite then, as in the published method.
     if !(difference > 0.0) || power <= -100.0 {
         return 0.0;
     }
@@ -44,7 +46,7 @@ fn air_sun_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
     return air_exp2_times(difference * per_length, power, -exponent);
 }
 
-// F between rows at the position s of the ray.
+// F at the position s of the ray, interpolated between two rows.
 fn air_sun_table_row(row: vec2<f32>, s: f32, h: f32) -> f32 {
     let far = abs(s);
     let angle_to_axis = air_sun_table_arctan(min(far, h) / max(far, h));
@@ -58,22 +60,21 @@ fn air_sun_table_row(row: vec2<f32>, s: f32, h: f32) -> f32 {
     return above + row.y * (below - above);
 }
 
-// Between two neighbours along v.
+// F interpolated between two neighbours along v.
 fn air_sun_table_pair(index: u32, along: f32) -> f32 {
     let before = air_sun_table_value(index);
     return before + along * (air_sun_table_value(index + 1u) - before);
 }
 
-// The entry before a position and the position behind it.
+// The entry before a position, and how far the position is behind it, 0 to 1.
 fn air_sun_table_split(position: f32) -> vec2<f32> {
     let inside = clamp(position, 0.0, f32(air_SUN_TABLE_SIDE - 1u) - 0.001);
     let entry = floor(inside);
     return vec2(entry, inside - entry);
 }
 
-// arctan z for z from 0 to 1, within 8e-7 relative; WGSL's own may be off by
-// 4096 units of the last digit. The polynomial interpolates in Chebyshev nodes
-// of z².
+// arctan z for z from 0 to 1, with a relative error of at most 8e-7; WGSL's own may be
+// off by 4096 ULP. The polynomial interpolates in Chebyshev nodes of z².
 fn air_sun_table_arctan(z: f32) -> f32 {
     let q = z * z;
     let near_half = 0.1987204 + q * (-0.13447864 + q * (0.08312645 + q * (-0.03636043 + q * 0.007648354)));

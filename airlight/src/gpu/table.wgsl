@@ -6,9 +6,10 @@
 //   fn air_table_cell(index: u32) -> vec4<u32>
 
 struct air_Table {
-    // How rows lie in front of the foot point (xy) and behind it (zw).
+    // How rows lie in front of the foot point (xy) and behind it (zw); see
+    // air_table_row.
     slope: vec4<f32>,
-    // Of the coefficients of second order.
+    // The units in which the coefficients of second order are packed.
     units: vec3<f32>,
     // Where cells begin to widen along v.
     offset: f32,
@@ -18,31 +19,31 @@ struct air_Table {
     // Rows in front of the foot point, and all of them.
     rows_front: u32,
     rows: u32,
-    // Nodes for short parts, behind the cells and the rows of the phase
-    // function; none of the latter if that is constant.
+    // Nodes for short parts. In the words they come behind the cells and the rows of the
+    // phase function; a constant phase function has no rows.
     nodes: u32,
     is_constant: u32,
-    // Its logarithm for base 2.
+    // log2 of a constant phase function.
     constant: f32,
-    // Nodes for parts that are near, behind the others.
+    // Nodes for near parts, behind those for short ones.
     near_nodes: u32,
 }
 
-// Largest share of the light behind the start of a part that may be left
-// behind its end.
+// Largest share of the light behind the start of a part that may be left behind its end:
+// where more is left, the difference of two lookups loses digits.
 const air_TABLE_REST: f32 = 0.5;
 
-// Parts that are shorter, over the distance of the light and by twice their
-// optical depth over ln 2, are not looked up: most of the light is behind their
-// end.
+// A part is near if its length over the distance of its start from the light is below the
+// first of these and twice its optical depth over ln 2 is below the second. It is not
+// looked up: most of the light is behind its end.
 const air_TABLE_NEAR: f32 = 0.125;
 const air_TABLE_THIN: f32 = 0.5;
 
-// Below every length of a scaled segment but 0, and stands for that where it
-// would be divided by.
+// Smaller than every length of a scaled segment but 0. It stands for 0 in divisors.
 const air_TABLE_LEAST: f32 = 0x1p-110;
 
-// Per unit of σ_s I, in 1/(m sr).
+// Airlight per unit of σ_s I, in 1/(m sr): 0 for an empty segment, air_FAR for one that
+// meets the light.
 fn air_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
     let part = air_scaled(sigma_t, segment);
     if part.kind != air_ORDINARY {
@@ -55,11 +56,12 @@ fn air_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
     }
     let start = air_table_end(part, part.s, part.d_start);
     let end = air_table_end(part, part.end, part.d_end);
-    // In this order: the difference of the distances is at most the length.
+    // Summed in this order nothing cancels badly: the difference of the distances is at
+    // most the length.
     let growth = max(octaves * (part.length + (part.d_end - part.d_start)), 0.0);
     let fall = 2.0 * (end.y - start.y) - growth;
-    // What is left behind the end, as a share. What a lookup leaves out
-    // never falls along the ray.
+    // The share of the light behind the start that is left behind the end. It is at most 1
+    // but for rounding, because what a lookup leaves out never falls along the ray.
     let rest = start.x / end.x * air_exp2(fall);
     if rest < air_TABLE_REST {
         return air_exp2_times((1.0 - rest) / start.x, 2.0 * start.y - part.octaves, -part.exponent);
@@ -67,8 +69,8 @@ fn air_table_airlight(sigma_t: f32, segment: air_Segment) -> f32 {
     return air_table_short(part);
 }
 
-// `w (1 + v)`, the inverse of the factor that was left out of the table, and
-// the value of the table.
+// The lookup for one end of a part: `w (1 + v)`, which is the inverse of the factor that
+// was left out of the table, and the value of the table, half of a logarithm to base 2.
 fn air_table_end(part: air_Scaled, s: f32, d: f32) -> vec2<f32> {
     let table = air_table_uniforms();
     let behind = s >= 0.0;
@@ -76,7 +78,8 @@ fn air_table_end(part: air_Scaled, s: f32, d: f32) -> vec2<f32> {
     let longer = max(select(part.h, q, behind), air_TABLE_LEAST);
     let v = min(part.sigma * longer, 0x1p+40);
     let row = air_table_row(part.h, q, behind);
-    // 256 is the end of the axis along v.
+    // The axis along v ends at 256. Its cells are parts of octaves: the column is the upper
+    // bits of the float, the position in the cell the bits below.
     let bits = bitcast<u32>(min(v, 255.99974 - table.offset) + table.offset);
     let column = (bits - bitcast<u32>(table.offset)) >> (23u - table.steps);
     let fraction = bitcast<f32>(((bits << table.steps) & 0x7fffffu) | 0x3f800000u);
@@ -94,7 +97,8 @@ fn air_table_row(h: f32, q: f32, behind: bool) -> vec2<f32> {
     return vec2(row + select(0.0, f32(table.rows_front), behind), position - row - 0.5);
 }
 
-// c₀ + c₁ α + c₂ β + c₃ α² + c₄ α β + c₅ β², the last three packed.
+// c₀ + c₁ α + c₂ β + c₃ α² + c₄ α β + c₅ β², of which the last three coefficients share
+// the fourth word: 11, 10 and 11 bits.
 fn air_table_polynomial(cell: vec4<u32>, alpha: f32, beta: f32) -> f32 {
     let units = air_table_uniforms().units;
     let first = bitcast<vec3<f32>>(cell.xyz);
@@ -105,7 +109,7 @@ fn air_table_polynomial(cell: vec4<u32>, alpha: f32, beta: f32) -> f32 {
     return first.x + (alpha * (first.y + (alpha * aa + beta * ab)) + beta * (first.z + beta * bb));
 }
 
-// The logarithm for base 2 of the phase function where tan(θ/2) = w/h.
+// log2 of the phase function where tan(θ/2) = w/h.
 fn air_table_phase(w: f32, h: f32) -> f32 {
     let table = air_table_uniforms();
     if table.is_constant == 1u {
@@ -118,13 +122,13 @@ fn air_table_phase(w: f32, h: f32) -> f32 {
     return c.x + row.y * (c.y + row.y * (c.z + row.y * c.w));
 }
 
-// The first node of a rule.
+// The cell of the first node of the rule that has `before` nodes in front of it.
 fn air_table_rule(before: u32) -> u32 {
     let table = air_table_uniforms();
     return table.radial * table.rows + select(table.rows, 0u, table.is_constant == 1u) + before;
 }
 
-// Quadrature in the distance along the ray.
+// The airlight of a near part: quadrature in the distance along the ray.
 fn air_table_near(part: air_Scaled) -> f32 {
     let table = air_table_uniforms();
     let first = air_table_rule(table.nodes);
@@ -143,7 +147,7 @@ fn air_table_near(part: air_Scaled) -> f32 {
     return air_exp2_times(part.length * sum, -part.octaves, -part.exponent);
 }
 
-// Quadrature in t from 0 to 1, a Möbius map of w = s + d.
+// The airlight of a short part: quadrature in t from 0 to 1, a Möbius map of w = s + d.
 fn air_table_short(part: air_Scaled) -> f32 {
     let table = air_table_uniforms();
     let front_a = part.s < 0.0;
@@ -153,7 +157,7 @@ fn air_table_short(part: air_Scaled) -> f32 {
     let h = part.h;
     let q_a = abs(part.s) + d_a;
     let q_b = abs(part.end) + d_b;
-    // √(q d)
+    // √(q d), of both ends.
     let root_a = d_a * sqrt(1.0 + abs(part.s) / d_a);
     let root_b = d_b * sqrt(1.0 + abs(part.end) / d_b);
     let roots = 0.5 / (root_a * root_b);
