@@ -1,4 +1,4 @@
-// Positions of points: entry point.
+// Positions of points in a lattice, in voxels: entry point, one invocation per point.
 
 struct Parameters {
     lattice: epi_Lattice,

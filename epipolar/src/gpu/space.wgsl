@@ -16,7 +16,7 @@ const epi_TAN_EIGHTH: f32 = 0.41421357;
 
 struct epi_Lattice {
     eye: vec3<f32>,
-    // Of eye and light; 0 for a directional light.
+    // Distance between eye and light, m; 0 for a directional light.
     distance: f32,
     axis: vec3<f32>,
     directional: u32,
@@ -26,7 +26,8 @@ struct epi_Lattice {
     theta_scale: f32,
     light: vec3<f32>,
     wraps: u32,
-    // The axis over its largest component: its upper 12 bits, and the rest.
+    // The axis divided by its largest component: the upper 12 bits of each number, and the
+    // rest.
     slope_high: vec3<f32>,
     alpha: u32,
     slope_low: vec3<f32>,
@@ -41,7 +42,7 @@ struct epi_Lattice {
     starts_on_axis: u32,
 }
 
-// The direction of an eye ray: unit vector of α, any vector of θ.
+// The direction of an eye ray: α as a unit vector, θ as a vector of any length.
 struct epi_Ray {
     alpha: vec2<f32>,
     theta: vec2<f32>,
@@ -119,8 +120,9 @@ fn epi_largest(v: vec3<f32>) -> f32 {
     return max(abs(v.x), max(abs(v.y), abs(v.z)));
 }
 
-// What is left of a vector when as much of the axis is taken away as its largest
-// component: the products are exact.
+// A vector less the multiple of the axis that has the same component along the axis's
+// largest one. What is left has the same components across the axis. The products are
+// exact, so that vectors close to the axis keep their digits.
 fn epi_beside(l: epi_Lattice, v: vec3<f32>) -> vec3<f32> {
     let along = dot(v, l.largest);
     let high = epi_upper(vec3(along));
@@ -182,8 +184,8 @@ fn epi_phi(l: epi_Lattice, ray: epi_Ray, point: vec3<f32>) -> vec2<f32> {
     if l.directional != 0u {
         return vec2(1.0, epi_length(epi_across(l, l.eye, point)));
     }
-    // Both have the same distance from the axis; the shorter one has lost less to
-    // rounding.
+    // The way from the eye and that from the light have the same component across the
+    // axis; the shorter one has lost less of it to rounding.
     let from_light = point - l.light;
     var origin = l.eye;
     if dot(from_light, from_light) < dot(from_eye, from_eye) {
@@ -192,15 +194,18 @@ fn epi_phi(l: epi_Lattice, ray: epi_Ray, point: vec3<f32>) -> vec2<f32> {
     return vec2(-dot(from_light, l.axis), epi_length(epi_across(l, origin, point)));
 }
 
+// The position of an eye ray along α, in voxels: 0 is where the lattice starts. It may lie
+// outside of the lattice.
 fn epi_alpha_position(l: epi_Lattice, alpha: vec2<f32>) -> f32 {
     return epi_relative(alpha, l.alpha_start) * l.alpha_scale;
 }
 
+// The position of an eye ray along θ, in voxels: the lattice is from 0 to l.theta.
 fn epi_theta_position(l: epi_Lattice, theta: vec2<f32>) -> f32 {
     return 0.5 * f32(l.theta) + epi_relative(theta, l.theta_centre) * l.theta_scale;
 }
 
-// φ of the point at a distance along a ray.
+// φ of the point at a distance along a ray from the eye, m.
 fn epi_phi_along(l: epi_Lattice, ray: epi_Ray, distance: f32) -> vec2<f32> {
     let directional = l.directional != 0u;
     if distance > epi_FARTHEST {
@@ -210,7 +215,8 @@ fn epi_phi_along(l: epi_Lattice, ray: epi_Ray, distance: f32) -> vec2<f32> {
     return vec2(w, distance * ray.alpha.y);
 }
 
-// The distance along a ray at which it has reached φ.
+// The distance along a ray from the eye at which it reaches φ, m; epi_INFINITE if it never
+// does.
 fn epi_distance_along(l: epi_Lattice, ray: epi_Ray, phi: vec2<f32>) -> f32 {
     if phi.y <= 0.0 {
         return 0.0;
@@ -237,7 +243,8 @@ fn epi_light_ray(l: epi_Lattice, plane: vec2<f32>, phi: vec2<f32>) -> epi_LightR
     return epi_LightRay(l.light, phi.y * out - phi.x * l.axis);
 }
 
-// The voxel along α that holds a blocker, or the number of voxels.
+// The voxel along α that holds a blocker at a distance along the light ray of `phi`, m;
+// the number of voxels if there is no blocker or its shadow is too thin.
 fn epi_blocked_from(l: epi_Lattice, phi: vec2<f32>, distance: f32) -> u32 {
     if !(abs(distance) < epi_INFINITE) {
         return l.alpha;

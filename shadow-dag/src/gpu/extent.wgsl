@@ -1,9 +1,10 @@
 // What there is in a box of voxels or a window of texels: the shader's side of
 // `ShadowDag::visibility`, `ShadowDag::filter` and `ShadowDag::filter_bilinear`.
-// All but the last division and the weights are integers, the same bit by bit.
+// All but the last division and the weights are integers, so that results are those of
+// the CPU bit by bit.
 //
-// A walk goes through a box part by part, and parts that share nodes share the
-// way down to them: of a window, each node above its masks is looked at once.
+// A walk goes through a box part by part. Parts that share nodes share the way down to
+// them: each node above the masks of a window is read once.
 //
 // Needs `POINT` and what that needs.
 
@@ -14,29 +15,30 @@ struct dag_Walk {
     // The box, ends included.
     low: vec3<u32>,
     high: vec3<u32>,
-    // Where the walk is: a node of `level` that is cell `cell` of its level,
-    // and on level 0 the next slice. Above `start` it ends.
+    // Where the walk is: the node in cell `cell` of `level`, and on level 0 the next slice
+    // of it. The walk ends when it would go above the level `start`.
     cell: vec3<u32>,
     level: u32,
     reference: u32,
     slice: u32,
     start: u32,
     done: bool,
-    // The nodes above.
+    // The node on each level above, by which the walk came down.
     path: array<u32, dag_MOST_LEVELS>,
 }
 
+// Kinds of parts. There is no part left.
 const dag_NO_PART: u32 = 0u;
-// All of it is lit, or shadowed.
+// All voxels of it are lit, or all are shadowed.
 const dag_UNIFORM_PART: u32 = 1u;
-// Texels of one slice of one 8×8 tile, lit where the mask is.
+// Texels of one slice of one 8×8 tile; those whose bit of the mask is set are lit.
 const dag_MASKED_PART: u32 = 2u;
 
 struct dag_Part {
     kind: u32,
     low: vec3<u32>,
     high: vec3<u32>,
-    // All ones or zeros if uniform.
+    // All ones for a uniform part that is lit, all zeros for one that is shadowed.
     mask: vec2<u32>,
 }
 
@@ -193,14 +195,15 @@ fn dag_visibility(dag: dag_Shadows, first: vec3<i32>, last: vec3<i32>) -> u32 {
     return seen;
 }
 
-// A part of the map: columns and rows, ends included; empty if it ends before
-// it begins.
+// A rectangle of the map: columns and rows, ends included. It is empty if an end lies
+// before its beginning.
 struct dag_Rect {
     low: vec2<i32>,
     high: vec2<i32>,
 }
 
-// Beyond any window that touches the map, and far from the ends of integers.
+// 2^22: farther than any window that touches the map reaches, and small enough that sums of
+// such texels are in range.
 const dag_FAR_TEXEL: i32 = 4194304;
 
 // The part of the window of `width` texels around a texel that is on the map.
@@ -224,7 +227,7 @@ fn dag_count_lit(dag: dag_Shadows, voxel: vec3<i32>, width: u32) -> u32 {
     let low = vec2<u32>(rect.low);
     let high = vec2<u32>(rect.high);
     let size = high - low + vec2(1u);
-    // Beside the map is lit.
+    // Texels beside the map count as lit.
     var lit = width * width - size.x * size.y;
     let z = min(u32(voxel.z), dag_side(dag) - 1u);
     var walk = dag_walk(dag, vec3(low, z), vec3(high, z));
@@ -243,8 +246,8 @@ fn dag_filter(dag: dag_Shadows, voxel: vec3<i32>, width: u32) -> f32 {
     return f32(dag_count_lit(dag, voxel, width)) / f32(width * width);
 }
 
-// The lit texels of the windows of `width` around four texels: (x, y),
-// (x + 1, y), (x, y + 1) and (x + 1, y + 1).
+// The numbers of lit texels in the windows of `width` around four neighbours: (x, y),
+// (x + 1, y), (x, y + 1) and (x + 1, y + 1). One walk counts all four.
 fn dag_count_four(dag: dag_Shadows, voxel: vec3<i32>, width: u32) -> vec4<u32> {
     var rects: array<dag_Rect, 4>;
     var lit: vec4<u32>;
@@ -280,8 +283,9 @@ fn dag_count_four(dag: dag_Shadows, voxel: vec3<i32>, width: u32) -> vec4<u32> {
     return lit;
 }
 
-// The lit share of a window that is `width` texels wide and lies around a
-// position exactly, in its slice.
+// The lit share of a window that is `width` texels wide and centred at a position exactly,
+// in its slice: bilinear between the windows around the four nearest texels. A position
+// that is infinite or NaN is lit.
 fn dag_filter_bilinear(dag: dag_Shadows, position: vec3<f32>, width: u32) -> f32 {
     if any((bitcast<vec3<u32>>(position) & vec3(0x7f800000u)) == vec3(0x7f800000u)) {
         return 1.0;

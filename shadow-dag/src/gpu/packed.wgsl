@@ -4,19 +4,21 @@
 // Needs
 //   fn dag_word(index: u32) -> u32    the words of the shadows
 
-// Words of the table of levels for each level: the first nodes with 0 to 8
-// references, the bits at which nodes of that size would begin, two widths.
+// Words of the table of levels for each level. Nodes lie in the order of their sizes, 0 to 8
+// stored references. The words are: the first node of each size; for each size the bit at
+// which node 0 would begin if all nodes had it; the width of a shape number and that of a
+// reference, in bits.
 const dag_LEVEL_WORDS: u32 = 20u;
 
-// A node that has been found: what its children are, and where and how wide
-// their references are.
+// A node: what its children are, the bit at which their references begin, and how many bits
+// each has.
 struct dag_Node {
     shape: u32,
     references: u32,
     width: u32,
 }
 
-// `width` ≤ 32 bits from bit `at` on; the first is the lowest.
+// `width` bits, 1 to 32, from bit `at` of the words on; the first is the lowest.
 fn dag_bits(at: u32, width: u32) -> u32 {
     let shift = at % 32u;
     var bits = dag_word(at / 32u) >> shift;
@@ -29,8 +31,8 @@ fn dag_bits(at: u32, width: u32) -> u32 {
     return bits & ((1u << width) - 1u);
 }
 
-// How many different references a node has: the last of the sizes whose first
-// node is not behind it.
+// How many references a node stores: the last size whose first node is not behind it. Found
+// by bisection. `level` is where the words of its level begin.
 fn dag_references(level: u32, node: u32) -> u32 {
     if node >= dag_word(level + 8u) {
         return 8u;
@@ -45,7 +47,7 @@ fn dag_node(dag: dag_Shadows, level: u32, reference: u32) -> dag_Node {
     let references = dag_references(table, reference);
     let shape_width = dag_word(table + 18u);
     let width = dag_word(table + 19u);
-    // Modulo 2³².
+    // Sums wrap modulo 2³², as the table was made.
     let at = dag_word(table + 9u + references) + reference * (shape_width + references * width);
     let shapes = select(dag.node_shapes, dag.slice_shapes, level == 0u);
     return dag_Node(dag_word(shapes + dag_bits(at, shape_width)), at + shape_width, width);
@@ -60,7 +62,7 @@ fn dag_child(node: dag_Node, child: u32) -> u32 {
     if slot == 9u {
         return dag_SHADOWED;
     }
-    // From 10 on: what the child in front of it is, and so much more.
+    // From 10 on: the reference of the child in front of it plus slot − 10.
     var steps = 0u;
     var stored = child;
     while slot > 9u && stored > 0u {

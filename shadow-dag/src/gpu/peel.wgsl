@@ -1,28 +1,29 @@
 // Where the rays of a tile of texels enter and leave solids: entry point, one
 // invocation per texel.
 //
-// The surfaces under a texel are peeled off near to far, some of them in each
+// The surfaces under a texel are peeled off from near to far, LAYERS of them in each
 // pass over the triangles of its block, until the ray is outside of all solids
-// again. Whether a triangle is over a texel is decided on the grid to which
+// again. Whether a triangle covers the centre of a texel is decided on the grid to which
 // corners are snapped, in integers of 64 bits, as on the CPU.
 
 struct Parameters {
-    // The centre of the first texel of the tile, on the grid, and the way from
-    // one to the next.
+    // The centre of the first texel of the tile, on the grid, and the distance from one
+    // texel to the next.
     first: vec2<i32>,
     step: i32,
     // Texels along each side of the tile, and of a block.
     side: u32,
     block: u32,
-    // Slices.
+    // The number of slices.
     slices: f32,
-    // Of logarithmic slices: where they begin, and ln(far/near); 0 for linear
+    // For logarithmic slices, the depth at which they begin and ln(far/near); 0 for linear
     // ones.
     near: f32,
     stretch: f32,
 }
 
-// In the order in which they come at the same depth.
+// Kinds of triangles, in the order in which they come at the same depth: the ray enters a
+// solid, meets a surface that encloses nothing, leaves a solid.
 const FRONT: u32 = 0u;
 const OPEN: u32 = 1u;
 const BACK: u32 = 2u;
@@ -32,15 +33,15 @@ struct Triangle {
     b: vec2<i32>,
     c: vec2<i32>,
     kind: u32,
-    // How much nearer than it is a front face is taken for.
+    // By how much nearer a front face is sorted than it is.
     nearer: f32,
-    // Depth of the first corner, and how much deeper the others are.
+    // Depth of the first corner, and how much deeper the other two are.
     depth: f32,
     deeper_b: f32,
     deeper_c: f32,
-    // Of twice the area.
+    // The inverse of twice the area.
     inverse_area: f32,
-    // Of the depths of the corners.
+    // The least and the greatest depth of the corners.
     least: f32,
     most: f32,
     padding_a: f32,
@@ -49,9 +50,11 @@ struct Triangle {
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage> triangles: array<Triangle>;
-// Where the list of each block begins, and where the last ends.
+// Where the list of triangles of each block begins, and where the last one ends.
 @group(0) @binding(2) var<storage> starts: array<u32>;
 @group(0) @binding(3) var<storage> lists: array<u32>;
+// The slices at which a ray enters solids and at which it leaves them. Voxels between the two
+// may be lit or shadowed; those behind are shadowed.
 @group(0) @binding(4) var<storage, read_write> texels: array<vec2<u32>>;
 
 // A number of 64 bits, two's complement.
@@ -69,6 +72,7 @@ fn difference(a: Wide, b: Wide) -> Wide {
     return Wide(a.low - b.low, a.high - b.high - select(0u, 1u, a.low < b.low));
 }
 
+// From products of halves with 16 bits, as WGSL has no product of 64 bits.
 fn product(a: i32, b: i32) -> Wide {
     let x = u32(abs(a));
     let y = u32(abs(b));
@@ -92,7 +96,8 @@ fn edge(start: vec2<i32>, end: vec2<i32>, at: vec2<i32>) -> Wide {
     return difference(product(to.y, along.x), product(to.x, along.y));
 }
 
-// Whether a point is at the left side of an edge; on it, of top and left ones.
+// Whether a point with this value of an edge's function is inside of the edge. A point on
+// the edge is inside of top and left ones, so that neighbours do not share it.
 fn is_inside(value: Wide, start: vec2<i32>, end: vec2<i32>) -> bool {
     let along = end - start;
     if (value.low | value.high) == 0u {
@@ -101,13 +106,13 @@ fn is_inside(value: Wide, start: vec2<i32>, end: vec2<i32>) -> bool {
     return (value.high >> 31u) == 0u;
 }
 
-// Of a number that is not negative.
+// The nearest f32 or so, of a number that is not negative.
 fn rounded(a: Wide) -> f32 {
     return f32(a.high) * 4294967296.0 + f32(a.low);
 }
 
-// A surface under a texel. They come in the order of their ranks, at the same
-// rank in that of their kinds, and those of one kind in that of the list.
+// A surface under a texel. Surfaces come in the order of their ranks, at the same rank in
+// that of their kinds, and those of one kind in that of the list.
 struct Hit {
     rank: f32,
     depth: f32,
@@ -125,14 +130,16 @@ fn comes_before(a: Hit, b: Hit) -> bool {
     return a.number < b.number;
 }
 
-// Surfaces peeled off in one pass.
+// How many surfaces one pass peels off.
 const LAYERS: u32 = 8u;
+// A depth behind everything.
 const NOTHING: f32 = 3.40282346e38;
 
-// Depths are good to (|depth| + 5 range) · 2⁻²⁴, so surfaces that touch may
-// seem to be twice that apart.
+// Depths are off by at most (|depth| + 5 range) · 2⁻²⁴, where the range is that of the
+// triangle's depths, so that surfaces that touch may seem to be twice that apart.
 const ROUNDING: f32 = 2.0 / 16777216.0;
 
+// Whether a triangle covers a point of the grid, and its depth there.
 fn is_over(triangle: Triangle, at: vec2<i32>, depth: ptr<function, f32>) -> bool {
     let ab = edge(triangle.a, triangle.b, at);
     let bc = edge(triangle.b, triangle.c, at);
@@ -150,15 +157,16 @@ fn is_over(triangle: Triangle, at: vec2<i32>, depth: ptr<function, f32>) -> bool
     return over;
 }
 
+// What a surface adds to the number of solids that the ray is in.
 fn sign_of(kind: u32) -> i32 {
     return 1 - i32(kind);
 }
 
-// The first slice behind a depth.
+// The first slice whose middle is not in front of a depth.
 fn slice(depth: f32) -> u32 {
     var position = depth;
     if parameters.stretch > 0.0 {
-        // Such depths are −1/distance; 0 is nothing.
+        // Depths are −1/distance here; 0 is infinitely far away.
         if depth >= 0.0 {
             return u32(parameters.slices);
         }
@@ -181,7 +189,7 @@ fn peel(
     if i >= side * side {
         return;
     }
-    // Block by block.
+    // Invocations go block by block, so that neighbours share a list.
     let size = parameters.block;
     let block = i / (size * size);
     let within = i % (size * size);

@@ -1,5 +1,6 @@
-// What single voxels and texels are: the shader's side of `ShadowDag::is_lit`
-// and `ShadowDag::depth`. Integers only, so the same bit by bit.
+// Single voxels and texels: the shader's side of `ShadowDag::is_lit` and
+// `ShadowDag::depth`. All arithmetic is in integers, so that results are those of the CPU
+// bit by bit.
 //
 // Needs `PLAIN` or `PACKED`, and
 //   fn dag_word(index: u32) -> u32    the words of the shadows
@@ -24,13 +25,14 @@ struct dag_Shadows {
     node_shapes: u32,
 }
 
-// Something homogeneous: a voxel, or a node's worth of them.
+// A cube of voxels that are all lit or all shadowed: a single voxel, or those of a node.
 struct dag_Volume {
     lit: bool,
-    // Logarithm of its width.
+    // Binary logarithm of its width in voxels.
     shift: u32,
 }
 
+// Whether a reference names a node, which has both lit and shadowed voxels.
 fn dag_is_mixed(reference: u32) -> bool {
     return reference < dag_SHADOWED;
 }
@@ -40,7 +42,7 @@ fn dag_side(dag: dag_Shadows) -> u32 {
     return 1u << dag.log2;
 }
 
-// Nodes of level l are 8 · 2^l voxels wide; the root is of the last.
+// The level of the root, which is the last. Nodes of level l are 8 · 2^l voxels wide.
 fn dag_root_level(dag: dag_Shadows) -> u32 {
     return dag.log2 - 3u;
 }
@@ -50,19 +52,19 @@ fn dag_top_level(dag: dag_Shadows) -> u32 {
     return dag_root_level(dag) - dag.top;
 }
 
-// The reference in the cell of the top grid in which a voxel is.
+// The reference in that cell of the top grid which contains a voxel.
 fn dag_top(dag: dag_Shadows, voxel: vec3<u32>) -> u32 {
     let cell = voxel >> vec3(dag_top_level(dag) + 3u);
     return dag_word(dag.cells + ((cell.z << dag.top | cell.y) << dag.top | cell.x));
 }
 
-// The octant of a node of `level` > 0 in which a voxel is.
+// The octant of a node of `level` > 0 that contains a voxel.
 fn dag_octant(level: u32, voxel: vec3<u32>) -> u32 {
     let bits = (voxel >> vec3(level + 2u)) & vec3(1u);
     return bits.z << 2u | bits.y << 1u | bits.x;
 }
 
-// The 8×8 mask that a child of a node of level 0 names: rows 0 to 3, 4 to 7.
+// The 8×8 mask that a child of a node of level 0 names: rows 0 to 3 and rows 4 to 7.
 fn dag_mask(dag: dag_Shadows, reference: u32) -> vec2<u32> {
     let at = dag.masks + 2u * reference;
     return vec2(dag_word(at), dag_word(at + 1u));
@@ -73,8 +75,8 @@ fn dag_mask_bit(mask: vec2<u32>, x: u32, y: u32) -> bool {
     return ((rows >> ((y & 3u) << 3u | (x & 7u))) & 1u) == 1u;
 }
 
-// The largest stored volume around a voxel that is homogeneous, below a node;
-// coordinates are of the grid, or of the node.
+// The largest homogeneous volume around a voxel that is stored below a node of level
+// `start`; the voxel's coordinates may be those in the grid or those in the node.
 fn dag_descend(dag: dag_Shadows, start: u32, from_reference: u32, voxel: vec3<u32>) -> dag_Volume {
     var reference = from_reference;
     var level = start;
@@ -93,12 +95,13 @@ fn dag_descend(dag: dag_Shadows, start: u32, from_reference: u32, voxel: vec3<u3
     return dag_Volume(reference == dag_LIT, level + 3u);
 }
 
-// The largest stored volume around a voxel of the grid that is homogeneous.
+// The largest homogeneous volume that is stored around a voxel, which must be in the grid.
 fn dag_volume(dag: dag_Shadows, voxel: vec3<u32>) -> dag_Volume {
     return dag_descend(dag, dag_top_level(dag), dag_top(dag, voxel), voxel);
 }
 
-// Whether a voxel is lit; outside of the grid as on the CPU.
+// Whether a voxel is lit. Voxels beside the grid and in front of it are lit; those behind
+// the last slice are as those in it.
 fn dag_is_lit(dag: dag_Shadows, voxel: vec3<i32>) -> bool {
     let side = i32(dag_side(dag));
     let near = vec3(voxel.xy, min(voxel.z, side - 1));
@@ -108,7 +111,7 @@ fn dag_is_lit(dag: dag_Shadows, voxel: vec3<i32>) -> bool {
     return dag_volume(dag, vec3<u32>(near)).lit;
 }
 
-// The first slice of a texel that is shadowed.
+// The first shadowed slice of a texel; the number of slices if none is, and beside the map.
 fn dag_depth(dag: dag_Shadows, texel: vec2<u32>) -> u32 {
     let side = dag_side(dag);
     if any(texel >= vec2(side)) {
@@ -132,8 +135,8 @@ fn dag_depth(dag: dag_Shadows, texel: vec2<u32>) -> u32 {
             }
             return front + 8u;
         }
-        // A column turns once: if the near half is still lit at its end, it is
-        // lit throughout.
+        // A column turns from lit to shadowed once: if the near half is still lit at its
+        // end, it is lit throughout.
         let quarter = dag_octant(level, vec3(texel, 0u));
         let near = dag_child(node, quarter);
         let half = 4u << level;

@@ -1,9 +1,9 @@
-// Questions of all kinds but rays: entry points.
+// Queries of all kinds except rays: entry points, one invocation per query.
 
 struct Parameters {
     dag: dag_Shadows,
     count: u32,
-    // Of a filter.
+    // Texels per side of a filter's window.
     width: u32,
     padding_a: u32,
     padding_b: u32,
@@ -12,6 +12,7 @@ struct Parameters {
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage> words: array<u32>;
 @group(0) @binding(2) var<storage, read_write> results: array<u32>;
+// What is asked about: each entry point uses one of these.
 @group(0) @binding(3) var<storage> voxels: array<vec4<i32>>;
 @group(0) @binding(3) var<storage> positions: array<vec4<f32>>;
 @group(0) @binding(3) var<storage> texels: array<vec2<u32>>;

@@ -1,10 +1,10 @@
 // Which parts of a ray are lit: the shader's side of
 // `ShadowDag::lit_intervals`.
 //
-// The ray goes from one homogeneous volume to the next. The voxel is kept in
+// The walk goes from one homogeneous volume to the next. The voxel is kept in
 // integers: each step leaves the volume through the side that the ray meets
-// first, and along the other axes it stays where it is seen to be, but within
-// the volume. A step therefore always gets on, whatever rounding does.
+// first; along the other axes it takes the computed position, clamped to the volume. A step
+// therefore always makes progress, whatever rounding does.
 //
 // Needs `POINT` and `SPACE` and what those need.
 
@@ -14,16 +14,17 @@ struct dag_LitInterval {
     end: f32,
 }
 
-// A ray, and how far it has been looked at.
+// A ray, and how far it has been walked.
 struct dag_Cursor {
-    // Homogeneous coordinates at 0, and by how much they grow.
+    // Homogeneous coordinates at the parameter 0, and by how much they grow per unit of it.
     base: vec4<f32>,
     along: vec4<f32>,
     // Whether each coordinate of the grid grows (1), falls (−1) or stays.
     way: vec3<i32>,
+    // The voxel at hand.
     cell: vec3<u32>,
-    // The parameter up to which the ray has been looked at, the part that is
-    // in the grid, and its end.
+    // The parameter up to which the ray has been walked, the part of it that is in the
+    // grid, and its end.
     reached: f32,
     enter: f32,
     leave: f32,
@@ -35,7 +36,7 @@ fn dag_cell(space: dag_Space, position: f32) -> u32 {
     return u32(clamp(position, 0.0, space.side - 1.0));
 }
 
-// The cells at a parameter of the ray, by where the point is.
+// The voxel at a parameter of the ray, by rounding down the position of the point.
 fn dag_cells(space: dag_Space, cursor: dag_Cursor, s: f32) -> vec3<u32> {
     let h = cursor.base + s * cursor.along;
     let position = dag_position(space, vec4(h.xyz, max(h.w, 1e-30)));
@@ -46,8 +47,8 @@ fn dag_cells(space: dag_Space, cursor: dag_Cursor, s: f32) -> vec3<u32> {
     );
 }
 
-// The part of a ray that is above the map and behind its front. Each of the
-// bounds is linear along the ray and not negative inside.
+// The part of a ray that is within the four sides of the map and behind its first slice.
+// Each of the bounds is linear along the ray and not negative inside.
 fn dag_clip(space: dag_Space, cursor: dag_Cursor, start: f32, end: f32) -> vec2<f32> {
     var part = vec2(start, end);
     let base = cursor.base;
@@ -72,8 +73,9 @@ fn dag_clip(space: dag_Space, cursor: dag_Cursor, start: f32, end: f32) -> vec2<
     return part;
 }
 
-// Looks at the points `origin + s · direction` with `s` from `start` ≥ 0 to
-// `end`, which may be `dag_FAR`. Lengths are in units of the direction.
+// A walk along the points `origin + s · direction` with `s` from `start` ≥ 0 to `end`,
+// which may be `dag_FAR`. Lengths are in units of the direction's length. The numbers must
+// be finite and the direction not zero.
 fn dag_cursor(
     space: dag_Space,
     origin: vec3<f32>,
@@ -103,11 +105,12 @@ fn dag_cursor(
     return cursor;
 }
 
-// Where a plane between texels is crossed, at `share` of the map; by the
-// coordinate and W at 0 and by how much they grow.
+// The parameter at which the ray crosses the plane between texels at `share` of the map's
+// width. `base` are the coordinate and W at the parameter 0, `along` by how much they grow.
 fn dag_texel_crossing(share: f32, base: vec2<f32>, along: vec2<f32>, way: i32) -> f32 {
-    // Beyond the vanishing point it changes sign. A ray that leaves the light
-    // never gets there, one that comes in has been there before all others.
+    // The denominator has the other sign for planes beyond the ray's vanishing point. A ray
+    // that goes away from the light never meets those; one that comes towards it has met
+    // them before all others.
     let denominator = along.x - share * along.y;
     if denominator * f32(way) <= 0.0 {
         return select(dag_FAR, -dag_FAR, along.y < 0.0);
@@ -115,8 +118,8 @@ fn dag_texel_crossing(share: f32, base: vec2<f32>, along: vec2<f32>, way: i32) -
     return (share * base.y - base.x) / denominator;
 }
 
-// Where one plane across each axis is crossed; `dag_FAR` for never, and for
-// the rim of the grid, which ends nothing.
+// The parameters at which the ray crosses one plane across each axis; `dag_FAR` for never,
+// and for the rim of the grid, where `leave` ends the walk instead.
 fn dag_crossings(space: dag_Space, cursor: dag_Cursor, planes: vec3<u32>) -> vec3<f32> {
     let plane = vec3<f32>(planes);
     let share = plane.xy / space.side;
@@ -129,7 +132,7 @@ fn dag_crossings(space: dag_Space, cursor: dag_Cursor, planes: vec3<u32>) -> vec
     return select(vec3(dag_FAR), crossings, inner);
 }
 
-// Leaves the volume of width `1 << shift` around the cell.
+// Goes on to the voxel behind the volume of width `1 << shift` around the cell.
 fn dag_leave(space: dag_Space, cursor: ptr<function, dag_Cursor>, shift: u32) {
     let cell = (*cursor).cell;
     let low = (cell >> vec3(shift)) << vec3(shift);
@@ -149,15 +152,16 @@ fn dag_leave(space: dag_Space, cursor: ptr<function, dag_Cursor>, shift: u32) {
         clamp(seen, cell, high),
         grows,
     );
-    // Through one side only.
+    // Two sides may be met at once; a step goes through one only.
     let x = crossings.x == first;
     let y = !x && crossings.y == first;
     let through = vec3(x, y, !x && !y);
     (*cursor).cell = select(within, select(low - vec3(1u), high + vec3(1u), grows), through);
 }
 
-// The next lit part. What is beside the grid or in front of it is lit, and
-// behind the last slice it is as in the last.
+// The next lit part of the ray, empty (start = end) behind the last one. Neighbouring lit
+// volumes are joined. What is beside the grid or in front of it is lit, and behind the last
+// slice it is as in the last.
 fn dag_next_lit(dag: dag_Shadows, space: dag_Space, cursor: ptr<function, dag_Cursor>) -> dag_LitInterval {
     var found = dag_LitInterval(0.0, 0.0);
     while (*cursor).reached < (*cursor).end {
@@ -184,7 +188,7 @@ fn dag_next_lit(dag: dag_Shadows, space: dag_Space, cursor: ptr<function, dag_Cu
     return found;
 }
 
-// The length of the lit parts together, in units of the direction.
+// The length of all lit parts that are left, in units of the direction's length.
 fn dag_lit_length(dag: dag_Shadows, space: dag_Space, cursor: ptr<function, dag_Cursor>) -> f32 {
     var sum = 0.0;
     loop {

@@ -1,10 +1,10 @@
-// Lit parts of many rays: entry points.
+// Lit parts of many rays: entry points, one invocation per ray.
 
 struct Parameters {
     dag: dag_Shadows,
     space: dag_Space,
     count: u32,
-    // For lit intervals, per ray.
+    // The most lit intervals that are stored per ray.
     places: u32,
     padding_a: u32,
     padding_b: u32,
@@ -28,12 +28,12 @@ fn dag_word(index: u32) -> u32 {
     return words[index];
 }
 
-// Not for infinity and NaN.
+// False for infinity and NaN, whose exponents have all bits set.
 fn is_finite(x: vec3<f32>) -> bool {
     return all((bitcast<vec3<u32>>(x) & vec3(0x7f800000u)) != vec3(0x7f800000u));
 }
 
-// A ray; one that is none has no length.
+// The walk along a ray. A ray with infinite numbers, NaN or no direction has no length.
 fn cursor(ray: Ray) -> dag_Cursor {
     let sound = is_finite(ray.origin) && is_finite(ray.direction) && any(ray.direction != vec3(0.0));
     let length = select(0.0, clamp(ray.length, 0.0, dag_FAR), sound);

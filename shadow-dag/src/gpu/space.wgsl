@@ -1,11 +1,11 @@
 // From the world to the grid of a light: the shader's side of `LightSpace`.
 // Needs no other part.
 
-// No bound along a ray.
+// Stands for an infinite parameter of a ray: f32::MAX.
 const dag_FAR: f32 = 3.40282346e38;
 
 struct dag_Space {
-    // Rows of the matrix to (X, Y, depth, W).
+    // Rows of the matrix that takes the world to (X, Y, depth, W).
     x: vec4<f32>,
     y: vec4<f32>,
     depth: vec4<f32>,
@@ -29,7 +29,7 @@ fn dag_homogeneous(space: dag_Space, point: vec4<f32>) -> vec4<f32> {
     );
 }
 
-// The slice at a depth, as a real number.
+// The slice at a depth, as a real number whose whole part is the slice.
 fn dag_slice(space: dag_Space, depth: f32) -> f32 {
     if space.stretch > 0.0 {
         return space.side * log(max(depth, 1e-30) / space.near) / space.stretch;
@@ -37,7 +37,7 @@ fn dag_slice(space: dag_Space, depth: f32) -> f32 {
     return space.side * depth;
 }
 
-// The depth at which a slice begins; undoes `dag_slice`.
+// The depth at which a slice begins: the inverse of `dag_slice`.
 fn dag_depth_of_slice(space: dag_Space, slice: f32) -> f32 {
     if space.stretch > 0.0 {
         return space.near * exp(slice / space.side * space.stretch);
@@ -56,10 +56,10 @@ fn dag_voxel_at(position: vec3<f32>) -> vec3<i32> {
     return vec3<i32>(clamp(floor(position), vec3(-4194304.0), vec3(4194304.0)));
 }
 
-// The direction in the grid of a surface normal at a point whose homogeneous
-// coordinates are `h`, of length 1; zero where there is none. A normal moves
-// with the inverse transpose of the derivative of the position: the cross
-// products of its rows.
+// The direction that a surface normal has in the grid, at a point whose homogeneous
+// coordinates are `h`: a vector of length 1, or zero where there is none. A normal transforms
+// by the inverse transpose of the derivative of the position, whose rows are, up to a factor,
+// the cross products of the derivative's rows.
 fn dag_normal(space: dag_Space, h: vec4<f32>, normal: vec3<f32>) -> vec3<f32> {
     var x = space.x.xyz;
     var y = space.y.xyz;
@@ -86,10 +86,10 @@ fn dag_bias(position: vec3<f32>, normal: vec3<f32>, width: u32) -> vec3<i32> {
     return dag_bias_beyond(position, normal, width, 0.0);
 }
 
-// The same, so many voxels farther along the normal.
+// The same, `beyond` voxels farther along the normal.
 fn dag_bias_beyond(position: vec3<f32>, normal: vec3<f32>, width: u32, beyond: f32) -> vec3<i32> {
     let offset = normal * (0.5 * f32(width) + beyond);
-    // Halves go away from zero.
+    // Rounds half away from zero, which WGSL's round does not.
     let step = sign(offset) * floor(abs(offset) + vec3(0.5));
     return dag_voxel_at(position) + vec3<i32>(step);
 }

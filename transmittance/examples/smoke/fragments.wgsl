@@ -7,6 +7,7 @@ struct Light {
     low: vec2<f32>,
     size: f32,
     top: f32,
+    // Texels per side of the map, and how many fragments the buffers have room for.
     texels: u32,
     room: u32,
     // Extinction of the smoke, 1/m.
@@ -18,7 +19,7 @@ struct Light {
 // Centres and radii.
 @group(0) @binding(1) var<storage> puffs: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read_write> count: atomic<u32>;
-// Of each fragment its texel, and entry, exit and optical depth.
+// For each fragment its texel; and its entry, exit and optical depth.
 @group(0) @binding(3) var<storage, read_write> texels: array<u32>;
 @group(0) @binding(4) var<storage, read_write> numbers: array<f32>;
 

@@ -1,5 +1,5 @@
-// What it costs to remove the node between two others: the area between the
-// curves before and after, as `Area`.
+// What it costs to remove the inner node q: the area between the curves before and after,
+// as `Area` measures it. Depths are scaled by 1/4, so that their differences are finite.
 fn avsm_cost(
     curve: ptr<function, avsm_Curve>,
     transmittances: ptr<function, array<f32, avsm_VALUES>>,
@@ -17,8 +17,9 @@ fn avsm_cost(
     return cost;
 }
 
-// What it costs to leave out all nodes between two: the area, by the
-// transmittances of those nodes.
+// What it costs to leave out all nodes between two: the area between the curves, as a sum
+// over the nodes that are left out, each weighted with half of the way between its
+// neighbours.
 fn avsm_stretch_cost(
     curve: ptr<function, avsm_Curve>,
     transmittances: ptr<function, array<f32, avsm_VALUES>>,
@@ -41,7 +42,7 @@ fn avsm_stretch_cost(
     return cost;
 }
 
-// The cost of two stretches together.
+// The cost of two stretches together: areas add up.
 fn avsm_both(a: f32, b: f32) -> f32 {
     return a + b;
 }

@@ -7,8 +7,8 @@ fn avsm_stored_len(texel: u32) -> u32 {
     return min(avsm_word(texel * avsm_WORDS), avsm_NODES);
 }
 
-// Number `node` of a row: depths, then values, bounds above and bounds below by
-// channel.
+// The number of a node in a row of the curve. Row 0 has the depths; behind it are the
+// values, the bounds above and the bounds below, with a row for each channel.
 fn avsm_stored_number(texel: u32, row: u32, node: u32) -> f32 {
     return bitcast<f32>(avsm_word(texel * avsm_WORDS + 2u + row * avsm_NODES + node));
 }
@@ -21,12 +21,12 @@ fn avsm_stored_value(texel: u32, node: u32, channel: u32) -> f32 {
     return avsm_stored_number(texel, 1u + channel, node);
 }
 
-// A depth in the measure of the stored ones.
+// A depth in the measure of the stored ones, which here is the same.
 fn avsm_place(texel: u32, depth: f32) -> f32 {
     return depth;
 }
 
-// The depth at a place in the measure of the stored ones.
+// The depth of a place in that measure.
 fn avsm_unplace(texel: u32, place: f32) -> f32 {
     return place;
 }

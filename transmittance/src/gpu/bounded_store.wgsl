@@ -1,5 +1,7 @@
 // Stores curves as bounded.wgsl reads them. Needs the part curve.wgsl and
 //   fn avsm_set_word(index: u32, word: u32)    the words of the map
+
+// Stores a curve; nodes that it does not have are zeros.
 fn avsm_store(texel: u32, curve: ptr<function, avsm_Curve>) {
     let base = texel * avsm_WORDS;
     avsm_set_word(base, (*curve).len);

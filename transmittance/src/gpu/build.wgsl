@@ -1,14 +1,14 @@
 // Makes the curves of a map: entry points, one invocation per texel. A dispatch
 // takes a part of each texel's segments; curves that are not finished wait in a
-// buffer.
+// buffer for the next dispatch.
 
 struct Parameters {
-    // Of the map.
+    // Texels of a row of the map.
     width: u32,
-    // Texels of this dispatch, and the first of them.
+    // The number of texels of this dispatch, and the first of them.
     texels: u32,
     first_texel: u32,
-    // Segments of this dispatch.
+    // The segments of each texel that this dispatch takes: from `first` to before `end`.
     first: u32,
     end: u32,
 }
@@ -25,7 +25,8 @@ fn avsm_set_word(index: u32, word: u32) {
     words[index] = word;
 }
 
-// Where number `k` of an unfinished curve is: neighbours of neighbours.
+// Where word `k` of an unfinished curve is: next to that of the neighbouring texel, so
+// that invocations side by side read words side by side.
 fn place(i: u32, k: u32) -> u32 {
     return k * parameters.texels + i;
 }
@@ -75,14 +76,14 @@ fn insert_segments(i: u32, curve: ptr<function, avsm_Curve>) {
 
 fn finish_and_store(i: u32, curve: ptr<function, avsm_Curve>) {
     if avsm_segment_count(texel_of(i)) > parameters.end {
-        // Some are missing: no bound but 1.
+        // Segments are missing, so that no bound below 1 holds.
         (*curve).insertions = avsm_INCOMPLETE;
     }
     avsm_finish(curve);
     avsm_store(parameters.first_texel + i, curve);
 }
 
-// All of a curve, or what is left of it.
+// Makes a whole curve, or what is left of one, and stores it.
 @compute @workgroup_size(64)
 fn complete(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -101,7 +102,7 @@ fn complete(
     finish_and_store(i, &curve);
 }
 
-// A part of a curve.
+// Inserts a part of the segments and suspends the curve.
 @compute @workgroup_size(64)
 fn insert(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -120,7 +121,7 @@ fn insert(
     suspend(i, &curve);
 }
 
-// The end of a curve.
+// Finishes and stores a curve that was suspended.
 @compute @workgroup_size(64)
 fn finish(
     @builtin(workgroup_id) workgroup: vec3<u32>,

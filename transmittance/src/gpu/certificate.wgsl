@@ -1,8 +1,9 @@
 // Error bounds of curves that are stored with them. Needs the parts bounded.wgsl
 // and lookup.wgsl.
 
-// Bounds of the exact transmittance at a node. In front of the first and behind
-// the last there is no error but rounding.
+// The least and the most of the exact transmittance at a node. At an inner node both
+// stretches hold, so that the narrower bound counts; at the first and the last node there
+// is no error but rounding.
 fn avsm_end_range(texel: u32, node: u32, channel: u32, len: u32, insertions: u32) -> vec2<f32> {
     var above = 0.0;
     var below = 0.0;
@@ -20,13 +21,13 @@ fn avsm_end_range(texel: u32, node: u32, channel: u32, len: u32, insertions: u32
     return avsm_range(avsm_stored_value(texel, node, channel), below, above, insertions);
 }
 
-// An upper bound of the error of `avsm_transmittances` at a depth, per channel.
-// 2e-6 of it are for the arithmetic of the bound and of the lookup.
+// An upper bound of the absolute error of `avsm_transmittances` at a depth, per channel,
+// at most 1. 2e-6 of it are for the arithmetic of the bound and of the lookup.
 fn avsm_error_bounds(texel: u32, depth: f32) -> array<f32, avsm_CHANNELS> {
     var bounds: array<f32, avsm_CHANNELS>;
     let len = avsm_stored_len(texel);
     let insertions = avsm_word(texel * avsm_WORDS + 1u);
-    // Segments are missing, which may be in front of the first node.
+    // Segments are missing, and may lie in front of the first node.
     if insertions == avsm_INCOMPLETE {
         for (var c = 0u; c < avsm_CHANNELS; c++) {
             bounds[c] = 1.0;
@@ -40,7 +41,7 @@ fn avsm_error_bounds(texel: u32, depth: f32) -> array<f32, avsm_CHANNELS> {
     let first = next - 1u;
     let last = min(next, len - 1u);
     let ends = vec2(avsm_stored_depth(texel, first), avsm_stored_depth(texel, last));
-    // Depths that can be asked begin a float behind the first.
+    // A depth that finds this stretch lies behind its first node, by at least one float.
     let behind = avsm_next_up(ends.x);
     let share = select(1.0, avsm_shares(ends, behind).y * 0.999999, behind < ends.y);
     for (var c = 0u; c < avsm_CHANNELS; c++) {

@@ -5,22 +5,22 @@
 // Shadow Maps", Eurographics Symposium on Rendering 2010. The steps are those of
 // `Curve` and `Stream` on the CPU; where a GPU rounds more, the bounds are wider.
 //
-// Loops run over all of the capacity whatever the number of nodes, and elements are
+// Loops run over the whole capacity whatever the number of nodes, and elements are
 // chosen by conditions on the index, so that a compiler that unrolls them can
 // keep the curve in registers.
 //
-// Needs the constants avsm_NODES, avsm_CAPACITY, avsm_CHANNELS, avsm_VALUES =
-// avsm_CAPACITY avsm_CHANNELS, the part numeric.wgsl, exponential.wgsl or linear.wgsl
-// and its rules of insertion, and one of area.wgsl and maximum.wgsl.
+// Needs the constants avsm_NODES, avsm_CAPACITY, avsm_CHANNELS and avsm_VALUES =
+// avsm_CAPACITY avsm_CHANNELS, the part numeric.wgsl, one of exponential.wgsl and
+// linear.wgsl with its rules of insertion, and one of area.wgsl and maximum.wgsl.
 
-// As many insertions of the CPU as one of a GPU counts for in the bound of
-// roundings. A node that is made is within 9 u (avsm_mix), what it gets from a
-// blocker within 9 u (a share, a product, a sum), and the factor of a linear
-// curve within another 5 u: at most 23 u, where the CPU counts 2 u for optical
-// depths and 4 u for transmittances.
+// In the bound of roundings, an insertion on a GPU counts as this many on the CPU. A
+// node that is made is within 9 u (avsm_mix), what it gets from a blocker within 9 u (a
+// share, a product, a sum), and the factor of a linear curve within another 5 u: at most
+// 23 u, where the CPU counts 2 u for optical depths and 4 u for transmittances.
 const avsm_ROUNDINGS: u32 = 12u;
 
-// A blocker. Optical depths of 1e30 and more are opaque.
+// A blocker between two depths, with an optical depth for each channel. Optical depths of
+// 1e30 and more are opaque.
 struct avsm_Segment {
     entry: f32,
     exit: f32,
@@ -31,8 +31,11 @@ struct avsm_Segment {
 // Channel c of node i is at avsm_CAPACITY c + i.
 struct avsm_Curve {
     len: u32,
+    // Insertions so far, as the bound of roundings counts them.
     insertions: u32,
     depth: array<f32, avsm_CAPACITY>,
+    // The value of a node, and how far the exact one may lie above and below the curve on
+    // the stretch behind it.
     value: array<f32, avsm_VALUES>,
     above: array<f32, avsm_VALUES>,
     below: array<f32, avsm_VALUES>,
@@ -51,7 +54,8 @@ fn avsm_has_node(curve: ptr<function, avsm_Curve>, index: u32, depth: f32) -> bo
     return index < (*curve).len && (*curve).depth[index] == depth;
 }
 
-// Makes room in front of node `index`, which is then there twice.
+// Makes room in front of node `index` by moving it and those behind it one place on. The
+// node is then there twice.
 fn avsm_open(curve: ptr<function, avsm_Curve>, index: u32) {
     for (var i = avsm_CAPACITY - 1u; i > 0u; i--) {
         if i <= index {
@@ -92,8 +96,8 @@ fn avsm_make_node(curve: ptr<function, avsm_Curve>, index: u32, depth: f32) {
     }
 }
 
-// How far a value lies above another and below it, cut off where both are dark,
-// and what their roundings can add, each being within 30 u.
+// How far a value lies above another and below it, both cut off at avsm_DARK, and what
+// their roundings can add, each being within 30 u.
 fn avsm_cut_difference(value: f32, chord: f32) -> vec2<f32> {
     if min(value, chord) > 1.0001 * avsm_DARK {
         return vec2(0.0);
@@ -110,8 +114,9 @@ fn avsm_cut(values: vec2<f32>) -> f32 {
     return 0.0;
 }
 
-// How far the stretch between two depths lies above a dark chord at most, and how
-// far below from the first depth behind the chord's own start on: see `joined.rs`.
+// The most by which the stretch between two depths lies above a chord that reaches the
+// dark, and the most by which it lies below; the latter only where depths can be asked,
+// from the first one behind the chord's start on. See `joined.rs`.
 fn avsm_moved(
     depths: vec2<f32>,
     values: vec2<f32>,
@@ -199,8 +204,9 @@ fn avsm_widened(curve: ptr<function, avsm_Curve>, first: u32, last: u32, channel
     return bounds;
 }
 
-// What finds the least cost: the cost in the high bits, so that integers compare
-// as costs do, and the node's number in the low ones.
+// The key by which the cheapest node is found: its cost in the high bits, so that integers
+// compare as costs do, and its number in the low ones. Nodes that cannot be removed have
+// the largest key.
 fn avsm_key(
     curve: ptr<function, avsm_Curve>,
     transmittances: ptr<function, array<f32, avsm_VALUES>>,
@@ -258,8 +264,9 @@ fn avsm_reduce(curve: ptr<function, avsm_Curve>, keep: u32) {
     }
 }
 
-// The segment as it is put in: what is opaque has no length, what is below the
-// range of normal numbers is 0, and what is no segment takes no light.
+// The segment as it is inserted: an opaque one has no length, numbers below 2^-126 are 0,
+// and what is no segment (NaN, an exit in front of the entry, a negative optical depth)
+// takes no light.
 fn avsm_checked(segment: avsm_Segment) -> avsm_Segment {
     var checked = segment;
     var is_segment = avsm_is_finite(segment.entry) && avsm_is_finite(segment.exit);
@@ -304,17 +311,19 @@ fn avsm_insert(curve: ptr<function, avsm_Curve>, blocker: avsm_Segment) {
     if most <= 0.0 {
         return;
     }
-    // Room for two nodes.
+    // Makes room for the two nodes of an insertion.
     avsm_reduce(curve, avsm_CAPACITY - 2u);
     (*curve).insertions += min(avsm_ROUNDINGS, 0xffffffffu - (*curve).insertions);
-    // The last node that is not behind the entry, made to be at the entry.
+    // The number of the node at the entry, which is made if there is none. Two nodes at
+    // the same depth are a step.
     var first = avsm_count_in_front(curve, segment.entry);
     let is_there = avsm_has_node(curve, first, segment.entry);
     let is_step = is_there && avsm_has_node(curve, first + 1u, segment.entry);
     if !is_there {
         avsm_make_node(curve, first, segment.entry);
     }
-    // The first node that gets all of it, made to be at the exit.
+    // The first node that gets all of the optical depth: the one at the exit, which is made
+    // if there is none.
     var after = first + 1u;
     if segment.entry < segment.exit {
         first += u32(is_step);

@@ -3,26 +3,26 @@
 
 const avsm_CLEAR: f32 = 0.0;
 
-// Values from here on are all as good as the end of the light.
+// Optical depths from here on all count as opaque: e^-128 is below 1e-55.
 const avsm_DARK: f32 = 128.0;
 
 fn avsm_transmittance(value: f32) -> f32 {
     return avsm_exp_neg(value);
 }
 
-// The value of a transmittance above 0.
+// The optical depth of a transmittance above 0.
 fn avsm_value(transmittance: f32) -> f32 {
     return max(0.0 - log(transmittance), 0.0);
 }
 
-// Share of the optical depth that roundings can have changed: 2 u for each of
-// the counted insertions.
+// The share of an optical depth that roundings can have changed: 2 u for each counted
+// insertion.
 fn avsm_share_rounded(insertions: u32) -> f32 {
     return f32(insertions) * 1.1920930e-7;
 }
 
-// Least and most of the exact transmittance at a node, to 1e-6. Shares of 1e-6 of
-// optical depths are for their roundings, which count where large ones cancel.
+// Least and most of the exact transmittance at a node, to 1e-6. Optical depths are widened
+// by 1e-6 of themselves for roundings, which count where large ones cancel.
 fn avsm_range(value: f32, below: f32, above: f32, insertions: u32) -> vec2<f32> {
     let rounding = avsm_share_rounded(insertions) * value;
     let shallowest = min(value - rounding, avsm_DARK) * 0.999999 - below * 1.000001;

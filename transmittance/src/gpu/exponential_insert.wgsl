@@ -1,4 +1,4 @@
-// How curves with exponential lookup are made: the rules of `Exponential`. Needs the part
+// How curves with exponential lookup are made: the rules of `Exponential`. Needs the parts
 // exponential.wgsl and curve.wgsl.
 
 // Multiplies the curve by a segment, from the node `first` at its entry on; the
@@ -20,15 +20,16 @@ fn avsm_attenuate(
         }
         for (var c = 0u; c < avsm_CHANNELS; c++) {
             let value = (*curve).value[c * avsm_CAPACITY + i];
-            // Where light has long gone, values stop growing before they overflow.
+            // Where no light is left, values stop growing before they overflow.
             let sum = value + segment.optical_depth[c] * share;
             (*curve).value[c * avsm_CAPACITY + i] = min(sum, 1e38);
         }
     }
 }
 
-// The mean of a stretch: (T0 - T1) / (tau1 - tau0), and its series where that
-// loses its digits, the mean of the ends times tanh(u/2) / (u/2).
+// The mean transmittance of a stretch over which the optical depth grows by u:
+// (T0 - T1) / u. Where the difference loses its digits, the same as a series: the mean of
+// the ends times tanh(u/2) / (u/2).
 fn avsm_mean(u: f32, transmittances: vec2<f32>) -> f32 {
     let v = min(u, 1.0);
     let v2 = v * v;
@@ -47,8 +48,8 @@ fn avsm_area(widths: vec2<f32>, values: vec3<f32>, transmittances: vec3<f32>) ->
     return abs(widths.x * (front - both) + widths.y * (back - both));
 }
 
-// The error of a stretch where the exact value is within `below` and `above`,
-// for choosing.
+// The error of a stretch where the exact value is within `below` and `above` of the curve:
+// an estimate for choosing nodes, not a bound.
 fn avsm_spread(transmittances: vec2<f32>, below: f32, above: f32) -> f32 {
     let bound = transmittances.x * (1.0 - avsm_exp_neg(max(below, above)));
     return min(bound, transmittances.x - transmittances.y);

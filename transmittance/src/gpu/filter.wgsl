@@ -1,37 +1,40 @@
 // Questions to a map between its texel centres. Needs the part lookup.wgsl.
 
-// Nearest texel and the texel behind it along one side of a map, and the share
-// of the second.
+// The two texels around a position along one side of a map, and the share of the second.
 fn avsm_neighbours(position: f32, count: u32) -> vec3<f32> {
-    // NaN is 0.
+    // The comparison makes NaN 0.
     let place = clamp(select(0.0, position, position > 0.5) - 0.5, 0.0, f32(count));
     let first = min(floor(place), f32(count - 1u));
     return vec3(first, min(first + 1.0, f32(count - 1u)), min(place - first, 1.0));
 }
 
+// The texel that a position lies in, or the nearest one of the map.
 fn avsm_nearest(position: f32, count: u32) -> u32 {
     return min(u32(clamp(select(0.0, position, position > 0.0), 0.0, f32(count))), count - 1u);
 }
 
-// Where `side` texels around a position begin.
+// Where a square begins that is `side` texels wide around a position. It covers parts of
+// side + 1 texels.
 fn avsm_square_start(position: f32, side: u32, count: u32) -> f32 {
     return clamp(select(0.0, position, position > 0.0), 0.0, f32(count)) - 0.5 * f32(side);
 }
 
-// How much of its texel number i such a square covers, along one side.
+// How much of the i-th texel such a square covers, along one side: the first and the last
+// one in part.
 fn avsm_covered(i: u32, side: u32, start: f32) -> f32 {
     let beside = start - floor(start);
     return select(select(1.0, beside, i == side), 1.0 - beside, i == 0u);
 }
 
-// That texel; beside the map it is the one at its rim.
+// The i-th texel of the square; beside the map it is the one at its rim.
 fn avsm_square_texel(i: u32, start: f32, count: u32) -> u32 {
     return u32(clamp(floor(start) + f32(i), 0.0, f32(count - 1u)));
 }
 
-// Share of the light that gets to a receiver, per channel, from a map of
-// `extent` texels, at least one. Texel centres are at 0.5, 1.5, ... The mean over a square of
-// `side` texels per side, at most 255: 0 for the nearest texel, 1 for the four around.
+// Share of the light that gets to a receiver, per channel, from a map of `extent` texels,
+// at least one. Texel centres are at 0.5, 1.5, … The result is the mean over a square of
+// `side` texels per side, at most 255; 0 takes the nearest texel, 1 interpolates between
+// the four around.
 fn avsm_filtered(
     extent: vec2<u32>,
     position: vec2<f32>,
@@ -62,7 +65,7 @@ fn avsm_filtered(
     return result;
 }
 
-// That of two and more texels per side.
+// The mean over a square of two and more texels per side.
 fn avsm_square(
     extent: vec2<u32>,
     position: vec2<f32>,

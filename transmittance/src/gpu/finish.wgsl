@@ -1,7 +1,7 @@
-// The end of a curve where there is nothing to choose from. Needs the part
+// How a curve is finished without a choice of nodes by dynamic programming. Needs the part
 // curve.wgsl.
 
-// Leaves avsm_NODES nodes.
+// Removes the cheapest nodes until at most avsm_NODES are left.
 fn avsm_finish(curve: ptr<function, avsm_Curve>) {
     avsm_reduce(curve, avsm_NODES);
 }

@@ -1,6 +1,7 @@
 // Stores curves as half.wgsl reads them. Needs the part curve.wgsl and
 //   fn avsm_set_word(index: u32, word: u32)    the words of the map
 
+// The depth of a node in 16 bits, as a share of the way between the first and the last.
 fn avsm_half_depth(curve: ptr<function, avsm_Curve>, ends: vec2<f32>, node: u32) -> u32 {
     let last = max((*curve).len, 1u) - 1u;
     let share = avsm_shares(ends, (*curve).depth[min(node, last)]).y;
@@ -16,15 +17,17 @@ fn avsm_to_half(x: f32) -> u32 {
     return (bits + 0xfffu + ((bits >> 13u) & 1u)) >> 13u;
 }
 
+// The value of a node as an f16; nodes that the curve does not have repeat its last.
 fn avsm_half_value(curve: ptr<function, avsm_Curve>, node: u32, channel: u32) -> u32 {
     if (*curve).len == 0u {
         return avsm_to_half(avsm_CLEAR);
     }
-    // What is beyond the range of f16 is opaque either way.
+    // An optical depth beyond the range of f16 is opaque either way.
     let value = (*curve).value[channel * avsm_CAPACITY + min(node, (*curve).len - 1u)];
     return avsm_to_half(min(value, 65504.0));
 }
 
+// Stores a curve: the depths of its ends, then the rows of pairs.
 fn avsm_store(texel: u32, curve: ptr<function, avsm_Curve>) {
     let base = texel * avsm_WORDS;
     let ends = vec2((*curve).depth[0], (*curve).depth[max((*curve).len, 1u) - 1u]);
@@ -32,7 +35,7 @@ fn avsm_store(texel: u32, curve: ptr<function, avsm_Curve>) {
     avsm_set_word(base + 1u, bitcast<u32>(ends.y));
     for (var i = 0u; i < avsm_PAIRS; i++) {
         let nodes = 2u * i + vec2(0u, 1u);
-        // The second of an odd number of nodes is not there.
+        // With an odd number of nodes the last one has no second.
         let is_pair = nodes.y < avsm_NODES;
         let low = avsm_half_depth(curve, ends, nodes.x);
         let high = select(0u, avsm_half_depth(curve, ends, nodes.y), is_pair);

@@ -3,7 +3,7 @@
 
 const avsm_CLEAR: f32 = 1.0;
 
-// No transmittance is beyond this: nothing is cut off.
+// Beyond any transmittance: linear curves cut nothing off.
 const avsm_DARK: f32 = 0x1p+100;
 
 fn avsm_transmittance(value: f32) -> f32 {
@@ -15,8 +15,7 @@ fn avsm_value(transmittance: f32) -> f32 {
     return transmittance;
 }
 
-// What roundings can have done to a transmittance: 4 u for each of the counted
-// insertions.
+// By how much roundings can have changed a transmittance: 4 u for each counted insertion.
 fn avsm_roundings(value: f32, insertions: u32) -> f32 {
     return f32(insertions) * 2.4e-7 * value;
 }

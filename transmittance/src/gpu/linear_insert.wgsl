@@ -1,18 +1,19 @@
-// How curves with linear lookup are made: the rules of `Linear`. Needs the part
+// How curves with linear lookup are made: the rules of `Linear`. Needs the parts
 // linear.wgsl and curve.wgsl.
 
 // Makes up for the roundings of a bound's own arithmetic.
 const avsm_INFLATE: f32 = 1.000001;
 
-// An upper bound of the distance between exp(-tau f), 0 <= f <= 1, and its
-// chord: the function at the middle and the tangent there. 4e-7 for its
+// An upper bound of the distance between exp(-tau f), 0 <= f <= 1, and its chord, from the
+// function and its tangent at the middle; `passed` is exp(-tau). 4e-7 of it are for
 // roundings.
 fn avsm_sag(tau: f32, passed: f32) -> f32 {
     let middle = avsm_exp_neg(0.5 * tau);
     // From an optical depth of 200 on the product is 0.
     let slope = (1.0 - passed) - min(tau, 200.0) * middle;
     let lost = 1.0 - middle;
-    // A small optical depth makes the slope a difference of near equals.
+    // For a small optical depth the slope is a difference of near equals, but the distance
+    // is at most tau²/8.
     let small = min(tau, 4.0);
     return 0.5 * min(lost * lost + abs(slope), 0.25 * small * small) + 4e-7;
 }
@@ -48,7 +49,7 @@ fn avsm_attenuate(
             }
             var next = passed;
             if i + 1u < after {
-                // Not to rise by its rounding.
+                // Rounding must not make the factor rise.
                 let shares = avsm_shares(ends, (*curve).depth[i + 1u]);
                 next = min(avsm_mix(vec2(1.0, passed), shares), here);
             }
@@ -65,15 +66,15 @@ fn avsm_attenuate(
     }
 }
 
-// Area between the curve through three nodes and the curve through the outer
-// two: a triangle.
+// Area between the curve through three nodes and the curve through the outer two, which
+// is that of a triangle.
 fn avsm_area(widths: vec2<f32>, values: vec3<f32>, transmittances: vec3<f32>) -> f32 {
     let steps = values.yx - values.zy;
     return 0.5 * abs(widths.x * steps.x - widths.y * steps.y);
 }
 
-// The error of a stretch where the exact value is within `below` and `above`,
-// for choosing.
+// The error of a stretch where the exact value is within `below` and `above` of the curve:
+// an estimate for choosing nodes, not a bound.
 fn avsm_spread(transmittances: vec2<f32>, below: f32, above: f32) -> f32 {
     let all = max(transmittances.x - transmittances.y, 0.0);
     return min(max(below, above), all + min(below, above));

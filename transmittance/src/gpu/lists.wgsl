@@ -4,11 +4,14 @@
 //   avsm_numbers: array<f32>
 
 struct avsm_Lists {
+    // Texels of the map, and the segments of all lists.
     width: u32,
     height: u32,
     segments: u32,
 }
 
+// Where the list of a texel begins and ends. Empty beside the map, and where the offsets
+// are not in order.
 fn avsm_list(texel: vec2<u32>) -> vec2<u32> {
     if texel.x >= avsm_lists.width || texel.y >= avsm_lists.height {
         return vec2(0u);

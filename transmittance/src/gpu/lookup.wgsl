@@ -2,15 +2,15 @@
 // the part numeric.wgsl, one of exponential.wgsl and linear.wgsl, and one of
 // packed.wgsl, half.wgsl and bounded.wgsl.
 
-// The number of nodes in front of a depth; 0 for NaN. Two levels: every fourth
-// node says which group, the group says the rest.
+// The number of nodes in front of a depth; 0 for NaN. The search has two levels: every
+// fourth node tells the group, whose own nodes tell the rest.
 fn avsm_find(texel: u32, depth: f32) -> u32 {
     let bits = bitcast<u32>(depth);
     let len = avsm_stored_len(texel);
     if bits == 0x7f800000u {
         return len;
     }
-    // NaN, and in front of everything.
+    // NaN, and −infinity, which is in front of everything.
     if !avsm_is_finite(depth) {
         return 0u;
     }
@@ -48,15 +48,15 @@ fn avsm_transmittances(texel: u32, depth: f32) -> array<f32, avsm_CHANNELS> {
     for (var c = 0u; c < avsm_CHANNELS; c++) {
         let front = avsm_stored_value(texel, first, c);
         let back = avsm_stored_value(texel, last, c);
-        // Never rising, as sums and products do not.
+        // Clamped, so that rounding never makes it rise with depth.
         let value = clamp(front + (back - front) * share, min(front, back), max(front, back));
         result[c] = avsm_transmittance(value);
     }
     return result;
 }
 
-// How far at least a share of the light gets in a channel: avsm_LARGEST if the
-// curve never falls below it, -avsm_LARGEST for more than 1.
+// The largest depth to which at least the share `transmittance` of the light gets in a
+// channel: avsm_LARGEST if the curve never falls below it, -avsm_LARGEST for shares above 1.
 fn avsm_depth_at(texel: u32, transmittance: f32, channel: u32) -> f32 {
     if transmittance > 1.0 {
         return -avsm_LARGEST;

@@ -1,5 +1,5 @@
-// What it costs to remove the node between two others: the bound of the error
-// on the stretch that this leaves, as `Maximum`.
+// What it costs to remove the inner node q: the error on the stretch that this leaves, as
+// `Maximum` measures it.
 fn avsm_cost(
     curve: ptr<function, avsm_Curve>,
     transmittances: ptr<function, array<f32, avsm_VALUES>>,
@@ -15,8 +15,8 @@ fn avsm_cost(
     return cost;
 }
 
-// What it costs to leave out all nodes between two: the bound of the error that
-// is left.
+// What it costs to leave out all nodes between two: the error on the stretch that this
+// leaves.
 fn avsm_stretch_cost(
     curve: ptr<function, avsm_Curve>,
     transmittances: ptr<function, array<f32, avsm_VALUES>>,
@@ -33,7 +33,7 @@ fn avsm_stretch_cost(
     return cost;
 }
 
-// The cost of two stretches together.
+// The cost of two stretches together: the larger one.
 fn avsm_both(a: f32, b: f32) -> f32 {
     return max(a, b);
 }

@@ -1,19 +1,19 @@
-// Numbers of transmittance curves in f32: exponentials, and shares of a way.
+// Arithmetic of transmittance curves in f32: exponentials, and interpolation between two
+// depths.
 //
-// Results stay within the bounds that are given here on any device that is as
-// exact as WGSL asks for: u is 2^-24, sums, differences and products are within
-// u, quotients within 5 u.
+// The bounds given here hold on any device that is as exact as WGSL asks for: with
+// u = 2^-24, sums, differences and products are within u, quotients within 5 u.
 
 const avsm_LARGEST: f32 = 0x1.fffffep+127;
 
-// The number of insertions of a curve that lacks segments.
+// Stands for the number of insertions of a curve that lacks segments.
 const avsm_INCOMPLETE: u32 = 0xffffffffu;
 
 fn avsm_is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7fffffffu) < 0x7f800000u;
 }
 
-// 0 for numbers below 2^-126, which a device need not tell from 0.
+// A number, or 0 if it is below 2^-126, which a device need not tell from 0.
 fn avsm_normal(x: f32) -> f32 {
     return select(0.0, x, (bitcast<u32>(x) & 0x7f800000u) != 0u);
 }
@@ -36,9 +36,9 @@ fn avsm_lost(x: f32) -> f32 {
     return select(1.0 - avsm_exp_neg(x) + 3e-7, series, x < 0.5);
 }
 
-// The shares of the two ends `ends` in what lies at `at` between them: each
-// within 7 u of itself, also where one of them is small. Neither the depths nor
-// their differences overflow or get lost.
+// The weights of two depths `ends` in an interpolation at the depth `at` between them:
+// each within 7 u of itself, also where one of them is small. Depths are scaled, so that
+// neither they nor their differences overflow or get lost.
 fn avsm_shares(ends: vec2<f32>, at: f32) -> vec2<f32> {
     let is_small = max(abs(ends.x), abs(ends.y)) < 0x1p-40;
     let scale = select(0.125, 0x1p+60, is_small);
@@ -50,7 +50,7 @@ fn avsm_shares(ends: vec2<f32>, at: f32) -> vec2<f32> {
     return vec2(1.0, 0.0);
 }
 
-// What lies between two values that are not negative, within 9 u of itself.
+// The value between two that are not negative, within 9 u of itself.
 fn avsm_mix(values: vec2<f32>, shares: vec2<f32>) -> f32 {
     let mixed = values.x * shares.x + values.y * shares.y;
     return clamp(mixed, min(values.x, values.y), max(values.x, values.y));

@@ -15,12 +15,12 @@ fn avsm_stored_value(texel: u32, node: u32, channel: u32) -> f32 {
     return bitcast<f32>(avsm_word(texel * avsm_WORDS + (1u + channel) * avsm_NODES + node));
 }
 
-// A depth in the measure of the stored ones.
+// A depth in the measure of the stored ones, which here is the same.
 fn avsm_place(texel: u32, depth: f32) -> f32 {
     return depth;
 }
 
-// The depth at a place in the measure of the stored ones.
+// The depth of a place in that measure.
 fn avsm_unplace(texel: u32, place: f32) -> f32 {
     return place;
 }

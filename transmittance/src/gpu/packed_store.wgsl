@@ -2,7 +2,7 @@
 //   fn avsm_set_word(index: u32, word: u32)    the words of the map
 fn avsm_store(texel: u32, curve: ptr<function, avsm_Curve>) {
     let base = texel * avsm_WORDS;
-    // Places that are left over repeat the last node.
+    // Nodes that the curve does not have repeat its last one.
     let last = max((*curve).len, 1u) - 1u;
     for (var i = 0u; i < avsm_NODES; i++) {
         avsm_set_word(base + i, bitcast<u32>((*curve).depth[min(i, last)]));

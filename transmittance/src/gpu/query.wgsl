@@ -1,6 +1,7 @@
-// Answers receivers: entry point, one invocation each.
+// How much light gets to receivers: entry point, one invocation each.
 
 struct Receiver {
+    // In texels of the map.
     position: array<f32, 2>,
     depth: f32,
 }
@@ -8,6 +9,7 @@ struct Receiver {
 struct Parameters {
     width: u32,
     height: u32,
+    // Receivers, and texels per side of the filter, as for avsm_filtered.
     count: u32,
     side: u32,
 }

@@ -1,5 +1,6 @@
-// The sums of all numbers before each: entry points. Every invocation has CHUNK
-// numbers; nothing waits for anything.
+// An exclusive prefix sum: each number is replaced by the sum of those before it. Entry
+// points. Every invocation takes a chunk of CHUNK numbers by itself, without barriers; the
+// sums of the chunks are scanned in between in the same way.
 
 const CHUNK: u32 = 256u;
 
@@ -7,6 +8,7 @@ const CHUNK: u32 = 256u;
 @group(0) @binding(1) var<storage, read_write> numbers: array<u32>;
 @group(0) @binding(2) var<storage, read_write> sums: array<u32>;
 
+// The sum of each chunk.
 @compute @workgroup_size(64)
 fn sum_chunks(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -24,7 +26,7 @@ fn sum_chunks(
     sums[first / CHUNK] = sum;
 }
 
-// `sums` holds what is before each chunk.
+// The sums within each chunk; `sums` now holds the sum of all numbers before each chunk.
 @compute @workgroup_size(64)
 fn sum_before(
     @builtin(workgroup_id) workgroup: vec3<u32>,

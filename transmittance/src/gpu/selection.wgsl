@@ -1,12 +1,13 @@
-// Leaves the best subset of a curve's nodes, by dynamic programming, as `Stream`
+// Keeps the best subset of a curve's nodes, by dynamic programming, as `Stream`
 // on the CPU:
-//   best(s, j) = min over i < j of best(s - 1, i) + cost(i, j).
+//   best(s, j) = min over i < j of best(s - 1, i) + cost(i, j)
+// with avsm_both in place of the sum.
 // Needs the constant avsm_CHOICE, from how many nodes to choose, and the part
 // curve.wgsl.
 
 const avsm_TABLE: u32 = avsm_NODES * avsm_CAPACITY;
 
-// Leaves avsm_NODES nodes.
+// Chooses avsm_NODES nodes of up to avsm_CHOICE.
 fn avsm_finish(curve: ptr<function, avsm_Curve>) {
     avsm_reduce(curve, avsm_CHOICE);
     let len = (*curve).len;
@@ -17,14 +18,14 @@ fn avsm_finish(curve: ptr<function, avsm_Curve>) {
     for (var i = 0u; i < avsm_VALUES; i++) {
         transmittances[i] = avsm_transmittance((*curve).value[i]);
     }
-    // Least cost of a curve from the first node to node j by way of s nodes
-    // between, and the last of those.
+    // At s avsm_CAPACITY + j: the least cost of a curve from the first node to node j with s
+    // nodes between, and the last of those.
     var best: array<f32, avsm_TABLE>;
     var before: array<u32, avsm_TABLE>;
     for (var i = 0u; i < avsm_TABLE; i++) {
         best[i] = avsm_LARGEST;
     }
-    // This many nodes are left out, at most all of them in one stretch.
+    // So many nodes are left out, perhaps all of them in one stretch.
     let left_out = len - avsm_NODES;
     for (var i = 0u; i + 1u < len; i++) {
         let end = min(len, i + left_out + 2u);

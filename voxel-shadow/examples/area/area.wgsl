@@ -6,7 +6,7 @@ struct Frame {
     // The radiant intensity of each point, W/sr.
     intensity: vec3<f32>,
     sigma_s: f32,
-    // Points of the lamp, and of each of their tiles the words and the bounds along φ.
+    // Points of the lamp, and the words and the bounds along φ of the tile of each.
     tiles: u32,
     words: u32,
     bounds: u32,

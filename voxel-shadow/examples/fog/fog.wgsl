@@ -8,7 +8,8 @@ struct Frame {
     sigma_s: f32,
     // The lamp's radiant intensity, W/sr.
     intensity: vec3<f32>,
-    // Of the shadow map, whose depths are `near` over the distance along an axis.
+    // The near plane of the shadow map, whose depths are `near` over the distance along an
+    // axis.
     near: f32,
 }
 
@@ -66,7 +67,7 @@ fn is_lit(from_lamp: vec3<f32>) -> bool {
     let face = vsv_cube_face(from_lamp);
     let size = abs(from_lamp);
     let along = max(size.x, max(size.y, size.z));
-    // As cubes are turned: see `DepthViews::cube`.
+    // How the faces of cubes are turned: see `DepthViews::cube`.
     let across = array<vec2<f32>, 6>(
         vec2(-from_lamp.z, from_lamp.y), vec2(from_lamp.z, from_lamp.y), vec2(from_lamp.x, -from_lamp.z),
         vec2(from_lamp.x, from_lamp.z), vec2(from_lamp.x, from_lamp.y), vec2(-from_lamp.x, from_lamp.y),

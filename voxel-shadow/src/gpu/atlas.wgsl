@@ -1,8 +1,9 @@
-// From the index maps of many lights to their grids: entry point. One invocation
-// per column of words of a tile: it clears the column, sets its bits and extrudes
-// them, and no other touches it.
+// From the index maps of many lights to their grids: entry point. One invocation per column
+// of words of a tile. It clears the column, sets its bits and extrudes them; no other
+// invocation touches the column.
 
 struct Parameters {
+    // Rows of a tile, words of a row, and tiles.
     rows: u32,
     columns: u32,
     tiles: u32,
@@ -10,6 +11,7 @@ struct Parameters {
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read_write> words: array<u32>;
+// For each light ray the row of its first blocker; the number of rows for none.
 @group(0) @binding(2) var<storage> indices: array<u32>;
 
 @compute @workgroup_size(64)
@@ -33,6 +35,7 @@ fn build_atlas(
             words[top + row * columns] |= 1u << bit;
         }
     }
+    // What is dark in a row is dark in all rows behind it.
     var sum = 0u;
     for (var row = 0u; row < parameters.rows; row += 1u) {
         sum |= words[top + row * columns];

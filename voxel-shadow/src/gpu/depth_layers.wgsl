@@ -10,6 +10,8 @@ struct vsv_DepthViews {
     empty: f32,
 }
 
+// The distance along a light ray to the first blocker, by the first view that shows one;
+// epi_INFINITE if none does.
 fn vsv_layers_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let views = min(vsv_depth_views.count, textureNumLayers(vsv_depth_layers));
     for (var view = 0u; view < views; view += 1u) {

@@ -1,10 +1,11 @@
-// The OR-scan along the rows of a grid: entry points.
+// The OR-scan down the rows of a grid: entry points. Each row becomes the OR of itself and
+// all rows before it.
 //
 // A workgroup scans a block of 128 rows of 16 columns; the last row of each block
 // goes to `carry`, which is scanned in the same way and then combined with all
-// rows of the following block. Each invocation has 8 rows of a column, and
-// the 16 of a column combine theirs in four steps. `scan_columns` does without
-// barriers: an invocation goes down a column by itself.
+// rows of the following block. Each invocation has a segment of 8 rows of a column, and
+// the 16 segments of a column are combined in four steps. `scan_columns` is the simpler way
+// for grids of few rows, without barriers: an invocation goes down a column by itself.
 
 const COLUMNS: u32 = 16u;
 const SEGMENTS: u32 = 16u;

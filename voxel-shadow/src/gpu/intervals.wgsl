@@ -1,10 +1,10 @@
-// Lit intervals of many rays: entry point.
+// Lit intervals of many rays: entry point, one invocation per ray.
 
 struct Parameters {
     lattice: epi_Lattice,
     sampling: vsv_Sampling,
     count: u32,
-    // Per ray.
+    // The most intervals that are stored per ray; all are counted.
     capacity: u32,
     // Where the words of the volume begin.
     first_word: u32,
@@ -13,6 +13,7 @@ struct Parameters {
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage> bounds: array<vec2<f32>>;
 @group(0) @binding(2) var<storage> words: array<u32>;
+// Direction, and distance of the surface.
 @group(0) @binding(3) var<storage> rays: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read_write> intervals: array<vsv_LitInterval>;
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;

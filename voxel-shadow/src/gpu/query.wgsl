@@ -1,10 +1,10 @@
-// Queries of many rays or points: entry points.
+// Queries of many rays or points: entry points, one invocation each.
 
 struct Parameters {
     lattice: epi_Lattice,
     sampling: vsv_Sampling,
     count: u32,
-    // For lit intervals, per ray.
+    // Unused here: the layout is that of intervals.wgsl.
     capacity: u32,
     // Where the words of the volume begin.
     first_word: u32,
@@ -13,9 +13,10 @@ struct Parameters {
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage> bounds: array<vec2<f32>>;
 @group(0) @binding(2) var<storage> words: array<u32>;
-// Direction and distance of the surface, or position.
+// Direction of a ray and distance of its surface; for `visibility` the position of a point.
 @group(0) @binding(3) var<storage> rays: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read_write> results: array<f32>;
+// For each voxel along φ the sum of the weights of those before it.
 @group(0) @binding(5) var<storage> sums: array<f32>;
 
 fn epi_bound(index: u32) -> vec2<f32> {
@@ -51,12 +52,13 @@ fn lit_fraction(
     }
 }
 
-// The weight of all before a position.
+// The weight of all voxels before a position along φ, and of its share of the voxel it is in.
 fn weight_before(position: f32) -> f32 {
     let first = min(u32(position), parameters.lattice.bits - 1u);
     return sums[first] + clamp(position - f32(first), 0.0, 1.0) * (sums[first + 1u] - sums[first]);
 }
 
+// The sum of the weights of the lit voxels of each ray.
 @compute @workgroup_size(64)
 fn weighted_sum(
     @builtin(workgroup_id) workgroup: vec3<u32>,

@@ -1,4 +1,5 @@
-// Rectification of a shadow map: entry point, one invocation per light ray.
+// Rectification of a shadow map: entry point, one invocation per light ray. Finds the voxel
+// along α that holds the ray's first blocker.
 
 struct Parameters {
     lattice: epi_Lattice,

@@ -1,9 +1,11 @@
 // Rectification of the blockers of many lights: entry point, one invocation per
 // light ray.
 //
-// Needs the part EPIPOLAR of epipolar, and what fills the `AtlasBlockerSlot`.
+// Needs the part EPIPOLAR of epipolar, and the slot of blockers, `AtlasBlockerSlot`,
+//   fn vsv_first_blocker_of(tile: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32
 
 struct Parameters {
+    // Planes of a tile, voxels along φ, and tiles.
     theta: u32,
     bits: u32,
     tiles: u32,

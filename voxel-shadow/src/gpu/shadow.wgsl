@@ -1,30 +1,37 @@
 // Queries of a voxelized shadow volume: the shader's side of `ShadowVolume`, in
-// the spirit of the paper's appendix. Texels are read a word at a time, so
-// that any number of bits per texel works and no vector component is selected at
-// run time.
+// the spirit of the appendix of the paper (Wyman, "Voxelized Shadow Volumes", HPG 2011).
+// A texel is a row of bits, one for each voxel along φ. Texels are read a word at a time, so
+// that any number of bits per texel works and no vector component is selected at run time.
 //
 // Needs the parts `EPIPOLAR` and `PHI` of epipolar, and
 //   fn vsv_word(index: u32) -> u32    the words of the grid
 
-// Decided by distances instead of texels.
+// Values of vsv_Texels.decided: rays next to the axis are decided by distances instead of
+// texels.
 const vsv_LIT: u32 = 1u;
 const vsv_DARK: u32 = 2u;
 
+// See `Sampling`.
 struct vsv_Sampling {
+    // Added to positions along α and along φ, in voxels, before a voxel is chosen.
     alpha_bias: f32,
     phi_bias: f32,
+    // Rays closer to the axis, in voxels along α, are decided by distances.
     axis: f32,
+    // Not 0 to interpolate between neighbours along θ, and between bits for points.
     interpolate: u32,
 }
 
-// Voxels along φ that are equally visible; visibility 0 for none.
+// A run of voxels along φ that are equally visible, as positions along φ; visibility 0 for
+// none.
 struct vsv_Run {
     start: f32,
     end: f32,
     visibility: f32,
 }
 
-// A lit part of a ray, in metres; visibility 0 for none.
+// A lit part of a ray, as distances from the eye, m, with the share of the light that is
+// seen there; visibility 0 for none.
 struct vsv_LitInterval {
     start: f32,
     end: f32,
@@ -32,7 +39,7 @@ struct vsv_LitInterval {
 }
 
 // Two texels side by side along θ: where their words begin, and the share of the
-// second.
+// second. They are the same where nothing is interpolated.
 struct vsv_Texels {
     first: u32,
     second: u32,
@@ -44,15 +51,20 @@ struct vsv_Texels {
 struct vsv_Cursor {
     ray: epi_Ray,
     texels: vsv_Texels,
+    // Where the ray ends: its distance, m, and its position along φ.
     surface: f32,
     end: f32,
+    // The bit at which the next run begins, and the last one that the ray comes to.
     bit: u32,
     last: u32,
+    // The position along φ at which the next run begins.
     start: f32,
+    // The distance at which the last interval ended, m.
     reached: f32,
     done: bool,
 }
 
+// The texel along θ at a position; around the axis θ wraps, elsewhere it ends.
 fn vsv_plane(l: epi_Lattice, theta: f32) -> u32 {
     let turn = f32(l.theta);
     var inside = theta;
@@ -95,7 +107,7 @@ fn vsv_texels(l: epi_Lattice, sampling: vsv_Sampling, ray: epi_Ray, surface: f32
     );
 }
 
-// The words of the two texels.
+// Word number `word` of both texels; a set bit is dark.
 fn vsv_words(texels: vsv_Texels, word: u32) -> vec2<u32> {
     if texels.decided != 0u {
         return vec2(select(0u, 0xffffffffu, texels.decided == vsv_DARK));
@@ -103,17 +115,18 @@ fn vsv_words(texels: vsv_Texels, word: u32) -> vec2<u32> {
     return vec2(vsv_word(texels.first + word), vsv_word(texels.second + word));
 }
 
+// The visibility of a bit of two words, interpolated between the texels.
 fn vsv_blend(words: vec2<u32>, bit: u32, share: f32) -> f32 {
     let lit = vec2<f32>((~words >> vec2(bit % 32u)) & vec2(1u));
     return lit.x + share * (lit.y - lit.x);
 }
 
-// The visibility of a bit.
+// The visibility of a bit of the texels.
 fn vsv_visibility_of(texels: vsv_Texels, bit: u32) -> f32 {
     return vsv_blend(vsv_words(texels, bit / 32u), bit, texels.share);
 }
 
-// The visibility at a position along φ, interpolated between bits.
+// The visibility at a position along φ, interpolated between bits if the sampling says so.
 fn vsv_sample(l: epi_Lattice, sampling: vsv_Sampling, texels: vsv_Texels, position: f32) -> f32 {
     let highest = f32(l.bits - 1u);
     let biased = position + sampling.phi_bias;
@@ -126,7 +139,7 @@ fn vsv_sample(l: epi_Lattice, sampling: vsv_Sampling, texels: vsv_Texels, positi
     return a + (biased - 0.5 - below) * (b - a);
 }
 
-// The visibility of the light from a point on a visible surface.
+// The visibility of the light, 0 to 1, from a point that the eye sees on a surface.
 fn vsv_visibility(l: epi_Lattice, sampling: vsv_Sampling, point: vec3<f32>) -> f32 {
     let from_eye = point - l.eye;
     let ray = epi_ray_to(l, point);
@@ -134,7 +147,8 @@ fn vsv_visibility(l: epi_Lattice, sampling: vsv_Sampling, point: vec3<f32>) -> f
     return vsv_sample(l, sampling, texels, epi_phi_position(l, epi_phi(l, ray, point)));
 }
 
-// The shadow along the eye ray into a direction, up to the first surface.
+// Begins to read the shadow along the eye ray into a direction of any length, up to the
+// first surface, whose distance is in m; epi_INFINITE for none.
 fn vsv_cursor(l: epi_Lattice, sampling: vsv_Sampling, direction: vec3<f32>, surface: f32) -> vsv_Cursor {
     var cursor: vsv_Cursor;
     cursor.ray = epi_ray(l, direction);
@@ -155,7 +169,7 @@ fn vsv_cursor(l: epi_Lattice, sampling: vsv_Sampling, direction: vec3<f32>, surf
 fn vsv_next_change(l: epi_Lattice, texels: vsv_Texels, bit: u32) -> u32 {
     var word = bit / 32u;
     let here = vsv_words(texels, word);
-    // All ones for a texel whose bit is set.
+    // All ones for a texel whose bit is set, so that the xor shows where it changes.
     let ones = vec2(0u) - ((here >> vec2(bit % 32u)) & vec2(1u));
     let differs = here ^ ones;
     var found = (differs.x | differs.y) & (0xffffffffu << (bit % 32u));
@@ -170,13 +184,14 @@ fn vsv_next_change(l: epi_Lattice, texels: vsv_Texels, bit: u32) -> u32 {
     return 32u * word + firstTrailingBit(found);
 }
 
-// The next run that is not in full shadow.
+// The next run that is not in full shadow; visibility 0 behind the last one.
 fn vsv_next_run(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vsv_Cursor>) -> vsv_Run {
     while !(*cursor).done {
         let visibility = vsv_visibility_of((*cursor).texels, (*cursor).bit);
         let start = (*cursor).start;
         let change = vsv_next_change(l, (*cursor).texels, (*cursor).bit);
-        // Helper invocations of a fragment shader may read anything: they come to an end, too.
+        // The second condition makes the loop end whatever is read: helper invocations of a
+        // fragment shader may read anything.
         if change > (*cursor).last || change <= (*cursor).bit {
             (*cursor).done = true;
             (*cursor).start = (*cursor).end;
@@ -191,12 +206,13 @@ fn vsv_next_run(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vs
     return vsv_Run(0.0, 0.0, 0.0);
 }
 
+// The distance of a position along φ, m, at most that of the surface.
 fn vsv_distance(l: epi_Lattice, cursor: vsv_Cursor, position: f32) -> f32 {
     return min(epi_distance_along(l, cursor.ray, epi_phi_at(l, position)), cursor.surface);
 }
 
-// Where a run begins and ends; nowhere if it begins at infinity: a ray on the axis of a sun
-// never comes to its second voxel.
+// A run as an interval of distances; visibility 0 if it begins at infinity, since a ray on
+// the axis of a sun never comes to its second voxel. Intervals do not overlap.
 fn vsv_interval(l: epi_Lattice, cursor: ptr<function, vsv_Cursor>, run: vsv_Run) -> vsv_LitInterval {
     var start = 0.0;
     if run.start > 0.0 {
@@ -215,7 +231,7 @@ fn vsv_interval(l: epi_Lattice, cursor: ptr<function, vsv_Cursor>, run: vsv_Run)
     return vsv_LitInterval(start, end, run.visibility);
 }
 
-// The next lit part of the ray.
+// The next lit part of the ray; visibility 0 behind the last one.
 fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vsv_Cursor>) -> vsv_LitInterval {
     let run = vsv_next_run(l, sampling, cursor);
     if run.visibility <= 0.0 {
@@ -224,8 +240,8 @@ fn vsv_next_lit(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vs
     return vsv_interval(l, cursor, run);
 }
 
-// The next lit voxel of the ray. `run` is what is left of the current run, at
-// first one without length.
+// The next lit voxel of the ray; visibility 0 behind the last one. `run` is what is left of
+// the current run: begin with one without length.
 fn vsv_next_voxel(
     l: epi_Lattice,
     sampling: vsv_Sampling,
@@ -252,13 +268,13 @@ fn vsv_next_voxel(
     return vsv_interval(l, cursor, voxel);
 }
 
-// The position along φ at which the ray has gone a distance.
+// The position along φ at which the ray has gone a distance, m.
 fn vsv_position(l: epi_Lattice, cursor: vsv_Cursor, distance: f32) -> f32 {
     return min(epi_phi_position(l, epi_phi_along(l, cursor.ray, max(distance, 0.0))), cursor.end);
 }
 
-// The share of the voxels between two distances that are lit; if there is no
-// voxel between them the visibility at the first.
+// The share of the voxels between two distances, m, that are lit; if there is no voxel
+// between them, the visibility at the first. Reads all runs that are left.
 fn vsv_lit_fraction_between(
     l: epi_Lattice,
     sampling: vsv_Sampling,
@@ -283,7 +299,7 @@ fn vsv_lit_fraction_between(
     return min(lit / (last - first), 1.0);
 }
 
-// The share of the voxels up to the surface that are lit.
+// The share of the voxels up to the surface that are lit. Reads all runs that are left.
 fn vsv_lit_fraction(l: epi_Lattice, sampling: vsv_Sampling, cursor: ptr<function, vsv_Cursor>) -> f32 {
     var lit = 0.0;
     loop {

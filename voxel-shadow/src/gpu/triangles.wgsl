@@ -1,6 +1,6 @@
 // Voxelisation from triangles: entry point, one invocation per light ray. A
-// workgroup reads the triangles together, as many at a time as it has
-// invocations.
+// workgroup reads the triangles together, in batches of as many as it has
+// invocations, and each invocation tests its own ray with all of a batch.
 //
 // Needs the slot of holes,
 //   fn vsv_is_hole(triangle: u32, at: vec2<f32>) -> bool
@@ -15,7 +15,7 @@ struct Parameters {
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage> planes: array<vec2<f32>>;
 @group(0) @binding(2) var<storage> light_angles: array<vec2<f32>>;
-// Nine numbers each.
+// Nine coordinates for each triangle.
 @group(0) @binding(3) var<storage> corners: array<f32>;
 @group(0) @binding(4) var<storage, read_write> indices: array<u32>;
 
@@ -26,9 +26,9 @@ fn corner(index: u32) -> vec3<f32> {
 }
 
 // The distance at which a ray meets a triangle, or epi_INFINITE, and the barycentric
-// coordinates of its second and third corner there: the three
-// volumes of the ray with the edges have equal signs inside, and the volume of an
-// edge is the same number but for its sign in both triangles.
+// coordinates of its second and third corner there. The volumes that the ray spans with the
+// three edges have equal signs inside. Two triangles compute the same number but for its sign
+// for their common edge, so that no ray passes between them.
 fn hit(ray: epi_LightRay, triangle: array<vec3<f32>, 3>, directional: bool) -> vec3<f32> {
     let a = triangle[0] - ray.origin;
     let b = triangle[1] - ray.origin;
@@ -57,7 +57,7 @@ fn rectify_triangles(
     let l = parameters.lattice;
     let rays = l.theta * l.bits;
     let i = gpu_index(workgroup, workgroups, local, 64u);
-    // Invocations without a ray of their own help with another's triangles.
+    // Invocations without a ray of their own still read triangles and meet at the barriers.
     let at = min(i, rays - 1u);
     let phi = light_angles[at % l.bits];
     let ray = epi_light_ray(l, planes[at / l.bits], phi);
@@ -75,7 +75,7 @@ fn rectify_triangles(
         for (var k = 0u; k < count; k += 1u) {
             let met = hit(ray, batch[k], l.directional != 0u);
             let index = epi_blocked_from(l, phi, met.x);
-            // Holes are looked for where they would change something.
+            // A hole is looked up only where it would change the result.
             if index < nearest && !vsv_is_hole(first + k, met.yz) {
                 nearest = index;
             }

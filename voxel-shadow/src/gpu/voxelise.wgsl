@@ -1,12 +1,14 @@
-// Setting the bits of a rectified map: entry points.
+// Sets the bits of a rectified map: entry points.
 
 struct Parameters {
+    // Rows along α, and words of a row.
     rows: u32,
     columns: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read_write> words: array<u32>;
+// For each light ray the row of its first blocker; the number of rows for none.
 @group(0) @binding(2) var<storage> indices: array<u32>;
 
 // One invocation per word of the grid.
@@ -22,8 +24,7 @@ fn clear(
     }
 }
 
-// One invocation per word of a row, for that word of all rows: no other touches
-// them.
+// One invocation per column of words, which no other invocation touches.
 @compute @workgroup_size(64)
 fn voxelise(
     @builtin(workgroup_id) workgroup: vec3<u32>,
