@@ -6,7 +6,7 @@ struct Box {
 }
 
 struct Lights {
-    // Of the faces of the first lamp's shadow map.
+    // The views of the faces of the first lamp's shadow map.
     faces: array<mat4x4<f32>, 6>,
     positions: array<vec4<f32>, 2>,
     // Radiant intensities, W/sr; the fourth number is the extinction of the fog, 1/m.

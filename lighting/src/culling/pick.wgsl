@@ -1,8 +1,9 @@
-// Some of the pixels of a picture, in a buffer of their own: one invocation for each.
+// Copies some of the pixels of a picture into a buffer of their own, or back: entry points,
+// one invocation per copied pixel.
 
-// Numbers of pixels in the picture.
+// Which pixels of the picture they are.
 @group(0) @binding(0) var<storage> which: array<u32>;
-// Out of this buffer, into that one.
+// What is read, and what is written.
 @group(0) @binding(1) var<storage> from_pixels: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read_write> to_pixels: array<vec4<f32>>;
 

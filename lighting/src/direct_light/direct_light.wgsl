@@ -1,5 +1,5 @@
-// The light of many lights that gets straight to surfaces: entry point. One invocation per
-// point goes through the lights of its list.
+// The direct light of many lights on surfaces: entry point. One invocation per point goes
+// through the lights of its list.
 //
 // Needs the parts ARRIVING, SURFACE_POINT and lights.wgsl.
 
@@ -7,7 +7,7 @@ struct Scene {
     medium: light_Medium,
     points: u32,
     lists: u32,
-    // The entries of each list that are added.
+    // The entries of each list that this dispatch adds: the first, and how many at most.
     entry: u32,
     most: u32,
     // Where the texels of cookies begin in the table.
@@ -21,7 +21,8 @@ struct Scene {
 @group(0) @binding(1) var<storage> points: array<light_SurfacePoint>;
 // The lights, MANY_LIGHT entries each; then the texels of their cookies.
 @group(0) @binding(2) var<storage> table: array<vec4<u32>>;
-// The list of each point; then where each list begins and the last one ends; then the lists.
+// First the number of each point's list; then where each list begins, and where the last one
+// ends; then the lists.
 @group(0) @binding(3) var<storage> lists: array<u32>;
 @group(0) @binding(4) var<storage, read_write> radiance: array<vec4<f32>>;
 

@@ -4,9 +4,9 @@
 struct Ambient {
     medium: light_Medium,
     radiance: vec3<f32>,
-    // Rays.
+    // The number of rays.
     count: u32,
-    // 1 if rays to the sky have it, too.
+    // 1 if rays to the sky get it, too.
     before_sky: u32,
     padding_a: u32,
     padding_b: u32,
@@ -21,7 +21,7 @@ fn light_medium() -> light_Medium {
     return ambient.medium;
 }
 
-// The part PATH asks for a light. There is none here.
+// The part PATH needs a light; none is asked about here.
 fn light_emitter() -> light_Emitter {
     return light_Emitter();
 }
@@ -30,7 +30,8 @@ fn light_cookie(index: u32) -> vec3<f32> {
     return vec3(0.0);
 }
 
-// (1 − e^{−σ_t D}) σ_s/σ_t: beyond a hundred mean free paths there is no more.
+// (1 − e^{−σ_t D}) σ_s/σ_t for the way D, m. Beyond a hundred mean free paths it no longer
+// grows.
 fn scattered(sigma_s: f32, sigma_t: f32, way: f32) -> f32 {
     if sigma_s == 0.0 || way <= 0.0 {
         return 0.0;

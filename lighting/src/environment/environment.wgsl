@@ -7,11 +7,11 @@ struct Scene {
     halo_width: u32,
     halo_height: u32,
     levels: u32,
-    // Rays, or surfaces.
+    // The number of rays, or of surfaces.
     count: u32,
-    // The way of the last level.
+    // The way through fog for which the last level was made, m.
     longest: f32,
-    // Way through fog without bounds; below 0 if a box says it.
+    // The way through fog without bounds, m; below 0 where a box of fog decides it.
     distance: f32,
 }
 
@@ -21,7 +21,7 @@ fn light_medium() -> light_Medium {
     return scene.medium;
 }
 
-// The part PATH asks for a light. There is none here.
+// The part PATH needs a light; none is asked about here.
 fn light_emitter() -> light_Emitter {
     return light_Emitter();
 }
@@ -30,12 +30,13 @@ fn light_cookie(index: u32) -> vec3<f32> {
     return vec3(0.0);
 }
 
-// Four texels about a direction, and how far it is from the first to the others.
+// The four texels around a direction, and the bilinear weights of the right and lower ones.
 struct Around {
     texels: vec4<u32>,
     part: vec2<f32>,
 }
 
+// Those of a map by longitude and latitude. Columns wrap, rows end at the poles.
 fn around(width: u32, height: u32, direction: vec3<f32>) -> Around {
     let flat = length(direction.xz);
     let angle = light_angle(abs(direction.x), -direction.z);
@@ -52,6 +53,7 @@ fn around(width: u32, height: u32, direction: vec3<f32>) -> Around {
     return Around(vec4(top + left, top + right, bottom + left, bottom + right), at - base);
 }
 
+// The way through fog from a point into a direction, m.
 fn way_through(start: vec3<f32>, direction: vec3<f32>) -> f32 {
     if scene.distance >= 0.0 {
         return scene.distance;
@@ -59,7 +61,8 @@ fn way_through(start: vec3<f32>, direction: vec3<f32>) -> f32 {
     return light_length_inside(start, direction, light_FAR);
 }
 
-// The two levels about a way, and how far it is from the first to the second.
+// The two levels around a way through fog, and the share of the second. Levels are even in
+// the root of the way.
 fn level_of(way: f32) -> vec3<f32> {
     if scene.levels == 1u {
         return vec3(0.0);
@@ -70,6 +73,8 @@ fn level_of(way: f32) -> vec3<f32> {
     return vec3(first, first + 1.0, x - first);
 }
 
+// The radiance that gets through fog: the environment dimmed, plus the halo that single
+// scattering makes of it.
 fn through(way: f32, clear: vec3<f32>, halo: vec3<f32>) -> vec3<f32> {
     let depth = scene.medium.sigma_t * way;
     return exp(-depth) * (clear + depth * halo);

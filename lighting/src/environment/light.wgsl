@@ -1,8 +1,8 @@
 // The light of the environment on surfaces: entry point. One invocation per surface.
 
 @group(0) @binding(1) var<storage> points: array<light_SurfacePoint>;
-// For each patch ∫ ω dω and how far it reaches, its radiance, and its halo on all
-// levels.
+// For each patch of the environment ∫ ω dω and how far it reaches, its radiance, and its
+// halo on all levels.
 @group(0) @binding(2) var<storage> patches: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read_write> radiance: array<vec4<f32>>;
 
@@ -26,7 +26,7 @@ fn add_environment_light(
     for (var k = 0u; k < count; k++) {
         let first = k * stride;
         let weighted = patches[first].xyz;
-        // As if n·ω were spread evenly over the patch.
+        // A patch that the horizon cuts counts as if n·ω were spread evenly over it.
         let reach = patches[first].w;
         var cos = dot(point.normal, weighted);
         if cos < reach {

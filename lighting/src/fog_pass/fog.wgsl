@@ -1,15 +1,16 @@
-// The fog before the surfaces of a picture: entry point. One invocation per pixel.
+// The fog between the eye and the surfaces of a picture: entry point. One invocation per
+// pixel.
 //
 // Needs a part with the depths, and the parts lights.wgsl and lit_parts.wgsl.
 
 struct Scene {
     medium: light_Medium,
     eye: vec3<f32>,
-    // The third clip coordinate of the eye.
+    // The clip coordinate z of the eye.
     depth: f32,
     // The direction through a point of the picture is forward + x right + y up, with x and y
-    // from −1 to 1: so long that its fourth clip coordinate is 1. The fourth numbers are its
-    // third clip coordinate.
+    // from −1 to 1. Its length is such that its clip coordinate w is 1. The fourth component
+    // of these vectors gives its clip coordinate z in the same way.
     right: vec4<f32>,
     up: vec4<f32>,
     forward: vec4<f32>,
@@ -18,7 +19,7 @@ struct Scene {
     empty: f32,
     // Where the fog ends, m from the eye.
     reach: f32,
-    // The lights of this pass.
+    // The first light of this pass, and how many there are.
     first: u32,
     lights: u32,
     // Where the texels of cookies begin in the table.
@@ -35,18 +36,19 @@ struct Scene {
 // The distances of the surfaces in the pixel, one for each sample.
 var<private> ends: array<f32, SAMPLES>;
 
-// The distance that has a depth, along a direction as long as that of the scene is.
+// The distance of the surface with this depth, m, in the direction v, which has the length
+// that `Scene` says.
 //
-// A point eye + w v has the depth (z₀ + w z₁) / w, where z₀ is that of the eye and z₁ that
-// of v.
+// A point eye + w v has the depth (z₀ + w z₁) / w, where z₀ is the clip coordinate z of the
+// eye and z₁ that of v.
 fn distance_of(depth: f32, v: vec4<f32>) -> f32 {
     let distance = scene.depth / (depth - v.w) * length(v.xyz);
     let is_surface = depth != scene.empty && distance >= 0.0;
     return min(select(light_FAR, distance, is_surface), scene.reach);
 }
 
-// The light of a part of a ray that is lit: the mean of the samples, each of which sees the
-// part as far as its surface.
+// The airlight of a lit part of a ray: the mean over the samples, each of which sees the part
+// only as far as its surface.
 fn airlight_before(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     var sum = vec3(0.0);
     var begin = start;
@@ -88,7 +90,7 @@ fn gather_fog(@builtin(global_invocation_id) at: vec3<u32>) {
         ends[s] = distance_of(depth_of(pixel, s), v);
         farthest = max(farthest, ends[s]);
         let inside = light_length_inside(scene.eye, direction, ends[s]);
-        // The exponential of what is deeper underflows.
+        // At an optical depth of 100 nothing is left.
         let depth = min(scene.medium.sigma_t.x * inside, 100.0);
         transmittance += exp(-depth) / f32(SAMPLES);
     }

@@ -1,6 +1,6 @@
-// A table of airlight as the evaluator, for lights that shine alike in all
-// directions from within the medium and do not fade, and in the full cone of
-// spotlights; the quadrature for all others.
+// An evaluator that looks airlight up in a table where the light shines alike in all
+// directions from within the medium and does not fade, which includes the full cone of
+// spotlights. Elsewhere it is the quadrature.
 //
 // Needs the part TABLE of `airlight` too, and the variables
 //   light_table: air_Table
@@ -28,7 +28,7 @@ fn light_plain_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
         airlight.y = air_table_airlight(sigma_t.y, segment);
         airlight.z = air_table_airlight(sigma_t.z, segment);
     }
-    // A channel without light stays dark, even through the light.
+    // A channel without light stays dark, even where the ray meets the light.
     let light = medium.sigma_s * light_emitter().intensity;
     return select(vec3(0.0), min(light * airlight, vec3(light_FAR)), light > vec3(0.0));
 }

@@ -2,15 +2,15 @@
 // of the equi-angular variable.
 
 struct light_Arc {
+    // Distances of the ends from the eye, m.
     start: f32,
     end: f32,
+    // Distances of the ends from the light, m; light_FAR for an infinite end.
     d_a: f32,
-    // light_FAR for an infinite end.
     d_b: f32,
-    // The angle at the light.
+    // The angle that the interval spans at the light.
     angle: f32,
-    // π − angle. Next to a half turn an f32 near π has lost what the sine there
-    // depends on.
+    // π − angle. Near a half turn `angle` itself has too few digits for its sine.
     supplement: f32,
     // ∫ dx / d², light_FAR if the light is on the interval.
     extent: f32,
@@ -59,7 +59,7 @@ fn light_arc_position(arc: light_Arc, t: f32) -> f32 {
     return clamp(arc.start + (arc.end - arc.start) * share, arc.start, arc.end);
 }
 
-// sin(part angle); part and rest add up to 1.
+// sin(part · angle); `part` and `rest` add up to 1.
 fn light_arc_sine(arc: light_Arc, part: f32, rest: f32) -> f32 {
     let angle = part * arc.angle;
     if angle > 0.5 * light_PI {

@@ -1,7 +1,7 @@
-// Light that gets straight to surfaces: the shader's side of `Arriving`. Needs the part
-// PATH and what that needs.
+// Direct light on surfaces: the shader's side of `Arriving`. Needs the part PATH and what
+// that needs.
 
-// The irradiance of a surface at a position by the light, without shadow.
+// The irradiance that the light gives to a surface at a position, without shadow.
 fn light_arriving(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     let emitter = light_emitter();
     let medium = light_medium();
@@ -9,7 +9,7 @@ fn light_arriving(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     var irradiance = emitter.intensity;
     var way = 0.0;
     if emitter.kind == light_DIRECTIONAL {
-        // Sunlight in a medium without bounds was attenuated before.
+        // In a medium without bounds the irradiance of the sun is that at the surface.
         if medium.bounded != 0u {
             way = light_length_inside(position, to_light, light_FAR);
         }

@@ -11,7 +11,7 @@
 struct light_both_Cursor {
     first: light_both_FirstCursor,
     second: light_both_SecondCursor,
-    // The lit part of each that the position is in or before.
+    // The lit part of each source that the position is in or in front of.
     a: light_Lit,
     b: light_Lit,
 }
@@ -31,7 +31,7 @@ fn light_both_next_lit(cursor: ptr<function, light_both_Cursor>, path: light_Pat
         if light_is_dark(a) || light_is_dark(b) {
             break;
         }
-        // The part that ends first has had its share of the other one.
+        // The part that ends first overlaps nothing further on.
         if a.end < b.end {
             var first = (*cursor).first;
             (*cursor).a = light_both_next_first(&first, path);

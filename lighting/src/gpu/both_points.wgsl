@@ -1,5 +1,5 @@
-// What gets to a point past the blockers of both of two sources; the shader's side of
-// `Both` asked at points.
+// The share of the light that gets to a point past the blockers of two sources; the shader's
+// side of `Both` asked at points.
 //
 // Needs the slots of the two,
 //   fn light_both_first_visibility(point: vec3<f32>) -> vec3<f32>

@@ -1,5 +1,5 @@
-// What gets to a point of a surface past the blockers of both of two sources; the shader's
-// side of `Both` asked about surfaces.
+// The share of the light that gets to a point of a surface past the blockers of two sources;
+// the shader's side of `Both` asked about surfaces.
 //
 // Needs the slots of the two,
 //   fn light_both_first_on_surface(point: vec3<f32>, normal: vec3<f32>) -> vec3<f32>

@@ -1,6 +1,6 @@
-// Where a light shines alike in all directions from within the medium and does not
-// fade: everywhere, in the full cone of a spotlight, or nowhere. The quadrature does the
-// rest.
+// Gives to light_plain_airlight the parts of a ray along which the light shines alike in all
+// directions from within the medium and does not fade: all of them, those in the full cone
+// of a spotlight, or none. The quadrature does the rest.
 //
 // Needs the part quadrature.wgsl and
 //   fn light_plain_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32>
@@ -34,7 +34,7 @@ fn light_airlight_by_cone(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     return total;
 }
 
-// How far up the rim of a spotlight its light counts as full, see `LightPath`.
+// From this share of its full brightness on a spotlight counts as full, see `LightPath`.
 const light_FULL: f32 = 0.999996;
 
 // Whether a position lies in the cone in which a spotlight is full.

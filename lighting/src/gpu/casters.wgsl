@@ -1,5 +1,5 @@
-// Where the triangles of a light's casters have holes: solid ones, and after them
-// those with a mask.
+// Where the triangles of a light's casters have holes. The solid ones, which have none, come
+// first, those with a mask after them.
 //
 // Needs the part mask.wgsl and the variable
 //   light_solid_casters: u32, the number of solid triangles

@@ -4,7 +4,7 @@
 // Needs the part NODES of `airlight` and its functions air_quadrature_uniforms and
 // air_quadrature_entry.
 
-// The most that a piece changes, and what is left out.
+// See the constants of the same names in `airlight/cookie.rs`.
 const light_COOKIE_OPAQUE: f32 = 30.0;
 const light_COOKIE_DARK: f32 = 104.0;
 const light_COOKIE_FAR: f32 = 1e8;
@@ -13,17 +13,18 @@ const light_COOKIE_DEPTH: f32 = 1.5;
 const light_COOKIE_PEAK: f32 = 0.5;
 const light_COOKIE_TILT: f32 = 0.3;
 const light_COOKIE_SHARE: f32 = 0.1;
-// More lines than that bring in the next mip level, which takes over at twice as many.
+// Rays that cross more lines than this blend in the next coarser mip level, which takes over
+// fully at twice as many.
 const light_MOST_COOKIE_LINES: f32 = 4096.0;
-// More pieces than a walk has. It crosses at most twice as many lines as that, and
-// what else ends a piece, changes by factors and optical depths in range, is some
-// hundreds of times in all. With three rounds for each of them, of a walk through a
-// level and half as many through the next one, a ray stays below the 65,535 rounds
-// after which some software drivers end all loops.
+// More pieces than any walk has. A walk crosses at most twice as many lines as above; the
+// other limits, which are on factors and on optical depths, end some hundreds of pieces more.
+// A piece takes up to three rounds of loops, and a ray one walk through a level and one half
+// as long through the next: fewer than the 65,535 rounds after which some software drivers
+// end all loops.
 const light_COOKIE_PIECES: u32 = 10240u;
 
-// A ray in the cookie of its light: numerators of column and row, and their
-// denominator, at the foot point and per metre behind it.
+// A ray in the cookie of its light: the numerators of column and row, and their common
+// denominator. Each has its value at the foot point and its slope per metre behind it.
 struct light_InCookie {
     column: vec2<f32>,
     row: vec2<f32>,
@@ -32,18 +33,21 @@ struct light_InCookie {
 
 // The lines through the centres of texels along one axis that a ray crosses.
 struct light_Lines {
+    // The number of the next line, and from one to the next: 1 or −1.
     number: f32,
     step: f32,
+    // How many lines are left.
     left: u32,
-    // Where the next one is; light_FAR if there is none.
+    // Where the next one is crossed, m behind the foot point; light_FAR if there is none.
     position: f32,
 }
 
 // An end of a piece.
 struct light_PieceEnd {
+    // The distance behind the foot point, and that from the light, m.
     s: f32,
     d: f32,
-    // Root of the emission without the cookie.
+    // The root of the emission without the cookie.
     ramp: f32,
 }
 
@@ -61,7 +65,8 @@ fn light_in_cookie(path: light_Path, emitter: light_Emitter, level: light_Cookie
     );
 }
 
-// Of a numerator, between the positions start and end behind the foot point.
+// The lines along one axis that are crossed between the positions start and end behind the
+// foot point; `at` is the numerator of that axis.
 fn light_lines(at: vec2<f32>, front: vec2<f32>, start: f32, end: f32, texels: u32) -> light_Lines {
     let last = f32(texels - 1u);
     let from_here = light_place_in_cookie(at, front, start, last);
@@ -82,7 +87,7 @@ fn light_lines(at: vec2<f32>, front: vec2<f32>, start: f32, end: f32, texels: u3
     return lines;
 }
 
-// Column or row, or a little outside of the cookie.
+// The column or row at a position, clamped to one texel outside of the cookie.
 fn light_place_in_cookie(at: vec2<f32>, front: vec2<f32>, s: f32, last: f32) -> f32 {
     let z = front.x + front.y * s;
     // At the apex of the cone there is no direction.
@@ -94,7 +99,7 @@ fn light_place_in_cookie(at: vec2<f32>, front: vec2<f32>, s: f32, last: f32) -> 
 
 fn light_line_position(at: vec2<f32>, front: vec2<f32>, lines: light_Lines) -> f32 {
     let line = at - lines.number * front;
-    // Not crossed within any distance that counts.
+    // A line that is crossed farther away than any distance that counts is never crossed.
     if lines.left == 0u || abs(line.x) >= 1e18 * abs(line.y) {
         return light_FAR;
     }
@@ -106,13 +111,13 @@ fn light_piece_end(path: light_Path, emitter: light_Emitter, s: f32) -> light_Pi
     return light_PieceEnd(s, from_light.w, light_ramp(emitter, from_light.xyz));
 }
 
-// The last position that counts behind a position s.
+// The last position that counts for an interval from s to the distance `end`.
 fn light_cookie_end(path: light_Path, s: f32, end: f32) -> f32 {
     return min(end - path.foot, s + light_COOKIE_FAR * length(vec2(s, path.h)));
 }
 
-// How many lines between the centres of texels the path crosses, in parts of the
-// distance between two.
+// How many lines through the centres of texels the path crosses, as a real number that grows
+// continuously.
 fn light_cookie_lines(path: light_Path, seen: light_InCookie, level: light_CookieLevel) -> f32 {
     let start = path.start - path.foot;
     let end = light_cookie_end(path, start, path.end);
@@ -174,11 +179,11 @@ fn light_cookie_level_airlight(
     var rows = light_lines(seen.row, seen.front, from_here.s, last, level.height);
     var total = vec3(0.0);
     for (var i = 0u; i < light_COOKIE_PIECES && from_here.s < last; i++) {
-        // Optical depth per metre, of the light that is not used up yet.
+        // The extinction of the colours that still have light left.
         let x = from_here.s + path.foot - path.entry;
         var used = sigma_t * x >= vec3(light_COOKIE_DARK);
         if is_immersed {
-            // The way by this position never becomes shorter.
+            // The way from the light by a position to the eye never gets shorter along the ray.
             used = sigma_t * (from_here.s + from_here.d - first) >= vec3(light_COOKIE_OPAQUE)
                 | sigma_t * (x + from_here.d) >= vec3(light_COOKIE_DARK);
         }
@@ -208,7 +213,7 @@ fn light_cookie_level_airlight(
     return total;
 }
 
-// How long a piece may be that starts at an end.
+// How long a piece that starts at `end` may be.
 fn light_cookie_step(path: light_Path, seen: light_InCookie, end: light_PieceEnd, sigma: f32) -> f32 {
     let aside = path.h / end.d;
     let front = max(seen.front.x + seen.front.y * end.s, 1e-30);
@@ -221,7 +226,7 @@ fn light_cookie_step(path: light_Path, seen: light_InCookie, end: light_PieceEnd
     if tilt * step > light_COOKIE_TILT {
         step = light_COOKIE_TILT / tilt;
     }
-    // Always forward, whatever has been rounded.
+    // Always makes progress, whatever rounding does.
     return max(step, 1e-6 * end.d);
 }
 
@@ -231,6 +236,9 @@ fn light_cookie_peak(s: f32) -> f32 {
     return 2.0 * select(rules.finest_front, rules.finest_behind, s >= 0.0);
 }
 
+// The number of nodes with which a piece is within its share of the tolerance: 2, 3, 4 or 6.
+// `two`, `three` and `four` estimate the relative errors of the rules with so many nodes from
+// how much each factor of the integrand changes.
 fn light_cookie_nodes(
     path: light_Path,
     emitter: light_Emitter,
@@ -251,7 +259,7 @@ fn light_cookie_nodes(
     let low = min(a.ramp, b.ramp);
     let high = max(a.ramp, b.ramp);
     var curved = 0.25 * angle * angle / emitter.edge;
-    // Not 0, for the quotients.
+    // Above 0, as it is a divisor.
     let most = max(max(high, 0.5 * (low + high + curved)), 1e-20);
     var ramp = (high - low + curved) / most;
     curved /= most;
@@ -288,6 +296,7 @@ fn light_cookie_fading(emitter: light_Emitter, a: light_PieceEnd, b: light_Piece
     return vec2(abs(windows.x - windows.y) / most + curved, curved);
 }
 
+// The airlight of a piece.
 fn light_cookie_piece(
     path: light_Path,
     emitter: light_Emitter,
@@ -298,12 +307,14 @@ fn light_cookie_piece(
     sigma: f32,
 ) -> vec3<f32> {
     let rules = air_quadrature_uniforms().rules;
-    // The rules of 1, 2, … nodes stand behind each other, or there is one.
+    // The rules of 1, 2, … nodes come one behind the other; a fixed number of nodes has one
+    // rule alone.
     let rule = min(light_cookie_nodes(path, emitter, seen, a, b, sigma), rules) - 1u;
     let first = rules + rule * (rule + 1u) / 2u;
     let count = u32(air_quadrature_entry(rule).w);
     let far = vec2(1.0 / a.d, 1.0 / b.d);
-    // Most pieces have two nodes: without a loop they have no rounds that count.
+    // Most pieces have two nodes. Outside of a loop these add nothing to the rounds that some
+    // drivers count.
     var sum = light_cookie_node(path, emitter, level, vec2(a.s, b.s), far, first);
     if count > 1u {
         sum += light_cookie_node(path, emitter, level, vec2(a.s, b.s), far, first + 1u);

@@ -15,7 +15,7 @@ fn light_daylight_airlight(path: light_Path, start: f32, whole_end: f32) -> vec3
     }
     let s = start + 0.5 * (end - start) - path.foot;
     var factor = vec3(1.0);
-    // Through the light itself there is no direction.
+    // At the light itself there is no direction.
     if s != 0.0 || path.h > 0.0 {
         factor = light_factor(emitter, light_from_light(path, s).xyz);
     }

@@ -12,7 +12,7 @@
 
 struct Seen {
     @builtin(position) position: vec4<f32>,
-    // Normal n of the plane and n·p of its points.
+    // Normal n of the triangle's plane, and n·p of the points p in it.
     @location(0) @interpolate(flat, either) plane: vec4<f32>,
     // Least and greatest depth along `forward`.
     @location(1) @interpolate(flat, either) range: vec2<f32>,
@@ -40,7 +40,8 @@ fn project(@builtin(vertex_index) vertex: u32) -> Seen {
     if tile.face.tan > 0.0 {
         plane = p.xy / tile.face.tan;
         w = p.z;
-        // Cuts off at `near`, whatever the depth is; the fragment has its own.
+        // With this z the hardware clips at the distance `near`; the fragment shader writes
+        // the depth.
         z = tile.near;
     } else {
         plane = p.xy / vec2(tile.face.half_width, tile.face.half_height);
@@ -85,7 +86,7 @@ fn measure(seen: Seen) -> Fragment {
         let half = vec2(tile.face.half_width, tile.face.half_height);
         numerator -= dot(seen.plane.xy, plane * half);
     }
-    // Seen edge-on the quotient is noise; it stays on the triangle.
+    // For a triangle seen edge-on the quotient is noise, so it is clamped to the triangle.
     var z = seen.range.x;
     if denominator != 0.0 {
         z = clamp(numerator / denominator, seen.range.x, seen.range.y);

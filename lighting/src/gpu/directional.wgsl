@@ -21,7 +21,8 @@ fn light_directional(path: light_Path, start: f32, end: f32) -> vec3<f32> {
         if begin < to {
             let first = (begin - path.entry) + light_sun_leg(path, begin);
             let last = (to - path.entry) + light_sun_leg(path, to);
-            // It may fall, where the sun stands behind: the lesser end counts.
+            // With the sun behind the eye the optical path may fall along the ray. The piece
+            // then counts from its other end.
             let rise = abs(last - first) / (to - begin);
             total += light_directional_piece(medium, min(first, last), rise, begin, to);
             begin = to;
@@ -34,8 +35,8 @@ fn light_directional(path: light_Path, start: f32, end: f32) -> vec3<f32> {
 fn light_directional_piece(medium: light_Medium, first: f32, slope: f32, start: f32, end: f32) -> vec3<f32> {
     var length = vec3(end - start);
     if end == light_FAR {
-        // The tail of an exponential; where nothing is extinguished it is cut
-        // off like everything infinite.
+        // The tail of an exponential ends after a hundred mean free paths. Where there is no
+        // extinction an infinite ray is cut off, too.
         length = min(length, 100.0 / max(medium.sigma_t * slope, vec3(1e-36)));
     }
     let k = medium.sigma_t * slope;

@@ -2,7 +2,7 @@
 //
 // Needs the variables
 //   light_node_count: u32
-//   light_nodes: array<vec2<f32>>, (position in (0, 1), weight) each
+//   light_nodes: array<vec2<f32>>, each a position in (0, 1) and a weight
 
 fn light_equi_angular_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     if light_emitter().kind == light_DIRECTIONAL {

@@ -1,6 +1,6 @@
-// A picture plane of a light: the shader's side of `Face`.
+// A picture plane of a light, with its view: the shader's side of `Face`.
 
-// Depth of a texel in which the light sees nothing: f32::MAX.
+// The depth of a texel in which the light sees nothing: f32::MAX.
 const light_EMPTY: f32 = 0x1.fffffep+127;
 
 struct light_Face {

@@ -6,11 +6,11 @@ struct Scene {
     emitter: light_Emitter,
     medium: light_Medium,
     rays: u32,
-    // Number of the first ray in its frame.
+    // The number in the frame of the first ray.
     first: u32,
     // Whether lit parts that touch are joined before they are evaluated.
     joined: u32,
-    // Where in the table the panes before the eye are; NO_PANES without any.
+    // Where in the table the panes in front of the eye begin; NO_PANES if there are none.
     panes: u32,
 }
 
@@ -32,12 +32,13 @@ fn light_cookie(index: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(table[index].xyz);
 }
 
-// The next pane, the one after the last, and what those before let through.
+// The next pane of the ray, the one after its last, and the share of light that the panes
+// passed so far let through.
 var<private> pane: u32;
 var<private> panes_end: u32;
 var<private> seen: vec3<f32>;
 
-// The light of a lit part behind the panes, in as many pieces as they cut it into.
+// The light of a lit part as it is seen through the panes, which cut it into pieces.
 fn light_of_part(path: light_Path, part: light_Lit) -> vec3<f32> {
     var sum = vec3(0.0);
     var start = part.start;

@@ -1,4 +1,4 @@
-// Filling the holes of shadow maps by pull-push: entry points. One invocation per
+// Fills the holes of shadow maps by pull-push: entry points. One invocation per
 // texel of a level of the pyramids, each of which belongs to one picture.
 //
 // Needs the part face.wgsl.
@@ -17,6 +17,7 @@ struct Levels {
     padding_b: u32,
 }
 
+// See `shadow_map/holes.rs`.
 const TOGETHER: f32 = 1.25;
 
 @group(0) @binding(0) var<uniform> levels: Levels;
@@ -27,12 +28,12 @@ fn belong_together(a: f32, b: f32) -> bool {
     return max(a, b) < light_EMPTY && max(a, b) <= TOGETHER * min(a, b);
 }
 
-// The mean of two depths that belong together, or the nearer one of others.
+// The mean of two depths if they belong together, else the nearer one.
 fn together(a: f32, b: f32) -> f32 {
     return select(min(a, b), 0.5 * (a + b), belong_together(a, b));
 }
 
-// Three quarters of `here` and a quarter of `beside`, if they belong together.
+// Three quarters of `here` plus a quarter of `beside` if they belong together, else `here`.
 fn nearer(here: f32, beside: f32) -> f32 {
     return select(here, 0.5 * (here + 0.5 * (here + beside)), belong_together(here, beside));
 }
@@ -51,7 +52,8 @@ fn coarse_at(picture: u32, column: u32, row: u32) -> f32 {
     return pyramid[levels.coarse_first + (picture * side + row) * side + column];
 }
 
-// The texel of the level above a square of up to four.
+// Makes a texel of the coarser level from the square of up to four below it. It is filled if
+// at least half of them are.
 @compute @workgroup_size(64)
 fn pull(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -83,8 +85,8 @@ fn pull(
     pyramid[levels.coarse_first + i] = depth;
 }
 
-// Fills an empty texel of the finer level from the one above it and its neighbours on
-// the side of the texel.
+// Fills an empty texel of the finer level from the coarser one above it and from those of
+// its neighbours that are closest to the texel.
 @compute @workgroup_size(64)
 fn push(
     @builtin(workgroup_id) workgroup: vec3<u32>,

@@ -1,16 +1,18 @@
-// Splatting the points of the casters into a picture per light: entry points.
+// Splats the points of the casters into a picture for each light: entry points.
 //
 // Needs the parts face.wgsl, place.wgsl and octahedron.wgsl.
 
 struct Splats {
+    // Texels per side of a picture.
     resolution: u32,
     lights: u32,
     clusters: u32,
+    // The most texels from the middle of a splat to its side.
     most_texels: f32,
 }
 
-// The frame of a light, the kind of its picture, and the texels from the middle to
-// the side of a splat of 1 m² at 1 m, on an axis of the frame.
+// The frame of a light, the kind of its picture, and how many texels a splat of 1 m² at a
+// distance of 1 m, on an axis of the frame, measures from its middle to its side.
 struct Picture {
     face: light_Face,
     scale: vec2<f32>,
@@ -18,7 +20,7 @@ struct Picture {
     padding: u32,
 }
 
-// How many points of a cluster a light takes, and the area of each.
+// How many points of a cluster a light takes, and the area that each stands for, m².
 struct Taken {
     count: u32,
     area: f32,
@@ -80,7 +82,7 @@ fn splat(
         if texel.x < 0.0 {
             continue;
         }
-        // The texels whose middle is in the splat; at least that of the point.
+        // The texels whose middle is in the splat, and always the texel of the point.
         let beyond = clamp(picture.scale * size, vec2(0.5), vec2(splats.most_texels)) - 0.5;
         let low = vec2<u32>(clamp(texel - beyond, vec2(0.0), vec2(last)));
         let high = vec2<u32>(clamp(texel + beyond, vec2(0.0), vec2(last)));

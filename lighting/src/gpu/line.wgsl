@@ -14,13 +14,14 @@ struct light_line_Ray {
     direction: vec3<f32>,
 }
 
-// The picture that shows a ray up to `end`; light_line_NO_PICTURE outside of all.
+// The picture that shows a ray up to the position `end`; light_line_NO_PICTURE if none does.
 struct light_line_Shown {
     face: u32,
     end: f32,
 }
 
-// Homogeneous coordinates of the light's origin plus v; of a direction if w is 0.
+// Homogeneous coordinates, in a picture, of the light's origin plus v; of the direction v if
+// w is 0. Inside of the picture |x| and |y| are at most w.
 fn light_line_picture(face: light_Face, v: vec3<f32>, w: f32) -> vec3<f32> {
     let x = dot(v, face.right);
     let y = -dot(v, face.up);
@@ -30,6 +31,7 @@ fn light_line_picture(face: light_Face, v: vec3<f32>, w: f32) -> vec3<f32> {
     return vec3(x / face.half_width, y / face.half_height, w);
 }
 
+// A position between two, of which the second may be infinite.
 fn light_line_middle(a: f32, b: f32) -> f32 {
     return select(0.5 * (a + b), a + max(abs(a), 1.0), b >= light_line_END);
 }
@@ -43,7 +45,8 @@ fn light_line_root(base: f32, slope: f32, s: f32, next: f32) -> f32 {
     return select(next, root, s < root && root < next);
 }
 
-// The picture behind s, of a ray that ends at `end`. `first` is one of so many.
+// The picture that shows what follows the position s, on a ray that ends at `end`. `first` is
+// the first of the light's `face_count` pictures.
 fn light_line_enter(
     first: light_Face,
     face_count: u32,

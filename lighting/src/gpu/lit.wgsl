@@ -8,7 +8,7 @@ struct light_Lit {
     visibility: vec3<f32>,
 }
 
-// A part of which the same share of all colours is lit.
+// A part with the same share for all colours.
 fn light_lit(start: f32, end: f32, visibility: f32) -> light_Lit {
     return light_Lit(start, end, vec3(visibility));
 }

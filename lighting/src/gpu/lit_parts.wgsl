@@ -1,10 +1,9 @@
 // The light of all lit parts of a path.
 //
-// Needs, from the entry point,
+// Needs, from the entry point, the light of one part; it is called for the parts in order:
 //   fn light_of_part(path: light_Path, part: light_Lit) -> vec3<f32>
-// the light of one of them, which is asked in their order.
 
-// Parts that touch and see the same share of the light are one if they are `joined`.
+// If `joined`, parts that touch and see the same share of the light count as one.
 fn light_of_parts(path: light_Path, joined: bool) -> vec3<f32> {
     var cursor = light_cursor(path);
     // The last part that was found and has not been evaluated yet.

@@ -1,23 +1,24 @@
 // Shadow maps of several lights, filtered on surfaces: the shader's side of
 // `FilteredMapsOfMany`.
 //
-// Needs the parts face.wgsl and place.wgsl, the number of the light in light_number(), and the
-// variables
+// Needs the parts face.wgsl and place.wgsl, light_number() for the number of the light, and
+// the variables
 //   light_many_maps: array<light_MapOfMany>
 //   light_many_maps_depths: array<f32>    picture after picture, each row by row
 //   light_many_maps_half: u32             texels on either side of the filter's middle
 
 struct light_MapOfMany {
     pictures: light_Pictures,
-    // Number of the first picture among all.
+    // The number of its first picture among those of all lights.
     first: u32,
-    // How far points are lifted beyond half a filter's width, in texels.
+    // How much farther than half a filter's width points are lifted along their normal, in
+    // texels.
     bias: f32,
     padding_a: u32,
     padding_b: u32,
 }
 
-// How wide a texel is at the light's origin plus v; 0 behind the picture.
+// How wide a texel is at the light's origin plus v, m; 0 behind the light.
 fn light_many_maps_texel(face: light_Face, side: u32, v: vec3<f32>) -> f32 {
     var half = max(face.half_width, face.half_height);
     if face.tan > 0.0 {

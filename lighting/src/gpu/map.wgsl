@@ -2,7 +2,7 @@
 //
 // Needs the parts face.wgsl and place.wgsl and the variables
 //   light_map: light_Pictures
-//   light_map_depths: array<f32>, face after face, each row by row
+//   light_map_depths: array<f32>, face by face, row by row
 
 // The depth of the texel in which a face shows its origin plus `v`; light_EMPTY
 // outside of the picture.
@@ -25,8 +25,7 @@ fn light_map_visibility(point: vec3<f32>) -> vec3<f32> {
     return vec3(select(0.0, 1.0, light_depth_of(face, v) <= light_depth_along(index, face, v)));
 }
 
-// The distance along a ray of the light to the first blocker; light_EMPTY if there
-// is none.
+// The distance along a light ray to its first blocker, m; light_EMPTY if there is none.
 fn light_map_first_blocker(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let first = light_map.faces[0];
     if first.tan > 0.0 {

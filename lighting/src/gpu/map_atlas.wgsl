@@ -3,8 +3,9 @@
 // Needs the parts face.wgsl, place.wgsl and octahedron.wgsl, and the variables
 //   light_maps_side: u32                          texels per side of a picture
 //   light_maps_faces: array<light_AtlasFace>
-//   light_maps_tiles: array<vec2<u32>>            first face, number of faces or kind
-//   light_maps_depths: array<f32>                 picture after picture, each row by row
+//   light_maps_tiles: array<vec2<u32>>            the first face, and the number of faces or
+//                                                 the kind of picture
+//   light_maps_depths: array<f32>                 picture by picture, row by row
 
 // Stands for the picture of a face that has none.
 const light_NO_PICTURE: u32 = 0xffffffffu;
@@ -31,6 +32,8 @@ fn light_maps_depth_at(at: u32, texel: vec2<f32>) -> f32 {
     return light_maps_depths[(picture * side + inside.y) * side + inside.x];
 }
 
+// The distance along a ray of a tile's light to its first blocker, m; light_EMPTY if there is
+// none.
 fn light_maps_first_blocker_of(tile: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let faces = light_maps_tiles[tile];
     let first = light_maps_faces[faces.x].face;

@@ -12,12 +12,12 @@ struct light_Mask {
     a: vec2<f32>,
     b: vec2<f32>,
     c: vec2<f32>,
-    // Opacity of material and vertices there.
+    // The opacity of material and vertex at the corners.
     opacity_a: f32,
     opacity_b: f32,
     opacity_c: f32,
     cutoff: f32,
-    // The first texel of the texture, and its size; no width without one.
+    // The first texel of the texture, and its size; the width is 0 without a texture.
     first: u32,
     width: u32,
     height: u32,
@@ -26,8 +26,8 @@ struct light_Mask {
     nearest: u32,
 }
 
-// The same place of a texture close to its first copy, where texels can be told
-// apart.
+// A texture coordinate of the same texel in or next to the first copy of the texture, where
+// an f32 can tell texels apart.
 fn light_mask_near(coordinate: f32, wrap: u32) -> f32 {
     if wrap == light_MASK_CLAMP {
         return clamp(coordinate, 0.0, 1.0);
@@ -38,7 +38,7 @@ fn light_mask_near(coordinate: f32, wrap: u32) -> f32 {
     return coordinate - floor(coordinate);
 }
 
-// The texel that stands at `index`, one of `count`.
+// The texel that is seen at `index` of a wrapped row of `count`.
 fn light_mask_texel(index: i32, count: i32, wrap: u32) -> i32 {
     if wrap == light_MASK_CLAMP {
         return clamp(index, 0, count - 1);
@@ -75,8 +75,8 @@ fn light_mask_filtered(mask: light_Mask, uv: vec2<f32>) -> f32 {
     return mix(top, bottom, f.y);
 }
 
-// Whether the masked triangle of a number has a hole at the barycentric coordinates
-// of its second and third corner.
+// Whether a masked triangle has a hole at a point, given by the barycentric coordinates of
+// its second and third corner.
 fn light_mask_is_hole(number: u32, at: vec2<f32>) -> bool {
     let mask = light_masks[number];
     let w = 1.0 - at.x - at.y;

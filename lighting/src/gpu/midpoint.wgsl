@@ -1,4 +1,4 @@
-// Airlight: the integrand at the middle of the interval times its length.
+// Airlight: the integrand at the middle of the interval times the interval's length.
 
 fn light_midpoint_airlight(path: light_Path, start: f32, whole_end: f32) -> vec3<f32> {
     let end = min(whole_end, start + light_medium().far_end);

@@ -1,5 +1,5 @@
-// Functions that WGSL has with too little accuracy, or not at all. Polynomials
-// are minimax fits of the relative error, rounded to f32.
+// Functions that WGSL lacks, or whose accuracy it does not promise. Polynomials are minimax
+// fits of the relative error, rounded to f32.
 
 const light_PI: f32 = 3.14159274;
 
@@ -16,8 +16,8 @@ fn light_angle(y: f32, x: f32) -> f32 {
     if large <= 0.0 {
         return 0.0;
     }
-    // Within an eighth of a turn of the nearer axis; beyond π/8 measured from
-    // the diagonal.
+    // The angle to the nearer axis is at most π/4. Beyond π/8 it is measured from the
+    // diagonal instead, which halves the range of the polynomial.
     var r = small / large;
     var offset = 0.0;
     if r > 0.41421357 {

@@ -1,7 +1,9 @@
-// What covers parts of the rays of a bundle before the eye. The shader around it has `scene`
-// with the number of `rays` and where in the `table` the panes begin, `panes`, NO_PANES
-// without any; there the table has, for each ray, how many panes there are up to it, four to
-// an entry; then the panes, the nearest to each eye first.
+// Panes in front of the eye, which cover parts of the rays of a bundle.
+//
+// Needs, from the entry point, `table`, and `scene` with the number of `rays` and the entry
+// of the table at which the panes begin, `panes`; NO_PANES if there are none. From there the
+// table has the number of panes of all rays up to and including each ray, four numbers to an
+// entry; then the panes, an entry each, those of a ray from near to far.
 
 const NO_PANES = 0xffffffffu;
 
@@ -21,8 +23,8 @@ fn panes_of(i: u32) -> vec2<u32> {
     return vec2(panes_before(i), panes_before(i + 1u));
 }
 
-// The share of what is behind a pane that it and all before it let through, and its
-// distance.
+// The share of the light from behind a pane that it and those in front of it let through, per
+// colour, and its distance, m.
 fn pane_behind(pane: u32) -> vec4<f32> {
     return bitcast<vec4<f32>>(table[scene.panes + (scene.rays + 3u) / 4u + pane]);
 }

@@ -13,26 +13,27 @@ const light_ISOTROPIC: u32 = 0u;
 const light_COSINE: u32 = 1u;
 const light_SPOT: u32 = 2u;
 
-// A spotlight has two kinks, the faces of a box three.
+// The most kinks of a path: two at the inner cone of a spotlight, three at faces of a box.
 const light_KINKS: u32 = 5u;
 
 struct light_Emitter {
-    // Direction of travel for a directional light.
+    // The position, m; for a directional light the direction in which it travels.
     position: vec3<f32>,
     kind: u32,
-    // Irradiance for a directional light.
+    // The radiant intensity, W/sr; for a directional light the irradiance, W/m².
     intensity: vec3<f32>,
+    // The distance beyond which there is no light, m; light_FAR for none.
     range: f32,
     // Normal of a cosine emitter, axis of a spotlight.
     axis: vec3<f32>,
     emission: u32,
     right: vec3<f32>,
-    // 1 − cos of the half angle of a spotlight: narrow cones need its digits.
+    // 1 − cos of a spotlight's half angle, which keeps the digits of narrow cones.
     outer_versine: f32,
     up: vec3<f32>,
     // The cosine of the inner half angle less that of the outer one, at least 0.001.
     edge: f32,
-    // The cookie of a spotlight; no texels, no cookie.
+    // Texels of the cookie of a spotlight; 0 without a cookie.
     cookie_width: u32,
     cookie_height: u32,
     tan_outer: f32,
@@ -48,12 +49,14 @@ struct light_CookieLevel {
 }
 
 struct light_Medium {
+    // Scattering and extinction coefficients, 1/m.
     sigma_s: vec3<f32>,
     // A kind of phase function of `airlight`.
     phase: u32,
     sigma_t: vec3<f32>,
-    // Where methods that need an end cut off a ray to the sky.
+    // The length at which methods that need an end cut off a ray to the sky, m.
     far_end: f32,
+    // The box of the medium, if it is bounded.
     low: vec3<f32>,
     bounded: u32,
     high: vec3<f32>,
@@ -68,25 +71,31 @@ struct light_Ray {
     padding: f32,
 }
 
+// All distances are in m, along the ray from the eye.
 struct light_Path {
     origin: vec3<f32>,
-    // Number of the ray in its frame.
+    // The number of the ray in its frame.
     index: u32,
+    // A unit vector.
     direction: vec3<f32>,
-    // Length of the ray.
+    // The length of the ray.
     surface: f32,
     // The part that can be lit, empty unless start < end.
     start: f32,
     end: f32,
+    // Where the ray enters the medium.
     entry: f32,
+    // For a point light: the point of the ray's line that is closest to it, the distance
+    // between the two, and the unit vector from the light to that point.
     foot: f32,
     h: f32,
     to_foot: vec3<f32>,
-    // Where the light changes with a kink, in order, then light_FAR; for a sun
-    // anywhere on the line of the ray.
+    // Where the light as a function of the distance has a kink, in order, followed by
+    // light_FAR. Those of a sun may lie anywhere on the line of the ray.
     kinks: array<f32, light_KINKS>,
 }
 
+// The path of a ray for the light in question.
 fn light_path(ray: light_Ray, index: u32) -> light_Path {
     let emitter = light_emitter();
     var path: light_Path;
@@ -124,16 +133,16 @@ fn light_path(ray: light_Ray, index: u32) -> light_Path {
     return path;
 }
 
-// Where sunlight begins to enter a bounded medium through another face, in
-// order; light_FAR where there are fewer than two such positions.
+// Where the sunlight that reaches the ray begins to enter a bounded medium through another
+// face, in order; light_FAR where there are fewer than two such positions.
 fn light_face_changes(path: light_Path) -> vec2<f32> {
     let medium = light_medium();
     if medium.bounded == 0u {
         return vec2(light_FAR);
     }
     let back = -light_emitter().position;
-    // The distance to the face along one axis is base + slope x; absent for
-    // light along that face.
+    // Towards the sun, the distance to the face across an axis is base + slope x. Light
+    // parallel to a face never enters through it.
     var base = vec3(light_FAR);
     var slope = vec3(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
@@ -154,7 +163,8 @@ fn light_face_changes(path: light_Path) -> vec2<f32> {
         let x = (base[j] - base[i]) / relative;
         let here = base[i] + slope[i] * x;
         let third = base[k] + slope[k] * x;
-        // The third line must not lie below the crossing, up to rounding.
+        // The nearest face counts: where two distances are equal, the third must not be less,
+        // up to rounding.
         if back[k] == 0.0 || here <= third + 1e-5 * abs(here) {
             if x < kinks.x {
                 kinks = vec2(x, kinks.x);
@@ -166,8 +176,8 @@ fn light_face_changes(path: light_Path) -> vec2<f32> {
     return kinks;
 }
 
-// Kinks between start and end: at the inner cone of a spotlight, and where the
-// light enters a bounded medium through another face.
+// The kinks of a point light between start and end: at the inner cone of a spotlight, and
+// where the light begins to enter a bounded medium through another face.
 fn light_find_kinks(path: light_Path, emitter: light_Emitter) -> array<f32, light_KINKS> {
     var kinks = array<f32, light_KINKS>(light_FAR, light_FAR, light_FAR, light_FAR, light_FAR);
     if emitter.emission == light_SPOT && emitter.outer_versine > emitter.edge {
@@ -180,7 +190,7 @@ fn light_find_kinks(path: light_Path, emitter: light_Emitter) -> array<f32, ligh
     let medium = light_medium();
     if medium.bounded != 0u {
         let light = emitter.position;
-        // A light between the two faces of an axis meets neither on its way in.
+        // Light from between the two faces of an axis enters through neither of them.
         let to_face = select(vec3(0.0), medium.low - light, light < medium.low)
             + select(vec3(0.0), medium.high - light, light > medium.high);
         let offset = path.origin - light;
@@ -205,12 +215,14 @@ fn light_find_kinks(path: light_Path, emitter: light_Emitter) -> array<f32, ligh
     return kinks;
 }
 
+// A unit vector at right angles to v.
 fn light_any_normal(v: vec3<f32>) -> vec3<f32> {
     let axis = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(v.x) > 0.5);
     return normalize(cross(v, axis));
 }
 
-// Rays closer to a point light than 1e-4 of its distance count as that close.
+// A path that passes a point light more closely than 1e-4 of the light's distance from the
+// eye counts as passing it at that distance, so that no integrand is infinite.
 fn light_off_the_light(path: light_Path) -> light_Path {
     var moved = path;
     if path.start <= path.foot && path.foot <= path.end {
@@ -227,7 +239,7 @@ fn light_is_immersed() -> bool {
     return emitter.kind == light_POINT && (medium.bounded == 0u || inside);
 }
 
-// The part of an interval of a ray that runs in the medium.
+// The part of an interval of a ray that runs in the medium; empty unless x < y.
 fn light_inside(start: vec3<f32>, direction: vec3<f32>, interval: vec2<f32>) -> vec2<f32> {
     let medium = light_medium();
     if medium.bounded == 0u {
@@ -269,17 +281,17 @@ fn light_within_reach(path: light_Path, emitter: light_Emitter) -> vec2<f32> {
 }
 
 // Where the ray runs inside the cone p·axis ≥ c |p| around the light, with
-// c = 1 − versine; the cone is convex, so this is one interval, perhaps unbounded.
+// c = 1 − versine; the cone is convex, so that this is one interval, perhaps unbounded.
 //
-// In units of h behind the foot point, p = to_foot + s direction, and the two
-// unit vectors are at right angles: no term is large where the ray passes close
+// With s in units of h behind the foot point, p = to_foot + s direction, where the two
+// unit vectors are at right angles: no term gets large where the ray passes close
 // to the light.
 fn light_in_cone(path: light_Path, axis: vec3<f32>, versine: f32) -> vec2<f32> {
     let wa = dot(path.direction, axis);
     let ta = dot(path.to_foot, axis);
     // Crossings of the double cone, (wa² − c²) s² + 2 wa ta s + ta² − c² = 0,
-    // and of the plane between its halves. Squares of sines in place of those of
-    // cosines keep the digits of a narrow cone.
+    // and of the plane between its halves. Squares of cosines are replaced by those of
+    // sines, which keep the digits of a narrow cone.
     let cos = 1.0 - versine;
     let sine2 = versine * (2.0 - versine);
     let aside = cross(path.direction, axis);
@@ -332,23 +344,23 @@ fn light_in_cone(path: light_Path, axis: vec3<f32>, versine: f32) -> vec2<f32> {
     return select(result, result + path.foot, abs(result) < vec2(light_FAR));
 }
 
-// Unit vector from a point light to the position s behind the foot point, and
-// the distance.
+// The unit vector from a point light to the position s behind the foot point (xyz), and the
+// distance (w).
 fn light_from_light(path: light_Path, s: f32) -> vec4<f32> {
     let d = sqrt(s * s + path.h * path.h);
     return vec4(path.direction * (s / d) + path.to_foot * (path.h / d), d);
 }
 
-// The root of what a spotlight makes of its intensity into a unit direction, but
-// for its cookie.
+// The root of the factor that a spotlight without its cookie has on its intensity into a
+// unit direction.
 fn light_ramp(emitter: light_Emitter, direction: vec3<f32>) -> f32 {
-    // 1 − cos of the angle to the axis, with the digits of a small one.
+    // 1 − cos of the angle to the axis, by the chord, which keeps the digits of small angles.
     let off_axis = emitter.axis - direction;
     let versine = 0.5 * dot(off_axis, off_axis);
     return clamp((emitter.outer_versine - versine) / emitter.edge, 0.0, 1.0);
 }
 
-// What the emission makes of the intensity into a unit direction.
+// The factor on the intensity into a unit direction.
 fn light_factor(emitter: light_Emitter, direction: vec3<f32>) -> vec3<f32> {
     let cos = dot(emitter.axis, direction);
     switch emitter.emission {
@@ -368,7 +380,7 @@ fn light_factor(emitter: light_Emitter, direction: vec3<f32>) -> vec3<f32> {
     }
 }
 
-// The factor on the intensity at the distance d, which is in range.
+// The factor on the intensity at a distance d in range, for lights that fade towards it.
 fn light_window_at(emitter: light_Emitter, d: f32) -> f32 {
     if emitter.fades == 0u {
         return 1.0;
@@ -377,7 +389,7 @@ fn light_window_at(emitter: light_Emitter, d: f32) -> f32 {
     return (1.0 - part * part) * (1.0 + part * part);
 }
 
-// Where a unit direction of the cone is in the cookie.
+// Where the cookie is seen along a unit direction of the cone, from (0, 0) to (1, 1).
 fn light_cookie_uv(emitter: light_Emitter, direction: vec3<f32>) -> vec2<f32> {
     let plane = vec2(dot(emitter.right, direction), -dot(emitter.up, direction))
         / (dot(emitter.axis, direction) * emitter.tan_outer);
@@ -388,7 +400,7 @@ fn light_cookie_at(emitter: light_Emitter, uv: vec2<f32>) -> vec3<f32> {
     return light_cookie_in(light_CookieLevel(emitter.cookie_width, emitter.cookie_height, 0u), uv);
 }
 
-// Bilinear, holding the border.
+// The cookie at a place, bilinear between texels; beyond its border it is as there.
 fn light_cookie_in(level: light_CookieLevel, uv: vec2<f32>) -> vec3<f32> {
     let size = vec2(f32(level.width), f32(level.height));
     let position = clamp(uv, vec2(0.0), vec2(1.0)) * size - 0.5;
@@ -409,7 +421,7 @@ fn light_sun_phase(path: light_Path) -> f32 {
     return air_phase(medium.phase, medium.phase_parameters, 1.0 - cos, 1.0 + cos);
 }
 
-// How far sunlight has travelled inside the medium to the position x.
+// How far sunlight has travelled inside the medium when it reaches the distance x of the ray.
 fn light_sun_leg(path: light_Path, x: f32) -> f32 {
     let medium = light_medium();
     if medium.bounded == 0u {
@@ -420,7 +432,7 @@ fn light_sun_leg(path: light_Path, x: f32) -> f32 {
     return light_length_inside(point, -light_emitter().position, light_FAR);
 }
 
-// σ_s p I exp(−σ_t (x + d)): the integrand without the inverse square.
+// σ_s p I exp(−σ_t (x + d)), with the emission in I: the integrand without the inverse square.
 fn light_source(path: light_Path, x: f32) -> vec3<f32> {
     let emitter = light_emitter();
     let medium = light_medium();
@@ -433,19 +445,19 @@ fn light_source(path: light_Path, x: f32) -> vec3<f32> {
     return light_source_behind(path, x, x - path.foot);
 }
 
-// The same for a light at a point, at the position x = foot + s: on a short piece
-// far from the eye s has digits that x lacks.
+// The same for a light at a point, at x = foot + s. On a short piece far from the eye s has
+// digits that x lacks.
 fn light_source_behind(path: light_Path, x: f32, s: f32) -> vec3<f32> {
     let from_light = light_from_light(path, s);
     return light_factor(light_emitter(), from_light.xyz) * light_scattered(path, x, s, from_light);
 }
 
-// The same as if the light shone alike in all directions.
+// The same without the factor of the emission.
 fn light_scattered(path: light_Path, x: f32, s: f32, from_light: vec4<f32>) -> vec3<f32> {
     let emitter = light_emitter();
     let medium = light_medium();
     let eye_leg = x - path.entry;
-    // Measured from the ray: seen from a light far away, f32 could not tell the
+    // Measured from the ray, because seen from a light far away an f32 could not tell the
     // faces of the box apart.
     let point = path.origin + x * path.direction;
     let optical_length = eye_leg + light_length_inside(point, -from_light.xyz, from_light.w);

@@ -1,11 +1,12 @@
-// Tables of a frame as the evaluator, for what of the light by_cone.wgsl finds plain;
-// the quadrature for what they do not know.
+// An evaluator that looks airlight up in tables made for the frame where by_cone.wgsl finds
+// the light plain, and is the quadrature for what the tables do not know.
 //
 // Needs the part FRAME_TABLE of `airlight` too, and the variables
 //   light_frame_tables: array<air_FrameTable, 3>
 //   light_frame_cells: array<vec4<f32>>
 
-// More mean free paths than that before the fog begins are not looked up.
+// Where the fog begins more than this many mean free paths from the eye, nothing is looked
+// up; `FrameTable::DEEPEST`.
 const light_FRAME_DEEPEST: f32 = 16.0;
 
 fn air_frame_cell(index: u32) -> vec4<f32> {
@@ -29,7 +30,8 @@ fn light_plain_airlight(path: light_Path, start: f32, end: f32) -> vec3<f32> {
     return medium.sigma_s * light_emitter().intensity * airlight;
 }
 
-// That of a channel; negative where its table does not know, or is for another extinction.
+// The airlight of a channel, per unit of σ_s I; negative where its table does not know it, or
+// was made for another extinction.
 fn light_frame_airlight(
     channel: u32,
     sigma_t: f32,
@@ -38,12 +40,13 @@ fn light_frame_airlight(
     end: f32,
 ) -> f32 {
     let table = light_frame_tables[channel];
-    // The way to a box of fog is clear.
+    // The table takes the ray to be in fog from the eye on, but the way to a box of fog is
+    // clear.
     let clear = table.sigma_t * path.entry;
     if table.rows == 0u || table.sigma_t != sigma_t || clear > light_FRAME_DEEPEST {
         return air_FRAME_UNKNOWN;
     }
-    // Of the whole ray, from the eye on.
+    // The table measures from the eye, not from where the fog begins.
     var segment = light_segment(path, start, end);
     segment.x = start;
     let airlight = air_frame_look_up(table, segment);

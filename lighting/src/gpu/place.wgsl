@@ -1,7 +1,7 @@
 // Where a point is in the pictures of a light.
 
-// The pictures of a light: one, or six in the order of light_cube_face; none
-// without casters.
+// The pictures of a light: one, or six in the order of light_cube_face; none if the light has
+// no casters.
 struct light_Pictures {
     faces: array<light_Face, 6>,
     face_count: u32,
@@ -22,7 +22,7 @@ fn light_cube_face(v: vec3<f32>) -> u32 {
     return select(4u, 5u, v.z < 0.0);
 }
 
-// The face, of so many, that shows what lies along v from the light.
+// Which of a light's faces shows what lies along v from the light.
 fn light_face_along(face_count: u32, v: vec3<f32>) -> u32 {
     if face_count > 1u {
         return light_cube_face(v);
@@ -51,7 +51,8 @@ fn light_texel_along(face: light_Face, resolution: u32, v: vec3<f32>) -> vec2<f3
     return texel;
 }
 
-// Depth of the origin of a face plus `v`.
+// The depth of the origin of a face plus `v`, m: the distance from a light at a point, the
+// depth along the direction of parallel light.
 fn light_depth_of(face: light_Face, v: vec3<f32>) -> f32 {
     return select(dot(v, face.forward), length(v), face.tan > 0.0);
 }

@@ -61,7 +61,8 @@ fn light_smooth_quadrature(path: light_Path, start: f32, end: f32) -> vec3<f32> 
     return vec3(red.x, green.y, blue.z);
 }
 
-// What the emission adds to an interval without a kink inside.
+// What besides the phase function and the extinction changes along an interval without a
+// kink inside.
 fn light_pattern(path: light_Path, start: f32, end: f32) -> air_Pattern {
     let emitter = light_emitter();
     var pattern = air_Pattern();
@@ -87,9 +88,10 @@ fn light_pattern(path: light_Path, start: f32, end: f32) -> air_Pattern {
     return pattern;
 }
 
-// Nodes more on each piece if the light stands outside of the medium.
+// Extra nodes on each piece if the light is outside of the medium.
 const light_OUTSIDE: u32 = 2u;
 
+// ∫ light_source / d² dx with the nodes for this extinction.
 fn light_node_sum(
     path: light_Path,
     segment: air_Segment,

@@ -2,7 +2,7 @@
 
 struct Tile {
     face: light_Face,
-    // From the clip space of the face to that of the tile.
+    // Takes the clip space of the face to that of the tile.
     scale: vec2<f32>,
     offset: vec2<f32>,
     // First texel of the tile in the face, and its size.
@@ -15,7 +15,7 @@ struct Tile {
     far: f32,
     // Nothing closer than this casts a shadow.
     near: f32,
-    // Triangles before the first masked one.
+    // The number of solid triangles, which come before the masked ones.
     solid: u32,
     padding: u32,
     more_padding: vec2<u32>,

@@ -4,8 +4,9 @@
 // A workgroup scans a block of 128 rows of 16 columns; the last row of each block
 // goes to `carry`, which is scanned in the same way and then combined with all
 // rows of the following block. Each invocation has a segment of 8 rows of a column, and
-// the 16 segments of a column are combined in four steps. `scan_columns` is the simpler way
-// for grids of few rows, without barriers: an invocation goes down a column by itself.
+// the 16 segments of a column are combined in four steps. `scan_columns` gives the same
+// result without barriers, which are slow where a processor plays the GPU: an invocation
+// goes down a column by itself.
 
 const COLUMNS: u32 = 16u;
 const SEGMENTS: u32 = 16u;

@@ -1,11 +1,11 @@
-// The block of lights that an entry point goes through, their voxels and the medium.
+// The block of lights that an entry point goes through, with their voxels, and the medium.
 
 struct Block {
     medium: light_Medium,
-    // Of rays or points.
+    // How many rays or points there are.
     count: u32,
     lights: u32,
-    // The first ray, and the factor on the light.
+    // The first ray, and the factor on the light of all of them.
     first: u32,
     weight: f32,
 }
@@ -13,8 +13,8 @@ struct Block {
 struct Light {
     emitter: light_Emitter,
     voxels: light_Voxels,
-    // Where the texels of its cookie, the bounds of its voxels along φ and its words
-    // begin.
+    // Where the texels of its cookie, the bounds of its voxels along φ and the words of its
+    // grid begin.
     first_texel: u32,
     first_bound: u32,
     first_word: u32,
@@ -27,7 +27,7 @@ struct Light {
 @group(0) @binding(3) var<storage> bounds: array<vec2<f32>>;
 @group(0) @binding(4) var<storage> words: array<u32>;
 
-// The light that all questions are about.
+// The light that the functions below answer for.
 var<private> current: u32;
 
 fn light_emitter() -> light_Emitter {

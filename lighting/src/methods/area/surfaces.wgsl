@@ -1,4 +1,4 @@
-// The light of many lights on surfaces, with shadows from their voxels: entry point.
+// The direct light of many lights on surfaces, with shadows from their voxels: entry point.
 // One invocation per point goes through the lights.
 //
 // Needs the part block.wgsl.
@@ -6,7 +6,8 @@
 @group(0) @binding(5) var<storage> points: array<light_SurfacePoint>;
 @group(0) @binding(6) var<storage, read_write> radiance: array<vec4<f32>>;
 
-// What the voxels of the current light say of a point.
+// The visibility of the current light from a point, by its voxels. A volume that is all lit
+// or all dark for rays says nothing about surfaces, which then count as lit.
 fn visibility(point: vec3<f32>) -> f32 {
     let voxels = light_voxels();
     if voxels.state <= light_ALL_DARK {

@@ -1,10 +1,11 @@
-// Bounds of the blocks of a shadow map: entry point. An invocation per block.
+// The least and the greatest depth of the blocks of a shadow map: entry point. One invocation
+// per block. A block is eight texels of a row or of a column.
 //
 // Needs the parts face.wgsl and fan.wgsl.
 
 struct Blocks {
     resolution: u32,
-    // Of all pictures and both kinds.
+    // The number of blocks of all pictures, along rows and along columns.
     blocks: u32,
     padding_a: u32,
     padding_b: u32,

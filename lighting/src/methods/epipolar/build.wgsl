@@ -1,10 +1,10 @@
-// Min–max trees of the slices of a fan: entry point. One workgroup per slice.
+// Makes the min–max trees of the slices of a fan: entry point. One workgroup per slice.
 //
 // Needs the parts face.wgsl and fan.wgsl.
 
 struct Build {
     fan: light_Fan,
-    // Its number: 4 × picture + 2 × (cells are rows) + (the side is at the last cell).
+    // Its number: 4 × picture + 2 × (cells are rows) + (the fan's side is at the last cell).
     index: u32,
     resolution: u32,
     padding_a: u32,
@@ -15,10 +15,11 @@ struct Build {
 @group(0) @binding(1) var<storage> bounds: array<vec2<f32>>;
 @group(0) @binding(2) var<storage, read_write> nodes: array<vec2<f32>>;
 
-// Texels by which a slice is wider than its lines.
+// How many texels a slice is wider than its lines, on either side, for rounding.
 const MARGIN: f32 = 0.0625;
 
-// Columns or rows between which the lines of a slice cross the border before a cell.
+// The range, across the cells, in which the lines of a slice cross the border in front of a
+// cell; in texels.
 fn across(slice: u32, border: i32) -> vec2<f32> {
     let fan = build.fan;
     let n = f32(build.resolution);
@@ -41,6 +42,7 @@ fn across(slice: u32, border: i32) -> vec2<f32> {
     return range;
 }
 
+// The least and the greatest depth that rays of a slice may meet in a leaf.
 fn leaf_node(slice: u32, leaf: u32) -> vec2<f32> {
     let n = build.resolution;
     let last = f32(n - 1u);

@@ -28,9 +28,6 @@
 //! Distances are compared instead of rectified depths, so that eyes behind the light and all
 //! kinds of pictures need no special cases. A cube has lines in each of its faces.
 //!
-//! Distances are compared, not a rectified depth, which makes eyes behind the light
-//! and all kinds of pictures one case. A cube has lines in each of its faces.
-//!
 //! # Cost
 //!
 //! A map has the bounds of [blocks](MapBlocks) of eight texels, which serve all views. Trees

@@ -3,12 +3,14 @@
 //
 // Needs the parts face.wgsl, place.wgsl, line.wgsl and fan.wgsl and the variables
 //   light_runs: light_Runs
-//   light_runs_depths: array<f32>, face after face, each row by row
+//   light_runs_depths: array<f32>, face by face, row by row
 //   light_runs_nodes: array<vec2<f32>>, the trees of all slices
 
 struct light_Runs {
     pictures: light_Pictures,
+    // By picture, kind of cells and side; see light_Fan.
     fans: array<light_Fan, 24>,
+    // The origin of the rays for which there are trees; others are walked texel by texel.
     eye: vec3<f32>,
     padding: u32,
 }
@@ -16,10 +18,11 @@ struct light_Runs {
 // See `LEAST_SINE` in `fan.rs`.
 const light_runs_LEAST_SINE: f32 = 4e-6;
 
-// Rounding that a whole node stays clear of.
+// A node is wholly lit or dark only if it is so by more than this share of the distance,
+// which covers rounding.
 const light_runs_CLEAR: f32 = 1e-6;
 
-// What comes next.
+// What the cursor does next: it enters a picture, asks a node, or walks a cell or a texel.
 const light_runs_PICTURE: u32 = 0u;
 const light_runs_NODE: u32 = 1u;
 const light_runs_CELL: u32 = 2u;
@@ -27,12 +30,13 @@ const light_runs_TEXEL: u32 = 3u;
 
 struct light_runs_Cursor {
     next: u32,
-    // Positions on the ray are measured from the foot point; this one is reached.
+    // The position reached, and the end of the ray. Positions on the ray are measured from
+    // the foot point.
     s: f32,
     end: f32,
     // From the light to the position 0.
     base: vec3<f32>,
-    // The picture and the part of the ray in it.
+    // The picture, and the part of the ray in it.
     face: u32,
     a: f32,
     b: f32,
@@ -40,20 +44,24 @@ struct light_runs_Cursor {
     // along the cells, across, w.
     at: vec3<f32>,
     slope: vec3<f32>,
+    // Whether cells are rows.
     is_row_major: bool,
+    // The cells in which the part begins and ends.
     first: i32,
     last: i32,
-    // The fan, and the node before those of the slice.
+    // The fan, and the index in front of that of the slice's first node.
     fan: u32,
     has_tree: bool,
     root: u32,
-    // Cells are numbered from the side of the fan, else as they are.
+    // The cell at hand and the last one. With a tree, cells are counted from the side of the
+    // fan, else as they are in the picture.
     number: i32,
     last_number: i32,
-    // The last one that is walked.
+    // The last cell that is walked before the next node is asked.
     walked_to: i32,
+    // The level of the next node; 0 is that of the leaves.
     level: u32,
-    // Within a cell.
+    // Within a cell: where the ray leaves it, and the texels across it, the next and the last.
     cell_end: f32,
     across: i32,
     across_end: i32,
@@ -73,11 +81,12 @@ fn light_runs_cursor(path: light_Path) -> light_runs_Cursor {
     return cursor;
 }
 
+// Coordinates in the order along the cells, across, w.
 fn light_runs_turned(v: vec3<f32>, is_row_major: bool) -> vec3<f32> {
     return select(v, v.yxz, is_row_major);
 }
 
-// Finds the picture behind s, and what of the ray is in it.
+// Finds the picture that shows what follows s, and the part of the ray in it.
 fn light_runs_enter(cursor: ptr<function, light_runs_Cursor>, path: light_Path) {
     let s = (*cursor).s;
     let first = light_runs.pictures.faces[0];
@@ -89,7 +98,7 @@ fn light_runs_enter(cursor: ptr<function, light_runs_Cursor>, path: light_Path) 
     (*cursor).face = shown.face;
 }
 
-// A coordinate at the position s: 0 along the cells, 1 across.
+// A coordinate of the picture at the position s: axis 0 is along the cells, 1 across.
 fn light_runs_coordinate(cursor: ptr<function, light_runs_Cursor>, axis: u32, s: f32) -> f32 {
     let at = (*cursor).at;
     let slope = (*cursor).slope;
@@ -99,7 +108,8 @@ fn light_runs_coordinate(cursor: ptr<function, light_runs_Cursor>, axis: u32, s:
         if w != 0.0 {
             return x / w;
         }
-        // Nowhere at the light itself: there the ray is where it goes.
+        // At the light itself the ray has no place in the picture: it counts as being where it
+        // goes.
         if x != 0.0 {
             return 2.0 * sign(x);
         }
@@ -118,7 +128,8 @@ fn light_runs_cell_at(coordinate: f32) -> i32 {
     return i32(clamp(floor(0.5 * (1.0 + coordinate) * n), 0.0, n - 1.0));
 }
 
-// Where the ray crosses the border before the cell, or texel across.
+// The position at which the ray crosses the border in front of a cell (axis 0) or in front of
+// a texel across (axis 1).
 fn light_runs_border(cursor: ptr<function, light_runs_Cursor>, axis: u32, cell: i32) -> f32 {
     let n = f32(light_runs.pictures.resolution);
     let border = 2.0 * f32(cell) / n - 1.0;
@@ -130,6 +141,7 @@ fn light_runs_border(cursor: ptr<function, light_runs_Cursor>, axis: u32, cell: 
     return clamp(s, (*cursor).a, (*cursor).b);
 }
 
+// The positions at which the ray enters and leaves a cell.
 fn light_runs_entry(cursor: ptr<function, light_runs_Cursor>, cell: i32) -> f32 {
     if cell == (*cursor).first {
         return (*cursor).a;
@@ -144,6 +156,7 @@ fn light_runs_exit(cursor: ptr<function, light_runs_Cursor>, cell: i32) -> f32 {
     return light_runs_border(cursor, 0u, cell + i32((*cursor).first < (*cursor).last));
 }
 
+// The cell of the picture that has this number.
 fn light_runs_cell_of(cursor: ptr<function, light_runs_Cursor>, number: i32) -> i32 {
     if !(*cursor).has_tree {
         return number;
@@ -153,14 +166,14 @@ fn light_runs_cell_of(cursor: ptr<function, light_runs_Cursor>, number: i32) -> 
     return light_from_side(fan, from_side, light_runs.pictures.resolution);
 }
 
-// Begins with the picture that was entered.
+// Begins with the picture that was entered, by a tree where there is one.
 fn light_runs_begin(cursor: ptr<function, light_runs_Cursor>, path: light_Path) {
     let face = light_runs.pictures.faces[(*cursor).face];
     let origin = light_runs.pictures.faces[0].origin;
     let n = light_runs.pictures.resolution;
     let at = light_line_picture(face, (*cursor).base, 1.0);
     let slope = light_line_picture(face, path.direction, 0.0);
-    // Of the ray's own origin, which is the eye or the ray is walked.
+    // The image of the ray's origin. There is a tree only if that is the eye.
     let eye = light_line_picture(face, path.origin - origin, 1.0);
     let across = cross(eye, slope);
     let is_row_major = abs(across.x) > abs(across.y);
@@ -209,14 +222,14 @@ fn light_runs_begin(cursor: ptr<function, light_runs_Cursor>, path: light_Path) 
     (*cursor).root = fan.nodes + min(u32(slice), fan.slices - 1u) * (2u << fan.height);
     (*cursor).number = number.x;
     (*cursor).last_number = number.y;
-    // The smallest node with all of the part.
+    // The smallest node that contains all of the part.
     let differs = u32(number.x ^ number.y) >> light_LEAF;
     (*cursor).level = 32u - countLeadingZeros(differs);
     (*cursor).next = light_runs_NODE;
 }
 
-// What the least and the greatest of the texels say of a to b: 1 lit, 0 dark, else
-// -1.
+// Whether the part from a to b is lit (1) or dark (0) if the depths of its texels are within
+// those of a node; −1 if that does not decide it.
 fn light_runs_verdict(
     cursor: ptr<function, light_runs_Cursor>,
     path: light_Path,
@@ -260,7 +273,7 @@ fn light_runs_verdict(
     return -1;
 }
 
-// The part of a to b that is no deeper than a texel.
+// The part from a to b that is no deeper than a texel.
 fn light_runs_up_to(
     cursor: ptr<function, light_runs_Cursor>,
     path: light_Path,
@@ -290,7 +303,7 @@ fn light_runs_up_to(
     return vec2(a, select(a, b, rest >= 0.0));
 }
 
-// A lit part as a distance along the ray.
+// The part from a to b as a lit part, in distances along the ray.
 fn light_runs_part(path: light_Path, a: f32, b: f32) -> light_Lit {
     let end = select(b + path.foot, path.end, b >= light_line_END);
     return light_lit(max(a + path.foot, path.start), min(end, path.end), 1.0);
@@ -374,7 +387,7 @@ fn light_runs_next_lit(cursor: ptr<function, light_runs_Cursor>, path: light_Pat
     return found;
 }
 
-// Goes on behind a node.
+// Goes on behind a node or a leaf that ends with the cell `end_number`.
 fn light_runs_advance(cursor: ptr<function, light_runs_Cursor>, end_number: i32) {
     let last = (*cursor).last_number;
     if end_number == last {
@@ -385,7 +398,7 @@ fn light_runs_advance(cursor: ptr<function, light_runs_Cursor>, end_number: i32)
     let is_rising = (*cursor).number <= last;
     let number = end_number + select(-1, 1, is_rising);
     (*cursor).number = number;
-    // The largest node that begins here is part of one that is known to be mixed.
+    // The largest node that begins here; those that contain it are known to be mixed.
     let leaf = u32(number) >> light_LEAF;
     let level = countTrailingZeros(select(leaf + 1u, leaf, is_rising));
     (*cursor).level = min(level, light_runs.fans[(*cursor).fan].height);

@@ -1,4 +1,5 @@
-// Adds light that is known to the radiance of rays. One invocation per ray.
+// Adds light that the CPU has computed to the radiance of rays: entry point. One invocation
+// per ray.
 
 @group(0) @binding(0) var<uniform> rays: u32;
 @group(0) @binding(1) var<storage> light: array<vec4<f32>>;

@@ -1,6 +1,10 @@
 // Visibility: the lit intervals of a ray among the triangles of a scene; the shader's side
 // of `Exact`.
 //
+// A triangle hides from the light an interval of the ray: what lies behind it in the plane
+// through ray and light. A walk of the hierarchy of triangles, without a stack, collects these
+// dark intervals. The ones nearest to the eye are kept; where they end another walk begins.
+//
 // Needs the parts numeric.wgsl, path.wgsl and lit.wgsl and the variables
 //   light_exact: light_Exact
 //   light_exact_nodes: array<light_exact_Node>, in the order of a walk
@@ -22,58 +26,61 @@ struct light_exact_Node {
     count: u32,
 }
 
-// Dark intervals of a ray that are known at once.
+// How many dark intervals of a ray are kept at once.
 const light_exact_MOST: u32 = 16u;
 
-// What rounding does to coordinates in a plane, relative to the largest of a box: sums of
-// three products are off by 3 units of 2^-24 of each, here and where a triangle is cut.
+// The largest rounding error of a coordinate in the plane, relative to the largest coordinate
+// of a box: sums of three products are off by 3 units of 2^-24 of each product, here and
+// where a triangle is cut.
 const light_exact_MARGIN: f32 = 2e-6;
 
-// The same of a position on the ray.
+// The same for a position on the ray.
 const light_exact_ROUNDING: f32 = 1e-6;
 
-// Planes of rays closer to the light than this, relative to how far it is, are turned by
-// rounding: such rays count as that close.
+// A ray that passes the light more closely than this share of the light's distance counts as
+// passing it at that distance: rounding would turn its plane.
 const light_exact_NARROWEST: f32 = 1e-6;
 
-// What is hidden from the light by something that hides nothing.
+// The interval that is hidden by something that hides nothing.
 const light_exact_NOTHING: vec2<f32> = vec2(0.0, 0.0);
 
-// The plane of the ray and its light. Coordinates begin at a light at a point, as seen from
-// which ends have the digits of their direction; with a sun, and a light beyond everything, they
-// begin at the eye.
+// The plane through the ray and its light, with coordinates along the ray and down from the
+// light towards it. Their origin is a light at a point, so that ends of shadows have the
+// digits of their direction from there. For a sun, and for a light far beyond all triangles,
+// the origin is the eye.
 struct light_exact_Plane {
     origin: vec3<f32>,
     is_sun: bool,
     along: vec3<f32>,
-    // Where the light is beside the ray, if it is at a point.
+    // The distance along the ray of the foot point of a light at a point.
     foot: f32,
-    // Coordinates of a light at a point.
+    // The coordinates of a light at a point.
     light: vec2<f32>,
-    // Whether they begin at the eye.
+    // Whether the origin is the eye although the light is at a point.
     is_far: bool,
     // From the light towards the ray.
     down: vec3<f32>,
-    // How far down the ray is.
+    // The coordinate of the ray downwards.
     ray: f32,
     normal: vec3<f32>,
-    // How far along the ray the light of a sun gets on its way down.
+    // How far along the ray the light of a sun gets for each metre downwards.
     slope: f32,
 }
 
 struct light_exact_Cursor {
     plane: light_exact_Plane,
-    // What lies before is yielded.
+    // The ray has been yielded up to here.
     reached: f32,
-    // What is dark before is in the list.
+    // All dark intervals up to here are in the list.
     known: f32,
-    // The dark intervals, in order; they do not touch. Those before `next` are passed.
+    // The dark intervals, in order; they do not touch. Those in front of `next` are passed.
     dark: array<vec2<f32>, light_exact_MOST>,
     count: u32,
     next: u32,
 }
 
-// Whether a light at a distance from the eye is farther away than all triangles by far.
+// Whether a light at a distance from the eye is at least four times as far away as all
+// triangles.
 fn light_exact_is_beyond(eye: vec3<f32>, distance: f32) -> bool {
     if light_exact.nodes == 0u {
         return false;
@@ -124,8 +131,8 @@ fn light_exact_cursor(path: light_Path) -> light_exact_Cursor {
     return cursor;
 }
 
-// Where the way of light through a point of the plane meets the line of the ray. A point
-// that is no lower than the light hides it up to the horizon.
+// Where the way of light through a point of the plane meets the line of the ray. The shadow of
+// a point that is no lower than the light is at infinity.
 fn light_exact_on_ray(plane: light_exact_Plane, point: vec2<f32>) -> f32 {
     if plane.is_sun {
         return point.x + plane.slope * point.y;
@@ -140,7 +147,7 @@ fn light_exact_on_ray(plane: light_exact_Plane, point: vec2<f32>) -> f32 {
     return plane.foot + plane.ray * (below.x / below.y);
 }
 
-// An interval of the ray's line with everything that the box can hide from the light.
+// An interval of the ray's line that contains everything that a box can hide from the light.
 fn light_exact_of_box(plane: light_exact_Plane, low: vec3<f32>, high: vec3<f32>) -> vec2<f32> {
     let from_low = low - plane.origin;
     let from_high = high - plane.origin;
@@ -172,7 +179,7 @@ fn light_exact_of_box(plane: light_exact_Plane, low: vec3<f32>, high: vec3<f32>)
     return vec2(a - rounding.x, b + rounding.y);
 }
 
-// How far a corner is beside the plane, and its coordinates in the plane.
+// How far a corner is beside the plane (x), and its coordinates in the plane (yz).
 fn light_exact_corner(plane: light_exact_Plane, first: u32) -> vec3<f32> {
     let corner = vec3(
         light_exact_corners[first],
@@ -182,8 +189,8 @@ fn light_exact_corner(plane: light_exact_Plane, first: u32) -> vec3<f32> {
     return vec3(dot(plane.normal, corner), dot(plane.along, corner), dot(plane.down, corner));
 }
 
-// Where the plane cuts the edge between corners on either side. It is computed from the one
-// side to the other, for neighbours to have the same bits in their common edge.
+// Where the plane cuts the edge between two corners on different sides. It is always computed
+// from the upper side to the lower one, so that both triangles at an edge get the same bits.
 fn light_exact_cut(a: vec3<f32>, b: vec3<f32>) -> vec2<f32> {
     let from_corner = select(a, b, a.x >= 0.0);
     let to_corner = select(b, a, a.x >= 0.0);
@@ -199,13 +206,13 @@ fn light_exact_of_segment(plane: light_exact_Plane, a: vec2<f32>, b: vec2<f32>) 
         return light_exact_NOTHING;
     }
     if lower.y > plane.ray {
-        // Beyond the ray nothing is hidden.
+        // What lies beyond the ray hides nothing of it.
         let share = (plane.ray - upper.y) / (lower.y - upper.y);
         lower = vec2(upper.x + share * (lower.x - upper.x), plane.ray);
     }
     var end = light_exact_on_ray(plane, upper);
     if !plane.is_sun {
-        // What touches the light lies on a line through it and hides a single point,
+        // A segment that touches the light lies on a line through it and hides a single point,
         // wherever rounding has put it.
         let size = max(abs(a), abs(b));
         let rounding = light_exact_ROUNDING * max(size.x, size.y);
@@ -215,8 +222,7 @@ fn light_exact_of_segment(plane: light_exact_Plane, a: vec2<f32>, b: vec2<f32>) 
             return light_exact_NOTHING;
         }
         if upper.y <= plane.light.y {
-            // The segment reaches the light's height: its shadow has no end on the side
-            // where it does.
+            // The segment reaches the light's height: on that side its shadow has no end.
             let share = (plane.light.y - upper.y) / (lower.y - upper.y);
             let aside = upper.x + share * (lower.x - upper.x) - plane.light.x;
             if abs(aside) <= rounding {
@@ -252,7 +258,7 @@ fn light_exact_of_triangle(plane: light_exact_Plane, triangle: u32) -> vec2<f32>
     );
 }
 
-// Whether all of an interval is dark already.
+// Whether all of an interval is known to be dark.
 fn light_exact_covers(cursor: ptr<function, light_exact_Cursor>, part: vec2<f32>) -> bool {
     for (var i = 0u; i < (*cursor).count; i++) {
         let dark = (*cursor).dark[i];
@@ -263,14 +269,15 @@ fn light_exact_covers(cursor: ptr<function, light_exact_Cursor>, part: vec2<f32>
     return false;
 }
 
-// Adds a dark interval. Where the list is full, what is farthest is left to another walk.
+// Adds a dark interval. If the list is full, the farthest interval is dropped and left to
+// another walk.
 fn light_exact_insert(cursor: ptr<function, light_exact_Cursor>, part: vec2<f32>) {
     let count = (*cursor).count;
     var first = 0u;
     while first < count && (*cursor).dark[first].y < part.x {
         first++;
     }
-    // Those that touch it become one with it.
+    // Intervals that touch it are joined with it.
     var joined = part;
     var last = first;
     while last < count && (*cursor).dark[last].x <= part.y {
@@ -305,7 +312,7 @@ fn light_exact_insert(cursor: ptr<function, light_exact_Cursor>, part: vec2<f32>
     (*cursor).count = end + 1u;
 }
 
-// Finds out what is dark from the known part on.
+// Finds the dark intervals behind the part that is known.
 fn light_exact_walk(cursor: ptr<function, light_exact_Cursor>, path: light_Path) {
     let plane = (*cursor).plane;
     let start = (*cursor).known;

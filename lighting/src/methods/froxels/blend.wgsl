@@ -1,12 +1,12 @@
-// Froxels of a frame with those of the frames before: entry point. One invocation per
-// froxel.
+// Blends the froxels of a frame with those of earlier frames: entry point. One invocation
+// per froxel.
 
 struct Blend {
     grid: light_Froxels,
     before: light_Froxels,
-    // The largest share of the frames before.
+    // The largest share of earlier frames.
     share: f32,
-    // Whether both are the same froxels.
+    // Whether both grids have the same froxels.
     is_same: u32,
     padding_a: u32,
     padding_b: u32,
@@ -22,7 +22,8 @@ fn before_between(column: u32, row: u32, depth: light_Neighbours) -> vec4<f32> {
     return first + (second - first) * depth.share;
 }
 
-// What the frames before have at a point of the world; all 0 if they did not see it.
+// What earlier frames have at a point of the world: the light, and how many frames it is the
+// mean of. All 0 if they did not see the point.
 fn before_at(point: vec3<f32>) -> vec4<f32> {
     let grid = blend.before;
     let offset = point - grid.eye;

@@ -1,15 +1,16 @@
-// What froxels scatter of a light: entry point. One invocation per froxel.
+// The light of a lamp that froxels scatter towards the eye: entry point. One invocation per
+// froxel.
 //
-// Needs the slot of what is asked,
+// Needs the slot of the point visibility,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 
 struct Injection {
     grid: light_Froxels,
     emitter: light_Emitter,
     medium: light_Medium,
-    // Where in a froxel it is sampled.
+    // Where each froxel is sampled, from 0 to 1 across, down and along.
     jitter: vec3<f32>,
-    // Whether there are other lights already.
+    // Whether the froxels have the light of other lights already.
     adds: u32,
     // Whether the medium dims the light on its way.
     extinction: u32,
@@ -22,7 +23,7 @@ struct Injection {
 @group(0) @binding(1) var<storage> cookie: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read_write> scattered: array<vec4<f32>>;
 
-// The least square of a distance to a light.
+// The least square of a distance from a light, m².
 const LEAST_SQUARE: f32 = 1e-24;
 
 fn light_emitter() -> light_Emitter {
@@ -37,8 +38,8 @@ fn light_cookie(index: u32) -> vec3<f32> {
     return cookie[index].xyz;
 }
 
-// What a metre of a ray along `direction` scatters at the point without the extinction
-// before it.
+// The light that a metre of a ray along `direction` scatters at a point towards the eye,
+// without the extinction between the two.
 fn light_scattered_at(direction: vec3<f32>, point: vec3<f32>, least_square: f32) -> vec3<f32> {
     let emitter = injection.emitter;
     let medium = injection.medium;
@@ -80,7 +81,7 @@ fn light_scattered_at(direction: vec3<f32>, point: vec3<f32>, least_square: f32)
     if injection.extinction != 0u {
         factor *= exp(-medium.sigma_t * leg);
     }
-    // What may be 0 comes first: large numbers may overflow, and do so after it.
+    // Factors that may be 0 come first, so that large ones cannot overflow before them.
     return visibility * (factor * medium.sigma_s) * (phase * emitter.intensity) * inverse_square;
 }
 

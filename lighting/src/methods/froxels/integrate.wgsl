@@ -1,5 +1,5 @@
-// The airlight from the eye up to the end of each froxel: entry point. One invocation
-// per column.
+// The airlight from the eye to the end of each froxel: entry point. One invocation per tile
+// goes along its slices.
 
 struct Integration {
     grid: light_Froxels,
@@ -14,7 +14,7 @@ fn light_medium() -> light_Medium {
     return integration.medium;
 }
 
-// Nothing here is asked about a light.
+// The part PATH needs a light; none is asked about here.
 fn light_emitter() -> light_Emitter {
     return light_Emitter();
 }

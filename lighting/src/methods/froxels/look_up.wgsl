@@ -20,7 +20,7 @@ struct Ray {
 @group(0) @binding(2) var<storage> rays: array<Ray>;
 @group(0) @binding(3) var<storage, read_write> radiance: array<vec4<f32>>;
 
-// In a column at the border `u` of slices.
+// The airlight of a tile up to the slice `u`, interpolated between ends of slices.
 fn at_depth(column: u32, row: u32, u: f32) -> vec3<f32> {
     let slice = min(u32(u), look.grid.slices - 1u);
     let i = light_froxel_index(look.grid, column, row, slice);

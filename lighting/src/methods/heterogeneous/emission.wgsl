@@ -1,10 +1,10 @@
 // The light that media emit along a bundle of rays: entry point. One invocation per
-// ray. The shader's side of `emission.rs`, with fewer parts: some drivers end loops after
-// 65,535 rounds per ray.
+// ray. The shader's side of `emission.rs`, with fewer and longer parts, because some drivers
+// end loops after 65,535 rounds per ray.
 
 struct Scene {
     rays: u32,
-    // Where in the table the panes before the eye are; NO_PANES without any.
+    // Where in the table the panes in front of the eye begin; NO_PANES if there are none.
     panes: u32,
     padding_a: u32,
     padding_b: u32,
@@ -20,7 +20,7 @@ struct Scene {
 @group(0) @binding(6) var<storage> light_media_colours: array<f32>;
 @group(0) @binding(7) var<storage, read_write> radiance: array<vec4<f32>>;
 
-// The part PATH asks for a light and a medium. There are none here.
+// The part PATH needs a light and a medium; none is asked about here.
 fn light_emitter() -> light_Emitter {
     return light_Emitter();
 }
@@ -33,15 +33,16 @@ fn light_cookie(index: u32) -> vec3<f32> {
     return vec3(0.0);
 }
 
-// Optical depth behind which nothing is left: less than 1e-11.
+// Behind this optical depth less than 1e-11 of the light is left, which counts as nothing.
 const OPAQUE: f32 = 26.0;
 
-// The most that the optical depth grows over a part, and that it may be off a straight
-// line in the middle.
+// The largest growth of the optical depth over a part, and its largest deviation from a
+// straight line in the middle of the part.
 const PART_DEPTH: f32 = 1.0;
 const PART_BEND: f32 = 0.1;
 
-// Whether something on the piece emits, and whether nothing changes along it.
+// Whether a medium on the piece emits, and whether emission and extinction are constant along
+// the piece.
 struct Emitting {
     emits: bool,
     is_even: bool,
@@ -63,7 +64,7 @@ fn emitting(walk: ptr<function, light_MediaWalk>) -> Emitting {
     return found;
 }
 
-// What all that is there emits at a distance on the piece, radiance per metre.
+// The emission of all grids at a distance on the piece: radiance per metre.
 fn emission(walk: ptr<function, light_MediaWalk>, length: f32) -> vec3<f32> {
     let x = (*walk).start + length;
     var sum = vec3(0.0);
@@ -78,8 +79,8 @@ fn emission(walk: ptr<function, light_MediaWalk>, length: f32) -> vec3<f32> {
     return sum;
 }
 
-// What part of the piece emits, as it is seen from the start of that part: distances on
-// the piece.
+// The light that a part of the piece emits, as seen from the start of that part. `start` and
+// `to` are distances on the piece.
 fn emitted(
     walk: ptr<function, light_MediaWalk>,
     is_even: bool,
@@ -108,7 +109,7 @@ fn emitted(
     );
 }
 
-// ∫ exp(−τ(x)) j(x) dx by parts, with the optical depth of a channel.
+// ∫ exp(−τ(x)) j(x) dx with the optical depth of one channel, as a sum over parts.
 fn emitted_through(
     walk: ptr<function, light_MediaWalk>,
     channel: u32,
@@ -130,7 +131,7 @@ fn emitted_through(
             let own = light_media_own_depth(walk, end)[channel] - before;
             let bend = light_media_own_depth(walk, middle)[channel] - before - 0.5 * own;
             let is_short = own <= PART_DEPTH && abs(bend) <= PART_BEND;
-            // No float is between.
+            // No float lies between the ends.
             if is_short || !(start < middle && middle < end) {
                 break;
             }

@@ -3,11 +3,11 @@
 
 struct Scene {
     emitter: light_Emitter,
-    // Where the light is: everywhere.
+    // A medium without bounds, which the part PATH needs: the light may be anywhere.
     medium: light_Medium,
     rays: u32,
     steps: u32,
-    // Where in the table the panes before the eye are; NO_PANES without any.
+    // Where in the table the panes in front of the eye begin; NO_PANES if there are none.
     panes: u32,
     padding: u32,
 }

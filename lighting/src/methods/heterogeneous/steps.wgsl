@@ -1,46 +1,53 @@
 // The steps of a ray through media: the shader's side of `steps.rs`, with the same
-// constants.
+// constants. The light is evaluated once on each part, and visibility is asked once for each
+// step, which is a run of parts.
 //
-// Needs walk.wgsl, the parts NUMERIC, PHASE and PATH, and the slot of what is asked,
+// Needs walk.wgsl, the parts NUMERIC, PHASE and PATH, and the slot of the point visibility,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 
-// Pieces of more steps than this are looked at from where they begin to be seen.
+// A piece of more steps than this is entered where it begins to be visible.
 const light_media_LONG: f32 = 8.0;
 
-// Less than this of the light is not followed any further.
+// A share of the light below this is not followed any farther.
 const light_media_NOTHING: f32 = 1e-7;
 
-// The most that a part is as long as the light is away, and that the optical depth grows
-// over it.
+// The largest length of a part as a share of the light's distance, and the largest growth of
+// the optical depth over it.
 const light_media_PART_LENGTH: f32 = 0.15;
 const light_media_PART_DEPTH: f32 = 0.4;
 
-// Depth beside that of a part from which a piece is not taken for an even one.
+// A piece counts as homogeneous unless its optical depth is more than this many times that
+// which is left to a part.
 const light_media_UNEVEN: f32 = 4.0;
 
-// Optical depth at which nothing is left.
+// Behind this optical depth nothing is left.
 const light_media_OPAQUE: f32 = 16.2;
 
-// How far a step goes, see `Limits`. The angle is at most a half turn;
-// `has_angle` is false where it is no limit.
+// Where a step ends, see `Limits`.
 struct light_media_Limits {
-    // On pieces with smoke, and on others.
+    // Its length on pieces with smoke, and on others, m.
     lengths: vec2<f32>,
+    // The angle at the light, at most a half turn; `has_angle` is false where it is no limit.
     sin: f32,
     cos: f32,
     has_angle: bool,
+    // The share of the light that its media take.
     transmittance: f32,
+    // The relative growth of its length per metre from the first step.
     growth: f32,
 }
 
-// A run of pieces, see `Run`.
+// A run of pieces: the current part or step, see `Run`.
 struct light_media_Run {
     is_open: bool,
     start: f32,
     end: f32,
+    // The position, and the optical depth, at which it has to end; at the depth `full` only a
+    // sliver would be left.
     last: f32,
     deepest: f32,
     full: f32,
+    // Sums of weights, and of weights times positions.
     weight: f32,
     moment: f32,
 }
@@ -52,13 +59,15 @@ struct light_media_Steps {
     has_lamp: bool,
     part: light_media_Run,
     step: light_media_Run,
+    // Where the first step began, if there was one.
     has_first: bool,
     first: f32,
-    // Of the part: what each phase function scatters, as a share of all light.
+    // For the current part: what each phase function scatters, as a share of the light along
+    // the ray.
     scattered: array<vec3<f32>, light_media_MAX_GRIDS>,
-    // Of the step: what comes to the eye, all of the light arriving.
+    // For the current step: the light that reaches the eye if nothing blocks the lamp.
     radiance: vec3<f32>,
-    // What the panes before the step let through, and the light of all steps.
+    // What the panes in front of the step let through, and the light of all steps so far.
     seen: vec3<f32>,
     sum: vec3<f32>,
 }
@@ -71,7 +80,8 @@ fn light_media_least(v: vec3<f32>) -> f32 {
     return min(v.x, min(v.y, v.z));
 }
 
-// The angle at a lamp h from the line between two positions behind its foot point.
+// The angle at a lamp, at the distance h from the line, between two positions that are
+// measured from its foot point.
 fn light_media_angle(h: f32, a: f32, b: f32) -> f32 {
     if b >= light_media_END {
         return light_angle(h, a);
@@ -100,7 +110,7 @@ fn light_media_falloff(
     return light_angle(rise, run) / rise;
 }
 
-// The distance at which a step that begins here has had its share of the angle.
+// The position at which a step that begins at `start` has had its share of the angle.
 fn light_media_turned(path: light_Path, steps: ptr<function, light_media_Steps>, start: f32) -> f32 {
     let limits = (*steps).limits;
     if !limits.has_angle {
@@ -115,13 +125,14 @@ fn light_media_turned(path: light_Path, steps: ptr<function, light_media_Steps>,
     return min(ahead, light_media_END);
 }
 
-// About how far the line runs within smoke, and how far through fog, see `lengths_within`.
+// About how far the line runs within smoke (x), and how far through fog (y), m; see
+// `lengths_within`.
 fn light_media_lengths(
     walk: ptr<function, light_MediaWalk>,
     start: f32,
     end: f32,
 ) -> vec2<f32> {
-    // In mean free paths.
+    // How far fog is seen, in mean free paths.
     let seen = 10.0;
     let origin = (*walk).origin;
     let direction = (*walk).direction;
@@ -160,7 +171,7 @@ fn light_media_lengths(
     return vec2(smoke, select(even + thinning, min(even, thinning), both));
 }
 
-// The steps of a ray from `start` to `end`; `count` of them.
+// The state for about `count` steps of a ray from `start` to `end`.
 fn light_media_steps(
     path: light_Path,
     walk: ptr<function, light_MediaWalk>,
@@ -181,7 +192,7 @@ fn light_media_steps(
     let lengths = light_media_lengths(walk, start, end);
     var each = vec2(max(lengths.x, lengths.y));
     if all(lengths > vec2(0.0)) {
-        // Half of the steps for each.
+        // Smoke and fog have half of the steps each.
         each = 2.0 * lengths;
     }
     steps.limits.lengths = each / share;
@@ -195,18 +206,19 @@ fn light_media_steps(
     return steps;
 }
 
+// A run that begins at a position and an optical depth.
 fn light_media_run(start: f32, last: f32, depth: f32, deepest: f32) -> light_media_Run {
     let full = depth + 0.95 * (deepest - depth);
     return light_media_Run(true, start, start, last, deepest, full, 0.0, 0.0);
 }
 
-// A length of a step as it is at a distance.
+// The length of a step at a distance, which grows with the distance.
 fn light_media_grown(steps: ptr<function, light_media_Steps>, length: f32, at: f32) -> f32 {
     let first = select(at, (*steps).first, (*steps).has_first);
     return max(length, (at - first) * (*steps).limits.growth);
 }
 
-// Begins a step and a part where there are none.
+// Begins a step and a part if there are none.
 fn light_media_begin(
     path: light_Path,
     steps: ptr<function, light_media_Steps>,
@@ -242,8 +254,8 @@ fn light_media_begin(
     }
 }
 
-// Where what of the piece ends that fits into the part and the step: distances on the
-// piece, whose depth up to `start` is `own`.
+// Where the portion of the piece from `start` to `to` ends that fits into the part and the
+// step. Distances are on the piece, whose optical depth up to `start` is `own`.
 fn light_media_end_of_part(
     walk: ptr<function, light_MediaWalk>,
     steps: ptr<function, light_media_Steps>,
@@ -261,7 +273,8 @@ fn light_media_end_of_part(
     let most = min((*steps).part.deepest, (*steps).step.deepest) - least;
     let grown = light_media_least(before + light_media_own_depth(walk, end)) - least;
     if grown > light_media_UNEVEN * most {
-        // It may all be at the end, or a mean free path be nothing beside the piece.
+        // The optical depth may all be at the end, or a mean free path may be tiny beside the
+        // piece: the interval is halved.
         var beyond = end;
         end = start;
         for (var i = 0; i < 64; i++) {
@@ -278,18 +291,18 @@ fn light_media_end_of_part(
         }
         end = select(beyond, end, end > start);
     } else if grown > most {
-        // As if it were even.
+        // The piece counts as homogeneous.
         end = start + (end - start) * (most / grown);
     }
-    // The next float, if that is too far.
+    // At least to the next float.
     return max(end, start + max(1.2e-7 * start, 1e-30));
 }
 
-// Where on an even piece of this optical depth light is scattered in the mean, from 1/2
-// for thin ones to 0: 1/τ − 1/(e^τ − 1).
+// 1/τ − 1/(e^τ − 1): the mean position at which a homogeneous piece of this optical depth
+// scatters, as a share of its length. It is 1/2 for a thin piece and tends to 0.
 fn light_media_front(depth: f32) -> f32 {
     if depth < 1.0 {
-        // To 2e-8.
+        // The series, to 2e-8.
         let square = depth * depth;
         return 0.5 - depth / 12.0
             * (1.0 - square / 60.0 * (1.0 - square / 42.0 * (1.0 - square / 40.0)));
@@ -297,7 +310,7 @@ fn light_media_front(depth: f32) -> f32 {
     return 1.0 / depth - 1.0 / (exp(min(depth, 80.0)) - 1.0);
 }
 
-// Adds what a medium scatters of the light that the part loses.
+// Adds what a medium scatters of the light that the part loses; returns the largest channel.
 fn light_media_add_scattered(
     steps: ptr<function, light_media_Steps>,
     phase: u32,
@@ -309,8 +322,8 @@ fn light_media_add_scattered(
     return light_media_most(scattered);
 }
 
-// Adds what is scattered between two distances on the piece, of which the ray loses
-// `lost`.
+// Adds what is scattered between two distances on the piece, between which the ray loses the
+// share `lost` of its light to the optical depth `own`.
 fn light_media_scatter(
     walk: ptr<function, light_MediaWalk>,
     steps: ptr<function, light_media_Steps>,
@@ -319,11 +332,12 @@ fn light_media_scatter(
     lost: vec3<f32>,
     own: vec3<f32>,
 ) {
-    // Dense media scatter at their front: the mean of x weighted by T.
+    // Dense media scatter at their front: this is the mean of x weighted by T.
     let middle = start + (end - start) * light_media_front(light_media_most(own));
     let centroid = (*walk).start + middle;
     let sigma = light_media_extinction(walk, middle);
-    // Of what is extinguished; none of a colour that is not.
+    // Each medium scatters its share of the extinction. A colour without extinction loses
+    // nothing.
     let whole = select(vec3(1.0), sigma, sigma > vec3(0.0));
     let per = select(vec3(0.0), lost / whole, sigma > vec3(0.0));
     var weight = 0.0;
@@ -377,7 +391,7 @@ fn light_media_scatter(
     (*steps).part.moment += weight * centroid;
 }
 
-// The optical depth of the fogs from a point towards the light.
+// The optical depth of homogeneous fog and of fog that thins out, from a point to the light.
 fn light_media_even_depth(at: vec3<f32>, to_light: vec3<f32>, distance: f32) -> vec3<f32> {
     var depth = vec3(0.0);
     let even = light_media.even;
@@ -387,7 +401,7 @@ fn light_media_even_depth(at: vec3<f32>, to_light: vec3<f32>, distance: f32) -> 
         let inside = light_media_inside(even.low, even.high, at, to_light, part);
         depth += even.sigma_t * max(inside.y - inside.x, 0.0);
     } else if is_near {
-        // Sunlight has lost nothing where fog is everywhere.
+        // In fog without bounds the irradiance of a sun is that at the point.
         depth += even.sigma_t * distance;
     }
     let height = light_media.height;
@@ -398,7 +412,7 @@ fn light_media_even_depth(at: vec3<f32>, to_light: vec3<f32>, distance: f32) -> 
     return depth;
 }
 
-// Lights the part.
+// Evaluates the light on the part, adds it to the step and closes the part.
 fn light_media_finish_part(
     path: light_Path,
     walk: ptr<function, light_MediaWalk>,
@@ -414,7 +428,7 @@ fn light_media_finish_part(
         var distance = light_media_END;
         var s = 0.0;
         if (*steps).has_lamp {
-            // The variance of x times the slope of the logarithm of 1/d².
+            // The centroid shifts by the variance of x times the slope of log(1/d²).
             let length = part.end - part.start;
             s = x - (*steps).foot;
             x -= length * length / 6.0 * s / (s * s + path.h * path.h);
@@ -454,6 +468,7 @@ fn light_media_finish_part(
     }
 }
 
+// Asks for the visibility at the centroid of the step, adds the step's light and closes it.
 fn light_media_finish_step(
     walk: ptr<function, light_MediaWalk>,
     steps: ptr<function, light_media_Steps>,
@@ -468,7 +483,7 @@ fn light_media_finish_step(
     (*steps).radiance = vec3(0.0);
 }
 
-// Where a long piece begins to take light, on the piece: fog may begin far below the
+// The distance on a long piece at which it begins to be visible: fog may begin far below the
 // eye.
 fn light_media_first_seen(
     walk: ptr<function, light_MediaWalk>,
@@ -490,7 +505,7 @@ fn light_media_first_seen(
         return start;
     }
     seen = min(seen, to);
-    // To a thousandth of where it is.
+    // To a thousandth of its distance.
     while seen < light_media_END && seen - unseen > 1e-3 * (seen - start) {
         let middle = 0.5 * (unseen + seen);
         if light_media_is_seen(walk, middle, own, before) {
@@ -502,6 +517,7 @@ fn light_media_first_seen(
     return unseen;
 }
 
+// Whether the piece up to a distance takes enough of the light to be visible.
 fn light_media_is_seen(
     walk: ptr<function, light_MediaWalk>,
     length: f32,
@@ -512,8 +528,8 @@ fn light_media_is_seen(
     return light_media_most(before * light_media_taken(depth)) >= light_media_NOTHING;
 }
 
-// Adds what of the piece is between two distances on the line. False once nothing is left to be
-// seen.
+// Adds the part of the piece between two distances on the line. False once nothing behind can
+// be seen.
 fn light_media_add(
     path: light_Path,
     walk: ptr<function, light_MediaWalk>,
@@ -522,16 +538,16 @@ fn light_media_add(
     stop: f32,
 ) -> bool {
     if (*steps).part.is_open && (*steps).part.end < begin {
-        // A gap, over which the falloff must not be averaged.
+        // This is a gap; the falloff must not be averaged over it.
         light_media_finish_part(path, walk, steps);
     }
     let length = select((*steps).limits.lengths.y, (*steps).limits.lengths.x, (*walk).has_smoke);
-    // Smoke may want shorter steps than the fog before it.
+    // Smoke may need shorter steps than the fog in front of it.
     (*steps).step.last = min((*steps).step.last, begin + light_media_grown(steps, length, begin));
-    // From here on on the piece.
+    // From here on distances are on the piece.
     var start = begin - (*walk).start;
     let to = select(stop - (*walk).start, light_media_END, stop >= light_media_END);
-    // Of the piece up to the start.
+    // The optical depth of the piece up to the start, and the share of light that is left.
     var own = light_media_own_depth(walk, start);
     var before = light_media_exp((*walk).depth + own);
     let whole = light_media_own_depth(walk, to);
@@ -544,7 +560,7 @@ fn light_media_add(
         if light_media_most(before) < light_media_NOTHING {
             return false;
         }
-        // What is left of the piece, of every colour, is nothing to be seen.
+        // In no colour is anything left to be seen of the piece.
         let rest = light_media_taken(max(whole - own, vec3(0.0)));
         if light_media_most(before * rest) < light_media_NOTHING {
             return to < light_media_END;
@@ -555,9 +571,10 @@ fn light_media_add(
         let grown = max(behind - own, vec3(0.0));
         let lost = before * light_media_taken(grown);
         light_media_scatter(walk, steps, start, end, lost, grown);
-        // Where the next piece begins without a gap, whatever the rounding.
+        // At the end of the piece this is exactly where the next one begins, so that rounding
+        // makes no gap.
         (*steps).part.end = select((*walk).start + end, stop, end >= to);
-        // The channel of which most is left.
+        // The channel in which most is left.
         let least = light_media_least((*walk).depth + behind);
         let step = (*steps).step;
         let part = (*steps).part;

@@ -7,19 +7,19 @@
 //   light_media_densities: array<f32>
 //   light_media_colours: array<f32>
 // and the constant
-//   light_media_MAX_GRIDS    room for so many grids on a line, and for so many phase functions
+//   light_media_MAX_GRIDS    the most grids, and the most phase functions
 //
 // Distances on a line are measured from where it enters the box around all grids and
 // particles: there they have the digits that voxels far from the eye need. Those on a
 // piece are measured from its start, for the digits that opaque smoke needs.
 
-// All that fills the air; the record `MediaRecord`. Its records are, one kind after the
-// other: grids (nine entries each), particles (two), kinds of particles (two), phase
-// functions (two), boxes (two).
+// All that fills the air; the record `MediaRecord`. The entries of light_media_records are,
+// one kind after the other: grids (nine entries each), particles (two), kinds of particles
+// (two), phase functions (two), boxes (two).
 struct light_Media {
     even: light_Medium,
     height: scn_HeightFog,
-    // Around grids and particles.
+    // The box around all grids and particles.
     low: vec3<f32>,
     grids: u32,
     high: vec3<f32>,
@@ -30,15 +30,15 @@ struct light_Media {
     phases: u32,
     first_box: u32,
     boxes: u32,
-    // Numbers of the phase functions of the fogs.
+    // The numbers of the phase functions of both kinds of fog.
     even_phase: u32,
     height_phase: u32,
 }
 
-// Distances from here on are infinite, and so are coefficients.
+// Distances from here on count as infinite, and so do coefficients.
 const light_media_END: f32 = 1e18;
 
-// Stands for the place of what a grid does not have.
+// Stands for the place of colours that a grid does not have.
 const light_media_NONE: u32 = 0xffffffffu;
 
 fn scn_density(index: u32) -> f32 {
@@ -131,28 +131,28 @@ fn light_media_inside(
     );
 }
 
-// Particles that are kept at hand on a line.
+// How many particles are kept sorted on a line.
 const light_media_WINDOW: u32 = 16u;
 
 struct light_MediaWalk {
-    // Where distances are measured from.
+    // The point from which distances are measured.
     origin: vec3<f32>,
     end: f32,
     direction: vec3<f32>,
-    // The piece.
+    // The piece at hand.
     start: f32,
     stop: f32,
-    // Where even fog is.
+    // The part of the line in homogeneous fog.
     even: vec2<f32>,
-    // The optical depth before the piece.
+    // The optical depth in front of the piece.
     depth: vec3<f32>,
-    // Extinction on the piece but for fog that thins out, 1/m, per colour: the Bernstein
+    // The extinction on the piece without fog that thins out, 1/m, per colour: the Bernstein
     // coefficients of a cubic.
     sigma: mat4x3<f32>,
     is_empty: bool,
     // Whether there is smoke on it, of a grid or of particles.
     has_smoke: bool,
-    // The coefficients of each grid, where the tint is 1.
+    // The cell of each grid, and the extinction there where the tint is 1, as a cubic.
     cells: array<scn_Walk, light_media_MAX_GRIDS>,
     cubics: array<vec4<f32>, light_media_MAX_GRIDS>,
     // The particles that end behind the start of the piece, by where they begin: those
@@ -161,12 +161,12 @@ struct light_MediaWalk {
     chords: array<vec2<f32>, light_media_WINDOW>,
     count: u32,
     horizon: f32,
-    // Whether the window has not even room for those that the line is in.
+    // Whether the line is in more particles at once than the window has room for.
     is_full: bool,
 }
 
-// The walk along a ray up to a distance of `end` from its origin, at most
-// light_media_END; the ray's origin is at −`base` of the walk, where
+// The walk along a ray up to the distance `end` from its origin, at most
+// light_media_END. The ray's origin is at the distance −`base` of the walk, where
 // `base = light_media_base(origin, direction, end)`:
 //     var walk = light_media_walk(origin, direction, base, end);
 //     while light_media_advance(&walk) { … }
@@ -213,7 +213,7 @@ fn light_media_walk(
     return walk;
 }
 
-// The distance from which those of a walk are measured.
+// The distance along a ray from which distances of a walk are measured.
 fn light_media_base(origin: vec3<f32>, direction: vec3<f32>, end: f32) -> f32 {
     if light_media.grids + light_media.balls == 0u {
         return 0.0;
@@ -223,8 +223,7 @@ fn light_media_base(origin: vec3<f32>, direction: vec3<f32>, end: f32) -> f32 {
     return select(0.0, inside.x, inside.x < inside.y);
 }
 
-// Puts the particles into the window that end behind `start`, the first by where they
-// begin.
+// Fills the window with those particles that end behind `start` and begin first.
 fn light_media_look(walk: ptr<function, light_MediaWalk>, start: f32) {
     (*walk).count = 0u;
     (*walk).horizon = light_media_END;
@@ -267,7 +266,7 @@ struct light_media_Met {
     chord: vec2<f32>,
 }
 
-// How many particles there are to look at, by number.
+// How many particles there may be on the piece; light_media_met numbers them.
 fn light_media_met_count(walk: ptr<function, light_MediaWalk>) -> u32 {
     return select((*walk).count, light_media.balls, (*walk).is_full);
 }
@@ -285,7 +284,7 @@ fn light_media_met(walk: ptr<function, light_MediaWalk>, number: u32) -> light_m
     return met;
 }
 
-// Whether the line is in it where the piece starts.
+// Whether the line is in a particle where the piece starts.
 fn light_media_is_open(met: light_media_Met, start: f32) -> bool {
     let begin = met.chord.x - met.chord.y;
     return met.chord.y > 0.0 && begin <= start && start < met.chord.x + met.chord.y;
@@ -348,7 +347,7 @@ fn light_media_advance(walk: ptr<function, light_MediaWalk>) -> bool {
         }
     }
     (*walk).stop = stop;
-    // Now that it is known where the piece ends, what is on it.
+    // The end of the piece is known now; this finds what is on it.
     var sigma = mat4x3<f32>(even, even, even, even);
     var has_smoke = false;
     for (var i = 0u; i < light_media.grids; i++) {
@@ -390,9 +389,9 @@ fn light_media_advance(walk: ptr<function, light_MediaWalk>) -> bool {
     return true;
 }
 
-// Where on the piece a distance is, from 0 to 1.
+// A distance on the piece as a share of its length.
 fn light_media_share(walk: ptr<function, light_MediaWalk>, length: f32) -> f32 {
-    // An endless piece lies in even fog alone.
+    // Only homogeneous fog and fog that thins out are endless: sigma is constant there.
     if (*walk).stop >= light_media_END {
         return 0.0;
     }
@@ -438,7 +437,8 @@ fn light_media_extinction(walk: ptr<function, light_MediaWalk>, length: f32) -> 
     return extinction;
 }
 
-// The colours of the samples of a grid at a distance on the line, which is in a cell of it; `first` is the place of the first.
+// The colour of a grid's samples at a distance on the line, which lies in the cell at hand;
+// `first` is the place of the grid's first colour.
 fn light_media_colour(
     walk: ptr<function, light_MediaWalk>,
     grid: scn_Grid,
@@ -458,7 +458,7 @@ fn light_media_colour(
     return near * (1.0 - place.z) + far * place.z;
 }
 
-// Between the four samples of a cell on one side of it.
+// The colour between the four samples on one side of a cell.
 fn light_media_colour_between(
     grid: scn_Grid,
     cell: vec3<u32>,
@@ -483,12 +483,12 @@ fn light_media_colour_at(grid: scn_Grid, sample: vec3<u32>, first: u32) -> vec3<
     );
 }
 
-// e to −x for x from 0 on.
+// e^−x for x ≥ 0.
 fn light_media_exp(x: vec3<f32>) -> vec3<f32> {
     return exp(-min(x, vec3(80.0)));
 }
 
-// 1 − e to −x for x from 0 on, with the digits of a small one.
+// 1 − e^−x for x ≥ 0, with the digits of a small result.
 fn light_media_taken(x: vec3<f32>) -> vec3<f32> {
     let y = min(x, vec3(80.0));
     return y * vec3(

@@ -1,7 +1,7 @@
-// A picture from the samples of epipolar lines: what FillFromLines is on the CPU. One
-// invocation for each pixel.
+// Fills a picture from the samples on epipolar lines: the shader's side of `FillFromLines`.
+// One invocation per pixel.
 
-// Light of two lines, each between two samples.
+// A pixel between two lines, and on each of them between two samples.
 struct Mixture {
     samples: vec2<u32>,
     along: vec2<f32>,
@@ -9,12 +9,14 @@ struct Mixture {
     padding: u32,
 }
 
+// Stands for the first sample of pixels that take nothing from lines.
 const NONE: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<storage> mixtures: array<Mixture>;
 @group(0) @binding(1) var<storage> gathered: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read_write> radiance: array<vec4<f32>>;
 
+// The light between a sample and the next one on its line.
 fn line(first: u32, along: f32) -> vec3<f32> {
     let light = gathered[first].xyz;
     if along == 0.0 {
