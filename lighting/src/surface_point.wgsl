@@ -2,11 +2,11 @@
 
 struct light_SurfacePoint {
     position: vec3<f32>,
-    // Share of the sky over it that is not covered.
+    // The share of the sky over it that is not covered.
     openness: f32,
     normal: vec3<f32>,
     padding_a: f32,
-    // Radiance at the eye per unit of irradiance.
+    // The radiance at the eye per unit of irradiance, 1/sr.
     response: vec3<f32>,
     padding_b: f32,
 }

@@ -1,5 +1,5 @@
-// Points that shine evenly, and suns, in fog without bounds: the shader's side of
-// `ClosedForm`.
+// The light that fog scatters to surfaces, for points that shine alike in all directions and
+// for suns, in fog without bounds: the shader's side of `ClosedForm`.
 //
 // Needs the part SURFACE of `airlight`, and the variables
 //   light_lobe: array<f32>           coefficients of the table of a Lambertian surface
@@ -19,7 +19,7 @@ fn light_closed_form_irradiance(position: vec3<f32>, normal: vec3<f32>) -> vec3<
         let first = min(u32(x), last - 1u);
         let low = light_sun_table[first];
         let share = low + (x - f32(first)) * (light_sun_table[first + 1u] - low);
-        // What extinguishes nothing scatters nothing.
+        // A colour without extinction has no scattering either.
         let divisor = select(medium.sigma_t, vec3(1.0), medium.sigma_t <= vec3(0.0));
         return medium.sigma_s / divisor * emitter.intensity * share;
     }

@@ -1,6 +1,10 @@
-// Any light, any fog, and shadows in it: the shader's side of `Quadrature`.
+// The light that fog scatters to surfaces, for any light, any fog, and shadows in it: the
+// shader's side of `Quadrature`. Planes around the line from the surface to the light are cut
+// into directions from the light and directions from the surface.
 //
-// Needs the variable
+// Needs the slot of the point visibility,
+//   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
+// and the variable
 //   light_rules: array<vec2<f32>>
 // with n nodes and weights on (0, 1), then 2 n planes all around as cosine and
 // sine, then 2 n nodes and weights on (−1, 1).
@@ -27,13 +31,13 @@ fn light_window(middle: f32, half: f32) -> vec2<f32> {
     return vec2(middle - half + 2.0 * light_PI, light_PI);
 }
 
-// The directions of a light within u·axis ≥ cos_edge, about the line to the surface.
+// The directions u of a light with u·axis ≥ cos_edge, by planes about the line to the surface.
 struct light_Cone {
     middle: vec3<f32>,
-    // All planes about the line meet the cone.
+    // Whether all planes about the line meet the cone.
     whole: bool,
     across: vec3<f32>,
-    // Or those within this angle of the middle.
+    // If not, the angle from `middle` within which they do.
     half_turn: f32,
     axis: vec3<f32>,
     cos_edge: f32,
@@ -61,8 +65,8 @@ fn light_cone(axis: vec3<f32>, cos_edge: f32, toward: vec3<f32>) -> light_Cone {
     return cone;
 }
 
-// Number `j` of 2 n planes: the unit vector in it at right angles to the line, and
-// its weight.
+// Plane `j` of 2 n: the unit vector in it at right angles to the line (xyz), and its weight
+// (w).
 fn light_plane(cone: light_Cone, n: u32, j: u32) -> vec4<f32> {
     if cone.whole {
         let turn = light_rules[n + j];
@@ -75,6 +79,7 @@ fn light_plane(cone: light_Cone, n: u32, j: u32) -> vec4<f32> {
     return vec4(side, cone.half_turn * node.y);
 }
 
+// The angles to the line, from 0 to π, of those directions in a plane that are in the cone.
 fn light_cone_window(cone: light_Cone, side: vec3<f32>) -> vec2<f32> {
     if cone.cos_edge < 0.0 {
         return vec2(0.0, light_PI);

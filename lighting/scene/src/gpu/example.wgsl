@@ -1,4 +1,4 @@
-// How much of what is behind a grid gets through it, for each pixel of a picture.
+// How much of the light from behind a grid gets through it, for each pixel of a picture.
 
 struct Camera {
     eye: vec3<f32>,
@@ -6,7 +6,7 @@ struct Camera {
     right: vec3<f32>,
     height: u32,
     up: vec3<f32>,
-    // How far what is behind the grid is, m.
+    // The distance of what is behind the grid, m.
     distance: f32,
     forward: vec3<f32>,
     padding: u32,

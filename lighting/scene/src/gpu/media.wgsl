@@ -3,7 +3,7 @@
 // Lengths are in metres. scn_FAR stands for infinity.
 //
 // Needs
-//   fn scn_density(index: u32) -> f32
+//   fn scn_density(index: u32) -> f32    the densities of all grids
 
 const scn_FAR: f32 = 3.40282347e38;
 
@@ -11,13 +11,13 @@ const scn_FAR: f32 = 3.40282347e38;
 struct scn_Grid {
     // Rows of the matrix that takes world offsets from the corner to cells.
     row_x: vec3<f32>,
-    // Index of its first density.
+    // The index of its first density.
     first: u32,
     row_y: vec3<f32>,
     // 1 for trilinear between samples, 0 for voxels.
     is_linear: u32,
     row_z: vec3<f32>,
-    // Extinction coefficient of a density of 1, 1/m.
+    // The extinction coefficient of a density of 1, 1/m.
     scale: f32,
     corner: vec3<f32>,
     phase: u32,
@@ -30,7 +30,7 @@ struct scn_Grid {
     phase_parameters: vec4<f32>,
 }
 
-// The cells of a grid on a line. From the first call of scn_next_cell on, `cell`
+// The cells of a grid along a line. From the first call of scn_next_cell on, `cell`
 // is the cell that the line runs through from the distance base + near to
 // base + far.
 struct scn_Walk {
@@ -38,7 +38,7 @@ struct scn_Walk {
     start: vec3<f32>,
     base: f32,
     direction: vec3<f32>,
-    // Measured from base, like the following.
+    // Where the line leaves the grid; like `near` and `far` a distance from `base`.
     end: f32,
     cells: vec3<i32>,
     near: f32,
@@ -47,17 +47,19 @@ struct scn_Walk {
     next: vec3<i32>,
 }
 
+// The number of cells along each axis: voxels, or the spaces between samples.
 fn scn_cells(grid: scn_Grid) -> vec3<u32> {
     let between = max(grid.resolution, vec3(2u)) - 1u;
     return select(grid.resolution, between, grid.is_linear != 0u);
 }
 
+// A world offset in units of cells.
 fn scn_in_cells(grid: scn_Grid, offset: vec3<f32>) -> vec3<f32> {
     return vec3(dot(grid.row_x, offset), dot(grid.row_y, offset), dot(grid.row_z, offset));
 }
 
-// Slower than this, in cells per metre, a line does not get from one cell to
-// another.
+// A line that moves by less than this along an axis, in cells per metre, never gets from one
+// cell to another there.
 const scn_STILL: f32 = 1e-30;
 
 // The walk for t from `near` to `far`, which may be scn_FAR:
@@ -102,7 +104,7 @@ fn scn_walk(
     return walk;
 }
 
-// Goes to the next cell; false behind the last.
+// Goes on to the next cell; false behind the last one.
 fn scn_next_cell(walk: ptr<function, scn_Walk>) -> bool {
     (*walk).near = (*walk).far;
     // A cell is left through one of three faces, never to come back.
@@ -125,7 +127,7 @@ fn scn_next_cell(walk: ptr<function, scn_Walk>) -> bool {
         }
         (*walk).next[axis] += select(-1, 1, step[axis] > 0.0);
         let is_inside = (*walk).next[axis] >= 0 && (*walk).next[axis] < (*walk).cells[axis];
-        // What rounding leaves behind the last cell belongs to it.
+        // What rounding leaves of the line behind the last cell belongs to that cell.
         (*walk).far = select((*walk).end, clamp(first, (*walk).near, (*walk).end), is_inside);
         if (*walk).far > (*walk).near {
             return true;
@@ -134,14 +136,15 @@ fn scn_next_cell(walk: ptr<function, scn_Walk>) -> bool {
     return false;
 }
 
+// The density at a corner of a cell.
 fn scn_sample(grid: scn_Grid, cell: vec3<u32>, corner: vec3<u32>) -> f32 {
     let at = min(cell + corner, grid.resolution - 1u);
     return scn_density(grid.first + (at.z * grid.resolution.y + at.y) * grid.resolution.x + at.x);
 }
 
-// The extinction coefficient, 1/m, where the tint is 1, along the part from `near`
-// to `far` (measured from base) of the walk's cell: the Bernstein coefficients of a
-// cubic over u from 0 to 1. None is negative.
+// The extinction coefficient, 1/m, along the part from `near` to `far` (measured from base)
+// of the walk's cell, where the tint is 1: the Bernstein coefficients of a cubic over u from
+// 0 to 1. None is negative.
 fn scn_cubic(grid: scn_Grid, walk: scn_Walk, near: f32, far: f32) -> vec4<f32> {
     let cell = vec3<u32>(walk.cell);
     if grid.is_linear == 0u {
@@ -165,7 +168,7 @@ fn scn_cubic(grid: scn_Grid, walk: scn_Walk, near: f32, far: f32) -> vec4<f32> {
     );
     let rows_a = low * (1.0 - a.x) + high * a.x;
     let rows_b = low * (1.0 - b.x) + high * b.x;
-    // Two slices along y: x and y at either end.
+    // Two slices along y; the letters tell at which end of the part x and y are.
     let aa = rows_a.xz * (1.0 - a.y) + rows_a.yw * a.y;
     let ab = rows_a.xz * (1.0 - b.y) + rows_a.yw * b.y;
     let ba = rows_b.xz * (1.0 - a.y) + rows_b.yw * a.y;
@@ -186,15 +189,15 @@ fn scn_mean(cubic: vec4<f32>) -> f32 {
     return 0.25 * ((cubic.x + cubic.y) + (cubic.z + cubic.w));
 }
 
-// The same polynomial with 0 to u as its domain: its last coefficient is the value
-// at u, u times its mean the integral up to there.
+// The same polynomial with 0 to u as its domain: its last coefficient is the value at u, and
+// u times its mean is the integral up to u.
 fn scn_up_to(cubic: vec4<f32>, u: f32) -> vec4<f32> {
     let first = cubic.xyz * (1.0 - u) + cubic.yzw * u;
     let second = first.xy * (1.0 - u) + first.yz * u;
     return vec4(cubic.x, first.x, second.x, second.x * (1.0 - u) + second.y * u);
 }
 
-// The optical depth of a grid for t from `near` to `far` where the tint is 1.
+// The optical depth of a grid for t from `near` to `far`, where the tint is 1.
 fn scn_grid_depth(
     grid: scn_Grid,
     origin: vec3<f32>,
@@ -252,7 +255,7 @@ fn scn_ball_cubic(
 
 // Fog that thins out with altitude; the record `HeightFogRecord`.
 struct scn_HeightFog {
-    // At the altitude, 1/m.
+    // Coefficients at `altitude`, 1/m.
     sigma_s: vec3<f32>,
     altitude: f32,
     sigma_t: vec3<f32>,
@@ -269,12 +272,13 @@ fn scn_height_density(fog: scn_HeightFog, y: f32) -> f32 {
     return exp(clamp((fog.altitude - y) / fog.scale_height, -scn_STEEP, scn_STEEP));
 }
 
-// e to this is in range. Farther below the altitude the fog stays as dense as there.
+// The largest exponent of e. Fog more scale heights than this below its altitude gets no
+// denser.
 const scn_STEEP: f32 = 80.0;
 
-// The length of a path at the fog's own altitude that crosses as much of it as the way
-// over `length`, which may be scn_FAR, that begins at the height y and rises by
-// `slope` per metre. At most scn_FAR.
+// The length of a horizontal path at the fog's own altitude that has the same optical depth
+// as a path of the length `length`, which may be scn_FAR, that begins at the height y and
+// rises by `slope` per metre. At most scn_FAR.
 fn scn_height_column(fog: scn_HeightFog, y: f32, slope: f32, length: f32) -> f32 {
     let rate = abs(slope) / fog.scale_height;
     let fall = min(length, 1e30) * rate;
@@ -286,7 +290,7 @@ fn scn_height_column(fog: scn_HeightFog, y: f32, slope: f32, length: f32) -> f32
     } else {
         share = (1.0 - exp(-min(fall, scn_STEEP))) / fall;
     }
-    // From the lower end on upwards, where the exponential falls.
+    // Measured from the lower end upwards, so that the exponential falls.
     let low = select(y, y + slope * min(length, 1e30), slope < 0.0);
     let density = scn_height_density(fog, low);
     if fall >= 0.5 {

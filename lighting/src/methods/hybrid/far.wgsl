@@ -1,5 +1,5 @@
-// Greatest depths of cells of a shadow map: entry points, an invocation per cell. The
-// finest level first, then each coarser one.
+// The greatest depths of cells of a shadow map: entry points, one invocation per cell. The
+// finest level is made first, then each coarser one.
 //
 // Needs the parts face.wgsl and place.wgsl.
 
@@ -12,7 +12,8 @@ struct Cells {
     margin: u32,
     // The level that is made.
     level: u32,
-    // What depths are made larger by, as a factor and in metres, and the largest.
+    // Depths are made larger by a factor and by so many metres, which covers rounding; none
+    // exceeds `most`.
     factor: f32,
     more: f32,
     most: f32,
@@ -23,8 +24,8 @@ struct Cells {
 @group(0) @binding(1) var<storage> depths: array<f32>;
 @group(0) @binding(2) var<storage, read_write> values: array<f32>;
 
-// Which texel of which picture shows what is in the middle of a texel outside of a picture
-// of a cube.
+// The depth at the middle of a texel outside of a picture of a cube, which another picture
+// shows.
 fn depth_beyond(picture: u32, texel: vec2<i32>) -> f32 {
     let n = record.pictures.resolution;
     let face = record.pictures.faces[picture];
@@ -32,12 +33,12 @@ fn depth_beyond(picture: u32, texel: vec2<i32>) -> f32 {
     let v = face.forward + plane.x * face.right - plane.y * face.up;
     let other = light_cube_face(v);
     let at = light_texel_along(record.pictures.faces[other], n, v);
-    // Negative outside, by rounding; conversions saturate.
+    // Rounding may put it outside, where it is negative; conversions saturate.
     let place = min(vec2<u32>(max(at, vec2(0.0))), vec2(n - 1u));
     return depths[(other * n + place.y) * n + place.x];
 }
 
-// The texels of a column or row of cells, and those around it.
+// The first texel of a column or row of cells and the one behind its last, with the margin.
 fn texels(cell: u32) -> vec2<i32> {
     let margin = i32(record.margin);
     let first = i32(cell * record.cell) - margin;
@@ -86,11 +87,12 @@ fn raise_far(
     if index >= pictures * width * width {
         return;
     }
-    // Four thirds of what is missing of a whole pyramid.
+    // Where the values of a level begin: the levels below it, each with a quarter of the
+    // cells of the one before, are a geometric series.
     let all = record.side * record.side;
     let own = 4u * (all - width * width) / 3u * pictures;
     let finer = 4u * (all - 4u * width * width) / 3u * pictures;
-    // Rows of all pictures are one after the other.
+    // A level has the rows of all pictures one after the other.
     let first = finer + 2u * (index / width) * 2u * width + 2u * (index % width);
     let upper = max(values[first], values[first + 1u]);
     let lower = max(values[first + 2u * width], values[first + 2u * width + 1u]);

@@ -1,17 +1,17 @@
-// Visibility: a march that asks a shadow map only where a ray is in volumes of shadow and
-// of light; the shader's side of `Hybrid`.
+// Visibility: a march that asks a shadow map only where volumes of shadow and of light leave
+// open whether a ray is lit; the shader's side of `Hybrid`.
 //
-// Needs the part search.wgsl and the slot of what is asked,
+// Needs the part search.wgsl and the slot of the point visibility,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 
-// See `mod.rs`.
+// How many times the interval between a lit step and a dark one is halved; see `mod.rs`.
 const light_hybrid_HALVINGS: u32 = 3u;
 
 fn light_hybrid_is_lit(path: light_Path, x: f32) -> bool {
     return light_point_visibility(path.origin + x * path.direction).x > 0.0;
 }
 
-// Where the light changes between the middles of two steps.
+// Where the light changes between the middles of two steps, found by halving.
 fn light_hybrid_border(path: light_Path, first: f32, second: f32, was_lit: bool) -> f32 {
     var before = first;
     var after = second;
@@ -31,7 +31,7 @@ fn light_hybrid_next_lit(
     path: light_Path,
 ) -> light_Lit {
     let steps = light_hybrid.steps;
-    // Is anything before the first step and behind the last one?
+    // Whether any of the ray lies in front of the first step, and behind the last one.
     let is_before = (*cursor).part.x > path.start;
     let is_behind = (*cursor).part.y < (*cursor).end;
     let most = select(steps, steps + 1u, is_behind);
@@ -52,7 +52,7 @@ fn light_hybrid_next_lit(
         if is_lit == was_lit {
             continue;
         }
-        // There is no border where the ray begins.
+        // The start of the ray is no border.
         if i == 0u && !is_before {
             continue;
         }

@@ -1,10 +1,10 @@
-// Least depths of cells of the pictures of a light, from the triangles: entry points.
+// The least depths of cells of the pictures of a light, from the triangles: entry points.
 //
 // Needs the parts face.wgsl and place.wgsl.
 //
 // A triangle in a picture is three corners in homogeneous texels, of which only sums and
-// products are formed. What these may be off by is carried along, and every test is
-// decided in favour of the triangle within that.
+// products are formed. Bounds of their rounding errors are carried along, and every test that
+// these leave open is decided in favour of the triangle.
 
 struct Near {
     pictures: light_Pictures,
@@ -14,70 +14,73 @@ struct Near {
     triangles: u32,
     // The level that is made.
     level: u32,
-    // Texels around a cell from which a triangle counts as one of its own.
+    // A triangle counts in a cell if it comes within so many texels of it.
     border: f32,
-    // What depths are made less by, relative to them and in metres, and the largest.
+    // Depths are made less by this share of themselves and by so many metres, which covers
+    // rounding; `most` is the depth of a cell without triangles.
     factor: f32,
     less: f32,
     most: f32,
 }
 
 @group(0) @binding(0) var<uniform> record: Near;
-// Nine numbers for each triangle.
+// Nine coordinates for each triangle.
 @group(0) @binding(1) var<storage> corners: array<f32>;
-// Least depths of the finest cells, as numbers in the same order.
+// The least depths of the finest cells, as integers that compare as the depths do.
 @group(0) @binding(2) var<storage, read_write> least: array<atomic<u32>>;
 @group(0) @binding(3) var<storage, read_write> values: array<f32>;
 
-// What the roundings of a sum of a few products add up to, relative to the sum of their
-// magnitudes: 8 units of 2^-24.
+// The rounding error of a sum of a few products, relative to the sum of their magnitudes: 8
+// units of 2^-24.
 const ROUNDING: f32 = 5e-7;
 
-// Triangles of a workgroup, and its invocations, which share the cells of large ones.
+// Triangles of a workgroup, and its invocations, which share the cells of large triangles.
 const BATCH: u32 = 32u;
 const GROUP: u32 = 64u;
 
-// Cells that an invocation goes through by itself.
+// An invocation goes through so many cells of a triangle by itself.
 const FEW: u32 = 16u;
 
-// Depths along the picture below which, relative to the largest coordinate, a corner is not
-// projected.
+// A corner whose depth along the picture's axis is less than this share of the largest
+// coordinate is not projected.
 const NEAR: f32 = 1e-4;
 
+// A triangle as a picture shows it.
 struct Seen {
-    // Corners in homogeneous texels (x, y, w), in units of `scale` metres, what x and y may be
-    // off by, and w.
+    // Corners in homogeneous texels (x, y, w), in units of `scale` metres; the largest errors
+    // of their x and y, and those of their w.
     a: vec3<f32>,
     b: vec3<f32>,
     c: vec3<f32>,
     texel_errors: vec3<f32>,
     w_errors: vec3<f32>,
     scale: f32,
-    // Its normal to the right, down and forward, and what each of these may be off by; from
+    // Its normal to the right, down and forward, and the largest error of each; computed from
     // differences of corners, so that slivers have one.
     normal: vec3<f32>,
     normal_error: f32,
     // The first corner to the right, down and forward, m.
     corner: vec3<f32>,
-    // How far its plane is from the light times the length of the normal, at least, in units
-    // of the scale.
+    // A lower bound of the distance between light and plane times the length of the normal, in
+    // units of `scale`.
     volume: f32,
-    // Which way it is seen; 0 if that is not known: nearly edge-on.
+    // Which side is seen, 1 or −1; 0 if the triangle is nearly edge-on, so that rounding
+    // leaves it open.
     turn: f32,
-    // The least depth of a corner, or less, and what depths may be off by, m.
+    // A lower bound of the depths of its corners, and the largest error of a depth, m.
     depth: f32,
     depth_error: f32,
     picture: u32,
     // The cells that it may touch, from `low` to before `end`; none if it is not seen.
     low: vec2<u32>,
     end: vec2<u32>,
-    // The texels that it is in: from x and y to z and w.
+    // The rectangle of texels around it, from (x, y) to (z, w).
     texels: vec4<f32>,
 }
 
 var<workgroup> batch: array<Seen, 32>;
 
-// Numbers whose order is that of the values.
+// Integers that compare as the values do, and back.
 fn in_order(value: f32) -> u32 {
     let bits = bitcast<u32>(value);
     return select(bits | 0x80000000u, ~bits, bits >> 31u == 1u);
@@ -87,51 +90,55 @@ fn of_order(number: u32) -> f32 {
     return bitcast<f32>(select(~number, number ^ 0x80000000u, number >> 31u == 1u));
 }
 
+// The sum of the magnitudes of its components.
 fn sum_of(v: vec3<f32>) -> f32 {
     return abs(v.x) + abs(v.y) + abs(v.z);
 }
 
-// A corner from the middle of a square of texels, in halves of its sides: what of the
-// square is seen is in the directions (u, v, 1) with u and v from -1 to 1.
+// A corner in the frame of a square of texels, in units of half its side: the square is the
+// directions (u, v, 1) with u and v from −1 to 1.
 fn within(corner: vec3<f32>, middle: vec2<f32>, half: f32) -> vec3<f32> {
     return vec3((corner.xy - middle * corner.z) / half, corner.z);
 }
 
-// Where a texel of a picture is, to the right and down: tangents, or metres.
+// The size of a texel of a picture, to the right and down: as tangents, or in metres for
+// parallel light.
 fn per_texel(picture: u32) -> vec2<f32> {
     let face = record.pictures.faces[picture];
     let extent = select(vec2(face.half_width, face.half_height), vec2(face.tan), face.tan > 0.0);
     return 2.0 * extent / f32(record.pictures.resolution);
 }
 
+// Where a texel lies, to the right of the axis and down from it, in the same units.
 fn on_plane(picture: u32, texel: vec2<f32>) -> vec2<f32> {
     return (texel - 0.5 * f32(record.pictures.resolution)) * per_texel(picture);
 }
 
-// The least depth along the picture of what of a triangle may be in a square; `most` if
-// nothing is.
+// A lower bound of the depth, along the axis of the picture, of the part of a triangle that
+// lies in a square of texels; `most` if none does.
 fn least_depth(seen: Seen, middle: vec2<f32>, half: f32) -> f32 {
     let a = within(seen.a, middle, half);
     let b = within(seen.b, middle, half);
     let c = within(seen.c, middle, half);
-    // What their coordinates may be off by, and the sums of these.
+    // The largest errors of their coordinates, and the sums of their magnitudes.
     let r = seen.texel_errors / half + seen.w_errors;
     let m = vec3(sum_of(a), sum_of(b), sum_of(c));
     let x = vec3(a.x, b.x, c.x);
     let y = vec3(a.y, b.y, c.y);
     let w = vec3(a.z, b.z, c.z);
-    // All corners beyond a side of the square, or behind the light?
+    // Whether all corners are beyond the same side of the square, or behind the light.
     let s = 2.0 * r;
     let is_apart = all(w < -s)
         || all(w - x < -s) || all(w + x < -s) || all(w - y < -s) || all(w + y < -s);
     if is_apart {
         return record.most;
     }
-    // Seen edge-on it may be anywhere on its plane.
+    // Seen edge-on it may be anywhere on its plane, but no nearer than its nearest corner.
     if seen.turn == 0.0 {
         return seen.depth;
     }
-    // In a direction the corners have these weights, all of one sign inside.
+    // The weights of the corners in a direction are linear in it and have one sign inside of
+    // the triangle. `e` bounds their errors.
     let bc = cross(b, c);
     let ca = cross(c, a);
     let ab = cross(a, b);
@@ -147,8 +154,7 @@ fn least_depth(seen: Seen, middle: vec2<f32>, half: f32) -> f32 {
     let reach = half * per_texel(seen.picture);
     let slope = abs(normal.x) * reach.x + abs(normal.y) * reach.y;
     if record.pictures.faces[seen.picture].tan > 0.0 {
-        // The plane is at the depth w where w times the normal times the direction is what
-        // it is at a corner.
+        // In the direction d the plane has the depth w with w (normal · d) = volume.
         let most_of = 1.0 + abs(at.x) + abs(at.y) + reach.x + reach.y;
         let greatest = seen.turn * (normal.x * at.x + normal.y * at.y + normal.z) + slope
             + seen.normal_error * most_of;
@@ -157,7 +163,7 @@ fn least_depth(seen: Seen, middle: vec2<f32>, half: f32) -> f32 {
         }
         return max(seen.depth, seen.volume / greatest * (1.0 - 4.0 * ROUNDING) * seen.scale);
     }
-    // By how much it is nearer than its first corner.
+    // How much nearer the plane gets in the square than it is at the first corner.
     let off = at - seen.corner.xy;
     let far_off = abs(off.x) + abs(off.y) + reach.x + reach.y;
     let rise = seen.turn * (normal.x * off.x + normal.y * off.y) + slope
@@ -167,13 +173,14 @@ fn least_depth(seen: Seen, middle: vec2<f32>, half: f32) -> f32 {
     return max(seen.depth, nearest - seen.depth_error);
 }
 
-// The distance of something as deep as that between texels, at least.
+// A lower bound of the distance, from the light, of something at this depth that is seen
+// between two texels.
 fn least_distance(picture: u32, depth: f32, from_texel: vec2<f32>, to_texel: vec2<f32>) -> f32 {
     let tan = record.pictures.faces[picture].tan;
     if !(tan > 0.0) {
         return depth;
     }
-    // Of the tangents between the two the one closest to 0.
+    // The tangents between the two that are closest to 0.
     let low = on_plane(picture, from_texel);
     let high = on_plane(picture, to_texel);
     let closest = max(low, vec2(0.0)) + min(high, vec2(0.0));
@@ -185,11 +192,12 @@ fn corner(triangle: u32, number: u32) -> vec3<f32> {
     return vec3(corners[first], corners[first + 1u], corners[first + 2u]);
 }
 
-// The number and the end of the cells along an axis that some texels are in.
+// The first cell along an axis that contains some of the texels from `low` to `high`, and the
+// one behind the last.
 fn cells_of(low: f32, high: f32) -> vec2<u32> {
     let last = f32(record.side - 1u);
     let per_cell = 1.0 / f32(record.cell);
-    // What is not a number is everywhere.
+    // NaN leaves it open where they are: then all cells count.
     let first = select(0.0, clamp(low * per_cell, 0.0, last), low > 0.0);
     let end = select(last, clamp(high * per_cell, 0.0, last), high < last * f32(record.cell));
     return vec2(u32(first), u32(end) + 1u);
@@ -231,7 +239,7 @@ fn look(triangle: u32, picture: u32) -> Seen {
     seen.c = texels[2];
     let parts = lengths / seen.scale;
     if is_central {
-        // And by as much when they are moved to any texel of the picture.
+        // The same again when they are moved to any texel of the picture.
         seen.texel_errors = 3.0 * ROUNDING * n * (1.0 + 1.0 / face.tan) * parts;
         seen.w_errors = 2.0 * ROUNDING * parts;
     } else {
@@ -258,7 +266,7 @@ fn look(triangle: u32, picture: u32) -> Seen {
         seen.volume = abs(towards) - error;
     }
 
-    // In the picture at all?
+    // A triangle that is not in the picture at all has no cells.
     let middle = vec2(0.5 * f32(record.side * record.cell));
     if least_depth(seen, middle, middle.x + record.border) == record.most {
         return seen;
@@ -288,7 +296,9 @@ fn least_of(v: vec3<f32>) -> f32 {
     return min(v.x, min(v.y, v.z));
 }
 
-// Counts a triangle in a cell, if it may be there.
+// Counts a triangle in the cell with this number among those it may touch. A small triangle
+// counts in each of them, at its least depth; others only where they are, at their least depth
+// there.
 fn count_in(seen: Seen, number: u32, is_small: bool) {
     let columns = seen.end.x - seen.low.x;
     let at = seen.low + vec2(number % columns, number / columns);
@@ -308,7 +318,7 @@ fn count_in(seen: Seen, number: u32, is_small: bool) {
     atomicMin(&least[index], value);
 }
 
-// One invocation per cell.
+// Empties the finest cells. One invocation per cell.
 @compute @workgroup_size(64)
 fn clear(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -321,8 +331,8 @@ fn clear(
     }
 }
 
-// A workgroup for every 32 triangles of a picture: each by an invocation, but for those in
-// many cells, which the workgroup shares.
+// Counts the triangles in the finest cells. A workgroup takes 32 triangles of a picture, each
+// by one invocation; all invocations share the cells of triangles that have many.
 @compute @workgroup_size(64)
 fn count(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -340,7 +350,7 @@ fn count(
             for (var number = 0u; number < cells; number++) {
                 count_in(seen, number, all(size <= vec2(2u)));
             }
-            // Done.
+            // Leaves nothing for the workgroup.
             batch[local].end = seen.low;
         }
     }
@@ -354,7 +364,8 @@ fn count(
     }
 }
 
-// One invocation per cell of the finest level.
+// Writes the values of the finest level, made less by what rounding may be. One invocation
+// per cell.
 @compute @workgroup_size(64)
 fn bound(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -369,7 +380,7 @@ fn bound(
     values[i] = depth - record.factor * abs(depth) - record.less;
 }
 
-// One invocation per cell of a coarser level.
+// Makes a coarser level: each value is the least of four. One invocation per cell.
 @compute @workgroup_size(64)
 fn lower(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -382,11 +393,12 @@ fn lower(
     if index >= pictures * width * width {
         return;
     }
-    // Four thirds of what is missing of a whole pyramid.
+    // Where the values of a level begin: the levels below it, each with a quarter of the
+    // cells of the one before, are a geometric series.
     let all = record.side * record.side;
     let own = 4u * (all - width * width) / 3u * pictures;
     let finer = 4u * (all - 4u * width * width) / 3u * pictures;
-    // Rows of all pictures are one after the other.
+    // A level has the rows of all pictures one after the other.
     let first = finer + 2u * (index / width) * 2u * width + 2u * (index % width);
     let upper = min(values[first], values[first + 1u]);
     let below = min(values[first + 2u * width], values[first + 2u * width + 1u]);

@@ -1,20 +1,20 @@
-// Which steps of a ray a map has to be asked about, by volumes of shadow and of light.
+// Which steps of a ray have to ask the shadow map, by volumes of shadow and of light.
 //
 // Needs the parts face.wgsl and place.wgsl, the variables
 //   light_map: light_Pictures
 //   light_hybrid: light_Hybrid
 // and
-//   fn light_hybrid_stored(of_light: bool, index: u32) -> f32, the least depths of shadow or
-//       the greatest ones of light, the finest level first, each picture by picture, row by
-//       row; only called for volumes that there are
+//   fn light_hybrid_stored(of_light: bool, index: u32) -> f32
+// for the least depths of shadow or the greatest ones of light, the finest level first, each
+// level picture by picture and row by row. It is only called for volumes that exist.
 
 struct light_Hybrid {
     steps: u32,
-    // Texels per side of a finest cell, finest cells per side; none: all of every ray
+    // Texels per side of a finest cell, and finest cells per side; 0 if the whole of every ray
     // is marched.
     cell: u32,
     side: u32,
-    // Whether steps are spread over what lies between the volumes.
+    // Whether steps are spread over the span between the volumes instead of the whole ray.
     by_span: u32,
     has_shadow: u32,
     has_light: u32,
@@ -33,21 +33,22 @@ const light_hybrid_LEAP: u32 = 24u;
 const light_hybrid_SHORT: f32 = 0.25;
 
 struct light_hybrid_Cursor {
-    // Where the ray ends, and the part of it that steps are spread over.
+    // Where the ray ends, and the part of it over which steps are spread.
     end: f32,
     part: vec2<f32>,
-    // Cells that are no longer than this are not divided.
+    // Cells that are no longer than this along the ray are not divided.
     shortest: f32,
-    // The next step, and the one after the last that is asked about.
+    // The next step, and the first from which on steps do not ask.
     next: u32,
     last: u32,
-    // Steps in a row that were alike.
+    // How many steps in a row had the same result, and from how many on it pays to search for
+    // the next volume.
     alike: u32,
     leap: u32,
     was_lit: bool,
-    // Whether what lies behind the last of the steps that are asked about is lit.
+    // Whether the ray is lit behind the last step that asks.
     is_lit_behind: bool,
-    // Where the run that is open begins.
+    // Where the run at hand begins.
     lit_from: f32,
 }
 
@@ -60,7 +61,7 @@ struct light_hybrid_Line {
     foot: f32,
 }
 
-// How far rounding may take a position.
+// How far off rounding may put a position.
 fn light_hybrid_past(line: light_hybrid_Line, s: f32) -> f32 {
     return light_hybrid_PAST * (abs(s) + line.h) + 1e-20;
 }
@@ -70,7 +71,7 @@ fn light_hybrid_margin(line: light_hybrid_Line, s: f32) -> f32 {
     return light_hybrid_past(line, s) + light_hybrid_PAST * abs(line.foot);
 }
 
-// Homogeneous texels of the light's origin plus v; of a direction if w is 0.
+// Homogeneous texels of the light's origin plus v; of the direction v if w is 0.
 fn light_hybrid_texels(face: light_Face, v: vec3<f32>, w: f32) -> vec3<f32> {
     let half = 0.5 * f32(light_map.resolution);
     let x = dot(v, face.right);
@@ -82,7 +83,7 @@ fn light_hybrid_texels(face: light_Face, v: vec3<f32>, w: f32) -> vec3<f32> {
     return vec3(half * (w + x / face.half_width), half * (w + y / face.half_height), w);
 }
 
-// The part of start to end where base + s slope is not negative.
+// The part of an interval where base + s slope is not negative.
 fn light_hybrid_clip(base: f32, slope: f32, part: vec2<f32>) -> vec2<f32> {
     if slope > 0.0 {
         return vec2(max(part.x, -base / slope), part.y);
@@ -101,9 +102,9 @@ fn light_hybrid_value(of_light: bool, picture: u32, level: u32, cell: vec2<u32>)
     return light_hybrid_stored(of_light, before + (picture * width + cell.y) * width + cell.x);
 }
 
-// The first position from `s` to `exit` that is farther away than `value`, or no farther
-// for volumes of light; light_FAR if there is none. `depth` is that at the position 0 in
-// parallel light, and its slope.
+// The first position from `s` to `exit` that is farther from the light than `value`, or for
+// volumes of light no farther; light_FAR if there is none. `depth` is the depth at the
+// position 0 in parallel light, and its slope.
 fn light_hybrid_entry(
     line: light_hybrid_Line,
     is_central: bool,
@@ -166,14 +167,13 @@ fn light_hybrid_first_in(
         let width = light_hybrid.side >> level;
         let size = f32(light_hybrid.cell << level);
         let here = at + s * slope;
-        // At the light itself anywhere.
+        // At the light itself this may be any cell.
         let place = clamp(here.xy / (here.z * size), vec2(0.0), vec2(f32(width) - 0.5));
         let cell = min(vec2<u32>(place), vec2(width - 1u));
         let texel = size * vec2<f32>(cell + after);
         let towards = slope.xy - texel * slope.z;
-        // Borders along the line or beyond its vanishing point are never met, and where the
-        // picture ends so does the part. One that is right here is met, whatever rounding
-        // says.
+        // Borders parallel to the line or beyond its vanishing point are never met, and those
+        // of the picture end the part. A border right here is met, whatever rounding does.
         let ahead = select(-towards, towards, rises);
         let number = cell + after;
         let is_met = (ahead > vec2(0.0)) & (number > vec2(0u)) & (number < vec2(width));
@@ -207,9 +207,10 @@ fn light_hybrid_first(
     part: vec2<f32>,
     shortest: f32,
 ) -> f32 {
-    // What is on the border of a picture may be rounded to either side: a texel around it
-    // belongs to it. Light may be in neighbours' alone, so that these overlap, and in what
-    // is outside of a single one.
+    // A position on the border of a picture may be rounded to either side, so a texel around a
+    // picture counts as part of it. Light may be in the neighbour's cells alone, so that the
+    // parts overlap when light is sought. Everything outside of a single picture is lit: its
+    // border is moved inwards by a texel.
     let is_single = light_map.face_count == 1u;
     let is_outside_lit = of_light && is_single;
     let texels = select(1.0, -1.0, is_outside_lit);
@@ -248,8 +249,8 @@ fn light_hybrid_first(
     return s;
 }
 
-// Where a part of a ray comes to the first volume, and where it leaves the last one, as
-// distances from the eye; light_FAR if there is none.
+// Where a part of a ray enters the first volume, as a distance from the eye; light_FAR if
+// there is none.
 fn light_hybrid_front(
     line: light_hybrid_Line,
     of_light: bool,
@@ -263,6 +264,7 @@ fn light_hybrid_front(
     return clamp(front - light_hybrid_margin(line, front) + line.foot, part.x, part.y);
 }
 
+// Where it leaves the last one: the same search from the other end.
 fn light_hybrid_back(
     line: light_hybrid_Line,
     of_light: bool,
@@ -278,7 +280,7 @@ fn light_hybrid_back(
     return clamp(light_hybrid_margin(line, back) - back + line.foot, part.x, part.y);
 }
 
-// The middle of a step; behind the last one the end of all.
+// The middle of a step; for the one behind the last, the end of all.
 fn light_hybrid_middle(cursor: light_hybrid_Cursor, i: u32) -> f32 {
     if i >= light_hybrid.steps {
         return cursor.part.y;
@@ -287,7 +289,7 @@ fn light_hybrid_middle(cursor: light_hybrid_Cursor, i: u32) -> f32 {
     return cursor.part.x + t * (cursor.part.y - cursor.part.x);
 }
 
-// The middle of the step before; before the first one the start of all.
+// The middle of the previous step; for the first step, the start of all.
 fn light_hybrid_before(cursor: light_hybrid_Cursor, i: u32) -> f32 {
     if i == 0u {
         return cursor.part.x;
@@ -305,20 +307,20 @@ fn light_hybrid_line(path: light_Path) -> light_hybrid_Line {
     return line;
 }
 
-// The number, and a part of one, of the step at a distance from the eye.
+// The step at a distance from the eye, as a real number.
 fn light_hybrid_number(cursor: light_hybrid_Cursor, x: f32) -> f32 {
     let part = cursor.part;
     return (x - part.x) / (part.y - part.x) * f32(light_hybrid.steps);
 }
 
-// The number of the first step with its middle at a distance or behind it.
+// The first step whose middle is not in front of a distance.
 fn light_hybrid_step_from(cursor: light_hybrid_Cursor, x: f32) -> u32 {
     let number = ceil(light_hybrid_number(cursor, x) - 0.5);
     return u32(clamp(number, 0.0, f32(light_hybrid.steps)));
 }
 
-// What is known of a ray: the part that is to be asked about, empty if all is known, and
-// whether what lies before and behind it is lit.
+// What the volumes tell about a ray: the part about which the map has to be asked, empty if
+// everything is known, and whether the ray is lit in front of it and behind it.
 struct light_hybrid_Known {
     part: vec2<f32>,
     outside: vec2<bool>,
@@ -343,7 +345,7 @@ fn light_hybrid_known(
     if light_hybrid.has_light == 0u {
         return light_hybrid_Known(part, outside);
     }
-    // What is lit before or behind the shadows is in volumes of light.
+    // The lit ends of a ray outside of the shadow volumes are inside of volumes of light.
     if part.x <= whole.x {
         let front = light_hybrid_front(line, true, part, shortest);
         if front == light_FAR {
@@ -390,8 +392,8 @@ fn light_hybrid_cursor(path: light_Path) -> light_hybrid_Cursor {
     return cursor;
 }
 
-// Past steps that are known to be as so many before them, after which it pays to look for
-// where the next volume begins; `x` is the middle of the last of them.
+// Skips the steps that are known to have the same result as the last one, whose middle is
+// `x`: those in front of the next volume of the other kind.
 fn light_hybrid_leap(cursor: ptr<function, light_hybrid_Cursor>, path: light_Path, x: f32) {
     let of_light = !(*cursor).was_lit;
     if select(light_hybrid.has_shadow, light_hybrid.has_light, of_light) == 0u {

@@ -1,4 +1,4 @@
-// The heights of the vertices of a light volume: entry point. An invocation per texel.
+// The heights of the vertices of a light volume: entry point. One invocation per texel.
 //
 // Needs the parts face.wgsl and mesh.wgsl.
 
@@ -6,7 +6,7 @@ struct Heights {
     // 0 for parallel rays, else the tangent of half the opening angle.
     tan: f32,
     resolution: u32,
-    // Of all pictures.
+    // The number of texels of all pictures.
     texels: u32,
     padding: u32,
 }
@@ -33,6 +33,7 @@ fn find_heights(
     let n = record.resolution;
     let centre = vec2<f32>(vec2(index % n, index / n % n) * 2u + 1u) / f32(n) - 1.0;
     let at = centre * record.tan;
-    // The depth is the length of the way, which is z times this.
+    // The depth is the distance from the light, which is z times this root; the height is
+    // −1/z, so that planes are linear in the picture.
     heights[index] = -sqrt(at.x * at.x + at.y * at.y + 1.0) / max(depth, light_volume_NEAREST);
 }

@@ -1,11 +1,11 @@
-// A level of the quadtree of a light volume: entry point. An invocation per node.
+// Makes a level of the quadtree of a light volume: entry point. One invocation per node.
 //
 // Needs the parts face.wgsl and mesh.wgsl.
 
 struct Level {
     mesh: light_volume_Layout,
     level: u32,
-    // Nodes of all pictures.
+    // The number of nodes of the level, of all pictures.
     nodes: u32,
     padding_a: u32,
     padding_b: u32,
@@ -13,6 +13,8 @@ struct Level {
 
 @group(0) @binding(0) var<uniform> record: Level;
 @group(0) @binding(1) var<storage> heights: array<f32>;
+// The least and the greatest height of a node; in the opposite order for a patch, which two
+// triangles approximate.
 @group(0) @binding(2) var<storage, read_write> nodes: array<vec2<f32>>;
 
 fn first_node(level: u32) -> u32 {

@@ -10,7 +10,7 @@ const light_volume_FALLING: u32 = 1u;
 const light_volume_RISING: u32 = 2u;
 const light_volume_WALL: u32 = 3u;
 
-// See `Layout`.
+// How the vertices and nodes of a mesh lie in memory; see `Layout`.
 struct light_volume_Layout {
     width: vec2<f32>,
     tolerance: f32,
@@ -23,29 +23,31 @@ struct light_volume_Layout {
     first: array<vec4<u32>, 5>,
 }
 
-// The width of a texel at the distance of a vertex, as a height.
+// The width of a texel at the distance of a vertex, in the unit of heights.
 fn light_volume_width(width: vec2<f32>, height: f32) -> f32 {
     return width.x + width.y * abs(height);
 }
 
-// Nodes of a level along a side.
+// The number of nodes of a level along a side.
 fn light_volume_side(resolution: u32, level: u32) -> u32 {
     return (resolution >> level) + 1u;
 }
 
-// The number of the vertex before a cell, or of its neighbour at the border.
+// The index of the vertex at the lower corner of a cell; beyond the border that of the
+// nearest vertex.
 fn light_volume_vertex(resolution: u32, face: u32, cell: vec2<i32>) -> u32 {
     let at = vec2<u32>(clamp(cell - 1, vec2(0), vec2(i32(resolution) - 1)));
     return (face * resolution + at.y) * resolution + at.x;
 }
 
-// Which of the two triangles joins the corners that are more alike.
+// Which of the two ways to divide a square joins the corners that are more alike.
 fn light_volume_triangles(corners: vec4<f32>) -> u32 {
     let is_falling = abs(corners.x - corners.w) <= abs(corners.y - corners.z);
     return select(light_volume_RISING, light_volume_FALLING, is_falling);
 }
 
-// Base and slopes of the surface at a place of a square.
+// The height at the first corner of a square and the slopes of the surface at a place of the
+// square, from (0, 0) to (1, 1).
 fn light_volume_plane(kind: u32, corners: vec4<f32>, at: vec2<f32>) -> vec3<f32> {
     let a = corners.x;
     let b = corners.y;

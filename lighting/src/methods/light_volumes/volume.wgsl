@@ -2,47 +2,48 @@
 //
 // Needs the parts face.wgsl, place.wgsl, line.wgsl and mesh.wgsl and the variables
 //   light_volume: light_Volume
-//   light_volume_heights: array<f32>, of the vertices, face after face, row by row
-//   light_volume_nodes: array<vec2<f32>>
+//   light_volume_heights: array<f32>, of the vertices, face by face, row by row
+//   light_volume_nodes: array<vec2<f32>>, see level.wgsl
 
 struct light_Volume {
     pictures: light_Pictures,
     mesh: light_volume_Layout,
 }
 
-// Positions end here.
+// Rays end at this position at the latest.
 const light_volume_FARTHEST: f32 = 1e18;
 
-// What comes next.
+// What the cursor does next: it enters a picture, asks a node, or takes a piece of a patch.
 const light_volume_PICTURE: u32 = 0u;
 const light_volume_NODE: u32 = 1u;
 const light_volume_PIECE: u32 = 2u;
 
 struct light_volume_Cursor {
     next: u32,
-    // Positions on the ray are measured from the foot point; this one is reached.
+    // The position reached, and the end of the ray. Positions on the ray are measured from
+    // the foot point.
     s: f32,
     end: f32,
     // From the light to the position 0.
     base: vec3<f32>,
-    // The picture and the part of the ray in it.
+    // The picture, and the part of the ray in it.
     face: u32,
     a: f32,
     b: f32,
-    // In cells: homogeneous coordinates at the position 0, and their slope; height
-    // times w, and its slope.
+    // Homogeneous coordinates at the position 0, in cells, and their slope; the height of
+    // the ray times w, and its slope.
     at: vec3<f32>,
     slope: vec3<f32>,
     height: vec2<f32>,
-    // The cell at s, and the last one.
+    // The cell at s, the last one, and the level of the node to be asked.
     cell: vec2<i32>,
     last: vec2<i32>,
     level: u32,
-    // A square of cells and where the ray leaves it.
+    // A square of cells, where the ray leaves it along each axis, and the first of these.
     origin: vec2<i32>,
     exits: vec2<f32>,
     exit: f32,
-    // Its surface, and where another part of it begins.
+    // The surface over it, and where the ray crosses from one piece of it to another.
     kind: u32,
     corners: vec4<f32>,
     splits: vec2<f32>,
@@ -75,14 +76,14 @@ fn light_volume_height(face: u32, cell: vec2<i32>) -> f32 {
     return light_volume_heights[light_volume_vertex(light_volume.mesh.resolution, face, cell)];
 }
 
-// The cells at a position.
+// The cell at a position.
 fn light_volume_cell(cursor: ptr<function, light_volume_Cursor>, s: f32) -> vec2<i32> {
     let at = (*cursor).at + s * (*cursor).slope;
     var place: vec2<f32>;
     if at.z > 0.0 {
         place = at.xy / at.z;
     } else if (*cursor).slope.z != 0.0 && all(at.xy == vec2(0.0)) {
-        // At the light itself the ray is where it goes.
+        // At the light itself the ray counts as being where it goes.
         place = (*cursor).slope.xy / (*cursor).slope.z;
     } else {
         place = light_FAR * sign(at.xy);
@@ -91,7 +92,7 @@ fn light_volume_cell(cursor: ptr<function, light_volume_Cursor>, s: f32) -> vec2
     return vec2<i32>(clamp(floor(place), vec2(0.0), vec2(side)));
 }
 
-// Where a x + b y + c is 0, x and y in cells; before all where it is nowhere.
+// Where a x + b y + c is 0 along the ray, with x and y in cells; −light_FAR if it never is.
 fn light_volume_crossing(cursor: ptr<function, light_volume_Cursor>, line: vec3<f32>) -> f32 {
     let slope = dot(line, (*cursor).slope);
     if slope == 0.0 {
@@ -100,7 +101,7 @@ fn light_volume_crossing(cursor: ptr<function, light_volume_Cursor>, line: vec3<
     return -dot(line, (*cursor).at) / slope;
 }
 
-// Where the ray leaves a square of cells, along an axis.
+// The position at which the ray leaves a square of cells along an axis.
 fn light_volume_exit(
     cursor: ptr<function, light_volume_Cursor>,
     axis: u32,
@@ -132,7 +133,7 @@ fn light_volume_begin(cursor: ptr<function, light_volume_Cursor>, path: light_Pa
     let last = light_volume_cell(cursor, (*cursor).b);
     (*cursor).cell = first;
     (*cursor).last = last;
-    // The smallest node with all of the way, or the patch that it is a part of.
+    // The smallest node that contains the whole part, or the patch that contains that.
     let differ = u32((first.x ^ last.x) | (first.y ^ last.y));
     var level = max(32u - countLeadingZeros(differ), 1u);
     while level < light_volume.mesh.levels {
@@ -146,7 +147,7 @@ fn light_volume_begin(cursor: ptr<function, light_volume_Cursor>, path: light_Pa
     (*cursor).next = light_volume_NODE;
 }
 
-// How far before a plane over the square the ray is, times w: linear in s.
+// How far in front of a plane over the square the ray is, times w, which is linear in s.
 fn light_volume_before(
     cursor: ptr<function, light_volume_Cursor>,
     plane: vec3<f32>,
@@ -158,7 +159,7 @@ fn light_volume_before(
     return plane.x * at.z + dot(plane.yz, inside) - height;
 }
 
-// Goes on behind a square.
+// Goes on behind the square.
 fn light_volume_advance(cursor: ptr<function, light_volume_Cursor>) {
     let exits = (*cursor).exits;
     let b = (*cursor).b;
@@ -174,7 +175,7 @@ fn light_volume_advance(cursor: ptr<function, light_volume_Cursor>) {
     let is_falling = (*cursor).last[step] < origin[step];
     let old = select(origin[step] + size - 1, origin[step], is_falling);
     let beyond = select(old + 1, old - 1, is_falling);
-    // Onwards, no farther than the square or the end.
+    // Along the other axis it goes on, but no farther than the square or the end.
     let now = (*cursor).cell[other];
     let last = (*cursor).last[other];
     let across = light_volume_cell(cursor, (*cursor).exit)[other];
@@ -183,13 +184,14 @@ fn light_volume_advance(cursor: ptr<function, light_volume_Cursor>) {
         next = min(max(across, now), min(last, origin[other] + size - 1));
     }
     (*cursor).cell = select(vec2(beyond, next), vec2(next, beyond), step == 1u);
-    // The largest node that begins here is part of one that is known to be mixed.
+    // The largest node that begins here; those that contain it are known to be mixed.
     (*cursor).level = 31u - countLeadingZeros(u32(old ^ beyond));
     (*cursor).s = (*cursor).exit;
     (*cursor).next = light_volume_NODE;
 }
 
-// Looks at the square of a level that the ray is in; yields it if all is lit.
+// Asks the node that the ray is in; returns the ray's part in it if all of it is lit, else an
+// empty part.
 fn light_volume_look(cursor: ptr<function, light_volume_Cursor>) -> vec2<f32> {
     let level = (*cursor).level;
     let face = (*cursor).face;
@@ -257,7 +259,7 @@ fn light_volume_look(cursor: ptr<function, light_volume_Cursor>) -> vec2<f32> {
     return vec2(0.0);
 }
 
-// Whether all of a part is before a height, or at it.
+// Whether all of a part is in front of a height, or at it.
 fn light_volume_is_before(
     cursor: ptr<function, light_volume_Cursor>,
     height: f32,

@@ -9,9 +9,9 @@ struct Scene {
     tiles: u32,
     // Whether lit parts that touch are joined before they are evaluated.
     joined: u32,
-    // Number of the first light in the visibility source.
+    // The number of the first light in the visibility source.
     first: u32,
-    // The entries of each list that are gathered.
+    // The entries of each list that this dispatch gathers: the first, and how many at most.
     entry: u32,
     most: u32,
     // Where the texels of cookies begin in the table.
@@ -23,8 +23,8 @@ struct Scene {
 @group(0) @binding(1) var<storage> rays: array<light_Ray>;
 // The lights, MANY_LIGHT entries each; then the texels of their cookies.
 @group(0) @binding(2) var<storage> table: array<vec4<u32>>;
-// Where the list of each tile begins and the last one ends; then the number of each ray and
-// its tile, tile by tile; then the lists.
+// First where the list of each tile begins, and where the last one ends; then the number of
+// each ray and its tile, tile by tile; then the lists.
 @group(0) @binding(3) var<storage> lists: array<u32>;
 @group(0) @binding(4) var<storage, read_write> radiance: array<vec4<f32>>;
 

@@ -1,11 +1,11 @@
-// Many lights in a table, and the one that all questions are about.
+// Many lights in a table, and the current one, for which the functions below answer.
 //
 // Needs, from the entry point,
 //   table: array<vec4<u32>>    the lights, MANY_LIGHT entries each; then the texels of
 //                              their cookies
 //   scene                      with the medium, and in `cookies` where the texels begin
 
-// A light and where its cookie begins, from the first texel of all cookies.
+// A light, and where its cookie begins among the texels of all cookies.
 struct ManyLight {
     emitter: light_Emitter,
     cookie: u32,
@@ -17,7 +17,7 @@ struct ManyLight {
 // Entries of the table for a ManyLight.
 const MANY_LIGHT = 7u;
 
-// The light that is being gathered, and its number in the visibility source.
+// The current light, and its number in the visibility source.
 var<private> many_light: ManyLight;
 var<private> many_number: u32;
 

@@ -1,23 +1,23 @@
 // Visibility: a march in equal steps of distance, of angle or of the picture of a
-// spotlight, one question each.
+// spotlight, which asks for the visibility once in each step.
 //
 // Needs the variable
 //   light_march: light_March
-// and the slot of what is asked,
+// and the slot of the point visibility,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 
-// Values of `spacing`.
+// Values of `spacing`; others are equal steps of angle.
 const light_march_DISTANCE: u32 = 0u;
 const light_march_PICTURE: u32 = 2u;
 
-// The least depth of an end in front of a spotlight, as a share of that of the other.
+// The least depth of one end in front of a spotlight, as a share of that of the other end.
 const light_march_LEAST_DEPTH: f32 = 1e-3;
 
 struct light_March {
     steps: u32,
     spacing: u32,
-    // The first `stride · each` rays take every `stride`-th step, by runs of `each`
-    // rays from the first step, the second and so on.
+    // Interleaved rays: the first `stride · each` rays take every `stride`-th step. The first
+    // `each` of them begin with step 0, the next `each` with step 1, and so on.
     stride: u32,
     each: u32,
 }
@@ -28,10 +28,10 @@ struct light_march_Cursor {
     // Depths of the ends in front of a spotlight; 1 for steps of equal distance.
     depths: vec2<f32>,
     end: f32,
-    // Start of the next step, and its number.
+    // The start of the next step, and its number.
     start: f32,
     step: u32,
-    // From one step to the next.
+    // How many steps the ray goes on by.
     stride: u32,
 }
 
@@ -68,6 +68,7 @@ fn light_march_cursor(path: light_Path) -> light_march_Cursor {
     return cursor;
 }
 
+// The distance from the eye at the share t of the steps.
 fn light_march_position(cursor: light_march_Cursor, path: light_Path, t: f32) -> f32 {
     if cursor.equi_angular {
         return light_arc_position(cursor.arc, t);

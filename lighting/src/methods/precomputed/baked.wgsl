@@ -2,18 +2,18 @@
 // `BakedShadow`.
 //
 // Needs the parts POINT, PACKED, SPACE and RAY of shadow-dag, grids.wgsl, and
-//   fn light_baked_count() -> u32                           of grids of the light
-//   fn light_baked_grid(grid: u32) -> light_BakedGrid       the first is 0
+//   fn light_baked_count() -> u32                           the number of the light's grids
+//   fn light_baked_grid(grid: u32) -> light_BakedGrid       one of them, from 0 on
 
 struct light_baked_Cursor {
-    // The part of the path that is in each grid, and those that have been
-    // walked or never are, a bit for each.
+    // The part of the path that is in each grid, and a bit for each grid that has been walked
+    // or that the path does not meet.
     parts: array<vec2<f32>, light_MOST_GRIDS>,
     walked: u32,
-    // The one that is being walked; light_MOST_GRIDS for none.
+    // The grid that is being walked; light_MOST_GRIDS for none.
     grid: u32,
     walk: dag_Cursor,
-    // Where the path has been looked at up to.
+    // The distance up to which the path has been walked.
     reached: f32,
 }
 
@@ -31,8 +31,8 @@ fn light_baked_cursor(path: light_Path) -> light_baked_Cursor {
     return cursor;
 }
 
-// Grids lie side by side, so that a path is in one after the other. Between
-// them it is lit.
+// Grids lie side by side, so that a path runs through one after the other. Between them it is
+// lit.
 fn light_baked_next_lit(cursor: ptr<function, light_baked_Cursor>, path: light_Path) -> light_Lit {
     loop {
         let grid = (*cursor).grid;

@@ -1,5 +1,5 @@
-// The grids of the light that is being gathered, in the variable
-// light_baked_lights: array<light_Baked>.
+// The grids of the current light. Needs light_number() and the variable
+//   light_baked_lights: array<light_Baked>
 
 fn light_baked_count() -> u32 {
     return light_baked_lights[light_number()].count;

@@ -1,4 +1,5 @@
-// The grids of one light, in the variable light_baked: light_Baked.
+// The grids of one light. Needs the variable
+//   light_baked: light_Baked
 
 fn light_baked_count() -> u32 {
     return light_baked.count;

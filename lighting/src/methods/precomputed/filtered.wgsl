@@ -4,8 +4,8 @@
 // baked_many.wgsl and
 //   light_filter_width: u32    texels along each side of the window
 
-// Where grids meet, a window reaches over the rim of its grid into the next one's, which
-// has the rest of it: shadowed shares add up.
+// Where grids meet, a window that reaches over the rim of its grid has its rest in the next
+// one: the shadowed shares of all grids add up, since everything outside of a grid is lit.
 fn light_filtered_on_surface(point: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     let bias = light_baked_lights[light_number()].bias;
     var shadowed = 0.0;

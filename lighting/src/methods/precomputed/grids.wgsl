@@ -1,7 +1,7 @@
 // The grids of a light.
 //
 // Needs the parts POINT and SPACE of shadow-dag, and
-//   light_baked_words: array<u32>, those of all grids
+//   light_baked_words: array<u32>, the words of all grids
 
 const light_MOST_GRIDS: u32 = 6u;
 
@@ -13,7 +13,8 @@ struct light_BakedGrid {
 struct light_Baked {
     grids: array<light_BakedGrid, light_MOST_GRIDS>,
     count: u32,
-    // How far points of surfaces are lifted beyond half a filter's width, in voxels.
+    // How much farther than half a filter's width points of surfaces are lifted along their
+    // normal, in voxels.
     bias: f32,
 }
 

@@ -1,13 +1,14 @@
-// The moments of a level: entry points. At once, one invocation per texel; or rows
-// first, one per row of the map and column of texels, and then their sums. Sums of
-// rows are added up either way: few roundings of many texels.
+// The moments of a level: entry points. `prefilter` makes them at once, with one invocation
+// per texel. `sum_rows` first sums each row of a texel and `join_rows` then adds these up,
+// which occupies more invocations if texels are large. Either way texels are summed row by
+// row, so that few roundings add up.
 //
 // Needs the part level.wgsl.
 
 @group(0) @binding(0) var<uniform> level: light_Level;
-// Depths, or sums of rows.
+// What is read: depths, or sums of rows.
 @group(0) @binding(1) var<storage> values: array<f32>;
-// Moments, or sums of rows.
+// What is written: moments, or sums of rows.
 @group(0) @binding(2) var<storage, read_write> moments: array<f32>;
 
 struct Sums {
@@ -15,13 +16,14 @@ struct Sums {
     b: vec3<f32>,
 }
 
-// What a texel covers along an axis.
+// The texels of the map that a texel of the level covers along an axis: the first, and the
+// one behind the last.
 fn covered(number: u32) -> vec2<u32> {
     let first = number << level.level;
     return vec2(first, min(first + (1u << level.level), level.pictures.resolution));
 }
 
-// The sum over a part of a row of all faces.
+// The sum of the moments over a part of a row; rows of all faces are numbered through.
 fn of_row(row: u32, columns: vec2<u32>) -> Sums {
     var sums: Sums;
     for (var column = columns.x; column < columns.y; column++) {
@@ -40,7 +42,7 @@ fn store(texel: u32, sums: Sums) {
     }
 }
 
-// The number of a face, and of a row and a column of texels.
+// The face, row and column of a texel of the level.
 fn place(texel: u32) -> vec3<u32> {
     let width = level.side;
     return vec3(texel / (width * width), texel / width % width, texel % width);
@@ -88,7 +90,7 @@ fn join_rows(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    // One invocation per number of a texel.
+    // One invocation per channel of a texel.
     let index = gpu_index(workgroup, workgroups, local, 64u);
     let channels = level.channels;
     if index >= level.pictures.face_count * level.side * level.side * channels {

@@ -1,12 +1,12 @@
-// A level of a pyramid from the one that is twice as fine: entry point, one invocation per
-// number of a texel.
+// Makes a level of a pyramid from the one that is twice as fine: entry point, one invocation
+// per channel of a texel.
 //
 // Needs the part level.wgsl.
 
 struct Coarser {
     // The level that is made.
     level: light_Level,
-    // Where its moments and those of the finer level begin.
+    // Where the moments of the finer level begin, and where those of this one do.
     finer: u32,
     own: u32,
     padding_a: u32,

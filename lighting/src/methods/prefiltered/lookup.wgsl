@@ -1,11 +1,12 @@
 // How much light gets to a point, from filtered moments: the shader's side of
-// `PrefilteredMap`.
+// `PrefilteredMap`. The share of depths in front of the point is bounded from below by their
+// moments.
 //
 // Needs the part level.wgsl and the variables
 //   light_moments: light_Level
-//   light_moment_values: array<f32>, face by face, each row by row
+//   light_moment_values: array<f32>, face by face, row by row
 
-// Cantelli's inequality: the most that is not before z.
+// Cantelli's inequality: the largest share that is not in front of z.
 fn light_moments_not_before(mean: f32, square: f32, least_variance: f32, z: f32) -> f32 {
     let behind = z - mean;
     if !(behind > 0.0) {
@@ -15,10 +16,10 @@ fn light_moments_not_before(mean: f32, square: f32, least_variance: f32, z: f32)
     return variance / (variance + behind * behind);
 }
 
-// No loop but one of four turns is in here: a march calls this at each step, and some
-// software drivers end all loops of an invocation after 65,535 turns in all.
+// The only loop in this part has four rounds: a march calls it at each step, and some software
+// drivers end all loops of an invocation after 65,535 rounds in all.
 
-// B = L D Lᵀ of a Hankel matrix of four rows, or of three beside a row of zeros.
+// The factors B = L D Lᵀ of a Hankel matrix of four rows, or of three rows and one of zeros.
 struct light_moments_Factor {
     // L[1][0]; L[2][0], L[2][1]; L[3][0], L[3][1], L[3][2].
     second: f32,
@@ -32,7 +33,7 @@ fn light_moments_powers(x: f32) -> vec4<f32> {
     return vec4(1.0, x, x * x, x * x * x);
 }
 
-// Of the first six moments, or of four if not `is_six`.
+// The factors for six moments, or for the first four of them if not `is_six`.
 fn light_moments_factor(m: array<f32, 6>, is_six: bool) -> light_moments_Factor {
     var factor: light_moments_Factor;
     var all = m;
@@ -72,7 +73,7 @@ fn light_moments_solve(factor: light_moments_Factor, x: vec4<f32>) -> vec4<f32> 
     return vec4(y.x - factor.second * v - factor.third.x * z - factor.fourth.x * w, v, z, w);
 }
 
-// The weight of an atom at x if it lies before z.
+// The weight of an atom of the distribution at x, if it lies in front of z.
 fn light_moments_weight(factor: light_moments_Factor, x: f32, z: f32) -> f32 {
     if !(x < z) {
         return 0.0;
@@ -81,10 +82,10 @@ fn light_moments_weight(factor: light_moments_Factor, x: f32, z: f32) -> f32 {
     return 1.0 / dot(y * y, factor.inverse);
 }
 
-// Atoms beyond this weigh next to nothing, and stand for those that are not there.
+// Atoms beyond this weigh next to nothing; it stands for atoms that do not exist.
 const light_moments_FAR: f32 = 1e3;
 
-// The roots of a x² + b x + c in order.
+// The real roots of a x² + b x + c in order; light_moments_FAR for one that does not exist.
 fn light_moments_quadratic(a: f32, b: f32, c: f32) -> vec2<f32> {
     let root = sqrt(max(b * b - 4.0 * a * c, 0.0));
     let q = -0.5 * select(b + root, b - root, b < 0.0);
@@ -98,11 +99,13 @@ fn light_moments_quadratic(a: f32, b: f32, c: f32) -> vec2<f32> {
     return vec2(min(roots.x, roots.y), max(roots.x, roots.y));
 }
 
+// The cubic with coefficients p, the constant first, at x.
 fn light_moments_value(p: vec4<f32>, x: f32) -> f32 {
     return ((p.w * x + p.z) * x + p.y) * x + p.x;
 }
 
-// How far from a place where p turns a parabola of its curvature has its root.
+// How far from an extremum of p the parabola with the curvature there has its roots: a start
+// for Newton's method.
 fn light_moments_away(p: vec4<f32>, turn: f32) -> f32 {
     let curvature = 6.0 * p.w * turn + 2.0 * p.z;
     let square = -2.0 * light_moments_value(p, turn);
@@ -112,7 +115,8 @@ fn light_moments_away(p: vec4<f32>, turn: f32) -> f32 {
     return sqrt(square / curvature);
 }
 
-// One of Newton's steps from z in the bracket from x to y, or half of the bracket.
+// A step of Newton's method from bracket.z within the bracket from x to y; the middle of the
+// bracket where it would leave it.
 fn light_moments_step(p: vec4<f32>, bracket: vec3<f32>, is_rising: bool) -> vec3<f32> {
     let x = bracket.z;
     let y = light_moments_value(p, x);
@@ -133,7 +137,8 @@ fn light_moments_three_steps(p: vec4<f32>, bracket: vec3<f32>, is_rising: bool) 
     return light_moments_step(p, light_moments_step(p, first, is_rising), is_rising);
 }
 
-// The root between left and right, sought from start; FAR if there is none.
+// The root between left and right, sought from start; light_moments_FAR if there is none.
+// Nine steps suffice from a start that light_moments_away gave.
 fn light_moments_root(p: vec4<f32>, left: f32, right: f32, start: f32) -> f32 {
     let is_rising = light_moments_value(p, left) <= 0.0;
     if is_rising == (light_moments_value(p, right) <= 0.0) {
@@ -146,7 +151,7 @@ fn light_moments_root(p: vec4<f32>, left: f32, right: f32, start: f32) -> f32 {
     return light_moments_three_steps(p, bracket, is_rising).z;
 }
 
-// The roots of a cubic.
+// The real roots of a cubic; light_moments_FAR for those that do not exist.
 fn light_moments_cubic(p: vec4<f32>) -> vec3<f32> {
     let far = light_moments_FAR;
     let turns = light_moments_quadratic(3.0 * p.w, 2.0 * p.z, p.y);
@@ -161,7 +166,9 @@ fn light_moments_cubic(p: vec4<f32>) -> vec3<f32> {
     );
 }
 
-// The least share of a distribution with 4 or 6 moments that lies before z.
+// The least share of a distribution with these 4 or 6 moments that lies in front of z. The
+// moments are first mixed with those of the even distribution on −1 to 1, by `bias`, so that
+// rounding cannot make them impossible.
 fn light_moments_least_before(moments: array<f32, 6>, is_six: bool, bias: f32, z: f32) -> f32 {
     var m = moments;
     m[0] -= bias * m[0];
@@ -182,6 +189,7 @@ fn light_moments_least_before(moments: array<f32, 6>, is_six: bool, bias: f32, z
     return min(sum, 1.0);
 }
 
+// The share of light that gets to the scaled depth z past depths with these moments.
 fn light_moments_share(kind: u32, moments: array<f32, 6>, z: f32) -> f32 {
     var m = moments;
     switch kind {
@@ -205,14 +213,15 @@ fn light_moments_share(kind: u32, moments: array<f32, 6>, z: f32) -> f32 {
     }
 }
 
-// Where the texels of a level are: its first number, the level, and texels per side.
+// Where the texels of a level are: the place of its first moment, the level, and its texels
+// per side.
 struct light_MomentTexels {
     first: u32,
     level: u32,
     side: u32,
 }
 
-// The share of light that gets to the depth z past a texel.
+// The share of light that gets to the scaled depth z past a texel.
 fn light_moments_past(
     texels: light_MomentTexels,
     face: u32,
@@ -237,7 +246,7 @@ fn light_moments_past(
     return light_moments_share(light_moments.kind, moments, z);
 }
 
-// The same between the four texels around a texel of the map.
+// The same, bilinear between the four texels around a place of the map, in texels of the map.
 fn light_moments_in(
     texels: light_MomentTexels,
     face: u32,

@@ -1,10 +1,10 @@
-// The mean share of light along a short way: the shader's side of `MomentPyramid`.
+// The mean share of light along a short interval: the shader's side of `MomentPyramid`.
 //
 // Needs the part lookup.wgsl, whose level is the finest one, and the variable
 //   light_pyramid: light_Pyramid
 
 struct light_Pyramid {
-    // The number at which the moments of each level begin, the finest first.
+    // Where the moments of each level begin, the finest first.
     firsts: array<vec4<u32>, 5>,
     count: u32,
     padding_a: u32,
@@ -12,8 +12,8 @@ struct light_Pyramid {
     padding_c: u32,
 }
 
-// Texels that a way of `along`, in its middle at the origin of a face plus `v`, is long in
-// the picture.
+// The length, in texels of the picture, of an interval `along` whose middle is at the origin
+// of a face plus `v`.
 fn light_pyramid_texels(face: light_Face, v: vec3<f32>, along: vec3<f32>) -> f32 {
     var way = vec2(dot(along, face.right), dot(along, face.up));
     if face.tan > 0.0 {
@@ -36,7 +36,7 @@ fn light_moments_between(start: vec3<f32>, end: vec3<f32>) -> vec3<f32> {
     if texel.x < 0.0 {
         return vec3(1.0);
     }
-    // One level finer than the way is long: its exponent, rounded down.
+    // One level finer than the interval is long: the exponent of its length, less one.
     let texels = light_pyramid_texels(face, v, end - start);
     let exponent = i32(bitcast<u32>(texels) >> 23u) - 127;
     let finest = i32(light_moments.level);

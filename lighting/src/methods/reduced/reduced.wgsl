@@ -1,19 +1,20 @@
-// Pictures from samples: what Choice and Filling are on the CPU. One invocation for each
-// sample (join_subsets) or each pixel (fill_between).
+// Fills pictures from samples: the shader's side of `Choice` and `Filling`. One invocation
+// per sample (join_subsets) or per pixel (fill_between).
 
 struct Grid {
-    // Of the picture, pixels.
+    // Pixels of the picture.
     columns: u32,
     rows: u32,
-    // Of the samples: every `block`-th pixel, and the last.
+    // Samples: every `block`-th pixel, and the last.
     sample_columns: u32,
     sample_rows: u32,
-    // Of windows over the samples, and how many there are.
+    // Windows over the samples: those of a row, and all.
     window_columns: u32,
     window_count: u32,
+    // Pixels per side of a block, and samples per side of a window.
     block: u32,
     window: u32,
-    // Whether only samples count that resemble a pixel; a Gaussian otherwise.
+    // Whether only samples that resemble a pixel count; else the filter is a Gaussian.
     bilateral: u32,
     padding_a: u32,
     padding_b: u32,
@@ -27,15 +28,19 @@ struct Ray {
     padding: f32,
 }
 
+// Stands for the ray of what has none to itself.
 const NONE: u32 = 0xffffffffu;
+// Longer rays count as this long.
 const FARTHEST: f32 = 1e18;
+// How fast the resemblance falls with the relative distance from the plane, and with the
+// angle between the normals.
 const PER_LENGTH: f32 = 10.0;
 const PER_TURN: f32 = 2.5;
 
 @group(0) @binding(0) var<uniform> grid: Grid;
 @group(0) @binding(1) var<storage> rays: array<Ray>;
-// The plane of the surface that each pixel sees: q of the points P with q · P = 1, and
-// its distance 1 / |q|; zeros for the sky.
+// The plane of the surface that each pixel sees, which is the points P with q · P = 1: q,
+// and the plane's distance 1 / |q|; zeros for the sky.
 @group(0) @binding(2) var<storage> planes: array<vec4<f32>>;
 // The number of the ray that a sample or a pixel has to itself.
 @group(0) @binding(3) var<storage> own: array<u32>;
@@ -45,24 +50,27 @@ const PER_TURN: f32 = 2.5;
 @group(0) @binding(5) var<storage> samples: array<vec4<f32>>;
 @group(0) @binding(6) var<storage, read_write> radiance: array<vec4<f32>>;
 
+// The pixel of a sample.
 fn pixel_of(sample: vec2<u32>) -> u32 {
     let place = min(sample * grid.block, vec2(grid.columns, grid.rows) - 1u);
     return place.y * grid.columns + place.x;
 }
 
+// Where the light of a sample was gathered: subsets of the samples come one after the other.
 fn slot_of(sample: vec2<u32>) -> u32 {
     let n = grid.window;
     let subset = (sample.y % n) * n + sample.x % n;
     return subset * grid.window_count + (sample.y / n) * grid.window_columns + sample.x / n;
 }
 
-// Tukey's.
+// Tukey's biweight: 1 at 0, falling to 0 at 1.
 fn biweight(e: f32) -> f32 {
     let limited = min(e, 2.0);
     let left = max(1.0 - limited * limited, 0.0);
     return left * left;
 }
 
+// How much what a sample sees resembles what a pixel sees, from 0 to 1.
 fn resemblance(pixel: u32, sample: u32) -> f32 {
     if grid.bilateral == 0u {
         return 1.0;
@@ -84,6 +92,7 @@ fn left_at(offset: i32) -> f32 {
     return left * left;
 }
 
+// The light of each sample, from those around it of all subsets, which share lights or steps.
 @compute @workgroup_size(64)
 fn join_subsets(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -122,8 +131,8 @@ fn join_subsets(
     radiance[i] += vec4(sum / f32(n * n), 0.0);
 }
 
-// The sample before a place along a side, and the weights of four samples from the one
-// before it on.
+// The weights of four samples along a side around a pixel, from the one in front of the
+// sample that begins the pixel's block on.
 fn weights_between(place: u32, side: u32) -> vec4<f32> {
     let start = place / grid.block * grid.block;
     let width = min(start + grid.block, side - 1u) - start;
@@ -134,6 +143,7 @@ fn weights_between(place: u32, side: u32) -> vec4<f32> {
     return vec4(0.25 * (1.0 - f), 0.5 - 0.25 * f, 0.25 + 0.25 * f, 0.25 * f);
 }
 
+// The light of each pixel, from the samples around it.
 @compute @workgroup_size(64)
 fn fill_between(
     @builtin(workgroup_id) workgroup: vec3<u32>,

@@ -1,8 +1,9 @@
-// Visibility: planes parallel to the picture, one question each.
+// Visibility: slabs parallel to the picture; the visibility at the middle plane of each holds
+// for the slab.
 //
 // Needs the variable
 //   light_slices: light_Slices
-// and the slot of what is asked,
+// and the slot of the point visibility,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 
 // The cosine of the largest angle between a ray and the axis.
@@ -10,20 +11,20 @@ const light_slices_LEAST_COS: f32 = 1.8e-3;
 
 struct light_Slices {
     forward: vec3<f32>,
-    // Along the axis, metres.
+    // The thickness of a slab along the axis, m.
     thickness: f32,
     count: u32,
-    // Depth of the first slab, metres.
+    // The depth of the first slab, m.
     near: f32,
     padding_a: u32,
     padding_b: u32,
 }
 
 struct light_slices_Cursor {
-    // Along the ray.
+    // The same along the ray.
     near: f32,
     thickness: f32,
-    // Number of the next slab.
+    // The number of the next slab.
     slab: u32,
 }
 
@@ -33,7 +34,7 @@ fn light_slices_cursor(path: light_Path) -> light_slices_Cursor {
     if !(thickness > 0.0) {
         return light_slices_Cursor(0.0, 0.0, light_slices.count);
     }
-    // Slabs before the span are passed over.
+    // Slabs in front of the path are skipped.
     let near = light_slices.near / cos;
     let first = clamp((path.start - near) / thickness, 0.0, f32(light_slices.count));
     return light_slices_Cursor(near, thickness, u32(first));

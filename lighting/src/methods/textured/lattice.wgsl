@@ -18,11 +18,11 @@ const light_lattice_THROUGH: u32 = 2u;
 struct light_Steps {
     axis: vec3<f32>,
     placement: u32,
-    // Across the beam.
+    // Steps across the beam.
     count: f32,
-    // The angle of one at the light.
+    // The angle of a step at the light.
     turn: f32,
-    // Length of the beam over their number, and how much more one across it counts.
+    // The length of a step along the beam, and how much more a length across the beam counts.
     length: f32,
     stretch: f32,
 }
@@ -30,16 +30,17 @@ struct light_Steps {
 // Numbered positions along a ray.
 struct light_Lattice {
     kind: u32,
-    // At equal distances.
+    // For equal distances, the first position and the distance between two.
     from_here: f32,
     step: f32,
-    // At equal angles: the direction from the light to the eye, along that to the foot
-    // point and along the ray. On a ray through the light there is a position at it alone.
+    // For equal angles, the direction from the light to the eye, in components towards the
+    // foot point and along the ray, and the angle between two positions. A ray through the
+    // light has a position at the light alone.
     eye: vec2<f32>,
     turn: f32,
 }
 
-// The steps of a ray, of which those within `part` are wanted.
+// The steps of a ray that lie within `part`.
 fn light_lattice(steps: light_Steps, path: light_Path, part: vec2<f32>) -> light_Lattice {
     var lattice: light_Lattice;
     let whole = part.y - part.x;
@@ -56,7 +57,7 @@ fn light_lattice(steps: light_Steps, path: light_Path, part: vec2<f32>) -> light
         return lattice;
     }
     lattice.from_here = part.x;
-    // No number of steps of 0 m is enough.
+    // A step is not 0, or the positions would not advance.
     lattice.step = max(whole / steps.count, 1e-30);
     if steps.placement == light_steps_LENGTH {
         let aside = cross(path.direction, steps.axis);
@@ -71,14 +72,14 @@ fn light_lattice(steps: light_Steps, path: light_Path, part: vec2<f32>) -> light
     return lattice;
 }
 
-// The number of the last position that is not behind the distance x, to rounding.
+// The index of the last position that is not behind the distance x, to rounding.
 fn light_lattice_number(lattice: light_Lattice, path: light_Path, x: f32) -> f32 {
     if lattice.kind == light_lattice_THROUGH {
         return select(0.0, 1.0, x >= path.foot);
     }
     if lattice.kind == light_lattice_TURNS {
-        // The angle between the directions to the eye and to x, without a difference of
-        // the two.
+        // This is the angle between the directions to the eye and to x, without a difference
+        // of two angles.
         let across = path.h * x;
         let along = path.h * path.h - path.foot * (x - path.foot);
         return floor(light_angle(across, along) / lattice.turn);
@@ -86,7 +87,7 @@ fn light_lattice_number(lattice: light_Lattice, path: light_Path, x: f32) -> f32
     return max(floor((x - lattice.from_here) / lattice.step), 0.0);
 }
 
-// A position; light_FAR if there is none.
+// The position with this index; light_FAR if there is none.
 fn light_lattice_position(lattice: light_Lattice, path: light_Path, number: f32) -> f32 {
     if lattice.kind == light_lattice_THROUGH {
         return select(light_FAR, path.foot, number <= 1.0);
@@ -98,20 +99,20 @@ fn light_lattice_position(lattice: light_Lattice, path: light_Path, number: f32)
     if angle >= light_PI {
         return light_FAR;
     }
-    // Cosine and sine.
+    // Cosine and sine of the angle.
     var turned = vec2(light_sin(abs(0.5 * light_PI - angle)), light_sin(min(angle, light_PI - angle)));
     turned.x = select(turned.x, -turned.x, angle > 0.5 * light_PI);
     let along = lattice.eye.y * turned.x + lattice.eye.x * turned.y;
     let towards = lattice.eye.x * turned.x - lattice.eye.y * turned.y;
-    // Rays of the light that do not come down to the line of the eye's.
+    // Beyond this angle, rays of the light do not meet the ray from the eye.
     if towards <= 1e-12 {
         return light_FAR;
     }
     return path.foot + path.h * (along / towards);
 }
 
-// The middle of a step or of a part of it: half of its angle, or of its length where that
-// has none.
+// The middle of a step or of a part of it: half of its angle, or half of its length if it has
+// no angle.
 fn light_lattice_middle(lattice: light_Lattice, path: light_Path, start: f32, end: f32) -> f32 {
     if lattice.kind != light_lattice_TURNS {
         return clamp(0.5 * start + 0.5 * end, start, end);
@@ -121,6 +122,6 @@ fn light_lattice_middle(lattice: light_Lattice, path: light_Path, start: f32, en
     let d_a = sqrt(a * a + path.h * path.h);
     let d_b = sqrt(b * b + path.h * path.h);
     let sum = d_a + d_b;
-    // The bisector of two directions meets the ray by the ratio of distances.
+    // The bisector of two directions divides the ray in the ratio of their distances.
     return clamp(path.foot + (a * (d_b / sum) + b * (d_a / sum)), start, end);
 }

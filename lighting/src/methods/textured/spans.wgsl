@@ -1,7 +1,7 @@
 // Visibility: a shadow map that is asked between the front of the first shadow volume and
 // the back of the last one; the shader's side of `ShadowSpans`.
 //
-// Needs hybrid.wgsl and what it needs, lattice.wgsl, the slot of what is asked,
+// Needs search.wgsl and what it needs, lattice.wgsl, the slot of the point visibility,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
 // and the variable
 //   light_spans: light_Steps
@@ -12,15 +12,15 @@ const light_spans_HALVINGS: u32 = 3u;
 struct light_spans_Cursor {
     lattice: light_Lattice,
     end: f32,
-    // What the map is asked about.
+    // The part about which the map is asked.
     asked: vec2<f32>,
-    // Start of the next step, and the number of the position before it.
+    // The start of the next step, and the index of the position in front of it.
     at: f32,
     number: f32,
     was_lit: bool,
-    // Where the run that is open begins.
+    // Where the run at hand begins.
     lit_from: f32,
-    // Where it was known last whether there is light, if it was.
+    // Whether it is known for any position if it is lit, and the last such position.
     knows: bool,
     last: f32,
 }
@@ -60,7 +60,7 @@ fn light_spans_is_lit(path: light_Path, x: f32) -> bool {
     return light_point_visibility(path.origin + x * path.direction).x > 0.0;
 }
 
-// Where the light changes between two positions.
+// Where the light changes between two positions, found by halving.
 fn light_spans_border(path: light_Path, first: f32, second: f32, was_lit: bool) -> f32 {
     var before = first;
     var after = second;
@@ -89,7 +89,7 @@ fn light_spans_next_lit(cursor: ptr<function, light_spans_Cursor>, path: light_P
         let middle = light_lattice_middle((*cursor).lattice, path, start, end);
         let was_lit = (*cursor).was_lit;
         let is_lit = light_spans_is_lit(path, middle);
-        // A ray that begins in shadow has no border there.
+        // The start of a ray is no border, even if the ray begins in shadow.
         var border = start;
         if is_lit != was_lit && (*cursor).knows {
             border = light_spans_border(path, (*cursor).last, middle, was_lit);

@@ -23,16 +23,16 @@ struct light_Textured {
     is_spot: u32,
     // Whether there is light outside of the cone.
     is_open: u32,
-    // Mip levels finer than a step.
+    // By how many mip levels a lookup is finer than the step.
     finer: f32,
     level_count: u32,
     padding: vec2<u32>,
     steps: light_Steps,
-    // Width, height and first texel.
+    // Width, height and first texel of each level.
     levels: array<vec4<u32>, 32>,
 }
 
-// What a run is a part of.
+// Where a run lies: in front of the cone, in it, or behind it.
 const light_textured_BEFORE: u32 = 0u;
 const light_textured_INSIDE: u32 = 1u;
 const light_textured_BEHIND: u32 = 2u;
@@ -40,14 +40,15 @@ const light_textured_NOWHERE: u32 = 3u;
 
 struct light_textured_Cursor {
     shadows: light_textured_Shadows,
-    // Of what is in the cone, and of all.
+    // The steps in the cone, and those of the whole ray.
     lattice: light_Lattice,
     whole_lattice: light_Lattice,
+    // The whole ray, and its part in the cone.
     whole: vec2<f32>,
     inside: vec2<f32>,
-    // Where the rim begins and ends.
+    // Where the ray crosses the inner edge of the cone's rim.
     rim: vec2<f32>,
-    // The run at hand, where in it the next step begins, and the number of the position
+    // The run at hand, where in it the next step begins, and the index of the position
     // behind that.
     run: light_Lit,
     at: f32,
@@ -55,7 +56,7 @@ struct light_textured_Cursor {
     place: u32,
 }
 
-// The path, of which only what is in the cone can be lit.
+// The part of the path in the cone.
 fn light_textured_path(path: light_Path, inside: vec2<f32>) -> light_Path {
     var part = path;
     part.start = inside.x;
@@ -77,7 +78,7 @@ fn light_textured_cursor(path: light_Path) -> light_textured_Cursor {
         }
     }
     if !(cursor.inside.x < cursor.inside.y) {
-        // All of the ray is before it.
+        // The ray misses the cone: all of it counts as in front of it.
         cursor.inside = cursor.whole.yy;
     }
     cursor.whole_lattice = light_lattice(light_textured.steps, path, cursor.whole);
@@ -90,7 +91,7 @@ fn light_textured_cursor(path: light_Path) -> light_textured_Cursor {
     return cursor;
 }
 
-// The next run is divided from its start on.
+// Begins with a run at its first step.
 fn light_textured_begin(
     cursor: ptr<function, light_textured_Cursor>,
     path: light_Path,
@@ -101,6 +102,7 @@ fn light_textured_begin(
     (*cursor).number = light_lattice_number(light_textured_lattice(cursor), path, run.start);
 }
 
+// The steps of the run at hand.
 fn light_textured_lattice(cursor: ptr<function, light_textured_Cursor>) -> light_Lattice {
     if (*cursor).place == light_textured_INSIDE {
         return (*cursor).lattice;
@@ -137,7 +139,7 @@ fn light_textured_next_run(
     return false;
 }
 
-// Where a position is seen in the cookie.
+// Where the cookie is seen in a direction from the light, from (0, 0) to (1, 1).
 fn light_textured_uv(v: vec3<f32>) -> vec2<f32> {
     let front = dot(light_textured.axis, v) * light_textured.tan_outer;
     // At the light itself there is no direction.
@@ -152,7 +154,7 @@ fn light_textured_texel(index: u32) -> vec3<f32> {
     return vec3(light_textured_texels[i], light_textured_texels[i + 1u], light_textured_texels[i + 2u]);
 }
 
-// Bilinear, holding the border.
+// A level of the cookie at a place, bilinear between texels; beyond its border it is as there.
 fn light_textured_bilinear(number: u32, uv: vec2<f32>) -> vec3<f32> {
     let level = light_textured.levels[number];
     let at = clamp(uv, vec2(0.0), vec2(1.0)) * vec2<f32>(level.xy) - 0.5;
@@ -169,7 +171,8 @@ fn light_textured_bilinear(number: u32, uv: vec2<f32>) -> vec3<f32> {
     return mix(above, below, f.y);
 }
 
-// The share of the light that comes through the cone, in the mean over a step.
+// The mean share of the light that comes through the cone over a step, which is given by its
+// start, its middle and its end.
 fn light_textured_colour(path: light_Path, step: vec3<f32>, is_inside: bool) -> vec3<f32> {
     if light_textured.is_spot == 0u {
         return vec3(1.0);

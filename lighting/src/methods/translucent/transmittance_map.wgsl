@@ -3,17 +3,17 @@
 // Needs the parts place.wgsl and those of `transmittance::gpu::lookup_parts`, and
 // the variables
 //   light_curves: light_Pictures
-//   light_curve_words: array<u32>, the curves of face after face, and of colour after
-//   colour where there are several
+//   light_curve_words: array<u32>, the curves face by face; with curves for each colour, all
+//   faces of red first, then those of green and of blue
 
-// Texels per side of the filter, 0 for the nearest texel.
+// Texels per side of the filter; 0 for the nearest texel.
 override SIDE: u32 = 1u;
 // Words of the curves of a face.
 override FACE_WORDS: u32 = 0u;
 // Whether red, green and blue have curves of their own.
 override COLOURS: bool = false;
 
-// The first word of the face that is looked at.
+// The first word of the face that is asked.
 var<private> light_curve_face: u32;
 
 fn avsm_word(index: u32) -> u32 {

@@ -1,4 +1,4 @@
-// Visibility: nothing is in the way.
+// Visibility: nothing is in the way of the light.
 
 struct light_unshadowed_Cursor {
     done: bool,

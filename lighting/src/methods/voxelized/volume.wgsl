@@ -2,8 +2,8 @@
 //
 // Needs the variables
 //   light_voxel_volume: light_Voxels
-//   light_voxel_bounds: array<vec2<f32>>, those of the lattice
-//   light_voxel_words: array<u32>, those of the grid
+//   light_voxel_bounds: array<vec2<f32>>, the bounds of the lattice along φ
+//   light_voxel_words: array<u32>, the words of the grid
 
 fn light_voxels() -> light_Voxels {
     return light_voxel_volume;

@@ -2,21 +2,23 @@
 //
 // Needs the parts EPIPOLAR and PHI of epipolar, SHADOW of voxel-shadow and what they
 // need, and
-//   fn light_voxels() -> light_Voxels    those of the light
+//   fn light_voxels() -> light_Voxels    the voxels of the light
 
 struct light_Voxels {
     lattice: epi_Lattice,
     sampling: vsv_Sampling,
-    // What is read from the voxels.
+    // What is read from the voxels: one of the constants below.
     detail: u32,
-    // What the volume says of all rays.
+    // Whether the volume knows that all rays are lit, or that all are dark.
     state: u32,
 }
 
+// Values of `detail`: the average along the ray, each voxel, or runs of equal voxels.
 const light_AVERAGE: u32 = 0u;
 const light_VOXELS: u32 = 1u;
 const light_RUNS: u32 = 2u;
 
+// Values of `state`; with larger ones the voxels decide.
 const light_ALL_LIT: u32 = 0u;
 const light_ALL_DARK: u32 = 1u;
 
@@ -24,7 +26,7 @@ struct light_voxels_Cursor {
     shadow: vsv_Cursor,
     // What is left of a run that is read voxel by voxel.
     run: vsv_Run,
-    // The visibility of all of the span, if there is but one.
+    // Whether one visibility holds for the whole path, and which.
     average: f32,
     is_one: bool,
     done: bool,

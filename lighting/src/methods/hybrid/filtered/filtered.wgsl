@@ -1,16 +1,16 @@
-// Visibility: a march between volumes whose steps are lit in part; the shader's side of
-// `FilteredHybrid`.
+// Visibility: a march between volumes that takes the lit share of each step from a filtered
+// map; the shader's side of `FilteredHybrid`.
 //
-// Needs the part search.wgsl and the slot of what is asked,
+// Needs the part search.wgsl and the slot of the step visibility,
 //   fn light_step_visibility(start: vec3<f32>, end: vec3<f32>) -> vec3<f32>
 
 struct light_filtered_Cursor {
     search: light_hybrid_Cursor,
-    // Where what is not known yet begins, and whether what lies before the next step that is
-    // asked about is lit.
+    // What has been yielded ends here, and whether what lies between this and the next step
+    // that is asked about is lit.
     start: f32,
     is_known_lit: bool,
-    // A step that was found together with what lies before it.
+    // A step that is yielded after the lit part in front of it.
     found: light_Lit,
     is_over: bool,
 }
@@ -24,7 +24,7 @@ fn light_filtered_cursor(path: light_Path) -> light_filtered_Cursor {
     return cursor;
 }
 
-// Where a step begins; behind the last one the end of all.
+// Where a step begins; for the one behind the last, the end of all.
 fn light_filtered_start(search: light_hybrid_Cursor, i: u32) -> f32 {
     if i >= light_hybrid.steps {
         return search.part.y;
@@ -80,7 +80,8 @@ fn light_filtered_next_lit(
         }
     }
     (*cursor).search = search;
-    // What is known of the steps that are left, and of what lies behind them.
+    // The steps that are left were not asked about: their visibility is known, and so is that
+    // of what lies behind them.
     let end = light_filtered_start(search, search.last);
     if (*cursor).is_known_lit {
         let rest = light_lit((*cursor).start, end, 1.0);
