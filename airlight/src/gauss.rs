@@ -63,7 +63,7 @@ impl Rule {
                     break;
                 }
             }
-            // 2 / ((1 − x²) P'²) = 2 / (dP/dφ)², half of it on (0, 1).
+            // The weight on (−1, 1) is 2 / ((1 − x²) P'²) = 2 / (dP/dφ)²; on (0, 1) it is half.
             let weight = 1.0 / (slope * slope);
             let half_sine = (0.5 * angle).sin();
             let node = half_sine * half_sine;

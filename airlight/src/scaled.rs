@@ -56,8 +56,8 @@ impl Scaled {
         if !(lengths && sigma_t >= 0.0 && sigma_t.is_finite()) {
             return Extent::Empty;
         }
-        // The sum first: it is exact where the end is next to the light. What is divided by
-        // h must not change its sign where h is −0.
+        // The sum comes before the division, because it is exact where the end is close to the
+        // light. h loses its sign, because a quotient by −0 would have the wrong one.
         let (end, h) = (s + length, h.abs());
         let unit = distance(s, h);
         if h <= NEAREST * unit && s <= 0.0 && end >= 0.0 {
@@ -68,7 +68,8 @@ impl Scaled {
             return Extent::Empty;
         }
         let (end, h) = (end / unit, h / unit);
-        // An end that is out of range has no inverse square that counts.
+        // If the end is out of range, the segment counts as endless: the light from there is
+        // nothing.
         let length = if end.is_finite() {
             length / unit
         } else {
@@ -88,14 +89,15 @@ impl Scaled {
 }
 
 impl Scaled {
-    /// Of a segment in single precision, whose squares are in range; of a segment that
-    /// has no airlight, anything. Without branches, for loops over segments.
+    /// `segment`, which comes from single precision so that its squares are in range. For a
+    /// segment that has no airlight the result means nothing. There are no branches, so that
+    /// loops over segments become vector instructions.
     #[inline(always)]
     pub(crate) fn of_singles(sigma_t: f64, segment: &Segment64) -> Self {
         let Segment64 { x, s, h, length } = *segment;
         let unit = (s * s + h * h).sqrt();
         let per_unit = 1.0 / unit;
-        // The sum first and no −0, as above.
+        // The sum comes first and h loses its sign, as above.
         let (end, h) = ((s + length) * per_unit, h.abs() * per_unit);
         Self {
             unit,
@@ -110,7 +112,7 @@ impl Scaled {
     }
 }
 
-/// `√(s² + h²)`, and in the usual range without the care of `hypot`.
+/// `√(s² + h²)`; in the usual range it does not need `hypot`, which is slower.
 fn distance(s: f64, h: f64) -> f64 {
     let square = s * s + h * h;
     if square > 1e-280 && square < 1e280 {

@@ -74,8 +74,8 @@ impl Side {
         sides.into_iter().filter(|side| side.extent > 0.0)
     }
 
-    /// What is in front of the foot point; nothing has no extent. Without branches,
-    /// for loops over segments, as the other side.
+    /// The side in front of the foot point, with an extent of 0 if there is none. Neither
+    /// side has branches, so that loops over segments become vector instructions.
     #[inline(always)]
     pub(crate) fn front(segment: &Scaled, peaks: [f64; 2]) -> Self {
         let Scaled {
@@ -111,7 +111,7 @@ impl Side {
         }
     }
 
-    /// What is behind the foot point.
+    /// The side behind the foot point.
     #[inline(always)]
     pub(crate) fn behind(segment: &Scaled, peaks: [f64; 2], thin: f64) -> Self {
         let Scaled {
@@ -157,8 +157,8 @@ impl Side {
         }
     }
 
-    /// Ends where nothing is left behind this optical depth, or this growth of the
-    /// distance from the light.
+    /// Cuts the side off at this optical depth, or where the distance from the light has
+    /// grown by the factor `far`: nothing that counts is left behind.
     #[inline(always)]
     pub(crate) fn reach(&mut self, opacity: f64, far: f64) {
         let opaque = (opacity - self.depth) / self.rate;
@@ -193,7 +193,7 @@ impl Side {
     /// which phase functions do not have in front of the foot point.
     pub(crate) fn fading(self, range: f64, share: f64) -> Self {
         let faded = if self.kind == Kind::Behind {
-            // Pieces are as short as that in any case.
+            // Behind the foot point pieces keep away from the pole in any case.
             0.0
         } else {
             0.5 / (self.scale * share * range)
@@ -229,7 +229,7 @@ impl Side {
         if self.rate > 0.0 {
             width = width.min((self.rate * o).max(fade) / self.rate);
         }
-        // A little more at the end, to leave no sliver.
+        // The last piece may be a tenth longer, so that no sliver is left.
         if width > 0.0 && self.extent - o > 1.1 * width {
             o + width
         } else {
@@ -237,8 +237,8 @@ impl Side {
         }
     }
 
-    /// The light that is left behind `o`, if p is 1 there: no more than this if it is
-    /// absorbed, else infinite.
+    /// An upper bound of the light from behind `o` if p is 1 there; infinite on sides
+    /// without absorption.
     pub(crate) fn left(&self, o: f64) -> f64 {
         if self.kind != Kind::Behind {
             return f64::INFINITY;
@@ -248,7 +248,7 @@ impl Side {
         2.0 * self.scale * fall / (self.rate * (self.a * self.a + b * b))
     }
 
-    /// Whether light is left at `o`, of which `opacity` leaves nothing.
+    /// Whether the side goes on at `o` and the optical depth there is below `opacity`.
     pub(crate) fn reaches(&self, o: f64, opacity: f64) -> bool {
         o < self.extent && self.depth + self.rate * o < opacity
     }

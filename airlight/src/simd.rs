@@ -32,8 +32,8 @@ impl<T: Copy + Default> Default for Lanes<T> {
 
 /// The airlight of blocks of segments.
 pub(crate) trait Kernel {
-    /// What a block leaves behind is nobody's concern; it is only kept so
-    /// that it need not be cleared each time.
+    /// Memory for intermediate values. What a block leaves there does not matter; it is
+    /// kept so that it need not be cleared for each block.
     type Scratch: Default;
 
     /// The airlight of a block. Must be `#[inline(always)]`, or it is not
@@ -45,10 +45,9 @@ pub(crate) trait Kernel {
         airlight: &mut [f32; LANES],
     );
 
-    /// What is better done for many blocks together: called behind each block
-    /// with all of the segments and results, of which the block's are `done`,
-    /// and once more at the end, with nothing done. Must be
-    /// `#[inline(always)]` too.
+    /// Work that is better done for many blocks together. It is called after each block
+    /// with all segments and results and the range that the block has `done`, and once
+    /// more at the end with an empty range. Must be `#[inline(always)]` too.
     #[inline(always)]
     fn behind(
         &self,
@@ -68,7 +67,7 @@ pub(crate) fn batch<K: Kernel>(kernel: &K, segments: &[Segment], airlight: &mut 
     batch_on(arch(), kernel, segments, airlight);
 }
 
-/// The best instructions that this processor has: asked once.
+/// The best instructions that this processor has, detected once.
 pub(crate) fn arch() -> Arch {
     static ARCH: LazyLock<Arch> = LazyLock::new(Arch::new);
     *ARCH
@@ -144,9 +143,9 @@ impl<K: Kernel> WithSimd for Batch<'_, K> {
 /// rounded to an integer, in its lowest bits.
 pub(crate) const ROUND: f32 = 12_582_912.0;
 
-/// `2^x` for x up to 127, within 3e-7 relative; 0 for what is below `2^-100`,
-/// and for NaN. (Numbers that are almost 0 take a hundred times longer than
-/// others to compute with.)
+/// `2^x` for x up to 127, with a relative error of at most 3e-7; 0 where the result is
+/// below `2^-100`, and for NaN. (Arithmetic with subnormal numbers is a hundred times
+/// slower.)
 ///
 /// The polynomial interpolates `2^f` in the Chebyshev nodes of
 /// `-1/2 ≤ f ≤ 1/2`, to 1.1e-7.
@@ -161,11 +160,11 @@ pub(crate) fn exp2(x: f32) -> f32 {
     if x > -100.0 { power } else { 0.0 }
 }
 
-/// `e^x` for x up to 0, within 3e-16 relative; 0 for what is below -700, and for
-/// NaN.
+/// `e^x` for x up to 0, with a relative error of at most 3e-16; 0 for x below -700, and
+/// for NaN.
 ///
-/// The series for the rest of x, which is up to `ln 2 / 2`, ends where it is below
-/// 1e-17.
+/// The rest of x beside a multiple of ln 2 is up to `ln 2 / 2`; its series ends where the
+/// terms are below 1e-17.
 #[inline(always)]
 pub(crate) fn exp(x: f64) -> f64 {
     /// `1.5 · 2^52`, see [`ROUND`].

@@ -35,8 +35,8 @@ fn coefficients_of_line(values: &[f64]) -> Vec<f64> {
     let n = values.len();
     let bend = |i: usize| values[i - 1] - 2.0 * values[i] + values[i + 1];
     // Second derivatives m at the nodes: m[i-1] + 4 m[i] + m[i+1] = 6 bend(i).
-    // With third derivatives that do not jump at the second node from either
-    // end, m[0] = 2 m[1] - m[2], the outermost equations give m[1] at once.
+    // Third derivatives do not jump at the second node from either end, so that
+    // m[0] = 2 m[1] - m[2], and the outermost equations give m[1] at once.
     let mut m = vec![0.0; n];
     m[1] = bend(1);
     m[n - 2] = bend(n - 2);
@@ -65,7 +65,7 @@ fn coefficients_of_line(values: &[f64]) -> Vec<f64> {
 pub(crate) struct Position {
     /// The first of four coefficients.
     pub(crate) first: usize,
-    /// What each of them counts.
+    /// The weight of each.
     pub(crate) weights: [f32; 4],
 }
 

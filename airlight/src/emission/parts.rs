@@ -66,10 +66,10 @@ impl Emission {
     fn cuts(&self, segment: &Segment64) -> [f64; 9] {
         let Segment64 { s, h, length, .. } = *segment;
         let end = s + length;
-        // What does not apply is the end, too.
+        // Cuts that do not apply are put at the end.
         let mut cuts = [end; 9];
         cuts[0] = s;
-        // On a line through the light, the light.
+        // On a line through the light, the light is a cut.
         cuts[1] = if h == 0.0 { 0.0 } else { end };
         if self.range.is_finite() && self.range > h {
             let reach = ((self.range - h) * (self.range + h)).sqrt();
@@ -84,7 +84,7 @@ impl Emission {
             }
         }
         for cut in &mut cuts {
-            // NaN from lengths that are none goes to the end.
+            // NaN, which lengths that are none give, goes to the end.
             *cut = if *cut >= s && *cut <= end { *cut } else { end };
         }
         cuts.sort_by(f64::total_cmp);

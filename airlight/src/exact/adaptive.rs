@@ -71,8 +71,8 @@ impl Eq for Piece {}
 /// Nodes of both rules together: a few vectors of any processor.
 pub(super) const NODES: usize = 32;
 
-/// Nodes of two rules that judge each other; the finer one, which counts, comes
-/// first.
+/// Nodes of two rules whose difference estimates the error. The finer one, which gives the
+/// value, comes first.
 const RULES: [u32; 2] = [18, 14];
 
 /// The nodes of both, and their weights in either.
@@ -162,8 +162,8 @@ impl Adaptive {
                 half.error = half.error.max(LEAST_SHARE * worst.error);
                 pieces.push(half);
             }
-            // Summed afresh now and then: a running difference of sums that
-            // shrink by orders of magnitude would be left with their rounding.
+            // The sum is made anew now and then. If it were updated by differences, the
+            // rounding errors of sums that were larger by orders of magnitude would stay.
             if countdown == 0 {
                 total = self::total(&pieces);
                 countdown = pieces.len() / 8;
@@ -201,19 +201,18 @@ impl Piece {
         }
         let values = integrand.values(side, &offsets);
         let [fine, coarse] = &both.weights;
-        // The nodes of the coarse rule weigh nothing in the fine one, but they
-        // count if a value is not finite.
+        // The nodes of the coarse rule have the weight 0 in the fine one, but make its sum NaN
+        // if a value is not finite.
         let value = width * product(fine, &values);
         let coarse = width * product(coarse, &values);
         let (value, error) = if value.is_finite() {
-            // Of a smooth function far too much, as the finer rule is the better
-            // one by orders of magnitude; at a step it may be by chance that
-            // they agree.
+            // For a smooth function this is far too much, because the finer rule is better by
+            // orders of magnitude. At a step the two may agree by chance, see `LEAST_SHARE`.
             (value, 4.0 * (value - coarse).abs())
         } else {
             (0.0, f64::INFINITY)
         };
-        // Not to be divided any more.
+        // An infinite error ends the refinement.
         let error = if error.is_nan() { f64::INFINITY } else { error };
         Self {
             side,

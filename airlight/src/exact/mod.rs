@@ -164,8 +164,8 @@ fn finish(segment: &Scaled, integral: Estimate) -> Estimate {
     let scale = (-segment.depth).exp() / segment.unit;
     let value = scale * integral.value;
     if !value.is_finite() {
-        // Lengths near the limits of f64. The scale is infinite, and it may
-        // be infinity times nothing.
+        // Lengths near the limits of f64 make the scale infinite, which gives NaN times an
+        // integral of 0.
         let value = if integral.value > 0.0 { value } else { 0.0 };
         let bound = f64::INFINITY;
         return Estimate { value, bound };
@@ -238,8 +238,8 @@ fn tail_difference(segment: &Scaled) -> Option<f64> {
     }
     let last = along(end, end_distance);
     let growth = length * ((first + last) / (1.0 + end_distance));
-    // R falls no faster than e^y / y²: if neither has changed much there is
-    // no need to look.
+    // R falls no faster than 1/y², and the exponential is that of the growth. If neither
+    // changes much, more than half is left behind the end: there is no need to compute it.
     if sigma * growth < 0.1 && growth <= 0.1 * first {
         return None;
     }

@@ -59,8 +59,8 @@ fn series(y: f64, u: f64, modulus: f64) -> f64 {
 /// From the inside out every denominator has an imaginary part of the same
 /// sign, so that it is a sum without cancellation.
 fn fraction(y: f64, u: f64, modulus: f64) -> f64 {
-    // The error after n steps falls like exp(−4 √n Re √z), and
-    // (Re √z)² = (|z| + y) / 2: this is 1e-17, and a few more.
+    // The error after n steps falls like exp(−4 √n Re √z), with (Re √z)² = (|z| + y) / 2. So
+    // many steps bring it to 1e-17, and a few more are for safety.
     let steps = (4.0 + 192.0 / (modulus + y)) as u32;
     let mut real = y + f64::from(2 * steps + 1);
     // The imaginary part divided by −u.

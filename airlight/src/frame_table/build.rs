@@ -15,16 +15,16 @@ struct Cell {
     follows: bool,
 }
 
-/// How far a cubic may be off in the middle of its cell, of the mean there: what
-/// two rows are off by in most places.
+/// The largest error of a cubic in the middle of its cell, relative to the mean there. In
+/// most places interpolation between two rows is off by as much.
 const FOLLOWS: f64 = 1e-4;
 
-/// How far the density that a cubic stands for may be off at a quarter and three
-/// quarters of its cell, where it is off most.
+/// The largest relative error of the density that a cubic stands for at a quarter and at three
+/// quarters of its cell, where the error is largest.
 const SLOPES_FOLLOW: f64 = 5e-3;
 
-/// How far the mean of two rows may be off half way between them, of the mean there,
-/// and of the light of a short step there.
+/// The largest error of the mean of two rows half way between them, relative to the mean
+/// there, and relative to the light of a short step there.
 const ACROSS: f64 = 5e-3;
 
 /// Nodes for the integral over half a cell.
@@ -37,7 +37,7 @@ pub(super) fn table<P: Phase>(phase: &P, sigma_t: f32, distance: f32, rows: u32)
     let depth = f64::from(sigma_t) * f64::from(distance);
     let cells = rows / 4;
     let rule = gauss::Rule::of(NODES);
-    // Rows, and between each two of them what the middle should be.
+    // Rows, and between each two of them the ray half way, to check their mean.
     let lights = 2 * rows - 1;
     let light = |i: usize| {
         let share = (i as f64 / f64::from(lights - 1)).powi(2);
@@ -151,8 +151,7 @@ impl<'a, P: Phase> Light<'a, P> {
         [1.0 / q, -1.0 / (q * q * slope)]
     }
 
-    /// What a slope of the mean at a position of a sheet counts for in the density there:
-    /// `v dy/dv`.
+    /// The factor of the slope of the mean in the density at a position of a sheet: `v dy/dv`.
     fn lever(&self, sheet: usize, y: f64) -> f64 {
         if sheet == 0 {
             return y;
@@ -188,7 +187,7 @@ fn means(
             .sum();
         (to - from) * sum
     };
-    // Mean and slope per cell, from the integral so far.
+    // Mean and its slope per cell, from the integral up to y.
     let state = |y: f64, sum: f64| {
         let [v, slope] = position(y);
         let mean = sum / v;
@@ -212,7 +211,8 @@ fn means(
     (0..cells)
         .map(|cell| {
             if cell == 0 {
-                // Through what is between: at 0 the density may have no slope.
+                // The first cubic goes through two values in between instead of having the
+                // slope at 0, which the density may lack.
                 let [one, two, v] = [1.0 / 3.0, 2.0 / 3.0, 1.0].map(|t| position(t * width)[0]);
                 let first = between(0.0, one);
                 let second = first + between(one, two);
@@ -243,16 +243,17 @@ fn means(
         .collect()
 }
 
-/// Follows if its value in the middle is `mean`, nearly.
+/// A cell, which follows if its value in the middle is about `mean`.
 fn checked(cubic: [f64; 4], mean: f64) -> Cell {
     let [middle, _] = at(cubic, 0.5);
-    // Lookups tell cells that are not known by the sign of the first coefficient.
+    // A negative first coefficient marks cells that are not known.
     let follows = cubic[0] >= 0.0 && (middle - mean).abs() <= FOLLOWS * mean;
     Cell { cubic, follows }
 }
 
-/// Whether the mean of two cubics is the one half way between them, nearly, at both ends
-/// and in the middle, and so are the densities, for which slopes count with the `levers`.
+/// Whether the mean of two cubics is about the cubic half way between them, at both ends
+/// and in the middle, and the same holds for the densities, in which slopes count with the
+/// `levers`.
 fn is_between(above: &Cell, below: &Cell, middle: &Cell, levers: [f64; 3]) -> bool {
     let mean = [0, 1, 2, 3].map(|i| 0.5 * (above.cubic[i] + below.cubic[i]));
     let is_near = |found: f64, truth: f64| (found - truth).abs() <= ACROSS * truth;
@@ -273,8 +274,8 @@ fn at([a, b, c, d]: [f64; 4], t: f64) -> [f64; 2] {
     ]
 }
 
-/// The first coefficient is negative unless the light between this row and the next one is
-/// known; its size stays what it is, for the row before.
+/// The cubic with a negative first coefficient if the light between this row and the next one
+/// is not known. Its magnitude stays, for the row before.
 fn marked(cubic: [f64; 4], is_known: bool) -> [f32; 4] {
     let mut cubic = cubic.map(|c| c as f32);
     if !is_known {

@@ -243,7 +243,7 @@ impl FrameTable {
         if !((found - distance).abs() <= ELSEWHERE * distance && h >= 0.0) {
             return None;
         }
-        // D + |x_F|, and what that leaves of 2D without cancellation.
+        // D + |x_F|, and D − |x_F| without cancellation: their product is h².
         let larger = distance + foot.abs();
         let smaller = h * (h / larger);
         let (p, q, share) = if foot >= 0.0 {
@@ -357,7 +357,7 @@ impl FrameRay<'_> {
         let along = (position - cell as f32).min(1.0);
         let index = (first + self.row * cells + cell) as usize;
         let (above, below) = (&table.cells[index], &table.cells[index + cells as usize]);
-        // The sign of a row says whether what follows it is known.
+        // The sign of the upper row's cell says whether the strip between the two is known.
         if above[0] < 0.0 {
             return None;
         }

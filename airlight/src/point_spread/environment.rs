@@ -101,8 +101,7 @@ pub fn through_fog(
 /// rounding of its result to f32 unless the map spans more than nine decades.
 ///
 /// Rows are convolved by Fourier transforms: the time grows with
-/// `height² width log(width)` and is a fraction of a second on one core for
-/// 512 × 256 (0.25 s of processor time), against `height² width²` for the sum as it
+/// `height² width log(width)`, against `height² width²` for the sum as it
 /// stands. A width that is not a power of two takes two to four times as long. The result does
 /// not depend on the number of threads.
 ///

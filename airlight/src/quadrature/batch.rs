@@ -1,10 +1,10 @@
 //! Quadrature over blocks of segments.
 //!
 //! The sides of a segment are found in double precision, as for a segment by
-//! itself; what follows are sums of positive numbers, which single precision does
-//! not spoil. A group of segments goes through its pieces together: each piece of
+//! itself; what follows are sums of positive numbers, for which single precision is
+//! enough. A group of segments goes through its pieces together: each piece of
 //! the group gets the rule that its hardest segment needs, and segments that have
-//! come to their end wait for the others. That makes a piece dear and a node cheap,
+//! come to their end wait for the others. That makes pieces expensive and nodes cheap,
 //! so that pieces are longer here and have more nodes.
 //!
 //! With AVX-512 an ordinary segment takes about 30 cycles for isotropic scattering and
@@ -41,7 +41,7 @@ const WIDEST: f64 = 1e30;
 pub(super) struct Cuts {
     growth: f32,
     fade: f32,
-    /// By growing number of nodes; the last one serves all.
+    /// By growing number of nodes; the last one is for pieces that no other is good enough for.
     rules: Vec<CutRule>,
 }
 
@@ -55,7 +55,7 @@ struct CutRule {
 }
 
 impl Cuts {
-    /// With this rule alone.
+    /// Cuts with this rule alone.
     pub(super) fn fixed(rule: Rule) -> Self {
         Self {
             growth: super::GROWTH as f32,
@@ -68,7 +68,7 @@ impl Cuts {
         }
     }
 
-    /// With as many rules as this relative error asks for.
+    /// Cuts with as many rules as this relative error needs.
     pub(super) fn of(error: f64, steepness: f64) -> Self {
         let most = Span::largest(GROWTH, FADE);
         let mut rules = Vec::new();
@@ -109,13 +109,13 @@ struct SideLanes {
     a: Lanes<f32>,
     unit: Lanes<f32>,
     base: Lanes<f32>,
-    /// Over the unit.
+    /// Divided by `unit`.
     finest: Lanes<f32>,
     scale: Lanes<f32>,
-    /// Over ln 2, as the rate.
+    /// Divided by ln 2, and so is `rate`.
     depth: Lanes<f32>,
     rate: Lanes<f32>,
-    /// Offset over which the exponential fades.
+    /// The offset over which the exponent grows by as much as a piece may have.
     fade: Lanes<f32>,
     extent: Lanes<f32>,
     is_thin: Lanes<u32>,
@@ -191,8 +191,9 @@ impl<P: Phase> Batch<'_, P> {
         }
     }
 
-    /// The next piece of a group from these offsets on, which become those of its
-    /// end, and its rule; none if all have come to their end.
+    /// The next piece of each segment of a group, and the rule for all of them. Pieces begin
+    /// at the offsets `from`, which become those of their ends. None if all segments have come
+    /// to their end.
     #[inline(always)]
     fn next(
         &self,
@@ -225,13 +226,13 @@ impl<P: Phase> Batch<'_, P> {
             let fade = side.fade.0[k];
             let faded = if start > fade { start } else { fade };
             let width = if wide < faded { wide } else { faded };
-            // Numbers that are no lengths come to an end, too.
+            // The negations make NaN the last piece of a segment, too.
             let is_last = !(rest > 1.1 * width) | !(width > 0.0);
             let width = if is_last { rest } else { width };
             from[i] = if is_last { extent } else { start + width };
             let blurred = at + side.finest.0[k];
             let alpha = (blurred / (blurred + width)).sqrt();
-            // A side that is not there may have any numbers.
+            // The numbers of a side without extent mean nothing and must not choose the rule.
             let change = if rest > 0.0 { rate * width } else { 0.0 };
             pieces.alpha[i] = alpha;
             pieces.a[i] = side.a.0[k];
@@ -303,7 +304,7 @@ impl Pieces {
         let b = self.b[i] * denominator + self.b_change[i] * share;
         let (a2, b2) = (a * a, b * b);
         let squares = a2 + b2;
-        // One division for the place in the piece and for the inverse square.
+        // One division serves the place in the piece and the inverse square.
         let inverse = 1.0 / (denominator * squares);
         let place = share * squares * inverse;
         let per_squares = denominator * inverse;

@@ -136,8 +136,8 @@ impl<P: Phase> Quadrature<P> {
                 "1e-6 to 0.1",
             ));
         }
-        // The constants of the rules were fitted to cases: the rest is for what
-        // is cut off, where pieces add up, and for other cases.
+        // The constants of the rules were fitted to some cases. The rest of the tolerance is
+        // for other cases, for what is cut off, and for the errors of pieces, which add up.
         let error = 0.25 * (f64::from(tolerance) - ROUNDING);
         let steepness = phase.steepness();
         let mut rules = Vec::new();
@@ -219,7 +219,7 @@ impl<P: Phase> Quadrature<P> {
                 })
                 .sum();
             let value = (-scaled.depth).exp() * sum;
-            // Lengths near the limits of the range: infinity times nothing.
+            // Lengths near the limits of the range give infinity times 0.
             total += if value.is_nan() { 0.0 } else { value };
         }
         total as f32
@@ -246,7 +246,7 @@ impl<P: Phase> Quadrature<P> {
             total += f64::from(sum);
         }
         let value = (-scaled.depth).exp() / scaled.unit * total;
-        // Lengths near the limits of the range: infinity times nothing.
+        // Lengths near the limits of the range give infinity times 0.
         if value.is_nan() { 0.0 } else { value }
     }
 

@@ -30,7 +30,7 @@ impl<P: Phase> Quadrature<P> {
         segment: &Segment,
         extra: usize,
     ) -> impl Iterator<Item = Node> {
-        // How much light is left at its start is the caller's business.
+        // What dims the light on the way by the start is part of the caller's integrand.
         let scaled = match Scaled::of_lengths(sigma_t.into(), &Segment64::from(*segment)) {
             Extent::Ordinary(scaled) => Some(scaled),
             Extent::Empty | Extent::MeetsLight => None,
@@ -42,7 +42,7 @@ impl<P: Phase> Quadrature<P> {
                 rule.nodes().iter().map(move |&(t, weight)| {
                     let mut node = piece.at(t).0;
                     node.weight *= weight * per_metre;
-                    // Rounding may have taken it past the end.
+                    // Rounding may put it past the end.
                     node.distance = node.distance.clamp(0.0, length);
                     node
                 })
@@ -81,7 +81,7 @@ impl<P: Phase> Quadrature<P> {
             let before = part.segment.s - s;
             let nodes = scaled.map(|scaled| self.places(scaled, emission, part, extra));
             nodes.into_iter().flatten().map(move |(node, _)| Node {
-                // Rounding may have taken it past the end.
+                // Rounding may put it past the end.
                 distance: (before + f64::from(node.distance)).clamp(0.0, length) as f32,
                 ..node
             })
@@ -127,7 +127,7 @@ impl<P: Phase> Quadrature<P> {
         })
     }
 
-    /// The pieces of a segment and a rule for each, with `extra` nodes.
+    /// The pieces of a segment and a rule for each, with `extra` more nodes.
     pub(super) fn pieces(
         &self,
         segment: Scaled,
@@ -139,8 +139,8 @@ impl<P: Phase> Quadrature<P> {
         })
     }
 
-    /// The sides of a segment up to where nothing that counts is left, looked at
-    /// this much deeper than a plain light needs.
+    /// The sides of a segment, cut off where nothing that counts is left: at an optical depth
+    /// that is larger by `deeper` than for a plain light.
     fn sides(&self, segment: Scaled, deeper: f64) -> impl Iterator<Item = Side> + use<P> {
         let opacity = self.opacity + deeper;
         let far = (self.far * deeper.exp()).min(FARTHEST);
@@ -150,8 +150,8 @@ impl<P: Phase> Quadrature<P> {
         })
     }
 
-    /// The pieces of a side, with `extra` nodes, and between which offsets they
-    /// are.
+    /// The pieces of a side, a rule for each with `extra` more nodes, and the offsets between
+    /// which they lie.
     fn cut(
         &self,
         side: Side,

@@ -78,7 +78,7 @@ pub(super) struct Span {
 const TANGENT: f64 = std::f64::consts::SQRT_2 - 1.0;
 
 impl Span {
-    /// Over which a rule has this relative error for a phase function of this
+    /// The span over which a rule has this relative error, for a phase function of this
     /// [`steepness`](crate::Phase::steepness). The constants were fitted to
     /// measured errors, see the tests.
     pub(super) fn of_rule(nodes: u32, error: f64, steepness: f64) -> Self {
@@ -92,9 +92,10 @@ impl Span {
         }
     }
 
-    /// Of pieces over which `b` grows by a factor.
+    /// The span of pieces over which `b` grows by the factor `growth`, and the exponent by
+    /// `depth`.
     pub(super) fn largest(growth: f64, depth: f64) -> Self {
-        // With the sliver at the end.
+        // The last piece of a side may be a tenth longer.
         let alpha = (1.1 * growth).sqrt().recip();
         Self {
             shifted: Self::new(alpha, depth, Kind::Front).shifted,
@@ -103,7 +104,7 @@ impl Span {
         }
     }
 
-    /// Of a piece with `√(b_a/b_b) = alpha`.
+    /// The span of a piece with `√(b_a/b_b) = alpha`.
     fn new(alpha: f64, depth: f64, kind: Kind) -> Self {
         // With z from −1 to 1, b is proportional to (1 + kz) / (1 − kz).
         let k = ((1.0 - alpha) / (1.0 + alpha)).abs();
@@ -170,18 +171,18 @@ pub(super) struct Place {
 }
 
 impl Piece {
-    /// From `start` to `end` of a side in units of `unit` metres.
+    /// The piece from `start` to `end` of a side, whose unit is `unit` metres, and its span.
     pub(super) fn new(side: &Side, start: f64, end: f64, unit: f64) -> (Self, Span) {
         let width = end - start;
         let (b, b_end) = (side.b(start), side.b(end));
         let fades = side.fades(start);
         let alpha = if fades {
-            // As b, but on the axis as well.
+            // base + o is proportional to b, and works on the axis as well, where b is 0.
             ((side.base + start) / (side.base + end)).sqrt()
         } else {
             ((b + side.finest) / (b_end + side.finest)).sqrt()
         };
-        // On every side x grows by half of what t and h²/t do.
+        // The position is s = (t − h²/t) / 2, and both terms are elementary in o on every side.
         let half = 0.5 * unit / side.scale;
         let squares = [side.unit * side.unit, side.a * side.a];
         let (way, offset) = match side.kind {

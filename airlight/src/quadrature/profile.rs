@@ -53,9 +53,9 @@ pub(super) const MOST: usize = SPOT + FADING + 2;
 /// not matter for a tolerance of 1e-6.
 pub(crate) const UNFADED: f64 = 0.02;
 
-/// Optical depth that is looked at beyond what a plain light needs: where a light
-/// begins at a rim like the square of the depth, what lies behind the depth τ is
-/// larger by τ²/2, up to e^6 for tolerances down to 1e-6.
+/// How much larger the optical depth is at which a segment is cut off than for a plain light.
+/// Where a light begins at a rim like the square of the depth, what lies behind the depth τ
+/// is larger by the factor τ²/2, which is up to e^6 for tolerances down to 1e-6.
 pub(crate) const DEEPER: f64 = 6.0;
 
 /// The emission over a part without a rim inside.
@@ -73,8 +73,8 @@ struct Fading {
     range: f64,
     h: f64,
     s: f64,
-    /// Ways from the start of the part to where the ray leaves the range, and
-    /// from where it enters it.
+    /// The distance from the start of the part to where the ray leaves the range, and the
+    /// distance to the start from where it enters the range.
     left: f64,
     gone: f64,
 }

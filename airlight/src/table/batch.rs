@@ -41,9 +41,10 @@ pub(super) struct Scratch {
     waiting: Waiting,
 }
 
-/// The segments of a block, each length by itself: loops that do not need all four
-/// of a segment would leave their last turns to single instructions. Never part of
-/// what loops write, which could be taken for it.
+/// The segments of a block, as an array for each of the four lengths. With an array of
+/// segments, loops that do not read all four lengths would do their last rounds in scalar
+/// instructions. It is kept apart from what loops write, so that the compiler sees that the
+/// two do not overlap.
 #[derive(Debug)]
 pub(super) struct SegmentLanes([Lanes<f32>; 4]);
 
@@ -100,7 +101,7 @@ impl EndLanes {
 
     #[inline(always)]
     pub(super) fn look_up(&mut self, table: &Table, cells: &mut Lanes<[f32; 4]>) {
-        // The only loads whose address depends on the segment. A cell is a
+        // These are the only loads whose address depends on the segment. Each cell is one
         // vector of four words.
         for (cell, &index) in cells.0.iter_mut().zip(&self.cell.0) {
             *cell = table.cells[index as usize];
@@ -112,7 +113,8 @@ impl EndLanes {
         }
     }
 
-    /// Becomes the ends before these, of which the one before the first is given.
+    /// Sets each of these starts to the end of the segment before; `first` is the start of
+    /// the first one.
     #[inline(always)]
     pub(super) fn follow(&mut self, ends: &Self, first: Found) {
         self.value.0[1..].copy_from_slice(&ends.value.0[..LANES - 1]);
@@ -296,7 +298,7 @@ impl Kernel for Batch<'_> {
         if self.begin(scratch, lanes, airlight) {
             return;
         }
-        // A copy, so that it cannot be taken for something that the loops write.
+        // A local copy, so that the compiler sees that the loops do not write it.
         let lookup = self.lookup;
         for i in 0..LANES {
             let ends = lookup.ends(&lanes.get(i));

@@ -80,8 +80,8 @@ fn cell(c: &[[f64; 3]; 3], second: [f64; 3], units: [f32; 3]) -> [f32; 4] {
     }
     let [aa, ab, bb] = integers;
     let rounded = |i: usize| f64::from(integers[i]) * f64::from(units[i]);
-    // T₂(2x) = 8x² - 1: with the constant taken from the rounded squares the
-    // rounding does least harm.
+    // T₂(2x) = 8x² − 1. With the constant taken from the rounded squares, their rounding
+    // error multiplies T₂, which is half as much at most as 8x² is.
     let constant = c[0][0] - (rounded(0) + rounded(2)) / 8.0;
     let packed = (aa << 21) | ((ab & 0x3ff) << 11) | (bb & 0x7ff);
     [

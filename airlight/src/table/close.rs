@@ -1,5 +1,6 @@
 //! Segments with an end so close to the light that single precision cannot
-//! square its distance: the same two ways in double precision, one by one.
+//! square its distance. They take the same ways as others, in double precision and one by
+//! one.
 
 use super::cells;
 use super::long::{Lookup, distances};
@@ -8,7 +9,8 @@ use super::short::Short;
 use super::{LARGEST_REST, Table};
 use crate::{Segment, Segment64};
 
-/// m: squares of longer lengths, and products of two of them, keep all digits.
+/// Squares of lengths above this, m, and products of two such squares, keep all their digits in
+/// single precision.
 const CLOSE: f32 = 1e-17;
 
 /// Whether an end of a segment is that close.
@@ -17,19 +19,20 @@ pub(super) fn is_close(segment: &Segment) -> bool {
     let Segment { s, h, length, .. } = *segment;
     let end = s + length;
     let nearer = if s.abs() < end.abs() { s } else { end };
-    // Without branches, for loops over segments.
+    // `&` in place of `&&` makes no branch, so that loops over segments become vector
+    // instructions.
     (nearer.abs() < CLOSE) & (0.0..CLOSE).contains(&h)
 }
 
 impl Table {
-    /// The airlight of a segment of which something has to be computed.
+    /// The airlight of a segment that is neither empty nor meets the light.
     #[cold]
     pub(super) fn close(&self, lookup: &Lookup, segment: &Segment) -> f32 {
         let Segment64 { x, s, h, length } = Segment64::from(*segment);
         let octaves = f64::from(lookup.extinction.octaves);
         let [length, end, d_start, d_end] = distances(s, h, length);
         let sigma_t = f64::from(lookup.extinction.sigma_t);
-        // The value of the table at an end, and the factor that was left out.
+        // The value of the table at an end, and the factor that the table leaves out.
         let at = |s: f64, d: f64| {
             let behind = s >= 0.0;
             let q = s.abs() + d;

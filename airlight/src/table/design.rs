@@ -135,8 +135,8 @@ pub(super) fn table<P: Phase>(phase: &P, kibibytes: u32) -> Table {
     };
     let lookup = lookup_error(&table, &tail);
     let long = lookup * f64::from((1.0 + LARGEST_REST) / (1.0 - LARGEST_REST));
-    // Weights and phase function are positive: what is wrong with each value of
-    // the phase function by no more than a share is no more wrong in the sum.
+    // Weights and phase function are positive, so that the relative error of the sum is no
+    // larger than that of the values of the phase function.
     let rows = phase_error(&table, &tail);
     // So that short parts are not what sets the bound.
     let enough = RULE_ERROR.max(long - rows);
@@ -352,7 +352,7 @@ fn short_error<P: Phase>(tail: &Tail<'_, P>, rule: &Rule, parts: &[Part]) -> f64
             .sum();
         (sum / truth - 1.0).abs()
     };
-    // What is dark as a whole has no relative error.
+    // There is no relative error where all is dark.
     let lit = parts.iter().filter(|part| part.truth > cells::LEAST);
     lit.map(error).fold(0.0, f64::max)
 }

@@ -50,9 +50,9 @@ impl<'a, P: Phase> Tail<'a, P> {
     /// e-foldings a panel.
     pub(super) fn value(&self, v: f64, b: f64, behind: bool) -> f64 {
         let (u, y) = if behind { (b, 1.0) } else { (1.0, b) };
-        // Nearer to 0 the exponential does not matter.
+        // For smaller v the exponential does not matter.
         let v = v.max(1e-12);
-        // A relative 1e-17 of the exponential.
+        // The exponential is 1e-17 there.
         let end = 40.0 / v;
         let longest = 2.0 / v;
         let (mut from, mut width) = (0.0, (0.5 * self.narrow).min(longest));

@@ -8,8 +8,8 @@ use crate::{Real, Segment};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct End {
     pub(super) place: Place,
-    /// `w (1 + v)` with `w = max(s + d, h)`, m: by which the table is divided. Of no
-    /// more v than the table has: nothing is left there.
+    /// `w (1 + v)` with `w = max(s + d, h)`, m: the divisor of what the table gives. v is
+    /// clamped to the end of the table, where nothing is left.
     pub(super) divisor: f32,
 }
 
@@ -20,7 +20,7 @@ pub(super) struct Ends {
     pub(super) end: End,
     /// Half the optical depth from the light by the start to the eye, over ln 2.
     pub(super) depth: f32,
-    /// How much longer the way by the end is, over ln 2.
+    /// How much more optical depth the way by the end has, over ln 2.
     pub(super) growth: f32,
 }
 
@@ -43,7 +43,7 @@ struct Way {
     divisor: f32,
 }
 
-/// Extinction as lookups want it.
+/// Extinction in the two forms that lookups need.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extinction {
     /// 1/m.
@@ -61,7 +61,7 @@ impl Extinction {
     }
 }
 
-/// m: longer lengths are taken for this one, so that squares stay in range.
+/// Lengths above this, m, count as this, so that squares stay in range.
 const FAR: f32 = 1e18;
 
 /// The length of a part, where it ends, and the distances of both its ends from
@@ -80,8 +80,8 @@ pub(super) fn distances<T: Real>(s: T, h: T, length: T) -> [T; 4] {
     ]
 }
 
-/// Half of the optical depth over ln 2; more than any exponent for numbers
-/// that are no depth.
+/// Half of the optical depth over ln 2. For NaN and negative numbers it is 1000, which
+/// leaves no light.
 #[inline(always)]
 pub(super) fn half_depth<T: Real>(octaves: T, x: T, d: T) -> T {
     let depth = T::from(0.5) * octaves * (x + d);
@@ -106,8 +106,8 @@ impl Lookup {
         let extinction = self.extinction;
         let [length, end, d_start, d_end] = distances(segment.s, segment.h, segment.length);
         let h = segment.h.abs();
-        // In this order: the difference of the distances is at most the
-        // length, and added to it as exactly as it is known.
+        // Summed in this order nothing cancels badly, because the difference of the distances
+        // is at most the length.
         let growth = extinction.octaves * (length + (d_end - d_start));
         // One division for both ends: these products are in range for every
         // segment that is not close, see `close`.
@@ -163,18 +163,18 @@ impl Lookup {
     ) -> (f32, bool) {
         let half_fall = end.value - start.value;
         let fall = half_fall + half_fall - growth;
-        // What is left behind the end, over what is behind the start, in units of
-        // the end's divisor.
+        // The share of the light behind the start that is left behind the end, times the end's
+        // divisor.
         let rest = start.divisor * crate::simd::exp2(fall);
         let root = crate::simd::exp2(start.value - depth);
-        // Divided by the mantissa of the start's divisor, with which the product is
-        // in range, and then by its power of two.
+        // The start's divisor is divided by in two steps, first its mantissa and later its
+        // power of two, so that no product leaves the range.
         let power =
             f32::from_bits((254_u32 << 23).wrapping_sub(start.divisor.to_bits() & 0x7f80_0000));
         let share = (end.divisor - rest) / (end.divisor * (start.divisor * power));
         let airlight = root * (root * (share * power));
-        // Not the same as `rest >= …`: on the axis in front of the light both are 0.
-        // Short parts cope with that and with NaN.
+        // What is not less goes to short parts, which also cope with NaN and with the axis in
+        // front of the light, where both sides are 0.
         let keeps_digits = rest < super::LARGEST_REST * end.divisor;
         (airlight, !keeps_digits)
     }
@@ -191,8 +191,8 @@ pub(crate) fn known(segment: &Segment) -> f32 {
     if h >= 0.0 && length > 0.0 { known } else { 0.0 }
 }
 
-/// The airlight that is known, or else the one that was computed, if it is a
-/// number.
+/// The airlight that is known, or else the one that was computed; 0 if that is NaN or
+/// negative.
 #[inline(always)]
 pub(crate) fn settle(known: f32, computed: f32) -> f32 {
     let computed = if computed > 0.0 { computed } else { 0.0 };

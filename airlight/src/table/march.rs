@@ -12,7 +12,7 @@ use crate::Segment;
 use crate::simd::{self, LANES};
 
 thread_local! {
-    /// To clear it takes as long as some dozens of steps.
+    /// Kept between calls, because to clear it takes as long as some dozens of steps.
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
@@ -81,7 +81,7 @@ impl WithSimd for March<'_> {
         let mut from = 0.0;
         let blocks = self.ends.chunks(LANES).zip(self.airlight.chunks_mut(LANES));
         for (ends, airlight) in blocks {
-            // What is left of the last block has no length.
+            // Steps that are not needed in the last block have no length.
             let mut to = [ends[ends.len() - 1]; LANES];
             to[..ends.len()].copy_from_slice(ends);
             let mut start = [from; LANES];

@@ -13,11 +13,11 @@ use super::long::{Lookup, half_depth};
 use crate::simd::{ROUND, exp2};
 use crate::{Real, Segment};
 
-/// Parts are near that are shorter than this over the distance of their start
-/// from the light, …
+/// A part is near if its length over the distance of its start from the light is less than
+/// this, and twice its optical depth over ln 2 less than [`THIN`].
 pub(super) const NEAR: f32 = 0.125;
 
-/// … and by twice their optical depth over ln 2.
+/// See [`NEAR`].
 pub(super) const THIN: f32 = 0.5;
 
 /// A node of the quadrature.
@@ -75,7 +75,7 @@ impl Node {
 }
 
 impl Lookup {
-    /// Whether a part is so short that there is no need to look.
+    /// Whether a part is near.
     #[inline(always)]
     pub(super) fn is_near(&self, segment: &Segment) -> bool {
         let Segment { s, h, length, .. } = *segment;
@@ -96,7 +96,7 @@ impl Lookup {
         self.phase_index(self.axes.row(node.h, q, node.s >= 0.0))
     }
 
-    /// A row as an index. Lengths that are none give any.
+    /// A row as an index, which is that of some row even for NaN.
     #[inline(always)]
     pub(super) fn phase_index(&self, row: Row) -> (u32, f32) {
         let index = (row.index + ROUND).to_bits();

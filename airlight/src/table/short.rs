@@ -25,7 +25,7 @@ use crate::{Real, Segment};
 pub(super) struct Short<T = f32> {
     /// Half the optical depth from the light by the start to the eye, over ln 2.
     pub(super) depth: T,
-    /// How much longer the way by the end is, over ln 2.
+    /// How much more optical depth the way by the end has, over ln 2.
     pub(super) growth: T,
     /// κ.
     pub(super) kappa: T,
@@ -58,14 +58,14 @@ impl<T: Real> Short<T> {
         let (root_a, root_b) = ((q_a * d_a).square_root(), (q_b * d_b).square_root());
         let (sum, product) = (q_a + q_b, h * h + q_a * q_b);
         let across = front_a != front_b;
-        // All is computed on either side and then selected, so that there are
-        // no branches in a loop over segments.
+        // Every case is computed and one is selected, so that a loop over segments has no
+        // branches.
         let over = if front_a { q_a } else { one };
         let under_front = if front_b { q_b } else { h };
         let under = if front_a { under_front } else { one };
-        // Two divisions for κ, the angle and its cosine: where the part goes
-        // across the foot point `under` is h. The product of all three lengths
-        // would be out of range next to the light.
+        // Two divisions serve κ, the angle and its cosine: where the part crosses the foot
+        // point `under` is h. A single division by the product of all three lengths would
+        // leave the range next to the light.
         let (inverse, per_under) = (one / (root_a * root_b), one / under);
         let (steep, h_sum) = (product * per_under, h * sum);
         let rise = if across { steep } else { sum };

@@ -10,10 +10,10 @@ use super::short::Short;
 use crate::Segment;
 use crate::simd::{LANES, Lanes};
 
-/// Room for less than a group and all of a block, and a power of two.
+/// Room for the rest of a group and a whole block; a power of two.
 const WAITING: usize = 2 * LANES;
 
-/// Where there are short parts that wait until they are enough for a group.
+/// Short parts that wait until there are enough of them for a group.
 #[derive(Debug)]
 pub(super) struct Waiting {
     count: usize,
@@ -32,15 +32,15 @@ impl Default for Waiting {
 }
 
 impl Waiting {
-    /// Adds those of a range that are marked by a 1.
+    /// Adds the segments of a range that are marked with 1.
     #[inline(always)]
     pub(super) fn add(&mut self, marks: &Lanes<u32>, range: Range<usize>) {
         if marks.0.iter().sum::<u32>() == 0 {
             return;
         }
         for (index, &mark) in range.zip(&marks.0) {
-            // Written in any case and overwritten if it is not marked: no
-            // branch to mispredict.
+            // Each index is written, and overwritten by the next one if it is not marked, so
+            // that there is no branch to mispredict.
             self.index[self.count % WAITING] = index;
             self.count += mark as usize;
         }
@@ -93,7 +93,7 @@ impl Waiting {
 /// Short parts that are integrated together.
 pub(super) const GROUP: usize = LANES;
 
-/// Fewer than these are sooner integrated one by one.
+/// Fewer than this are faster one by one.
 pub(super) const FEW: usize = 8;
 
 /// What passes between the loops of a group of short parts.
@@ -122,7 +122,7 @@ impl Shorts {
         self.angle.0[i] = short.angle;
     }
 
-    /// What only phase functions that vary ask for: two divisions.
+    /// What only phase functions that vary need; it takes two divisions.
     #[inline(always)]
     fn set_ends(&mut self, i: usize, short: &Short) {
         self.ends[0].0[i] = short.ends[0];
