@@ -60,7 +60,7 @@ impl Footprint {
                 Some(directions) => Cone::new(directions)
                     .angles(-axis)
                     .map(|phi| DVec2::new(phi.cos(), phi.sin().max(0.0)).as_vec2()),
-                // The light is a corner.
+                // The light is at a corner.
                 None => [Vec2::X, Vec2::NEG_X],
             }
         };

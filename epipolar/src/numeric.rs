@@ -21,8 +21,8 @@ pub(crate) fn angle(y: f32, x: f32) -> f32 {
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     let (a, b) = (x.abs(), y.abs());
     let (small, large) = if a < b { (a, b) } else { (b, a) };
-    // Without a branch, so that many angles are computed with vector instructions: both cases
-    // take one division after a choice of operands.
+    // There is no branch, so that many angles are computed with vector instructions: the
+    // operands are chosen, and one division serves both cases.
     let (above, below, offset) = if small > TAN_EIGHTH * large {
         (small - large, small + large, FRAC_PI_4)
     } else {

@@ -13,8 +13,8 @@ use crate::cone::{Arc, angle_between};
 use crate::light::Kind;
 use crate::{Error, Space, ViewVolume};
 
-/// Added at both ends of a range, as a share of a half-turn or of the largest
-/// φ: angles are computed with an error of 5e-7 rad.
+/// Added at both ends of a range, in radians for α and θ and as a share of the largest φ,
+/// because angles are computed with an error of 5e-7 rad.
 const MARGIN: f64 = 1e-6;
 
 /// Ranges are at least this wide, radians or share of the largest φ: f32 does
@@ -52,15 +52,17 @@ impl Ranges {
             angles(f64::from(space.distance()), view, alpha)
         };
         if let Kind::Spot { axis, outer, .. } = space.light().0 {
-            // A light ray is in the cone if it is at most `outer` away from its axis, whose φ
-            // is `tilt`.
+            // A light ray is in the cone if its angle to the cone's axis, whose φ is `tilt`, is
+            // at most `outer`. By the triangle inequality its φ differs by no more than that.
             let tilt = angle_between(axis, -frame[0]);
             phi = [phi[0].max(tilt - outer), phi[1].min(tilt + outer)];
-            // α + φ < π.
+            // A point that is seen along α lies on light rays with α + φ < π only, the angles
+            // of a triangle.
             alpha[1] = alpha[1].min(PI - phi[0]);
-            // With the line to the eye outside of the cone and of the opposite one, the planes
-            // around that line that touch the cone are the sides of a right-angled triangle
-            // on the sphere: sin half = sin outer / sin tilt.
+            // If the line to the eye is outside of the cone and of its opposite, the cone lies
+            // between two planes through that line. Where such a plane touches the cone, the
+            // line, the axis and the point of contact are a spherical triangle with a right
+            // angle: sin half = sin outer / sin tilt.
             if outer < tilt && tilt < PI - outer {
                 let middle = DVec2::new(axis.dot(frame[1]), axis.dot(frame[2]));
                 let cone = Arc::Part {
@@ -125,7 +127,7 @@ impl Ranges {
     }
 }
 
-/// The range with margins and a least width, each times `unit`, within 0 and
+/// The range with margins and at least the narrowest width, both times `unit`, within 0 and
 /// `highest`.
 fn widened([low, high]: [f64; 2], unit: f64, highest: f64) -> [f64; 2] {
     let low = (low - MARGIN * unit).max(0.0);
@@ -135,7 +137,7 @@ fn widened([low, high]: [f64; 2], unit: f64, highest: f64) -> [f64; 2] {
     [low, low + width]
 }
 
-/// φ of a point at distance `x` on a ray.
+/// φ of a point at the distance `x` from the eye on a ray with this α.
 fn phi(eye_light: f64, x: f64, alpha: f64) -> f64 {
     if x == f64::INFINITY {
         return PI - alpha;
@@ -145,8 +147,9 @@ fn phi(eye_light: f64, x: f64, alpha: f64) -> f64 {
 
 /// The range of φ of a point light.
 ///
-/// Along a ray φ grows. At a fixed distance x below D it has one maximum over
-/// α, asin(x/D) at cos α = x/D; beyond the light it falls with α.
+/// Along a ray φ grows, so that the extremes are at the near and the far distance. At a fixed
+/// distance x below D it has one maximum over α, asin(x/D) at cos α = x/D, so that its minimum
+/// is at an end of the range of α; at distances beyond the light it falls with α.
 fn angles(eye_light: f64, view: &ViewVolume, alpha: [f64; 2]) -> [f64; 2] {
     let at = |x, alpha| phi(eye_light, x, alpha);
     let low = if view.near < eye_light {
@@ -166,7 +169,8 @@ fn angles(eye_light: f64, view: &ViewVolume, alpha: [f64; 2]) -> [f64; 2] {
     [low, high]
 }
 
-/// The range of the distance from the axis, x sin α.
+/// The range of the distance from the axis, x sin α, which has one maximum over α, at a right
+/// angle.
 fn distances(view: &ViewVolume, alpha: [f64; 2]) -> Result<[f64; 2], Error> {
     if view.far == f64::INFINITY {
         return Err(Error::bad_value(

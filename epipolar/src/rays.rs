@@ -184,7 +184,8 @@ impl WithSimd for Located<'_> {
             let theta = Vec2::new(block.theta[0][i], block.theta[1][i]);
             block.theta_positions[i] = lattice.theta_position(Angle(theta));
         }
-        // What does not change from ray to ray is known where the loop is compiled.
+        // Whether the light is directional is a constant in each copy of the loop, so that it has
+        // no branch.
         if space.is_directional() {
             ends::<true>(lattice, block);
         } else {

@@ -245,8 +245,8 @@ impl Space {
             None => DVec2::new(1.0, self.across(from_eye).length()),
             Some(position) => {
                 let from_light = point.as_dvec3() - position.as_dvec3();
-                // Both have the same distance from the axis; the shorter one
-                // has lost less to rounding.
+                // Both vectors have the same component across the axis; the shorter one has
+                // lost less of it to rounding.
                 let nearer = if from_light.length_squared() < from_eye.length_squared() {
                     from_light
                 } else {

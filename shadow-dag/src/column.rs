@@ -26,7 +26,7 @@ pub(crate) struct Run {
     pub(crate) node: Reference,
 }
 
-/// Ends every column, behind its last run.
+/// Stands behind the last run of every column.
 const END: Run = Run {
     start: u32::MAX,
     node: LIT,
@@ -35,7 +35,8 @@ const END: Run = Run {
 /// What lies along the light over one footprint.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Column {
-    /// All texels can turn at any one depth of this interval.
+    /// All texels can turn at any one depth of this interval, which is not chosen yet: a larger
+    /// footprint may have a better one in common with its neighbours.
     Uniform(Interval),
     /// Runs on the stack of the [`Columns`] that made them, the first of them
     /// here.
@@ -46,7 +47,8 @@ pub(crate) enum Column {
     },
 }
 
-/// Makes columns. Those that are not merged yet lie on a stack.
+/// Makes columns. Those that are not merged yet lie on a stack, the last four of which become
+/// one when a footprint is complete, so that no column has memory of its own.
 #[derive(Debug)]
 pub(crate) struct Columns {
     side: u32,
@@ -120,7 +122,8 @@ impl Columns {
             while transitions[next].start < 8 * volume + 8 {
                 let Transition { start, mask: lit } = transitions[next];
                 mask = pool.mask(lit);
-                // A change in its first slice is none within the volume.
+                // A change in the volume's first slice concerns the whole volume. One behind it
+                // makes the next volume differ from this one.
                 if start > 8 * volume {
                     change = volume;
                 }
@@ -156,9 +159,8 @@ impl Columns {
         Column::Runs { first, bounds }
     }
 
-    /// The column of nodes of `level` over the footprint of which `quarters`
-    /// are the columns of the level below, `2 y + x`. What lies on the stack
-    /// from `first` on is theirs, and goes.
+    /// The column of nodes of `level` over a footprint, from the columns of its `quarters`
+    /// `2 y + x` on the level below. These lie on the stack from `first` on and are replaced.
     pub(crate) fn merge(
         &mut self,
         level: usize,
@@ -180,7 +182,7 @@ impl Columns {
         self.walk(span, |volume| {
             let mut children = [LIT; 8];
             let mut change = u32::MAX;
-            // The children in front are volume 2 v of the level below, those behind 2 v + 1.
+            // Volume v is made of volumes 2 v (in front) and 2 v + 1 (behind) of the level below.
             for (quarter, at) in at.iter_mut().enumerate() {
                 while stack[*at + 1].start <= 2 * volume {
                     *at += 1;
@@ -226,8 +228,10 @@ impl Columns {
         first
     }
 
-    /// The volumes of `level` behind those that are lit, and in front of those
-    /// that can be shadowed, because all texels of their footprint allow it.
+    /// The volumes of `level` that have to be made: behind those that all texels of the
+    /// footprint allow to be lit, and in front of those that they allow to be shadowed. The
+    /// rule [`Rule::Aligned`] makes those in front, too, because they are lit only up to the
+    /// depth that it chooses.
     fn span(&self, bounds: Interval, level: usize) -> Span {
         let end = self.side >> (3 + level);
         let unit = 8 << level;
@@ -239,9 +243,9 @@ impl Columns {
         Span { lit, shadowed, end }
     }
 
-    /// Appends a column to `merged`. `step` is asked for the node of a volume
-    /// and for the volume with the next change behind its first slice; if that
-    /// is the same one, the next volume may differ too.
+    /// Appends a column to `merged`. `step` gives the node of a volume, and the volume with the
+    /// next change behind this one's first slice, up to which the node can be repeated; if it is
+    /// this volume itself, the next one may differ.
     fn walk(&mut self, span: Span, mut step: impl FnMut(u32) -> (Reference, u32)) {
         let mut last = None;
         let mut put = |start, node| {
@@ -254,7 +258,7 @@ impl Columns {
             put(0, LIT);
         }
         let mut volume = span.lit;
-        // Up to where the last node is right.
+        // The volume up to which the last node holds.
         let mut valid = volume;
         while volume < span.shadowed {
             let (node, change) = step(volume);
@@ -292,8 +296,8 @@ impl Column {
     }
 }
 
-/// Volumes of a column: lit up to the first number, looked at up to the second;
-/// from there on they can be shadowed.
+/// The volumes of a column: those in front of `lit` are lit, those from `shadowed` to `end` can
+/// be shadowed, and those between are made one by one.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     lit: u32,

@@ -3,7 +3,7 @@
 /// The slices at which a texel may turn from lit to shadowed.
 ///
 /// A voxel of slice `z` is lit if `z < enter`, shadowed if `z ≥ exit` and
-/// free in between: it is inside of a solid, where nobody will ask.
+/// free in between: it is inside of a solid, where no point is ever shaded.
 /// Always `enter ≤ exit` for one texel. The interval of several texels is the
 /// [intersection](Self::meet) of theirs, and can be empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,8 +36,8 @@ impl Interval {
         if self.enter == 0 {
             return 0;
         }
-        // Below the highest bit in which `enter − 1` and `exit` differ, all of
-        // `exit` can be cleared without falling below `enter`.
+        // All bits of `exit` below the highest one in which `enter − 1` and `exit` differ can be
+        // cleared without falling below `enter`.
         let shift = 31 - ((self.enter - 1) ^ self.exit).leading_zeros();
         self.exit >> shift << shift
     }

@@ -75,8 +75,7 @@ pub(crate) struct Patches {
     generation: u32,
 }
 
-/// When so many columns and breaks are kept, all of them are forgotten: about
-/// 100 MB.
+/// When so many columns and breaks are kept, which is about 100 MB, all of them are dropped.
 const MOST: usize = 1 << 21;
 
 fn moved(bounds: Interval, by: u32) -> Interval {
@@ -103,7 +102,7 @@ impl Level {
     /// Between which of the breaks a fraction lies; none if it may be on either
     /// side of one.
     fn class(&self, fraction: f64, error: f64) -> Option<usize> {
-        // 0 and 1 are breaks as well, those of the first texel.
+        // 0 and 1 are breaks as well: those of the first texel.
         let class = self.breaks.partition_point(|&at| at < fraction);
         let before = match class {
             0 => 0.0,

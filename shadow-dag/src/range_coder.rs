@@ -25,7 +25,7 @@ impl Default for Bit {
 /// Steps by which the two learn, as shifts.
 const FAST: u32 = 4;
 const SLOW: u32 = 7;
-/// Neither bit is ever less probable than this.
+/// The least probability of either bit.
 const LEAST: u32 = 1 << 5;
 
 impl Bit {
@@ -43,8 +43,8 @@ impl Bit {
     }
 }
 
-/// Writes bits, or reads them: then what they are given does not matter, and
-/// what was written comes back. So one walk through a model serves both.
+/// Writes bits, or reads them. A reader ignores the bits that it is given and returns those that
+/// were written, so that one walk through a model serves both.
 pub(crate) trait Coder {
     fn bit(&mut self, model: &mut Bit, bit: bool) -> bool;
 
@@ -94,7 +94,7 @@ impl Encoder {
         for _ in 0..5 {
             self.shift();
         }
-        // Zeros at the end are read behind it anyway.
+        // Zeros at the end need not be written, because they are read behind the end anyway.
         while self.bytes.last() == Some(&0) {
             self.bytes.pop();
         }

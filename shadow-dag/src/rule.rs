@@ -96,8 +96,8 @@ impl Tile {
         }
     }
 
-    /// A cell is shadowed from where it enters, behind the slices in front of
-    /// the first exit: those can be lit throughout.
+    /// Shadows each cell from its enter on, but none in front of the first exit of the tile:
+    /// slices up to there can be lit throughout.
     fn enters(&self, side: u32, out: &mut Vec<Transition>) {
         let first_exit = self.meet().exit;
         let mut lit = Lit::new(self);
@@ -112,10 +112,9 @@ impl Tile {
         }
     }
 
-    /// At the smallest exit of what is lit everything that has entered is
-    /// shadowed: the fewest masks that there can be. The first slice with
-    /// that mask can be any from where the last of those cells enters;
-    /// `choose` says which.
+    /// Waits until a lit cell must be shadowed, at the smallest exit, and shadows all cells that
+    /// have entered by then along with it: no other way has fewer masks. The mask may begin at
+    /// any slice from the last of their enters to that exit; `choose` says at which.
     fn exits(&self, side: u32, out: &mut Vec<Transition>, choose: impl Fn(Interval) -> u32) {
         let mut lit = Lit::new(self);
         while let Some(exit) = Lit::first(&lit.exit) {
@@ -136,8 +135,8 @@ const NEVER: i32 = i32::MAX;
 /// Eight numbers that are compared at once.
 type Row = [i32; 8];
 
-/// The cells of a tile that are lit still. Numbers have a sign because not
-/// every processor compares many others at once.
+/// The cells of a tile that are still lit. Depths are signed because not every processor
+/// compares several unsigned numbers at once.
 struct Lit {
     cells: u64,
     /// By upper and lower half, row by row; [`NEVER`] for cells that are
@@ -180,8 +179,8 @@ impl Lit {
         (least != NEVER).then_some(least as u32)
     }
 
-    /// Shadows the cells that enter at `depth` or in front of it; says where
-    /// the last of them does.
+    /// Shadows the lit cells that enter at `depth` or in front of it, and returns the largest
+    /// of their enters.
     fn shade(&mut self, depth: u32) -> u32 {
         let mut last = [0; 8];
         let halves = self.enter.iter_mut().zip(&mut self.exit);

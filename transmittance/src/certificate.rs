@@ -62,8 +62,8 @@ pub(crate) fn error_bound<L: Rules, const C: usize>(
         };
         let last = next.min(nodes.len() - 1);
         let node = &nodes[first];
-        // Asked are depths of f32: the first is the one behind the node, where a
-        // stretch that leads into the dark has fallen already.
+        // Only depths that are f32 can be asked. The first is the float behind the node, where
+        // a stretch that leads into the dark has already fallen.
         let values = [node.value[c], nodes[last].value[c]].map(f64::from);
         let fraction = fraction(node.depth, nodes[last].depth, node.depth.next_up());
         let [from, to] = values;

@@ -65,7 +65,7 @@ impl<const N: usize, L: Lookup, const C: usize> Default for Curve<N, L, C> {
 }
 
 impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
-    /// What a curve and two nodes more take, in whole vectors of four.
+    /// Room for a curve and two more nodes, in whole vectors of four.
     const ROOM: usize = {
         let vectors = (N + 2).next_multiple_of(4);
         if vectors < 2 * N { vectors } else { 2 * N }
@@ -147,8 +147,8 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
             return [1.0; C];
         };
         let next = count_in_front(|index| nodes[index].depth, nodes.len(), depth);
-        // In front of the first node, which is clear, and behind the last both are
-        // the same, and its value comes out: no branch upon where the depth lies.
+        // In front of the first node, which is clear, and behind the last one, both nodes are
+        // the same, so that its value comes out without a branch.
         let (node, next) = (&nodes[next.saturating_sub(1)], &nodes[next.min(last)]);
         let fraction = fraction(node.depth, next.depth, depth);
         std::array::from_fn(|c| L::transmittance(L::mix(node.value[c], next.value[c], fraction)))
@@ -174,7 +174,7 @@ impl<const N: usize, L: Lookup, const C: usize> Curve<N, L, C> {
         }
         let nodes = self.nodes();
         (1..=nodes.len())
-            // Between two nodes at one depth there is nothing to be asked.
+            // No depth lies between two nodes at the same depth.
             .filter(|&next| next == nodes.len() || nodes[next].depth > nodes[next - 1].depth)
             .flat_map(|next| certificate::error_bound::<L, C>(nodes, next, self.insertions))
             .fold(0.0, f32::max)
@@ -214,7 +214,8 @@ impl<const N: usize, L: Lookup> Curve<N, L> {
         let Some(next) = nodes.iter().position(below) else {
             return f32::INFINITY;
         };
-        // The first node of a curve is 1, and nothing here is above 1.
+        // `next` is not the first node, whose transmittance is 1, because what is sought is at
+        // most 1.
         let (front, back) = (&nodes[next - 1], &nodes[next]);
         let share = fraction(front.value[0], back.value[0], L::value(transmittance));
         let guess = mix(front.depth, back.depth, share.clamp(0.0, 1.0));

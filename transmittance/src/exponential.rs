@@ -9,7 +9,8 @@ use crate::numeric::{EXP_ERROR, Number, exp_neg, exp_neg_4, smaller};
 
 impl Rules for Exponential {
     const CLEAR: f32 = 0.0;
-    // exp(−128) is 3e-56. Larger depths have coarser roundings.
+    // exp(−128) is 3e-56, so that larger depths are all the same. Their roundings would make
+    // bounds useless.
     const DARK: f32 = 128.0;
 
     #[cfg(feature = "wgsl")]
@@ -40,7 +41,7 @@ impl Rules for Exponential {
 
     #[inline]
     fn attenuate<const C: usize>(nodes: &mut [Node<C>], after: usize, segment: &BlockerSegment<C>) {
-        // Where light has long gone, values stop growing before they overflow.
+        // Where no light is left, values stop growing before they overflow.
         const LARGEST: f32 = 1e38;
         let tau = segment.optical_depth();
         let inverse = inverse_length(segment);
@@ -48,7 +49,8 @@ impl Rules for Exponential {
         for node in inside.iter_mut().skip(1) {
             let fraction = (f64::from(node.depth) - f64::from(segment.entry())) * inverse;
             for (value, tau) in node.value.iter_mut().zip(tau) {
-                // The last step could round beyond what a node behind gets.
+                // Rounding must not give a node more than those behind it get, or the curve
+                // would rise.
                 let sum = (f64::from(*value) + f64::from(tau) * fraction) as f32;
                 *value = smaller(sum, *value + tau);
             }
@@ -72,8 +74,9 @@ impl Rules for Exponential {
 
     #[inline(always)]
     fn area<T: Number>(widths: [T; 2], values: [T; 3], transmittances: [T; 3]) -> T {
-        // Mean of an exponential: (T₀ − T₁) / (τ₁ − τ₀), and its series where
-        // that loses its digits, the mean of the ends times tanh(u/2) / (u/2).
+        // The mean of an exponential over a stretch is (T₀ − T₁) / u with u = τ₁ − τ₀. For small
+        // u, where the differences lose their digits, it is computed as the mean of the ends times
+        // the series of tanh(u/2) / (u/2).
         let number = T::from;
         let mean = |a: usize, b: usize| {
             let u = values[b] - values[a];
@@ -98,7 +101,7 @@ impl Rules for Exponential {
         let value = f64::from(value);
         let rounding = share_rounded(insertions) * value;
         let deepest = value + above + rounding;
-        // Beyond the dark nothing is known of the exact optical depth.
+        // The bounds are cut off at DARK: of a curve that is deeper only that is known.
         let least = if deepest < DARK {
             (-deepest).exp()
         } else {
@@ -131,11 +134,11 @@ impl Rules for Exponential {
         let excess = most.min(reached) * -(-below).exp_m1();
         let mut up = excess.min(most - (-last.min(DARK)).exp());
         if last > DARK {
-            // From there on `below` is the distance from the dark.
+            // Where the curve is dark, `below` is measured from DARK.
             up = up.max(most.min((below - DARK).exp()));
         }
-        // It is at least exp(−above − v) or dark, and at least what it is at the
-        // right end.
+        // The exact curve is at least exp(−above − v) or dark, and at least what it is at
+        // the right end.
         let falls_from = (-first).exp();
         let down = falls_from * -(-f64::from(above)).exp_m1() + (-DARK).exp();
         let down = down.min(falls_from - ends[1][0]);

@@ -30,7 +30,7 @@ fn on_the_curve<L: Rules, const C: usize>(nodes: &[Node<C>], index: usize, depth
 /// Moves the nodes from `start` to `end` back by `by` entries.
 #[inline(always)]
 fn move_back<const C: usize>(nodes: &mut [Node<C>], start: usize, end: usize, by: usize) {
-    // The few nodes of a curve are moved before a call to do it has begun.
+    // For the few nodes of a curve this loop is faster than a call to a copying function.
     for index in (start..end).rev() {
         nodes[index + by] = nodes[index];
     }
@@ -65,11 +65,12 @@ pub(crate) fn insert<L: Rules, const C: usize>(
             nodes[first] = node;
         }
         *len += added + usize::from(!ends_there);
-        // The last node that is not behind the entry, and the first that gets all.
+        // Now `first` is the last node that is not behind the entry, and `after` the first that
+        // gets all of the optical depth.
         first += usize::from(is_step);
         after += added;
     } else {
-        // A step: what is in front of it, and what is behind.
+        // A surface is a step of two nodes, one in front of it and one behind.
         after = first + 1;
         if !is_step {
             let node = if is_there {
@@ -90,7 +91,7 @@ pub(crate) fn insert<L: Rules, const C: usize>(
 /// [`count_in_front`] of two depths.
 #[inline(always)]
 fn counts_in_front<const C: usize>(nodes: &[Node<C>], depths: [f32; 2]) -> (usize, usize) {
-    /// Up to this number, looking at all is as fast.
+    /// Up to this number, comparing all is as fast.
     const FEW: usize = 12;
     if nodes.len() > FEW {
         let count = |depth| count_in_front(|index| nodes[index].depth, nodes.len(), depth);

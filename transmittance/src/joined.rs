@@ -117,20 +117,20 @@ fn moved([a, b]: [[f64; 2]; 2], [p, n]: [[f64; 2]; 2], asked_from: f64, dark: f6
         // No depth lies on it.
         return [0.0; 2];
     }
-    // Ways count from the start of the stretch: they may be small beside it.
+    // Distances are measured from the start of the stretch, beside which they may be small.
     let slope = (n[1] - p[1]) / (n[0] - p[0]);
     let chord = [p[1] + slope * (a[0] - p[0]), p[1] + slope * (b[0] - p[0])];
     let along = |ends: [f64; 2], way: f64| ends[0] + (ends[1] - ends[0]) * (way / length);
     let lies_above = |way: f64| along([a[1], b[1]], way).min(dark) - along(chord, way).min(dark);
-    // Both are straight lines but for the cut: the extremes are at the ends and
-    // where one of the two is cut.
+    // Both are straight lines that are cut off at `dark`, so that the extremes of their
+    // difference are at the ends and where one of them is cut off.
     let cut = |ends: [f64; 2]| {
         let way = length * ((dark - ends[0]) / (ends[1] - ends[0]));
         if way > 0.0 && way < length { way } else { 0.0 }
     };
     let ways = [0.0, length, cut([a[1], b[1]]), cut(chord)];
     let first_asked = (asked_from - a[0]).max(0.0);
-    // Makes up for the roundings here.
+    // 1e-12 makes up for the roundings here.
     let (mut above, mut below) = (1e-12_f64, 1e-12_f64);
     for way in ways {
         above = above.max(lies_above(way) + 1e-12);

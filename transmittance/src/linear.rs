@@ -158,7 +158,7 @@ fn sag(tau: f32, passed: f32) -> f32 {
     // (1 − √T)² / 2, and the tangent there rises by at most half its slope.
     let middle = passed.sqrt();
     let slope = (1.0 - passed) - tau * middle;
-    // A small optical depth makes the slope a difference of near equals.
+    // For a small optical depth the slope is a difference of near equals.
     let curved = (1.0 - middle) * (1.0 - middle) + slope.abs();
     0.5 * smaller(curved, 0.25 * tau * tau) + 2e-7
 }

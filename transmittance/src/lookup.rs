@@ -44,8 +44,7 @@ pub trait Rules: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'sta
     /// Value where nothing is in the way.
     const CLEAR: f32;
 
-    /// Values from here on are all as good as the end of the light; infinite if
-    /// no value is.
+    /// Values from here on all count as opaque; infinite if none does.
     const DARK: f32;
 
     /// The same rules for shaders: of lookups, and of insertions.

@@ -31,12 +31,12 @@ impl<const C: usize> Node<C> {
 
 /// Number of the first `len` depths that are in front of `depth`; 0 for NaN.
 ///
-/// Comparisons are summed, not branched upon: depths come in any order, and a
-/// wrong guess costs as much as a dozen comparisons. Many depths take two levels:
-/// every fourth depth says which group, the group says the rest.
+/// Comparisons are summed without branches: depths come in any order, and a
+/// mispredicted branch costs as much as a dozen comparisons. Many depths take two levels:
+/// every fourth depth tells the group, whose own depths tell the rest.
 #[inline]
 pub(crate) fn count_in_front(depths: impl Fn(usize) -> f32, len: usize, depth: f32) -> usize {
-    /// Up to this number, looking at all is as fast.
+    /// Up to this number, comparing all is as fast.
     const FEW: usize = 16;
     const GROUP: usize = 4;
     if len <= FEW {

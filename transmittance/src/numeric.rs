@@ -27,7 +27,7 @@ const LN_2_LOW: f32 = -2.121_944_4e-4;
 /// the same bits on every machine.
 #[inline]
 pub(crate) fn exp_neg(x: f32) -> f32 {
-    // One instruction, also for NaN.
+    // The comparison takes one instruction, and makes NaN LAST.
     let x = if x < LAST { x } else { LAST };
     let shifted = x * std::f32::consts::LOG2_E + TO_INTEGER;
     let k = shifted - TO_INTEGER;
@@ -125,7 +125,7 @@ pub(crate) fn fraction(from: f32, to: f32, depth: f32) -> f64 {
     let from = f64::from(from);
     let length = f64::from(to) - from;
     let fraction = (f64::from(depth) - from) / length;
-    // Computed in any case: a branch costs more than a division.
+    // The division is always computed, because a branch costs more.
     if length != 0.0 { fraction } else { 0.0 }
 }
 

@@ -36,8 +36,8 @@ impl<const N: usize, L: Lookup, const C: usize> Packed<N, L, C> {
 
 impl<const N: usize, L: Lookup, const C: usize> From<Curve<N, L, C>> for Packed<N, L, C> {
     fn from(curve: Curve<N, L, C>) -> Self {
-        // Places that are left over repeat the last node: no depth lies
-        // between, and behind it its value counts.
+        // Unused entries repeat the last node: no depth lies between them, and behind them its
+        // value holds.
         let nodes = curve.nodes();
         let node = |index: usize| nodes.get(index).or(nodes.last());
         Self::from_parts(
@@ -53,7 +53,7 @@ impl<const N: usize, L: Lookup, const C: usize> Evaluate<C> for Packed<N, L, C> 
     #[inline]
     fn evaluate(&self, depth: f32) -> [f32; C] {
         let next = count_in_front(|index| self.depth[index], N, depth);
-        // As in a curve, the ends take no branch: the first value is a clear ray's.
+        // As in a curve, the ends take no branch: the first value is that of a clear ray.
         let (from, to) = (next.saturating_sub(1), next.min(N - 1));
         let fraction = fraction(self.depth[from], self.depth[to], depth);
         std::array::from_fn(|c| {
@@ -117,7 +117,7 @@ impl<const N: usize, L: Lookup, const C: usize> From<Curve<N, L, C>> for PackedH
             std::array::from_fn(|c| {
                 std::array::from_fn(|index| {
                     let value = node(index).map_or(L::CLEAR, |node| node.value[c]);
-                    // What is beyond the range of f16 is opaque either way.
+                    // An optical depth beyond the range of f16 is opaque either way.
                     f16::from_f32(value.min(f16::MAX.to_f32()))
                 })
             }),
@@ -129,7 +129,7 @@ impl<const N: usize, L: Lookup, const C: usize> Evaluate<C> for PackedHalf<N, L,
     #[inline]
     fn evaluate(&self, depth: f32) -> [f32; C] {
         let [first, last] = self.ends;
-        // Surfaces are behind their own depth, also those at the first node.
+        // A blocker casts no shadow at its own depth, also at that of the first node.
         if !(depth > first) {
             return [1.0; C];
         }

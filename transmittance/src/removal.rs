@@ -14,12 +14,12 @@ use crate::numeric::{larger, smaller};
 /// The largest number of nodes that a working curve can have.
 pub(crate) const MOST_NODES: usize = 256;
 
-/// Finds the least cost and where it is at once: the node's number in place of
-/// the lowest bits of the cost. Such keys are numbers that are ordered as the
-/// costs are; finding the least of floats takes an instruction for four.
+/// The bits of a key that hold the node's number in place of the lowest bits of its cost. Such
+/// keys are floats that compare as the costs do, so that one minimum, which takes an instruction
+/// for four, finds the least cost and its node at once.
 const NUMBER: u32 = MOST_NODES as u32 - 1;
 
-/// The key of what is not to be removed.
+/// The key of nodes that must not be removed.
 const NONE: f32 = f32::MAX;
 
 /// Removes inner nodes from the first `len` until at most `keep` are left; the
@@ -62,8 +62,8 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
     for _ in keep..len {
         let q = number(least_of_all);
         let (p, n) = (usize::from(previous[q]), usize::from(next[q]));
-        // While the new costs of the neighbours are computed, the least of the others
-        // is found.
+        // The least of the other keys is found while the new costs of the neighbours are
+        // computed.
         for index in [p, q, n] {
             keys[index] = NONE;
         }
@@ -89,8 +89,8 @@ pub(crate) fn remove<L: Rules, M: Cost, const C: usize, const N: usize, const W:
     keep
 }
 
-/// One or two nodes, without the links that many need: what every blocker of a
-/// curve without spare room comes to. No branch depends on which nodes they are.
+/// Removes one or two nodes, which is what each blocker of a curve without spare room takes. It
+/// does without the links that many nodes need, and no branch depends on which nodes they are.
 #[inline(always)]
 fn remove_few<L: Rules, M: Cost, const C: usize>(
     nodes: &mut [Node<C>],
@@ -103,8 +103,8 @@ fn remove_few<L: Rules, M: Cost, const C: usize>(
     nodes_joined::<L, C>(nodes, [q - 1, q, q + 1]);
     let mut removed = [q, len];
     if len - keep == 2 {
-        // The removed node has no key any more and its neighbours have others: kept
-        // apart, because numbers that were just written are slow to read as vectors.
+        // The removed node and its neighbours are left out here instead of in memory, because
+        // numbers that were just written are slow to read as vectors.
         let others = least_key(keys, |index, key| {
             let is_near = (index as u32 + 1).wrapping_sub(q as u32) <= 2;
             if is_near { NONE } else { key }
@@ -114,8 +114,8 @@ fn remove_few<L: Rules, M: Cost, const C: usize>(
             around.map(|index| &nodes[index]),
             around.map(|index| transmittance[index]),
         );
-        // Keys are not negative: as integers they are ordered as they are as floats,
-        // and are chosen from without a branch.
+        // Keys are not negative, so that they compare as integers as they do as floats, and
+        // one is chosen without a branch.
         let [front, back] =
             [(front, q - 1), (back, q + 1)].map(|(cost, q)| key_of(cost, q).to_bits());
         let front = if q > 1 { front } else { u32::MAX };
@@ -135,7 +135,7 @@ fn remove_few<L: Rules, M: Cost, const C: usize>(
 
 #[inline(always)]
 fn key_of(cost: f32, node: usize) -> f32 {
-    // A cost that is not a number counts as none, an infinite one as the largest.
+    // NaN counts as a cost of 0, infinity as the largest cost.
     let cost = smaller(larger(cost, 0.0), NONE);
     f32::from_bits((cost.to_bits() & !NUMBER) | node as u32)
 }
@@ -152,7 +152,7 @@ fn least(keys: &[f32]) -> f32 {
     least_key(keys, |_, key| key)
 }
 
-/// The least of what becomes of the keys, four at a time.
+/// The least of the keys after `change`, four at a time.
 #[inline(always)]
 fn least_key(keys: &[f32], change: impl Fn(usize, f32) -> f32) -> f32 {
     let (fours, rest) = keys.as_chunks::<4>();

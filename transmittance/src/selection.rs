@@ -1,9 +1,9 @@
 //! The best subset of a working curve's nodes, by dynamic programming.
 //!
-//! Removing one node after the other is near-sighted: a node that was cheap to
-//! remove makes its neighbours dear. From a few dozen nodes the subset of least
-//! total cost can be had at once, because the cost of a stretch depends on its
-//! two ends only:
+//! Removing one node after the other is short-sighted: a node that was cheap to
+//! remove makes its neighbours expensive. From a few dozen nodes the subset of least
+//! total cost can be found directly, because the cost of a stretch depends only on its
+//! two ends:
 //!
 //! ```text
 //! best(s, j) = min over i < j of best(s − 1, i) + cost(i, j)
@@ -25,7 +25,7 @@ use crate::node::Node;
 /// Ends of stretches that are priced together.
 const LANES: usize = 4;
 
-/// One in so many nodes of a stretch is where it is asked whether it costs too much.
+/// After every so many nodes of a stretch it is checked whether it costs too much already.
 const LOOKS: usize = 4;
 
 /// Stretches from a node to so many times [`LANES`] ends are short.
@@ -61,8 +61,9 @@ fn choose<L: Rules, M: Cost, const C: usize, const N: usize, const W: usize>(
     len: usize,
 ) -> [usize; N] {
     let mut paths = Paths::<N, W>::new(len);
-    // Areas only add up inside a stretch. So once the best curve of short stretches is known,
-    // the pricing of a long one can end where a curve with it would cost more than that.
+    // The area of a stretch is a sum of positive terms. Once the best curve of short stretches
+    // is known, the sum for a long stretch can therefore end where any curve with it would cost
+    // more.
     let mut short = [[[f32x4::ZERO; SHORT]; N]; W];
     let ends_early = if M::WEIGHS_AREA { len - 1 } else { 0 };
     let short = &mut short.as_flattened_mut()[..ends_early];
@@ -220,9 +221,9 @@ impl<const C: usize, const N: usize, const W: usize> Columns<C, N, W> {
         columns
     }
 
-    /// Cost of the stretches from node `i` to the nodes from `first` on; what is
-    /// behind the last of `len` nodes means nothing. Areas may be too small where all of
-    /// them and `so_far` are more than `most`; they are more even so.
+    /// Costs of the stretches from node `i` to the nodes from `first` on; those to nodes behind
+    /// the last of `len` mean nothing. If each of the areas exceeds `most` together with
+    /// `so_far`, they may be too small, but still exceed it.
     #[inline(always)]
     fn costs<L: Rules, M: Cost>(
         &self,
@@ -249,7 +250,7 @@ impl<const C: usize, const N: usize, const W: usize> Columns<C, N, W> {
             for x in i + 1..(first + LANES - 1).min(len - 1) {
                 let way = (f32x4::splat(depth[x] - depth[i]) * inverse).fast_min(f32x4::splat(1.0));
                 let chord = start + rise * way;
-                // Ends behind the node: it is within the stretch.
+                // Only stretches that end behind the node contain it.
                 let counts = number.cmp_gt(f32x4::splat(x as f32));
                 if M::WEIGHS_AREA {
                     let off = f32x4::splat(transmittance[x]) - L::transmittances(chord);

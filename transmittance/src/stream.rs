@@ -57,9 +57,9 @@ impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> Defau
 }
 
 impl<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize> Stream<N, M, L, C, W> {
-    /// What is left when the room is full. `3 N / 4` at a time comes near the
-    /// quality of one at a time at a third of the cost (tuned on smoke and hair,
-    /// 8 and 16 nodes); a blocker needs room for two.
+    /// How many nodes are kept when the room is full. Removing `3 N / 4` at a time comes near
+    /// the quality of removing one at a time at a third of the cost (tuned on smoke and hair,
+    /// 8 and 16 nodes). A blocker needs room for two.
     const REFILL: usize = W * N - if N < 4 { 2 } else { 3 * N / 4 };
 
     /// A clear ray.

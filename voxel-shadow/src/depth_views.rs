@@ -140,7 +140,7 @@ impl DepthViews {
     /// If there is no such view.
     pub fn place(&self, view: usize, ray: &LightRay) -> Option<[f32; 2]> {
         let [base, along] = self.ends(view, ray);
-        // A metre along the ray, as well as any other point in front of the view.
+        // The point a metre along the ray serves as well as any other in front of the view.
         let point = base + along;
         let inside = point.w > 0.0 && point.x.abs() <= point.w && point.y.abs() <= point.w;
         inside.then(|| [0.5 + 0.5 * point.x / point.w, 0.5 - 0.5 * point.y / point.w])

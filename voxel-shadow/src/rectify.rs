@@ -75,9 +75,9 @@ const TOGETHER: usize = 64;
 
 /// The indices of the light rays of a plane, whose first blockers `distances` finds.
 ///
-/// A loop for each step: turns of short loops overlap in the processor, and the angles at
-/// the end are computed with vector instructions. What binds is the source: misses of the
-/// cache of a shadow map take four fifths of the time.
+/// There is a loop for each step: rounds of short loops overlap in the processor, and the
+/// angles at the end are computed with vector instructions. Most of the time is the source's:
+/// cache misses in a shadow map take four fifths.
 pub(crate) fn rectify_plane(
     lattice: &Lattice,
     theta: usize,

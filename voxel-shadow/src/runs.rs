@@ -48,9 +48,8 @@ impl Pair<'_> {
         self.visibility(position.clamp(0.0, highest) as u32)
     }
 
-    /// The visibilities between two positions along φ, each times the length of its
-    /// part; the bit of a position is that of [`Runs::new`]. Exactly `to − from` if all
-    /// are lit.
+    /// The integral of the visibility between two positions along φ; the bit of a position
+    /// is that of [`Runs::new`]. Exactly `to − from` if all bits are lit.
     #[inline]
     pub(crate) fn lit_length(&self, bias: f32, from: f32, to: f32) -> f32 {
         let highest = (32 * self.first.len() - 1) as f32;
@@ -59,13 +58,13 @@ impl Pair<'_> {
         if first == last {
             return self.visibility(first) * (to - from);
         }
-        // Parts of the first and the last bit, and a count of the whole ones between them.
+        // The shares of the first and the last bit, and the number of lit bits between them.
         let before = (first + 1) as f32 - ends[0];
         let after = ends[1] - last as f32;
         let whole = [self.first, self.second].map(|texel| lit_bits(texel, first + 1, last));
         let between = blend(whole[0], whole[1], self.share);
         let [at_first, at_last] = [first, last].map(|bit| self.visibility(bit));
-        // The three lengths add up to `to − from` but for rounding.
+        // The three lengths add up to `to − from` only up to rounding.
         if at_first == 1.0 && at_last == 1.0 && between == (last - first - 1) as f32 {
             return to - from;
         }
@@ -73,7 +72,7 @@ impl Pair<'_> {
     }
 
     /// The bits of a word at which one of the two texels changes: those that differ from the
-    /// bit before them, which may be in the word before. Bit 0 of the texels is none.
+    /// bit before them, which may be in the word before. Bit 0 of the texels never counts.
     #[inline]
     fn changes(&self, word: usize) -> u32 {
         let changes = |texel: &[u32]| {
@@ -103,7 +102,7 @@ fn lit_bits(texel: &[u32], start: u32, end: u32) -> u32 {
 #[inline]
 fn blend(first: u32, second: u32, share: f32) -> f32 {
     let (first, second) = (first as f32, second as f32);
-    // Exactly 1 if both are lit.
+    // In this form it is exactly 1 if both are lit.
     first + share * (second - first)
 }
 
@@ -112,8 +111,8 @@ fn blend(first: u32, second: u32, share: f32) -> f32 {
 /// In order; neighbours differ in visibility. A ray that ends where it begins
 /// has one run of length 0, if it is lit.
 ///
-/// All changes of a word are found at once, and then read off one by one; what binds is the
-/// branch at the end of each run, which is hard to foresee.
+/// All changes of a word are found at once, and then read off one by one. The branch at the end
+/// of each run, which is hard to predict, takes most of the time.
 #[derive(Debug, Clone)]
 pub struct Runs<'a> {
     texels: Pair<'a>,

@@ -42,8 +42,8 @@ pub(crate) struct Scratch<'a> {
     texels: Texels,
 }
 
-/// How often a gap may turn out to be crossed and be looked for further in
-/// front. More hardly ever helps: it is then found in the quarters.
+/// How many times a gap that turns out to be crossed is sought farther in front. More hardly
+/// ever helps, and a gap that is missed is found in the quarters.
 const RETRIES: usize = 4;
 
 /// Columns over patches of a plane are kept up to the width at which the fifth
@@ -185,7 +185,7 @@ impl<'a> Scratch<'a> {
         let whole = self.start(tile);
         let mut waiting = vec![(level(tile.side), whole)];
         while let Some((at, part)) = waiting.pop() {
-            // What was found for the parts that are done goes.
+            // Lists of the parts that are done are dropped.
             self.lists.truncate(part.top);
             if at == level(side) {
                 each(part.origin(at), &self.lists[part.start..part.end]);
@@ -268,8 +268,8 @@ impl<'a> Scratch<'a> {
         if start >= end {
             return None;
         }
-        // Rays end outside of everything, so what is left behind the gap and
-        // not entered there was entered in front of it.
+        // Rays end outside of everything, so that solids that are left behind the gap without
+        // being entered there were entered in front of it.
         let mut inside = 0;
         for (&triangle, &(kind, [least, _])) in
             self.lists[part.start..part.end].iter().zip(&self.ranges)

@@ -40,8 +40,8 @@ struct Cover {
     number: usize,
 }
 
-/// A surface over a group of texels. For texels that are none of them its numbers
-/// are those of the first.
+/// A surface over a group of texels. Texels outside of the group have the numbers of its first
+/// texel, so that comparisons over all 64 hold.
 #[derive(Debug, Clone, Copy)]
 struct Sheet {
     kind: Kind,
@@ -79,8 +79,8 @@ impl Group {
     }
 }
 
-/// Groups of fewer texels, and tiles with more triangles, are looked at texel by
-/// texel: all 64 would cost more.
+/// Groups of fewer texels, and tiles with more triangles, are resolved texel by texel, because
+/// computing all 64 texels together would cost more.
 const FEWEST_TEXELS: u32 = 12;
 const MOST_COVERS: usize = 16;
 
@@ -198,7 +198,7 @@ impl Texels {
                 ranks,
             });
         }
-        // Some surface has a gap.
+        // The rays enter more often than they leave: the surface of some solid has a gap.
         if inside < 0 {
             return false;
         }

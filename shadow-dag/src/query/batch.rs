@@ -12,7 +12,7 @@ use crate::error::same_length;
 use crate::nodes::Nodes;
 use crate::{Error, ShadowDag};
 
-/// Questions that one thread takes at a time if they share nothing: a few microseconds of work.
+/// Questions that one thread takes at a time if they share nothing.
 const CHUNK: usize = 256;
 
 /// The most that one thread takes at a time if they may: some rows of a picture.

@@ -36,8 +36,8 @@ fn first_shadowed<N: Nodes>(
         let shift = level as u32 + 2;
         let quarter = (y >> shift & 1) << 1 | (x >> shift & 1);
         let near = nodes.child(node, quarter);
-        // A column turns once: if the near half is still lit at its end, it is
-        // lit throughout.
+        // A column turns from lit to shadowed once: if the near half is still lit at its
+        // end, it is lit throughout.
         let half = 4 << level;
         reference = if descend(nodes, level - 1, near, x, y, half - 1) {
             front += half;

@@ -171,9 +171,9 @@ impl Path {
         let s = match kind {
             Planes::Even { a, b, c } => (i * a - b) * c,
             Planes::Texels { a, b, c, d } => {
-                // Beyond the vanishing point the denominator changes sign.
-                // A ray that leaves the light never gets there, one that
-                // comes in has been there before all others.
+                // The denominator has the other sign for planes beyond the ray's vanishing
+                // point. A ray that goes away from the light never meets those; one that comes
+                // towards it has met them before all others.
                 let denominator = c - i * d;
                 if denominator * f64::from(way) <= 0.0 {
                     return if d < 0.0 {
@@ -207,8 +207,8 @@ impl Path {
         let found = guess
             .into_iter()
             .find(|&i| (i == 0 || left(i - 1)) && (i == last || !left(i)));
-        // Rounding can take the estimate further off than that for rays that
-        // all but lie in a plane.
+        // For rays that nearly lie in a plane, rounding can put the estimate farther off
+        // than that.
         let i = found.unwrap_or_else(|| {
             let (mut low, mut high) = (0, last);
             while low < high {
@@ -249,7 +249,7 @@ impl Path {
     /// its front, as a range of `s`; it may be empty.
     fn clip(&self, length: f64) -> (f64, f64) {
         let (mut start, mut end) = (0.0_f64, length);
-        // Each of these is linear along the ray and not negative inside.
+        // Each of these bounds is linear along the ray and not negative inside.
         let near = self.slices.depth(0.0);
         let bounds = |h: DVec4, near: f64| [h.x, h.w - h.x, h.y, h.w - h.y, h.z - near];
         let from = bounds(self.from, near);
@@ -340,8 +340,7 @@ fn walk(find: impl Fn(UVec3) -> Volume, path: &Path, length: f64) -> Joined {
             (cell + u32::from(path.axes[axis].way > 0)) << volume.shift
         });
         let crossings = [0, 1, 2].map(|axis| path.crossing(axis, planes[axis]));
-        // What is crossed already is the rim of the map, or was met while
-        // clipping.
+        // A plane that is crossed already is the rim of the map, or was met while clipping.
         let exit = (crossings.iter().filter(|crossing| **crossing > s))
             .fold(end, |exit, &crossing| exit.min(crossing));
         if volume.lit {
@@ -350,7 +349,7 @@ fn walk(find: impl Fn(UVec3) -> Volume, path: &Path, length: f64) -> Joined {
         s = exit;
         for axis in 0..3 {
             let known = if crossings[axis] > s {
-                // The next plane of a single voxel has been looked at.
+                // The next plane of a single voxel is already known.
                 (volume.shift == 0).then_some(voxel[axis])
             } else {
                 path.behind(axis, planes[axis], s)

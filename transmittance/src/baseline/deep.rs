@@ -148,8 +148,8 @@ impl Windows {
         while at < to.1.min(DARK) {
             // A chord over an optical depth x strays by at most e^(−at) x² / 8.
             let end = at + (8.0 * stray * at.exp()).sqrt();
-            // Rounded towards the start, but at least to the next depth there is:
-            // nothing can be asked between two of those.
+            // Rounded towards the start, but at least to the next float: no depth lies between
+            // two floats.
             let ideal = near + (far - near) * ((end - tau) / rise).min(1.0);
             let depth = ideal as f32;
             let depth = if f64::from(depth) > ideal {

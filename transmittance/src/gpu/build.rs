@@ -85,8 +85,8 @@ impl<const C: usize> InShader<SegmentsSlot> for SegmentLists<GpuMemory, C> {
 
 impl<const C: usize> ShaderSegments for SegmentLists<GpuMemory, C> {
     fn longest(&self) -> u32 {
-        // Promised is only an upper bound, and each part of it costs a dispatch;
-        // `lists.wgsl` takes no list beyond the segments.
+        // The promise is only an upper bound, and each part of it costs a dispatch. No list has
+        // more than all segments.
         let segments = self.numbers().len() / (2 + C);
         SegmentLists::longest(self).min(segments.try_into().unwrap_or(u32::MAX))
     }
@@ -130,8 +130,9 @@ pub(super) const fn unfinished_numbers(capacity: usize, channels: usize) -> usiz
 /// Segments per texel and dispatch.
 ///
 /// A software driver ends loops after 65,535 iterations of an invocation, summed
-/// over all loops, and a real one takes back the device after seconds. An insertion goes a dozen times
-/// over the nodes of a curve, and as often over its channels at each.
+/// over all loops, and the driver of a real GPU takes the device away if a dispatch takes too
+/// long. An insertion goes over the nodes of a curve a dozen times, and at each of them over the
+/// channels.
 pub(super) const fn batch(capacity: usize, channels: usize) -> u32 {
     let each = 12 * capacity * (1 + channels);
     let batch = 32_768 / each;

@@ -76,9 +76,9 @@ impl<E: Encode> BuildGrid for Gpu<E> {
 pub(super) enum Scan {
     /// In parallel along the rows too, in workgroups with barriers.
     Blocks,
-    /// Each column by one invocation: reads and writes once, but leaves idle what
-    /// a GPU has beyond the columns. Processors that play a GPU are ten times as
-    /// slow at barriers.
+    /// Each column by one invocation, which reads and writes every word once. A GPU with more
+    /// lanes than there are columns is partly idle. For processors that play a GPU, which are
+    /// ten times as slow at barriers.
     Columns,
 }
 
