@@ -124,7 +124,7 @@ impl<T: Borrow<Tracer>> Exact<T> {
     /// The light lies on the line of the ray: the planar triangle is a line.
     fn collinear(&self, path: &LightPath<'_>, shadow: &mut Shadow) {
         let line = Line::new(path.ray().origin(), path.ray().direction());
-        // Where the light is on the line: at a distance, or infinitely far
+        // The position of the light on the line: a distance from the eye, or infinitely far
         // ahead or behind.
         let light = match path.emitter() {
             Emitter::Point(_) => f64::from(path.foot()),
@@ -147,7 +147,8 @@ impl<T: Borrow<Tracer>> Exact<T> {
                     && let Some((t, u, v)) = line.meets(triangle)
                 {
                     let transmittance = caster.transmittance_at(u, v);
-                    // Neighbours meet the line in their common edge: once is enough.
+                    // A line that goes through the common edge of two triangles meets both at
+                    // the same distance, and only one of them may filter its light.
                     let is_on_edge = u.min(v).min(1.0 - u - v) <= 1e-9;
                     if is_on_edge && transmittance != Vec3::ZERO {
                         let is_known = |known: &f64| (known - t).abs() <= 1e-9 * t.abs();
@@ -156,8 +157,8 @@ impl<T: Borrow<Tracer>> Exact<T> {
                         }
                         met.push(t);
                     }
-                    // What is on the far side of the blocker, as the light
-                    // sees it, is dark.
+                    // The line is dark on the far side of the blocker, as seen from the
+                    // light.
                     if t < light {
                         shadow.filter(f64::NEG_INFINITY, t, transmittance);
                     } else {

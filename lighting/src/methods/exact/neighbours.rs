@@ -330,7 +330,7 @@ impl<'a> Fan<'a> {
         }
         let [from, to] = sight.lines;
         let (a, b) = if self.distance.is_finite() {
-            // Where lines of the light meet the ray, if they do before infinity.
+            // The positions at which lines from the light meet the ray, if they meet it.
             let [from, to] = [axial - across * from, axial - across * to];
             if from <= 0.0 {
                 return None;

@@ -171,7 +171,8 @@ impl Plane {
     /// Projects a segment of the plane from the light onto the ray.
     #[inline]
     pub(super) fn project(&self, a: (f64, f64), b: (f64, f64)) -> Option<(f64, f64)> {
-        // Which is lower cannot be guessed: a look-up instead of a branch.
+        // A processor cannot predict which end is lower, so a look-up takes the place of a
+        // branch.
         let low = usize::from(a.1 > b.1);
         let (a, b) = ([a, b][low], [a, b][1 - low]);
         if b.1 <= 0.0 {
@@ -186,8 +187,8 @@ impl Plane {
         let (x_low, x_high) = match self.light {
             PlaneLight::Sun { slope } => (low.0 - slope * low.1, b.0 - slope * b.1),
             PlaneLight::Point { foot, h } => {
-                // What touches the light lies on a line through it and hides a single
-                // point, wherever rounding has put it.
+                // A segment that touches the light lies on a line through it and hides a
+                // single point, wherever rounding has put it.
                 let rounding = 1e-12 * (h + foot.abs());
                 let is_at_light = |point: (f64, f64)| {
                     (h - point.1).abs() <= rounding && (point.0 - foot).abs() <= rounding
@@ -199,8 +200,8 @@ impl Plane {
                 let x_high = if b.1 < h {
                     from_light(b)
                 } else {
-                    // The segment reaches the light's height: its shadow has
-                    // no end on the side where it does.
+                    // The segment reaches the light's height: on that side its shadow has
+                    // no end.
                     let aside = at_height(h).0 - foot;
                     if aside.abs() <= rounding {
                         // A surface through the light hides a single point.

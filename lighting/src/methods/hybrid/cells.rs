@@ -14,8 +14,8 @@ const MOST_CELLS: u32 = 256;
 /// A depth that is farther than anything, m, and whose square is a number.
 pub(super) const NOTHING: f32 = 1e18;
 
-/// What the roundings of a depth add up to, relative to it, and what those of a
-/// position do, relative to the largest coordinate: a few times 2⁻²⁴ each.
+/// The largest rounding error of a depth, relative to it, and of a position, relative to its
+/// largest coordinate: a few times 2⁻²⁴ each.
 pub(super) const DEPTH: f64 = 4e-6;
 pub(super) const POSITION: f64 = 1e-6;
 
@@ -93,7 +93,8 @@ impl Cells {
                 .split_at_mut(self.pictures.len() * 4 * width * width);
             let coarse = &mut coarse[..self.pictures.len() * width * width];
             for (index, value) in coarse.iter_mut().enumerate() {
-                // Rows of all pictures are one after the other.
+                // The rows of all pictures lie one after the other, so that the pictures are
+                // halved as if they were a single one.
                 let (row, column) = (index / width, index % width);
                 let first = 2 * row * 2 * width + 2 * column;
                 let [a, b, c, d] = [0, 1, 2 * width, 2 * width + 1].map(|cell| fine[first + cell]);

@@ -234,9 +234,10 @@ impl Search<'_> {
                 _ => cube_face(line.base + past * line.direction),
             };
             let sight = Sight::new(&pictures[index], index, line);
-            // What is on the border of a picture may be rounded to either side: a texel
-            // around it belongs to it. Light may be in neighbours' alone, so that
-            // these overlap, and in what is outside of a single one.
+            // A position on the border of a picture may be rounded to either side, so a texel
+            // around a picture counts as part of it. Light may be in the neighbour's cells
+            // alone, so that the parts overlap when light is sought. Everything outside of a
+            // single picture is lit: its border is moved inwards by a texel.
             let texel = match (self.sought, pictures.len()) {
                 (Sought::Light, 1) => -1.0,
                 _ => 1.0,
@@ -273,7 +274,8 @@ impl Search<'_> {
         cells: &mut u32,
     ) -> Option<f64> {
         let Sight { at, slope, .. } = *sight;
-        // Which border of a cell comes next: texels rise or fall all along the line.
+        // Texels rise or fall all along the line, so the next border of a cell is always the
+        // same one of the two: 1 where they rise.
         let next = [0, 1].map(|i| u32::from(slope[i] * at.z - at[i] * slope.z >= 0.0));
         let finest = f64::from(self.cells.cell);
         let mut level = self.cells.top().saturating_sub(START);
@@ -293,9 +295,9 @@ impl Search<'_> {
                 let number = cell[axis] + next[axis];
                 let texel = size * f64::from(number);
                 let towards = slope[axis] - texel * slope.z;
-                // Borders along the line or beyond its vanishing point are never met, and
-                // where the picture ends so does the part. One that is right here is met,
-                // whatever rounding says.
+                // Borders parallel to the line or beyond its vanishing point are never met,
+                // and those of the picture end the part. A border right here is met, whatever
+                // rounding does.
                 let ahead = if next[axis] == 1 { towards } else { -towards };
                 match ahead > 0.0 && (1..width).contains(&number) {
                     true => ((texel * at.z - at[axis]) / towards).max(s),
@@ -309,7 +311,7 @@ impl Search<'_> {
             let Some(entry) = entry else {
                 s = exit + line.past(exit);
                 let crossed = usize::from(y < x);
-                // Past the border of the coarser cell too?
+                // This may be the border of the coarser cell, too.
                 if (cell[crossed] + next[crossed]) % 2 == 0 && level < self.cells.top() {
                     level += 1;
                 }
@@ -369,7 +371,8 @@ impl<'a> Sight<'a> {
                 Sought::Shadow if s * s > square => Some(s),
                 Sought::Shadow => (exit * exit > square).then(|| square.sqrt().clamp(s, exit)),
                 Sought::Light if s * s <= square => Some(s),
-                // Where the ray comes as close as that.
+                // The position at which the ray comes as close to the light as the stored
+                // distance.
                 Sought::Light => (s < 0.0 && square >= 0.0 && -square.sqrt() <= exit)
                     .then(|| (-square.sqrt()).clamp(s, exit)),
             }
