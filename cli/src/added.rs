@@ -12,7 +12,7 @@ use lighting::scene::{Scene, Translucent};
 
 use crate::failure::Failure;
 
-/// What is added to a scene.
+/// Smoke and hair that are added to a scene.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Smoke and hair")]
 pub(crate) struct AddedOptions {
@@ -94,8 +94,8 @@ pub(crate) struct Emission {
     factor: Option<Vec3>,
 }
 
-/// `fire.vol`, `5,2,1` or `fire.vol@5,2,1`. What follows an @ and is no list of numbers is
-/// part of the name. "nan" and "inf" are numbers, so that they are not looked for as files.
+/// `fire.vol`, `5,2,1` or `fire.vol@5,2,1`. Text behind an @ that is no list of numbers is part
+/// of the name. "nan" and "inf" are numbers, so that they are not looked for as files.
 fn emission(text: &str) -> Result<Emission, String> {
     let numbers = |text: &str| -> Option<Vec<f64>> {
         let numbers = text.split(',').map(|number| number.trim().parse().ok());
@@ -198,7 +198,7 @@ impl AddedOptions {
     }
 }
 
-/// What is in a file, if there is to be one.
+/// The contents of a file, if one was given.
 fn contents(path: Option<&Path>) -> Result<Option<Vec<u8>>, Failure> {
     let read = |path: &Path| {
         let bytes = read_regular(path, MAX_FILE_BYTES);

@@ -23,14 +23,14 @@ use crate::output::PendingFile;
 use crate::print::note;
 use crate::{interrupt, progress, suggest};
 
-/// Time between two checkpoints, at least.
+/// The shortest time between two checkpoints.
 const PAUSE: Duration = Duration::from_secs(10);
 
 /// Runs `crepuscular bake`.
 pub(crate) fn run(args: &Bake) -> Result<(), Failure> {
     let most = Resolution::new(args.resolution)
         .map_err(|error| Failure::from(error).about("--resolution"))?;
-    // An interruption is heard from the time on at which the file is begun.
+    // Signals are requests from here on, where the file is begun.
     let stop = interrupt::flag()?;
     let file = PendingFile::beside(&args.output, &[Path::new(&args.scene)])?;
     let clock = Instant::now();
@@ -173,7 +173,7 @@ pub(crate) fn describe_size(set: &ShadowSet, content: &[u8]) -> String {
     )
 }
 
-/// The scene without anything that a bake does not ask for.
+/// The scene without the parts that a bake does not need.
 fn scene_options(args: &Bake) -> SceneOptions {
     SceneOptions {
         seed: args.seed,
@@ -188,7 +188,7 @@ fn scene_options(args: &Bake) -> SceneOptions {
     }
 }
 
-/// The lights that are asked for, and what is to be said about them.
+/// The lights that are asked for, and notes about them.
 fn emitters(lights: &[Light], names: &[String]) -> Result<(Vec<Emitter>, Vec<String>), Failure> {
     let is_area = |light: &Light| matches!(light, Light::Area(_));
     let mut notes = Vec::new();
@@ -279,7 +279,7 @@ fn index(lights: &[Light], name: Option<&str>) -> Result<usize, Failure> {
     }
 }
 
-/// What the bake says about the scene.
+/// The notes of the bake about the scene.
 fn describe_watertightness(watertightness: Watertightness) -> Vec<String> {
     let mut notes = Vec::new();
     let Watertightness {

@@ -1,5 +1,4 @@
-//! The file beside the output in which an interrupted bake leaves what is
-//! finished.
+//! The file beside the output in which an interrupted bake leaves its finished tiles.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -11,7 +10,7 @@ use crate::failure::Failure;
 use crate::file;
 use crate::output::PendingFile;
 
-/// Where the checkpoint of `output` is.
+/// The path of the checkpoint of `output`.
 pub(crate) fn path(output: &Path) -> PathBuf {
     let mut name = output.as_os_str().to_owned();
     name.push(".part");

@@ -1,4 +1,4 @@
-//! What ends the program early.
+//! Failures, which end the program early.
 
 use std::error::Error;
 use std::fmt;
@@ -12,11 +12,11 @@ pub(crate) struct Failure {
     code: u8,
 }
 
-/// What the program returns for anything that the user can set right; clap
-/// returns the same for a wrong command line.
+/// The exit code for anything that the user can set right; clap returns the same for a wrong
+/// command line.
 pub(crate) const USER_ERROR: u8 = 2;
 
-/// What it returns if there is a result, and nothing in it.
+/// The exit code if there is a result, and nothing in it.
 const NOTHING: u8 = 1;
 
 impl Failure {
@@ -35,7 +35,7 @@ impl Failure {
         }
     }
 
-    /// What the program returns.
+    /// The exit code.
     pub(crate) fn code(&self) -> u8 {
         self.code
     }

@@ -84,7 +84,7 @@ pub(crate) fn radiance(
     Ok(Some(indirect.radiance))
 }
 
-/// Turns an ambient light away that is none, or that there is no fog for.
+/// Refuses an ambient light that is not one, or for which there is no fog.
 pub(crate) fn check_ambient(option: &AmbientOption, input: &Input) -> Result<(), Failure> {
     match (option.ambient, &input.scene.medium) {
         (None, _) => Ok(()),
@@ -95,7 +95,7 @@ pub(crate) fn check_ambient(option: &AmbientOption, input: &Input) -> Result<(),
     }
 }
 
-/// The ambient light that the fog before everything scatters into the eye, one RGB0 per
+/// The ambient light that the fog in front of everything scatters into the eye, one RGB0 per
 /// pixel; `None` if none is asked for.
 pub(crate) fn ambient(
     option: &AmbientOption,
@@ -126,7 +126,7 @@ fn named(error: IndirectError) -> Failure {
     Failure::from(error).about(option)
 }
 
-/// What the reader of the output should know.
+/// Notes for the reader of the output.
 fn notes(indirect: &Indirect, environment: bool, input: &Input) -> Vec<String> {
     let mut notes = Vec::new();
     if indirect.in_closed_form + indirect.by_quadrature > 0 {
@@ -211,7 +211,7 @@ fn exr_texels(path: &Path) -> Result<Texels, Failure> {
 fn image_texels(path: &Path) -> Result<Texels, Failure> {
     let named = |failure: Failure| failure.about(&path.display().to_string());
     let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes_of(path)?));
-    // What the name says, unless the contents say otherwise.
+    // The name decides the format, unless the contents say otherwise.
     if let Ok(format) = image::ImageFormat::from_path(path) {
         reader.set_format(format);
     }

@@ -27,7 +27,8 @@ pub(crate) struct Input {
     pub(crate) scene: Scene,
     pub(crate) geometry: Geometry,
     pub(crate) tracer: Arc<Tracer>,
-    /// What methods share on the host, the tracer to begin with.
+    /// The store of everything that methods share on the host; at the beginning it holds the
+    /// tracer.
     pub(crate) host: Store<Host>,
     /// Every light as emitters, area lights as several.
     pub(crate) emitters: Vec<Emitter>,
@@ -65,7 +66,8 @@ impl Input {
         size: Size,
     ) -> Result<Self, Failure> {
         let aspect = f64::from(size.width) / f64::from(size.height);
-        // Nobody steps back any number of times to see all of it through a slit.
+        // No viewer would step back as far as it takes to see all of the scene through a narrow
+        // slit.
         Self::for_pictures(name, options, aspect.clamp(0.5, 4.0) as f32)
     }
 
@@ -105,7 +107,7 @@ impl Input {
         // What is placed here must not depend on what moves.
         let (any, stays) = (part.is_some(), part.unwrap_or(&geometry));
         let mut bounds = self::bounds(&scene, stays);
-        // What was laid below hair and smoke need not be in view.
+        // A ground that was laid below hair and smoke need not be in view.
         let solid = if floor.is_none() {
             stays.triangles()
         } else {
@@ -310,7 +312,7 @@ fn read(name: &str, options: &SceneOptions) -> Result<Loaded, Failure> {
     Ok(loaded)
 }
 
-/// What to say where there is no such scene.
+/// The message if there is no such scene.
 fn no_scene(name: &str) -> Failure {
     /// Files of a folder that are compared with the name.
     const FILES: usize = 10_000;

@@ -1,4 +1,4 @@
-//! What is in a file of precomputed voxelized shadows.
+//! The contents of a file of precomputed voxelized shadows.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub(crate) fn run(args: &Inspect) -> Result<(), Failure> {
     let about = |failure: Failure| failure.about(&name);
     let file = file::read(&args.file).map_err(|error| about(error.into()))?;
     let set = ShadowSet::read(&file).map_err(|error| about(error.into()))?;
-    // What was read whole but is not usable in place.
+    // A file that can be read, but not used in place, is compressed.
     let is_compressed = ShadowSet::from_bytes(file.as_slice()).is_err();
     let entries = LightEntry::directory(&file).map_err(|error| about(error.into()))?;
     let lights = lights(&set, entries.as_deref());
@@ -49,7 +49,7 @@ struct Light {
     bytes: Option<Range<u64>>,
 }
 
-/// Those of a set, with what the directory of its file says of them, if it has one.
+/// The lights of a set, with the entries of the directory of its file, if it has one.
 fn lights<B>(set: &ShadowSet<B>, entries: Option<&[LightEntry]>) -> Vec<Light> {
     let mut first = 0;
     let light = |(index, grids): (usize, &[ShadowDag<B>])| {
@@ -93,7 +93,7 @@ impl Light {
     }
 }
 
-/// What there is to say about a grid.
+/// Sizes and counts of a grid.
 struct Grid {
     side: u32,
     slices: Option<Slices>,

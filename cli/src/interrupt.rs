@@ -1,4 +1,4 @@
-//! Signals: they end the program without anything half-made left behind.
+//! Signals end the program without leaving anything half-made behind.
 //!
 //! A thread waits for SIGINT, SIGTERM and SIGHUP, which all other threads hold
 //! back. Temporary files and folders are known here from the moment they exist
@@ -10,12 +10,12 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use crate::failure::Failure;
 
-/// What has to be done about a signal.
+/// Everything that a signal has to take care of.
 #[derive(Debug, Default)]
 struct State {
     /// Temporary files and folders.
     temporary: Vec<PathBuf>,
-    /// Whom the first signal asks to come to an end.
+    /// The flags by which the first signal asks work to come to an end.
     asked: Option<Arc<AtomicBool>>,
 }
 
@@ -31,8 +31,8 @@ fn state() -> MutexGuard<'static, State> {
     STATE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Begins to listen, once. Threads that are there already do not hold signals
-/// back, so this comes first.
+/// Begins to listen, once. Threads that run already do not hold signals back, so this has to be
+/// called before any is started.
 pub(crate) fn listen() -> Result<(), Failure> {
     static BEGUN: OnceLock<Result<(), String>> = OnceLock::new();
     let begun = BEGUN.get_or_init(|| begin().map_err(|failure| failure.to_string()));
@@ -91,7 +91,7 @@ fn heard(signal: u8) {
     for path in state.temporary.drain(..) {
         remove(&path);
     }
-    // Whoever wants to make or move something waits for the state until the end.
+    // Threads that want to make or move something wait for the state until the program ends.
     std::process::exit(code(signal).into());
 }
 
@@ -110,7 +110,7 @@ fn remove(path: &Path) {
     }
 }
 
-/// What a shell expects of a program that a signal ended.
+/// The exit code that a shell expects of a program that a signal ended.
 fn code(signal: u8) -> u8 {
     128 + signal
 }
@@ -135,7 +135,7 @@ pub(crate) struct Undisturbed {
     _state: MutexGuard<'static, State>,
 }
 
-/// For moving what must not be lost half-way.
+/// Such a guard, for moving something that must not be lost half-way.
 pub(crate) fn undisturbed() -> Undisturbed {
     Undisturbed { _state: state() }
 }
@@ -147,7 +147,8 @@ pub(crate) struct Temporary {
 }
 
 impl Temporary {
-    /// Of what `make` makes, and that. No signal comes in between.
+    /// Calls `make` and takes care of the file or folder that it makes. No signal comes in
+    /// between.
     pub(crate) fn made<T, E>(
         make: impl FnOnce() -> Result<T, E>,
         path: impl FnOnce(&T) -> &Path,

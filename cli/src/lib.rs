@@ -91,7 +91,7 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
             let complained = complain(&failure);
             code.map_or(complained, ExitCode::from)
         }
-        // What there is of an interrupted comparison, or of the hard cases, is reported.
+        // The finished part of an interrupted comparison, or of the hard cases, is reported.
         (Ok(()), Some(code)) if reports_what_there_is => ExitCode::from(code),
         (Ok(()), _) => ExitCode::SUCCESS,
     }

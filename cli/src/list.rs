@@ -1,4 +1,4 @@
-//! Tables of what there is: methods and embedded scenes.
+//! Tables of all methods and of all embedded scenes.
 
 use gpu_backend::Cpu;
 use lighting::methods::{Entry, Registry, Role};

@@ -30,8 +30,8 @@ pub(crate) struct Written {
 }
 
 impl Written {
-    /// Sums up what was done: on standard output, unless that may be the pipe or the
-    /// device that was written into.
+    /// Prints a summary on standard output, unless that may be the pipe or the device that was
+    /// written into.
     pub(crate) fn summarise(self, text: &str) -> Result<(), Failure> {
         if self.is_regular {
             return print::summarise(&format!("{text}\n"));
@@ -128,7 +128,7 @@ impl Target {
         #[cfg(unix)]
         let builder = {
             use std::os::unix::fs::PermissionsExt;
-            // As any new file: the umask takes away what it must.
+            // It gets the permissions of any new file, less those that the umask takes away.
             builder.permissions(fs::Permissions::from_mode(0o666))
         };
         let make = || builder.tempfile_in(parent(&path));
@@ -142,7 +142,7 @@ impl Target {
     }
 }
 
-/// Opens what is neither a file nor a folder, if it takes bytes without harm.
+/// Opens a pipe or a device, if it takes bytes without harm.
 fn open_special(path: &Path, kind: fs::FileType) -> Result<File, Failure> {
     #[cfg(unix)]
     {
@@ -161,7 +161,7 @@ fn open_special(path: &Path, kind: fs::FileType) -> Result<File, Failure> {
 
 /// Where the links at `path` lead to, although nothing is there yet.
 fn end_of_links(path: &Path) -> Result<PathBuf, Failure> {
-    /// As many as systems follow.
+    /// Systems follow this many links.
     const LINKS: usize = 40;
     let mut end = path.to_path_buf();
     for _ in 0..LINKS {
@@ -184,7 +184,7 @@ pub(crate) struct PendingFolder {
     earlier: Earlier,
 }
 
-/// What tells an earlier folder, which may be replaced, from others.
+/// The marks of an earlier folder of ours, which may be replaced.
 #[derive(Clone, Copy)]
 struct Earlier {
     /// Whether a file of it may have that name.
@@ -251,9 +251,9 @@ impl PendingFolder {
         write().map_err(|error| cannot_write(&self.path, reason(&error)))
     }
 
-    /// Puts the folder in its place and returns that as the user wrote it. If
-    /// something else has come to lie there in the meantime, that stays, and so
-    /// does the new folder under its temporary name.
+    /// Puts the folder in its place and returns its path as the user wrote it. If something else
+    /// has come to lie there in the meantime, it stays, and so does the new folder under its
+    /// temporary name.
     pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
         let fail = |error: io::Error| cannot_write(&self.path, reason(&error));
         let undisturbed = interrupt::undisturbed();

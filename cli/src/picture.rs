@@ -48,8 +48,9 @@ impl Picture {
         }
     }
 
-    /// The picture whose pixels are the means of `side` × `side` of these, or of as many as
-    /// there are across or down. What is left at the right and below is not in it.
+    /// The picture whose pixels are the means of `side` × `side` of these, or of as many as there
+    /// are across or down. Rows and columns that are left over below and at the right are not in
+    /// it.
     #[must_use]
     pub(crate) fn averaged(self, side: u32) -> Self {
         if side == 1 {
@@ -131,9 +132,9 @@ impl Picture {
         Ok(file.into_inner())
     }
 
-    /// The signed difference in luminance to `reference`: blue where this is
-    /// darker, orange where it is brighter, full colour at ± `scale`. What a
-    /// difference of 0 looks like is grey; what is not finite is magenta.
+    /// The signed difference in luminance to `reference`: blue where this is darker, orange where
+    /// it is brighter, full colour at ± `scale`. Differences of 0 are grey; those that are not
+    /// finite are magenta.
     pub(crate) fn difference_png(&self, reference: &Self, scale: f32) -> Result<Vec<u8>, Failure> {
         encode_png(self.size, &self.differences(reference, scale))
     }

@@ -1,5 +1,4 @@
-//! Text: results on standard output, whatever else there is to say on standard
-//! error.
+//! Text: results go to standard output, and everything else goes to standard error.
 
 use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
@@ -8,15 +7,16 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::failure::Failure;
 
-/// Whether nothing is said but errors, warnings and what was asked for.
+/// Whether only errors, warnings and results are printed.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// Says from now on only what was asked for, or everything.
+/// Chooses whether only errors, warnings and results are printed from now on, or notes and
+/// progress as well.
 pub(crate) fn set_quiet(quiet: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
 }
 
-/// True if nothing is to be said but errors, warnings and what was asked for.
+/// True if only errors, warnings and results are printed.
 pub(crate) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
@@ -28,12 +28,12 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// The same for what sums up work whose result is elsewhere.
+/// The same for a summary of work whose result is elsewhere.
 pub(crate) fn summarise(text: &str) -> Result<(), Failure> {
     if is_quiet() { Ok(()) } else { print(text) }
 }
 
-/// What became of writing to standard output.
+/// The outcome of writing to standard output.
 pub(crate) fn written(result: io::Result<()>) -> Result<(), Failure> {
     match result {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::new(format!(

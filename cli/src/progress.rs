@@ -23,7 +23,7 @@ pub(crate) fn bar(what: &'static str, length: u64) -> ProgressBar {
     bar
 }
 
-/// A sign of life for work of unknown length.
+/// A spinner for work of unknown length.
 pub(crate) fn spinner(what: &'static str) -> ProgressBar {
     shown(ProgressBar::new_spinner(), what)
 }
@@ -40,7 +40,7 @@ fn shown(bar: ProgressBar, what: &'static str) -> ProgressBar {
     bar
 }
 
-/// Work that lines tell of.
+/// The work that lines report.
 struct Work {
     what: &'static str,
     bar: WeakProgressBar,

@@ -75,7 +75,7 @@ impl FileOptions {
     }
 }
 
-/// What is placed around the contents of a file.
+/// The camera, the light and the ground around the contents of a file.
 #[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Camera, light, ground")]
 pub(crate) struct Surroundings {

@@ -12,17 +12,17 @@ use crate::failure::Failure;
 use crate::file;
 use crate::input::Input;
 
-/// Those of one light.
+/// The shadows of one light.
 pub(crate) type Shadow = Arc<BakedShadow>;
 
-/// Those of each emitter, where a file has them.
+/// The shadows of each emitter, where a file has them.
 pub(crate) type Shadows = Vec<Option<Shadow>>;
 
 /// The shadows of each emitter, where a file has them, as plain nodes.
 pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure> {
     let mut shadows = vec![None; input.emitters.len()];
     let mut spaces = BTreeMap::new();
-    // What moves is in no file.
+    // Dynamic casters are in no file.
     let casters = match files {
         [] => &input.geometry,
         _ => input.casters_that_stay()?,
@@ -36,7 +36,7 @@ pub(crate) fn read(files: &[PathBuf], input: &Input) -> Result<Shadows, Failure>
         let mut found = false;
         for baked in &lights {
             let resolution = baked.grids()[0].resolution();
-            // Those of all emitters at a resolution are asked for again and again.
+            // The shadows of all emitters at a resolution are asked for again and again.
             let spaces = spaces.entry(resolution).or_insert_with(|| {
                 Cpu::new().map(input.emitters.len(), |light| {
                     light_spaces(casters, &input.emitters[light], resolution).ok()

@@ -1,4 +1,4 @@
-//! What somebody may have meant who wrote a name that is none.
+//! Suggestions in place of a name that does not exist.
 
 use lighting::methods::Registry;
 
@@ -13,7 +13,7 @@ pub(crate) fn question<S: AsRef<str>>(meant: &str, names: impl IntoIterator<Item
     }
 }
 
-/// What to say where `name` is not that of one method, or of none.
+/// The message if `name` is not the name of one method, or of none.
 pub(crate) fn unknown_method(methods: &Registry, name: &str) -> Failure {
     let names: Vec<_> = methods.compared().map(|entry| entry.about().name).collect();
     let several = match methods.compared().any(|entry| entry.matches(name)) {

@@ -1,4 +1,4 @@
-//! The light of surfaces, behind whatever is translucent.
+//! The light of surfaces, behind hair, smoke and other translucent casters.
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
@@ -20,8 +20,8 @@ pub(crate) fn radiance(view: &View, input: &Input, map: u32) -> Result<Vec<[f32;
     Ok(radiance_of(view, input, &input.emitters, &maps))
 }
 
-/// What the translucent casters let through of each light; no maps if there are none.
-/// Opaque casters are left to rays.
+/// Maps of the light that the translucent casters let through, one per light; none if there are
+/// no such casters. Opaque casters are left to rays.
 pub(crate) fn maps(input: &Input, map: u32) -> Result<Vec<TransmittanceMap>, Failure> {
     if input.scene.translucent.is_empty() {
         return Ok(Vec::new());

@@ -24,7 +24,7 @@ impl Device {
         is_known.then_some("its errors are those of the CPU, and its times do not represent a GPU")
     }
 
-    /// What to say where it failed and others can go on without it.
+    /// The message if it failed and others can go on without it.
     pub(crate) fn excuse(&self, failure: Failure) -> Result<LeftOut, Failure> {
         if self.required {
             return Err(failure.about(&self.label));
@@ -58,7 +58,7 @@ impl Backends {
         all.map(|device| device.label.as_str()).collect()
     }
 
-    /// Why none of what is selected runs anywhere, if so.
+    /// The reason why no candidate runs on any backend, if so.
     pub(crate) fn run_nothing(&self, candidates: &[Candidate]) -> Option<LeftOut> {
         let runs = |candidate: &Candidate| !self.running(candidate).is_empty();
         match candidates.iter().any(runs) {
@@ -67,7 +67,7 @@ impl Backends {
         }
     }
 
-    /// What some of them cannot run of what is selected.
+    /// The candidates that some of the backends cannot run.
     pub(crate) fn gaps(&self, candidates: &[Candidate]) -> Vec<LeftOut> {
         let mut gaps: Vec<LeftOut> = Vec::new();
         for device in &self.present {

@@ -14,7 +14,7 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// Starts now.
+    /// A clock that starts now.
     pub(crate) fn new(seconds: f64) -> Self {
         Self {
             start: Instant::now(),
@@ -22,7 +22,7 @@ impl Budget {
         }
     }
 
-    /// As much time as it takes.
+    /// A clock without an end.
     pub(crate) fn unlimited() -> Self {
         Self::new(f64::INFINITY)
     }

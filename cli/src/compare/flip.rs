@@ -36,11 +36,11 @@ impl Flip {
             options: HdrOptions::default(),
         };
         new.options.return_exposure_map = false;
-        // Rounded as images are, so that the best one has no error.
+        // The reference is rounded as images are, so that the best image has no error.
         let rounded = reference.radiance.iter().flatten();
         let rounded = rounded.map(|value| f64::from(*value as f32));
         let image = image(size, rounded.map(|value| (value * scale) as f32).collect());
-        // What is compared with itself tells the exposures of the rule.
+        // A comparison of the reference with itself tells the exposures of the rule.
         new.options.num_exposures = Some(2);
         let rule = image
             .as_ref()

@@ -1,4 +1,4 @@
-//! The error of shadow maps by themselves, at which what samples them levels out.
+//! The error of shadow maps by themselves, at which methods that sample them level out.
 
 use std::time::Instant;
 
@@ -13,23 +13,23 @@ use super::measure::Job;
 use super::results::MapFloor;
 use crate::progress;
 
-/// Rays of all lights that are looked at for one resolution, about: the error of a
-/// larger picture is that of some of its rays.
+/// About how many rays of all lights are looked at for one resolution: in a larger picture the
+/// error is that of some of its rays.
 const MOST_RAYS: usize = 300_000;
 
-/// What the trees of a map take for each texel of a side squared, about: on one of two
+/// About how long the trees of a map take for each texel of a side squared, on one of two
 /// cores.
 const SECONDS_PER_TEXEL: f64 = 2e-8;
 
-/// Tolerance of the light of a lit run, far below what maps of any size reach.
+/// Tolerance of the light of a lit run, far below the errors of maps of any size.
 const TOLERANCE: f32 = 1e-5;
 
 /// The errors of the exact lit runs of the shadow maps of each resolution, as long as
 /// there is time.
 ///
-/// The runs are all that a map shows, so nothing but its resolution is in the error:
-/// no steps and no nodes. Where something lets a part of the light through, maps of
-/// another kind know more, and there is no such error.
+/// The runs are all that a map shows, so the error comes from its resolution alone, and not
+/// from steps or nodes. Where something lets a part of the light through, methods use maps of
+/// another kind, which know more, and there is no such error.
 pub(crate) fn floors(
     job: &Job<'_>,
     truth: &Reference,

@@ -121,7 +121,7 @@ fn of_film(film: &Film) -> Value {
     })
 }
 
-/// What a cell holds; null if that is nothing.
+/// The value of a cell; null if it is empty.
 fn of_cell(cell: &Cell) -> Value {
     match &cell.value {
         study::Value::Text(text) if text.is_empty() => Value::Null,

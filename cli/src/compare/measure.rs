@@ -31,7 +31,7 @@ use crate::parse::Size;
 use crate::picture::Picture;
 use crate::progress;
 
-/// What is measured, whatever the backend.
+/// A picture on which methods are measured, whatever the backend.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     pub(crate) input: &'a Input,
@@ -39,21 +39,21 @@ pub(crate) struct Job<'a> {
     pub(crate) view: &'a View,
     pub(crate) size: Size,
     pub(crate) medium: &'a Medium,
-    /// Those that the plan keeps.
+    /// The emitters that the plan keeps.
     pub(crate) emitters: &'a [Emitter],
     /// The area lights among them.
     pub(crate) areas: &'a [AreaEmitters],
     /// Texels per side of a shadow map.
     pub(crate) map: u32,
-    /// Parts that the reference cuts rays into behind translucent casters that are not
-    /// seen themselves; `None` if there are none.
+    /// The number of parts into which the reference cuts rays behind translucent casters that
+    /// are not seen themselves; `None` if there are no such casters.
     pub(crate) parts: Option<u32>,
     /// Whether smoke and fog that thins out are seen.
     pub(crate) sees_media: bool,
 }
 
 impl<'a> Job<'a> {
-    /// What methods are told of the picture.
+    /// The inputs of a frame of methods.
     pub(crate) fn inputs(&self, watch: &'a dyn Watch) -> FrameInputs<'a> {
         FrameInputs {
             emitters: self.emitters,
@@ -74,19 +74,19 @@ impl<'a> Job<'a> {
     }
 }
 
-/// What came out on one backend.
+/// The measurements on one backend.
 #[derive(Debug, Default)]
 pub(crate) struct Outcome {
     pub(crate) measurements: Vec<Measurement>,
-    /// Their indices count from the first of `measurements`.
+    /// Pictures of some of `measurements`, by their indices in these.
     pub(crate) pictures: Vec<MethodPicture>,
     pub(crate) left_out: Vec<LeftOut>,
-    /// What shadow maps by themselves are off.
+    /// The errors that shadow maps have by themselves.
     pub(crate) floors: Vec<MapFloor>,
 }
 
 impl Outcome {
-    /// Appends what came out on another backend.
+    /// Appends the measurements on another backend.
     pub(crate) fn add(&mut self, other: Self) {
         let offset = self.measurements.len();
         for mut picture in other.pictures {
@@ -102,25 +102,25 @@ impl Outcome {
 /// Rays on which the time of a candidate is estimated.
 const PROBE_RAYS: usize = 256;
 
-/// No more repetitions than this: the median has settled.
+/// The largest number of repetitions: by then the median has settled.
 const MAX_REPETITIONS: usize = 9;
 
 /// Seconds that a software GPU may take to compile the shaders of a method; nothing can
 /// stop it.
 const PIPELINES: f64 = 4.0;
 
-/// How many times as long as the CPU's its frames are taken to last. Tuned on a city
-/// of 165 spotlights, which needed 174 of 150 s with 1, and 136 s with 4.
+/// How many times as long as on the CPU a frame of a software GPU is expected to take. Tuned
+/// on a city of 165 spotlights with a budget of 150 s: with 1 it took 174 s, and with 4 136 s.
 const SLOWER: f64 = 4.0;
 
-/// Share of the time left that may be spent on what a candidate needs.
+/// Share of the remaining time that may be spent on the preparations of a candidate.
 const PREPARATION: f64 = 0.3;
 
 /// Measures the candidates that the device runs, as long as `budget` allows.
 ///
-/// `on_cpu` is what the CPU has measured, if it has. A software GPU is not faster than
-/// the processor that plays it, and what it has begun cannot be stopped: so it begins
-/// nothing for which the CPU had no time, or needed too much of it.
+/// `on_cpu` holds the measurements on the CPU, if there are any. A software GPU is not faster
+/// than the processor that runs it, and nothing that it has begun can be stopped. So it begins no
+/// candidate for which the CPU had no time or needed too much of it.
 pub(crate) fn measure(
     device: &Device,
     job: Job<'_>,
@@ -131,7 +131,7 @@ pub(crate) fn measure(
 ) -> Result<Outcome, Failure> {
     let known_from = on_cpu.filter(|_| !device.representative && budget.total().is_finite());
     match &device.context {
-        // What is on the host is in the memory of this backend.
+        // The store of the host is also the store of this backend.
         None => {
             let cpu = Cpu::new();
             let on = On::new(
@@ -151,20 +151,20 @@ pub(crate) fn measure(
             let backend = Gpu::new(context.clone());
             let store = Store::waiting(move || waited_for.wait());
             let on = On::new(&backend, &store, device, job, truth, budget, known_from);
-            // Those of the CPU are as good.
+            // The errors of shadow maps that the CPU finds hold for the GPU, too.
             on.measure(candidates, |_| Ok(Vec::new()))
         }
     }
 }
 
-/// What errors are against.
+/// The reference that errors are measured against.
 pub(crate) struct Truth<'a> {
     pub(crate) reference: &'a Reference,
     pub(crate) flip: Flip,
 }
 
 impl<'a> Truth<'a> {
-    /// That of a picture.
+    /// The truth of a picture of that size.
     pub(crate) fn new(size: Size, reference: &'a Reference) -> Self {
         Self {
             reference,
@@ -181,11 +181,11 @@ struct On<'a, B: MethodBackend + Download> {
     job: Job<'a>,
     truth: &'a Truth<'a>,
     budget: Budget,
-    /// What the CPU has measured, where it tells what not to begin.
+    /// The measurements on the CPU, where they decide what is not begun.
     on_cpu: Option<&'a [Measurement]>,
 }
 
-/// What is known of the time of a method.
+/// How long a method took for some counted work.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     seconds: f64,
@@ -221,8 +221,8 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         }
     }
 
-    /// Runs every candidate once, as long as there is time; then tells what is seen of
-    /// its error, and what of it is the map's own; then repeats.
+    /// Runs every candidate once, as long as there is time; then measures how much of its error a
+    /// viewer sees, and how much comes from the map; then repeats the frames.
     fn measure(
         &self,
         candidates: &[Candidate],
@@ -315,7 +315,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         Ok(runs)
     }
 
-    /// What a viewer sees of the errors, as long as there is time.
+    /// Computes HDR-FLIP of the pictures, as long as there is time.
     fn measure_flip(&self, runs: &mut [Run], left_out: &mut Vec<LeftOut>) {
         let bar = progress::bar("comparing pictures", runs.len() as u64);
         let mut last = 0.0;
@@ -344,7 +344,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         }
     }
 
-    /// Why a candidate is left out; a lost device is the end of all.
+    /// The reason why a candidate is left out; a lost device ends the comparison.
     fn reason(&self, error: MethodError) -> Result<String, Failure> {
         match error {
             MethodError::Backend(error @ Error::DeviceLost { .. }) => Err(error.into()),
@@ -356,7 +356,7 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         }
     }
 
-    /// What a candidate is told of the picture.
+    /// The inputs of a frame of a candidate.
     fn inputs(&self, candidate: &Candidate, watch: &'a dyn Watch) -> FrameInputs<'a> {
         FrameInputs {
             map: candidate.map,
@@ -375,9 +375,9 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
         candidate.entry.method().work(&inputs, candidate.quality)
     }
 
-    /// Seconds that a software GPU takes to measure the candidate, going by the CPU:
-    /// what has to be built, its pipelines too unless they are, two frames of a few
-    /// rays and one of all.
+    /// Seconds that a software GPU takes to measure the candidate, going by the CPU: the time of
+    /// the build, of the pipelines unless they exist, of two frames of a few rays and of one of
+    /// all.
     fn least(&self, candidate: &Candidate, has_pipelines: bool) -> f64 {
         let Some(on_cpu) = self.on_cpu else {
             return 0.0;

@@ -60,7 +60,7 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
         true => Budget::unlimited(),
         false => Budget::new(in_all),
     };
-    // What a film takes is not there for larger pictures.
+    // The time of a film is not available for larger pictures.
     let of_picture = (1.0 - of_film) * budget.total();
     let facts = RunFacts::now(command);
     check_names(methods, &args.methods)?;
@@ -127,7 +127,8 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     Ok(())
 }
 
-/// What is known before the long work; with `--auto` what is worth it alone.
+/// Everything that is prepared before the long work; with `--auto` only for the candidates that
+/// are worth it.
 fn prepare(methods: &Registry, args: &Compare, seconds: f64) -> Result<Prepared, Failure> {
     let mut prepared = Prepared::new(methods, args.asked(), seconds)?;
     if args.auto {
@@ -250,8 +251,8 @@ fn compare(
     })
 }
 
-/// Measures all candidates on all backends, the CPU first. A software GPU gets what
-/// is left, at most a quarter of it.
+/// Measures all candidates on all backends, the CPU first. A software GPU gets at most a quarter
+/// of the time that is left.
 fn measure_all(
     args: &Compare,
     prepared: &Prepared,
@@ -272,7 +273,7 @@ fn measure_all(
         let others = &devices[index + 1..];
         let real = others.iter().filter(|device| device.representative).count();
         let software = others.len() - real;
-        // What comes after has its share too.
+        // The backends and studies that follow keep their share of the time.
         let share = match (device.representative, real, software) {
             (false, ..) if devices.len() > 1 => 1.0,
             (_, 0, 0) => 1.0,
@@ -295,8 +296,7 @@ fn measure_all(
     Ok(found)
 }
 
-/// Carries out the studies, until the first Ctrl-C: what there is of them then
-/// is reported.
+/// Carries out the studies, until the first Ctrl-C: then the finished parts of them are reported.
 fn study(
     args: &Compare,
     prepared: &Prepared,

@@ -1,4 +1,4 @@
-//! How long lights may be prepared, and what is told meanwhile.
+//! How long lights may be prepared, and messages meanwhile.
 
 use std::time::Instant;
 
@@ -8,7 +8,8 @@ use lighting::Watch;
 use crate::print::note_once;
 use crate::progress;
 
-/// Waits no longer than so many seconds, going by what the first lights took.
+/// Goes on as long as all lights are expected to be done within `seconds`, going by the time of
+/// the first ones.
 pub(super) struct Patience {
     start: Instant,
     seconds: f64,

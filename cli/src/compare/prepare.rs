@@ -1,4 +1,4 @@
-//! What is known before the long work: the scene, its view, the plan.
+//! Everything that is prepared before the long work: the scene, its view, the plan.
 
 use gpu_backend::Cpu;
 use lighting::Emitter;
@@ -20,7 +20,7 @@ use crate::input::{Input, describe_media, describe_medium};
 use crate::maps;
 use crate::parse::Size;
 
-/// What is asked of pictures that methods are compared on.
+/// The arguments that decide on which pictures methods are compared.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asked<'a> {
     pub(crate) scene: &'a str,
@@ -46,7 +46,7 @@ impl Compare {
     }
 }
 
-/// The scene and what is to be done with it.
+/// The scene, its picture, and all that is going to be measured on it.
 pub(crate) struct Prepared {
     pub(crate) input: Input,
     pub(crate) camera: Camera,
@@ -54,7 +54,7 @@ pub(crate) struct Prepared {
     pub(crate) asked: Size,
     pub(crate) size: Size,
     pub(crate) view: View,
-    /// Of lights, medium and rays.
+    /// The plan for the lights, the medium and the rays.
     pub(crate) plan: Plan,
     /// The emitters that the plan keeps.
     pub(crate) emitters: Vec<Emitter>,
@@ -141,7 +141,7 @@ impl Prepared {
         Ok(prepared)
     }
 
-    /// What is measured; nothing if there is no airlight.
+    /// The picture on which methods are measured; `None` if there is no airlight.
     pub(crate) fn job(&self, quick: bool) -> Option<Job<'_>> {
         let medium = self.medium.as_ref()?;
         (!self.emitters.is_empty()).then_some(Job {
@@ -160,8 +160,8 @@ impl Prepared {
         })
     }
 
-    /// The plan with what is known of casters. What `inputs` says of lights is of those
-    /// that the plan keeps.
+    /// The plan, which takes casters into account. The lights in `inputs` are those that the plan
+    /// keeps.
     pub(crate) fn plan_of_frame(&self, inputs: Option<&FrameInputs<'_>>) -> Result<Plan, Failure> {
         let plan = self.plan.clone();
         let Some(inputs) = inputs else {
@@ -175,7 +175,7 @@ impl Prepared {
         })?)
     }
 
-    /// What `--plan` prints.
+    /// The text that `--plan` prints.
     pub(crate) fn describe(&self) -> String {
         let input = &self.input;
         let mut text = format!(
@@ -201,7 +201,7 @@ impl Prepared {
         text + &described(&self.selection.left_out)
     }
 
-    /// What is seen of the air, in words.
+    /// The media that are seen, in words.
     pub(crate) fn describe_air(&self) -> String {
         match self.sees_media {
             true => describe_media(&self.input.media()),
@@ -216,7 +216,7 @@ impl Prepared {
         notes
     }
 
-    /// That the picture is smaller than asked for, if it is.
+    /// A note that the picture is smaller than asked for, if it is.
     pub(crate) fn size_note(&self) -> Option<String> {
         (self.size != self.asked).then(|| {
             format!(
@@ -268,14 +268,14 @@ impl Prepared {
     }
 }
 
-/// Whether it glows.
+/// Whether a caster emits light.
 fn emits(caster: &Translucent) -> bool {
     matches!(caster, Translucent::Grid(grid) if !grid.emission().is_empty())
 }
 
-/// What the reference does in media that are seen: in each cell on a ray it looks through as
-/// many towards the light, it asks every particle, and it cuts the ray at the edges of the
-/// shadows of strands.
+/// The work of the reference in media that are seen: from each cell on a ray it looks through
+/// as many cells towards the light, it asks every particle, and it cuts the ray at the edges of
+/// the shadows of strands.
 fn counted_in_media(input: &Input) -> Counted {
     let mut cells = 0.0;
     let mut pieces = 0;
@@ -290,7 +290,7 @@ fn counted_in_media(input: &Input) -> Counted {
         }
     }
     Counted {
-        // Points stand for area lights here.
+        // Here points stand for area lights.
         lights: input.emitters.len(),
         // Triangles take no time beside cells.
         casters: 0,
@@ -298,15 +298,15 @@ fn counted_in_media(input: &Input) -> Counted {
     }
 }
 
-/// Parts that are as much work as a ray through fog that thins out, and as one cell seen
+/// How many parts are as much work as a ray through fog that thins out, and as one cell seen
 /// through another. Counted on grids of 48 to 128 cells a side.
 const PARTS_IN_MEDIA: u32 = 6;
 const PARTS_PER_CELL_PAIR: f64 = 0.008;
 
-/// Pieces of strands that are as much work as a particle.
+/// How many pieces of strands are as much work as a particle.
 const PIECES_PER_PARTICLE: usize = 40;
 
-/// Parts that the reference cuts rays into, if there is hair or smoke.
+/// The number of parts into which the reference cuts rays if there is hair or smoke.
 fn parts(input: &Input, quick: bool) -> Option<u32> {
     let is_translucent = !input.scene.translucent.is_empty();
     is_translucent.then_some(if quick { 48 } else { 128 })

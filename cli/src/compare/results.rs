@@ -30,14 +30,14 @@ pub(crate) struct Results {
     pub(crate) size: Size,
     /// Shadow maps in words.
     pub(crate) shadow_maps: String,
-    /// What shadow maps of some resolutions are off by themselves, that of most rows
-    /// first.
+    /// The errors that shadow maps of some resolutions have by themselves, first the
+    /// resolution of most rows.
     pub(crate) floors: Vec<MapFloor>,
     /// What was placed, assumed or reduced.
     pub(crate) notes: Vec<String>,
-    /// What ran.
+    /// The methods, qualities and studies that ran.
     pub(crate) ran: Vec<String>,
-    /// What did not, and why.
+    /// Everything that did not run, and why.
     pub(crate) left_out: Vec<LeftOut>,
     /// Processor and threads.
     pub(crate) machine: String,
@@ -47,7 +47,7 @@ pub(crate) struct Results {
     /// All methods there are, measured or not; the place of one is its colour.
     pub(crate) methods: Vec<MethodFacts>,
     pub(crate) measurements: Vec<Measurement>,
-    /// What was measured beside the methods.
+    /// The studies, which are measured beside the methods.
     pub(crate) studies: Vec<Study>,
     /// The film, if one was asked for.
     pub(crate) film: Option<Film>,
@@ -58,7 +58,7 @@ pub(crate) struct Results {
 }
 
 impl Results {
-    /// What the shadow maps of a measurement are off by themselves, as far as that was
+    /// The error that the shadow maps of a measurement have by themselves, if it was
     /// measured.
     pub(crate) fn floor(&self, m: &Measurement) -> Option<f64> {
         let map = m.map?;
@@ -66,7 +66,7 @@ impl Results {
         floor.map(|floor| floor.rmse)
     }
 
-    /// What may win: measurements whose times mean something.
+    /// The measurements that may win: those whose times mean something.
     pub(crate) fn representative(&self) -> impl Iterator<Item = &Measurement> + Clone {
         self.measurements.iter().filter(|m| m.representative)
     }
@@ -93,16 +93,16 @@ impl Results {
 /// A method as a report knows it.
 #[derive(Debug, Clone)]
 pub(crate) struct MethodFacts {
-    /// What it is called on the command line.
+    /// Its name on the command line.
     pub(crate) name: String,
-    /// What it is called in a report.
+    /// Its name in a report.
     pub(crate) title: String,
-    /// What its quality is a number of.
+    /// The unit of its quality: steps, nodes, voxels per axis…
     pub(crate) quality: String,
     /// The two halves of a pair, for CSV.
     pub(crate) visibility: String,
     pub(crate) airlight: String,
-    /// False if it leaves the shadows out, which tells what they are worth.
+    /// False if it leaves the shadows out, as a measure of what they are worth.
     pub(crate) has_shadows: bool,
     /// Plain ray marching, which others are compared with.
     pub(crate) is_baseline: bool,
@@ -121,8 +121,8 @@ impl MethodFacts {
     }
 }
 
-/// The error of the exact lit runs that shadow maps of a resolution show. What looks
-/// up single texels levels out there; what filters or interpolates them may be better.
+/// The error of the exact lit runs that shadow maps of a resolution show. Errors of methods
+/// that look up single texels level out there; methods that filter or interpolate may be better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MapFloor {
     /// Texels per side.
@@ -143,10 +143,10 @@ pub(crate) struct ReferenceFacts {
     pub(crate) mean: f64,
     /// True if the mean is 0 and errors are plain radiances.
     pub(crate) absolute: bool,
-    /// Parts that rays were cut into behind translucent casters, if there are
+    /// The number of parts into which rays were cut behind translucent casters, if there are
     /// any.
     pub(crate) parts: Option<u32>,
-    /// Whether there are area lights, over which it is integrated.
+    /// Whether there are area lights, over which the reference integrates.
     pub(crate) has_areas: bool,
     /// Whether smoke and fog that thins out are seen.
     pub(crate) sees_media: bool,
@@ -165,9 +165,9 @@ pub(crate) struct Measurement {
     /// Texels per side of its shadow maps; `None` if it has none.
     pub(crate) map: Option<u32>,
     pub(crate) error: Errors,
-    /// Building what the frame needs: a BVH, shadow maps.
+    /// Time of building all that the frame needs: a BVH, shadow maps.
     pub(crate) seconds_build: f64,
-    /// The airlight of one picture.
+    /// Time of the airlight of one picture.
     pub(crate) frame: Times,
     /// Memory of what was built.
     pub(crate) bytes: u64,
@@ -182,7 +182,7 @@ pub(crate) struct Errors {
     pub(crate) rel_p99: f64,
     /// Mean squared error relative to the pixel itself (relMSE).
     pub(crate) rel_mse: f64,
-    /// What a viewer sees of it, from 0 to 1 (HDR-FLIP); `None` if there was no time.
+    /// How much of it a viewer sees, from 0 to 1 (HDR-FLIP); `None` if there was no time.
     pub(crate) flip: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Which program measured, how it was asked and when.
+//! Which program made a report, with which arguments, and when.
 
 use std::ffi::OsString;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -15,8 +15,8 @@ pub(crate) struct RunFacts {
 }
 
 impl RunFacts {
-    /// Those of a run with these arguments, the first of which is the program, that
-    /// begins now.
+    /// The facts of a run that begins now with these arguments, the first of which is the
+    /// program.
     pub(crate) fn now(arguments: &[OsString]) -> Self {
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH);
         Self {

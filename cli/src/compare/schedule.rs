@@ -1,11 +1,11 @@
-//! What is measured first, and so what is dropped last.
+//! The order of measurements: the first to be measured are the last to be dropped.
 
 use lighting::methods::Role;
 
-/// What the order depends on.
+/// The facts on which the turn of a candidate depends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
-    /// What the method is to the comparison.
+    /// The role of the method in the comparison.
     pub(crate) role: Role,
     /// Whether it is the lowest or the highest quality of its method.
     pub(crate) is_end: bool,
@@ -29,8 +29,8 @@ pub(crate) fn order(places: &[Place]) -> Vec<usize> {
 /// Runs through candidates in this order as long as there is time for the next one,
 /// and goes on with those that take less.
 ///
-/// `left` is the time that is left, `expected` what a candidate takes; `run` does
-/// it. What there was no time for is returned with what it would have taken.
+/// `left` is the time that is left, `expected` the time that a candidate will take; `run` runs
+/// it. Candidates for which there was no time are returned with the time that was expected.
 pub(crate) fn run_while_there_is_time<E>(
     order: &[usize],
     left: impl Fn() -> f64,
@@ -67,8 +67,8 @@ mod tests {
         roles.into_iter().flat_map(of_role).collect()
     }
 
-    /// What is measured within `seconds`, by a clock that only work moves: each
-    /// candidate takes a second.
+    /// The candidates that are measured within `seconds`, by a clock that only work moves: each
+    /// takes a second.
     fn measured(seconds: f64) -> Vec<usize> {
         let now = Cell::new(0.0);
         let mut done = Vec::new();

@@ -16,12 +16,12 @@ pub(crate) struct Candidate {
     /// Place of the method among those that comparisons show.
     pub(crate) method: usize,
     pub(crate) entry: Entry,
-    /// What the report calls it.
+    /// Its name in the report.
     pub(crate) title: String,
     pub(crate) quality: u32,
     /// Texels per side of the shadow maps that it may look into.
     pub(crate) map: u32,
-    /// Whether it does look into some.
+    /// Whether it looks into any.
     uses_maps: bool,
     /// Its maps are finer where its quality is higher.
     pub(crate) refines_map: bool,
@@ -40,7 +40,7 @@ impl Candidate {
         self.uses_maps.then_some(self.map)
     }
 
-    /// What its turn depends on.
+    /// The facts on which its turn depends.
     pub(crate) fn place(&self) -> Place {
         Place {
             role: match self.refines_map {
@@ -52,14 +52,14 @@ impl Candidate {
     }
 }
 
-/// What will run, in the order of the registry, and what will not.
+/// The candidates that will run, in the order of the registry, and all that will not.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Selection {
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) left_out: Vec<LeftOut>,
 }
 
-/// Makes sure that every name of `--methods` names something.
+/// Returns an error if a name of `--methods` names no method.
 pub(crate) fn check_names(methods: &Registry, filters: &[String]) -> Result<(), Failure> {
     for filter in filters {
         if !methods.compared().any(|entry| entry.matches(filter)) {

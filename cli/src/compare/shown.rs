@@ -5,10 +5,10 @@ use lighting::methods::{Entry, FrameInputs, Registry, Role};
 use super::results::MethodFacts;
 use crate::maps;
 
-/// Shadow maps are not refined beyond this, texels per side.
+/// The finest refined shadow maps, texels per side.
 const FINEST: u32 = 4096;
 
-/// Nor are they coarser than this.
+/// The coarsest of them.
 const COARSEST: u32 = 16;
 
 /// A method as a comparison shows it.
@@ -54,7 +54,7 @@ impl Shown {
         maps::affordable(map, inputs.geometry, inputs.emitters, &mut Vec::new())
     }
 
-    /// What a report says of it.
+    /// The method as a report knows it.
     pub(crate) fn facts(&self) -> MethodFacts {
         let about = self.entry.about();
         // The halves of a pair, the second with its quality where that is fixed.

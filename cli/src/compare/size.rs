@@ -11,20 +11,21 @@ const MOST_HALVINGS: u32 = 2;
 /// reference and a round of all methods fit into half of the budget there.
 const UNITS_PER_SECOND: f64 = 2.0e4;
 
-/// Parts of a ray behind hair and smoke that are as much work as a ray without them.
+/// How many parts of a ray behind hair and smoke are as much work as a ray without them.
 const PARTS_PER_RAY: f64 = 12.0;
 
-/// Share of the work that is the reference's where rays are not cut into parts: then its
-/// rays are less work than those of all methods together.
+/// Share of the reference in the work if rays are not cut into parts: then its rays are less
+/// work than those of all methods together.
 const REFERENCE: f64 = 0.05;
 
-/// What is counted of a scene.
+/// The numbers of a scene on which its work depends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Counted {
     pub(crate) lights: usize,
     /// Triangles, and pieces of strands and particles.
     pub(crate) casters: usize,
-    /// Parts that the reference cuts rays into behind hair and smoke, if there are any.
+    /// The number of parts into which the reference cuts rays behind hair and smoke, if there
+    /// are any.
     pub(crate) parts: Option<u32>,
 }
 
@@ -37,17 +38,17 @@ impl Counted {
         self.lights as f64 * (2.0 + self.casters as f64).log2() * parts.max(1.0)
     }
 
-    /// Those of the reference alone.
+    /// Units of work for a pixel of the reference.
     fn of_reference(self) -> f64 {
         let share = self.parts.map_or(REFERENCE, |_| 1.0);
         share * self.per_pixel()
     }
 }
 
-/// The size of the picture of a comparison with so much time: the one asked for,
-/// with both sides halved at most twice while the counted work of the scene does
-/// not fit, and as often as it takes until the reference alone does. Methods that there is
-/// no time for are left out, but without a reference there is nothing to be compared.
+/// The size of the picture of a comparison that takes `seconds`: the one asked for, with both
+/// sides halved at most twice while the counted work of the scene does not fit, and then as
+/// often as it takes until the work of the reference fits. Methods for which there is no time
+/// are left out, but without a reference there is nothing to be compared.
 ///
 /// Nothing is measured, so every machine compares the same picture.
 pub(crate) fn fitted(asked: Size, scene: Counted, seconds: f64) -> Size {

@@ -9,10 +9,11 @@ use crate::input::Input;
 /// Texels per side of the light map that figures are counted on.
 const MAP: u32 = 512;
 
-/// Figures of more triangles take longer than a reader would wait for them.
+/// The largest number of triangles whose figures are counted: those of more take longer than a
+/// reader would wait for them.
 const MOST_TRIANGLES: usize = 300_000;
 
-/// What is counted, and the count.
+/// The figures of a scene: names and values.
 pub(crate) fn of(input: &Input, kept: usize) -> Vec<(&'static str, String)> {
     let bounds = input.geometry.bounds();
     let extent = bounds.max() - bounds.min();

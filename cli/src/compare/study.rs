@@ -13,16 +13,16 @@ use crate::parse::Size;
 pub(crate) struct Study {
     /// Its heading.
     pub(crate) title: &'static str,
-    /// What was measured, on what, and what the numbers mean.
+    /// It says what was measured, on what, and what the numbers mean.
     pub(crate) introduction: String,
-    /// What is shown, in reading order. A study without parts has no section.
+    /// Everything that is shown, in reading order. A study without parts has no section.
     pub(crate) parts: Vec<Part>,
     /// Name of its CSV file.
     pub(crate) csv: &'static str,
     /// Everything that was measured, for that file. It has its columns even
     /// where there are no rows.
     pub(crate) records: Table,
-    /// What there was no time or no cause for.
+    /// Everything for which there was no time or no cause.
     pub(crate) left_out: Vec<LeftOut>,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct LeftOut {
     pub(crate) why: String,
 }
 
-/// A line for each reason, with the names of all things that it is true of.
+/// A line for each reason, with the names of all things that were left out for it.
 pub(crate) fn described<'a>(left_out: impl IntoIterator<Item = &'a LeftOut>) -> String {
     let mut lines: Vec<(&'a str, Vec<&'a str>)> = Vec::new();
     for LeftOut { what, why } in left_out {
@@ -65,7 +65,7 @@ pub(crate) fn described<'a>(left_out: impl IntoIterator<Item = &'a LeftOut>) -> 
     lines.into_iter().map(line).collect()
 }
 
-/// Why something is left out that there was no time for.
+/// The reason of everything that is left out for lack of time.
 pub(crate) const NO_TIME: &str = "no time left (--time-budget)";
 
 /// Rows of cells under named columns.
@@ -99,7 +99,7 @@ pub(crate) struct Column {
 pub(crate) enum Unit {
     /// Three significant digits.
     Number,
-    /// The same; numbers from this one on are all alike.
+    /// Three significant digits; all numbers from this one on are written as `≥` this one.
     Below(f64),
     /// A percentage.
     Share,
@@ -107,7 +107,7 @@ pub(crate) enum Unit {
     Seconds,
     /// An amount of memory in the unit that suits it.
     Bytes,
-    /// Three significant digits, and this behind them.
+    /// Three significant digits, followed by this text.
     With(&'static str),
 }
 
@@ -125,7 +125,7 @@ pub(crate) struct Cell {
     pub(crate) value: Value,
     /// The colour and marker in front of a name.
     pub(crate) key: Option<Key>,
-    /// What stands right behind the value.
+    /// Text right behind the value.
     pub(crate) mark: &'static str,
     /// A few words of less weight behind it.
     pub(crate) aside: String,
@@ -133,7 +133,7 @@ pub(crate) struct Cell {
     pub(crate) shaded: bool,
 }
 
-/// What a cell holds.
+/// The value of a cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Value {
     Text(String),
@@ -161,7 +161,7 @@ pub(crate) struct Charts {
 #[derive(Debug, Clone)]
 pub(crate) struct Chart {
     pub(crate) title: String,
-    /// What follows the title; may be empty.
+    /// Text behind the title; may be empty.
     pub(crate) caption: String,
     /// The chart in words, for those who do not see it.
     pub(crate) description: String,
@@ -224,7 +224,7 @@ pub(crate) struct Point {
     pub(crate) spread: [f64; 2],
     /// Written beside it at the ends of a series.
     pub(crate) label: String,
-    /// What a pointer that rests on it is told.
+    /// Shown while a pointer rests on it.
     pub(crate) title: String,
 }
 

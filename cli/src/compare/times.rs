@@ -11,7 +11,7 @@ pub(crate) struct Times {
 }
 
 impl Times {
-    /// From at least one duration, in any order.
+    /// The times of at least one duration, in any order.
     pub(crate) fn of(seconds: &[f64]) -> Self {
         let mut sorted = seconds.to_vec();
         sorted.sort_by(f64::total_cmp);

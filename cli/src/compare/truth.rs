@@ -11,23 +11,23 @@ use super::measure::Job;
 use super::results::ReferenceFacts;
 use crate::progress;
 
-/// The tolerance with area lights, at least: each step beyond it costs many times
-/// the last one, and points that stand for a light are farther off.
+/// The smallest tolerance with area lights: each step beyond it costs many times as much as the
+/// last one, and methods whose points stand for a light are farther off.
 const AREA_TOLERANCE: f64 = 2e-3;
 
 /// The same in a quick comparison.
 const QUICK_AREA_TOLERANCE: f64 = 1e-2;
 
-/// The tolerance where smoke or uneven fog is seen, at least: what is in the way of light
-/// and eye has a kink at each cell, so that each step beyond costs twice the last one.
+/// The smallest tolerance where smoke or uneven fog is seen: extinction towards light and eye has
+/// a kink at each cell, so that each step beyond costs twice as much as the last one.
 const MEDIA_TOLERANCE: f64 = 1e-3;
 
 /// The same in a quick comparison.
 const QUICK_MEDIA_TOLERANCE: f64 = 5e-3;
 
-/// The reference of a picture, behind translucent casters too if there are any, and with
-/// those that scatter if they are seen. Area lights are what they are, and not the points
-/// that stand for them, unless there are such casters or media.
+/// The reference of a picture, behind translucent casters too if there are any, and with the
+/// media among them if these are seen. It integrates over area lights, and does not take the
+/// points that stand for them, unless there are such casters or media.
 pub(crate) fn converge(
     job: &Job<'_>,
     rays: &[Ray],
@@ -54,7 +54,7 @@ pub(crate) fn converge(
     (truth, facts)
 }
 
-/// Whether area lights are integrated over.
+/// Whether the reference integrates over area lights.
 fn has_areas(job: &Job<'_>) -> bool {
     !job.sees_media && job.parts.is_none() && !job.areas.is_empty()
 }
@@ -135,7 +135,7 @@ pub(crate) fn refine(
     }
 }
 
-/// That of a picture without airlight.
+/// The reference of a picture without airlight.
 pub(crate) fn nothing() -> ReferenceFacts {
     ReferenceFacts {
         seconds: 0.0,

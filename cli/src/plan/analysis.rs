@@ -1,4 +1,4 @@
-//! What was foreseen beside what came out.
+//! Forecasts beside the measurements that they are about.
 
 use std::time::Instant;
 
@@ -16,10 +16,10 @@ use crate::format::{count, significant};
 /// Errors below this count as this.
 pub(super) const LEAST_ERROR: f64 = 1e-5;
 
-/// The spread of the time of a copy beyond which times are not judged.
+/// The spread of the time of a copy beyond which times are not compared.
 pub(super) const QUIET: f64 = 0.2;
 
-/// A row of a forecast with what came out.
+/// A row of a forecast with its measurement.
 pub(super) struct Pair {
     pub(super) expected: Prediction,
     pub(super) actual: Measurement,
@@ -33,7 +33,7 @@ pub(super) struct Analysis {
     pub(super) copy_spread: f64,
 }
 
-/// Measures, as a comparison does, what was foreseen.
+/// Measures, as a comparison does, everything that was foreseen.
 pub(super) fn analyze(job: Job<'_>, forecasts: &[Foreseen<'_>]) -> Result<Analysis, Failure> {
     let (reference, _) = truth::converge(&job, job.view.rays(), 1e-6, false);
     let truth = Truth::new(job.size, &reference);

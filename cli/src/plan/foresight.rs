@@ -21,19 +21,19 @@ use crate::progress;
 /// Pixels that methods are run on.
 const PIXELS: usize = 4096;
 
-/// Those of the picture that are the nearest to lights, beside them.
+/// How many pixels are run beside them: those of the picture whose rays come nearest to lights.
 const NEAREST: usize = 256;
 
 /// Seconds of counted work of a probe, beside the truth.
 pub(crate) const SECONDS: f64 = 5.0;
 
-/// Units of work of the truth about the judged pixels; see [`Prepared::per_pixel`].
+/// Units of work of the truth about the measured pixels; see [`Prepared::per_pixel`].
 const TRUTH: f64 = 5e5;
 
-/// Fewer judged pixels than these tell nothing.
+/// The smallest number of measured pixels: fewer tell nothing.
 const LEAST_JUDGED: f64 = 128.0;
 
-/// The tolerance of the truth, far below what is told apart.
+/// The tolerance of the truth, far below the errors that are told apart.
 const TOLERANCE: f64 = 1e-6;
 
 /// A picture of which everything can be foreseen.
@@ -68,7 +68,7 @@ impl<'a> Foresight<'a> {
         })
     }
 
-    /// What is expected of candidates on a device.
+    /// The forecast of candidates on a device.
     pub(crate) fn of(
         &self,
         device: &Device,
@@ -82,7 +82,8 @@ impl<'a> Foresight<'a> {
                 map: candidate.map,
             })
             .collect();
-        // What is made here is not there yet when it is measured.
+        // The probe has a store of its own, so that methods make everything anew when they are
+        // measured.
         let host = Store::new();
         share_tracer(&host, &self.job.input.tracer);
         share_cover(&host, self.job.view.cover());

@@ -7,10 +7,10 @@ use super::analysis::{Analysis, LEAST_ERROR, QUIET};
 use crate::compare::prepare::Prepared;
 use crate::compare::results::LeftOut;
 
-/// What was chosen, or what comes nearest.
+/// The choice, or the setting that comes nearest.
 pub(super) type Choice = Option<(Target, Result<Prediction, Box<Unmet>>)>;
 
-/// What is known before anything is foreseen.
+/// The facts that are known before anything is foreseen.
 #[derive(Clone, Copy)]
 pub(super) struct Known<'a> {
     pub(super) prepared: &'a Prepared,
@@ -18,7 +18,7 @@ pub(super) struct Known<'a> {
     pub(super) left_out: &'a [&'a LeftOut],
 }
 
-/// One object. What is measured is called as `compare --json` calls it; what is not known is
+/// One object. Measurements have the names that they have in `compare --json`; unknown values are
 /// null.
 pub(super) fn of(
     known: Known<'_>,

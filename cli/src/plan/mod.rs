@@ -1,4 +1,4 @@
-//! What each method will cost on a scene, and which one to take.
+//! The cost of each method on a scene, and the choice of one.
 
 mod analysis;
 mod foresight;
@@ -29,7 +29,7 @@ pub(crate) use worth::keep_worthwhile;
 /// Scenes that methods are learned from: a sun, lamps, a spot, hair and smoke.
 const LEARNED_FROM: [&str; 5] = ["city", "fence", "coil", "smoke", "translucent"];
 
-/// A device, what may run on it, and what is expected of that.
+/// A device, the candidates that may run on it, and their forecast.
 type Foreseen<'a> = (&'a Device, Vec<&'a Candidate>, Forecast);
 
 /// Runs `crepuscular plan`.
@@ -105,9 +105,8 @@ fn prepare(methods: &Registry, args: &Plan, scene: &str) -> Result<Prepared, Fai
     Prepared::new(methods, asked, f64::INFINITY)
 }
 
-/// What is foreseen on each device, with what it was foreseen of, and the devices that failed
-/// though nobody asked for them. Software that plays a GPU is no device unless it was `asked`
-/// for.
+/// The forecast of each device with its candidates, and the devices that failed though nobody
+/// asked for them. A software GPU is no device unless it was `asked` for.
 fn forecasts<'a>(
     prepared: &'a Prepared,
     asked: &[BackendName],

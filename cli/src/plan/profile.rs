@@ -10,13 +10,13 @@ use crate::failure::Failure;
 use crate::file;
 use crate::output::PendingFile;
 
-/// What such a file says of itself.
+/// The words by which such a file is recognised.
 const FORMAT: &str = "crepuscular machine profile";
 
-/// The version that is read and written.
+/// The version of the format that is read and written.
 const VERSION: u64 = 1;
 
-/// Where the profile is unless the user says it; `None` without a home.
+/// The usual place of the profile; `None` without a home.
 pub(super) fn usual_place() -> Option<PathBuf> {
     let folder = |variable: &str| std::env::var_os(variable).filter(|value| !value.is_empty());
     let cache = folder("XDG_CACHE_HOME")
@@ -47,8 +47,8 @@ pub(super) struct Pending {
     file: PendingFile,
 }
 
-/// Makes sure that a profile can be written to `given` or to the usual place, in place of an
-/// earlier profile but of nothing else.
+/// Returns an error if no profile can be written to `given` or to the usual place. It may replace
+/// an earlier profile, but nothing else.
 pub(super) fn open(given: Option<&Path>) -> Result<Pending, Failure> {
     let path = match given {
         Some(path) => path.to_owned(),
@@ -81,7 +81,7 @@ pub(super) fn open(given: Option<&Path>) -> Result<Pending, Failure> {
 }
 
 impl Pending {
-    /// Writes a profile; where it is.
+    /// Writes a profile and returns its path.
     pub(super) fn write(self, profile: &Profile) -> Result<PathBuf, Failure> {
         let _ = (self.file).finish(format!("{:#}\n", of(profile)).as_bytes())?;
         Ok(self.path)

@@ -1,4 +1,4 @@
-//! What of a comparison is worth its time.
+//! The candidates of a comparison that are worth their time.
 
 use lighting::methods::Role;
 use lighting::prediction::Prediction;
@@ -9,13 +9,14 @@ use crate::compare::results::LeftOut;
 use crate::devices::BackendName;
 use crate::failure::Failure;
 
-/// How many times better another setting has to be in both time and error: what is foreseen
-/// may be off by as much.
+/// How many times better another setting has to be in both time and error: forecasts may be off
+/// by as much.
 const MUCH: f64 = 2.0;
 
-/// Leaves out the candidates that others are expected to beat by far in both time and error,
-/// on every backend. The baseline, what has no shadows, and what cannot be foreseen on one of
-/// them stay. Backends are those that were `asked` for, or all but software that plays a GPU.
+/// Leaves out the candidates that others are expected to beat by far in both time and error, on
+/// every backend. The baseline, methods without shadows, and candidates that cannot be foreseen
+/// on one of the backends stay. Backends are those that were `asked` for, or all but a software
+/// GPU.
 pub(crate) fn keep_worthwhile(
     prepared: &mut Prepared,
     asked: &[BackendName],

@@ -21,10 +21,10 @@ use crate::maps;
 use crate::shadow_files::Shadow;
 use crate::surfaces;
 
-/// The light of surfaces that `emitters` send, with the shadows of files where there
-/// are some, and else of the map of each if there is anything translucent. What is dynamic
-/// is not in files: maps have its shadows. On a GPU those of files light them there,
-/// unless something else is in their way.
+/// The light that `emitters` send to surfaces. Shadows come from files where there are some, and
+/// otherwise from the map of each emitter if there is anything translucent. Dynamic casters are
+/// not in files, so their shadows come from maps. On a GPU the emitters with shadows from files
+/// are lit there, unless something else is in the way of their light.
 pub(crate) fn of_surfaces(
     args: &Render,
     input: &mut Input,
@@ -81,7 +81,8 @@ pub(crate) fn of_surfaces(
         };
         let maps = maps.filtered(filter.width());
         let lit = LitPoints {
-            // The loops of both end within the turns that there are for those of one.
+            // A shader that loops over both kinds of shadows takes half as many lights at once,
+            // so that it stays within the limit of turns of each kind.
             lights_per_dispatch: (filtered
                 .lights_per_dispatch()
                 .min(maps.lights_per_dispatch())
@@ -94,7 +95,7 @@ pub(crate) fn of_surfaces(
     Ok(gpu.download(&sums)?)
 }
 
-/// Those that are lit on the CPU.
+/// The emitters whose light is computed on the CPU.
 fn on_the_cpu(
     input: &mut Input,
     view: &View,
@@ -168,7 +169,7 @@ fn dynamic_maps<B: RenderShadowMap>(
     Ok(Some(maps.with_biases(biases)))
 }
 
-/// What shaders do not know that is between lights and surfaces.
+/// Everything between lights and surfaces that shaders do not know.
 fn not_on_gpus(input: &Input) -> Option<&'static str> {
     if input.geometry.coatings().any_see_through() {
         return Some("the shadows of see-through surfaces are traced");

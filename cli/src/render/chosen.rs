@@ -19,7 +19,7 @@ pub(crate) struct Chosen {
     pub(crate) quality: u32,
 }
 
-/// What pairs consist of unless something else is asked for.
+/// The halves of a pair unless others are asked for.
 const VISIBILITY: &str = "exact";
 const AIRLIGHT: &str = "quadrature";
 
@@ -28,7 +28,7 @@ fn runs_on(entry: &Entry, backend: BackendName) -> bool {
 }
 
 impl Chosen {
-    /// What is expected to meet a target, and what is said of that.
+    /// The method that is expected to meet a target, and a note about it.
     pub(crate) fn foreseen(
         methods: &Registry,
         args: &Render,
@@ -107,7 +107,7 @@ impl Chosen {
         Ok(Self { entry, quality })
     }
 
-    /// The same, or, where nothing was asked for and there is smoke in the scene, what
+    /// The same, or, where nothing was asked for and there is smoke in the scene, a method that
     /// sees it.
     pub(crate) fn for_media(self, methods: &Registry, args: &Render, input: &mut Input) -> Self {
         if input.media().is_homogeneous() || self.entry.sees_heterogeneous_media() {
@@ -134,7 +134,7 @@ impl Chosen {
         }
     }
 
-    /// Says what of hair a picture does not show.
+    /// Notes what a picture does not show of hair.
     pub(crate) fn note_hair(&self, args: &Render, input: &mut Input) {
         let has_fog = input.scene.medium.is_some() || !input.media().is_homogeneous();
         if has_fog && !self.entry.sees_cover() {

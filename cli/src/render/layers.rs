@@ -1,4 +1,4 @@
-//! What a picture consists of, as channels of an EXR file.
+//! The parts of a picture, as channels of an EXR file.
 
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
 use glam::Vec3;
@@ -13,7 +13,8 @@ use crate::picture::Picture;
 /// Channels take at most this much memory: 4 GiB.
 const MAX_BYTES: u64 = 1 << 32;
 
-/// The picture, its surfaces, its fog, what either emits, indirect and let through.
+/// The picture, its surfaces, its fog, the light that either emits, the indirect light, and the
+/// transmittance.
 const OF_ALL_LIGHTS: u64 = 7;
 
 /// Surfaces and fog.
@@ -34,7 +35,7 @@ pub(super) fn check(size: Size, lights: usize) -> Result<(), Failure> {
     )))
 }
 
-/// A picture and what it consists of.
+/// A picture and its parts.
 pub(super) struct Layers {
     pub(super) picture: Picture,
     /// By the beginning of the channel's name.
@@ -121,14 +122,14 @@ fn layer_name(light: usize, name: &str) -> String {
     }
 }
 
-/// The share of the light of what a pixel shows that the fog before it lets through.
+/// The share of light that the fog in front of the surface of a pixel lets through.
 fn transmittance(shot: &Shot<'_>, input: &Input) -> Picture {
     let media = input.media();
     let through = |ray: &lighting::Ray| {
         let share = match &shot.medium {
             _ if !media.is_homogeneous() => media.transmittance(ray, ray.length()),
             None => Vec3::ONE,
-            // 0 · ∞: what extinguishes nothing does so over any length.
+            // 0 · ∞: a medium that extinguishes nothing does so over any length.
             Some(medium) if medium.sigma_t() == Vec3::ZERO => Vec3::ONE,
             Some(medium) => {
                 let length = medium.length_inside(ray.origin(), ray.direction(), ray.length());

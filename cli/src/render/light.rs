@@ -1,4 +1,4 @@
-//! The light of a picture that methods know: that of the air, and of surfaces by area lights.
+//! The light of a picture that methods compute: airlight, and light on surfaces from area lights.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -26,7 +26,7 @@ use crate::picture::Picture;
 use crate::shadow_files::Shadow;
 use crate::{maps, progress};
 
-/// What smoke emits along the rays of a view, one RGB0 per ray; `None` if it is dark.
+/// The light that smoke emits along the rays of a view, one RGB0 per ray; `None` if it is dark.
 pub(crate) fn of_media(
     input: &Input,
     view: &View,
@@ -65,10 +65,10 @@ where
     Ok(backend.download(&radiance)?)
 }
 
-/// What is the same for all lights of a picture.
+/// Everything that is the same for all lights of a picture.
 pub(crate) struct Job<'a> {
     pub(crate) args: &'a Render,
-    /// Of the picture of all rays.
+    /// Size of the picture of all rays.
     pub(crate) size: Size,
     pub(crate) camera: &'a Camera,
     pub(crate) view: &'a View,
@@ -124,7 +124,7 @@ impl Job<'_> {
         let (scene, geometry) = (&input.scene, &input.geometry);
         let medium = Some(self.medium);
         let mut points = surface::points(&cpu, self.view, scene, geometry, medium);
-        // Those of what is see-through behind all others.
+        // The points of see-through surfaces come behind all others.
         let panes = surface::points_of_panes(&cpu, self.view, scene, geometry, medium);
         points.extend(panes.iter().map(|(_, point)| *point));
         let (mut radiance, _) =
@@ -147,7 +147,7 @@ impl Job<'_> {
         Ok(radiance)
     }
 
-    /// The plan with what is known of casters, and the lights that it takes out of a method's
+    /// The plan, which takes casters into account, and the lights that it takes out of a method's
     /// hands: those that are unshadowed, if the method can draw the others.
     pub(crate) fn planned(
         &self,
@@ -179,7 +179,7 @@ impl Job<'_> {
         Ok((plan, unshadowed))
     }
 
-    /// What methods are told of some emitters and the area lights among them.
+    /// The inputs of a frame of some emitters and the area lights among them.
     fn inputs<'b>(
         &'b self,
         input: &'b Input,
@@ -207,7 +207,7 @@ impl Job<'_> {
         }
     }
 
-    /// What comes of a frame of some emitters, and what is to be said of it.
+    /// The radiance of a frame of some emitters, and notes about it.
     fn with_inputs<R>(
         &self,
         what: &'static str,
@@ -254,7 +254,7 @@ impl Job<'_> {
     }
 }
 
-/// A progress bar that counts rays, and what was told meanwhile.
+/// A progress bar that counts rays, and the messages meanwhile.
 struct Bar {
     bar: ProgressBar,
     told: Mutex<Vec<String>>,

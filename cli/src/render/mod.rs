@@ -180,7 +180,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
 struct Shot<'a> {
     methods: &'a Registry,
     args: &'a Render,
-    /// Of the picture of all rays.
+    /// Size of the picture of all rays.
     size: Size,
     medium: Option<Medium>,
     camera: Camera,
@@ -189,15 +189,15 @@ struct Shot<'a> {
     chosen: &'a Chosen,
     shadows: &'a Shadows,
     hair: Option<Hair>,
-    /// What translucent casters let through of each emitter, once it is asked for.
+    /// The light of each emitter that translucent casters let through, once it is asked for.
     maps: OnceCell<Vec<TransmittanceMap>>,
     /// The emitters that the plan keeps for the air.
     kept: Vec<usize>,
-    /// Those among them that have nothing in their way, if that is made use of.
+    /// The unshadowed ones among them, if the picture makes use of that.
     unshadowed: Option<Unshadowed>,
 }
 
-/// Emitters with nothing in their way, and what gathers them.
+/// Unshadowed emitters, and the method that gathers their light.
 struct Unshadowed {
     emitters: Vec<usize>,
     entry: Entry,
@@ -205,7 +205,7 @@ struct Unshadowed {
 }
 
 impl Shot<'_> {
-    /// The plan with what is known of casters, by which the lights of the air are divided.
+    /// The plan, which takes casters into account and divides the lights of the air.
     fn planned(&mut self, plan: Plan, input: &Input) -> Result<Plan, Failure> {
         let Some(medium) = self.medium.filter(|_| !self.args.all_shadows) else {
             return Ok(plan);
@@ -347,7 +347,7 @@ impl Shot<'_> {
         Ok(Some(self.pixels(&radiance)))
     }
 
-    /// What is the same for all lights.
+    /// Everything that is the same for all lights.
     fn job<'a>(&'a self, medium: &'a Medium) -> Job<'a> {
         Job {
             args: self.args,
@@ -367,7 +367,7 @@ impl Shot<'_> {
         Ok(radiance.map(|radiance| self.pixels(&radiance)))
     }
 
-    /// What smoke emits; nothing if it is dark.
+    /// The light that smoke emits; nothing if it is dark.
     fn emission(&self, input: &Input) -> Result<Option<Picture>, Failure> {
         let radiance = light::of_media(input, self.view, self.device)?;
         Ok(radiance.map(|radiance| self.pixels(&radiance)))

@@ -1,4 +1,4 @@
-//! Methods of game engines, beside what methods on the same kind of maps do.
+//! Methods of game engines, beside other methods on the same kind of maps.
 
 use maud::{Markup, html};
 

@@ -32,7 +32,7 @@ pub(super) struct Setting {
     /// The fastest and the slowest of several frames.
     pub(super) spread: [f64; 2],
     pub(super) quality: String,
-    /// What a pointer that rests on it is told.
+    /// Shown while a pointer rests on it.
     pub(super) title: String,
 }
 
@@ -44,7 +44,7 @@ impl Setting {
     }
 }
 
-/// What the plot is of.
+/// The data of the plot.
 #[derive(Debug, Clone)]
 pub(super) struct Plot {
     pub(super) time: &'static str,

@@ -70,7 +70,7 @@ pub(super) type Segment = [(f64, f64); 2];
 /// Where a label has found room.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Placed {
-    /// What its text covers.
+    /// The rectangle that its text covers.
     pub(super) rect: Rect,
     /// A line from the point to the text, where they are far apart.
     pub(super) leader: Option<Segment>,
@@ -92,9 +92,9 @@ pub(super) struct Labels {
     area: Rect,
     /// Height of the letters, in units of the picture.
     size: f64,
-    /// What labels must not cover: markers and other labels.
+    /// Rectangles that labels must not cover: markers and other labels.
     taken: Vec<Rect>,
-    /// What labels had better not cover: curves.
+    /// Lines that labels should not cover: curves.
     curves: Vec<Segment>,
     /// Lines to labels, which later labels must not cover.
     leaders: Vec<Segment>,
@@ -111,7 +111,7 @@ const DIRECTIONS: u32 = 24;
 /// A label that is farther away than this gets a line to its point.
 const ATTACHED: f64 = 15.0;
 
-/// What covering a curve costs, as a distance.
+/// The cost of covering a curve, as a distance.
 const COVERED: f64 = 14.0;
 
 impl Labels {
@@ -174,8 +174,8 @@ impl Labels {
         Some(placed)
     }
 
-    /// Finds room for as many of the texts as it can: whoever comes first takes what
-    /// another needs, so a few orders are tried.
+    /// Finds room for as many of the texts as it can. The first text may take the room that
+    /// another one needs, so a few orders are tried.
     pub(super) fn place_all(&mut self, wanted: &[Wanted]) -> Vec<Option<Placed>> {
         let forward: Vec<usize> = (0..wanted.len()).collect();
         let backward = forward.iter().rev().copied().collect();
@@ -216,7 +216,7 @@ impl Labels {
         found
     }
 
-    /// The label at that place, unless it covers what it must not.
+    /// The label at that place, unless it covers something that it must not.
     fn fits(&self, point: (f64, f64), rect: Rect, distance: f64) -> Option<Placed> {
         if !self.area.holds(&rect)
             || self.taken.iter().any(|taken| taken.overlaps(&rect))
@@ -268,7 +268,7 @@ pub(super) fn anchored(rect: Rect, (x, _): (f64, f64)) -> (f64, &'static str) {
     }
 }
 
-/// What a text takes at most, in bold letters too, in the fonts that browsers have for
+/// The largest width of a text, in bold letters too, in the fonts that browsers use for
 /// interfaces, of which Verdana and DejaVu Sans are the widest.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     let of = |letter: char| match letter {

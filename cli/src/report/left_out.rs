@@ -1,4 +1,4 @@
-//! What was left out, by reason.
+//! Everything that was left out, by reason.
 
 use maud::{Markup, html};
 
@@ -35,7 +35,7 @@ pub(super) fn list(all: &[LeftOut]) -> Markup {
 /// More items than this are folded.
 const FOLDED: usize = 6;
 
-/// Every reason with what it is the reason for.
+/// Every reason with everything that was left out for it.
 fn by_reason(all: &[LeftOut]) -> Vec<(&str, Vec<&str>)> {
     let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
     for LeftOut { what, why } in all {

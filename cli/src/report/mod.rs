@@ -31,7 +31,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use crate::compare::results::Results;
 use crate::failure::Failure;
 
-/// What tells our reports from other folders.
+/// The mark that tells our reports from other folders.
 pub(crate) const MARK: &str = "<meta name=\"generator\" content=\"crepuscular compare\">";
 
 /// The whole page.
@@ -68,7 +68,7 @@ pub(crate) fn page(results: &Results) -> Result<String, Failure> {
     Ok(page.into_string())
 }
 
-/// What the figures depend on.
+/// The facts on which the figures depend.
 fn facts(results: &Results) -> Markup {
     let noun = match results.backends[..] {
         [_] => "backend",
@@ -85,7 +85,7 @@ fn facts(results: &Results) -> Markup {
     }
 }
 
-/// What most readers can do without, folded: further plots, a software GPU, studies.
+/// The parts that most readers can do without, folded: further plots, a software GPU, studies.
 fn more(results: &Results) -> Markup {
     let others = plots::others(results);
     let software = tables::on_software(results);

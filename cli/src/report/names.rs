@@ -1,6 +1,6 @@
 //! Short names, for where there is little room.
 
-/// What the report calls what methods' titles spell out. Longer phrases come before
+/// Phrases of methods' titles and their short forms in the report. Longer phrases come before
 /// those that they contain.
 const SHORT: [(&str, &str); 15] = [
     ("map refined along", "finer maps"),

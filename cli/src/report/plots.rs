@@ -81,7 +81,7 @@ impl<'a> Line<'a> {
         m.method == self.method && m.backend == self.backend
     }
 
-    /// What was measured of it, in rising quality.
+    /// Its measurements, in rising quality.
     pub(super) fn of<'r>(
         self,
         results: &'r Results,
@@ -114,7 +114,7 @@ impl<'a> Line<'a> {
     }
 }
 
-/// What was measured, method by method and backend by backend, in the order of
+/// All measurements, method by method and backend by backend, in the order of
 /// [`Results::methods`].
 pub(super) fn lines(results: &Results) -> Vec<Line<'_>> {
     let mut all = Vec::new();
@@ -129,8 +129,7 @@ pub(super) fn lines(results: &Results) -> Vec<Line<'_>> {
     all
 }
 
-/// What a backend is called where there is little space; the head of the page
-/// has its full name.
+/// The name of a backend where there is little space; the head of the page has its full name.
 pub(crate) fn short_name(backend: &str, representative: bool) -> String {
     let kind = backend.split(" (").next().unwrap_or(backend);
     if representative {
@@ -156,11 +155,11 @@ pub(super) fn software(results: &Results) -> Vec<Line<'_>> {
     all
 }
 
-/// What counts as the time of a setting.
+/// The time that counts for a setting.
 #[derive(Clone, Copy)]
 struct Clock {
     label: &'static str,
-    /// What is added to the frame.
+    /// The time that is added to that of the frame.
     extra: fn(&Measurement) -> f64,
 }
 
@@ -174,7 +173,7 @@ const MOVING: Clock = Clock {
     extra: |m| m.seconds_build,
 };
 
-/// What errors are called along an axis.
+/// The name of errors along an axis.
 fn error_axis(results: &Results) -> (&'static str, Unit) {
     if results.reference.absolute {
         ("error: RMSE, in units of radiance", Unit::Number)

@@ -86,7 +86,7 @@ pub(super) fn table(table: &Table) -> Markup {
     }
 }
 
-/// What a table is called by those who hear it.
+/// The name of a table for readers who hear it.
 fn label(table: &Table) -> String {
     if table.title.is_empty() {
         let first = table.columns.first();
@@ -137,7 +137,7 @@ fn content(cell: &Cell, text: &str) -> Markup {
     }
 }
 
-/// What is of less weight, behind a value.
+/// Words of less weight behind a value.
 fn aside(cell: &Cell) -> Markup {
     html! {
         @if !cell.aside.is_empty() {
@@ -146,7 +146,7 @@ fn aside(cell: &Cell) -> Markup {
     }
 }
 
-/// Those of the classes that apply; `None` if none does.
+/// The classes that apply; `None` if none does.
 fn classes(all: [(bool, &str); 2]) -> Option<String> {
     let applying = all.into_iter().filter(|(applies, _)| *applies);
     let names: Vec<&str> = applying.map(|(_, name)| name).collect();

@@ -10,7 +10,7 @@ use crate::format::{count, error, seconds, significant};
 /// Errors at which methods are compared.
 pub(super) const TARGETS: [f64; 7] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001];
 
-/// What was compared, in plain words.
+/// A sentence about the scene, the picture and the methods that were compared.
 pub(super) fn standfirst(results: &Results) -> String {
     let methods: BTreeSet<usize> = results.measurements.iter().map(|m| m.method).collect();
     let settings = match results.representative().count() {
@@ -146,7 +146,7 @@ fn place(results: &Results, m: &Measurement) -> String {
     }
 }
 
-/// What a backend's fastest methods are at the errors that tell them apart.
+/// The fastest methods of a backend at the errors that tell methods apart.
 fn choices<'a>(results: &'a Results, backend: &str) -> Vec<Choice<'a>> {
     let own = || results.representative().filter(|m| m.backend == backend);
     let mut choices: Vec<Choice<'a>> = Vec::new();
@@ -175,8 +175,7 @@ fn choices<'a>(results: &'a Results, backend: &str) -> Vec<Choice<'a>> {
     choices
 }
 
-/// What is the fastest within one or more errors, and what plain ray marching
-/// does there.
+/// The fastest settings within one or more errors, beside plain ray marching.
 struct Choice<'a> {
     targets: Vec<String>,
     /// The fastest setting, and those of other methods that the spreads of their
@@ -185,7 +184,7 @@ struct Choice<'a> {
     march: Option<&'a Measurement>,
 }
 
-/// So many of those that are equally fast are named.
+/// The largest number of equally fast settings that are named.
 const NAMED: usize = 3;
 
 impl Choice<'_> {
@@ -230,8 +229,7 @@ impl Choice<'_> {
         sentence.then(self.against_marching(results)).then(".")
     }
 
-    /// What plain ray marching takes for the same error, unless it is among the
-    /// fastest.
+    /// The time of plain ray marching for the same error, unless it is among the fastest.
     fn against_marching(&self, results: &Results) -> String {
         let best = self.winners[0];
         let is_baseline = |m: &&Measurement| results.methods[m.method].is_baseline;
@@ -285,7 +283,7 @@ fn decisive_targets(results: &Results, backend: &str) -> Vec<f64> {
                 .rev()
                 .copied()
                 .find(|t| reached(*t) >= 2);
-            // Where one method alone comes near, as near as it does.
+            // If one method alone comes near, the error is as fine as it reaches.
             let alone = || TARGETS.iter().rev().copied().find(|t| reached(*t) >= 1);
             coarse.or_else(alone).into_iter().collect()
         }

@@ -9,7 +9,7 @@ use crate::compare::results::{Results, fastest_within, pareto, slopes};
 use crate::compare::study::{Cell, Column, Table, Unit};
 use crate::format::{error, seconds};
 
-/// The tables of what competes.
+/// The tables of the measurements that compete.
 pub(super) fn section(results: &Results) -> Markup {
     let lines = representative(results);
     html! {
@@ -29,7 +29,7 @@ pub(super) fn section(results: &Results) -> Markup {
     }
 }
 
-/// What was measured on a software GPU, folded: its times mean nothing.
+/// The measurements on a software GPU, folded: its times mean nothing.
 pub(super) fn on_software(results: &Results) -> Markup {
     let (Some(backend), lines) = (results.software(), software(results)) else {
         return Markup::default();

@@ -59,8 +59,8 @@ impl Case {
         }
     }
 
-    /// What becomes of it with each method that applies and runs on the backend, at the
-    /// best quality of a quick comparison, until somebody wants no more.
+    /// The outcome of each method that applies and runs on the backend, at the best quality of a
+    /// quick comparison, until the user interrupts the program.
     pub(super) fn run<B: MethodBackend + Download>(
         &self,
         backend: &B,

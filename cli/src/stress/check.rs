@@ -1,4 +1,4 @@
-//! What is wrong with a picture.
+//! Checks of the pictures of hard cases.
 
 use lighting::methods::Entry;
 use reference::metrics::{Reference, image_error};
@@ -13,14 +13,14 @@ pub(super) struct Finding {
     pub(super) outcome: Outcome,
 }
 
-/// What became of it.
+/// The outcome of a method in a case.
 #[derive(Debug, Default)]
 pub(super) struct Outcome {
     /// Why there is no picture: an error with a reason.
     pub(super) refused: Option<String>,
     /// RMSE over the mean of the reference.
     pub(super) error: f64,
-    /// What is wrong.
+    /// Everything that is wrong with it.
     pub(super) violations: Vec<String>,
     image: Vec<[f32; 4]>,
     mean: f64,
@@ -68,10 +68,10 @@ fn is_light(light: &[f32; 4]) -> bool {
     light[..3].iter().all(|c| c.is_finite() && *c >= 0.0)
 }
 
-/// Two pictures of one method are of one thing: they may differ by what each is off, and where
-/// a method is off by less, by what a map that two rasterisers have drawn differs in a few
-/// texels of its edges: of 91 rays one that ends a texel of 256 earlier, 1/256 / √91 and
-/// twice that.
+/// Two pictures of one method show the same, so they may differ by the sum of their errors. Where
+/// these are smaller, they may differ as much as two maps that different rasterisers have drawn,
+/// which differ in a few texels at edges: if one of 91 rays ends a texel of 256 earlier, that is
+/// 1/256 / √91, and twice that is allowed.
 const ROUNDING: f64 = 1e-3;
 
 /// Compares each picture of the GPU with that of the CPU.

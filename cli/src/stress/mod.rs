@@ -1,5 +1,5 @@
-//! Every method in every hard picture: what is not a number, what misses its bound, and
-//! where the backends differ.
+//! Every method in every hard picture: which pixels are not numbers, which errors miss their
+//! bounds, and where the backends differ.
 
 mod case;
 mod check;
@@ -85,8 +85,8 @@ pub(crate) fn run(methods: &Registry, args: &Stress) -> Result<(), Failure> {
     }
 }
 
-/// Those of a list that any of the filters means, or all without a filter; a filter
-/// that means none is an error.
+/// The entries of a list that match any of the filters, or all without a filter. A filter that
+/// matches none is an error.
 fn chosen<T>(
     all: impl Iterator<Item = T>,
     filters: &[String],

@@ -1,4 +1,4 @@
-//! What was found, method by method.
+//! The findings, method by method.
 
 use serde_json::{Value, json};
 

@@ -30,7 +30,7 @@ pub(super) fn methods() -> Vec<Entry> {
     ]
 }
 
-/// Curves of so many nodes by the paper's rule.
+/// Curves with a number of nodes, by the paper's rule.
 #[derive(Debug, Clone, Copy)]
 struct Nodes<const N: usize> {
     is_sorted: bool,

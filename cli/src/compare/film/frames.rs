@@ -39,7 +39,7 @@ pub(super) struct Frames {
 }
 
 impl Scenery {
-    /// What methods and the reference are told.
+    /// The job of this frame, for methods and the reference.
     pub(super) fn job<'a>(&'a self, job: Job<'a>, size: Size) -> Job<'a> {
         Job {
             camera: &self.camera,
@@ -53,7 +53,7 @@ impl Scenery {
 }
 
 impl Frames {
-    /// Makes the references, or says why there is no time for them.
+    /// Computes the references; the inner error says why there is no time for them.
     pub(super) fn new(
         args: &Compare,
         prepared: &Prepared,

@@ -1,12 +1,13 @@
 //! Films: whether errors stay where they are while the camera or the lights move, or flicker.
 //!
 //! A film has shots. In each of them either the camera moves or the lights do, in one of two ways
-//! ([`path`]): by small steps, a third of a pixel or half a texel of a shadow map from frame to frame, forth and back by the same
-//! places; or by large ones, to places that have nothing to do with each other. Every frame has a
-//! converged reference. Each method makes all frames of a shot in order, with one store: what
-//! does not depend on what moves is kept from frame to frame, all else is made anew.
+//! ([`path`]): by small steps, a third of a pixel or half a texel of a shadow map from frame to
+//! frame, forth and back through the same places; or by large ones, to places that have nothing
+//! to do with each other. Every frame has a converged reference. Each method makes all frames of
+//! a shot in order, with one store: things that do not depend on the camera or the lights that
+//! move are kept from frame to frame, all others are made anew.
 //!
-//! What the errors mean is in [`reference::film`].
+//! [`reference::film`] says what the errors mean.
 
 mod curves;
 mod frames;
@@ -41,11 +42,11 @@ use take::Take;
 /// Name of its CSV file.
 pub(crate) const CSV: &str = "film.csv";
 
-/// Seconds for each frame of each shot that a comparison takes longer by itself: those of
-/// forty methods and the reference at 160 × 90.
+/// By how many seconds a comparison is prolonged for each frame of each shot, unless a time was
+/// asked for: a frame of forty methods and the reference at 160 × 90.
 const SECONDS_PER_FRAME: f64 = 4.0;
 
-/// Share of a time that was asked for.
+/// Share of the asked-for time that a film may take.
 const SHARE: f64 = 0.5;
 
 /// Share of the time of a shot that its references may take.
@@ -54,14 +55,14 @@ const REFERENCES: f64 = 0.6;
 /// Pictures are halved until they have no more pixels than this.
 const MOST_PIXELS: usize = 160 * 90;
 
-/// All frames of a shot together may have so many pixels, those of the longest film: a GiB of
-/// references and views.
+/// The largest number of pixels of all frames of a shot together, that of the longest film:
+/// their references and views take a GiB.
 const MOST_IN_ALL: usize = 600 * MOST_PIXELS;
 
 /// A film that was made.
 #[derive(Debug)]
 pub(crate) struct Film {
-    /// What was measured.
+    /// Its measurements, as a study.
     pub(crate) study: Study,
     /// Frames of each shot.
     pub(crate) frames: usize,
@@ -108,7 +109,7 @@ fn size(args: &Compare, prepared: &Prepared, frames: usize) -> Result<Size, Fail
     Ok(size)
 }
 
-/// Makes sure that the film that is asked for can be made.
+/// Returns an error if the film that was asked for cannot be made.
 pub(super) fn check(args: &Compare, prepared: &Prepared) -> Result<(), Failure> {
     match args.film {
         Some(frames) => size(args, prepared, frames as usize).map(|_| ()),
@@ -119,8 +120,8 @@ pub(super) fn check(args: &Compare, prepared: &Prepared) -> Result<(), Failure> 
 /// Takes a file of the report: its name and its content.
 pub(super) type Write<'a> = &'a dyn Fn(&str, &[u8]) -> Result<(), Failure>;
 
-/// Makes the film that is asked for and writes its frames if they are asked for, as long as there is time and nobody stops it. What is complete by then
-/// is reported.
+/// Makes the film and writes its frames, if they were asked for. When the time is up or the user
+/// stops it, the methods that are complete are reported.
 pub(super) fn make(
     args: &Compare,
     prepared: &Prepared,
@@ -207,7 +208,7 @@ struct Limit<'a> {
 }
 
 impl Limit<'_> {
-    /// Why nothing that takes about so many `seconds` is to be begun, if so.
+    /// The reason not to begin something that takes about `seconds`, if there is one.
     fn reached_after(&self, seconds: f64) -> Option<String> {
         if self.stop.load(Ordering::Relaxed) {
             return Some("interrupted".into());
@@ -261,7 +262,7 @@ fn filmed(args: &Compare, prepared: &Prepared, device: &Device) -> Vec<Filmed> {
     filmed
 }
 
-/// All frames of a shot by one method, or why there are none.
+/// All frames of a shot by one method; the inner error says why there are none.
 fn filmed_on(
     device: &Device,
     prepared: &Prepared,

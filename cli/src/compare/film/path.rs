@@ -16,39 +16,40 @@ const PIXELS: f32 = 1.0 / 3.0;
 /// Steps of lights, in texels of a shadow map that spans a right angle.
 const TEXELS: f32 = 0.5;
 
-/// How far large steps go at most: as a share of the mean distance, and in radians.
+/// The longest large step: as a share of the mean distance to what is seen or lit, and in
+/// radians.
 const FAR: f32 = 0.1;
 const TURN: f32 = 0.1;
 
-/// What places of large steps are drawn from.
+/// Seed of the places of large steps.
 const SEED: u64 = 21;
 
-/// Tries to find a place that nothing hides, each nearer than the last.
+/// How often a place that nothing hides is looked for, each time nearer than the last.
 const TRIES: u32 = 16;
 
-/// What moves in a shot.
+/// The things that move in a shot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Moved {
     Camera,
     Lights,
 }
 
-/// How far it moves from frame to frame.
+/// How far they move from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Steps {
-    /// By less than methods resolve, forth and back by the same places: the turn is in the
-    /// frame of half the number of frames.
+    /// By less than methods resolve, forth and back through the same places; it turns back at
+    /// half the number of frames.
     Small,
     /// To any place nearby, which has nothing to do with the last one.
     Large,
 }
 
-/// What moves in a frame, from where it is in the scene.
+/// How the camera or the lights of a frame have moved from their places in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Pose {
     /// Metres.
     pub(super) shift: Vec3,
-    /// To the left and up, radians: the camera, or lights that have no place.
+    /// To the left and up, radians, of the camera or of lights that have no place.
     pub(super) turn: [f32; 2],
 }
 
@@ -60,8 +61,8 @@ pub(super) struct Shot {
     /// The length of a step, m; of large ones the largest distance from the middle. None if
     /// nothing that moves has a place.
     pub(super) length: Option<f32>,
-    /// By how much what has no place turns, rad; in large steps everything turns by as much
-    /// at most.
+    /// The angle by which lights without a place turn, rad. In large steps everything turns, by
+    /// this angle at most.
     pub(super) angle: f32,
     pub(super) poses: Vec<Pose>,
 }
@@ -85,7 +86,7 @@ impl Steps {
 }
 
 impl Shot {
-    /// What happens in it, in a few words.
+    /// What moves how, in a few words.
     pub(super) fn name(&self) -> String {
         let steps = match (self.moved, self.steps) {
             (Moved::Camera, Steps::Small) => "a third of a pixel from frame to frame",
@@ -100,7 +101,7 @@ impl Pose {
     pub(super) fn of_camera(&self, camera: &Camera) -> Result<Camera, SceneError> {
         let [left, up] = self.turn;
         let rotation = Quat::from_rotation_y(left) * camera.rotation() * Quat::from_rotation_x(up);
-        // Not turned, it keeps its bits.
+        // A direction that is not turned keeps its bits.
         let rotation = match self.turn {
             [0.0, 0.0] => camera.rotation(),
             _ => rotation,
@@ -182,16 +183,17 @@ pub(super) fn shots(
     shots
 }
 
-/// Where something can move.
+/// The space in which the camera or the lights can move.
 struct Space<'a> {
     tracer: &'a Tracer,
-    /// Where it is.
+    /// The places of the camera or the lights in the scene.
     places: Vec<Vec3>,
-    /// The directions of small steps, the first that has room.
+    /// Directions of small steps. The one with room for most steps is taken, and the first of
+    /// several.
     directions: [Vec3; 4],
     /// The length of a small step, m.
     step: f32,
-    /// The angle of a small step of what has no place, rad.
+    /// The angle of a small step of lights that have no place, rad.
     angle: f32,
     /// How far large steps go, m.
     far: f32,
@@ -203,7 +205,7 @@ impl<'a> Space<'a> {
         let distance = mean_distance(job, &[camera.eye()]);
         let pixel = 2.0 * (0.5 * camera.vertical_fov()).tan() / size.height as f32 * distance;
         let [right, up] = [Vec3::X, Vec3::Y].map(|axis| camera.rotation() * axis);
-        // Across the pixels in neither of their directions.
+        // The directions run along neither rows nor columns of pixels.
         let directions = [[0.8, 0.6], [-0.8, 0.6], [0.8, -0.6], [-0.8, -0.6]];
         Self {
             tracer: &job.input.tracer,
@@ -240,7 +242,8 @@ impl<'a> Space<'a> {
     fn is_free(&self, shift: Vec3) -> bool {
         let length = shift.length();
         let is_free = |place: &Vec3| {
-            // What is right there may be what holds it; a tenth is left before the next.
+            // A surface right at the place may be its own holder. A tenth of the way is left
+            // free in front of the next surface.
             !(self.tracer).occluded(*place, shift / length, 1e-3 * length, 1.1 * length)
         };
         length == 0.0 || self.places.iter().all(is_free)
@@ -266,7 +269,7 @@ impl<'a> Space<'a> {
             return Vec::new();
         }
         let pose = |frame: usize| {
-            // Forth and back again where there is less room than time.
+            // If there is room for fewer steps than frames, they go forth and back again.
             let along = frame.abs_diff(turn) % (2 * steps);
             let along = along.min(2 * steps - along) as f32;
             Pose {
@@ -299,7 +302,7 @@ impl<'a> Space<'a> {
 
 /// The mean distance between places and what is seen; 1 m if nothing is.
 fn mean_distance(job: &Job<'_>, places: &[Vec3]) -> f32 {
-    /// Pixels between those that are asked.
+    /// Only every seventh pixel is taken.
     const STRIDE: usize = 7;
     let rays = job.view.rays().iter().step_by(STRIDE);
     let seen = rays.filter(|ray| ray.length().is_finite());

@@ -131,7 +131,7 @@ pub(super) fn columns() -> Vec<Column> {
     names.map(Column::plain).into()
 }
 
-/// Adds a shot to the records, and what is shown of it.
+/// Adds a shot to the records and to the parts that are shown.
 pub(super) fn add(
     study: &mut Study,
     shot: &Shot,
@@ -269,7 +269,7 @@ pub(super) fn introduction(frames: usize, size: Size, backend: &str) -> String {
     )
 }
 
-/// What stands below the shots.
+/// The notes below the shots.
 pub(super) fn notes(has_files: bool) -> Vec<Part> {
     let mut notes = vec![Part::Note(format!(
         "Strips show the picture beside its signed difference to the reference: blue is too dark, orange too \

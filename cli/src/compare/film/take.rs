@@ -17,19 +17,19 @@ use crate::compare::times::Times;
 /// A method's film.
 pub(super) struct Take {
     pub(super) pictures: Vec<Vec<[f32; 4]>>,
-    /// Of a frame, what is made anew for it included; the first frame does not count.
+    /// Time of a frame with all that is made anew for it. The first frame does not count.
     pub(super) seconds: Times,
-    /// Things that were made for frames, and things of earlier frames that were used again, of
-    /// frames that were seen before the film too.
+    /// How many things were made for frames, and how many of earlier frames were used again,
+    /// also in frames in front of the film.
     pub(super) made: usize,
     pub(super) reused: usize,
 }
 
 impl Take {
-    /// Makes the film, or says why it is not complete.
+    /// Makes the film; the inner error says why it is not complete.
     ///
     /// # Errors
-    /// Those of the method.
+    /// The errors of the method.
     #[expect(
         clippy::too_many_arguments,
         reason = "two stores, which the CPU has as one"
@@ -54,7 +54,8 @@ impl Take {
         };
         let mut known: Vec<Used> = Vec::new();
         let mut times = Vec::new();
-        // What remembers frames has seen the same way before, as if it went on for long.
+        // A method that remembers frames goes through the shot once before it is measured, as
+        // if the film had gone on for long.
         let before = match filmed.entry.remembers_frames() {
             true => frames.all.len(),
             false => 0,
@@ -98,7 +99,7 @@ impl Take {
     fn count(&mut self, known: &mut Vec<Used>, store: Vec<Used>, host: Vec<Used>) {
         let mut now: Vec<Used> = Vec::new();
         for used in store.into_iter().chain(host) {
-            // What was put in from outside took no time.
+            // Things that were put into the store from outside took no time.
             let is_made = used.seconds > 0.0;
             if !is_made || now.contains(&used) {
                 continue;

@@ -35,8 +35,8 @@ pub(super) const KIND: Kind = Kind {
     run,
 };
 
-/// How many times as long as the blockers of some rays the range of depths is that methods
-/// are told: it holds those of all.
+/// The range of depths that methods are given is this many times as long as that of the blockers
+/// of some rays, so that it holds the blockers of all rays.
 const LOOSER: f64 = 1.5;
 
 /// A kind of curves and its picture.
@@ -151,10 +151,10 @@ struct Stand<'a> {
     side: u32,
 }
 
-/// What is right, and how bright it is.
+/// The picture with uncompressed curves, and its brightness.
 struct Truth {
     picture: Vec<[f32; 4]>,
-    /// Over the pixels with hair that is lit.
+    /// Mean radiance of the pixels with hair that is lit.
     mean: f64,
     pixels: usize,
 }
@@ -281,7 +281,7 @@ impl Visit for Pictures<'_> {
     }
 }
 
-/// Puts what was measured into words, a chart and a table.
+/// Puts the measurements into words, a chart and a table.
 fn describe(study: &mut Study, rows: &[Row], side: u32) {
     if rows.is_empty() {
         return;

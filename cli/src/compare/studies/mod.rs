@@ -1,5 +1,5 @@
-//! What is measured by itself, beside the methods: one file or folder per
-//! study, and the one list of them.
+//! Studies, each of which measures one algorithm by itself, beside the methods: one file or
+//! folder per study, and the one list of them.
 //!
 //! A study is a [`Kind`]: its heading, the name and the columns of its CSV file,
 //! why it may have nothing to say about a scene, and the function that carries
@@ -52,14 +52,13 @@ pub(crate) struct Kind {
     pub(crate) csv: &'static str,
     /// The columns of that file.
     pub(crate) columns: fn() -> Vec<Column>,
-    /// Seconds that it may take, in a quick comparison and in a full one, unless
-    /// everything is to be measured. A study
-    /// that is short by nature has none: it runs however little time is left, so
-    /// that what it finds does not depend on the machine.
+    /// Seconds that it may take, in a quick comparison and in a full one, unless everything is to
+    /// be measured. A study that is short by nature has no such limit: it runs however little
+    /// time is left, so that its results do not depend on the machine.
     pub(crate) seconds: Option<[f64; 2]>,
     /// Whether it measures light in the homogeneous medium of the scene.
     pub(crate) in_fog: bool,
-    /// Why there is nothing to measure in a scene, if so.
+    /// The reason why there is nothing to measure in a scene, if so.
     pub(crate) pointless: fn(&Subject<'_>) -> Option<&'static str>,
     pub(crate) run: fn(&Subject<'_>, &Limit<'_>) -> Result<Study, Failure>,
 }
@@ -85,7 +84,7 @@ impl Kind {
     }
 }
 
-/// What studies look at.
+/// The scene and the picture on which studies measure.
 pub(crate) struct Subject<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) tracer: &'a Tracer,
@@ -98,7 +97,7 @@ pub(crate) struct Subject<'a> {
     pub(crate) camera: &'a Camera,
     /// The rays of the picture, and its size.
     pub(crate) rays: &'a [Ray],
-    /// What each ray ends on.
+    /// The surface on which each ray ends.
     pub(crate) hits: &'a [Option<Hit>],
     pub(crate) size: Size,
     /// Texels per side of a shadow map.
@@ -109,7 +108,7 @@ pub(crate) struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// What is to be said of studies whose bakes take every triangle.
+    /// A sentence for studies whose bakes take every triangle.
     fn dynamic_baked(&self) -> &'static str {
         match self.geometry.dynamic_part() {
             Some(_) => " What is dynamic is baked like the rest here.",
@@ -135,7 +134,7 @@ pub(crate) struct Limit<'a> {
     seconds: f64,
     /// The time of the whole comparison.
     budget: Budget,
-    /// Set if the user wants no more.
+    /// Set when the user interrupts the program.
     stop: &'a AtomicBool,
 }
 
@@ -150,27 +149,26 @@ impl Limit<'_> {
         self.clock.elapsed().as_secs_f64()
     }
 
-    /// Why nothing more is to be begun, if so: its own time is over, or the user
-    /// has interrupted it.
+    /// The reason to begin nothing more, if there is one: its own time is over, or the user has
+    /// interrupted it.
     pub(crate) fn reached(&self) -> Option<&'static str> {
         self.reached_after(0.0)
     }
 
-    /// Why something that takes about so many `seconds` is not to be begun.
+    /// The reason not to begin something that takes about `seconds`, if there is one.
     pub(crate) fn reached_after(&self, seconds: f64) -> Option<&'static str> {
         let over = self.seconds.is_finite() && self.elapsed() + seconds >= self.seconds;
         self.interrupted().or(over.then_some(NO_TIME))
     }
 
-    /// Why nothing at all is to be begun: the time of the whole comparison is
-    /// over, which may be later than that of the study, or the user has
-    /// interrupted it.
+    /// The reason to begin nothing at all, if there is one: the time of the whole comparison is
+    /// over, which may be later than that of the study, or the user has interrupted it.
     pub(crate) fn budget_reached(&self) -> Option<&'static str> {
         let over = self.budget.left() <= 0.0;
         self.interrupted().or(over.then_some(NO_TIME))
     }
 
-    /// The user's wish as a flag.
+    /// The flag that is set when the user interrupts the program.
     pub(crate) fn stop(&self) -> &AtomicBool {
         self.stop
     }

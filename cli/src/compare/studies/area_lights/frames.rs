@@ -19,12 +19,12 @@ use crate::failure::Failure;
 /// Points that stand for the casters, of which each light takes some.
 pub(super) const CASTER_POINTS: u32 = 1 << 17;
 
-/// Where shadow maps come from.
+/// How shadow maps are made.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Maps {
-    /// Triangles.
+    /// From the triangles.
     Exact,
-    /// So many points.
+    /// From this many points.
     Imperfect(u32, LevelOfDetail),
 }
 
@@ -41,7 +41,7 @@ pub(super) struct Setting {
     pub(super) interpolate: bool,
 }
 
-/// The paper's, with the lit runs of exact maps.
+/// The paper's setting, with the lit runs of exact maps.
 impl Default for Setting {
     fn default() -> Self {
         Self {
@@ -55,11 +55,11 @@ impl Default for Setting {
     }
 }
 
-/// What came of it.
+/// Error and time of a frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Outcome {
     pub(super) rmse: f64,
-    /// Of maps, of voxels, of the gather.
+    /// Time of the maps, of the voxels, and of the gather.
     pub(super) seconds: [f64; 3],
 }
 
@@ -69,7 +69,7 @@ impl Setting {
         Ok(scene.light.virtual_lights(Pattern::Lattice, self.lights)?)
     }
 
-    /// Their shadow maps, and what these took without what all lights share.
+    /// Their shadow maps, and the time for these without the part that all lights share.
     pub(super) fn maps(
         &self,
         cpu: &Cpu,
@@ -103,7 +103,7 @@ impl Setting {
         Ok(LightVolumes::new(cpu, resolution, self.lights as usize)?.with_sampling(sampling))
     }
 
-    /// The error of the frame and what it took.
+    /// The error and the time of the frame.
     pub(super) fn error(
         &self,
         cpu: &Cpu,
@@ -134,7 +134,7 @@ impl Setting {
         })
     }
 
-    /// As the methods of this report have it.
+    /// The quadrature that the methods of the report use with this detail.
     pub(super) fn airlight(&self) -> Result<EquiAngular, Failure> {
         Ok(EquiAngular::new(match self.detail {
             Detail::Average => 8,

@@ -1,6 +1,5 @@
-//! Area lights as many voxelized shadow volumes, without a picture: what their steps
-//! take beside those of a volume for each light, and which numbers their error comes
-//! from.
+//! Area lights as many voxelized shadow volumes, without a picture: how long their steps take
+//! beside those of a volume for each light, and from which numbers their error comes.
 //!
 //! Tables 1 and 2, figures 6, 11 and 13 and the sweep of resolutions in the text of
 //! Wyman and Dai, "Imperfect Voxelized Shadow Volumes", 2013, in numbers.
@@ -38,14 +37,14 @@ pub(super) const KIND: Kind = Kind {
     run,
 };
 
-/// Rays on which errors are measured, about.
+/// About how many rays errors are measured on.
 const RAYS: usize = 300;
 const QUICK_RAYS: usize = 60;
 
 /// Width and height of the picture whose steps are timed.
 const TIMED: [u32; 2] = [320, 180];
 
-/// Relative; below what is measured with it.
+/// Relative tolerance of the truth, below the errors that are measured.
 const TOLERANCE: f64 = 5e-3;
 
 /// An area light of a scene, and the rays that see it.
@@ -131,7 +130,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     bar.inc(1);
     reductions::measure(&cpu, timed, [width, height], quick, (&mut study, limit))?;
     bar.inc(1);
-    // What follows is measured against the light itself, which takes long.
+    // The parts that follow are measured against the light itself, which takes long.
     if quick {
         study.leave_out(
             "errors over resolutions, sizes and with interpolation",

@@ -18,7 +18,7 @@ const POINTS: &[u32] = &[512, 1024, 2048, 4096, 8192, 16_384];
 const QUICK_POINTS: &[u32] = &[512, 4096];
 
 const LIGHTS: u32 = 16;
-/// Exact maps take their time where triangles are many.
+/// Fewer lights for a quick comparison, because exact maps of many triangles take long.
 const QUICK_LIGHTS: u32 = 4;
 const TEXELS: u32 = 128;
 

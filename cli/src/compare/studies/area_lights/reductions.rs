@@ -39,13 +39,13 @@ const ALL: [(&str, Reduction, f64); 6] = [
     ),
 ];
 
-/// What came of a reduction.
+/// Time and error of a reduction.
 #[derive(Debug, Clone, Copy)]
 struct Gathered {
     name: &'static str,
-    /// Of the gather, with the choice of pixels and the filling.
+    /// Time of the gather, with the choice of pixels and the filling.
     seconds: f64,
-    /// Against the full gather.
+    /// The error against the full gather.
     rmse: f64,
     /// Share of the pixels that are gathered in full.
     in_full: f64,
@@ -53,7 +53,7 @@ struct Gathered {
     paper: f64,
 }
 
-/// As many as the time allows.
+/// Measures as many as the time allows.
 pub(super) fn measure(
     cpu: &Cpu,
     scene: Scene<'_>,

@@ -41,7 +41,7 @@ const PAPER: [(u32, [f64; 4], [f64; 4]); 5] = [
 
 const NAMES: [&str; 4] = ["shadow maps", "voxelise", "scan", "gather"];
 
-/// What a frame takes, by step.
+/// The time of a frame, by step.
 #[derive(Debug, Clone, Copy)]
 struct Steps {
     lights: u32,

@@ -21,7 +21,7 @@ const LOOKUPS: usize = 64;
 pub(crate) struct Entry {
     pub(crate) family: Family,
     pub(crate) setting: String,
-    /// It has to be told a range of depths.
+    /// True if it has to be given a range of depths.
     pub(crate) knows_range: bool,
     measure: Measure,
 }
@@ -40,7 +40,7 @@ pub(crate) struct Measurement {
 }
 
 impl Entry {
-    /// Errors and times; each time is taken for about so many `seconds`.
+    /// Errors and times; measuring each time takes about `seconds`.
     pub(crate) fn measure(&self, rays: &Rays, seconds: f64) -> Measurement {
         (self.measure)(rays, seconds)
     }
@@ -128,7 +128,7 @@ where
     curve.finish().into()
 }
 
-/// What `work` returns, and its time over the number of things it does.
+/// The result of `work`, and its time divided by the number of things that it does.
 fn timed<R>(things: usize, seconds: f64, mut work: impl FnMut() -> R) -> (R, Times) {
     let mut times = Vec::new();
     let clock = Instant::now();
@@ -187,7 +187,7 @@ pub(crate) fn lines_of_sizes(rays: &Rays) -> Result<Vec<Line>, Failure> {
         line(rays, Family::Paper, "16 nodes", &Curve::<16, Linear>::new()),
         line(rays, Family::Area, "8 nodes", &Stream::<8>::new()),
     ];
-    // Of one kind, they would all look alike.
+    // Most lines are of one kind, with whose colour they would look alike.
     for (slot, line) in lines.iter_mut().enumerate() {
         line.key = Key::new(slot);
     }

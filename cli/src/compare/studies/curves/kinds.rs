@@ -19,7 +19,7 @@ pub(crate) struct Named {
     pub(crate) setting: String,
 }
 
-/// Who is shown every kind.
+/// A visitor of all kinds.
 pub(crate) trait Visit {
     /// Curves that start as copies of `clear` and are stored as a `T` of so many `bytes`.
     fn kind<A, T>(&mut self, name: Named, clear: A, bytes: impl Fn(&T) -> usize + 'static)
@@ -39,7 +39,8 @@ pub(crate) fn range(looser: f64, [near, far]: [f32; 2]) -> Result<Range, Failure
     )?)
 }
 
-/// Shows every kind at every setting, those that need a range of depths with this one.
+/// Shows the visitor every kind at every setting, those that need a range of depths with this
+/// one.
 pub(crate) fn visit_all(range: Range, visit: &mut impl Visit) -> Result<(), Failure> {
     paper::<4>(visit);
     paper::<8>(visit);

@@ -35,8 +35,8 @@ pub(super) const KIND: Kind = Kind {
     run,
 };
 
-/// How many times as long as the blockers the ranges of depths are that methods
-/// are told; the first is the tight one.
+/// The ranges of depths that methods are given are these many times as long as that of the
+/// blockers; the first is the tight one.
 const RANGES: [f64; 3] = [1.0, 4.0, 10.0];
 
 /// A kind of curve, in the order of the report.
@@ -64,7 +64,7 @@ impl Family {
         Self::Uncompressed,
     ];
 
-    /// What it is called.
+    /// Its name in the report.
     pub(super) fn title(self) -> &'static str {
         match self {
             Self::Paper => "adaptive, the paper's rule",
@@ -78,7 +78,7 @@ impl Family {
         }
     }
 
-    /// Its colour and marker; the first is that of the truth.
+    /// Its colour and marker; the first of all is that of the truth.
     pub(super) fn key(self) -> Key {
         let place = Self::ALL.into_iter().position(|other| other == self);
         Key::new(1 + place.unwrap_or(0))
@@ -127,7 +127,7 @@ struct Line {
     values: Vec<f64>,
 }
 
-/// What there is to show.
+/// Everything that there is to show.
 #[derive(Debug, Default)]
 struct Found {
     specimens: Vec<Specimen>,
@@ -163,8 +163,8 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     Ok(study)
 }
 
-/// All kinds of curves on the casters of the scene, and unless it is to be quick, on
-/// the smoke and hair of the paper's figures.
+/// All kinds of curves on the casters of the scene, and unless the study is to be quick, on the
+/// smoke and hair of the paper's figures.
 fn measure_all(
     study: &mut Study,
     subject: &Subject<'_>,
@@ -198,7 +198,7 @@ fn published(
     Ok(())
 }
 
-/// Adds to what was found, in a quick way or not.
+/// Adds the measurements on more casters, in a quick way or not.
 type Measure = fn(bool, &mut Found) -> Result<(), Failure>;
 
 fn scene_casters(
@@ -286,8 +286,8 @@ fn hair_in_smoke() -> Result<Translucent, Failure> {
     Ok(Strands::new(points, ends.collect())?.into())
 }
 
-/// The first light that any of the casters is in the way of, and its rays through them, or
-/// why there is none.
+/// The first light whose way is blocked by any of the casters, and its rays through them, or why
+/// there is none.
 pub(super) fn collect_any<'e>(
     casters: &[Translucent],
     emitters: &'e [Emitter],
@@ -350,7 +350,7 @@ fn specimen(name: &str, rays: &Rays, quick: bool) -> Result<Specimen, Failure> {
             bytes: 0.0,
         };
         for (range, entries) in ranged.iter().enumerate() {
-            // Only errors depend on the range, and not those of all.
+            // Only the errors depend on the range, and only for some kinds.
             let measured = if range == 0 || entries[index].knows_range {
                 entries[index].measure(rays, if range == 0 { seconds } else { 0.0 })
             } else {

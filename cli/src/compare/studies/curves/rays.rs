@@ -7,10 +7,10 @@ use transmittance::{BlockerSegment, Source, Tile};
 /// Texels per side of the map whose rays are looked at.
 pub(crate) const RESOLUTION: u32 = 256;
 
-/// Of the map's rays every one in this many, along both sides.
+/// Along both sides of the map, one ray in this many is looked at.
 const STRIDE: usize = 8;
 
-/// No more rays are taken beyond this many segments.
+/// Rays are taken until they have this many segments.
 const MOST_SEGMENTS: usize = 1 << 21;
 
 /// Depths at which the mean error of a ray is sampled.
@@ -22,8 +22,7 @@ const MOST_ENDS: usize = 256;
 /// Depths of a plotted line.
 const PLOTTED: usize = 500;
 
-/// Light rays, each with its blockers in the order in which a map is told of
-/// them.
+/// Light rays, each with its blockers in the order in which a map receives them.
 #[derive(Debug)]
 pub(crate) struct Rays {
     rays: Vec<Ray>,
@@ -65,7 +64,7 @@ impl Rays {
                 }
             });
         }
-        // Where there are few blockers, there is nothing to be chosen.
+        // Rays with few blockers leave a curve nothing to choose.
         let fullest = found.iter().map(Vec::len).max().unwrap_or(0);
         found.retain(|segments| 4 * segments.len() >= fullest.max(1));
         let stride = found.len().div_ceil(most).max(1);

@@ -6,7 +6,7 @@ use crate::compare::study::{
 };
 use crate::format::{bytes, seconds, significant};
 
-/// Puts what was measured into words, charts and tables.
+/// Puts the measurements into words, charts and tables.
 pub(super) fn describe(study: &mut Study, found: &Found) {
     let Found { specimens, figures } = found;
     if specimens.is_empty() {

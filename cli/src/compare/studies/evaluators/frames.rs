@@ -2,8 +2,8 @@
 
 use airlight::{Error, Evaluator, FrameTable, PhaseFunction, Quadrature, Segment};
 
-/// A table for each frame that its segments come from, and a quadrature for what they
-/// do not know.
+/// A table for each frame that the segments come from, and a quadrature for segments outside of
+/// the tables.
 #[derive(Debug)]
 pub(super) struct Frames {
     tables: Vec<FrameTable>,
@@ -22,7 +22,7 @@ impl Frames {
         })
     }
 
-    /// Memory of one of them, bytes.
+    /// Memory of one table, bytes.
     pub(super) fn bytes(&self) -> usize {
         self.tables.first().map_or(0, FrameTable::bytes)
     }

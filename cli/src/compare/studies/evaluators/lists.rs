@@ -1,4 +1,4 @@
-//! Lists of segments with their truths, and what they say of an evaluator.
+//! Lists of segments with their truths, and the errors of an evaluator on them.
 
 use std::time::Instant;
 
@@ -48,7 +48,7 @@ impl List {
         Self::of(&easy(phase, EASY))
     }
 
-    /// Those at which evaluators break.
+    /// Segments on which evaluators break down.
     pub(super) fn stiff(phase: PhaseFunction) -> Self {
         Self::of(&stiff(phase))
     }
@@ -74,7 +74,7 @@ impl List {
                 let is_known = |other: &[f32; 2]| {
                     other[0] == frame[0] && (other[1] / frame[1] - 1.0).abs() < 1e-5
                 };
-                // Parts from far away along the ray have lost the eye.
+                // Steps that begin far along the ray have lost the digits of the eye's position.
                 let has_eye = *x < 10.0 * frame[1];
                 if has_eye && !is_deep && !frames.iter().rev().any(is_known) {
                     frames.push(frame);
@@ -139,8 +139,8 @@ impl List {
     }
 }
 
-/// Relative where the truth is a normal f32; what lies below may be anything
-/// down there.
+/// The relative error where the truth is a normal f32. Where the truth is smaller, an error up to
+/// the smallest normal f32 counts as none.
 fn relative_error(value: f64, truth: f64) -> f64 {
     let smallest = f64::from(f32::MIN_POSITIVE);
     let error = (value - truth).abs() / truth.max(smallest);

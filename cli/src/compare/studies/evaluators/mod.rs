@@ -51,7 +51,7 @@ impl Family {
         Self::Published,
     ];
 
-    /// What it is called.
+    /// Its name in the report.
     fn title(self) -> &'static str {
         match self {
             Self::Double => "exact, in double precision",
@@ -77,7 +77,7 @@ struct Entry {
     make: Box<dyn Fn() -> Result<Made, airlight::Error>>,
 }
 
-/// An evaluator, the memory of its table, and how many tables there are, each of as much.
+/// An evaluator, the memory of one of its tables, and the number of these.
 type Made = (Box<dyn Evaluator>, usize, usize);
 
 /// Sizes of tables in KiB, rows of those of a frame, decimal digits of tolerances, nodes per piece.
@@ -101,7 +101,7 @@ const QUICK: Settings = Settings {
     nodes: &[3, 6],
 };
 
-/// `frames` are extinctions and distances that there are tables of a frame for.
+/// `frames` holds the extinctions and distances for which there are tables of a frame.
 fn entries(phase: PhaseFunction, settings: &Settings, frames: &[[f32; 2]]) -> Vec<Entry> {
     let mut entries = Vec::new();
     let mut add =
@@ -237,7 +237,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     Ok(study)
 }
 
-/// Puts what was measured into words, charts and tables.
+/// Puts the measurements into words, charts and tables.
 fn describe(study: &mut Study, phase: &str, rows: &[Measured]) {
     if rows.is_empty() {
         return;

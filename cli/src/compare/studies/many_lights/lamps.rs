@@ -12,16 +12,16 @@ use reference::random::Random;
 
 use crate::failure::Failure;
 
-/// How large lamps are.
+/// How the ranges of lamps are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Crowd {
-    /// So large that [`REACH`] of them reach a pixel in the mean.
+    /// So that on average [`REACH`] of them reach a pixel.
     Constant,
-    /// As large as 1000 of those.
+    /// As large as if there were 1000 of them, so that more reach a pixel if there are more.
     Growing,
 }
 
-/// Lamps that reach a pixel, about.
+/// About how many lamps reach a pixel.
 const REACH: f32 = 8.0;
 
 pub(super) struct Lamps {
@@ -34,8 +34,8 @@ pub(super) struct Lamps {
 pub(super) struct Counts {
     pub(super) reach: u64,
     pub(super) listed: u64,
-    /// Of a light and the surface that a pixel shows: it is in range, it is in the cluster's
-    /// list, it is in the tile's.
+    /// Pairs of a light and the surface that a pixel shows: those within the light's range, those
+    /// in the cluster's list, and those in the tile's list.
     pub(super) lit: u64,
     pub(super) by_clusters: u64,
     pub(super) by_tiles: u64,
@@ -43,11 +43,11 @@ pub(super) struct Counts {
 }
 
 impl Lamps {
-    /// So many lamps on rays that end on a surface.
+    /// Places `count` lamps on rays that end on a surface.
     pub(super) fn new(view: &View, width: u32, crowd: Crowd, count: u32) -> Result<Self, Failure> {
         let rays = view.rays();
         let ends: Vec<&Ray> = rays.iter().filter(|ray| ray.length().is_finite()).collect();
-        // As many as this of their radius would cover the view so often.
+        // The discs of this many lamps cover the view [`REACH`] times.
         let of = match crowd {
             Crowd::Constant => count,
             Crowd::Growing => 1000,
@@ -67,7 +67,7 @@ impl Lamps {
         Ok(Self { emitters, tiles })
     }
 
-    /// How many lights each pixel has.
+    /// Counts the lights of each pixel.
     pub(super) fn count(&self, view: &View, medium: &Medium, clusters: &Clusters<'_>) -> Counts {
         let lists: &TileLights<'_> = clusters.rays();
         let of_pixel = |pixel: usize| {
@@ -111,7 +111,8 @@ impl Lamps {
     }
 }
 
-/// Of a view, about: that of the rectangle between its corners, as if it were flat.
+/// About the solid angle of a view: that of the rectangle between its corners, as if it were
+/// flat.
 fn solid_angle(view: &View) -> f32 {
     let (width, height) = (view.width() as usize, view.height() as usize);
     let rays = view.rays();
@@ -119,7 +120,7 @@ fn solid_angle(view: &View) -> f32 {
     let corner = |i: usize| rays[i].direction();
     let across = corner(0).distance(corner(width - 1));
     let down = corner(0).distance(corner(last + 1 - width));
-    // Between the centres of the outermost pixels.
+    // The corners are the centres of the outermost pixels.
     let whole = |extent: f32, pixels: usize| extent * pixels as f32 / (pixels - 1).max(1) as f32;
     whole(across, width) * whole(down, height)
 }

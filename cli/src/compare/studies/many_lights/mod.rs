@@ -1,5 +1,5 @@
-//! Many lamps in the air of the scene: what a picture of their light costs, by the number of
-//! lamps and by those that reach a pixel.
+//! Many lamps in the air of the scene: the cost of a picture of their light, by the number of
+//! lamps and by the number of those that reach a pixel.
 //!
 //! Based on: Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of Voxelized
 //! Shadows, I3D 2015, section 4 and figure 4, whose lights shine on surfaces; and Olsson,
@@ -36,7 +36,7 @@ pub(super) const KIND: Kind = Kind {
 struct Extent {
     size: Size,
     lamps: &'static [u32],
-    /// Those with precomputed shadows of so many voxels along each axis.
+    /// The numbers of lamps with precomputed shadows, which have `voxels` along each axis.
     shadowed: &'static [u32],
     voxels: u32,
 }

@@ -151,10 +151,9 @@ fn frame<V: VisibilityOfMany>(
     Ok(frame)
 }
 
-/// Seconds for a pixel and a light that does not reach it, about: for what is foreseen of
-/// times.
+/// About how many seconds a light takes that does not reach a pixel, to foresee times.
 const PAIR: f64 = 5e-8;
 
-/// Pairs of a pixel and a light that are gathered without culling, at most: three hundred
-/// lamps at the usual size.
+/// The largest number of pairs of a pixel and a light that are gathered without culling: three
+/// hundred lamps at the usual size.
 const MOST_PAIRS: f64 = 4e7;

@@ -1,6 +1,5 @@
-//! Marching only where shadow is, without the scene: times and errors of brute force, of
-//! the hybrid of shadow volumes and marching, and of a textured light, on meshes as large
-//! as the paper's.
+//! Marching only in shadow, without the scene: times and errors of brute force, of the hybrid of
+//! shadow volumes and marching, and of a textured light, on meshes as large as the paper's.
 //!
 //! Based on: Wyman and Ramsey, Interactive Volumetric Shadows in Participating Media with
 //! Single-Scattering, RT 2008: its table 1, which has frame rates alone, and its figures 5
@@ -38,7 +37,7 @@ const QUICK_SIZE: [u32; 2] = [64, 36];
 #[derive(Debug, Clone, Copy)]
 struct Variant {
     name: &'static str,
-    /// The method that it is.
+    /// The method of this program.
     method: &'static str,
     /// Its quality, in that table.
     steps: u32,
@@ -80,7 +79,7 @@ const TEXTURED: Variant = Variant {
 /// One frame of a variant.
 #[derive(Debug, Clone, Copy)]
 struct Measured {
-    /// Of what depends on the light and the casters alone, and of the frame.
+    /// Time of everything that depends on the light and the casters alone, and time of the frame.
     seconds: [f64; 2],
     rmse: f64,
     /// Share of the pixels that are gathered in full.
@@ -92,7 +91,7 @@ struct PaperRow {
     /// The paper's mesh.
     name: &'static str,
     stand_in: StandIn,
-    /// Frames per second on a GPU of 2008: of brute force, of the hybrid and of the textured
+    /// Frames per second on a GPU of 2008 by brute force, by the hybrid and with the textured
     /// light; each with light gathered at 1024² and at 256² pixels.
     rates: [[f64; 2]; 3],
 }
@@ -155,7 +154,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     let mut ball = None;
     let mut last = 0.0;
     for of_paper in shown {
-        // Meshes grow.
+        // Each mesh has more triangles than the one before.
         if let Some(why) = limit.reached_after(2.0 * last) {
             study.leave_out("larger meshes", why);
             break;

@@ -1,4 +1,4 @@
-//! What light that is gathered at few pixels saves, and what error it adds.
+//! How much time is saved by gathering light at few pixels, and how much error it adds.
 
 use lighting::methods::Registry;
 use lighting::methods::reduced::{Filter, Reduction};

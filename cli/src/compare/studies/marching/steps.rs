@@ -12,7 +12,7 @@ use crate::format::{seconds, significant};
 const STEPS: &[u32] = &[10, 25, 50, 75, 100, 150, 300, 500];
 const QUICK_STEPS: &[u32] = &[10, 75];
 
-/// What was measured of a variant.
+/// The measurements of a variant.
 struct Curve {
     variant: Variant,
     measured: Vec<(u32, Measured)>,

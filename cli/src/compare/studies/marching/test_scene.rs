@@ -1,4 +1,4 @@
-//! A mesh above a floor, two lights behind it, and what is seen of them.
+//! A mesh above a floor, two lights behind it, and the view of them.
 
 use std::time::Instant;
 
@@ -17,13 +17,13 @@ use reference::oracle::image::{Options, reference};
 use super::{Measured, Variant};
 use crate::failure::Failure;
 
-/// Rays on which errors are measured, about.
+/// About how many rays errors are measured on.
 const RAYS: usize = 1500;
 
-/// Below the lights, m.
+/// Distance of the floor below the lights, m.
 const LOOKS_AT: Vec3 = Vec3::new(0.0, 0.9, 0.0);
 
-/// Relative; below what is measured with it.
+/// Relative tolerance of the truth, below the errors that are measured.
 const TOLERANCE: f64 = 1e-4;
 
 pub(super) struct TestScene {
@@ -34,9 +34,9 @@ pub(super) struct TestScene {
     size: [u32; 2],
     /// Texels per side of a shadow map.
     map: u32,
-    /// One that shines alike in all directions, and one with a cookie.
+    /// A light that shines alike in all directions, and one with a cookie.
     lights: [Emitter; 2],
-    /// Pixels that errors are measured on, and what they should show of each light.
+    /// Pixels on which errors are measured, and their true radiance from each light.
     checked: Vec<usize>,
     truths: [Reference; 2],
 }
@@ -59,7 +59,8 @@ impl TestScene {
         let (Some(camera), Some(medium)) = (scene.camera.take(), scene.medium.take()) else {
             return Err(Failure::new("textured-spot has no eye or no fog"));
         };
-        // The few pixels around a light in view would be all of the error.
+        // If a light were in view, nearly all of the error would come from the few pixels around
+        // it.
         let camera = Camera::look_at(camera.eye(), LOOKS_AT, camera.vertical_fov())?;
         let geometry = Geometry::new(&Scene::from(stand_in.above_a_floor()))?;
         let tracer = Tracer::new(&geometry);
@@ -93,7 +94,7 @@ impl TestScene {
         self.geometry.triangles().len()
     }
 
-    /// A frame with so many steps, at all pixels or some.
+    /// A frame with a number of steps, at all pixels or some.
     pub(super) fn frame(
         &self,
         registry: &Registry,
@@ -126,7 +127,7 @@ impl TestScene {
         let clock = Instant::now();
         method.prepare(&frame, steps)?;
         let prepared = clock.elapsed().as_secs_f64();
-        // What the first frame still puts into the store is no part of the second.
+        // The first frame still puts things into the store, and the second one is measured.
         let (mut radiance, mut least) = (Vec::new(), f64::INFINITY);
         for _ in 0..2 {
             radiance = vec![[0.0; 4]; self.view.rays().len()];

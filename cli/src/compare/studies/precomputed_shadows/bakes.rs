@@ -17,14 +17,13 @@ use crate::failure::Failure;
 #[derive(Debug, Clone)]
 pub(super) struct Bake {
     pub(super) resolution: u32,
-    /// Seconds and peak memory of each of [`STAGES`]; memory where the system
-    /// tells.
+    /// Seconds and peak memory of each of [`STAGES`]; the memory only if the system tells it.
     stages: [(f64, Option<u64>); 4],
-    /// Of the packed file.
+    /// Size of the packed file.
     bytes: u64,
 }
 
-/// What a bake does one after the other.
+/// The stages of a bake, in order.
 const STAGES: [&str; 4] = ["sort triangles", "tiles", "put together", "pack"];
 
 impl Bake {
@@ -116,7 +115,7 @@ impl Stage {
         Self(Instant::now())
     }
 
-    /// What the stage took that ends now.
+    /// Time and memory of the stage that ends now.
     fn next(&mut self) -> (f64, Option<u64>) {
         let stage = (self.0.elapsed().as_secs_f64(), peak());
         forget_peak();
@@ -125,7 +124,7 @@ impl Stage {
     }
 }
 
-/// The most memory of the process since [`forget_peak`], bytes; Linux tells.
+/// The peak memory of the process since [`forget_peak`], bytes. Only Linux tells it.
 fn peak() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
@@ -135,9 +134,9 @@ fn peak() -> Option<u64> {
     Some(1024 * kibibytes)
 }
 
-/// Begins to look for the most memory anew, where the system can.
+/// Forgets the peak memory so far, where the system can.
 fn forget_peak() {
-    // Peaks of earlier work are counted where it cannot.
+    // If it cannot, the peak includes earlier work.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 

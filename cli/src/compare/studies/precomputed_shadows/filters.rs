@@ -103,10 +103,9 @@ in a grid of {}³ voxels, on all threads; of all of them, and of one.",
     }
 }
 
-/// Positions and normals in the grid of what faces the light within its map.
+/// Positions and normals, in the grid, of the surfaces that face the light within its map.
 ///
-/// What lies beside the map is the business of another grid, or lit: nothing is
-/// looked up there.
+/// Surfaces beside the map belong to another grid or are lit, so that nothing is looked up there.
 fn receivers(
     dag: &ShadowDag,
     (geometry, view): (&Geometry, &View),

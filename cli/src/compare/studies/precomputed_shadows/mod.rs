@@ -1,5 +1,5 @@
-//! Precomputed voxelized shadows without a picture: what they take to bake and
-//! to store, and what a lookup costs.
+//! Precomputed voxelized shadows without a picture: time and memory of a bake, the size of its
+//! file, and the cost of a lookup.
 //!
 //! Based on: Sintorn et al., "Compact Precomputed Voxelized Shadows", 2014, and
 //! Kämpe et al., "Fast, Memory-Efficient Construction of Voxelized Shadows",
@@ -36,7 +36,7 @@ pub(super) const KIND: Kind = Kind {
     run,
 };
 
-/// What was measured.
+/// The measurements of this study.
 #[derive(Debug, Default)]
 struct Found {
     /// The light in words; empty if there was no time to choose one.
@@ -56,8 +56,8 @@ struct Extent {
     picture: Size,
 }
 
-/// The last side of bakes where everything is to be measured: the next would take
-/// longer than all else together.
+/// The largest side of bakes if everything is to be measured: the next would take longer than
+/// everything else together.
 const UNLIMITED: u32 = 1 << 15;
 
 const QUICK: Extent = Extent {
@@ -114,7 +114,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     Ok(study)
 }
 
-/// Puts what was measured into words and tables.
+/// Puts the measurements into words and tables.
 fn describe(study: &mut Study, found: &Found) {
     if found.light.is_empty() {
         return;
@@ -167,7 +167,7 @@ fn measure_all(
     let (light, resolution) = space(extent.sizes)?;
     let mesh = surfaces(geometry)?.seen_from(light, resolution);
     found.watertightness = mesh.watertightness();
-    // A scene of millions of triangles leaves no time for tables.
+    // In a scene of millions of triangles there is no time for tables.
     let sorted = limit.elapsed();
     match limit.reached_after(0.85 * limit.seconds()) {
         None => found.sizes = Some(Sizes::measure(&mesh)?),

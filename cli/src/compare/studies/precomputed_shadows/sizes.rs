@@ -1,4 +1,5 @@
-//! What rules and forms of precomputed voxelized shadows take, on the same map.
+//! Sizes and times of precomputed voxelized shadows by each rule and in each form, on the same
+//! map.
 
 use std::time::Instant;
 

@@ -28,16 +28,16 @@ const SHARE: f64 = 0.75;
 struct Sums {
     lights: u32,
     bytes: u64,
-    /// To bake, or to draw the map.
+    /// Time of the bake, or of drawing the map.
     seconds: f64,
     lookups: u64,
-    /// Of lookups, by the width of the filter.
+    /// Time of the lookups, by the width of the filter.
     each: [Errors; 2],
 }
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Errors {
-    /// On the other side of one half than the truth.
+    /// How many results are on the other side of one half than the truth.
     wrong: u64,
     error: f64,
     seconds: f64,

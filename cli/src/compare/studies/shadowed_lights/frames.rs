@@ -25,7 +25,7 @@ use crate::format::{seconds, significant};
 /// Texels along each side of the filter.
 const FILTER: u32 = 9;
 
-/// Seconds of a shadow ray, about: for what is foreseen of times.
+/// About how many seconds a shadow ray takes, to foresee times.
 const SHADOW_RAY: f64 = 2e-6;
 
 /// One frame.
@@ -42,7 +42,7 @@ struct Frame {
     exact: Option<f64>,
 }
 
-/// Counts what is asked of it.
+/// Shadows that count their lookups.
 struct Counted(AtomicUsize);
 
 impl ShadowsOfMany for Counted {

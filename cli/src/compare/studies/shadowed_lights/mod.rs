@@ -1,5 +1,5 @@
-//! All lights of the scene with precomputed shadows: what each takes to bake and to keep,
-//! how right they are beside the shadow maps of engines, and what a frame of them costs.
+//! All lights of the scene with precomputed shadows: the time and memory of each bake, their
+//! errors beside those of the shadow maps of engines, and the cost of a frame of them.
 //!
 //! Based on: Kämpe, Sintorn and Assarsson, Fast, Memory-Efficient Construction of Voxelized
 //! Shadows, I3D 2015, section 4: size and time of each light (figure 3), frames of a
@@ -37,16 +37,16 @@ pub(super) const KIND: Kind = Kind {
 
 /// Resolutions, pictures and frames.
 struct Extent {
-    /// Of the grids of each light, and of its plain shadow map.
+    /// The resolution of the grids of each light, and of its plain shadow map.
     voxels: u32,
-    /// Of each of the four cascades of a sun.
+    /// The resolution of each of the four cascades of a sun.
     cascade: u32,
-    /// The picture whose surfaces errors are of.
+    /// The size of the picture on whose surfaces errors are measured.
     errors: Size,
-    /// That of frames, and how many there are.
+    /// The size of frames, and their number.
     picture: Size,
     frames: u32,
-    /// Lights at most.
+    /// The largest number of lights.
     lights: usize,
 }
 
@@ -82,9 +82,9 @@ const QUICK: Extent = Extent {
 /// A light and what was baked for it.
 struct BakedLight {
     emitter: Emitter,
-    /// As packed nodes.
+    /// Its size as packed nodes.
     shadow: BakedShadow,
-    /// From sorted triangles to packed nodes.
+    /// The time from sorted triangles to packed nodes.
     seconds: f64,
 }
 
@@ -144,8 +144,8 @@ fn points(geometry: &Geometry, view: &View) -> Vec<SurfacePoint> {
     point.map(Option::unwrap_or_default).collect()
 }
 
-/// Where the light is whose light gets to the front of a surface: the direction, and how far
-/// away it is.
+/// The direction and the distance of an emitter, as seen from a surface; `None` if none of its
+/// light reaches the front of the surface.
 fn lit_from(emitter: &Emitter, point: &SurfacePoint) -> Option<(Vec3, f32)> {
     let (direction, distance) = match emitter {
         Emitter::Directional(sun) => (-sun.direction(), f32::INFINITY),

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 /// Resolutions of α.
 pub(super) const ALPHAS: &[u32] = &[64, 128, 256, 512, 1024];
 
-/// Number of light rays that are followed, about.
+/// About how many light rays are followed.
 const LIGHT_RAYS: usize = 2000;
 
 /// Metres along the light between a blocker and its shadow.
@@ -108,7 +108,7 @@ fn detachment(
         let bit = index % bits;
         let light = lattice.light_ray(index / bits, bit);
         let [start, direction] = [light.origin, light.direction].map(Vec3::from);
-        // Parallel light comes from before all casters.
+        // The start of a parallel light ray is moved in front of all casters.
         let back = if matches!(scene.emitter, Emitter::Directional(_)) {
             size + start.distance(bounds.min())
         } else {
@@ -141,8 +141,8 @@ fn detachment(
     }))
 }
 
-/// Where a light ray turns dark, at most `most`, by halving: light does not
-/// come back along a light ray.
+/// The position at which a light ray turns dark, at most `most`. It is found by halving, because
+/// light does not come back along a light ray.
 fn last_lit(lit: impl Fn(f32) -> bool, most: f32) -> f32 {
     let (mut low, mut high) = (0.0, most);
     if !lit(low) {

@@ -1,6 +1,5 @@
-//! Voxelized shadow volumes without a picture: what their steps take, which of
-//! their resolutions an error comes from, and how far shadows start behind what
-//! casts them.
+//! Voxelized shadow volumes without a picture: how long their steps take, from which of their
+//! resolutions an error comes, and how far behind their casters shadows begin.
 //!
 //! Table 1 and figures 7 and 8 of Wyman and Dai, "Imperfect Voxelized Shadow
 //! Volumes", 2013, in numbers.
@@ -99,7 +98,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
         };
         match steps {
             Ok(steps) => all_steps.extend(steps),
-            // Its pictures stand.
+            // The pictures of such a device stay in the report.
             Err(failure) => {
                 let part = format!("steps on {}", device.label);
                 study.leave_out(&part, failure.to_string());
@@ -110,7 +109,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     Ok(study)
 }
 
-/// Puts what was measured into words and tables.
+/// Puts the measurements into words and tables.
 fn describe(
     study: &mut Study,
     steps: &[Steps],

@@ -1,4 +1,4 @@
-//! Which of its resolutions the error of a voxelized shadow volume comes from.
+//! From which of its resolutions the error of a voxelized shadow volume comes.
 
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ use crate::compare::study::{Cell, Column, Part, Study, Table, Unit};
 use crate::failure::Failure;
 use crate::format::error;
 
-/// Which resolution varies.
+/// The resolution that varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Axis {
     Map,
@@ -62,7 +62,7 @@ pub(super) struct Refinements {
     unbiased: f64,
 }
 
-/// Rays, what they should show, and a shadow map of twice each size.
+/// Rays, their true radiance, and a shadow map of twice each size.
 pub(super) struct Picture<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) rays: &'a Vec<Ray>,
@@ -192,7 +192,7 @@ impl Refinements {
                 cells.extend(measured(axis).map(|row| Cell::from(value(row))));
                 table.push(cells);
             };
-            // All together have no rest.
+            // If all vary together, there are no others.
             if axis == Axis::All {
                 add("".into(), |row| row.rest_coarse);
             } else {
