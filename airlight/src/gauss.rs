@@ -16,7 +16,7 @@ pub struct Rule {
     weights: Vec<f64>,
 }
 
-/// More nodes are of no use in double precision, and take a second to find.
+/// More nodes are of no use in double precision, and take long to find.
 const MOST: u32 = 4096;
 
 /// Whether there is a rule of so many nodes.

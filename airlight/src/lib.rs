@@ -37,7 +37,7 @@
 //! | [`Table`] | 1e-4 in 64 KiB, stated by each table | batches; any phase function, fixed when the table is made |
 //! | [`Quadrature`] | any tolerance from 0.1 to 1e-6 | no table; lights with a pattern ([`Quadrature::airlight_of`]); integrands of one's own |
 //! | [`SunTable`] | none that is bounded; 1e-5 on ordinary rays | comparison with what was published |
-//! | [`FrameTable`] | 5e-3 with 128 rows, for what it knows (1e-2 for the sharpest phase functions) | rays from one eye, one light and one medium, for which it is made in milliseconds |
+//! | [`FrameTable`] | 5e-3 with 128 rows, for what it knows (1e-2 for the sharpest phase functions) | rays from one eye, one light and one medium, for which it is made anew |
 //!
 //! # Modules
 //!

@@ -32,7 +32,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// For the optical distance `T` of the light: a few milliseconds.
+    /// The table for the optical distance `T` of the light. Making it takes many times as long as
+    /// a lookup, so keep it for all lookups at this distance.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless T is finite and at least 0.

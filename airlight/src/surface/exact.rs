@@ -58,8 +58,8 @@ impl Lobe {
     /// 8.08, which is `G_1(0, 0) = 2π (π/4 + ½)`.
     ///
     /// `T` is from 0 to infinity, where it is 0; θ from 0 to π. Angles outside
-    /// count as the nearer end, a negative T as 0, and NaN as 0. Some hundred
-    /// microseconds, up to a millisecond for exponents between 1 and 2.
+    /// count as the nearer end, a negative T as 0, and NaN as 0. Exponents between
+    /// 1 and 2 take up to ten times as long as others.
     pub fn value(&self, optical_distance: f64, theta: f64) -> f64 {
         let t = optical_distance.max(0.0);
         (-t).exp() * self.scaled(t, theta)

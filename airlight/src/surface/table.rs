@@ -23,8 +23,8 @@ pub struct LobeTable {
 }
 
 impl LobeTable {
-    /// The table for the lobe `max(0, cos)^exponent`: some 10 milliseconds
-    /// of quadrature.
+    /// The table for the lobe `max(0, cos)^exponent`, which is made by quadrature; keep it for
+    /// all lookups of this lobe.
     ///
     /// # Errors
     /// [`Error::BadValue`] unless the exponent is from 1 to 200.

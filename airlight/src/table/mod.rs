@@ -104,9 +104,9 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table of at most `kibibytes` KiB for a phase function, which may be a
-    /// closure. It takes a few tenths of a second and some milliseconds more
-    /// per KiB.
+    /// A table of at most `kibibytes` KiB for a phase function, which may be a closure. The time
+    /// to make it has a constant part, and one that is proportional to its size and is larger
+    /// from some tens of KiB on.
     ///
     /// The memory is divided to suit the function. Doubling it brings the
     /// error down by up to three times; 64 KiB give 1e-4 for isotropic

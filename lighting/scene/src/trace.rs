@@ -62,7 +62,7 @@ pub struct Pane {
 }
 
 impl Tracer {
-    /// Builds the BVH, in O(n log n): about 0.5 µs per triangle on one core.
+    /// Builds the BVH, in O(n log n).
     pub fn new(geometry: &Geometry) -> Self {
         let boxes: Vec<Aabb> = geometry
             .triangles()

@@ -46,7 +46,7 @@ pub struct ClosedForm {
 
 impl ClosedForm {
     /// A closed form for the phase function of this medium; the medium's coefficients do not
-    /// matter. Its quadrature takes some 10 milliseconds.
+    /// matter. It is made by quadrature: keep it for all frames with this phase function.
     pub fn new(medium: &Medium) -> Self {
         let phase = medium.phase();
         let table = (0..SUN_ENTRIES).map(|index| {

@@ -52,8 +52,7 @@ use crate::visibility::{PointVisibility, Share};
 /// there. All surfaces have the same nodes, so errors are smooth over the picture and not
 /// noise.
 ///
-/// The time grows with `n³`. With 8 nodes it is 50 to 120 µs per surface and light, against
-/// half a microsecond in closed form, on two cores of a busy machine.
+/// The time grows with `n³`. With 8 nodes it is 100 to 240 times that of the closed form.
 ///
 /// A surface at the place of the light receives 0.
 #[derive(Debug, Clone)]
