@@ -11,7 +11,7 @@ pub enum Error {
         what: &'static str,
         /// As it was given.
         value: f64,
-        /// What would have been right.
+        /// The values that are accepted.
         expected: &'static str,
     },
 }

@@ -21,7 +21,7 @@ pub(crate) struct Scaled {
     pub(crate) depth: f64,
 }
 
-/// What there is to integrate.
+/// The part of a segment that has to be integrated.
 #[derive(Debug)]
 pub(crate) enum Extent {
     /// Nothing: a length of 0, numbers that are no lengths, or no light.

@@ -125,7 +125,7 @@ impl Default for SunTable {
     }
 }
 
-/// What lookups for one extinction have in common.
+/// Values that lookups for one extinction have in common.
 #[derive(Debug, Clone, Copy)]
 struct Lookup {
     /// Rows per metre of h.
@@ -134,7 +134,7 @@ struct Lookup {
     octaves: f32,
 }
 
-/// What has to be known of a segment, apart from the table.
+/// A segment, as a lookup needs it.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     /// Indices of the entries before the start and the end.

@@ -23,7 +23,7 @@ impl std::ops::AddAssign for Estimate {
     }
 }
 
-/// What is integrated.
+/// An integrand.
 pub(super) trait Integrand {
     /// Its values at offsets of a side. Must be `#[inline(always)]`, or it is not
     /// compiled for the instructions of the loops around it.

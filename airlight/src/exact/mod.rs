@@ -302,7 +302,7 @@ const FADE: f64 = 12.0;
 /// The share of the light in front that may be behind the last piece.
 const CUT_OFF: f64 = 1e-18;
 
-/// What stands in place of the phase function.
+/// The weight of light along a ray: a phase function, or a function in place of it.
 trait Weight {
     /// Its values at offsets of a side. Must be `#[inline(always)]`, as
     /// [`Integrand::values`].

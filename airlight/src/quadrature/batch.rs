@@ -154,7 +154,7 @@ struct Pieces {
     is_thin: [u32; GROUP],
 }
 
-/// What passes between the loops of a block.
+/// Values that pass between the loops of a block.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     sides: [SideLanes; 2],

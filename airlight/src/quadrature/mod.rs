@@ -96,7 +96,7 @@ const ROOM: usize = 2;
 /// m per m: an `f32` can square this and twice as much of it.
 const FARTHEST: f64 = (1_u64 << 60) as f64;
 
-/// What single precision rounds, measured with more nodes than are needed.
+/// The rounding error of single precision, measured with more nodes than are needed.
 const ROUNDING: f64 = 5e-7;
 
 /// The share of what is cut off, where the number of nodes is given.
@@ -250,7 +250,7 @@ impl<P: Phase> Quadrature<P> {
         if value.is_nan() { 0.0 } else { value }
     }
 
-    /// Whether what vectors round does not count.
+    /// Whether the tolerance is so coarse that the rounding of vectors does not count.
     fn is_coarse(&self) -> bool {
         const FINEST: f32 = 1e-5;
         const MOST_NODES: usize = 5;

@@ -30,7 +30,7 @@ impl<P: Phase> Quadrature<P> {
         segment: &Segment,
         extra: usize,
     ) -> impl Iterator<Item = Node> {
-        // What dims the light on the way by the start is part of the caller's integrand.
+        // The attenuation on the way by the start is part of the caller's integrand.
         let scaled = match Scaled::of_lengths(sigma_t.into(), &Segment64::from(*segment)) {
             Extent::Ordinary(scaled) => Some(scaled),
             Extent::Empty | Extent::MeetsLight => None,

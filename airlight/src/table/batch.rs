@@ -23,7 +23,7 @@ pub(super) struct Batch<'a> {
     pub(super) lookup: Lookup,
 }
 
-/// What passes between the loops of a block.
+/// Values that pass between the loops of a block.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     pub(super) ends: [EndLanes; 2],
@@ -132,7 +132,7 @@ impl EndLanes {
     }
 }
 
-/// What passes between the loops over parts that are near.
+/// Values that pass between the loops over near parts.
 #[derive(Debug, Default)]
 struct Nears {
     row: Lanes<u32>,

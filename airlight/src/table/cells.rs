@@ -39,9 +39,9 @@ pub(super) fn parabola(f: [f64; 3], x: f64) -> f64 {
 /// may be 0 where its logarithm is not.
 pub(super) const LEAST: f64 = 1e-30;
 
-/// What is stored for a value of the integral: the logarithm for base 4 of
-/// twice the value. Lookups want the square root of its power of two, so that
-/// results need not be in range where one factor is not.
+/// The number that is stored for a value of the integral: the logarithm to base 4 of twice the
+/// value. Lookups take two to this power, which is the square root of twice the value, so that a
+/// product of two factors can be in range although one of them is not.
 pub(super) fn stored(value: f64) -> f64 {
     0.5 * (2.0 * value).max(LEAST).log2()
 }

@@ -10,8 +10,8 @@ use crate::gauss::Rule;
 use crate::{Phase, Segment64, exact};
 use std::f64::consts::LN_2;
 
-/// What rounding adds to the error. The optical depth of a result in range is
-/// below 110; it is rounded four times, and its part between the ends as often.
+/// The error that rounding adds. The optical depth of a result in range is below 110; it is
+/// rounded four times, and its part between the ends as often.
 const ROUNDING: f64 = 4e-5;
 
 /// Crowdings of rows that are tried.
@@ -206,11 +206,10 @@ fn lookup_error<P: Phase>(table: &Table, tail: &Tail<'_, P>) -> f64 {
     worst
 }
 
-/// What lies between samples of the error of a rule may be larger than they
-/// are by this factor. The error varies with the logarithm of `tan(θ/2)` on the
-/// scale on which the integrand does, by which at most a factor of 1.25 lies in a
-/// near part and more in others, and is sampled ten times per decade: next to a
-/// maximum of that width samples miss `(0.115/0.5)² / 2` of it.
+/// The error of a rule may be larger between samples than at them by this factor. The error
+/// varies with the logarithm of `tan(θ/2)` on the scale on which the integrand does, by which at
+/// most a factor of 1.25 lies in a near part and more in others, and is sampled ten times per
+/// decade: next to a maximum of that width samples miss `(0.115/0.5)² / 2` of it.
 const BETWEEN: f64 = 1.05;
 
 /// A part that is integrated, in double precision.

@@ -4,7 +4,7 @@
 use super::axes::{Axes, Place};
 use crate::{Real, Segment};
 
-/// What has to be known of one end of a segment, apart from its cell.
+/// One end of a segment, as a lookup needs it, without its cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct End {
     pub(super) place: Place,
@@ -13,7 +13,7 @@ pub(super) struct End {
     pub(super) divisor: f32,
 }
 
-/// What has to be known of a segment, apart from its cells.
+/// A segment, as a lookup needs it, without its cells.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ends {
     pub(super) start: End,
@@ -24,7 +24,7 @@ pub(super) struct Ends {
     pub(super) growth: f32,
 }
 
-/// What was found at an end.
+/// The result of a lookup at an end.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     /// The polynomial of its cell.
@@ -92,8 +92,8 @@ pub(super) fn half_depth<T: Real>(octaves: T, x: T, d: T) -> T {
     }
 }
 
-/// What lookups into one table for one extinction have in common, small enough
-/// to be kept in registers.
+/// Values that lookups into one table for one extinction have in common, few enough to be kept in
+/// registers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lookup {
     pub(super) axes: Axes,
@@ -173,8 +173,8 @@ impl Lookup {
             f32::from_bits((254_u32 << 23).wrapping_sub(start.divisor.to_bits() & 0x7f80_0000));
         let share = (end.divisor - rest) / (end.divisor * (start.divisor * power));
         let airlight = root * (root * (share * power));
-        // What is not less goes to short parts, which also cope with NaN and with the axis in
-        // front of the light, where both sides are 0.
+        // If the comparison is false, the part is a short one. Short parts also cope with NaN and
+        // with the axis in front of the light, where both sides are 0.
         let keeps_digits = rest < super::LARGEST_REST * end.divisor;
         (airlight, !keeps_digits)
     }

@@ -20,7 +20,7 @@ use super::long::{Extinction, Lookup, distances, half_depth};
 use crate::simd::exp2;
 use crate::{Real, Segment};
 
-/// What has to be known of a short part.
+/// A short part, as a lookup needs it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Short<T = f32> {
     /// Half the optical depth from the light by the start to the eye, over ln 2.

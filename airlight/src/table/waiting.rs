@@ -96,7 +96,7 @@ pub(super) const GROUP: usize = LANES;
 /// Fewer than this are faster one by one.
 pub(super) const FEW: usize = 8;
 
-/// What passes between the loops of a group of short parts.
+/// Values that pass between the loops of a group of short parts.
 #[derive(Debug, Default)]
 struct Shorts {
     depth: Lanes<f32>,
@@ -122,7 +122,7 @@ impl Shorts {
         self.angle.0[i] = short.angle;
     }
 
-    /// What only phase functions that vary need; it takes two divisions.
+    /// Sets the values that only phase functions that vary need, because they take two divisions.
     #[inline(always)]
     fn set_ends(&mut self, i: usize, short: &Short) {
         self.ends[0].0[i] = short.ends[0];
