@@ -76,7 +76,7 @@ pub(crate) fn is_one(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
 }
 
-/// What tiles begin with.
+/// The first word of a tile.
 mod kind {
     pub(super) const MISSING: u32 = 0;
     pub(super) const UNIFORM: u32 = 1;

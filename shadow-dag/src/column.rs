@@ -32,7 +32,7 @@ const END: Run = Run {
     node: LIT,
 };
 
-/// What lies along the light over one footprint.
+/// The casters along the light over one footprint.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Column {
     /// All texels can turn at any one depth of this interval, which is not chosen yet: a larger

@@ -35,7 +35,7 @@ const LIKELY: usize = 2 * AXES;
 /// Bits behind the first one of a number that have models.
 const MODELLED: u32 = 4;
 
-/// What is known of the children of the nodes of one level.
+/// Models of the children of the nodes of one level.
 #[derive(Debug)]
 struct Level {
     is_finest: bool,
@@ -50,7 +50,7 @@ struct Level {
     lengths: Vec<Bit>,
     /// By length, a tree of the first bits.
     digits: Vec<Bit>,
-    /// What was last seen behind a reference along each axis.
+    /// The last reference that was seen behind a reference along each axis.
     beside: Vec<[Reference; AXES]>,
     /// References that were named.
     named: u32,
@@ -181,12 +181,13 @@ impl Level {
         let rest = length.saturating_sub(MODELLED);
         let low = coder.raw((plus & ((1 << rest) - 1)) as u32, rest);
         value = value << rest | u64::from(low);
-        // What was not named is in no file that was written.
+        // References that were not named are in no file that was written here; here they become
+        // named ones.
         (value - 1).min(u64::from(self.named) - 1) as Reference
     }
 }
 
-/// What is known of masks.
+/// Models of masks.
 #[derive(Debug)]
 struct Masks {
     models: Vec<Bit>,

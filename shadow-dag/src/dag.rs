@@ -81,8 +81,8 @@ impl ShadowDag {
         form: Form,
     ) -> Result<Self, Error> {
         let bytes = file::write(graph, light, form)?;
-        // What has just been written needs no checks but those that find out
-        // where everything is.
+        // Bytes that were just written need no checks but those that find out where everything
+        // is.
         Layout::read(&bytes)
             .map(|layout| Self::new(bytes, layout))
             .map_err(|_| Error::TooManyNodes { limit: u32::MAX })

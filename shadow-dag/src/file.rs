@@ -324,7 +324,7 @@ fn validate_packed(
                 *reference = load_bits(bytes, first + i * u64::from(level.width), level.width);
             }
             let stored = &stored[..references];
-            // What is not stored is in range as well.
+            // References that are not stored have to be in range as well.
             let exist = |references: &[Reference]| {
                 (references.iter()).all(|reference| *reference < below || !is_mixed(*reference))
             };

@@ -9,7 +9,7 @@ use crate::rule::Tile;
 /// Shadow casters over a square footprint that can be looked at quarter by
 /// quarter.
 pub(crate) trait Footprints {
-    /// What has to be known to go on with one footprint.
+    /// The state with which a walk goes on with one quarter of a footprint.
     type Part: Copy;
 
     /// Looks at a footprint of `8 · 2^level` texels. On level 0 the answer is
@@ -28,13 +28,13 @@ pub(crate) trait Footprints {
         None
     }
 
-    /// Whether what was said may be wrong because of a stop.
+    /// Whether answers may be wrong because of a stop.
     fn is_stopped(&self) -> bool {
         false
     }
 }
 
-/// What there is over a footprint.
+/// The casters over a footprint.
 #[derive(Debug)]
 pub(crate) enum Content<P> {
     /// All texels can turn at any one of these depths.

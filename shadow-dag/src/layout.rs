@@ -221,7 +221,7 @@ impl Head {
     }
 }
 
-/// What stands where in a file.
+/// The places of everything in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Layout {
     pub(crate) resolution: Resolution,

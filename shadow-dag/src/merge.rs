@@ -51,7 +51,7 @@ pub enum MergeError {
         first: usize,
         /// The other.
         second: usize,
-        /// What both are.
+        /// The share that both are.
         share: Share,
     },
     /// Some are not there.
@@ -177,7 +177,7 @@ impl ShadowSet {
     }
 }
 
-/// What all parts together have of a grid.
+/// The state of a grid after the parts are put together.
 fn joined(states: Vec<State>) -> State {
     let mut whole = State::Waiting;
     for state in states {

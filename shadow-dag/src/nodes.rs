@@ -6,7 +6,7 @@ use crate::pool::{Children, LIT, Pool, Reference, SHADOWED};
 
 /// Stored nodes that can be walked.
 pub(crate) trait Nodes {
-    /// What is known of a node once it has been found.
+    /// A node that has been found.
     type Node: Copy;
 
     /// The node of `level` that `reference` names.
@@ -56,7 +56,7 @@ impl Nodes for Pool {
     }
 }
 
-/// What a child is, in two bits.
+/// The kind of a child, in two bits.
 pub(crate) mod kind {
     pub(crate) const SHADOWED: u32 = 0;
     pub(crate) const LIT: u32 = 1;
@@ -204,7 +204,7 @@ impl Nodes for Packed<'_> {
 
     #[inline]
     fn children(&self, node: PackedNode) -> Children {
-        // That of the child in front, which is mixed in a sound file.
+        // The reference of the child in front, which is mixed in a sound file.
         let mut reference: Reference = 0;
         std::array::from_fn(|child| {
             match node.shape >> (4 * child) & 15 {

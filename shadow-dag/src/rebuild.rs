@@ -55,7 +55,7 @@ pub struct KeptGrid {
     builder: Builder,
     /// All finished, their nodes in one pool.
     tiles: Tiles,
-    /// What is over each of them.
+    /// The identity of the triangles over each of them.
     known: Vec<Identity>,
     /// The size of the pool when it was pruned last.
     pruned: usize,
@@ -69,11 +69,11 @@ pub struct Rebuild {
     /// Only those that changed are to be made.
     tiles: Tiles,
     known: Vec<Identity>,
-    /// What was over the tiles of the grid when this was begun.
+    /// The identity of the triangles over all tiles of the grid when this was begun.
     before: Identity,
 }
 
-/// What is over all tiles.
+/// The identity of the triangles over all tiles.
 fn all(known: &[Identity]) -> Identity {
     let words = known.iter().map(|tile| tile.value());
     words.fold(Identity::new(), Identity::with)

@@ -59,11 +59,11 @@ impl AsRef<[u8]> for Resident<Host> {
     }
 }
 
-/// What is too large, and what would be smaller.
+/// The words of the error for a graph that is too large.
 const WHAT: &str =
     "a graph of shadows, which Form::Packed or half the resolution would make smaller,";
 
-/// What bit addresses of 32 bits reach.
+/// The memory that bit addresses of 32 bits reach.
 const MOST_BYTES: u64 = 1 << 29;
 
 fn is_host<M: Memory>() -> bool {
@@ -175,8 +175,7 @@ fn table_words(layout: &Layout) -> usize {
     }
 }
 
-/// What shaders need to know of the levels of a file that begins at word
-/// `first`.
+/// The table of levels for shaders, of a file that begins at word `first`.
 fn table(layout: &Layout, first: usize) -> Vec<u32> {
     match &layout.stored {
         Stored::Plain(levels) => (levels.iter())

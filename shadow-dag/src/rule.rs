@@ -36,7 +36,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// What stands for it in files.
+    /// The number that stands for it in files.
     pub(crate) fn number(self) -> u32 {
         match self {
             Self::Sintorn2014 => 2014,
@@ -45,7 +45,7 @@ impl Rule {
         }
     }
 
-    /// What a number stands for.
+    /// The rule of such a number.
     pub(crate) fn of_number(number: u32) -> Option<Self> {
         let all = [Self::Sintorn2014, Self::Kampe2015, Self::Aligned];
         all.into_iter().find(|rule| rule.number() == number)

@@ -249,8 +249,8 @@ impl<B: AsRef<[u8]>> ShadowSet<B> {
         file
     }
 
-    /// What stands in front of grids of these lengths: nothing if a single one says
-    /// all by itself.
+    /// The bytes in front of grids of these lengths. There are none if a single grid tells
+    /// everything by itself.
     fn head(&self, lengths: &[usize]) -> Vec<u8> {
         if lengths.len() == 1 && self.biases == [LightGrids::BIAS] {
             return Vec::new();
@@ -329,7 +329,7 @@ fn read_file<'a, B: Send>(
     }
 }
 
-/// What bytes are that are no single grid, if they are of a kind of their own.
+/// The error for bytes of another kind of file than a single grid.
 pub(crate) fn other_kind(bytes: &[u8]) -> Option<FileError> {
     if bytes.starts_with(&MAGIC) {
         let lights = bytes.get(CHECKED..CHECKED + 4);
@@ -370,7 +370,7 @@ fn truncated(bytes: &[u8], expected: u64) -> SetError {
     })
 }
 
-/// What stands in front of the grids.
+/// The directory in front of the grids.
 struct Directory {
     lights: Vec<Listed>,
     /// Of all grids.
@@ -382,7 +382,7 @@ struct Directory {
 /// A light of the directory.
 struct Listed {
     grids: usize,
-    /// What else is said of it.
+    /// Its entry, with everything else about it.
     said: Option<LightEntry>,
 }
 

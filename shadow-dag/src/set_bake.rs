@@ -134,7 +134,7 @@ struct Grid {
     /// The tiles that are to be made here.
     own: Range<usize>,
     state: State,
-    /// What the light sees, once there was a tile to make and until there is none.
+    /// The triangles that the light sees. They are kept from the first tile to the last.
     mesh: Option<Box<Mesh>>,
 }
 

@@ -45,7 +45,7 @@ pub(crate) fn is_one(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC) || bytes.starts_with(&EARLIER)
 }
 
-/// What is baked.
+/// Everything that a bake depends on.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Task {
     pub(crate) rule: Rule,
@@ -54,7 +54,7 @@ pub(crate) struct Task {
     pub(crate) share: Share,
 }
 
-/// What there is of a grid.
+/// The progress of a grid.
 #[derive(Debug)]
 pub(crate) enum State {
     /// Nothing.
@@ -112,7 +112,7 @@ impl Task {
         self.grids().map(own).collect()
     }
 
-    /// What tells it from others; parts of it have the same.
+    /// Its identity, which tells it from others; all parts of a task have the same.
     pub(crate) fn identity(&self) -> Identity {
         let mut identity = of_rule(self.surfaces, self.rule);
         for light in &self.lights {
@@ -289,14 +289,14 @@ impl Task {
     }
 }
 
-/// What the head says of what there is of a grid.
+/// The progress of a grid, as a number in the head.
 mod kind {
     pub(super) const NOTHING: u32 = 0;
     pub(super) const TILES: u32 = 1;
     pub(super) const FINISHED: u32 = 2;
 }
 
-/// What is written of a grid.
+/// The part of a grid that is written.
 enum Content<'a> {
     Nothing,
     Tiles(Vec<u8>),

@@ -18,7 +18,7 @@ use crate::progress::Progress;
 use crate::resolution::Resolution;
 use crate::rule::{Rule, Tile};
 
-/// What decides about the nodes over a tile, and how they are made.
+/// The settings that decide which nodes are over a tile, and how they are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Plan {
     pub(crate) resolution: Resolution,
@@ -72,17 +72,16 @@ pub(crate) struct Tiles {
     pub(crate) plan: Plan,
     /// Row by row; none for those that are not made.
     pub(crate) columns: Vec<Option<Finished>>,
-    /// Those that are to be made, in order; all unless others are known or made
-    /// elsewhere.
+    /// The tiles that are to be made, in order; all unless some are known or made elsewhere.
     pub(crate) wanted: Vec<usize>,
     /// Nodes by who made them: every thread has a pool of its own that lives
     /// through many tiles.
     pub(crate) pools: Vec<Pool>,
-    /// What is kept of patches, by pool.
+    /// Patches that are kept, by pool.
     patches: Vec<Patches>,
 }
 
-/// Who is told about tiles, and can call a halt.
+/// An observer that is told about tiles and can call a halt.
 pub(crate) struct Watch<'a> {
     pub(crate) stop: &'a AtomicBool,
     /// Asked before each tile whether to leave it for later.
@@ -90,7 +89,7 @@ pub(crate) struct Watch<'a> {
     pub(crate) observe: &'a mut (dyn FnMut(Progress) + Send),
 }
 
-/// What one thread works with.
+/// The working memory of a thread.
 #[derive(Debug)]
 struct Worker<S> {
     number: usize,
@@ -158,7 +157,7 @@ impl Tiles {
         }
     }
 
-    /// Those that are to be made and are not.
+    /// The tiles that are to be made and are not made yet.
     fn missing(&self) -> impl Iterator<Item = usize> {
         let wanted = self.wanted.iter().copied();
         wanted.filter(|&tile| self.columns[tile].is_none())
@@ -287,7 +286,7 @@ impl Tiles {
             let Finished::Runs { pool, runs, .. } = column else {
                 continue;
             };
-            // Those of the first pool keep theirs.
+            // Nodes of the first pool keep their names.
             if *pool > 0 {
                 for run in runs.iter_mut().filter(|run| is_mixed(run.node)) {
                     run.node = names[*pool][run.node as usize];

@@ -1,4 +1,4 @@
-//! What shaders are told about shadows and lights.
+//! The data of shadows and lights that shaders read.
 
 use glam::{DVec4, Vec4};
 use gpu_backend::Memory;

@@ -29,7 +29,7 @@ impl Part {
     }
 }
 
-/// What one thread needs to look at footprints.
+/// The working memory of a thread that looks at footprints.
 #[derive(Debug)]
 pub(crate) struct Scratch<'a> {
     mesh: &'a Mesh,
@@ -225,7 +225,7 @@ impl<'a> Scratch<'a> {
     fn gap(&self, part: Part, sample: [i32; 2]) -> Option<Interval> {
         let slice = |depth| slice(&self.mesh.light, self.mesh.resolution, depth);
         let front = |kind: Kind| kind == Kind::Front;
-        // What is behind the last slice is not looked at: it may have been left out.
+        // Casters behind the last slice are not looked at: they may have been left out.
         let (mut first, mut end) = (f64::INFINITY, last(&self.mesh.light));
         for &(kind, [least, _]) in &self.ranges {
             first = first.min(least);
@@ -240,8 +240,8 @@ impl<'a> Scratch<'a> {
                 exit: side,
             });
         }
-        // What a near plane cuts begins there, give or take the rounding of
-        // new corners; in front of it nothing says what is inside.
+        // Solids that the near plane cuts begin there, give or take the rounding of new corners;
+        // in front of it nothing tells what is inside of a solid.
         let begin = match self.mesh.light.slices() {
             Slices::Linear => f64::NEG_INFINITY,
             Slices::Logarithmic(ends) => -1.0 / (ends.near() * (1.0 + NEAR_ROUNDING)),

@@ -183,8 +183,9 @@ impl Mesh {
         self.identity
     }
 
-    /// What is over each tile of a plan: the same of two meshes only if they have the
-    /// same columns there. With triangles that have holes it is the whole scene.
+    /// The identity of the triangles over each tile of a plan. Two meshes have the same one only
+    /// if they have the same columns there. If triangles have holes it is that of the whole
+    /// scene.
     pub(crate) fn over_tiles(&self, plan: &Plan) -> Vec<Identity> {
         let light = Identity::of_light(&self.light);
         let mut list = Vec::new();

@@ -19,7 +19,7 @@ pub(super) fn runs<T: Send>(
     })
 }
 
-/// What many things were turned into, by parts.
+/// The results of many things, sorted into parts.
 #[derive(Debug)]
 pub(super) struct Parts<T> {
     runs: Vec<Vec<Vec<T>>>,
@@ -43,7 +43,7 @@ impl<T: Send> Parts<T> {
         Self { runs }
     }
 
-    /// What was put into a part, in the order of the things.
+    /// The results that were put into a part, in the order of the things.
     pub(super) fn part(&self, part: usize) -> impl Iterator<Item = &T> {
         self.runs.iter().flat_map(move |run| &run[part])
     }

@@ -14,7 +14,7 @@ pub(crate) const ONE: i32 = 1 << 24;
 /// two differences then fit in 60 bits.
 const GUARD: f64 = 15.0;
 
-/// What a triangle is to a ray of the light.
+/// What a triangle means for a ray of the light that meets it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
     /// It enters a solid here.
@@ -180,7 +180,7 @@ impl Triangle {
         for (row, y) in depths.chunks_exact_mut(8).zip(numbers) {
             let down = along(1, y);
             for (depth, column) in row.iter_mut().zip(columns) {
-                // What `clamp` does, in a form that is done to several at once.
+                // This is `clamp` in a form that the compiler turns into vector instructions.
                 let plane = column + down;
                 let raised = if plane < least { least } else { plane };
                 *depth = if raised > most { most } else { raised };
@@ -275,7 +275,7 @@ impl Setup {
             .flatten()
     }
 
-    /// What is left of a triangle within the range of numbers.
+    /// The parts of a triangle within the range of numbers.
     pub(crate) fn clipped(
         &self,
         corners: [DVec4; 3],

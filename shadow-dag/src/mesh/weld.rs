@@ -44,7 +44,7 @@ const FREE: u32 = u32::MAX;
 /// For each vertex the first one at the same position.
 pub(super) fn first_at(cpu: &Cpu, positions: &[Vec3]) -> Vec<AtomicU32> {
     let salt = Salt::new();
-    // Those that an index can name, but for the last.
+    // The number of points that an index can name, but for the last.
     let named = positions.len().min(FREE as usize);
     let parts = Parts::new(cpu, named, |vertex, parts: &mut [Vec<u32>]| {
         parts[part(salt.hash(key(positions[vertex])))].push(vertex as u32);

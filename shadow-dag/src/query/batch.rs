@@ -20,7 +20,7 @@ const LARGE_CHUNK: usize = 16384;
 
 /// A question that is asked about many places.
 pub(super) trait Question: Copy + Sync {
-    /// What it is asked about.
+    /// The place that a question asks about.
     type Place;
     type Answer;
 

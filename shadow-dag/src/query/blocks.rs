@@ -1,4 +1,4 @@
-//! What neighbouring questions of a batch share.
+//! Volumes that neighbouring questions of a batch share.
 //!
 //! Neighbours ask about the same few volumes of 8 × 8 × 8 voxels. [`Blocks`] keeps those that
 //! were met last as eight masks, so that a batch descends once to a volume, however many of its
@@ -44,7 +44,7 @@ pub(super) struct Blocks<'a, N> {
     /// The volume whose masks are at each place.
     kept: Vec<u64>,
     masks: Vec<[u64; 8]>,
-    /// What is left of a hash is the number of a place.
+    /// A hash shifted down by this is the number of a place.
     shift: u32,
     /// Whether a question has met a volume that is not kept yet.
     is_new: bool,

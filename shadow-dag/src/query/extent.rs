@@ -112,7 +112,7 @@ impl<B: AsRef<[u8]>> ShadowDag<B> {
             lit: !inside,
             shadowed: false,
         };
-        // What is left of the box inside of the grid.
+        // The part of the box inside of the grid.
         let within = |voxel: IVec3| clamp(voxel, self.resolution().side());
         let (near, far) = (within(first.max(IVec3::ZERO)), within(last.min(end)));
         if let (Some(first), Some(last)) = (near, far) {
