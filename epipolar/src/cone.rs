@@ -160,8 +160,8 @@ impl Arc {
         }
     }
 
-    /// What two arcs have in common; `None` if nothing. Of two that are
-    /// each at most π wide that is one arc.
+    /// The angles that two arcs have in common; `None` if there are none. If each is at most π
+    /// wide, they are one arc.
     pub(crate) fn intersection(self, other: Self) -> Option<Self> {
         let (a, b) = match (self, other) {
             (Self::Full, any) | (any, Self::Full) => return Some(any),

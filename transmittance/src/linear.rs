@@ -142,9 +142,9 @@ impl Rules for Linear {
     }
 }
 
-/// What the roundings of `insertions` can have done to a transmittance: each
-/// rounds a node once when it is made, once when it is multiplied, and the
-/// factor is as exact as the exponential function.
+/// The largest rounding error of a transmittance after `insertions`: each rounds a node once when
+/// it is made, once when it is multiplied, and the factor is as exact as the exponential
+/// function.
 fn roundings(value: f64, insertions: u32) -> f64 {
     let each = 2.0 * ROUNDING + EXP_ERROR;
     f64::from(insertions) * each * value + f64::from(f32::MIN_POSITIVE)

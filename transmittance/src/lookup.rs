@@ -1,4 +1,4 @@
-//! What a node holds and how the curve runs between two of them.
+//! The values in nodes, and how a curve runs between two of them.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,4 @@
-//! What a removed node costs.
+//! The cost of removing a node.
 
 use std::fmt::Debug;
 
@@ -30,15 +30,15 @@ pub trait Cost: Debug + Clone + Copy + Default + PartialEq + Send + Sync + 'stat
     #[cfg(feature = "wgsl")]
     const WGSL: &'static str;
 
-    /// What it costs to remove the second of four nodes, and what the third, whose
-    /// transmittances are given.
+    /// The costs of removing the second and the third of four nodes, whose transmittances are
+    /// given.
     fn of_two<L: Rules, const C: usize>(
         nodes: [&Node<C>; 4],
         transmittance: [[f32; C]; 4],
     ) -> [f32; 2];
 
-    /// What it costs to remove each inner node of the first `len`, at its index;
-    /// what is at other indices means nothing.
+    /// The cost of removing each inner node of the first `len`, at its index; values at other
+    /// indices mean nothing.
     fn of_each<L: Rules, const C: usize, const N: usize, const W: usize>(
         nodes: &[Node<C>],
         transmittance: &[[f32; C]],
@@ -160,8 +160,8 @@ impl Cost for Maximum {
 }
 
 impl Maximum {
-    /// What it costs to remove the middle one of three nodes; the transmittances of
-    /// the outer ones are given.
+    /// The cost of removing the middle one of three nodes; the transmittances of the outer ones
+    /// are given.
     #[inline]
     fn of_removal<L: Rules, const C: usize>(
         [p, q, n]: [&Node<C>; 3],

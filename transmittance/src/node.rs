@@ -20,7 +20,7 @@ pub struct Node<const C: usize> {
 }
 
 impl<const C: usize> Node<C> {
-    /// What unused entries of a curve hold.
+    /// The value of unused entries of a curve.
     pub(crate) const UNUSED: Self = Self {
         depth: 0.0,
         value: [0.0; C],

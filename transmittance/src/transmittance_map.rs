@@ -263,7 +263,7 @@ pub trait QueryMap<P, const C: usize = 1>: Backend {
     ) -> Result<(), Error>;
 }
 
-/// What a batch of questions must have room for.
+/// Returns an error unless there is room for the answers of a batch of questions.
 pub(crate) fn room_for_answers<const C: usize>(
     receivers: usize,
     results: usize,

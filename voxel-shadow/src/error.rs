@@ -78,7 +78,8 @@ fn shown(resolution: Resolution) -> String {
     format!("{alpha} × {theta} × {bits}")
 }
 
-/// What a backend says of a buffer, said of what has `elements` numbers of four bytes in it.
+/// Turns a backend's error about a buffer into one about `what`, which has `elements` numbers of
+/// four bytes.
 pub(crate) fn too_large(
     what: &'static str,
     resolution: Resolution,

@@ -1,4 +1,4 @@
-//! What a shadow volume knows of an eye ray, and of a point.
+//! The answers of a shadow volume for an eye ray, and for a point.
 //!
 //! Based on: Wyman and Dai, Imperfect Voxelized Shadow Volumes, HPG 2013:
 //! interpolation (section 3.3 and appendix A), biases and the axis (section 5).

@@ -2,7 +2,7 @@
 
 use crate::Error;
 
-/// What each voxel along φ counts for in a weighted sum, kept as running sums.
+/// The weight of each voxel along φ in a weighted sum, kept as running sums.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weights {
     /// The sum of the weights of all bits below, one more than there are bits.

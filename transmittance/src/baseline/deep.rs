@@ -127,7 +127,7 @@ impl Windows {
         self.vertices[self.vertices.len() - 1]
     }
 
-    /// What may be stored for an exact transmittance.
+    /// The values that may be stored for an exact transmittance.
     fn limits(&self, exact: f64) -> (f64, f64) {
         let (least, most) = (exact - self.tolerance, exact + self.tolerance);
         if self.monotone {

@@ -276,7 +276,7 @@ fn roots<const ROWS: usize>(polynomial: &[f64; ROWS]) -> [f64; ROWS] {
     roots[0] = -0.5 * sum / a;
     roots[1] = -2.0 * c / sum;
     if ROWS > 3 {
-        // What the divisions have rounded.
+        // A Newton step for each root corrects the rounding of the divisions.
         for root in &mut roots[..ROWS - 1] {
             let [value, slope, _] = values(polynomial, *root);
             let change = value / slope;

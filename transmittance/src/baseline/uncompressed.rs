@@ -121,7 +121,7 @@ impl Uncompressed {
     /// Share of the light that gets as far as `depth`.
     #[must_use]
     pub fn transmittance(&self, depth: f32) -> f32 {
-        // What is at the depth itself does not count: see `BlockerSegment`.
+        // A blocker at the depth itself does not count: see `BlockerSegment`.
         let next = self.depth.partition_point(|&point| point < depth);
         let Some(before) = next.checked_sub(1) else {
             return 1.0;

@@ -82,7 +82,7 @@ impl<E: Encode, const C: usize> CaptureSegments<C> for Gpu<E> {
     }
 }
 
-/// What the passes of a sort share.
+/// Everything that the passes of a sort share.
 struct Sorting<'a, E: Encode> {
     gpu: &'a Gpu<E>,
     texels: &'a GpuBuffer<u32>,

@@ -1,4 +1,4 @@
-//! What judges curves, for segments, and streams of blockers.
+//! The truth of curves, and streams of blockers.
 
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
