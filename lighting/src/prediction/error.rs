@@ -7,7 +7,7 @@ use super::sample::Segment;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Estimate {
     pub(super) rmse: f64,
-    /// Its standard error; 0 if all pixels are judged.
+    /// Its standard error; 0 if the truth of all pixels is known.
     pub(super) spread: f64,
 }
 

@@ -17,19 +17,18 @@
 //! of the pixels](crate::methods::Method::takes_some_pixels) is timed with all rays. `once` is
 //! the time that a [`Store`](crate::methods::Store) reports for what the setting needs,
 //! including things that other settings share.
-//! that other settings share included.
 //!
 //! # Error
-//! The relative RMSE over the judged pixels `i`, which have the radiance `xᵢ` and the reference
-//! radiance `rᵢ`:
+//! The relative RMSE over the pixels `i` whose truth is known. They have the radiance `xᵢ` and the
+//! reference radiance `rᵢ`:
 //!
 //! ```text
 //! e = √(Σ wᵢ |xᵢ − rᵢ|² / 3) / (Σ wᵢ mean(rᵢ))        Σ wᵢ = 1
 //! ```
 //!
 //! One segment of pixels is drawn from each cell of the picture. Within a segment more pixels
-//! are judged where the light varies, and the weights `wᵢ` make up for that. The pixels nearest
-//! to lights, where a few pixels can have most of the error, are all judged
+//! get a truth where the light varies, and the weights `wᵢ` make up for that. The pixels nearest
+//! to lights, where a few pixels can have most of the error, all get one
 //! ([`Sample::with_nearest`]) and represent only themselves. The standard error of `e` is
 //! estimated from differences between neighbouring cells. Errors do not depend on the clock.
 //!

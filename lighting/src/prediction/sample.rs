@@ -195,7 +195,7 @@ pub struct Judged {
     is_whole: bool,
 }
 
-/// The judged pixels of a segment.
+/// The pixels of a segment whose truth is known.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Segment {
     /// Indices in the sample, rising within each of the two rounds.
@@ -266,7 +266,7 @@ impl Judged {
         })
     }
 
-    /// Number of judged pixels.
+    /// Number of pixels whose truth is known.
     pub fn number(&self) -> usize {
         self.number
     }

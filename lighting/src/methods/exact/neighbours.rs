@@ -45,7 +45,8 @@ const STRIP: usize = 256;
 /// Planes of one walk differ by no more than this, radians.
 const WIDEST: f64 = 1.0;
 
-/// What rounding may do to places on a ray, relative to these and to how far the light is.
+/// The largest rounding error of places on a ray, relative to these and to the distance of the
+/// light.
 const ROUNDING: f64 = 1e-12;
 
 /// Rays closer to the direction of the light, radians, have planes whose normals rounding
@@ -191,8 +192,8 @@ struct Way {
     across: f64,
 }
 
-/// What a caster hides from the light at most, in planes on top of each other: it is at
-/// heights `μ` above the axis and at distances `z` along it.
+/// The largest part that a caster can hide from the light, in planes on top of each other: it is
+/// at heights `μ` above the axis and at distances `z` along it.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 struct Sight {
     /// Between which lines of the light it is: cotangents `(z − l) / μ` of their angles for
@@ -203,13 +204,13 @@ struct Sight {
 }
 
 impl Sight {
-    /// That of a caster of which nothing is known.
+    /// The sight of a caster of which nothing is known.
     const ALL: Self = Self {
         lines: [f64::NEG_INFINITY, f64::INFINITY],
         from_eye: f64::INFINITY,
     };
 
-    /// That of two casters together.
+    /// The sight of two casters together.
     fn with(self, other: Self) -> Self {
         Self {
             lines: [
@@ -352,7 +353,7 @@ impl<'a> Fan<'a> {
         (!member.shadow.covers(a, b)).then_some(b - a)
     }
 
-    /// What a box hides at most.
+    /// The largest part that anything in a box can hide.
     fn sight_of_box(&self, offset: DVec3, half: DVec3) -> Sight {
         let margin = self.margin(offset.abs().max_element() + half.max_element());
         let range = |axis: DVec3| {
@@ -362,7 +363,7 @@ impl<'a> Fan<'a> {
         self.sight(range(self.axis), range(self.middle))
     }
 
-    /// What a triangle hides at most.
+    /// The largest part that a triangle can hide.
     fn sight_of_triangle(&self, corners: &[DVec3; 3]) -> Sight {
         let [a, b, c] = corners.map(|corner| {
             let margin = self.margin(corner.abs().max_element());
@@ -375,7 +376,7 @@ impl<'a> Fan<'a> {
         a.with(b).with(c)
     }
 
-    /// What anything hides at most that is in a rectangle of the middle plane.
+    /// The largest part that anything in a rectangle of the middle plane can hide.
     fn sight(&self, [near, far]: [f64; 2], [low, high]: [f64; 2]) -> Sight {
         if low <= 0.0 {
             return Sight::ALL;

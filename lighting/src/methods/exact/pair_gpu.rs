@@ -14,15 +14,15 @@ use super::pair::SolidInShaders;
 use crate::gpu::AirlightSlot;
 use crate::methods::{Evaluators, Frame, MethodError, OfScene, RunOn, SourceOn};
 
-/// What a watch is told of triangles that the shader does not know.
+/// The message about triangles that the shader does not know.
 const NOT_SOLID: &str = "exact visibility is found on the CPU: some triangles are masked or \
     see-through, which its shader does not know";
 
-/// What it is told of too many triangles.
+/// The message about too many triangles.
 const TOO_MANY: &str = "exact visibility is found on the CPU: a software driver may end its walk \
     through so many triangles";
 
-/// What it is told of triangles that do not fit.
+/// The message about triangles that do not fit.
 const TOO_LARGE: &str = "exact visibility is found on the CPU: the GPU cannot bind so many \
     triangles at once";
 

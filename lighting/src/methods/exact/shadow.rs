@@ -1,4 +1,4 @@
-//! What of a ray is dark, and what is behind something see-through.
+//! The parts of a ray that are dark, and those behind something see-through.
 
 use std::cmp::Ordering;
 
@@ -16,7 +16,7 @@ struct Filter {
 }
 
 impl Filter {
-    /// What filters are sorted by.
+    /// The key by which filters are sorted.
     fn in_order(&self) -> [f32; 5] {
         let [red, green, blue] = self.transmittance.to_array();
         [self.start, self.end, red, green, blue]

@@ -51,11 +51,11 @@ struct OfArea {
     resolution: u32,
 }
 
-/// What froxels of so many slices are known by.
+/// The key of froxels with a number of slices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct OfSlices(u32);
 
-/// What the earlier frames of a still camera are known by.
+/// The key of the earlier frames of a still camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct OfHistory {
     slices: u32,

@@ -110,7 +110,7 @@ const OPAQUE: f64 = 70.0;
 const PART_DEPTH: f64 = 0.5;
 const PART_BEND: f64 = 0.05;
 
-/// What part of a piece emits, as seen from the start of that part.
+/// The light that a part of a piece emits, as seen from the start of that part.
 fn emitted(piece: &MediaPiece<'_>, [from, to]: [f64; 2]) -> DVec3 {
     let before = piece.own_depth_to(from);
     let depth = piece.own_depth_to(to) - before;

@@ -17,10 +17,10 @@ use crate::visibility::Both;
 
 /// Maps that shaders read.
 pub(super) trait CurvesInShaders: Curves {
-    /// What is opaque and what is not, on the way from a light.
+    /// The visibility of a light, past opaque and translucent casters.
     type Visibility: InShader<PointSlot>;
 
-    /// That of a light.
+    /// The visibility of a light of the frame.
     fn visibility<E: Encode>(
         frame: &Frame<'_, Gpu<E>>,
         light: usize,

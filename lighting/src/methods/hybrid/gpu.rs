@@ -47,7 +47,7 @@ pub(crate) const CONSTANTS: [(&str, f64); 7] = [
 /// The search for volumes.
 pub(crate) const SEARCH: &str = include_str!("search.wgsl");
 
-/// What volumes hold, of either kind.
+/// Lookup of the values of volumes of either kind.
 pub(super) const STORED: &str = "
 fn light_hybrid_stored(of_light: bool, index: u32) -> f32 {
     if of_light {
@@ -57,7 +57,7 @@ fn light_hybrid_stored(of_light: bool, index: u32) -> f32 {
 }
 ";
 
-/// What volumes of shadow hold, for who looks for no others.
+/// Lookup of the values of volumes of shadow, for shaders that look for no others.
 pub(crate) const STORED_SHADOW: &str = "
 fn light_hybrid_stored(of_light: bool, index: u32) -> f32 {
     return light_hybrid_near[index];

@@ -7,8 +7,8 @@ use crate::scene::raster::{Face, Rays};
 /// Texels around a cell from which a triangle counts as one of its own.
 const MARGIN: f64 = 1.0;
 
-/// What the roundings of a direction add up to, as an angle: tens of 2⁻²⁴. Narrow
-/// pictures have texels that are smaller.
+/// The largest rounding error of a direction, as an angle: tens of 2⁻²⁴. Narrow pictures have
+/// texels that are smaller.
 const ANGLE: f64 = 1e-5;
 
 /// A picture of a light as a linear map to homogeneous texels: the light's origin plus
@@ -18,7 +18,7 @@ pub(super) struct Picture {
     x: DVec3,
     y: DVec3,
     w: DVec3,
-    /// What is added for points in parallel light.
+    /// The constant part of the map for points in parallel light.
     point: DVec3,
     /// Into the picture.
     forward: DVec3,
@@ -60,7 +60,7 @@ struct Linear {
     a: f64,
     b: f64,
     c: f64,
-    /// What the value may be off by.
+    /// The largest error of the value.
     error: f64,
 }
 
@@ -141,7 +141,7 @@ impl Picture {
         self.point + self.of_direction(v)
     }
 
-    /// What they change by along `v`.
+    /// Their change along `v`.
     #[inline]
     pub(super) fn of_direction(&self, v: DVec3) -> DVec3 {
         DVec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.w))

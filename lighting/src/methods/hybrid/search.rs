@@ -86,12 +86,12 @@ struct Sight<'a> {
     depth: [f64; 2],
 }
 
-/// What is looked for.
+/// The kind of volumes that a search looks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sought {
-    /// What is farther away than the value of its cell.
+    /// Everything that is farther away than the value of its cell.
     Shadow,
-    /// What is no farther away than that, or in no picture.
+    /// Everything that is no farther away than that, or in no picture.
     Light,
 }
 

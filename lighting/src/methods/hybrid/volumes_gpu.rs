@@ -35,8 +35,8 @@ pub(crate) const NEAR: [&str; 4] = [INDEX_WGSL, FACE, PLACE, include_str!("near.
 /// Triangles of a workgroup that counts them.
 const BATCH: u32 = 32;
 
-/// What the roundings of a distance add up to, relative to it: those of a position, as on
-/// the CPU, and of a product with a root.
+/// The largest rounding error of a distance, relative to it: that of a position, as on the CPU,
+/// and of a product with a root.
 const DISTANCE: f32 = 6e-6;
 
 impl<E: Encode> BuildShadowVolumes for Gpu<E> {
