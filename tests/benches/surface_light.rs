@@ -15,7 +15,7 @@ use lighting::visibility::Unshadowed;
 use lighting::{Emitter, SurfacePoint};
 use reference::oracle::surface::scattered_irradiance;
 
-/// Surfaces that are timed; every 64th of them is judged.
+/// Surfaces that are timed; the error is measured on every 64th of them.
 const POINTS: usize = 1024;
 const JUDGED: usize = 64;
 

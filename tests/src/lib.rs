@@ -7,7 +7,7 @@
 //! | [`suite`] | one test body for every backend |
 //! | [`scenes`] | the embedded scenes as methods take them |
 //!
-//! What judges the results is the crate `reference`.
+//! The crate `reference` holds the truth that results are compared with.
 
 pub mod frames;
 pub mod map_cases;

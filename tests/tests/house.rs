@@ -92,7 +92,7 @@ fn no_crate_uses_one_below_it() {
             assert!(floor(&used) < floor(name), "{name} uses {used}");
         }
         for used in names(folder, "dev-dependencies") {
-            // What judges everybody is everybody's, in tests.
+            // The tests of every crate may use the reference.
             assert!(
                 floor(&used) < floor(name) || used == "reference",
                 "tests of {name} use {used}"
@@ -131,7 +131,7 @@ fn what_judges_everybody_knows_nobody_unless_asked_for_a_scene() {
     assert!(!used.is_empty());
     assert!(used.iter().all(|used| used.optional), "{used:?}");
     assert!(!manifest.contains("default = ["), "features are asked for");
-    // What it judges does not help it to judge.
+    // The reference uses none of the crates that are measured against it.
     assert!(used.iter().all(|used| floor(&used.name) <= floor("scene")));
     // Published crates forget a development dependency without a version.
     let workspace = self::manifest(".");

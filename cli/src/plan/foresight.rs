@@ -27,10 +27,10 @@ const NEAREST: usize = 256;
 /// Seconds of counted work of a probe, beside the truth.
 pub(crate) const SECONDS: f64 = 5.0;
 
-/// Units of work of the truth about the measured pixels; see [`Prepared::per_pixel`].
+/// Units of work for the truth about some of the pixels; see [`Prepared::per_pixel`].
 const TRUTH: f64 = 5e5;
 
-/// The smallest number of measured pixels: fewer tell nothing.
+/// The smallest number of pixels whose truth is known: fewer tell nothing.
 const LEAST_JUDGED: f64 = 128.0;
 
 /// The tolerance of the truth, far below the errors that are told apart.

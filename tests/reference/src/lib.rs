@@ -1,4 +1,4 @@
-//! Internal: not published. What judges the crates of this workspace.
+//! Internal: not published. The truth against which the crates of this workspace are measured.
 //!
 //! Tests, benches and the program's comparison all draw on this library, so
 //! that nothing is defined twice. It has two halves. Without features it takes
@@ -8,11 +8,11 @@
 //!
 //! | module | feature | what |
 //! |---|---|---|
-//! | [`oracle`] | | the truth in f64, sharing no mathematics with what it judges; with `scene` the reference image |
+//! | [`oracle`] | | the truth in f64, which shares no mathematics with the crates; with `scene` the reference image |
 //! | [`metrics`] | | the error of an image |
 //! | [`film`] | | the error of a film, how much of it flickers, and how late it is |
 //! | [`tolerances`] | | every allowed error, with its derivation |
-//! | [`segments`] | | parts of rays with the extinction around them, easy and stiff, to judge evaluators by |
+//! | [`segments`] | | parts of rays with the extinction around them, easy and stiff, on which evaluators are measured |
 //! | [`curves`] | | transmittance behind blockers, and the best curve of few nodes |
 //! | [`damage`] | | damaged copies of files |
 //! | [`random`] | | numbers that are the same on every run |

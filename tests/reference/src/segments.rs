@@ -1,5 +1,5 @@
-//! Parts of rays, with the extinction around them, on which evaluators of
-//! airlight are judged: ordinary ones, and those at which they break.
+//! Parts of rays, with the extinction around them, on which evaluators of airlight are measured:
+//! ordinary ones, and those at which they break.
 
 use std::f64::consts::PI;
 
