@@ -17,7 +17,8 @@ pub enum Order {
 }
 
 /// Puts captured segments into lists: the other way to make a map, with memory in
-/// proportion to the number of segments.
+/// proportion to the number of segments. In shaders `gpu::build_from_candidates` makes them
+/// where they are met, and needs none.
 ///
 /// A renderer that rasterises blockers in any order appends each fragment's
 /// segment and texel to two buffers, captures all of them, and compresses the

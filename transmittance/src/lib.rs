@@ -72,7 +72,9 @@
 //! * [`QueryMap`] answers receivers from the nearest texel, the four around, or a square of
 //!   them ([`Filter`]).
 //!
-//! The module `gpu` (feature `wgsl`) says what shaders can do with the same curves.
+//! The module `gpu` (feature `wgsl`) says what shaders can do with the same curves: among
+//! others, make a map of what each texel meets of hair, particles or candidates of your own,
+//! without a segment in memory.
 //!
 //! # Compared with
 //!

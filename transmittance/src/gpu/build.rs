@@ -103,6 +103,9 @@ pub(super) struct Parameters {
     pub(super) end: u32,
 }
 
+/// WGSL of the curves that wait between dispatches.
+pub(super) const UNFINISHED: &str = include_str!("unfinished.wgsl");
+
 /// Texels of a dispatch.
 const BAND: usize = 1 << 16;
 
@@ -134,9 +137,16 @@ pub(super) const fn unfinished_numbers(capacity: usize, channels: usize) -> usiz
 /// long. An insertion goes over the nodes of a curve a dozen times, and at each of them over the
 /// channels.
 pub(super) const fn batch(capacity: usize, channels: usize) -> u32 {
-    let each = 12 * capacity * (1 + channels);
-    let batch = 32_768 / each;
-    if batch == 0 { 1 } else { batch as u32 }
+    let batch = BUDGET / insertion(capacity, channels);
+    if batch == 0 { 1 } else { batch }
+}
+
+/// Iterations of loops that an invocation spends before it waits for another dispatch.
+pub(super) const BUDGET: u32 = 32_768;
+
+/// Iterations of an insertion, at most.
+pub(super) const fn insertion(capacity: usize, channels: usize) -> u32 {
+    (12 * capacity * (1 + channels)) as u32
 }
 
 /// The shader that makes curves.
@@ -147,7 +157,7 @@ where
     S: InShader<SegmentsSlot>,
     P: WgslStored<C>,
 {
-    let entry = [INDEX_WGSL, include_str!("build.wgsl")];
+    let entry = [INDEX_WGSL, include_str!("build.wgsl"), UNFINISHED];
     let mut shader = Assembly::new(&[&build_parts::<A, P, C>()[..], &entry].concat());
     shader.fill::<SegmentsSlot>(&S::part())?;
     Ok(shader)

@@ -53,30 +53,14 @@ impl<E: Encode, const C: usize> CaptureSegments<C> for Gpu<E> {
     ) -> Result<SegmentLists<GpuMemory, C>, Error> {
         let map = check::<C>(extent, texels.len(), numbers.len())?;
         let count = texels.len();
-        let mut sorting = Sorting {
-            gpu: self,
-            texels,
-            numbers,
-            map,
-            stride: 2 + C as u32,
-            order: self.upload(&(0..count as u32).collect::<Vec<_>>())?,
-            sorted: self.zeros(count)?,
-            counts: self.zeros(DIGITS * count.div_ceil(CHUNK))?,
-        };
+        let mut sorting = Sorting::new(self, texels, numbers, map, 2 + C as u32)?;
         if order == Order::FrontToBack {
             for field in (1..=sorting.stride).rev() {
                 sorting.by_field(field, u32::BITS)?;
             }
         }
-        // Texels that are not in the map count as the one behind the last.
-        sorting.by_field(0, u32::BITS - map.leading_zeros())?;
-        let mut offsets = self.zeros(map as usize + 1)?;
+        let offsets = sorting.by_texel()?;
         let mut lists = self.zeros(numbers.len())?;
-        sorting.gather(
-            "find_offsets",
-            map as usize + 1,
-            Argument::write(&mut offsets),
-        )?;
         sorting.gather("gather", count, Argument::write(&mut lists))?;
         SegmentLists::from_buffers(extent, longest, offsets, lists)
     }
@@ -94,7 +78,51 @@ struct Sorting<'a, E: Encode> {
     counts: GpuBuffer<u32>,
 }
 
-impl<E: Encode> Sorting<'_, E> {
+/// The indices of `keys` below `end` in the order of their keys, those of the same key in
+/// rising order, and where those of each key begin. Larger keys come last, in any order.
+pub(super) fn grouped<E: Encode>(
+    gpu: &Gpu<E>,
+    keys: &GpuBuffer<u32>,
+    end: u32,
+) -> Result<[GpuBuffer<u32>; 2], Error> {
+    // Keys alone decide; there are no other numbers.
+    let numbers = gpu.zeros(1)?;
+    let mut sorting = Sorting::new(gpu, keys, &numbers, end, 1)?;
+    let starts = sorting.by_texel()?;
+    Ok([sorting.order, starts])
+}
+
+impl<'a, E: Encode> Sorting<'a, E> {
+    fn new(
+        gpu: &'a Gpu<E>,
+        texels: &'a GpuBuffer<u32>,
+        numbers: &'a GpuBuffer<f32>,
+        map: u32,
+        stride: u32,
+    ) -> Result<Self, Error> {
+        let count = texels.len();
+        Ok(Self {
+            gpu,
+            texels,
+            numbers,
+            map,
+            stride,
+            order: gpu.upload(&(0..count as u32).collect::<Vec<_>>())?,
+            sorted: gpu.zeros(count)?,
+            counts: gpu.zeros(DIGITS * count.div_ceil(CHUNK))?,
+        })
+    }
+
+    /// Sorts by texel, and returns where those of each texel begin.
+    fn by_texel(&mut self) -> Result<GpuBuffer<u32>, Error> {
+        // Texels that are not in the map count as the one behind the last.
+        self.by_field(0, u32::BITS - self.map.leading_zeros())?;
+        let mut offsets = self.gpu.zeros(self.map as usize + 1)?;
+        let items = self.map as usize + 1;
+        self.gather("find_offsets", items, Argument::write(&mut offsets))?;
+        Ok(offsets)
+    }
+
     /// Sorts by the lowest `bits` of a field.
     fn by_field(&mut self, field: u32, bits: u32) -> Result<(), Error> {
         for shift in (0..bits).step_by(BITS as usize) {

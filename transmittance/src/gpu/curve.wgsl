@@ -10,22 +10,15 @@
 // keep the curve in registers.
 //
 // Needs the constants avsm_NODES, avsm_CAPACITY, avsm_CHANNELS and avsm_VALUES =
-// avsm_CAPACITY avsm_CHANNELS, the part numeric.wgsl, one of exponential.wgsl and
-// linear.wgsl with its rules of insertion, and one of area.wgsl and maximum.wgsl.
+// avsm_CAPACITY avsm_CHANNELS, the parts segment.wgsl and numeric.wgsl, one of
+// exponential.wgsl and linear.wgsl with its rules of insertion, and one of area.wgsl and
+// maximum.wgsl.
 
 // In the bound of roundings, an insertion on a GPU counts as this many on the CPU. A
 // node that is made is within 9 u (avsm_mix), what it gets from a blocker within 9 u (a
 // share, a product, a sum), and the factor of a linear curve within another 5 u: at most
 // 23 u, where the CPU counts 2 u for optical depths and 4 u for transmittances.
 const avsm_ROUNDINGS: u32 = 12u;
-
-// A blocker between two depths, with an optical depth for each channel. Optical depths of
-// 1e30 and more are opaque.
-struct avsm_Segment {
-    entry: f32,
-    exit: f32,
-    optical_depth: array<f32, avsm_CHANNELS>,
-}
 
 // Nodes from front to back, as on the CPU; entries from `len` on are not used.
 // Channel c of node i is at avsm_CAPACITY c + i.

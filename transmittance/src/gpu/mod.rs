@@ -1,11 +1,18 @@
 //! Maps on a GPU, and their parts for other shaders.
 //!
-//! [`BuildMap`] makes the curves of a [`TransmittanceMap`] with an invocation per texel:
-//! its curve is in the memory of the invocation, takes the texel's segments in
-//! their order, and is written when it is finished. What this takes in memory
-//! beside the map does not depend on the number of segments. They come from
-//! [`SegmentLists`], or from a shader of yours, [`ShaderSegments`]; and
-//! [`CaptureSegments`] makes lists of segments that come in any order.
+//! A map is made with an invocation per texel: its curve is in the memory of the invocation,
+//! takes the texel's segments in their order, and is written when it is finished. There are
+//! two ways to the segments:
+//!
+//! * [`build_from_candidates`] has them made where they are met. It lists what may be in the
+//!   way (pieces of hair, particles, your own kinds) by square of texels, and every invocation
+//!   asks a function of yours, a part of its shader, what each candidate of its lists takes
+//!   from its ray. No fragment is in memory: lists have at most four entries per candidate,
+//!   whatever their size and the map's. This is the one to start with.
+//! * [`BuildMap`] takes segments that are in memory already, as [`SegmentLists`], or that a
+//!   shader of yours knows by texel and number, [`ShaderSegments`]. [`CaptureSegments`] makes
+//!   lists of segments that come in any order, as from a rasteriser, with memory for each.
+//!
 //! [`QueryMap`] answers receivers.
 //!
 //! # Parts for other shaders
@@ -92,6 +99,8 @@
 #[cfg(feature = "wgpu")]
 mod build;
 #[cfg(feature = "wgpu")]
+mod candidates;
+#[cfg(feature = "wgpu")]
 mod capture;
 mod constants;
 mod parts;
@@ -103,6 +112,8 @@ mod tests;
 
 #[cfg(feature = "wgpu")]
 pub use build::{SegmentsSlot, ShaderSegments};
+#[cfg(feature = "wgpu")]
+pub use candidates::{CandidatesSlot, Crowding, ShaderCandidates, build_from_candidates};
 pub use parts::{WgslRule, WgslStored, build_parts, lookup_parts};
 
 #[cfg(doc)]

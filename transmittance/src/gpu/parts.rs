@@ -4,6 +4,8 @@ use super::constants::Sizes;
 use crate::{Accumulate, Curve, Lookup, Metric, Packed, PackedHalf, Stored, Stream};
 
 const NUMERIC: &str = include_str!("numeric.wgsl");
+/// WGSL of a blocker. Needs the sizes.
+pub(super) const SEGMENT: &str = include_str!("segment.wgsl");
 const CURVE: &str = include_str!("curve.wgsl");
 const LOOKUP: &str = include_str!("lookup.wgsl");
 const FILTER: &str = include_str!("filter.wgsl");
@@ -208,7 +210,7 @@ pub const fn lookup_parts<P: WgslStored<C>, const C: usize>() -> [&'static str; 
 /// ```
 ///
 /// Set and read a word of [`TransmittanceMap::words`](crate::TransmittanceMap::words).
-pub fn build_parts<A, P, const C: usize>() -> [&'static str; 9]
+pub fn build_parts<A, P, const C: usize>() -> [&'static str; 10]
 where
     A: WgslRule<C>,
     A::Curve: Into<P>,
@@ -216,6 +218,7 @@ where
 {
     [
         A::SIZES,
+        SEGMENT,
         NUMERIC,
         A::RULES[0],
         A::RULES[1],

@@ -4,7 +4,11 @@ use gpu_backend::assert_same_layout;
 use gpu_backend::gpu::GpuMemory;
 use gpu_backend::testing::Shader;
 
+use gpu_backend::gpu::{Argument, InShader};
+use gpu_backend::shader::Part;
+
 use super::build::{self, ListsRecord};
+use super::candidates::{self, BinParameters, CandidatesSlot, MeetParameters};
 use super::capture::{self, GATHER, GatherParameters, SCAN, SORT, SortParameters};
 use super::{LARGEST_CAPACITY, WgslRule, WgslStored, build_parts, lookup_parts, query};
 use crate::certificate::INCOMPLETE;
@@ -74,6 +78,73 @@ where
             segments
         }
     );
+}
+
+/// Candidates that are nowhere.
+struct Nowhere;
+
+impl InShader<CandidatesSlot> for Nowhere {
+    fn part() -> Part {
+        Part::new("nowhere").source(
+            "fn nowhere_candidate_texels(candidate: u32) -> vec4<u32> { return vec4(0u); }
+            fn nowhere_candidate_segment_count(candidate: u32) -> u32 { return 1u; }
+            fn nowhere_candidate_segment(
+                candidate: u32, texel: vec2<u32>, index: u32
+            ) -> avsm_Segment {
+                return avsm_Segment();
+            }",
+        )
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        Vec::new()
+    }
+}
+
+#[test]
+fn the_shaders_of_candidates_are_valid_and_as_in_rust() {
+    type Rule = Stream<8>;
+    let bins = candidates::bins_shader::<Nowhere, Rule, 1>().unwrap();
+    let bins = Shader::new(&bins.finish(1)).unwrap();
+    assert_same_layout!(
+        bins,
+        "BinParameters",
+        BinParameters {
+            width,
+            height,
+            candidates
+        }
+    );
+    let meet = candidates::meet_shader::<Rule, Nowhere, Packed<8>, 1>().unwrap();
+    let meet = Shader::new(&meet.finish(1)).unwrap();
+    assert_same_layout!(
+        meet,
+        "MeetParameters",
+        MeetParameters {
+            width,
+            height,
+            texels,
+            first_square,
+            levels,
+            starts,
+            budget,
+            look,
+            ask,
+            insertion
+        }
+    );
+    for shader in [bins, meet] {
+        let value = |name| shader.values(name).unwrap();
+        assert_eq!(value("avsm_TILE"), [f64::from(candidates::TILE)]);
+        assert_eq!(value("avsm_MOST_BINS"), [f64::from(candidates::MOST_BINS)]);
+    }
+    let coloured = candidates::meet_shader::<
+        Stream<5, Maximum, Linear, 2, 2>,
+        Nowhere,
+        Curve<5, Linear, 2>,
+        2,
+    >();
+    Shader::new(&coloured.unwrap().finish(1)).unwrap();
 }
 
 fn all_stored<A, L: Lookup, const N: usize, const C: usize>()

@@ -3,6 +3,7 @@
 #![cfg(feature = "wgpu")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 
+mod candidates;
 mod capture;
 mod lookups;
 mod made;
