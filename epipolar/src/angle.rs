@@ -15,6 +15,7 @@ pub struct Angle(pub(crate) Vec2);
 
 impl Angle {
     /// The angle of a vector of any length.
+    #[inline(always)]
     pub fn of(vector: impl Into<[f32; 2]>) -> Self {
         Self(Vec2::from(vector.into()))
     }

@@ -84,6 +84,7 @@ pub struct LightRay {
 impl Phi {
     /// From an angle in [0, π] or a distance in metres, each as the pair of the
     /// type's description.
+    #[inline(always)]
     pub fn of(pair: impl Into<[f32; 2]>) -> Self {
         Self(Vec2::from(pair.into()))
     }
@@ -335,22 +336,28 @@ impl Space {
     /// does; 0 on the axis.
     #[inline]
     pub fn distance_along(&self, ray: &EyeRay, phi: Phi) -> f32 {
-        let Vec2 { x: cos, y: sin } = ray.alpha.0;
+        self.distance_at(ray.alpha, phi)
+    }
+
+    /// [`Space::distance_along`] for the α of a ray, without a branch, so that a loop over many
+    /// is compiled to vector instructions.
+    #[inline(always)]
+    pub fn distance_at(&self, alpha: Angle, phi: Phi) -> f32 {
+        let Vec2 { x: cos, y: sin } = alpha.0;
         let Vec2 { x: w, y: q } = phi.0;
-        if !(q > 0.0) {
-            return 0.0;
-        }
         // x = D sin φ / sin(α + φ).
         let (numerator, denominator) = if self.is_directional() {
             (q, sin * w)
         } else {
             (self.distance * q, sin * w + cos * q)
         };
-        if denominator > 0.0 {
-            numerator / denominator
+        let ratio = numerator / denominator;
+        let reached = if denominator > 0.0 {
+            ratio
         } else {
             f32::INFINITY
-        }
+        };
+        if q > 0.0 { reached } else { 0.0 }
     }
 
     /// The light ray of the plane θ that has the given φ.

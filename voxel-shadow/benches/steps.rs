@@ -353,6 +353,21 @@ fn query(criterion: &mut Criterion) {
                     .expect("a batch");
             });
         });
+        group.bench_function(BenchmarkId::new("lit intervals ray by ray", name), |b| {
+            b.iter(|| {
+                volume.ray_shadows(&rays, |i, ray| {
+                    let places = &mut many[i * PLACES..][..PLACES];
+                    let mut count = 0;
+                    for interval in ray.lit_runs() {
+                        if let Some(place) = places.get_mut(count) {
+                            *place = interval;
+                        }
+                        count += 1;
+                    }
+                    counts[i] = count as u32;
+                });
+            });
+        });
         let mut fractions = vec![0.0; rays.len()];
         group.bench_function(BenchmarkId::new("lit fraction", name), |b| {
             b.iter(|| {

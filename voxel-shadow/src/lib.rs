@@ -67,6 +67,8 @@
 //! * [`ShadowVolume::ray_shadow`] at an eye ray gives a [`RayShadow`]: its lit fraction,
 //!   lit intervals, weighted sums, the visibility at a distance.
 //! * [`ShadowVolume::visibility`] of a point on a surface.
+//! * [`ShadowVolume::lit_intervals`] and [`ShadowVolume::ray_shadows`] answer for many rays in
+//!   less time.
 //! * [`Query`] is the step that answers for many rays or points, on any backend.
 //! * [`Sampling`] has the biases, the interpolation and the width of the axis.
 //!
@@ -121,6 +123,7 @@ mod error;
 pub mod gpu;
 mod grid;
 mod index_map;
+mod intervals;
 mod query;
 mod rectify;
 mod runs;

@@ -118,7 +118,7 @@ impl Query for Cpu {
         if capacity == 0 {
             self.for_each_chunk(counts, CHUNK, |first, counts| {
                 let rays = &rays[first..][..counts.len()];
-                volume.ray_shadows(rays, |i, ray| counts[i] = ray.lit_runs().count() as u32);
+                volume.lit_intervals(rays, |i, lit| counts[i] = lit.len() as u32);
             });
             return Ok(());
         }
@@ -130,16 +130,12 @@ impl Query for Cpu {
         self.for_each_chunk(&mut work, 1, |index, work| {
             for (intervals, counts) in work {
                 let rays = &rays[index * CHUNK..][..counts.len()];
-                volume.ray_shadows(rays, |i, ray| {
+                volume.lit_intervals(rays, |i, lit| {
                     let places = &mut intervals[i * capacity..][..capacity];
-                    let mut count = 0;
-                    for interval in ray.lit_runs() {
-                        if let Some(place) = places.get_mut(count) {
-                            *place = interval;
-                        }
-                        count += 1;
+                    for (place, interval) in places.iter_mut().zip(lit) {
+                        *place = *interval;
                     }
-                    counts[i] = count as u32;
+                    counts[i] = lit.len() as u32;
                 });
             }
         });

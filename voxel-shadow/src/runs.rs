@@ -99,8 +99,8 @@ fn lit_bits(texel: &[u32], start: u32, end: u32) -> u32 {
     lit
 }
 
-#[inline]
-fn blend(first: u32, second: u32, share: f32) -> f32 {
+#[inline(always)]
+pub(crate) fn blend(first: u32, second: u32, share: f32) -> f32 {
     let (first, second) = (first as f32, second as f32);
     // In this form it is exactly 1 if both are lit.
     first + share * (second - first)

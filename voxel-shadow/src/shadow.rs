@@ -196,7 +196,8 @@ impl<'a> ShadowVolume<'a, Host> {
     /// length and, as the fourth number, the distance of the surface in metres.
     ///
     /// What binds is the reading of the runs, with a branch that is hard to foresee at the end
-    /// of each, and the cache miss of a texel that no neighbour has read.
+    /// of each, and the cache miss of a texel that no neighbour has read. Where their intervals
+    /// are asked for, [`ShadowVolume::lit_intervals`] takes 0.8 to 0.9 of the time.
     #[inline]
     pub fn ray_shadows(&self, rays: &[[f32; 4]], mut each: impl FnMut(usize, RayShadow<'a>)) {
         let mut block = RayBlock::default();
@@ -215,7 +216,13 @@ impl<'a> ShadowVolume<'a, Host> {
     }
 
     #[inline]
-    fn shadow_of(&self, texels: Texels<'a>, ray: EyeRay, surface: f32, end: f32) -> RayShadow<'a> {
+    pub(crate) fn shadow_of(
+        &self,
+        texels: Texels<'a>,
+        ray: EyeRay,
+        surface: f32,
+        end: f32,
+    ) -> RayShadow<'a> {
         RayShadow {
             lattice: self.lattice,
             texels,
@@ -244,7 +251,7 @@ impl<'a> ShadowVolume<'a, Host> {
 
     /// The texels of a ray, from its positions along α and θ.
     #[inline]
-    fn texels(&self, [alpha, theta]: [f32; 2], surface: f32) -> Texels<'a> {
+    pub(crate) fn texels(&self, [alpha, theta]: [f32; 2], surface: f32) -> Texels<'a> {
         let resolution = self.lattice.resolution();
         if self.lattice.starts_on_axis() && alpha < self.sampling.axis {
             return Texels::Axis {
@@ -312,7 +319,7 @@ fn split(position: f32, count: u32) -> (i32, f32) {
 
 /// Where the visibility of a ray is found.
 #[derive(Debug, Clone, Copy)]
-enum Texels<'a> {
+pub(crate) enum Texels<'a> {
     /// Nowhere: it was decided by distances.
     Axis {
         lit: bool,
