@@ -107,6 +107,9 @@ pub enum Allowed {
     GpuSmoke,
     /// Share of rays that differ by more because a sample is within rounding of a step of transmittance.
     GpuSmokeRays,
+    /// A transmittance behind casters that a shader meets, beside the bounds of curves and what
+    /// a depth that is off by 8 units changes.
+    GpuMet,
     /// The light that media scatter along a ray, of what it would be without shadows.
     GpuMedia,
     /// Share of rays that differ by more because a step ends elsewhere or falls to the other side of a shadow.
@@ -535,6 +538,11 @@ pub const TABLE: &[Tolerance] = &[
             1e5 of the samples where surfaces are a metre apart, and a ray has 16 samples: \
             2e-4. At the corner of a cube of maps it falls onto another face, whose border \
             is filtered by itself: as much again.",
+    },
+    Tolerance {
+        what: Allowed::GpuMet,
+        error: 1e-4,
+        derivation: "A corner of an outline counts from the first texel of a caster, at most 64 texels             away, and is off by 2 units of that, 8e-6 of a texel; the two sides of a strand             change its coverage by twice as much at most, 1.5e-5, and as the outline is off as a whole,             as often up as down. The share that passes is rounded to a unit, of 50 casters             3e-6. Optical depths of balls are off by 16 units: 1e-6 / e. A lookup adds 2e-6.             Six strands whose errors are all of one sign: 1e-4.",
     },
     Tolerance {
         what: Allowed::GpuMedia,

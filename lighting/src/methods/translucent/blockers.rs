@@ -77,21 +77,13 @@ impl<'a> FaceBlockers<'a> {
         let layers = casters.translucent.iter().filter_map(layer).collect();
         let panes = casters.triangles.panes();
         let panes = panes.and_then(|geometry| Panes::new(geometry, face, resolution));
-        let mut opaque = Vec::new();
-        if let Some(geometry) = casters.triangles.opaque() {
-            opaque = vec![EMPTY; (resolution as usize).pow(2)];
-            let masked = Masked::new(geometry);
-            let order = masked.order(geometry);
-            let triangles = order.as_deref().unwrap_or(geometry.triangles());
-            render_face(cpu, face, triangles, &masked, resolution, &mut opaque);
-        }
         Self {
             depths: depths(&view, casters),
             view,
             layers,
             panes,
             channel: 0,
-            opaque,
+            opaque: opaque_depths(cpu, casters, face, resolution).unwrap_or_default(),
         }
     }
 
@@ -170,6 +162,23 @@ impl Source for FaceBlockers<'_> {
             }
         });
     }
+}
+
+/// The depth of the nearest opaque triangle in each texel of a face, [`EMPTY`] where there is
+/// none; `None` if none of the casters is opaque.
+pub(super) fn opaque_depths(
+    cpu: &Cpu,
+    casters: &Casters<'_>,
+    face: &Face,
+    resolution: u32,
+) -> Option<Vec<f32>> {
+    let geometry = casters.triangles.opaque()?;
+    let mut depths = vec![EMPTY; (resolution as usize).pow(2)];
+    let masked = Masked::new(geometry);
+    let order = masked.order(geometry);
+    let triangles = order.as_deref().unwrap_or(geometry.triangles());
+    render_face(cpu, face, triangles, &masked, resolution, &mut depths);
+    Some(depths)
 }
 
 /// The depths of a box around all casters, slightly widened; `[0, 1]` if there are none.

@@ -246,7 +246,7 @@ impl<'a> Casters<'a> {
     }
 }
 
-fn check(resolution: u32) -> Result<(), TransmittanceMapError> {
+pub(super) fn check(resolution: u32) -> Result<(), TransmittanceMapError> {
     if (1..=MAX_RESOLUTION).contains(&resolution) {
         return Ok(());
     }

@@ -24,6 +24,12 @@
 //! Grids and particles are met on the ray of each texel's centre: where the shadow is smooth,
 //! the error of a filtered map is of second order in the size of texels.
 //!
+//! On GPUs, maps of strands, particles and opaque triangles are made in shaders
+//! (`TransmittanceMap::build_in_shaders`), by the paper's pipeline of fixed memory
+//! (`transmittance::gpu::build_from_candidates`): casters are listed by square of texels, and
+//! each texel makes the segments of what it meets, in the order of the table, without one of
+//! them in memory. Where there are grids or see-through triangles, the CPU makes the map.
+//!
 //! A curve has one value for all colours. Where see-through triangles colour the light, red,
 //! green and blue have curves of their own, at three times the memory and time. Stacked
 //! surfaces take two nodes each; if they need more than the nodes of a curve, they are
@@ -31,6 +37,10 @@
 
 pub(crate) mod bins;
 mod blockers;
+#[cfg(feature = "wgpu")]
+mod candidates;
+#[cfg(all(test, feature = "procedural", feature = "wgpu"))]
+mod candidates_tests;
 #[cfg(feature = "wgpu")]
 mod gpu;
 mod grid;

@@ -11,14 +11,18 @@
 //! ```
 
 use glam::DVec3;
+#[cfg(feature = "wgpu")]
+use glam::{DVec2, Vec2};
 use transmittance::BlockerSegment;
 
+#[cfg(feature = "wgpu")]
+use super::candidates::{BALL, CandidateRecord};
 use super::view::{Texels, View};
 use crate::scene::{Particle, Profile};
 
 /// Number of parts into which the chord through a soft ball is cut. Each has constant
 /// extinction and the exact optical depth.
-const PARTS: u32 = 4;
+pub(super) const PARTS: u32 = 4;
 
 /// A ball in local coordinates.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +49,36 @@ impl Ball {
             return None;
         }
         view.of_ball(self.centre, self.radius)
+    }
+
+    /// It as a candidate of shaders, in a face whose rows begin at `row`.
+    #[cfg(feature = "wgpu")]
+    pub(super) fn candidate(&self, view: &View, row: u32) -> Option<CandidateRecord> {
+        let texels = self.texels(view)?;
+        // A ball that is no nearer has its centre in the picture.
+        let is_in_front = view.is_parallel() || self.centre.z > self.radius;
+        let position = if is_in_front {
+            let first = DVec2::new(texels.x[0].into(), texels.y[0].into());
+            (view.texel(self.centre) - first).as_vec2()
+        } else {
+            Vec2::ZERO
+        };
+        Some(CandidateRecord {
+            a: self.centre.as_vec3().to_array(),
+            radius: self.radius as f32,
+            b: [
+                self.sigma_t as f32,
+                f32::from(u8::from(self.profile == Profile::Soft)),
+                0.0,
+            ],
+            corners: [
+                [position.x, position.y, f32::from(u8::from(is_in_front))],
+                [0.0; 3],
+                [0.0; 3],
+                [0.0; 3],
+            ],
+            ..CandidateRecord::new(BALL, texels, row)
+        })
     }
 
     /// Calls `put` with what it takes from each texel.

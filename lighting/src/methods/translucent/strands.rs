@@ -10,6 +10,8 @@
 use glam::{DVec2, DVec3};
 use transmittance::BlockerSegment;
 
+#[cfg(feature = "wgpu")]
+use super::candidates::{CandidateRecord, STRAND};
 use super::view::{Texels, View};
 use crate::scene::Piece;
 
@@ -92,6 +94,53 @@ impl Outline {
             .into_iter()
             .fold(DVec2::NEG_INFINITY, DVec2::max);
         view.between(min, max)
+    }
+
+    /// It as a candidate of shaders, in a face whose rows begin at `row`. Of its outline only
+    /// that is left which may be in the picture, and of its axis what the outline is beside.
+    #[cfg(feature = "wgpu")]
+    pub(super) fn candidate(&self, view: &View, row: u32) -> Option<CandidateRecord> {
+        let texels = self.texels(view)?;
+        let low = DVec2::new(texels.x[0].into(), texels.y[0].into());
+        let high = DVec2::new(texels.x[1].into(), texels.y[1].into());
+        let [a, b, c, d] = shortened(self.corners, low, high);
+        let [b, c, d, a] = shortened([b, c, d, a], low, high);
+        let corners = [a, b, c, d];
+        let (start, along) = (self.axis[0], self.axis[1] - self.axis[0]);
+        if along == DVec2::ZERO {
+            return None;
+        }
+        let shares = corners.map(|corner| (corner - start).dot(along) / along.length_squared());
+        let (mut least, mut most) = (1.0_f64, 0.0_f64);
+        for share in shares {
+            (least, most) = (least.min(share.max(0.0)), most.max(share.min(1.0)));
+        }
+        // All of it beside one end of the axis: any part of the axis has this end.
+        if !(least < most) {
+            (least, most) = (0.0, 1.0);
+        }
+        let [from, to] = self.ends;
+        let end = |share: f64| {
+            let share = if view.is_parallel() {
+                share
+            } else {
+                self.share(share)
+            };
+            (from + (to - from) * share).as_vec3().to_array()
+        };
+        let corner = |index: usize| {
+            let position = (corners[index] - low).as_vec2();
+            let share = (shares[index] - least) / (most - least);
+            [position.x, position.y, share as f32]
+        };
+        Some(CandidateRecord {
+            a: end(least),
+            radius: self.radius as f32,
+            b: end(most),
+            opacity: self.opacity as f32,
+            corners: [0, 1, 2, 3].map(corner),
+            ..CandidateRecord::new(STRAND, texels, row)
+        })
     }
 
     /// Calls `put` with what it takes from each texel.
@@ -186,6 +235,53 @@ impl Outline {
         let (near, far) = ((1.0 - share) / a.z, share / b.z);
         far / (near + far)
     }
+}
+
+/// A quadrilateral without what is sure to be outside of a rectangle, cut across the sides
+/// from the first to the second corner and from the fourth to the third.
+#[cfg(feature = "wgpu")]
+fn shortened(corners: [DVec2; 4], low: DVec2, high: DVec2) -> [DVec2; 4] {
+    let [a, b, c, d] = corners;
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for (axis, sign, limit) in [
+        (0, 1.0, low.x),
+        (1, 1.0, low.y),
+        (0, -1.0, high.x),
+        (1, -1.0, high.y),
+    ] {
+        // Where either side is within the limit: a cross-section with both ends beyond it is
+        // beyond it as a whole.
+        let (mut from, mut to) = (1.0_f64, 0.0_f64);
+        for [start, end] in [[a, b], [d, c]] {
+            let [here, there] = [start, end].map(|corner| sign * (corner[axis] - limit));
+            let crossing = (here / (here - there)).clamp(0.0, 1.0);
+            if here >= 0.0 {
+                from = 0.0;
+                to = to.max(if there >= 0.0 { 1.0 } else { crossing });
+            }
+            if there >= 0.0 {
+                to = 1.0;
+                from = from.min(if here >= 0.0 { 0.0 } else { crossing });
+            }
+        }
+        first = first.max(from);
+        last = last.min(to);
+    }
+    // What is left is never turned round; none of it may be in the rectangle.
+    if !(first < last) {
+        return corners;
+    }
+    let at = |start: DVec2, end: DVec2, share: f64| match share {
+        0.0 => start,
+        1.0 => end,
+        share => start + (end - start) * share,
+    };
+    [
+        at(a, b, first),
+        at(a, b, last),
+        at(d, c, last),
+        at(d, c, first),
+    ]
 }
 
 /// The part of an axis with `z ≥ least`.

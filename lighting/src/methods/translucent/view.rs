@@ -83,6 +83,12 @@ impl View {
         self.parallel
     }
 
+    /// Texels per metre to the right and up; per unit of the tangent for central rays.
+    #[cfg(feature = "wgpu")]
+    pub(super) fn scale(&self) -> DVec2 {
+        self.scale
+    }
+
     /// Texels per side of a face.
     pub(super) fn resolution(&self) -> u32 {
         self.extent[0]

@@ -1,0 +1,282 @@
+//! Maps that shaders make of casters, against the truth and against the CPU.
+
+use glam::Vec3;
+use gpu_backend::gpu::{Gpu, GpuMemory, Queued};
+use gpu_backend::shader::Assembly;
+use gpu_backend::testing::Shader;
+use gpu_backend::{Cpu, Host, assert_same_layout, testing};
+use reference::tolerances::Allowed;
+use transmittance::baseline::{Captured, Uncompressed};
+use transmittance::gpu::{CandidatesSlot, build_parts};
+use transmittance::{Curve, Evaluate, Packed, Stream};
+
+use super::candidates::{self, CandidateRecord, PictureRecord};
+use super::{Casters, TransmittanceMap, TransmittanceMapError};
+use crate::Emitter;
+use crate::scene::procedural::{ponytail, smoke_grid, smoke_particles};
+use crate::scene::{
+    Emission, Geometry, Mesh, Particle, Particles, Profile, Scene, StrandPoint, Strands,
+    Translucent,
+};
+
+type Adaptive<M> = TransmittanceMap<M, Curve<8>>;
+
+#[test]
+fn records_are_those_of_the_shader() {
+    let stub = "
+        fn avsm_word(index: u32) -> u32 { return 0u; }
+        fn avsm_set_word(index: u32, word: u32) {}";
+    let parts = [&build_parts::<Stream<8>, Packed<8>, 1>()[..], &[stub]].concat();
+    let mut shader = Assembly::new(&parts);
+    shader.fill::<CandidatesSlot>(&candidates::part()).unwrap();
+    let shader = Shader::new(&shader.finish(1)).unwrap();
+    assert_same_layout!(
+        shader,
+        "light_Picture",
+        PictureRecord {
+            scale,
+            half,
+            resolution,
+            parallel,
+            empty,
+            padding
+        }
+    );
+    assert_same_layout!(
+        shader,
+        "light_Candidate",
+        CandidateRecord {
+            kind,
+            columns,
+            first_row,
+            end_row,
+            a,
+            radius,
+            b,
+            opacity,
+            corners
+        }
+    );
+    for (name, value) in [
+        ("light_STRAND", candidates::STRAND),
+        ("light_BALL", candidates::BALL),
+        ("light_OPAQUE", candidates::OPAQUE),
+        ("light_PARTS", super::particles::PARTS),
+    ] {
+        assert_eq!(shader.values(name).unwrap(), [f64::from(value)], "{name}");
+    }
+}
+
+fn lights() -> [Emitter; 3] {
+    let lamp =
+        |position| Emitter::point(position, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+    let sun = Vec3::new(0.3, -1.0, 0.2).normalize();
+    [
+        Emitter::directional(sun, Vec3::ONE).unwrap(),
+        lamp(Vec3::new(0.3, 1.1, 0.2)),
+        lamp(Vec3::new(0.2, 3.0, 0.1)),
+    ]
+}
+
+/// Mean errors of a map made there and of one made here.
+fn errors(
+    gpu: &Gpu<Queued>,
+    casters: &Casters<'_>,
+    emitter: &Emitter,
+    resolution: u32,
+) -> [f64; 2] {
+    let (cpu, clear) = (Cpu::new(), Stream::<8>::new());
+    let there = Adaptive::<GpuMemory>::build_in_shaders(gpu, casters, emitter, resolution, &clear)
+        .unwrap()
+        .unwrap();
+    let here = Adaptive::<Host>::build(&cpu, casters, emitter, resolution, &clear).unwrap();
+    let exact: TransmittanceMap<Host, Uncompressed> =
+        TransmittanceMap::build(&cpu, casters, emitter, resolution, &Captured::new()).unwrap();
+    assert_eq!(there.faces(), here.faces());
+    let map = there.curves().download(gpu).unwrap();
+    let allowed = Allowed::GpuMet.error() as f32;
+    let side = resolution as usize;
+    let (mut sums, mut count) = ([0.0; 2], 0.0);
+    for face in 0..here.faces().len() {
+        let blockers = casters.faces(&cpu, emitter, resolution).unwrap();
+        let [near, far] = blockers
+            .map(|(_, blockers)| blockers.depths())
+            .nth(face)
+            .unwrap();
+        for texel in 0..side * side {
+            let found = map.texel(texel % side, face * side + texel / side);
+            let truth = &exact.curves()[face].texels()[texel];
+            let own = &here.curves()[face].texels()[texel];
+            for step in 0..9 {
+                let share = (step as f32 + (texel as f32 * 0.618).fract()) / 8.0;
+                let depth = near + (far - near) * share;
+                let around = 8.0 * 0.5 * f32::EPSILON * depth.abs();
+                let ends = [depth - around, depth + around].map(|at| truth.evaluate(at)[0]);
+                let (value, bound) = (found.transmittance(depth), found.error_bound(depth));
+                assert!(
+                    value <= ends[0] + bound + allowed && value >= ends[1] - bound - allowed,
+                    "face {face}, texel {texel} at {depth}: {value}, expected {ends:?}, {bound}"
+                );
+                let value = truth.evaluate(depth)[0];
+                sums[0] += f64::from((found.transmittance(depth) - value).abs());
+                sums[1] += f64::from((own.transmittance(depth) - value).abs());
+                count += 1.0;
+            }
+        }
+    }
+    sums.map(|sum| sum / count)
+}
+
+fn agree(translucent: &[Translucent], geometry: Option<&Geometry>, resolution: u32) {
+    let Some(gpu) = testing::gpu() else { return };
+    let casters = Casters::new(translucent, geometry);
+    for emitter in lights() {
+        let [there, here] = errors(&gpu, &casters, &emitter, resolution);
+        println!("mean errors: {there:.2e} there, {here:.2e} here");
+        let rounding = Allowed::GpuMet.error();
+        assert!(there <= 1.1 * here + 0.1 * rounding, "{there} {here}");
+    }
+}
+
+fn puffs(profile: Profile) -> Translucent {
+    let puff = |x: f32, y: f32, radius: f32, sigma_t: f32| Particle {
+        centre: Vec3::new(x, y, 0.1),
+        radius,
+        sigma_t,
+    };
+    let all = vec![
+        puff(-0.4, 1.0, 0.5, 2.0),
+        puff(0.3, 1.0, 0.7, 1.0),
+        // Around the lamp, small and far, without size, without smoke.
+        puff(0.3, 1.1, 0.3, 0.7),
+        puff(0.9, -0.8, 0.004, 90.0),
+        puff(0.0, 0.0, 0.0, 3.0),
+        puff(0.0, 0.0, 0.5, 0.0),
+    ];
+    Particles::new(all, profile).unwrap().into()
+}
+
+fn strand(points: &[Vec3], thickness: f32, opacity: f32) -> Translucent {
+    let point = |&position: &Vec3| StrandPoint {
+        position,
+        thickness,
+        opacity,
+    };
+    let ends = vec![points.len() as u32];
+    let points = points.iter().map(point).collect();
+    Strands::new(points, ends).unwrap().into()
+}
+
+fn floor() -> Geometry {
+    let corner = |x: f32, z: f32| Vec3::new(x, -0.9, z);
+    let plate = Scene::from(Mesh {
+        positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)],
+        triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
+    });
+    Geometry::new(&plate).unwrap()
+}
+
+#[test]
+fn balls_are_met_as_on_the_cpu() {
+    agree(&[puffs(Profile::Constant)], None, 40);
+    agree(&[puffs(Profile::Soft)], Some(&floor()), 33);
+}
+
+#[test]
+fn strands_of_every_size_are_met_as_on_the_cpu() {
+    let hair = [
+        strand(
+            &[Vec3::new(-1.0, 0.2, -0.5), Vec3::new(0.3, 0.9, 0.4)],
+            0.002,
+            0.7,
+        ),
+        strand(
+            &[Vec3::new(-0.8, 0.2, 0.5), Vec3::new(0.6, -0.4, 0.4)],
+            0.2,
+            0.4,
+        ),
+        // Along the rays of the sun nearly, past the lamp, wider than the picture, without
+        // length, without thickness, opaque.
+        strand(&[Vec3::ZERO, Vec3::new(0.3001, -1.0, 0.2)], 0.05, 0.5),
+        strand(
+            &[Vec3::new(0.31, -1.0, 0.2), Vec3::new(0.31, 2.0, 0.21)],
+            0.01,
+            0.5,
+        ),
+        strand(
+            &[Vec3::new(-0.1, -0.5, 0.0), Vec3::new(0.1, -0.5, 0.0)],
+            9.0,
+            0.3,
+        ),
+        strand(&[Vec3::ONE, Vec3::ONE], 0.2, 0.5),
+        strand(&[Vec3::ZERO, Vec3::ONE], 0.0, 0.5),
+        strand(
+            &[Vec3::new(0.5, 0.5, 0.5), Vec3::new(0.9, 0.4, 0.5)],
+            0.05,
+            1.0,
+        ),
+    ];
+    agree(&hair, Some(&floor()), 48);
+    agree(&hair[..4], None, 61);
+    agree(&hair, None, 1);
+}
+
+#[test]
+fn many_strands_in_smoke_are_within_the_bounds_of_their_curves() {
+    let hair = ponytail(7, 2000, 0.004, 0.6).unwrap().into();
+    agree(&[hair, smoke_particles(3).into()], None, 32);
+}
+
+#[test]
+fn the_order_of_casters_changes_no_more_than_curves_may_be_off() {
+    let Some(gpu) = testing::gpu() else { return };
+    let Translucent::Particles(smoke) = Translucent::from(smoke_particles(3)) else {
+        panic!("particles");
+    };
+    let mut turned = smoke.all().to_vec();
+    turned.reverse();
+    let turned = Particles::new(turned, smoke.profile()).unwrap();
+    let map = |particles: Particles| {
+        let casters = [particles.into()];
+        let (casters, clear) = (Casters::new(&casters, None), Stream::<8>::new());
+        let map = Adaptive::<GpuMemory>::build_in_shaders(&gpu, &casters, &lights()[0], 48, &clear);
+        map.unwrap().unwrap().curves().download(&gpu).unwrap()
+    };
+    let [one, other] = [smoke, turned].map(map);
+    for (x, y) in (0..48).flat_map(|y| (0..48).map(move |x| (x, y))) {
+        let [a, b] = [one.texel(x, y), other.texel(x, y)];
+        for depth in (0..20).map(|i| 0.5 * i as f32) {
+            let off = (a.transmittance(depth) - b.transmittance(depth)).abs();
+            assert!(
+                off <= a.error_bound(depth) + b.error_bound(depth),
+                "{x} {y}: {off}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_shaders_do_not_know_is_left_to_the_cpu_and_bad_sizes_are_named() {
+    let Some(gpu) = testing::gpu() else { return };
+    let (sun, clear) = (&lights()[0], Stream::<8>::new());
+    let built = |casters: &Casters<'_>, resolution| {
+        TransmittanceMap::<GpuMemory>::build_in_shaders(&gpu, casters, sun, resolution, &clear)
+    };
+    let grid = [smoke_grid(1, 2.0).unwrap().into()];
+    assert!(built(&Casters::new(&grid, None), 8).unwrap().is_none());
+    let nothing = Casters::new(&[], None);
+    let map = built(&nothing, 8).unwrap().unwrap();
+    assert!(map.faces().is_empty() && map.bytes() == 0);
+    let resolution = built(&nothing, 0).unwrap_err();
+    assert_eq!(
+        resolution,
+        TransmittanceMapError::Resolution { resolution: 0 }
+    );
+    let puffs = [puffs(Profile::Soft)];
+    let error = built(&Casters::new(&puffs, None), 16384).unwrap_err();
+    assert!(
+        error.to_string().contains("a map of 16384 by 16384 texels"),
+        "{error}"
+    );
+}
