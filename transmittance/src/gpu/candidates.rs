@@ -331,6 +331,12 @@ where
 /// result depends neither on chance nor on the device's number of threads; on the order of
 /// candidates it depends as far as a curve does on that of its segments.
 ///
+/// On a software driver, 64 × 64 curves of a [`Stream<8>`](crate::Stream), listing included, take
+/// 1.03 times as long as capture and compression of the same segments where these are in memory
+/// already, for 400 puffs (488,000 segments, for which capture alone needs 36 bytes each, 18 MB,
+/// and the lists here 19 kB); 1.6 times for 12,000 pieces of hair on 18 texels each, and 2.7
+/// times for 30,000 on 4 texels each, because a texel looks at all that is in its squares.
+///
 /// Of no candidates, or of those that touch no texel, a clear map is made. A map without texels
 /// is legal.
 ///
