@@ -167,11 +167,11 @@ impl<'a, A: AirlightEvaluator> Batch<'a, A> {
     pub(crate) fn new(airlight: &'a A) -> Self {
         Self {
             airlight,
-            rays: Vec::new(),
-            paths: Vec::new(),
-            parts: Vec::new(),
-            shares: Vec::new(),
-            radiances: Vec::new(),
+            rays: Vec::with_capacity(RAYS),
+            paths: Vec::with_capacity(RAYS),
+            parts: Vec::with_capacity(Self::MOST),
+            shares: Vec::with_capacity(Self::MOST),
+            radiances: Vec::with_capacity(Self::MOST),
         }
     }
 
@@ -265,22 +265,9 @@ where
             return Ok(());
         }
         self.for_each_chunk(radiance, RAYS, |first, chunk| {
-            let mut parts = Vec::new();
-            let mut batch = Batch::new(airlight);
-            let rays = chunk.len();
-            for (ray, i) in (first..first + rays).enumerate() {
-                let Some(path) = LightPath::new(&lit.rays[i], lit.emitter, lit.medium) else {
-                    continue;
-                };
-                // Memory holds no more rays than a u32 counts.
-                let path = path.with_index(lit.first + i as u32).off_the_light();
-                let panes = lit.panes.map_or(&[][..], |panes| panes.of(path.index()));
-                find_parts(visibility, &path, lit.touching, &mut parts);
-                batch.path(ray, path);
-                batch.lit_parts(&parts, panes, chunk);
-            }
-            batch.finish(chunk);
-            lit.watch.gathered(rays);
+            // Memory holds no more rays than a u32 counts.
+            let rays = first as u32..(first + chunk.len()) as u32;
+            gather_together(lit, rays, visibility, airlight, chunk);
         });
         Ok(())
     }
@@ -299,31 +286,43 @@ fn gather_neighbours<V: VisibilitySource, A: AirlightEvaluator>(
     let sums = cpu.map(order.len().div_ceil(RAYS), |unit| {
         let first = unit * RAYS;
         let rays = &order[first..order.len().min(first + RAYS)];
-        let (mut numbers, mut paths) = (Vec::new(), Vec::new());
-        for (number, ray) in rays.iter().enumerate() {
-            let path = LightPath::new(&lit.rays[*ray as usize], lit.emitter, lit.medium);
-            if let Some(path) = path {
-                numbers.push(number);
-                paths.push(path.with_index(lit.first + *ray).off_the_light());
-            }
-        }
-        let mut parts = vec![Vec::new(); paths.len()];
-        visibility.lit_of_neighbours(&paths, &mut parts);
         let mut sums: Vec<[f32; 4]> = rays.iter().map(|ray| before[*ray as usize]).collect();
-        let mut batch = Batch::new(airlight);
-        for ((number, path), mut parts) in numbers.into_iter().zip(paths).zip(parts) {
-            if lit.touching == Touching::Joined {
-                join_touching(&mut parts, 0);
-            }
-            let panes = lit.panes.map_or(&[][..], |panes| panes.of(path.index()));
-            batch.path(number, path);
-            batch.lit_parts(&parts, panes, &mut sums);
-        }
-        batch.finish(&mut sums);
-        lit.watch.gathered(rays.len());
+        gather_together(lit, rays.iter().copied(), visibility, airlight, &mut sums);
         sums
     });
     for (ray, sum) in order.iter().zip(sums.into_iter().flatten()) {
         radiance[*ray as usize] = sum;
     }
+}
+
+/// Adds the light of rays, given by their numbers, to one sum for each. The source is asked about
+/// all of them together.
+fn gather_together<V: VisibilitySource, A: AirlightEvaluator>(
+    lit: &LitRays<'_, Host>,
+    rays: impl Iterator<Item = u32>,
+    visibility: &V,
+    airlight: &A,
+    sums: &mut [[f32; 4]],
+) {
+    let mut numbers = Vec::with_capacity(sums.len());
+    let mut paths = Vec::with_capacity(sums.len());
+    for (number, ray) in rays.enumerate() {
+        let path = LightPath::new(&lit.rays[ray as usize], lit.emitter, lit.medium);
+        if let Some(path) = path {
+            numbers.push(number);
+            paths.push(path.with_index(lit.first + ray).off_the_light());
+        }
+    }
+    let mut batch = Batch::new(airlight);
+    visibility.lit_of_neighbours(&paths, &mut |index, parts| {
+        if lit.touching == Touching::Joined {
+            join_touching(parts, 0);
+        }
+        let path = paths[index];
+        let panes = lit.panes.map_or(&[][..], |panes| panes.of(path.index()));
+        batch.path(numbers[index], path);
+        batch.lit_parts(parts, panes, sums);
+    });
+    batch.finish(sums);
+    lit.watch.gathered(sums.len());
 }

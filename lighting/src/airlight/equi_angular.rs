@@ -3,6 +3,7 @@
 use airlight::{Error, gauss};
 use glam::Vec3;
 
+use super::directional::directionals;
 use super::{AirlightEvaluator, directional};
 use crate::path::{Arcs, LANES, Lanes, PartOf, Parts, in_lanes};
 use crate::scene::PointEmitter;
@@ -97,15 +98,14 @@ impl AirlightEvaluator for EquiAngular {
         parts: &[(usize, Interval)],
         radiances: &mut Vec<Vec3>,
     ) {
+        let point = match paths.first().map(LightPath::emitter) {
+            None => return,
+            Some(Emitter::Directional(sun)) => return directionals(sun, paths, parts, radiances),
+            Some(Emitter::Point(point)) => point,
+        };
         let first = radiances.len();
         radiances.resize(first + parts.len(), Vec3::ZERO);
         let radiances = &mut radiances[first..];
-        let Some(Emitter::Point(point)) = paths.first().map(LightPath::emitter) else {
-            for (radiance, (path, interval)) in radiances.iter_mut().zip(parts) {
-                *radiance = self.radiance(&paths[*path], *interval);
-            }
-            return;
-        };
         let mut pieces = Vec::with_capacity(parts.len());
         for (i, (path, interval)) in parts.iter().enumerate() {
             let path = &paths[*path];

@@ -3,6 +3,7 @@
 use airlight::{Error, PhaseFunction};
 use glam::Vec3;
 
+use super::directional::directionals;
 use super::lamp::Lamp;
 use super::{AirlightEvaluator, cookie, directional};
 use crate::{Emitter, Interval, LightPath};
@@ -140,6 +141,20 @@ impl AirlightEvaluator for Quadrature {
                 sum + self.patterned(path, &lamp, piece)
             }),
         }
+    }
+
+    /// Evaluates eight parts of a directional light at a time.
+    fn radiances(
+        &self,
+        paths: &[LightPath<'_>],
+        parts: &[(usize, Interval)],
+        radiances: &mut Vec<Vec3>,
+    ) {
+        if let Some(Emitter::Directional(sun)) = paths.first().map(LightPath::emitter) {
+            return directionals(sun, paths, parts, radiances);
+        }
+        let each = |&(path, interval): &(usize, Interval)| self.radiance(&paths[path], interval);
+        radiances.extend(parts.iter().map(each));
     }
 }
 

@@ -21,6 +21,9 @@ use std::sync::Arc;
 
 use crate::{Emitter, LightPath, Ray};
 
+/// Is told the index of a path and the list of its lit parts, which it may change.
+pub type LitOfEach<'a, S> = dyn FnMut(usize, &mut Vec<LitInterval<S>>) + 'a;
+
 /// Finds the parts of a ray that a light reaches.
 ///
 /// A source belongs to one light, for example to the one that its shadow map was rendered for.
@@ -35,21 +38,22 @@ pub trait VisibilitySource: Sync {
 
     /// The order in which rays are best asked about: a permutation of their indices that puts
     /// rays with similar blockers next to each other. `None`, the default, if asking about
-    /// several rays together saves nothing.
+    /// several rays together saves nothing, or if their own order is as good as any.
     fn neighbours(&self, _rays: &[Ray], _emitter: &Emitter) -> Option<Vec<u32>> {
         None
     }
 
-    /// Appends the lit parts of path i to list i, for as many lists as paths. The results have
-    /// the same bits as those of [`lit_intervals`](Self::lit_intervals), but cost less if the
-    /// paths are [neighbours](Self::neighbours).
-    fn lit_of_neighbours(
-        &self,
-        paths: &[LightPath<'_>],
-        lit: &mut [Vec<LitInterval<Self::Share>>],
-    ) {
-        for (path, lit) in paths.iter().zip(lit) {
-            self.lit_intervals(path, lit);
+    /// Calls `each` once for each path, in any order, with the index of the path and the list of
+    /// its lit parts. All paths are of one light. The parts have the same
+    /// bits as those of [`lit_intervals`](Self::lit_intervals), but cost less where a source can
+    /// answer for several paths together, above all for those of
+    /// [neighbours](Self::neighbours).
+    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], each: &mut LitOfEach<'_, Self::Share>) {
+        let mut lit = Vec::new();
+        for (index, path) in paths.iter().enumerate() {
+            lit.clear();
+            self.lit_intervals(path, &mut lit);
+            each(index, &mut lit);
         }
     }
 }
@@ -65,8 +69,8 @@ impl<V: VisibilitySource + ?Sized> VisibilitySource for &V {
         (**self).neighbours(rays, emitter)
     }
 
-    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], lit: &mut [Vec<LitInterval<V::Share>>]) {
-        (**self).lit_of_neighbours(paths, lit);
+    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], each: &mut LitOfEach<'_, V::Share>) {
+        (**self).lit_of_neighbours(paths, each);
     }
 }
 
@@ -81,7 +85,7 @@ impl<V: VisibilitySource + Send + ?Sized> VisibilitySource for Arc<V> {
         (**self).neighbours(rays, emitter)
     }
 
-    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], lit: &mut [Vec<LitInterval<V::Share>>]) {
-        (**self).lit_of_neighbours(paths, lit);
+    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], each: &mut LitOfEach<'_, V::Share>) {
+        (**self).lit_of_neighbours(paths, each);
     }
 }

@@ -7,7 +7,7 @@ use super::LightVolumes;
 use crate::gather::{Batch, RAYS, check_lengths};
 use crate::scene::Medium;
 use crate::voxelized::{Detail, State};
-use crate::{AirlightEvaluator, Emitter, Interleaving, LightPath, LitInterval, Part, Ray};
+use crate::{AirlightEvaluator, Emitter, Interleaving, LightPath, Part, Ray};
 
 /// The rays of a gather of many lights, with the lights.
 #[derive(Debug)]
@@ -106,33 +106,26 @@ fn gather_part<A: AirlightEvaluator>(
             .collect();
         cpu.for_each_chunk(sums, RAYS, |first, chunk| {
             let rays = &rays[first..first + chunk.len()];
-            let mut parts = Vec::new();
             let mut batch = Batch::new(airlight);
             for (emitter, source) in &sources {
                 if matches!(source, State::Dark) {
                     continue;
                 }
+                let (mut numbers, mut paths) = (Vec::new(), Vec::new());
                 for (number, ray) in rays.iter().enumerate() {
-                    let Some(path) = LightPath::new(ray, emitter, lights.medium) else {
-                        continue;
-                    };
-                    let path = path.off_the_light();
-                    parts.clear();
-                    match source {
-                        State::Voxels(volume) => {
-                            lights.detail.lit_parts(volume, &path, &mut parts);
-                        }
-                        _ => {
-                            let span = path.span();
-                            parts.push(LitInterval::unshadowed(span.start, span.end));
-                        }
+                    if let Some(path) = LightPath::new(ray, emitter, lights.medium) {
+                        numbers.push(number);
+                        paths.push(path.off_the_light());
                     }
-                    batch.path(number, path);
-                    for part in &parts {
+                }
+                let detail = lights.detail;
+                detail.lit_parts_of(source, &paths, &mut |index, parts| {
+                    batch.path(numbers[index], paths[index]);
+                    for part in parts {
                         let share = Vec3::splat(weight * part.visibility);
                         batch.part(part.interval, share, chunk);
                     }
-                }
+                });
                 batch.finish(chunk);
             }
         });

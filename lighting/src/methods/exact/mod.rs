@@ -31,7 +31,7 @@ use glam::{DVec3, Vec3};
 
 use crate::scene::Caster;
 use crate::scene::trace::{Line, Tracer};
-use crate::visibility::{LitInterval, VisibilitySource};
+use crate::visibility::{LitInterval, LitOfEach, VisibilitySource};
 use crate::{Emitter, LightPath, Ray};
 use plane::Plane;
 use shadow::Shadow;
@@ -227,7 +227,12 @@ impl<T: Borrow<Tracer> + Sync> VisibilitySource for Exact<T> {
         neighbours::in_order(rays, emitter)
     }
 
-    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], lit: &mut [Vec<LitInterval<Vec3>>]) {
-        self.shadows_together(paths, |path, shadow| shadow.lit(&mut lit[path]));
+    fn lit_of_neighbours(&self, paths: &[LightPath<'_>], each: &mut LitOfEach<'_, Vec3>) {
+        let mut lit = Vec::new();
+        self.shadows_together(paths, |path, shadow| {
+            lit.clear();
+            shadow.lit(&mut lit);
+            each(path, &mut lit);
+        });
     }
 }

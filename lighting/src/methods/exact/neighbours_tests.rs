@@ -142,7 +142,7 @@ fn rays_have_the_same_lit_parts_alone_together_and_by_all_triangles() {
                 .filter_map(|ray| LightPath::new(&rays[*ray as usize], &light, &medium))
                 .collect();
             let mut together = vec![Vec::new(); paths.len()];
-            exact.lit_of_neighbours(&paths, &mut together);
+            exact.lit_of_neighbours(&paths, &mut |path, lit| together[path].append(lit));
             for (path, together) in paths.iter().zip(together) {
                 let mut alone = Vec::new();
                 exact.lit_intervals(path, &mut alone);
@@ -176,7 +176,7 @@ fn rays_from_several_eyes_are_asked_as_well() {
         .filter_map(|(i, ray)| LightPath::new(ray, &lights[i % 2], &medium))
         .collect();
     let mut together = vec![Vec::new(); paths.len()];
-    exact.lit_of_neighbours(&paths, &mut together);
+    exact.lit_of_neighbours(&paths, &mut |path, lit| together[path].append(lit));
     for (path, together) in paths.iter().zip(together) {
         let mut alone = Vec::new();
         exact.lit_intervals(path, &mut alone);

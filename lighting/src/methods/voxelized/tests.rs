@@ -76,6 +76,53 @@ fn length(lit: &[LitInterval]) -> f32 {
 }
 
 #[test]
+fn paths_together_have_the_lit_parts_of_each_by_itself() {
+    let cpu = Cpu::new();
+    let eye = Vec3::new(-5.0, 0.0, 0.5);
+    let rays: Vec<Ray> = (0..300)
+        .map(|i| {
+            let direction = Vec3::new(1.0, 0.005 * i as f32 - 0.7, 0.002 * i as f32 - 0.3);
+            let length = [7.0, 30.0, f32::INFINITY][i % 3];
+            Ray::new(eye, direction, length).unwrap()
+        })
+        .collect();
+    let bounds = Bounds::new(Vec3::new(-4.0, -9.0, -9.0), Vec3::new(6.0, 9.0, 9.0)).unwrap();
+    let medium = fog().within(bounds);
+    let mut volume = VoxelVolume::new(&cpu, Resolution::new(64, 64, 96).unwrap()).unwrap();
+    let range = |position| Emitter::point(position, Vec3::ONE, 9.0, Emission::Isotropic).unwrap();
+    let lights = [
+        range(Vec3::new(0.0, 2.0, 0.0)),
+        // All rays are lit as far as it reaches.
+        range(eye),
+        Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap(),
+    ];
+    let mut shadowed = 0;
+    for light in lights {
+        let map = map(&cpu, &light);
+        let around = around(eye, &rays, &medium);
+        volume.update(&cpu, &light, &around, &map).unwrap();
+        let paths: Vec<LightPath<'_>> = (rays.iter())
+            .filter_map(|ray| LightPath::new(ray, &light, &medium))
+            .collect();
+        for detail in [Detail::Average, Detail::Voxels, Detail::Runs] {
+            let mut number = 0;
+            let source = volume.source(detail);
+            source.lit_of_neighbours(&paths, &mut |index, together| {
+                assert_eq!(index, number);
+                number += 1;
+                let mut alone = Vec::new();
+                source.lit_intervals(&paths[index], &mut alone);
+                assert_eq!(*together, alone);
+                let span = paths[index].span();
+                shadowed += usize::from(alone != [LitInterval::unshadowed(span.start, span.end)]);
+            });
+            assert_eq!(number, paths.len());
+        }
+    }
+    assert!(shadowed > 300, "{shadowed}");
+}
+
+#[test]
 fn every_detail_finds_the_shadow_of_a_plate_from_a_lamp_and_from_a_sun() {
     let cpu = Cpu::new();
     let sun = Emitter::directional(Vec3::NEG_Y, Vec3::ONE).unwrap();
