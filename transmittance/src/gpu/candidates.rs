@@ -247,16 +247,15 @@ impl Crowding {
 /// Columns and rows of the squares of each level, the smallest first; none of a map without
 /// texels.
 fn levels([width, height]: [usize; 2]) -> Vec<[usize; 2]> {
-    let mut levels = Vec::new();
-    let mut side = TILE as usize;
-    while width > 0 && height > 0 {
-        levels.push([width.div_ceil(side), height.div_ceil(side)]);
-        if side >= width && side >= height {
-            break;
-        }
-        side *= 2;
+    if width == 0 || height == 0 {
+        return Vec::new();
     }
-    levels
+    let sides = std::iter::successors(Some(TILE as usize), |side| {
+        (*side < width.max(height)).then_some(2 * side)
+    });
+    sides
+        .map(|side| [width.div_ceil(side), height.div_ceil(side)])
+        .collect()
 }
 
 /// Uniforms of `find_bins.wgsl`.
