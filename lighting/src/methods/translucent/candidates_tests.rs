@@ -28,8 +28,10 @@ fn records_are_those_of_the_shader() {
         fn avsm_set_word(index: u32, word: u32) {}";
     let parts = [&build_parts::<Stream<8>, Packed<8>, 1>()[..], &[stub]].concat();
     let mut shader = Assembly::new(&parts);
-    shader.fill::<CandidatesSlot>(&candidates::part()).unwrap();
-    let shader = Shader::new(&shader.finish(1)).unwrap();
+    shader
+        .fill::<CandidatesSlot>(&candidates::part())
+        .expect("the part fits its slot");
+    let shader = Shader::new(&shader.finish(1)).expect("the shader is valid");
     assert_same_layout!(
         shader,
         "light_Picture",
@@ -63,16 +65,21 @@ fn records_are_those_of_the_shader() {
         ("light_OPAQUE", candidates::OPAQUE),
         ("light_PARTS", super::particles::PARTS),
     ] {
-        assert_eq!(shader.values(name).unwrap(), [f64::from(value)], "{name}");
+        assert_eq!(
+            shader.values(name).expect("the constant exists"),
+            [f64::from(value)],
+            "{name}"
+        );
     }
 }
 
 fn lights() -> [Emitter; 3] {
-    let lamp =
-        |position| Emitter::point(position, Vec3::ONE, f32::INFINITY, Emission::Isotropic).unwrap();
+    let lamp = |position| {
+        Emitter::point(position, Vec3::ONE, f32::INFINITY, Emission::Isotropic).expect("a light")
+    };
     let sun = Vec3::new(0.3, -1.0, 0.2).normalize();
     [
-        Emitter::directional(sun, Vec3::ONE).unwrap(),
+        Emitter::directional(sun, Vec3::ONE).expect("a light"),
         lamp(Vec3::new(0.3, 1.1, 0.2)),
         lamp(Vec3::new(0.2, 3.0, 0.1)),
     ]
@@ -87,22 +94,23 @@ fn errors(
 ) -> [f64; 2] {
     let (cpu, clear) = (Cpu::new(), Stream::<8>::new());
     let there = Adaptive::<GpuMemory>::build_in_shaders(gpu, casters, emitter, resolution, &clear)
-        .unwrap()
-        .unwrap();
-    let here = Adaptive::<Host>::build(&cpu, casters, emitter, resolution, &clear).unwrap();
+        .expect("a map is built")
+        .expect("all of it in shaders");
+    let here = Adaptive::<Host>::build(&cpu, casters, emitter, resolution, &clear).expect("a map");
     let exact: TransmittanceMap<Host, Uncompressed> =
-        TransmittanceMap::build(&cpu, casters, emitter, resolution, &Captured::new()).unwrap();
+        TransmittanceMap::build(&cpu, casters, emitter, resolution, &Captured::new())
+            .expect("a map");
     assert_eq!(there.faces(), here.faces());
-    let map = there.curves().download(gpu).unwrap();
+    let map = there.curves().download(gpu).expect("what was made");
     let allowed = Allowed::GpuMet.error() as f32;
     let side = resolution as usize;
     let (mut sums, mut count) = ([0.0; 2], 0.0);
     for face in 0..here.faces().len() {
-        let blockers = casters.faces(&cpu, emitter, resolution).unwrap();
+        let blockers = casters.faces(&cpu, emitter, resolution).expect("faces");
         let [near, far] = blockers
             .map(|(_, blockers)| blockers.depths())
             .nth(face)
-            .unwrap();
+            .expect("the face");
         for texel in 0..side * side {
             let found = map.texel(texel % side, face * side + texel / side);
             let truth = &exact.curves()[face].texels()[texel];
@@ -153,7 +161,7 @@ fn puffs(profile: Profile) -> Translucent {
         puff(0.0, 0.0, 0.0, 3.0),
         puff(0.0, 0.0, 0.5, 0.0),
     ];
-    Particles::new(all, profile).unwrap().into()
+    Particles::new(all, profile).expect("particles").into()
 }
 
 fn strand(points: &[Vec3], thickness: f32, opacity: f32) -> Translucent {
@@ -164,7 +172,7 @@ fn strand(points: &[Vec3], thickness: f32, opacity: f32) -> Translucent {
     };
     let ends = vec![points.len() as u32];
     let points = points.iter().map(point).collect();
-    Strands::new(points, ends).unwrap().into()
+    Strands::new(points, ends).expect("strands").into()
 }
 
 fn floor() -> Geometry {
@@ -174,7 +182,7 @@ fn floor() -> Geometry {
         triangles: vec![[0, 1, 2]],
         ..Mesh::default()
     });
-    Geometry::new(&plate).unwrap()
+    Geometry::new(&plate).expect("a mesh")
 }
 
 #[test]
