@@ -38,7 +38,8 @@ fn arch() -> Arch {
 impl ShadowVolume<'_, Host> {
     /// [`RayShadow::lit_runs`](crate::RayShadow::lit_runs) of many rays, for less time: calls
     /// `each` with the number and the lit intervals of each ray, in order. Rays are a direction
-    /// of any length and, as the fourth number, the distance of the surface in metres.
+    /// of any length and, as the fourth number, the distance of the surface in metres; any
+    /// numbers are taken, as [`ShadowVolume::ray_shadow`] takes them.
     pub fn lit_intervals(&self, rays: &[[f32; 4]], each: impl FnMut(usize, &[LitInterval])) {
         self.lit_parts_on::<false>(arch(), rays, each);
     }
@@ -137,6 +138,7 @@ const RAY_SHIFT: u32 = 16;
 const LIT_SHIFT: u32 = 24;
 const BEGINS: Border = 1 << 26;
 const ENDS: Border = 1 << 27;
+const _: () = assert!(RAYS <= 1 << (LIT_SHIFT - RAY_SHIFT));
 
 /// The number of the ray in its block.
 #[inline(always)]
@@ -514,7 +516,7 @@ mod tests {
         let mut random = Random::new(3);
         let mut most = 0;
         for light in lights {
-            for bits in [32, 64, 96, 224] {
+            for bits in [32, 64, 96, 224, 1024] {
                 let space = Space::new(light.as_ref().copied().unwrap(), [0.2, 1.7, 0.4]).unwrap();
                 let voxels = Resolution::new(24, 20, bits).unwrap();
                 let lattice = Lattice::new(space, &view, voxels, Spacing::Angle).unwrap();

@@ -127,22 +127,28 @@ fn avsm_candidate_segment(candidate: u32, texel: vec2<u32>, index: u32) -> avsm_
 
 /// Candidates that a shader knows.
 pub trait ShaderCandidates: InShader<CandidatesSlot> {
-    /// Iterations of all loops in the part's `x_candidate_segment`, at most. Some drivers end
-    /// loops of a shader that has had 65,535.
+    /// Iterations of all loops in the part's `x_candidate_segment`, at most 30,000: some drivers
+    /// end loops of a shader that has had 65,535. The other functions of the part have no loops.
     const LOOPS: u32;
 
     /// How many there are.
     fn count(&self) -> u32;
 
-    /// How many come together. What a texel has beyond that is not looked at; the curve's
-    /// error bound is then 1.
+    /// How many come together. A texel that has more is not gone through to the end: its curve
+    /// lacks the rest and has an error bound of 1, which a map of [`Packed`](crate::Packed)
+    /// curves does not keep.
     fn crowding(&self) -> Crowding;
 }
 
-/// How many candidates come together in a map, which tells how many dispatches it takes.
+/// How many candidates come together in a map. This decides how many dispatches the map takes,
+/// about one for 1000 candidates around a texel, and one for 50 segments of it with 8 nodes. If
+/// the candidates are known to the device alone, `around` is their number; `segments` needs a
+/// bound that the renderer knows, such as the particles of an emitter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Crowding {
-    /// The largest number of candidates in the squares around any one texel.
+    /// The largest number of candidates that are listed in the squares around any one texel. A
+    /// candidate is listed in the smallest squares, of 16 texels a side or twice, four times …
+    /// as many, of which it touches at most four.
     pub around: u32,
     /// The largest number of segments of the candidates that touch any one texel.
     pub segments: u32,
@@ -151,16 +157,22 @@ pub struct Crowding {
 /// Texels along each side of the smallest squares.
 pub(super) const TILE: u32 = 16;
 
-/// Squares of a candidate.
+/// The largest number of squares in which a candidate is listed.
 pub(super) const MOST_BINS: u32 = 4;
 
-/// What a look at a list and a question may cost more where neighbours wait for each other.
+/// Each is recorded, with its bindings.
+const MOST_DISPATCHES: u64 = 65_536;
+
+/// How many turns of loops count for one. Invocations that run together wait for each other: eight
+/// of a software driver that never do the same at once take 8 × 32,768 / 4 turns together for
+/// a [`BUDGET`] of 32,768, and 65,536 is where such a driver ends loops.
 const WAITING: u32 = 4;
 
 impl Crowding {
     /// That of candidates on a map of `extent` texels, each with the texels that it may touch,
     /// as [`CandidatesSlot`] says, and its number of segments. Takes work in proportion to the
-    /// number of candidates and of texels, and a number in memory for each texel.
+    /// number of candidates and of texels, and 8 bytes of memory for each texel, which is less
+    /// than a map of curves takes.
     ///
     /// ```
     /// use transmittance::gpu::Crowding;
@@ -174,6 +186,12 @@ impl Crowding {
     pub fn of(extent: [usize; 2], candidates: impl IntoIterator<Item = ([u32; 4], u32)>) -> Self {
         let [width, height] = extent;
         let squares = levels(extent);
+        if squares.is_empty() {
+            return Self {
+                around: 0,
+                segments: 0,
+            };
+        }
         let mut listed = vec![0_u32; squares.iter().map(|[x, y]| x * y).sum()];
         // Sums over columns and rows of these are what each texel has.
         let mut steps = vec![0_i64; (width + 1) * (height + 1)];
@@ -231,14 +249,11 @@ impl Crowding {
             }
             sum
         };
-        let most = squares.first().map_or(0, |[columns, rows]| {
-            let all = (0..*rows).flat_map(|row| (0..*columns).map(move |column| (column, row)));
-            all.map(|(column, row)| around(column, row))
-                .max()
-                .unwrap_or(0)
-        });
+        let [columns, rows] = squares[0];
+        let all = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
+        let most = all.map(|(column, row)| around(column, row)).max();
         Self {
-            around: u32::try_from(most).unwrap_or(u32::MAX),
+            around: u32::try_from(most.unwrap_or(0)).unwrap_or(u32::MAX),
             segments: u32::try_from(segments).unwrap_or(u32::MAX),
         }
     }
@@ -339,10 +354,14 @@ where
 /// Of no candidates, or of those that touch no texel, a clear map is made. A map without texels
 /// is legal.
 ///
+/// All dispatches are recorded without a pause. A driver may take the device away if what is
+/// submitted at once takes seconds: 2400 segments over one texel of a map of 512 × 512 are
+/// about 200 dispatches.
+///
 /// # Errors
-/// Errors of the backend, [`TooLarge`](gpu_backend::Error::TooLarge) among them: lists of
-/// candidates take 16 bytes for each in one buffer, so that the default limits of WebGPU allow
-/// 8.3 million.
+/// [`BadValue`](Error::BadValue) if the [`Crowding`] asks for more than 65,536 dispatches. Errors
+/// of the backend, [`TooLarge`](gpu_backend::Error::TooLarge) among them: lists of candidates
+/// take 16 bytes for each in one buffer, so that the default limits of WebGPU allow 8,388,608.
 pub fn build_from_candidates<A, S, P, E, const C: usize>(
     gpu: &Gpu<E>,
     _: &A,
@@ -356,6 +375,7 @@ where
     P: WgslStored<C>,
     E: Encode,
 {
+    const { assert!(S::LOOPS <= 30_000) };
     let extent = map.extent();
     let squares = levels(extent);
     if squares.is_empty() {
@@ -370,7 +390,19 @@ where
     let all = extent[0].div_ceil(8) * extent[1].div_ceil(8);
     let mut unfinished = gpu.zeros::<u32>(64 * most.min(all) * numbers)?;
     let costs = Costs::new(A::CAPACITY, C, S::LOOPS, squares.len());
-    let dispatches = costs.dispatches(candidates.crowding());
+    let Crowding { around, segments } = candidates.crowding();
+    let dispatches = costs.dispatches(Crowding {
+        around: around.min(candidates.count()),
+        segments,
+    });
+    let bands = all.div_ceil(most) as u64;
+    if bands.saturating_mul(dispatches) > MOST_DISPATCHES {
+        return Err(Error::BadValue {
+            what: "the number of dispatches for the crowding of candidates",
+            value: bands as f64 * dispatches as f64,
+            expected: "at most 65536",
+        });
+    }
     let shader = meet_shader::<A, S, P, C>()?.finish(1);
     for first in (0..all).step_by(most) {
         let texels = 64 * most.min(all - first);
@@ -416,7 +448,8 @@ where
     Ok(())
 }
 
-/// Numbers of candidates, sorted by square, and where those of each square begin.
+/// Four times the number of each candidate and more, sorted by square, and where those of each
+/// square begin.
 fn lists<A, S, E, const C: usize>(
     gpu: &Gpu<E>,
     [width, height]: [u32; 2],

@@ -93,8 +93,8 @@
 //! # Limits
 //!
 //! A capacity of at most 66 nodes, so that `N W ≤ 64` for a [`Stream`], and 16
-//! channels; at most five storage buffers and what [`ShaderSegments`] adds. Capacity
-//! costs registers, and software drivers minutes to compile where it is for 64.
+//! channels; at most five storage buffers and what [`ShaderSegments`] or [`ShaderCandidates`]
+//! adds. Capacity costs registers, and software drivers minutes to compile where it is for 64.
 
 #[cfg(feature = "wgpu")]
 mod build;

@@ -8,7 +8,8 @@ use transmittance::gpu::{
     CandidatesSlot, Crowding, ShaderCandidates, WgslRule, WgslStored, build_from_candidates,
 };
 use transmittance::{
-    Accumulate, BlockerSegment, BuildMap, Curve, Lists, Packed, Stream, Tile, TransmittanceMap,
+    Accumulate, BlockerSegment, BuildMap, Curve, Error, Lists, Packed, Stream, Tile,
+    TransmittanceMap,
 };
 
 /// Texels, and depths that differ from texel to texel.
@@ -312,5 +313,47 @@ fn crowding_is_that_of_every_texel_by_itself() {
         }
     }
     assert_eq!(crowding.segments, most);
-    assert!((40..=300).contains(&crowding.around));
+
+    // A slab is around all texels that share one of its squares with it.
+    let side_of = |slab: &&Slab| {
+        let [x, y, end_x, end_y] = slab.texels;
+        let (end_x, end_y) = (end_x.min(70), end_y.min(45));
+        let squares =
+            |side: u32| ((end_x - 1) / side + 1 - x / side) * ((end_y - 1) / side + 1 - y / side);
+        let sides = [16, 32, 64, 128];
+        (x < end_x && y < end_y).then(|| sides.into_iter().find(|side| squares(*side) <= 4))?
+    };
+    let is_around = |slab: &&Slab, [x, y]: [u32; 2]| {
+        side_of(slab).is_some_and(|side| {
+            let [first, row, end, end_row] = slab.texels;
+            let columns = first / side..=(end.min(70) - 1) / side;
+            let rows = row / side..=(end_row.min(45) - 1) / side;
+            columns.contains(&(x / side)) && rows.contains(&(y / side))
+        })
+    };
+    let texels = (0..45).flat_map(|y| (0..70).map(move |x| [x, y]));
+    let around = texels.map(|texel| slabs.iter().filter(|slab| is_around(slab, texel)).count());
+    assert_eq!(Some(crowding.around as usize), around.max());
+}
+
+#[test]
+fn a_map_of_several_bands_is_that_of_its_texels() {
+    // More squares of 8 × 8 texels than are made at once, the last of them beyond the map.
+    let extent = [300, 263];
+    alike(extent, &random(extent, 40, 12));
+}
+
+#[test]
+fn promises_that_cost_too_many_dispatches_are_turned_away() {
+    let Some(gpu) = testing::gpu() else { return };
+    let mut slabs = Slabs::new(&gpu, [9, 9], &random([9, 9], 20, 13));
+    let mut map = TransmittanceMap::<GpuMemory, Packed<8>>::new(&gpu, [9, 9]).unwrap();
+    let mut build = |around, segments| {
+        slabs.crowding = Crowding { around, segments };
+        build_from_candidates(&gpu, &Stream::<8>::new(), &slabs, &mut map)
+    };
+    // No more are around a texel than there are.
+    assert!(build(u32::MAX, 60).is_ok());
+    let error = build(20, u32::MAX).unwrap_err();
+    assert!(matches!(error, Error::BadValue { .. }), "{error}");
 }
