@@ -96,15 +96,16 @@ impl Outline {
         view.between(min, max)
     }
 
-    /// It as a candidate of shaders, in a face whose rows begin at `row`. Of its outline only
-    /// that is left which may be in the picture, and of its axis what the outline is beside.
+    /// Makes a candidate for shaders of it, in a face whose rows begin at `row`. The outline is
+    /// shortened to what may be in the picture, and the axis to the part beside that outline.
+    /// `None` if nothing of it is in the picture.
     #[cfg(feature = "wgpu")]
     pub(super) fn candidate(&self, view: &View, row: u32) -> Option<CandidateRecord> {
         let texels = self.texels(view)?;
         let low = DVec2::new(texels.x[0].into(), texels.y[0].into());
         let high = DVec2::new(texels.x[1].into(), texels.y[1].into());
-        let [a, b, c, d] = shortened(self.corners, low, high);
-        let [b, c, d, a] = shortened([b, c, d, a], low, high);
+        let [a, b, c, d] = shortened(self.corners, low, high)?;
+        let [b, c, d, a] = shortened([b, c, d, a], low, high)?;
         let corners = [a, b, c, d];
         let (start, along) = (self.axis[0], self.axis[1] - self.axis[0]);
         if along == DVec2::ZERO {
@@ -115,7 +116,8 @@ impl Outline {
         for share in shares {
             (least, most) = (least.min(share.max(0.0)), most.max(share.min(1.0)));
         }
-        // All of it beside one end of the axis: any part of the axis has this end.
+        // If the outline is beside one end of the axis only, any part of the axis with this end
+        // gives the same depth, and the whole axis is such a part.
         if !(least < most) {
             (least, most) = (0.0, 1.0);
         }
@@ -237,10 +239,11 @@ impl Outline {
     }
 }
 
-/// A quadrilateral without what is sure to be outside of a rectangle, cut across the sides
-/// from the first to the second corner and from the fourth to the third.
+/// Shortens a quadrilateral at both ends, as far as these are sure to be outside of a
+/// rectangle. Its long sides run from the first corner to the second and from the fourth to the
+/// third, and are cut at the same shares of their lengths. `None` if nothing is left.
 #[cfg(feature = "wgpu")]
-fn shortened(corners: [DVec2; 4], low: DVec2, high: DVec2) -> [DVec2; 4] {
+fn shortened(corners: [DVec2; 4], low: DVec2, high: DVec2) -> Option<[DVec2; 4]> {
     let [a, b, c, d] = corners;
     let (mut first, mut last) = (0.0_f64, 1.0_f64);
     for (axis, sign, limit) in [
@@ -267,21 +270,20 @@ fn shortened(corners: [DVec2; 4], low: DVec2, high: DVec2) -> [DVec2; 4] {
         first = first.max(from);
         last = last.min(to);
     }
-    // What is left is never turned round; none of it may be in the rectangle.
     if !(first < last) {
-        return corners;
+        return None;
     }
     let at = |start: DVec2, end: DVec2, share: f64| match share {
         0.0 => start,
         1.0 => end,
         share => start + (end - start) * share,
     };
-    [
+    Some([
         at(a, b, first),
         at(a, b, last),
         at(d, c, last),
         at(d, c, first),
-    ]
+    ])
 }
 
 /// The part of an axis with `z ≥ least`.
@@ -412,5 +414,20 @@ mod tests {
             }
         }
         assert!((sum - whole.area()).abs() < 1e-12, "{sum}");
+    }
+
+    #[cfg(feature = "wgpu")]
+    #[test]
+    fn a_quadrilateral_is_cut_at_a_rectangle_and_nothing_is_left_beside_it() {
+        let (low, high) = (DVec2::ZERO, DVec2::splat(10.0));
+        let along = |from: (f64, f64), to: (f64, f64)| {
+            let (from, to) = (DVec2::from(from), DVec2::from(to));
+            [from, to, to + DVec2::Y, from + DVec2::Y]
+        };
+        let cut = shortened(along((-5.0, 4.0), (15.0, 4.0)), low, high);
+        assert_eq!(cut, Some(along((0.0, 4.0), (10.0, 4.0))));
+        // The box around it meets the rectangle, but it passes by a corner.
+        let beside = along((-8.0, 4.0), (2.0, -6.0));
+        assert_eq!(shortened(beside, low, high), None);
     }
 }
