@@ -542,7 +542,17 @@ pub const TABLE: &[Tolerance] = &[
     Tolerance {
         what: Allowed::GpuMet,
         error: 1e-4,
-        derivation: "A corner of an outline counts from the first texel of a caster, at most 64 texels             away, and is off by 2 units of that, 8e-6 of a texel; the two sides of a strand             change its coverage by twice as much at most, 1.5e-5, and as the outline is off as a whole,             as often up as down. The share that passes is rounded to a unit, of 50 casters             3e-6. Optical depths of balls are off by 16 units: 1e-6 / e. A lookup adds 2e-6.             Six strands whose errors are all of one sign: 1e-4.",
+        derivation: "For the maps of at most 61 texels per side of candidates_tests.rs. A corner of \
+            an outline counts from the first texel of its caster and is off by 2 units of its \
+            distance from there, so that the two sides of a strand change its coverage by 1.5e-5 \
+            at 64 texels, 1e-6 at 4. `strands_of_every_size...` has six strands with an area, \
+            9e-5 if all errors are of one sign. The 2000 of `many_strands_in_smoke...` consist \
+            of pieces on up to 4 texels, of a width w of 8e-3 of a texel or more. Behind n \
+            that take tau = alpha w each, errors of one sign are n e^(-n tau) alpha 1e-6, at \
+            most 1e-6 / (e w): 5e-5. The share that passes a piece is rounded to half a unit, \
+            6e-8 / (e tau) together: 1e-5 for an alpha of 0.3. Optical depths of the balls of \
+            that test and of `balls_are_met...` are off by 16 units, 1e-6 / e, and by 5e-5 for \
+            the one ray in 1e4 whose chord is a hundredth of the diameter. A lookup adds 2e-6.",
     },
     Tolerance {
         what: Allowed::GpuMedia,
