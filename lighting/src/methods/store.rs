@@ -20,6 +20,10 @@ use super::MethodError;
 /// changes of the scene: call [`forget_lights`](super::forget_lights) when lights have moved
 /// and [`forget_dynamic`](super::forget_dynamic) when dynamic casters have, or shadows stay
 /// where they were.
+///
+/// On a GPU that records into an encoder of yours, a store keeps things from the moment they are
+/// recorded. Submit what was recorded. If you drop the encoder instead, make a new store: later
+/// frames would read zeros from what the old one keeps.
 pub struct Store<M: Memory> {
     shelves: Mutex<Shelves>,
     wait: Option<Wait>,
