@@ -1,10 +1,13 @@
 //! What casts shadows, as candidates of texels that shaders go through: strands, particles and
-//! opaque triangles. Grids and see-through triangles are made into segments on the CPU.
+//! opaque triangles. Grids, see-through triangles and long pieces of strands are made into
+//! segments on the CPU.
 //!
 //! All that is needed once per caster is computed in f64 on the CPU, as [`FaceBlockers`] does:
 //! which texels a caster may touch, and where it lies in the picture. Positions count from
-//! these texels, and outlines are cut where the picture ends, so that what a shader computes
-//! for a texel in f32 has all of its digits.
+//! these texels, and outlines are cut where the picture ends. The two long sides of a piece of
+//! strand are rounded to f32 one by one, which changes their distance by a share of the length
+//! of the piece: the shader is off by up to 1e-5 of a texel, because pieces of more than
+//! [`MOST_TEXELS`] are not for it.
 //!
 //! [`FaceBlockers`]: super::FaceBlockers
 
@@ -25,8 +28,8 @@ use super::strands::Outline;
 use super::view::{Texels, View};
 use super::{Casters, TransmittanceMap, TransmittanceMapError};
 use crate::Emitter;
-use crate::scene::Translucent;
 use crate::scene::raster::Face;
+use crate::scene::{Caster, Geometry, Translucent};
 use crate::shadow_map::{EMPTY, faces};
 
 /// `light_Picture` of `candidates.wgsl`.
@@ -60,6 +63,9 @@ pub(super) const STRAND: u32 = 0;
 pub(super) const BALL: u32 = 1;
 pub(super) const OPAQUE: u32 = 2;
 
+/// The most columns or rows of texels that a piece of strand may touch in shaders.
+const MOST_TEXELS: u32 = 128;
+
 impl CandidateRecord {
     /// A candidate of these texels of a face, which has its rows from `row` on.
     pub(super) fn new(kind: u32, texels: Texels, row: u32) -> Self {
@@ -74,12 +80,23 @@ impl CandidateRecord {
         }
     }
 
+    /// First column and row, and those behind the last.
+    fn texels(&self) -> [u32; 4] {
+        let [first, end] = [self.columns & 0xffff, self.columns >> 16];
+        [first, self.first_row, end, self.end_row]
+    }
+
     /// As `Crowding::of` takes it.
     fn touched(&self) -> ([u32; 4], u32) {
-        let [first, end] = [self.columns & 0xffff, self.columns >> 16];
         let is_soft = self.kind == BALL && self.b[1] == 1.0;
         let segments = if is_soft { PARTS } else { 1 };
-        ([first, self.first_row, end, self.end_row], segments)
+        (self.texels(), segments)
+    }
+
+    /// Whether it is a piece of strand too long for the precision of shaders.
+    fn is_too_long(&self) -> bool {
+        let [x, y, end_x, end_y] = self.texels();
+        self.kind == STRAND && (end_x - x).max(end_y - y) > MOST_TEXELS
     }
 }
 
@@ -131,32 +148,72 @@ impl ShaderCandidates for FaceCandidates {
     }
 }
 
+/// Whether some triangle that casts a shadow lets a share of the light through.
+fn casts_through(geometry: &Geometry) -> bool {
+    let mut triangles = 0..geometry.triangles().len();
+    geometry.coatings().any_see_through()
+        && triangles.any(|index| matches!(geometry.caster(index), Caster::SeeThrough(_)))
+}
+
+/// The number of pieces or balls of a caster.
+fn part_count(caster: &Translucent) -> usize {
+    match caster {
+        Translucent::Strands(strands) => strands.piece_count(),
+        Translucent::Particles(particles) => particles.all().len(),
+        Translucent::Grid(_) => 0,
+    }
+}
+
+/// One of these in a face whose rows begin at `row`; `None` if the face does not see it.
+fn candidate(caster: &Translucent, index: usize, view: &View, row: u32) -> Option<CandidateRecord> {
+    match caster {
+        Translucent::Strands(strands) => {
+            Outline::new(view, &strands.piece(index))?.candidate(view, row)
+        }
+        Translucent::Particles(particles) => {
+            let ball = &particles.all()[index];
+            Ball::new(view, ball, particles.profile()).candidate(view, row)
+        }
+        Translucent::Grid(_) => None,
+    }
+}
+
 impl Casters<'_> {
     /// Whether shaders know all of them.
     fn are_candidates(&self) -> bool {
         let is_grid = |caster: &Translucent| matches!(caster, Translucent::Grid(_));
-        let has_panes = |panes: &crate::scene::Geometry| panes.coatings().any_see_through();
-        !self.translucent.iter().any(is_grid) && !self.triangles.panes().is_some_and(has_panes)
+        let has_panes = self.triangles.panes().is_some_and(casts_through);
+        !self.translucent.iter().any(is_grid) && !has_panes
     }
 
-    /// The strands and particles that a face sees, in their order.
-    fn records(&self, face: &Face, resolution: u32, row: u32, records: &mut Vec<CandidateRecord>) {
-        let view = View::new(face, resolution);
-        for caster in self.translucent {
-            match caster {
-                Translucent::Strands(strands) => {
-                    let pieces = (0..strands.piece_count()).map(|index| strands.piece(index));
-                    let outlines = pieces.filter_map(|piece| Outline::new(&view, &piece));
-                    records.extend(outlines.filter_map(|it| it.candidate(&view, row)));
+    /// The strands and particles that the faces see, in their order. `None` if there are more
+    /// than `most`, if shaders do not take one of them, or if `goes_on` says no before a face.
+    fn records(
+        &self,
+        faces: &[Face],
+        resolution: u32,
+        most: usize,
+        goes_on: &dyn Fn() -> bool,
+    ) -> Option<Vec<CandidateRecord>> {
+        let mut records = Vec::new();
+        for (row, face) in (0..).step_by(resolution as usize).zip(faces) {
+            if !goes_on() {
+                return None;
+            }
+            let view = View::new(face, resolution);
+            for caster in self.translucent {
+                for index in 0..part_count(caster) {
+                    let Some(record) = candidate(caster, index, &view, row) else {
+                        continue;
+                    };
+                    if records.len() == most || record.is_too_long() {
+                        return None;
+                    }
+                    records.push(record);
                 }
-                Translucent::Particles(particles) => {
-                    let balls = particles.all().iter();
-                    let balls = balls.map(|ball| Ball::new(&view, ball, particles.profile()));
-                    records.extend(balls.filter_map(|ball| ball.candidate(&view, row)));
-                }
-                Translucent::Grid(_) => {}
             }
         }
+        Some(records)
     }
 }
 
@@ -167,16 +224,25 @@ impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
     /// See [`build_from_candidates`].
     ///
     /// `None` if this cannot be: with density grids or see-through triangles among the casters,
-    /// or with more casters than a buffer of the device holds, at 96 bytes for each face that
-    /// sees a particle or a piece of a strand. Then build the map on the CPU and
+    /// with a piece of a strand that touches more than 128 columns or rows of texels, or with
+    /// more casters than a buffer of the device holds, at 96 bytes for each face that sees a
+    /// particle or a piece of a strand. Then build the map on the CPU and
     /// [`upload`](TransmittanceMap::upload) it.
     ///
     /// Beside the map, memory on the device is 144 bytes for each of these, 4 for each texel if
     /// there are opaque triangles, and curves in the making as `build_from_candidates` says; on
-    /// the host it is 96 and 12.
+    /// the host it is 112 bytes for each of these, and 8 for each texel or 12 if there are
+    /// opaque triangles.
     ///
-    /// A curve is that of the CPU but for roundings, which may decide otherwise which of two
-    /// nodes is left out; both are within their error bounds.
+    /// Optical depths and depths of segments are those of the CPU but for roundings to f32. The
+    /// coverage of a texel by a piece of a strand is off by up to 1e-5 for pieces of 128 texels,
+    /// and in proportion for shorter ones: 1e-3 of itself where a strand is as thin as a
+    /// hundredth of a texel. Roundings may also decide otherwise which of two nodes of a curve is
+    /// left out; the error bounds of both curves hold but for these differences.
+    ///
+    /// In an encoder of yours the map is only recorded: its curves are not made before you submit
+    /// what was recorded. If you drop the encoder instead, drop the map too: lookups in it would
+    /// read zeros.
     ///
     /// # Errors
     /// [`TransmittanceMapError::Resolution`] unless the resolution is from 1 to
@@ -188,6 +254,24 @@ impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
         emitter: &Emitter,
         resolution: u32,
         clear: &A,
+    ) -> Result<Option<Self>, TransmittanceMapError>
+    where
+        A: WgslRule,
+        A::Curve: Into<T>,
+        E: Encode,
+    {
+        Self::build_while(gpu, casters, emitter, resolution, clear, &|| true)
+    }
+
+    /// [`TransmittanceMap::build_in_shaders`], which also gives up and returns `None` when
+    /// `goes_on`, which is asked before each face, says no.
+    pub(super) fn build_while<A, E>(
+        gpu: &Gpu<E>,
+        casters: &Casters<'_>,
+        emitter: &Emitter,
+        resolution: u32,
+        clear: &A,
+        goes_on: &dyn Fn() -> bool,
     ) -> Result<Option<Self>, TransmittanceMapError>
     where
         A: WgslRule,
@@ -206,22 +290,28 @@ impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
             .collect();
         let side = resolution as usize;
         let extent = [side, side * planes.len()];
-        // What does not fit is said before anything is drawn.
-        let mut curves = transmittance::TransmittanceMap::new(gpu, extent)?;
         let limits = gpu.context().limits();
-        let most = limits
+        let bytes = limits
             .max_storage_buffer_binding_size
             .min(limits.max_buffer_size);
-        let (mut records, mut opaque) = (Vec::new(), Vec::new());
+        // Each face may have opaque triangles, which are one record.
+        let most = (bytes / size_of::<CandidateRecord>() as u64).saturating_sub(6) as usize;
+        let Some(mut records) = casters.records(&planes, resolution, most, goes_on) else {
+            return Ok(None);
+        };
+        // What does not fit is said before anything is drawn. A curve is at least as large as a
+        // depth, so that these fit where it does.
+        let mut curves = transmittance::TransmittanceMap::new(gpu, extent)?;
+        let mut opaque = Vec::new();
         for (row, face) in (0..).step_by(side).zip(&planes) {
-            casters.records(face, resolution, row, &mut records);
+            if !goes_on() {
+                return Ok(None);
+            }
+            // Opaque triangles come after all else that a texel meets.
             if let Some(depths) = opaque_depths(&Cpu::new(), casters, face, resolution) {
                 opaque.extend(depths);
                 let all = View::new(face, resolution).all();
                 records.push(CandidateRecord::new(OPAQUE, all, row));
-            }
-            if size_of_val(&records[..]) as u64 > most || size_of_val(&opaque[..]) as u64 > most {
-                return Ok(None);
             }
         }
         let there = |error| TransmittanceMapError::Curves(transmittance::Error::Backend(error));

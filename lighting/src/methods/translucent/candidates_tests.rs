@@ -273,6 +273,10 @@ fn what_shaders_do_not_know_is_left_to_the_cpu_and_bad_sizes_are_named() {
     };
     let grid = [smoke_grid(1, 2.0).unwrap().into()];
     assert!(built(&Casters::new(&grid, None), 8).unwrap().is_none());
+    let wire = [strand(&[Vec3::ZERO, Vec3::ONE], 0.002, 0.7)];
+    let wire = Casters::new(&wire, None);
+    assert!(built(&wire, 1024).unwrap().is_none());
+    assert!(built(&wire, 64).unwrap().is_some());
     let nothing = Casters::new(&[], None);
     let map = built(&nothing, 8).unwrap().unwrap();
     assert!(map.faces().is_empty() && map.bytes() == 0);

@@ -11,8 +11,17 @@ use super::{Casters, TransmittanceMap};
 use crate::methods::march::March;
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 
+/// The message about casters that shaders do not take.
+const NOT_CANDIDATES: &str = "maps of transmittance are made on the CPU: shaders take \
+    neither density grids, see-through triangles and pieces of strands longer than 128 texels, \
+    nor more casters than a buffer holds";
+
+/// The message about software drivers.
+const IN_SOFTWARE: &str = "maps of transmittance are made on the CPU: a software driver would \
+    take longer";
+
 /// The map of a light, where shaders look it up: made there, or on the CPU if shaders do not
-/// know all casters.
+/// take all casters or if the driver is software.
 fn uploaded<E: Encode>(
     frame: &Frame<'_, Gpu<E>>,
     light: usize,
@@ -27,11 +36,24 @@ fn uploaded<E: Encode>(
             let failed = MethodError::resource("a map of transmittance");
             let (emitter, clear) = (&inputs.emitters[light], Stream::<8>::new());
             let gpu = frame.backend;
-            match TransmittanceMap::build_in_shaders(gpu, &casters, emitter, resolution, &clear) {
-                Ok(Some(map)) => Ok(map),
-                Ok(None) => map(inputs, light)?.upload(gpu).map_err(failed),
-                Err(error) => Err(failed(error)),
-            }
+            // Where the processor plays the GPU, it is faster to let it rasterise the casters: in
+            // shaders every texel goes through all that is listed in its squares.
+            let why = if gpu.is_software() {
+                IN_SOFTWARE
+            } else {
+                let goes_on = || inputs.go_on(light).is_ok();
+                let made = TransmittanceMap::build_while(
+                    gpu, &casters, emitter, resolution, &clear, &goes_on,
+                );
+                match made {
+                    Ok(Some(map)) => return Ok(map),
+                    Ok(None) => NOT_CANDIDATES,
+                    Err(error) => return Err(failed(error)),
+                }
+            };
+            inputs.go_on(light)?;
+            inputs.watch.told(why);
+            map(inputs, light)?.upload(gpu).map_err(failed)
         })
 }
 

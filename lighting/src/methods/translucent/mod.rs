@@ -28,7 +28,11 @@
 //! (`TransmittanceMap::build_in_shaders`), by the paper's pipeline of fixed memory
 //! (`transmittance::gpu::build_from_candidates`): casters are listed by square of texels, and
 //! each texel makes the segments of what it meets, in the order of the table, without one of
-//! them in memory. Where there are grids or see-through triangles, the CPU makes the map.
+//! them in memory. The CPU makes the map where there are grids, see-through triangles or pieces
+//! of strands longer than 128 texels, whose coverage the precision of shaders does not resolve
+//! to 1e-3. The methods also leave it to the CPU on a software driver, where the processor is
+//! faster at rasterising casters than at playing a GPU on which every texel goes through the
+//! lists of its squares; the [watch](crate::Watch::told) is told so.
 //!
 //! A curve has one value for all colours. Where see-through triangles colour the light, red,
 //! green and blue have curves of their own, at three times the memory and time. Stacked
