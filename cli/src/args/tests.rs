@@ -101,6 +101,11 @@ fn documented_command_lines_are_taken() {
     let mut found = 0;
     for (page, text) in &texts {
         for words in command_lines(text) {
+            if let [name] = &words[..] {
+                // A command that is only named.
+                assert!(command.find_subcommand(name).is_some(), "{page}: {name}");
+                continue;
+            }
             let line = ["crepuscular".into()]
                 .into_iter()
                 .chain(words.iter().map(OsString::from));
@@ -118,7 +123,7 @@ fn documented_command_lines_are_taken() {
         }
     }
     assert!(
-        found > 40,
+        found > 30,
         "only {found}: are they written in another way now?"
     );
 }
