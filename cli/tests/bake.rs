@@ -42,7 +42,10 @@ fn a_bake_is_one_file_that_inspect_understands() {
     // What is said of the grids of a compressed file is of what they are decoded to.
     let inspected = |name, head: usize| {
         let text = succeeds(place.path(), &["inspect", name]);
-        assert_eq!(text.contains(" compressed, sound\nwhat follows"), head == 2);
+        assert_eq!(
+            text.contains(" compressed, sound\nthe following"),
+            head == 2
+        );
         text.lines()
             .skip(head)
             .map(str::to_owned)
@@ -54,7 +57,7 @@ fn a_bake_is_one_file_that_inspect_understands() {
     for what in [
         "1024³",
         "sound",
-        "parallel",
+        "directional",
         "packed",
         "level of 8³",
         "level of 1024³",
