@@ -179,6 +179,11 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) methods: Vec<String>,
 
+    /// Carry out only these studies, which are called like their files (voxels, hair), or "none"
+    /// [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) studies: Vec<String>,
+
     /// Backends to measure [default: all that are present]
     ///
     /// A GPU must be present if it is requested here or if the environment variable REQUIRE_GPU

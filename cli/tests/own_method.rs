@@ -95,6 +95,8 @@ fn it_is_listed_compared_and_rendered_like_any_other() {
         "cpu",
         "--methods",
         "constant,no shadows",
+        "--studies",
+        "none",
         "--out",
         &report,
     ]);

@@ -36,11 +36,14 @@ RECORD = ROOT / "tests" / "kernel_ratios.json"
 # The benches with their packages and groups, and for each group its kernels with the peer of
 # each.
 BENCHES = {
+    "exact": ("crepuscular-tests", ["exact/city", "exact/hairball"]),
     "evaluators": ("crepuscular-airlight", ["easy", "stiff", "steps", "march"]),
     "lookups": ("crepuscular-shadow-dag", ["voxels", "windows"]),
     "steps": ("crepuscular-voxel-shadow", ["query of 128 bits", "build 512^3"]),
 }
 KERNELS = {
+    "exact/city": {"together": "ray by ray"},
+    "exact/hairball": {"together": "ray by ray"},
     "easy": {
         "table/isotropic, 64 KiB": "sun/512",
         "table/Henyey-Greenstein 0.6, 64 KiB": "sun/512",

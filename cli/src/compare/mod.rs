@@ -43,7 +43,7 @@ use prepare::Prepared;
 use results::{Film, Pictures, ReferenceFacts, Results};
 use run_facts::RunFacts;
 use selection::{check_names, dropped};
-use studies::{Device, Subject};
+use studies::{Asked, Device, Subject};
 use study::{NO_TIME, Study};
 
 /// Share of the time that pictures get; the rest is for studies.
@@ -64,6 +64,7 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     let of_picture = (1.0 - of_film) * budget.total();
     let facts = RunFacts::now(command);
     check_names(methods, &args.methods)?;
+    let asked = Asked::new(&args.studies)?;
     if args.plan {
         let prepared = prepare(methods, args, of_picture)?;
         indirect::check_ambient(&args.ambient, &prepared.input)?;
@@ -90,6 +91,7 @@ pub(crate) fn run(methods: &Registry, args: &Compare, command: &[OsString]) -> R
     let results = compare(
         methods,
         args,
+        &asked,
         &prepared,
         [budget.share(1.0 - of_film), budget],
         facts,
@@ -176,6 +178,7 @@ struct Found {
 fn compare(
     methods: &Registry,
     args: &Compare,
+    asked: &Asked<'_>,
     prepared: &Prepared,
     [budget, of_all]: [Budget; 2],
     run: RunFacts,
@@ -195,7 +198,7 @@ fn compare(
         shadow_maps = format!("{} texels per side", job.map);
         found = measure_all(args, prepared, job, budget.share(PICTURES))?;
         let stop = interrupt::flag()?;
-        studies = study(args, prepared, job, budget, &stop)?;
+        studies = study(args, asked, prepared, job, budget, &stop)?;
         film = film::make(args, prepared, of_all, &stop, &|name, file| {
             folder.write(name, file)
         })?;
@@ -296,9 +299,10 @@ fn measure_all(
     Ok(found)
 }
 
-/// Carries out the studies, until the first Ctrl-C: then the finished parts of them are reported.
+/// Carries out the studies that were asked for, until the first Ctrl-C: then the finished parts of them are reported.
 fn study(
     args: &Compare,
+    asked: &Asked<'_>,
     prepared: &Prepared,
     job: Job<'_>,
     budget: Budget,
@@ -324,7 +328,7 @@ fn study(
         devices: devices.collect(),
         quick: args.quick,
     };
-    studies::run_all(&subject, budget, stop)
+    studies::run_all(asked, &subject, budget, stop)
 }
 
 /// The processor, as the system names it, and the threads in use.

@@ -30,6 +30,7 @@ use super::budget::Budget;
 use super::study::{Cell, Column, NO_TIME, Study, Unit};
 use crate::failure::Failure;
 use crate::parse::Size;
+use crate::suggest::question;
 
 /// All studies, in the order in which they are carried out and reported.
 pub(crate) const STUDIES: [Kind; 9] = [
@@ -43,6 +44,9 @@ pub(crate) const STUDIES: [Kind; 9] = [
     many_lights::KIND,
     shadowed_lights::KIND,
 ];
+
+/// What asks for no study, in place of names.
+const NO_STUDY: &str = "none";
 
 /// One study, before it is carried out.
 pub(crate) struct Kind {
@@ -64,6 +68,11 @@ pub(crate) struct Kind {
 }
 
 impl Kind {
+    /// Its name on the command line: that of its file.
+    pub(crate) fn name(&self) -> &'static str {
+        self.csv.trim_end_matches(".csv")
+    }
+
     /// The study before anything is measured.
     pub(crate) fn blank(&self) -> Study {
         Study::new(self.title, self.csv, (self.columns)())
@@ -194,17 +203,58 @@ fn record(study: &mut Study, what: &str, of: &str, size: u32, value: f64) {
     study.records.push(cells.into());
 }
 
-/// Carries out every study, one after the other. One that is pointless, or for
-/// which the scene leaves no time, is there without parts.
+/// Which studies the user asked for (`--studies`).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Asked<'a> {
+    All,
+    /// Those with these names; there may be none.
+    Some(&'a [String]),
+}
+
+impl<'a> Asked<'a> {
+    /// Reads the names; no name at all asks for every study. Returns an error if there is no
+    /// study of a name.
+    pub(crate) fn new(names: &'a [String]) -> Result<Self, Failure> {
+        match names {
+            [] => Ok(Self::All),
+            [name] if name == NO_STUDY => Ok(Self::Some(&[])),
+            _ => {
+                let known: Vec<_> = STUDIES.iter().map(Kind::name).collect();
+                match names.iter().find(|name| !known.contains(&name.as_str())) {
+                    None => Ok(Self::Some(names)),
+                    Some(name) => Err(Failure::new(format!(
+                        "no study is called \"{name}\"{}; there are {}, or \"{NO_STUDY}\" by \
+                         itself",
+                        question(name, &known),
+                        known.join(", ")
+                    ))),
+                }
+            }
+        }
+    }
+
+    fn includes(&self, kind: &Kind) -> bool {
+        match self {
+            Self::All => true,
+            Self::Some(names) => names.iter().any(|name| name == kind.name()),
+        }
+    }
+}
+
+/// Carries out the studies that were `asked` for, one after the other. One that was not, one
+/// that is pointless, or for which the scene leaves no time, is there without parts.
 pub(crate) fn run_all(
+    asked: &Asked<'_>,
     subject: &Subject<'_>,
     budget: Budget,
     stop: &AtomicBool,
 ) -> Result<Vec<Study>, Failure> {
     let run = |kind: &Kind| {
+        let unasked = (!asked.includes(kind)).then_some("not asked for (--studies)");
         let is_clear = kind.in_fog && subject.medium.scatters_nothing();
         let clear = is_clear.then_some("no homogeneous medium scatters light");
-        if let Some(why) = clear.or_else(|| (kind.pointless)(subject)) {
+        let pointless = || (kind.pointless)(subject);
+        if let Some(why) = unasked.or(clear).or_else(pointless) {
             let mut study = kind.blank();
             study.leave_out("", why);
             return Ok(study);
@@ -315,9 +365,51 @@ mod tests {
     }
 
     #[test]
+    fn studies_are_asked_for_by_the_names_of_their_files() {
+        let names = |names: &[&str]| {
+            names
+                .iter()
+                .map(|&name| name.to_owned())
+                .collect::<Vec<_>>()
+        };
+        let stand = Stand::of(Embedded::City);
+        for (asked, expected) in [
+            (names(&["none"]), vec![]),
+            (
+                names(&["hair", "airlight"]),
+                vec!["airlight.csv", "hair.csv"],
+            ),
+        ] {
+            let asked = Asked::new(&asked).unwrap();
+            let no_time = Budget::new(0.0);
+            let studies = run_all(&asked, &stand.subject(), no_time, &NEVER).unwrap();
+            let is_asked = |study: &&Study| {
+                let mut reasons = study.left_out.iter();
+                !reasons.any(|part| part.why.contains("--studies"))
+            };
+            let found: Vec<_> = studies
+                .iter()
+                .filter(is_asked)
+                .map(|study| study.csv)
+                .collect();
+            assert_eq!(found, expected);
+            assert_eq!(studies.len(), STUDIES.len());
+        }
+        assert_eq!(Asked::new(&[]).unwrap(), Asked::All);
+        for (wrong, part) in [
+            (names(&["voxles"]), "did you mean \"voxels\"?"),
+            (names(&["none", "hair"]), "by itself"),
+            (names(&["hair.csv"]), "no study is called"),
+        ] {
+            let message = Asked::new(&wrong).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
     fn an_interrupted_comparison_begins_no_study() {
         let stand = Stand::of(Embedded::City);
-        let studies = run_all(&stand.subject(), Budget::new(60.0), &ALREADY).unwrap();
+        let studies = run_all(&Asked::All, &stand.subject(), Budget::new(60.0), &ALREADY).unwrap();
         assert_eq!(studies.len(), STUDIES.len());
         for study in &studies {
             assert!(study.parts.is_empty(), "{}", study.title);
