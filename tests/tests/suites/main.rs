@@ -12,7 +12,7 @@ mod culling;
 mod dynamic;
 mod evaluators;
 // What is fuzzed is a library of its own elsewhere.
-pub mod fuzz;
+pub mod fuzzing;
 mod house;
 mod light_volumes;
 mod map_runs;
