@@ -96,8 +96,8 @@ pub use medium::{Bounds, Medium, PhaseFunction, ScatteringAngle};
 pub use ray::{Interval, Ray};
 pub use texture::{Filter, Sampler, Texture, Wrap};
 pub use translucent::{
-    CellSpan, CellWalk, DensityGrid, Interpolation, MAX_SAMPLES, Particle, Particles, Piece,
-    Profile, StrandPoint, Strands, Translucent,
+    CellSpan, CellWalk, DensityGrid, Interpolation, MAX_SAMPLES, OccupiedCells, Particle,
+    Particles, Piece, Profile, StrandPoint, Strands, Translucent,
 };
 pub use virtual_lights::{AreaEmitters, Pattern};
 

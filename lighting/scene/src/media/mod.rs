@@ -160,16 +160,16 @@ impl<'a> Media<'a> {
         kinds.filter_map(|balls| balls.first().map(|ball| ball.of))
     }
 
-    /// Boxes around media that do not fill all of space: a bounded homogeneous medium, each
-    /// grid, and all particles of a kind.
+    /// Boxes around media that do not fill all of space: a bounded homogeneous medium, the
+    /// occupied part of each grid, and all particles of a kind.
     pub fn boxes(&self) -> impl Iterator<Item = Bounds> {
         let medium = self.medium.as_ref().and_then(Medium::bounds);
         medium.into_iter().chain(self.smoke_boxes())
     }
 
-    /// Boxes around smoke alone: each grid, and all particles of a kind.
+    /// Boxes around smoke alone: the occupied part of each grid, and all particles of a kind.
     pub fn smoke_boxes(&self) -> impl Iterator<Item = Bounds> {
-        let grids = self.grids.iter().map(|grid| grid.bounds());
+        let grids = self.grids.iter().map(|grid| grid.occupied_bounds());
         let particles = self.particles().filter_map(Particles::bounds);
         grids.chain(particles)
     }
@@ -282,7 +282,7 @@ impl<'a> Media<'a> {
             sum += fog.optical_depth(y, direction.y, to - from);
         }
         for grid in &self.grids {
-            let cells = grid.cells_along(origin, direction, from, to);
+            let cells = grid.occupied_cells_along(origin, direction, from, to);
             let depth: f64 = cells.map(|span| grid.optical_depth(&span)).sum();
             sum += grid.tint().as_dvec3() * depth;
         }

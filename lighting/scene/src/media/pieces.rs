@@ -5,7 +5,7 @@ use std::iter::Peekable;
 use glam::DVec3;
 
 use super::{Ball, Media, MediaPart, Scattering};
-use crate::{CellWalk, DensityGrid, Medium};
+use crate::{DensityGrid, Medium, OccupiedCells};
 
 /// The pieces of a line through [`Media`], from front to back: see
 /// [`Media::along`].
@@ -23,7 +23,7 @@ pub struct MediaPieces<'a> {
     depth: DVec3,
     /// The range of the homogeneous medium, with the medium.
     even: Option<(f64, f64, Medium)>,
-    grids: Vec<(&'a DensityGrid, Peekable<CellWalk>)>,
+    grids: Vec<(&'a DensityGrid, Peekable<OccupiedCells<'a>>)>,
     /// Chords of balls, sorted by their start, and how many of them have been reached.
     chords: Vec<Chord<'a>>,
     met: usize,
@@ -75,7 +75,7 @@ impl<'a> MediaPieces<'a> {
             Some((start, end, medium))
         });
         let grids = media.grids.iter().map(|&grid| {
-            let walk = grid.cells_along(origin, direction, from, to);
+            let walk = grid.occupied_cells_along(origin, direction, from, to);
             (grid, walk.peekable())
         });
         let mut chords: Vec<_> = media

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::DensityGrid;
+
 /// The part of a line in one cell of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CellSpan {
@@ -106,18 +108,15 @@ impl CellWalk {
         let place = self.start + t * self.direction - DVec3::from_array(self.cell.map(f64::from));
         place.clamp(DVec3::ZERO, DVec3::ONE)
     }
-}
 
-impl Iterator for CellWalk {
-    type Item = CellSpan;
-
-    fn next(&mut self) -> Option<CellSpan> {
+    /// The next span in a cell that is wanted.
+    fn next_where(&mut self, is_wanted: impl Fn([u32; 3]) -> bool) -> Option<CellSpan> {
         // A cell is left through one of three faces, and never entered again.
         while self.from < self.end {
             let leaving = self.leaving;
             let axis = (0..3).fold(0, |a, b| if leaving[b] < leaving[a] { b } else { a });
             let to = leaving[axis].min(self.end);
-            let span = (to > self.from).then(|| CellSpan {
+            let span = (to > self.from && is_wanted(self.cell)).then(|| CellSpan {
                 cell: self.cell,
                 from: self.from,
                 to,
@@ -142,6 +141,33 @@ impl Iterator for CellWalk {
             }
         }
         None
+    }
+}
+
+impl Iterator for CellWalk {
+    type Item = CellSpan;
+
+    fn next(&mut self) -> Option<CellSpan> {
+        self.next_where(|_| true)
+    }
+}
+
+/// The cells of a grid on a line in which there is anything, from front to back; see
+/// [`DensityGrid::occupied_cells_along`].
+///
+/// Where there is nothing between spans there is a gap.
+#[derive(Debug, Clone)]
+pub struct OccupiedCells<'a> {
+    pub(super) grid: &'a DensityGrid,
+    pub(super) walk: CellWalk,
+}
+
+impl Iterator for OccupiedCells<'_> {
+    type Item = CellSpan;
+
+    fn next(&mut self) -> Option<CellSpan> {
+        let grid = self.grid;
+        self.walk.next_where(|cell| grid.is_occupied(cell))
     }
 }
 

@@ -2,7 +2,8 @@
 
 use glam::{Affine3A, DMat3, DVec3, Vec3};
 
-use super::cell_walk::{CellSpan, CellWalk};
+use super::cell_walk::{CellSpan, CellWalk, OccupiedCells};
+use super::occupancy::Occupancy;
 use super::{check_colour, check_extinction};
 use crate::cubic::Cubic;
 use crate::{Bounds, PhaseFunction, SceneError};
@@ -18,6 +19,16 @@ pub enum Interpolation {
     /// Trilinear between samples; the outer samples are on the faces of the box. Along an axis
     /// with a single sample the density is constant.
     Linear,
+}
+
+impl Interpolation {
+    /// The number of cells along each axis of so many samples.
+    fn cells(self, samples: [u32; 3]) -> [u32; 3] {
+        match self {
+            Self::Constant => samples,
+            Self::Linear => samples.map(|count| (count - 1).max(1)),
+        }
+    }
 }
 
 /// A medium whose density varies within a box, with nothing outside.
@@ -46,6 +57,10 @@ pub struct DensityGrid {
     /// One per sample, or empty.
     emission: Vec<Vec3>,
     phase: PhaseFunction,
+    /// Follows from the densities and the emission.
+    occupancy: Occupancy,
+    /// Around the occupied cells.
+    occupied_bounds: Bounds,
 }
 
 impl DensityGrid {
@@ -78,6 +93,10 @@ impl DensityGrid {
         for (index, &value) in density.iter().enumerate() {
             check_extinction(|| format!("{OWNER}, sample {index}"), "density", value)?;
         }
+        let cells = interpolation.cells(resolution);
+        let occupancy = Occupancy::new([cells, resolution], interpolation, |index| {
+            density[index] > 0.0
+        });
         let mut grid = Self {
             local_bounds: bounds,
             transform: Affine3A::IDENTITY,
@@ -93,6 +112,8 @@ impl DensityGrid {
             albedo_samples: Vec::new(),
             emission: Vec::new(),
             phase: PhaseFunction::Isotropic,
+            occupancy,
+            occupied_bounds: bounds,
         };
         grid.place(DMat3::IDENTITY, DVec3::ZERO);
         Ok(grid)
@@ -105,6 +126,25 @@ impl DensityGrid {
         let per_metre = cells / (max.as_dvec3() - min.as_dvec3());
         self.corner = turn * min.as_dvec3() + shift;
         self.cells_per_metre = DMat3::from_diagonal(per_metre) * turn.inverse();
+        self.occupied_bounds = self.find_occupied_bounds();
+    }
+
+    fn find_occupied_bounds(&self) -> Bounds {
+        let [first, end] = match self.occupancy.range() {
+            Some(range) if range != [[0; 3], self.cells()] => range,
+            _ => return self.bounds,
+        };
+        let to_metres = self.cells_per_metre.inverse();
+        let corners: [DVec3; 8] = std::array::from_fn(|corner| {
+            let cell = [0, 1, 2].map(|axis| [first, end][corner >> axis & 1][axis]);
+            self.corner + to_metres * DVec3::from_array(cell.map(f64::from))
+        });
+        let inside = around(corners).and_then(|occupied| {
+            // Rounding must not make it larger than the whole.
+            let [min, max] = [self.bounds.min(), self.bounds.max()];
+            Bounds::new(occupied.min().max(min), occupied.max().min(max))
+        });
+        inside.unwrap_or(self.bounds)
     }
 
     /// The same grid with its box rotated, scaled, sheared and moved by
@@ -133,17 +173,12 @@ impl DensityGrid {
                 "finite numbers that do not flatten the box",
             ));
         }
-        if transform == Affine3A::IDENTITY {
-            self.bounds = self.local_bounds;
+        self.bounds = if transform == Affine3A::IDENTITY {
+            self.local_bounds
         } else {
             let corners = self.local_bounds.corners();
-            let corners = corners.map(|corner| (turn * corner.as_dvec3() + shift).as_vec3());
-            let least = corners.into_iter().fold(Vec3::INFINITY, Vec3::min);
-            let greatest = corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max);
-            // Corners are rounded to single precision in either direction.
-            let margin = f32::EPSILON * least.abs().max(greatest.abs());
-            self.bounds = Bounds::new(least - margin, greatest + margin)?;
-        }
+            around(corners.map(|corner| turn * corner.as_dvec3() + shift))?
+        };
         self.transform = transform;
         self.place(turn, shift);
         Ok(self)
@@ -199,7 +234,21 @@ impl DensityGrid {
             let owner = || format!("{OWNER}, sample {index}");
             check_colour(owner, "emission", value, 1e15, "numbers from 0 to 1e15")?;
         }
-        Ok(Self { emission, ..self })
+        let counts = |index: usize| {
+            let emits = emission
+                .get(index)
+                .is_some_and(|light| *light != Vec3::ZERO);
+            emits || self.density[index] > 0.0
+        };
+        let samples = [self.cells(), self.resolution];
+        let occupancy = Occupancy::new(samples, self.interpolation, counts);
+        let mut grid = Self {
+            emission,
+            occupancy,
+            ..self
+        };
+        grid.occupied_bounds = grid.find_occupied_bounds();
+        Ok(grid)
     }
 
     /// The same grid with another phase function.
@@ -222,6 +271,28 @@ impl DensityGrid {
     /// a transform rotates it.
     pub fn bounds(&self) -> Bounds {
         self.bounds
+    }
+
+    /// An axis-aligned box of the world around all cells that are
+    /// [occupied](DensityGrid::is_occupied); that of the whole grid if none is. It is often much
+    /// smaller than the grid.
+    pub fn occupied_bounds(&self) -> Bounds {
+        self.occupied_bounds
+    }
+
+    /// True if there is anything in a cell: if one of the samples at its corners has a density
+    /// above 0 or emits light.
+    ///
+    /// # Panics
+    /// If there is no such cell.
+    pub fn is_occupied(&self, cell: [u32; 3]) -> bool {
+        self.occupancy.is_occupied(cell)
+    }
+
+    /// [`is_occupied`](DensityGrid::is_occupied) of all cells, x fastest, as the bits of words,
+    /// the lowest bit first.
+    pub fn occupied(&self) -> &[u32] {
+        self.occupancy.words()
     }
 
     /// The box in its own space, before the [transform](DensityGrid::transform).
@@ -297,10 +368,7 @@ impl DensityGrid {
 
     /// Number of cells along each axis; within a cell the extinction is a polynomial.
     pub fn cells(&self) -> [u32; 3] {
-        match self.interpolation {
-            Interpolation::Constant => self.resolution,
-            Interpolation::Linear => self.resolution.map(|count| (count - 1).max(1)),
-        }
+        self.interpolation.cells(self.resolution)
     }
 
     /// The coordinates of a point of the world in cells, from the corner of the grid: inside
@@ -329,6 +397,23 @@ impl DensityGrid {
             from,
             to,
         )
+    }
+
+    /// Those of [`cells_along`](DensityGrid::cells_along) that are
+    /// [occupied](DensityGrid::is_occupied): what is on the line, without what is empty.
+    pub fn occupied_cells_along(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        from: f64,
+        to: f64,
+    ) -> OccupiedCells<'_> {
+        let (start, slope) = (self.in_cells(origin), self.cells_per_metre * direction);
+        let [from, to] = self.occupancy.clip(start, slope, [from, to]);
+        OccupiedCells {
+            grid: self,
+            walk: CellWalk::new(start, slope, self.cells(), from, to),
+        }
     }
 
     /// The weighted mean of `sample` over the samples around a point of a cell; each coordinate
@@ -478,6 +563,16 @@ impl DensityGrid {
     }
 }
 
+/// A box of single precision around points.
+fn around(corners: [DVec3; 8]) -> Result<Bounds, SceneError> {
+    let corners = corners.map(|corner| corner.as_vec3());
+    let least = corners.into_iter().fold(Vec3::INFINITY, Vec3::min);
+    let greatest = corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max);
+    // Corners are rounded to single precision in either direction.
+    let margin = f32::EPSILON * least.abs().max(greatest.abs());
+    Bounds::new(least - margin, greatest + margin)
+}
+
 fn mix(a: f64, b: f64, t: f64) -> f64 {
     a + (b - a) * t
 }
@@ -528,6 +623,84 @@ mod tests {
         let expected = 0.25 * 2.0 + 0.5 * 3.0 + 0.125 * 6.0;
         assert!((smooth.extinction_at(at) - 2.0 * expected).abs() < 1e-5);
         assert_eq!(smooth.extinction_at(Vec3::new(0.5, f32::NAN, 0.5)), 0.0);
+    }
+
+    #[test]
+    fn cells_are_occupied_where_a_sample_at_a_corner_counts() {
+        let mut density = vec![0.0; 4 * 3 * 3];
+        // The sample (2, 1, 0).
+        density[6] = 1.0;
+        for interpolation in [Interpolation::Constant, Interpolation::Linear] {
+            let new = |density: &[f32]| {
+                DensityGrid::new(unit(), [4, 3, 3], density.to_vec(), 1.0, interpolation).unwrap()
+            };
+            let grid = new(&density);
+            let [nx, ny, nz] = grid.cells();
+            let all: Vec<_> = (0..nz)
+                .flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])))
+                .collect();
+            let occupied = |grid: &DensityGrid| -> Vec<[u32; 3]> {
+                let cells = all.iter().copied();
+                cells.filter(|&cell| grid.is_occupied(cell)).collect()
+            };
+            let of_corners = |grid: &DensityGrid| -> Vec<[u32; 3]> {
+                let counts = |&index: &usize| {
+                    grid.density[index] > 0.0
+                        || grid
+                            .emission
+                            .get(index)
+                            .is_some_and(|&light| light != Vec3::ZERO)
+                };
+                let cells = all.iter().copied();
+                cells
+                    .filter(|&cell| grid.corners(cell).iter().any(counts))
+                    .collect()
+            };
+            assert_eq!(occupied(&grid), of_corners(&grid));
+            for (index, cell) in all.iter().enumerate() {
+                let bit = grid.occupied()[index / 32] >> (index % 32) & 1;
+                assert_eq!(grid.is_occupied(*cell), bit == 1);
+            }
+            let inside = grid.occupied_bounds();
+            let whole = grid.bounds();
+            assert!(inside.min().x > 0.3 && inside.max().x <= 1.0, "{inside:?}");
+            assert!(inside.max().z < 0.6 && inside.min().y >= whole.min().y);
+            // A transform takes its corners along.
+            let turned = Affine3A::from_rotation_z(0.5 * std::f32::consts::PI);
+            let turned = grid
+                .clone()
+                .with_transform(turned)
+                .unwrap()
+                .occupied_bounds();
+            assert!((turned.min().y - inside.min().x).abs() < 1e-6, "{turned:?}");
+            assert!((turned.max().x + inside.min().y).abs() < 1e-6, "{turned:?}");
+            // What emits light is there even without a density.
+            let mut emission = vec![Vec3::ZERO; density.len()];
+            emission[35] = Vec3::X;
+            let glowing = grid.with_emission(emission).unwrap();
+            assert_eq!(occupied(&glowing), of_corners(&glowing));
+            assert!(glowing.is_occupied([nx - 1, ny - 1, nz - 1]));
+            let nothing = new(&vec![0.0; density.len()]);
+            assert_eq!(occupied(&nothing), Vec::<[u32; 3]>::new());
+            assert_eq!(nothing.occupied_bounds(), nothing.bounds());
+        }
+    }
+
+    #[test]
+    fn occupied_cells_on_a_line_are_the_cells_without_the_empty_ones() {
+        let density = (0..6 * 5 * 4)
+            .map(|i| f32::from(u8::from(i % 3 == 0)))
+            .collect();
+        let grid = DensityGrid::new(unit(), [6, 5, 4], density, 1.0, Interpolation::Constant);
+        let grid = grid.unwrap();
+        for direction in [DVec3::ONE, DVec3::X, DVec3::new(-0.3, 0.8, 0.1)] {
+            let origin = DVec3::splat(0.5) - direction;
+            let all = grid.cells_along(origin, direction, 0.0, f64::INFINITY);
+            let expected: Vec<_> = all.filter(|span| grid.is_occupied(span.cell)).collect();
+            let found = grid.occupied_cells_along(origin, direction, 0.0, f64::INFINITY);
+            assert!(!expected.is_empty());
+            assert_eq!(found.collect::<Vec<_>>(), expected);
+        }
     }
 
     #[test]

@@ -2,10 +2,11 @@
 
 mod cell_walk;
 mod grid;
+mod occupancy;
 mod particles;
 mod strands;
 
-pub use cell_walk::{CellSpan, CellWalk};
+pub use cell_walk::{CellSpan, CellWalk, OccupiedCells};
 pub use grid::{DensityGrid, Interpolation, MAX_SAMPLES};
 pub use particles::{Particle, Particles, Profile};
 pub use strands::{Piece, StrandPoint, Strands};
@@ -33,11 +34,12 @@ pub enum Translucent {
 }
 
 impl Translucent {
-    /// A box around all of it; `None` if it is empty.
+    /// A box around all of it, without the empty cells at the sides of a grid; `None` if it is
+    /// empty.
     pub fn bounds(&self) -> Option<Bounds> {
         match self {
             Self::Strands(strands) => strands.bounds(),
-            Self::Grid(grid) => Some(grid.bounds()),
+            Self::Grid(grid) => Some(grid.occupied_bounds()),
             Self::Particles(particles) => particles.bounds(),
         }
     }

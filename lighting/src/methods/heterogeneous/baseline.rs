@@ -179,7 +179,7 @@ impl<'a, V: PointVisibility> DoubleMarch<'a, V> {
                     let extinction = grid.scale() * grid.tint();
                     fields.push(Field {
                         density: Density::Grid(Samples::new(grid)),
-                        bounds: Some(grid.bounds()),
+                        bounds: Some(grid.occupied_bounds()),
                         extinction,
                         // If samples have albedos, these are multiplied by those of the grid.
                         scattering: match grid.albedo_samples() {

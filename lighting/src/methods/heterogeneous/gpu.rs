@@ -24,6 +24,9 @@ const GROUP: u32 = 64;
 /// The bind group of the visibility's part.
 const PARTS: u32 = 1;
 
+/// Entries of the list of records for each grid.
+const GRID_RECORDS: usize = 9;
+
 /// Stands for data that a grid or a frame does not have.
 const NONE: u32 = u32::MAX;
 
@@ -124,8 +127,8 @@ pub(super) struct EmissionScene {
 
 /// Media in the memory of a GPU.
 ///
-/// Densities take 4 bytes per sample, albedos and emissions of samples 12 bytes each. All
-/// densities are in one binding, and all of these colours in another.
+/// Densities take 4 bytes per sample, albedos and emissions of samples 12 bytes each, and each
+/// cell a bit. All densities are in one binding, and all of these colours in another.
 #[derive(Debug)]
 pub struct UploadedMedia {
     pub(super) record: MediaRecord,
@@ -250,9 +253,10 @@ impl UploadedMedia {
             let emission = add(grid.emission(), Vec3::ONE)?;
             let words: [[u32; 4]; 8] = bytemuck::cast(GridRecord::new(grid, first));
             records.extend(words);
-            records.push([albedo, emission, phases.number(grid.phase()), 0]);
-            low = low.min(grid.bounds().min());
-            high = high.max(grid.bounds().max());
+            // Where its occupied cells begin is not known yet.
+            records.push([albedo, emission, phases.number(grid.phase()), NONE]);
+            low = low.min(grid.occupied_bounds().min());
+            high = high.max(grid.occupied_bounds().max());
         }
         record.grids = media.grids().len() as u32;
         record.first_ball = records.len() as u32;
@@ -288,6 +292,15 @@ impl UploadedMedia {
             records.push(bits(bounds.max(), 0));
         }
         record.boxes = (records.len() as u32 - record.first_box) / 2;
+        for (index, grid) in media.grids().iter().enumerate() {
+            records[GRID_RECORDS * index + GRID_RECORDS - 1][3] = records.len() as u32;
+            let words = grid.occupied().chunks(4);
+            records.extend(words.map(|words| {
+                let mut record = [0; 4];
+                record[..words.len()].copy_from_slice(words);
+                record
+            }));
+        }
         let too_many = |what, count| MediaError::TooMany { what, count };
         let room = ROOMS
             .iter()

@@ -33,7 +33,8 @@
 //!
 //! Unshadowed light is of second order in the lengths of parts. Shadows are sampled N times;
 //! their error is of first order at their edges and of second order elsewhere. A ray visits
-//! each cell on its way once for every light, which takes most of the time if steps are few.
+//! each cell on its way in which there is anything once for every light, which takes most of
+//! the time if steps are few. Empty cells are passed over: a bit for each cell tells.
 //!
 //! # Emission
 //!

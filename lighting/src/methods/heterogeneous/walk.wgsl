@@ -15,7 +15,8 @@
 
 // All that fills the air; the record `MediaRecord`. The entries of light_media_records are,
 // one kind after the other: grids (nine entries each), particles (two), kinds of particles
-// (two), phase functions (two), boxes (two).
+// (two), phase functions (two), boxes (two), the occupied cells of grids (a bit for each
+// cell).
 struct light_Media {
     even: light_Medium,
     height: scn_HeightFog,
@@ -201,7 +202,7 @@ fn light_media_walk(
     for (var i = 0u; i < light_media.grids; i++) {
         let grid = light_media_grid(i).grid;
         var cells = scn_walk(grid, walk.origin, direction, walk.start, walk.end);
-        scn_next_cell(&cells);
+        light_media_next_cell(i, &cells);
         walk.cells[i] = cells;
     }
     if light_media.balls > 0u {
@@ -295,6 +296,21 @@ fn light_media_is_in(cells: scn_Walk, start: f32) -> bool {
     return cells.far > cells.near && cells.base + cells.near <= start;
 }
 
+// Goes on to the next cell of a grid in which there is anything; `near` is not below `far`
+// behind the last one.
+fn light_media_next_cell(grid: u32, cells: ptr<function, scn_Walk>) {
+    let first = light_media_records[9u * grid + 8u].w;
+    let count = vec3<u32>((*cells).cells);
+    while scn_next_cell(cells) {
+        let cell = vec3<u32>((*cells).cell);
+        let index = (cell.z * count.y + cell.y) * count.x + cell.x;
+        let word = light_media_records[first + (index >> 7u)][(index >> 5u) & 3u];
+        if ((word >> (index & 31u)) & 1u) != 0u {
+            return;
+        }
+    }
+}
+
 // Goes on to the next piece; false at the end of the line.
 fn light_media_advance(walk: ptr<function, light_MediaWalk>) -> bool {
     (*walk).depth += light_media_own_depth(walk, (*walk).stop - (*walk).start);
@@ -315,7 +331,7 @@ fn light_media_advance(walk: ptr<function, light_MediaWalk>) -> bool {
         var cells = (*walk).cells[i];
         var is_changed = false;
         while cells.far > cells.near && cells.base + cells.far <= start {
-            scn_next_cell(&cells);
+            light_media_next_cell(i, &cells);
             is_changed = true;
         }
         if is_changed {

@@ -63,7 +63,7 @@ impl<'a> FaceBlockers<'a> {
                 Some(Layer::Strands(strands, bins))
             }
             Translucent::Grid(grid) => {
-                let texels = view.of_box(grid.bounds())?;
+                let texels = view.of_box(grid.occupied_bounds())?;
                 Some(Layer::Grid(grid, texels))
             }
             Translucent::Particles(particles) => {

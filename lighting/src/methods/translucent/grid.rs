@@ -24,7 +24,7 @@ pub(super) fn segments(
     let tint = f64::from(grid.tint()[channel]);
     texels.for_each(|x, y| {
         let (start, direction) = view.world_ray(x, y);
-        for span in grid.cells_along(start, direction, least, f64::INFINITY) {
+        for span in grid.occupied_cells_along(start, direction, least, f64::INFINITY) {
             let tau = tint * grid.optical_depth(&span);
             // This cannot fail: depths are finite and in order, and a sum of positive terms is
             // positive.
