@@ -203,6 +203,9 @@ fn build(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::new("extrude", name), |b| {
             b.iter(|| cpu.extrude(&mut grid).expect("extrude"));
         });
+        group.bench_function(BenchmarkId::new("voxelise and extrude", name), |b| {
+            b.iter(|| cpu.build(&index_map, &mut grid).expect("build"));
+        });
         group.finish();
     }
 

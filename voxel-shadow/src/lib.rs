@@ -13,7 +13,7 @@
 //!    ([`IndexMap`]). [`RectifyTriangles`] does the same without a shadow map, [`RectifyMasked`] of
 //!    triangles with holes.
 //! 2. [`BuildGrid::voxelise`]: set the bits of those voxels in a [`Grid`].
-//! 3. [`BuildGrid::extrude`] them away from the light: an OR-scan.
+//! 3. [`BuildGrid::extrude`] them away from the light: an OR-scan. [`BuildGrid::build`] does both.
 //!
 //! ```
 //! use epipolar::{Lattice, Light, LightRay, Resolution, Space, Spacing, ViewVolume};
@@ -40,8 +40,7 @@
 //! let mut map = IndexMap::new(&cpu, voxels)?;
 //! let mut grid = Grid::new(&cpu, voxels)?;
 //! cpu.rectify(&lattice, &disc, &mut map)?;
-//! cpu.voxelise(&map, &mut grid)?;
-//! cpu.extrude(&mut grid)?;
+//! cpu.build(&map, &mut grid)?;
 //!
 //! let volume = ShadowVolume::new(&lattice, &grid, Sampling::default())?;
 //! // A ray that passes 1 m under the disc: lit, shadowed for 3 m, lit.

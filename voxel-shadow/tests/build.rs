@@ -20,6 +20,11 @@ fn extruded(cpu: &Cpu, map: &IndexMap<Host>) -> Grid<Host> {
     let mut grid = Grid::new(cpu, map.resolution()).unwrap();
     cpu.voxelise(map, &mut grid).unwrap();
     cpu.extrude(&mut grid).unwrap();
+    // What a grid held before is forgotten.
+    let words = vec![0x5555_5555; map.resolution().words()];
+    let mut at_once = Grid::from_words(map.resolution(), words).unwrap();
+    cpu.build(map, &mut at_once).unwrap();
+    assert_eq!(grid.words(), at_once.words(), "in one pass");
     grid
 }
 
@@ -141,8 +146,10 @@ fn sizes_that_do_not_fit_are_errors() {
     let cpu = Cpu::new();
     let map = IndexMap::new(&cpu, other).unwrap();
     let mut grid = Grid::new(&cpu, resolution).unwrap();
-    let error = cpu.voxelise(&map, &mut grid).unwrap_err();
-    assert!(matches!(error, Error::Resolution { actual, .. } if actual == other));
+    for error in [cpu.voxelise(&map, &mut grid), cpu.build(&map, &mut grid)] {
+        let error = error.unwrap_err();
+        assert!(matches!(error, Error::Resolution { actual, .. } if actual == other));
+    }
     assert!(IndexMap::<Host>::from_indices(resolution, vec![0; 7]).is_err());
     assert!(Grid::<Host>::from_words(resolution, vec![0; 7]).is_err());
     let lattice = lattice(lights()[0], &camera(0.1, 20.0), [4, 4, 32]);

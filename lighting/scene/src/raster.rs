@@ -6,12 +6,18 @@
 //! the determinants that decide whether a ray through the texel centre meets
 //! the triangle, so triangles that reach behind the light need no clipping and
 //! common edges leave no gaps.
+//!
+//! [`nearest_depths`] has the nearest of many triangles in each texel.
+
+mod nearest;
 
 use std::ops::Range;
 
 use glam::{DVec3, Quat, Vec3};
 
 use crate::Bounds;
+
+pub use nearest::nearest_depths;
 
 /// A picture plane of a light, with `resolution` × `resolution` texels; row 0 is on top.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,16 +93,182 @@ impl Linear {
     }
 }
 
-/// A triangle over the texels of a face.
+/// The linear functions of a triangle.
 #[derive(Debug, Clone, Copy)]
-pub struct Footprint {
+struct Lines {
     edges: [Linear; 3],
     /// Depth, or the reciprocal of the distance per length of the ray.
     depth: Linear,
+    /// 0 if the triangle is seen edge-on, and not finite if the corners are too far apart for
+    /// f64. Its sign tells the sides of the triangle apart.
+    determinant: f64,
+}
+
+impl Lines {
+    fn cover_anything(&self) -> bool {
+        self.determinant != 0.0 && self.determinant.is_finite()
+    }
+}
+
+/// How points in the frame of a face are projected, and what triangles look like then. All
+/// functions are inlined, so that loops over many triangles are compiled for vectors.
+trait Projection: Copy + Sync {
+    /// A corner as [`Projection::lines`] and [`Projection::box_of`] take it.
+    fn place(self, local: DVec3) -> DVec3;
+
+    fn lines(self, corners: [DVec3; 3]) -> Lines;
+
+    /// The box around a triangle in texels, and whether it can be relied on: not if a corner is
+    /// behind the light, see [`Projection::clipped_box_of`].
+    fn box_of(self, corners: [DVec3; 3]) -> (Bounds2, bool);
+
+    /// The box around the part of a triangle in front of the light in texels, `None` if there
+    /// is none.
+    fn clipped_box_of(self, corners: [DVec3; 3]) -> Option<Bounds2>;
+}
+
+/// The projection of [`Rays::Parallel`].
+#[derive(Debug, Clone, Copy)]
+struct Parallel {
+    /// Half the resolution.
+    centre: f64,
+    /// Texels per metre.
+    scale_x: f64,
+    scale_y: f64,
+}
+
+impl Parallel {
+    fn new(half_width: f32, half_height: f32, resolution: u32) -> Self {
+        let n = f64::from(resolution);
+        Self {
+            centre: 0.5 * n,
+            scale_x: 0.5 * n / f64::from(half_width),
+            scale_y: 0.5 * n / f64::from(half_height),
+        }
+    }
+}
+
+impl Projection for Parallel {
+    #[inline(always)]
+    fn place(self, p: DVec3) -> DVec3 {
+        DVec3::new(
+            self.centre + p.x * self.scale_x,
+            self.centre - p.y * self.scale_y,
+            p.z,
+        )
+    }
+
+    #[inline(always)]
+    fn lines(self, [a, b, c]: [DVec3; 3]) -> Lines {
+        let (e, f) = (b - a, c - a);
+        let area = e.x * f.y - e.y * f.x;
+        let sign = area.signum();
+        let edge = |p: DVec3, q: DVec3| Linear {
+            a: sign * (p.y - q.y),
+            b: sign * (q.x - p.x),
+            c: sign * (p.x * q.y - p.y * q.x),
+        };
+        let slope_x = (e.z * f.y - f.z * e.y) / area;
+        let slope_y = (f.z * e.x - e.z * f.x) / area;
+        Lines {
+            edges: [edge(a, b), edge(b, c), edge(c, a)],
+            depth: Linear {
+                a: slope_x,
+                b: slope_y,
+                c: a.z - slope_x * a.x - slope_y * a.y,
+            },
+            determinant: area,
+        }
+    }
+
+    #[inline(always)]
+    fn box_of(self, corners: [DVec3; 3]) -> (Bounds2, bool) {
+        let [a, b, c] = corners.map(|p| (p.x, p.y));
+        (Bounds2::NOTHING.and(a).and(b).and(c), true)
+    }
+
+    fn clipped_box_of(self, corners: [DVec3; 3]) -> Option<Bounds2> {
+        Some(self.box_of(corners).0)
+    }
+}
+
+/// The projection of [`Rays::Central`]: the ray of the texel position (x, y) is
+/// (x step − tan, tan − y step, 1).
+#[derive(Debug, Clone, Copy)]
+struct Central {
+    tan: f64,
+    step: f64,
+}
+
+impl Central {
+    fn new(tan: f32, resolution: u32) -> Self {
+        let tan = f64::from(tan);
+        Self {
+            tan,
+            step: 2.0 * tan / f64::from(resolution),
+        }
+    }
+
+    #[inline(always)]
+    fn in_texels(self, projected: Bounds2) -> Bounds2 {
+        let to_x = |u: f64| (u + self.tan) / self.step;
+        let to_y = |v: f64| (self.tan - v) / self.step;
+        Bounds2 {
+            min: (to_x(projected.min.0), to_y(projected.max.1)),
+            max: (to_x(projected.max.0), to_y(projected.min.1)),
+        }
+    }
+}
+
+impl Projection for Central {
+    #[inline(always)]
+    fn place(self, local: DVec3) -> DVec3 {
+        local
+    }
+
+    #[inline(always)]
+    fn lines(self, [a, b, c]: [DVec3; 3]) -> Lines {
+        // A ray r meets the triangle if it is a positive combination of the
+        // corners; the weights are the three determinants over det(a, b, c).
+        let (bc, ca, ab) = (b.cross(c), c.cross(a), a.cross(b));
+        let determinant = a.dot(bc);
+        let Self { tan, step } = self;
+        let over_texels = |v: DVec3| Linear {
+            a: v.x * step,
+            b: -v.y * step,
+            c: tan * (v.y - v.x) + v.z,
+        };
+        let sign = determinant.signum();
+        let normal = (b - a).cross(c - a);
+        Lines {
+            edges: [bc, ca, ab].map(|v| over_texels(sign * v)),
+            depth: over_texels(normal / normal.dot(a)),
+            determinant,
+        }
+    }
+
+    #[inline(always)]
+    fn box_of(self, corners: [DVec3; 3]) -> (Bounds2, bool) {
+        let near = nearest_in_front(&corners);
+        let [a, b, c] = corners.map(|p| (p.x / p.z, p.y / p.z));
+        let projected = Bounds2::NOTHING.and(a).and(b).and(c);
+        let [a, b, c] = corners.map(|corner| corner.z >= near);
+        (self.in_texels(projected), a & b & c)
+    }
+
+    fn clipped_box_of(self, corners: [DVec3; 3]) -> Option<Bounds2> {
+        in_front(&corners).map(|projected| self.in_texels(projected))
+    }
+}
+
+/// A triangle over the texels of a face.
+#[derive(Debug, Clone, Copy)]
+pub struct Footprint {
+    lines: Lines,
     /// Which of the edges lies across from the second and from the third corner.
     across: [usize; 2],
-    /// Tangent per texel and at texel 0 of a perspective face.
-    central: Option<(f64, f64)>,
+    /// The projection of a perspective face.
+    central: Option<Central>,
     front: bool,
     columns: (u32, u32),
     rows: (u32, u32),
@@ -114,88 +286,39 @@ impl Footprint {
                 v.dot(face.forward.as_dvec3()),
             )
         });
-        let n = f64::from(resolution);
         match face.rays {
             Rays::Parallel {
                 half_width,
                 half_height,
             } => {
-                let scale_x = 0.5 * n / f64::from(half_width);
-                let scale_y = 0.5 * n / f64::from(half_height);
-                let texel = local
-                    .map(|p| DVec3::new(0.5 * n + p.x * scale_x, 0.5 * n - p.y * scale_y, p.z));
-                Self::parallel(texel, resolution)
+                let projection = Parallel::new(half_width, half_height, resolution);
+                let (lines, [columns, rows]) = seen(projection, local, resolution)?;
+                Some(Self {
+                    lines,
+                    // Edges begin at the first corner.
+                    across: [2, 0],
+                    central: None,
+                    // Rows grow downwards, which turns counter-clockwise around.
+                    front: lines.determinant < 0.0,
+                    columns,
+                    rows,
+                })
             }
-            Rays::Central { tan } => Self::central(local, f64::from(tan), resolution),
+            Rays::Central { tan } => {
+                let projection = Central::new(tan, resolution);
+                let (lines, [columns, rows]) = seen(projection, local, resolution)?;
+                Some(Self {
+                    lines,
+                    across: [1, 2],
+                    central: Some(projection),
+                    // This is negative in a right-handed frame, but (right, up, forward) is
+                    // left-handed.
+                    front: lines.determinant > 0.0,
+                    columns,
+                    rows,
+                })
+            }
         }
-    }
-
-    fn parallel([a, b, c]: [DVec3; 3], resolution: u32) -> Option<Self> {
-        let (e, f) = (b - a, c - a);
-        let area = e.x * f.y - e.y * f.x;
-        if area == 0.0 || !area.is_finite() {
-            return None;
-        }
-        let sign = area.signum();
-        let edge = |p: DVec3, q: DVec3| Linear {
-            a: sign * (p.y - q.y),
-            b: sign * (q.x - p.x),
-            c: sign * (p.x * q.y - p.y * q.x),
-        };
-        let slope_x = (e.z * f.y - f.z * e.y) / area;
-        let slope_y = (f.z * e.x - e.z * f.x) / area;
-        let bounds = Bounds2::of(&[a, b, c], |p| (p.x, p.y));
-        Some(Self {
-            edges: [edge(a, b), edge(b, c), edge(c, a)],
-            depth: Linear {
-                a: slope_x,
-                b: slope_y,
-                c: a.z - slope_x * a.x - slope_y * a.y,
-            },
-            // Edges begin at the first corner.
-            across: [2, 0],
-            central: None,
-            // Rows grow downwards, which turns counter-clockwise around.
-            front: area < 0.0,
-            columns: texels_between(bounds.min.0, bounds.max.0, resolution)?,
-            rows: texels_between(bounds.min.1, bounds.max.1, resolution)?,
-        })
-    }
-
-    fn central([a, b, c]: [DVec3; 3], tan: f64, resolution: u32) -> Option<Self> {
-        // A ray r meets the triangle if it is a positive combination of the
-        // corners; the weights are the three determinants over det(a, b, c).
-        let (bc, ca, ab) = (b.cross(c), c.cross(a), a.cross(b));
-        let determinant = a.dot(bc);
-        if determinant == 0.0 || !determinant.is_finite() {
-            return None;
-        }
-        let n = f64::from(resolution);
-        // r = (x step − tan, tan − y step, 1) at texel position (x, y).
-        let step = 2.0 * tan / n;
-        let over_texels = |v: DVec3| Linear {
-            a: v.x * step,
-            b: -v.y * step,
-            c: tan * (v.y - v.x) + v.z,
-        };
-        let sign = determinant.signum();
-        let edges = [bc, ca, ab].map(|v| over_texels(sign * v));
-        let normal = (b - a).cross(c - a);
-        let depth = over_texels(normal / normal.dot(a));
-        let bounds = in_front(&[a, b, c])?;
-        let to_x = |u: f64| (u + tan) / step;
-        let to_y = |v: f64| (tan - v) / step;
-        Some(Self {
-            edges,
-            depth,
-            across: [1, 2],
-            central: Some((step, tan)),
-            // This is negative in a right-handed frame, but (right, up, forward) is
-            // left-handed.
-            front: determinant > 0.0,
-            columns: texels_between(to_x(bounds.min.0), to_x(bounds.max.0), resolution)?,
-            rows: texels_between(to_y(bounds.max.1), to_y(bounds.min.1), resolution)?,
-        })
     }
 
     /// True if the light sees the outside (counter-clockwise side) of the
@@ -219,7 +342,7 @@ impl Footprint {
             };
             for column in from..to {
                 let x = f64::from(column) + 0.5;
-                if self.edges.iter().all(|edge| edge.at(x, y) >= 0.0) {
+                if self.lines.edges.iter().all(|edge| edge.at(x, y) >= 0.0) {
                     let depth = self.depth_at(x, y);
                     texel(column, row, depth);
                 }
@@ -254,7 +377,7 @@ impl Footprint {
             };
             for column in from.max(columns.start)..to.min(columns.end) {
                 let x = f64::from(column) + 0.5;
-                if self.edges.iter().all(|edge| covers(edge, x, y)) {
+                if self.lines.edges.iter().all(|edge| covers(edge, x, y)) {
                     texel(column, row, self.depth_at(x, y));
                 }
             }
@@ -265,7 +388,7 @@ impl Footprint {
     /// ray through the centre of a texel meets its plane.
     pub fn barycentric(&self, x: u32, y: u32) -> [f64; 2] {
         let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let weights = self.edges.map(|edge| edge.at(x, y));
+        let weights = self.lines.edges.map(|edge| edge.at(x, y));
         let sum: f64 = weights.iter().sum();
         self.across.map(|edge| weights[edge] / sum)
     }
@@ -274,7 +397,7 @@ impl Footprint {
     /// wider on either side than rounding may take away.
     fn covered_columns(&self, y: f64) -> Option<(u32, u32)> {
         let (mut from, mut to) = (f64::from(self.columns.0), f64::from(self.columns.1));
-        for edge in &self.edges {
+        for edge in &self.lines.edges {
             let rest = edge.b * y + edge.c;
             let crossing = -rest / edge.a;
             if edge.a > 0.0 {
@@ -290,10 +413,10 @@ impl Footprint {
     }
 
     fn depth_at(&self, x: f64, y: f64) -> f32 {
-        let value = self.depth.at(x, y);
+        let value = self.lines.depth.at(x, y);
         let depth = match self.central {
             None => value,
-            Some((step, tan)) => {
+            Some(Central { tan, step }) => {
                 let (u, v) = (x * step - tan, tan - y * step);
                 (u * u + v * v + 1.0).sqrt() / value
             }
@@ -302,23 +425,51 @@ impl Footprint {
     }
 }
 
+/// The lines of a triangle, and the columns and rows in which it may cover texel centres; `None`
+/// if it covers none.
+fn seen<P: Projection>(
+    projection: P,
+    local: [DVec3; 3],
+    resolution: u32,
+) -> Option<(Lines, [(u32, u32); 2])> {
+    let corners = local.map(|corner| projection.place(corner));
+    let lines = projection.lines(corners);
+    if !lines.cover_anything() {
+        return None;
+    }
+    let bounds = projection.clipped_box_of(corners)?;
+    let [columns, rows] = bounds.texels(f64::from(resolution));
+    let whole = |[first, end]: [f64; 2]| (first < end).then_some((first as u32, end as u32));
+    Some((lines, [whole(columns)?, whole(rows)?]))
+}
+
+#[derive(Debug, Clone, Copy)]
 struct Bounds2 {
     min: (f64, f64),
     max: (f64, f64),
 }
 
 impl Bounds2 {
-    fn of<P>(points: &[P], position: impl Fn(&P) -> (f64, f64)) -> Self {
-        let mut bounds = Self {
-            min: (f64::INFINITY, f64::INFINITY),
-            max: (f64::NEG_INFINITY, f64::NEG_INFINITY),
-        };
-        for point in points {
-            let (x, y) = position(point);
-            bounds.min = (bounds.min.0.min(x), bounds.min.1.min(y));
-            bounds.max = (bounds.max.0.max(x), bounds.max.1.max(y));
+    const NOTHING: Self = Self {
+        min: (f64::INFINITY, f64::INFINITY),
+        max: (f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    #[inline(always)]
+    fn and(self, (x, y): (f64, f64)) -> Self {
+        Self {
+            min: (lesser(self.min.0, x), lesser(self.min.1, y)),
+            max: (greater(self.max.0, x), greater(self.max.1, y)),
         }
-        bounds
+    }
+
+    /// The columns and the rows whose centres may lie within: [`texels_between`].
+    #[inline(always)]
+    fn texels(self, resolution: f64) -> [[f64; 2]; 2] {
+        [
+            texels_between(self.min.0, self.max.0, resolution),
+            texels_between(self.min.1, self.max.1, resolution),
+        ]
     }
 }
 
@@ -326,34 +477,50 @@ impl Bounds2 {
 /// the light, `None` if there is none. Corners behind the light are replaced by
 /// points of the edges just in front of it.
 fn in_front(corners: &[DVec3; 3]) -> Option<Bounds2> {
-    let scale = corners
-        .iter()
-        .map(|p| p.abs().max_element())
-        .fold(0.0, f64::max);
-    let near = 1e-9 * scale;
-    let mut points = [(0.0, 0.0); 6];
-    let mut count = 0;
+    let near = nearest_in_front(corners);
+    let mut bounds = None;
+    let mut add = |point: (f64, f64)| {
+        bounds = Some(bounds.unwrap_or(Bounds2::NOTHING).and(point));
+    };
     for i in 0..3 {
         let (p, q) = (corners[i], corners[(i + 1) % 3]);
         if p.z >= near {
-            points[count] = (p.x / p.z, p.y / p.z);
-            count += 1;
+            add((p.x / p.z, p.y / p.z));
         }
         if (p.z >= near) != (q.z >= near) {
             let cut = p + (q - p) * ((near - p.z) / (q.z - p.z));
-            points[count] = (cut.x / near, cut.y / near);
-            count += 1;
+            add((cut.x / near, cut.y / near));
         }
     }
-    (count > 0).then(|| Bounds2::of(&points[..count], |p| *p))
+    bounds
 }
 
-/// The texels whose centres may lie between two positions: first, and one
-/// after the last; `None` if there are none.
-fn texels_between(low: f64, high: f64, resolution: u32) -> Option<(u32, u32)> {
-    let first = (low - 0.5 - 1e-6).ceil().max(0.0);
-    let end = ((high - 0.5 + 1e-6).floor() + 1.0).min(f64::from(resolution));
-    (first < end).then_some((first as u32, end as u32))
+/// The lesser of two numbers by one instruction, which gives `b` if one of them is NaN.
+#[inline(always)]
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers by one instruction, which gives `b` if one of them is NaN.
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The distance along `forward` from which on a corner counts as in front of the light.
+#[inline(always)]
+fn nearest_in_front(corners: &[DVec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(|p| greater(greater(p.x.abs(), p.y.abs()), p.z.abs()));
+    1e-9 * greater(greater(a, b), c)
+}
+
+/// The texels whose centres may lie between two positions, as whole numbers: first, and one
+/// after the last, which is not after the first if there are none.
+#[inline(always)]
+fn texels_between(low: f64, high: f64, resolution: f64) -> [f64; 2] {
+    let first = greater((low - 0.5 - 1e-6).ceil(), 0.0);
+    let end = lesser((high - 0.5 + 1e-6).floor() + 1.0, resolution);
+    [first, end]
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use gpu_backend::{Backend, BufferOf, Cpu, Error, Host, Memory};
 
 use super::Casters;
 use super::masked::Masked;
-use crate::scene::raster::{Face, Footprint, Rays};
+use crate::scene::raster::{Face, Footprint, Rays, nearest_depths};
 use crate::scene::{Bounds, Emission, Emitter, Geometry};
 use crate::visibility::PointVisibility;
 
@@ -19,7 +19,7 @@ const MAX_BYTES: u64 = 1 << 32;
 /// Spotlights wider than this (tangent of 75°) get a cube of maps.
 const WIDEST_TAN: f32 = 3.732;
 
-/// Rows that are rendered as one unit of work.
+/// Rows in which masked triangles are rendered as one unit of work.
 const BAND: u32 = 16;
 
 /// Why a shadow map could not be rendered.
@@ -339,40 +339,50 @@ pub(crate) fn render_face(
     resolution: u32,
     texels: &mut [f32],
 ) {
+    let (solid, with_holes) = triangles.split_at(triangles.len() - masked.len());
+    nearest_depths(cpu, face, solid, resolution, EMPTY, texels);
+    if !with_holes.is_empty() {
+        render_masked(cpu, face, with_holes, masked, resolution, texels);
+    }
+}
+
+/// Lowers texels to the nearest depth of masked triangles outside of their holes.
+fn render_masked(
+    cpu: &Cpu,
+    face: &Face,
+    triangles: &[[Vec3; 3]],
+    masked: &Masked,
+    resolution: u32,
+    texels: &mut [f32],
+) {
     const CHUNK: usize = 4096;
-    let solid = triangles.len() - masked.len();
-    // Footprints of the triangles, and for masked ones their index in `masked`.
-    let footprints: Vec<Vec<(Footprint, Option<usize>)>> =
+    let footprints: Vec<Vec<(usize, Footprint)>> =
         cpu.map(triangles.len().div_ceil(CHUNK), |chunk| {
             (chunk * CHUNK..)
                 .zip(&triangles[chunk * CHUNK..])
                 .take(CHUNK)
                 .filter_map(|(index, triangle)| {
-                    let footprint = Footprint::new(face, triangle, resolution)?;
-                    Some((footprint, index.checked_sub(solid)))
+                    Some((index, Footprint::new(face, triangle, resolution)?))
                 })
                 .collect()
         });
     let mut bands = vec![Vec::new(); resolution.div_ceil(BAND) as usize];
     for footprint in footprints.iter().flatten() {
-        let (first, end) = footprint.0.rows();
+        let (first, end) = footprint.1.rows();
         for band in &mut bands[(first / BAND) as usize..end.div_ceil(BAND) as usize] {
             band.push(footprint);
         }
     }
     let width = resolution as usize;
     cpu.for_each_chunk(texels, BAND as usize * width, |first, chunk| {
-        chunk.fill(EMPTY);
         let first_row = (first / width) as u32;
         let end_row = first_row + (chunk.len() / width) as u32;
-        for (footprint, mask) in &bands[(first_row / BAND) as usize] {
+        for (index, footprint) in &bands[(first_row / BAND) as usize] {
             footprint.for_each(first_row, end_row, |x, y, depth| {
                 let texel = &mut chunk[(y - first_row) as usize * width + x as usize];
                 let is_there = || {
-                    mask.is_none_or(|index| {
-                        let [u, v] = footprint.barycentric(x, y);
-                        masked.blocks(index, u, v)
-                    })
+                    let [u, v] = footprint.barycentric(x, y);
+                    masked.blocks(*index, u, v)
                 };
                 if depth < *texel && is_there() {
                     *texel = depth;

@@ -290,8 +290,7 @@ impl<M: Memory> VoxelVolume<M> {
         // This checks the sampling before any work is done.
         ShadowVolume::new(&lattice, &self.grid, self.sampling)?;
         rectify(&lattice, &mut self.map)?;
-        backend.voxelise(&self.map, &mut self.grid)?;
-        backend.extrude(&mut self.grid)?;
+        backend.build(&self.map, &mut self.grid)?;
         self.state = State::Voxels(Box::new(lattice));
         Ok(())
     }
