@@ -552,7 +552,10 @@ pub const TABLE: &[Tolerance] = &[
             most 1e-6 / (e w): 5e-5. The share that passes a piece is rounded to half a unit, \
             6e-8 / (e tau) together: 1e-5 for an alpha of 0.3. Optical depths of the balls of \
             that test and of `balls_are_met...` are off by 16 units, 1e-6 / e, and by 5e-5 for \
-            the one ray in 1e4 whose chord is a hundredth of the diameter. A lookup adds 2e-6.",
+            the one ray in 1e4 whose chord is a hundredth of the diameter. A ray through a grid \
+            of grid_candidates_tests.rs is off by 2^-22 of at most 64 cells, 1.5e-5 of a cell, and \
+            crosses a plane between cells up to ten times that away where it is oblique; at an \
+            optical depth of 0.5 per cell that is 7e-5. A lookup adds 2e-6.",
     },
     Tolerance {
         what: Allowed::GpuMedia,

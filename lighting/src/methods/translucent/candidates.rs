@@ -1,6 +1,6 @@
-//! What casts shadows, as candidates of texels that shaders go through: strands, particles and
-//! opaque triangles. Grids, see-through triangles and long pieces of strands are made into
-//! segments on the CPU.
+//! What casts shadows, as candidates of texels that shaders go through: strands, particles,
+//! density grids and opaque triangles. See-through triangles and long pieces of strands are made
+//! into segments on the CPU.
 //!
 //! All that is needed once per caster is computed in f64 on the CPU, as [`FaceBlockers`] does:
 //! which texels a caster may touch, and where it lies in the picture. Positions count from
@@ -22,12 +22,14 @@ use transmittance::gpu::{
 };
 
 use super::blockers::opaque_depths;
+use super::grid_rays::{Densities, GridRays};
 use super::map::check;
 use super::particles::{Ball, PARTS};
 use super::strands::Outline;
 use super::view::{Texels, View};
 use super::{Casters, TransmittanceMap, TransmittanceMapError};
 use crate::Emitter;
+use crate::scene::gpu::MEDIA;
 use crate::scene::raster::Face;
 use crate::scene::{Caster, Geometry, Translucent};
 use crate::shadow_map::{EMPTY, faces};
@@ -41,7 +43,8 @@ pub(super) struct PictureRecord {
     pub(super) resolution: u32,
     pub(super) parallel: u32,
     pub(super) empty: f32,
-    pub(super) padding: [u32; 2],
+    pub(super) rows: u32,
+    pub(super) padding: u32,
 }
 
 /// `light_Candidate` of `candidates.wgsl`.
@@ -62,6 +65,8 @@ pub(super) struct CandidateRecord {
 pub(super) const STRAND: u32 = 0;
 pub(super) const BALL: u32 = 1;
 pub(super) const OPAQUE: u32 = 2;
+/// From here on kinds are those of grids, in their order.
+pub(super) const GRID: u32 = 3;
 
 /// The most columns or rows of texels that a piece of strand may touch in shaders.
 const MOST_TEXELS: u32 = 128;
@@ -87,9 +92,12 @@ impl CandidateRecord {
     }
 
     /// As `Crowding::of` takes it.
-    fn touched(&self) -> ([u32; 4], u32) {
-        let is_soft = self.kind == BALL && self.b[1] == 1.0;
-        let segments = if is_soft { PARTS } else { 1 };
+    fn touched(&self, grids: &[GridRays]) -> ([u32; 4], u32) {
+        let segments = match self.kind {
+            BALL if self.b[1] == 1.0 => PARTS,
+            STRAND | BALL | OPAQUE => 1,
+            grid => grids[(grid - GRID) as usize].segments,
+        };
         (self.texels(), segments)
     }
 
@@ -108,17 +116,22 @@ struct FaceCandidates {
     crowding: Crowding,
     records: GpuBuffer<CandidateRecord>,
     opaque: GpuBuffer<f32>,
+    grids: GpuBuffer<GridRays>,
+    densities: GpuBuffer<f32>,
 }
 
 const CANDIDATES: &str = include_str!("candidates.wgsl");
+const GRIDS: &str = include_str!("grid.wgsl");
 
 /// The part of `FaceCandidates`.
 pub(super) fn part() -> Part {
     Part::new("light_blockers")
-        .source(CANDIDATES)
+        .sources(&[MEDIA, GRIDS, CANDIDATES])
         .uniform("light_picture", "light_Picture")
         .read("light_candidates", "array<light_Candidate>")
         .read("light_opaque", "array<f32>")
+        .read("light_grids", "array<light_GridRays>")
+        .read("light_densities", "array<f32>")
 }
 
 impl InShader<CandidatesSlot> for FaceCandidates {
@@ -131,12 +144,15 @@ impl InShader<CandidatesSlot> for FaceCandidates {
             Argument::uniform(self.picture),
             Argument::read(&self.records),
             Argument::read(&self.opaque),
+            Argument::read(&self.grids),
+            Argument::read(&self.densities),
         ]
     }
 }
 
 impl ShaderCandidates for FaceCandidates {
-    // Four cuts of at most eight corners, an area and depths.
+    // Of a strand four cuts of at most eight corners, an area and depths; a cell of a grid is
+    // found in fewer.
     const LOOPS: u32 = 4 * 9 + 8 + 8;
 
     fn count(&self) -> u32 {
@@ -155,90 +171,133 @@ fn casts_through(geometry: &Geometry) -> bool {
         && triangles.any(|index| matches!(geometry.caster(index), Caster::SeeThrough(_)))
 }
 
-/// The number of pieces or balls of a caster.
+/// The number of pieces or balls of a caster; a grid is one.
 fn part_count(caster: &Translucent) -> usize {
     match caster {
         Translucent::Strands(strands) => strands.piece_count(),
         Translucent::Particles(particles) => particles.all().len(),
-        Translucent::Grid(_) => 0,
+        Translucent::Grid(_) => 1,
     }
 }
 
-/// One of these in a face whose rows begin at `row`; `None` if the face does not see it.
-fn candidate(caster: &Translucent, index: usize, view: &View, row: u32) -> Option<CandidateRecord> {
-    match caster {
-        Translucent::Strands(strands) => {
-            Outline::new(view, &strands.piece(index))?.candidate(view, row)
+/// What the faces of a light see.
+#[derive(Debug, Default)]
+struct Seen {
+    records: Vec<CandidateRecord>,
+    grids: Vec<GridRays>,
+}
+
+/// A face in one colour channel, with the rows of the map from `row` on.
+#[derive(Debug, Clone, Copy)]
+struct Picture {
+    view: View,
+    row: u32,
+    channel: usize,
+}
+
+impl Picture {
+    /// A part of a caster, with the rays through it appended to `grids` if it is a grid, whose
+    /// first density has this index; `None` if the picture does not see it.
+    fn candidate(
+        &self,
+        caster: &Translucent,
+        index: usize,
+        first_density: Option<u32>,
+        grids: &mut Vec<GridRays>,
+    ) -> Option<CandidateRecord> {
+        let Self { view, row, channel } = self;
+        match caster {
+            Translucent::Strands(strands) => {
+                Outline::new(view, &strands.piece(index))?.candidate(view, *row)
+            }
+            Translucent::Particles(particles) => {
+                let ball = &particles.all()[index];
+                Ball::new(view, ball, particles.profile()).candidate(view, *row)
+            }
+            Translucent::Grid(grid) => {
+                let first = first_density?;
+                let texels = view.of_box(grid.bounds())?;
+                if grid.tint()[*channel] == 0.0 {
+                    return None;
+                }
+                // There are fewer than records, which fit into a buffer.
+                let kind = GRID + grids.len() as u32;
+                grids.push(GridRays::new(grid, view, texels, *channel, first));
+                Some(CandidateRecord::new(kind, texels, *row))
+            }
         }
-        Translucent::Particles(particles) => {
-            let ball = &particles.all()[index];
-            Ball::new(view, ball, particles.profile()).candidate(view, row)
-        }
-        Translucent::Grid(_) => None,
     }
 }
 
 impl Casters<'_> {
-    /// Whether shaders know all of them.
+    /// Whether shaders know all of them, but for those that are too large.
     fn are_candidates(&self) -> bool {
-        let is_grid = |caster: &Translucent| matches!(caster, Translucent::Grid(_));
-        let has_panes = self.triangles.panes().is_some_and(casts_through);
-        !self.translucent.iter().any(is_grid) && !has_panes
+        !self.triangles.panes().is_some_and(casts_through)
     }
 
-    /// The strands and particles that the faces see, in their order. `None` if there are more
-    /// than `most`, if shaders do not take one of them, or if `goes_on` says no before a face.
-    fn records(
+    /// The translucent casters that the pictures see, in their order. `None` if there are more
+    /// than `most` records, if shaders do not take one of them, or if `goes_on` says no before a
+    /// picture.
+    fn seen(
         &self,
-        faces: &[Face],
-        resolution: u32,
+        pictures: &[Picture],
+        densities: &Densities,
         most: usize,
         goes_on: &dyn Fn() -> bool,
-    ) -> Option<Vec<CandidateRecord>> {
-        let mut records = Vec::new();
-        for (row, face) in (0..).step_by(resolution as usize).zip(faces) {
+    ) -> Option<Seen> {
+        let mut seen = Seen::default();
+        for picture in pictures {
             if !goes_on() {
                 return None;
             }
-            let view = View::new(face, resolution);
-            for caster in self.translucent {
+            for (number, caster) in self.translucent.iter().enumerate() {
+                let first = densities.first(number);
                 for index in 0..part_count(caster) {
-                    let Some(record) = candidate(caster, index, &view, row) else {
+                    let grids = &mut seen.grids;
+                    let Some(record) = picture.candidate(caster, index, first, grids) else {
                         continue;
                     };
-                    if records.len() == most || record.is_too_long() {
+                    // The rays through a grid take twice the memory of a record.
+                    let is_full = seen.records.len() == most || 2 * seen.grids.len() > most;
+                    if is_full || record.is_too_long() {
                         return None;
                     }
-                    records.push(record);
+                    seen.records.push(record);
                 }
             }
         }
-        Some(records)
+        Some(seen)
     }
 }
 
 impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
     /// [`TransmittanceMap::build`] in shaders, each curve by the rule of `clear`: strands,
-    /// particles and opaque triangles are listed by square of texels, and every texel takes
-    /// what it meets, in the order of the casters and of their parts; no segment is in memory.
-    /// See [`build_from_candidates`].
+    /// particles, density grids and opaque triangles are listed by square of texels, and every
+    /// texel takes what it meets, in the order of the casters and of their parts; of a grid these
+    /// are the cells along its ray. No segment is in memory. See [`build_from_candidates`].
     ///
-    /// `None` if this cannot be: with density grids or see-through triangles among the casters,
-    /// with a piece of a strand that touches more than 128 columns or rows of texels, or with
-    /// more casters than a buffer of the device holds, at 96 bytes for each face that sees a
-    /// particle or a piece of a strand. Then build the map on the CPU and
+    /// `None` if this cannot be: with see-through triangles among the casters, with a piece of a
+    /// strand that touches more than 128 columns or rows of texels, with a grid of more than 2048
+    /// cells along an axis, with more densities than a buffer of the device holds, with more
+    /// casters than such a buffer holds, at 96 bytes for each face that sees a grid, a particle
+    /// or a piece of a strand, or with more of these over one texel than the dispatches that
+    /// `build_from_candidates` allows. Then build the map on the CPU and
     /// [`upload`](TransmittanceMap::upload) it.
     ///
-    /// Beside the map, memory on the device is 144 bytes for each of these, 4 for each texel if
-    /// there are opaque triangles, and curves in the making as `build_from_candidates` says; on
-    /// the host it is 112 bytes for each of these, and 8 for each texel or 12 if there are
-    /// opaque triangles.
+    /// Beside the map, memory on the device is 144 bytes for each of these, 192 more for a grid,
+    /// 4 for each density, 4 for each texel of the faces if there are opaque triangles, and curves
+    /// in the making as `build_from_candidates` says; on the host it is 112 bytes for each of
+    /// these, 192 more for a grid, 4 for each density, and 8 for each texel or 12 if there are
+    /// opaque triangles. Where a [tint](crate::scene::DensityGrid::tint) colours the light, a
+    /// face counts once for each colour.
     ///
     /// Optical depths and depths of segments are those of the CPU but for roundings to f32. The
     /// coverage of a texel by a piece of a strand is off by up to 1e-5 for pieces of 128 texels,
     /// and in proportion for shorter ones: 1e-3 of itself where a strand is as thin as a
-    /// hundredth of a texel. Roundings may also decide otherwise which of two nodes of a curve is
-    /// left out; the error bounds of both curves hold but for these differences.
+    /// hundredth of a texel. A ray goes through a grid as if it were moved aside by 2⁻²² of the
+    /// size of the grid; one that runs within a face between cells may meet those on the other
+    /// side of it. Roundings may also decide otherwise which of two nodes of a curve is left out;
+    /// the error bounds of both curves hold but for these differences.
     ///
     /// In an encoder of yours the map is only recorded: its curves are not made before you submit
     /// what was recorded. If you drop the encoder instead, drop the map too: lookups in it would
@@ -289,45 +348,71 @@ impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
             .flatten()
             .collect();
         let side = resolution as usize;
-        let extent = [side, side * planes.len()];
+        let channels = casters.channels();
+        let extent = [side, channels * side * planes.len()];
         let limits = gpu.context().limits();
         let bytes = limits
             .max_storage_buffer_binding_size
             .min(limits.max_buffer_size);
-        // Each face may have opaque triangles, which are one record.
-        let most = (bytes / size_of::<CandidateRecord>() as u64).saturating_sub(6) as usize;
-        let Some(mut records) = casters.records(&planes, resolution, most, goes_on) else {
+        // All faces of red come first, followed by those of green and of blue.
+        let each = (0..channels).flat_map(|channel| planes.iter().map(move |face| (channel, face)));
+        let rows = (0..).step_by(side);
+        let pictures: Vec<Picture> = rows
+            .zip(each)
+            .map(|(row, (channel, face))| Picture {
+                view: View::new(face, resolution),
+                row,
+                channel,
+            })
+            .collect();
+        // Each picture may have opaque triangles, which are one record.
+        let most = (bytes / size_of::<CandidateRecord>() as u64) as usize;
+        let most = most.saturating_sub(pictures.len());
+        let most_densities = (bytes / size_of::<f32>() as u64) as usize;
+        let Some(densities) = Densities::new(casters.translucent, most_densities) else {
+            return Ok(None);
+        };
+        let Some(mut seen) = casters.seen(&pictures, &densities, most, goes_on) else {
             return Ok(None);
         };
         // What does not fit is said before anything is drawn. A curve is at least as large as a
         // depth, so that these fit where it does.
         let mut curves = transmittance::TransmittanceMap::new(gpu, extent)?;
         let mut opaque = Vec::new();
-        for (row, face) in (0..).step_by(side).zip(&planes) {
+        for face in &planes {
             if !goes_on() {
                 return Ok(None);
             }
+            opaque
+                .extend(opaque_depths(&Cpu::new(), casters, face, resolution).unwrap_or_default());
+        }
+        if !opaque.is_empty() {
             // Opaque triangles come after all else that a texel meets.
-            if let Some(depths) = opaque_depths(&Cpu::new(), casters, face, resolution) {
-                opaque.extend(depths);
-                let all = View::new(face, resolution).all();
-                records.push(CandidateRecord::new(OPAQUE, all, row));
-            }
+            let all = |it: &Picture| CandidateRecord::new(OPAQUE, it.view.all(), it.row);
+            seen.records.extend(pictures.iter().map(all));
         }
         let there = |error| TransmittanceMapError::Curves(transmittance::Error::Backend(error));
+        let Seen { records, grids } = seen;
+        let touched = records.iter().map(|record| record.touched(&grids));
         let candidates = FaceCandidates {
-            picture: PictureRecord::new(planes.first(), resolution),
+            picture: PictureRecord::new(&planes, resolution),
             // Their bytes are within those of a buffer.
             count: records.len() as u32,
-            crowding: Crowding::of(extent, records.iter().map(CandidateRecord::touched)),
+            crowding: Crowding::of(extent, touched),
             records: gpu.upload(&records).map_err(there)?,
             opaque: gpu.upload(&opaque).map_err(there)?,
+            grids: gpu.upload(&grids).map_err(there)?,
+            densities: gpu.upload(&densities.all).map_err(there)?,
         };
-        build_from_candidates(gpu, clear, &candidates, &mut curves)?;
+        match build_from_candidates(gpu, clear, &candidates, &mut curves) {
+            // Too many dispatches.
+            Err(transmittance::Error::BadValue { .. }) => return Ok(None),
+            result => result?,
+        }
         Ok(Some(Self {
             faces: planes,
             resolution,
-            channels: 1,
+            channels,
             curves,
             filter: Filter::Bilinear,
         }))
@@ -336,15 +421,17 @@ impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
 
 impl PictureRecord {
     /// What all faces of a light have in common.
-    fn new(face: Option<&Face>, resolution: u32) -> Self {
-        let view = face.map(|face| View::new(face, resolution));
+    fn new(faces: &[Face], resolution: u32) -> Self {
+        let view = faces.first().map(|face| View::new(face, resolution));
         Self {
             scale: view.map_or([1.0; 2], |view| view.scale().as_vec2().to_array()),
             half: 0.5 * resolution as f32,
             resolution,
             parallel: u32::from(view.is_some_and(|view| view.is_parallel())),
             empty: EMPTY,
-            padding: [0; 2],
+            // At most six faces of 16384 rows.
+            rows: faces.len() as u32 * resolution,
+            padding: 0,
         }
     }
 }

@@ -1,10 +1,12 @@
-// Pieces of strands, balls and opaque triangles as candidates of the texels of a light's
-// faces, which lie below each other: the shader's side of `FaceCandidates`.
+// Pieces of strands, balls, density grids and opaque triangles as candidates of the texels of a
+// light's faces, which lie below each other, once for each colour with curves of its own: the
+// shader's side of `FaceCandidates`.
 //
-// Needs the part segment.wgsl of `transmittance`, and the variables
+// Needs the part segment.wgsl of `transmittance`, grid.wgsl, and the variables
 //   light_picture: light_Picture
 //   light_candidates: array<light_Candidate>
-//   light_opaque: array<f32>, the depth of the nearest opaque triangle for each texel
+//   light_opaque: array<f32>, the depth of the nearest opaque triangle for each texel of the
+//   faces
 
 struct light_Picture {
     // Texels per metre to the right and up; per unit of the tangent for central rays.
@@ -15,7 +17,9 @@ struct light_Picture {
     parallel: u32,
     // Depths from here on are those of no triangle.
     empty: f32,
-    padding: vec2<u32>,
+    // Of all faces together.
+    rows: u32,
+    padding: u32,
 }
 
 // Positions in the picture count from the first of the texels that the candidate may touch.
@@ -40,6 +44,8 @@ struct light_Candidate {
 const light_STRAND: u32 = 0u;
 const light_BALL: u32 = 1u;
 const light_OPAQUE: u32 = 2u;
+// From here on kinds are those of grids, in their order.
+const light_GRID: u32 = 3u;
 
 // Parts of the chord through a soft ball.
 const light_PARTS: u32 = 4u;
@@ -55,8 +61,11 @@ fn light_blockers_candidate_texels(candidate: u32) -> vec4<u32> {
 }
 
 fn light_blockers_candidate_segment_count(candidate: u32) -> u32 {
-    let is_soft = light_candidates[candidate].kind == light_BALL
-        && light_candidates[candidate].b.y == 1.0;
+    let kind = light_candidates[candidate].kind;
+    if kind >= light_GRID {
+        return light_grids[kind - light_GRID].segments;
+    }
+    let is_soft = kind == light_BALL && light_candidates[candidate].b.y == 1.0;
     return select(1u, light_PARTS, is_soft);
 }
 
@@ -78,8 +87,15 @@ fn light_blockers_candidate_segment(
         segment.entry = met.x;
         segment.exit = met.y;
         segment.optical_depth[0] = met.z;
+    } else if it.kind >= light_GRID {
+        let rays = light_grids[it.kind - light_GRID];
+        let met = light_grid_met(rays, vec2<f32>(offset), texel, index);
+        segment.entry = met.x;
+        segment.exit = met.y;
+        segment.optical_depth[0] = met.z;
     } else {
-        let depth = light_opaque[texel.y * light_picture.resolution + texel.x];
+        let row = texel.y % light_picture.rows;
+        let depth = light_opaque[row * light_picture.resolution + texel.x];
         if depth < light_picture.empty {
             segment.entry = depth;
             segment.exit = depth;
@@ -179,6 +195,13 @@ fn light_axis_depth(it: light_Candidate, share: f32) -> f32 {
     return length(it.a + (it.b - it.a) * (far / (near + far)));
 }
 
+// The central ray of a texel in local coordinates, as far as a metre forwards.
+fn light_central_ray(texel: vec2<u32>) -> vec3<f32> {
+    let row = f32(texel.y % light_picture.resolution);
+    let at = vec2(f32(texel.x), row) + 0.5 - light_picture.half;
+    return vec3(vec2(1.0, -1.0) * at / light_picture.scale, 1.0);
+}
+
 // Entry, exit and optical depth of what a ball takes from a texel's ray.
 fn light_ball_met(
     it: light_Candidate,
@@ -192,9 +215,7 @@ fn light_ball_met(
     var distance2 = dot(away, away);
     var least = -0x1p+126;
     if light_picture.parallel == 0u {
-        let row = f32(texel.y % light_picture.resolution);
-        let at = vec2(f32(texel.x), row) + 0.5 - light_picture.half;
-        let ray = vec3(vec2(1.0, -1.0) * at / light_picture.scale, 1.0);
+        let ray = light_central_ray(texel);
         let inverse = inverseSqrt(dot(ray, ray));
         middle = dot(it.a, ray) * inverse;
         if it.corners[0].z == 1.0 {

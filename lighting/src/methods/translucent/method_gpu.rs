@@ -13,8 +13,8 @@ use crate::methods::{Frame, MethodError, OfLight, SourceOn};
 
 /// The message about casters that shaders do not take.
 const NOT_CANDIDATES: &str = "maps of transmittance are made on the CPU: shaders take \
-    neither density grids, see-through triangles and pieces of strands longer than 128 texels, \
-    nor more casters than a buffer holds";
+    neither see-through triangles, pieces of strands longer than 128 texels and density grids of \
+    more than 2048 cells along an axis, nor more casters or densities than a buffer holds";
 
 /// The message about software drivers.
 const IN_SOFTWARE: &str = "maps of transmittance are made on the CPU: a software driver would \

@@ -24,15 +24,15 @@
 //! Grids and particles are met on the ray of each texel's centre: where the shadow is smooth,
 //! the error of a filtered map is of second order in the size of texels.
 //!
-//! On GPUs, maps of strands, particles and opaque triangles are made in shaders
+//! On GPUs, maps of strands, density grids, particles and opaque triangles are made in shaders
 //! (`TransmittanceMap::build_in_shaders`), by the paper's pipeline of fixed memory
 //! (`transmittance::gpu::build_from_candidates`): casters are listed by square of texels, and
-//! each texel makes the segments of what it meets, in the order of the table, without one of
-//! them in memory. The CPU makes the map where there are grids, see-through triangles or pieces
-//! of strands longer than 128 texels, whose coverage the precision of shaders does not resolve
-//! to 1e-3. The methods also leave it to the CPU on a software driver, where the processor is
-//! faster at rasterising casters than at playing a GPU on which every texel goes through the
-//! lists of its squares; the [watch](crate::Watch::told) is told so.
+//! each texel makes the segments of what it meets, in the order of the CPU's, without one of
+//! them in memory. The CPU makes the map where there are see-through triangles, pieces of strands
+//! longer than 128 texels, whose coverage the precision of shaders does not resolve to 1e-3, or
+//! grids of more than 2048 cells along an axis. The methods also leave it to the CPU on a software
+//! driver, where the processor is faster at rasterising casters than at playing a GPU on which
+//! every texel goes through the lists of its squares; the [watch](crate::Watch::told) is told so.
 //!
 //! A curve has one value for all colours. Where see-through triangles colour the light, red,
 //! green and blue have curves of their own, at three times the memory and time. Stacked
@@ -48,6 +48,10 @@ mod candidates_tests;
 #[cfg(feature = "wgpu")]
 mod gpu;
 mod grid;
+#[cfg(all(test, feature = "procedural", feature = "wgpu"))]
+mod grid_candidates_tests;
+#[cfg(feature = "wgpu")]
+mod grid_rays;
 mod map;
 #[cfg(feature = "methods")]
 mod method;

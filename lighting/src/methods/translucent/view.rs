@@ -25,6 +25,21 @@ pub(crate) struct View {
     pub(super) nearest: f64,
 }
 
+/// The ray of a texel, and how those of its neighbours differ.
+#[cfg(feature = "wgpu")]
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WorldLine {
+    /// That of the view.
+    pub(super) origin: DVec3,
+    /// From there to a point of the ray.
+    pub(super) offset: DVec3,
+    pub(super) direction: DVec3,
+    /// What the next column adds to the offset; for central rays to the direction.
+    pub(super) across: DVec3,
+    /// What the next row adds.
+    pub(super) down: DVec3,
+}
+
 /// The texels whose columns and rows are in these ranges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Texels {
@@ -122,23 +137,54 @@ impl View {
         }
     }
 
+    /// How far the middle of a texel is to the right and up, in metres; in units of the tangent
+    /// for central rays.
+    fn middle(&self, x: u32, y: u32) -> DVec2 {
+        DVec2::new(
+            (f64::from(x) + 0.5 - self.half.x) / self.scale.x,
+            (self.half.y - f64::from(y) - 0.5) / self.scale.y,
+        )
+    }
+
     /// Start and unit direction of the ray through the middle of a texel, in
     /// local coordinates. Depth counts from the start.
     pub(super) fn ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
-        let across = (f64::from(x) + 0.5 - self.half.x) / self.scale.x;
-        let upward = (self.half.y - f64::from(y) - 0.5) / self.scale.y;
+        let middle = self.middle(x, y);
         if self.parallel {
-            (DVec3::new(across, upward, 0.0), DVec3::Z)
+            (middle.extend(0.0), DVec3::Z)
         } else {
-            (DVec3::ZERO, DVec3::new(across, upward, 1.0).normalize())
+            (DVec3::ZERO, middle.extend(1.0).normalize())
         }
+    }
+
+    /// A local direction in world coordinates.
+    fn turned(&self, v: DVec3) -> DVec3 {
+        v.x * self.right + v.y * self.up + v.z * self.forward
     }
 
     /// The same ray in world coordinates.
     pub(super) fn world_ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
         let (start, direction) = self.ray(x, y);
-        let turned = |v: DVec3| v.x * self.right + v.y * self.up + v.z * self.forward;
-        (self.origin + turned(start), turned(direction))
+        (self.origin + self.turned(start), self.turned(direction))
+    }
+
+    /// The ray of a texel in world coordinates: where it is `reach` metres in front of the
+    /// origin, and its direction, which leads one metre forwards.
+    #[cfg(feature = "wgpu")]
+    pub(super) fn world_line(&self, x: u32, y: u32, reach: f64) -> WorldLine {
+        let middle = self.middle(x, y);
+        let [offset, direction] = if self.parallel {
+            [middle.extend(reach), DVec3::Z]
+        } else {
+            [reach * middle.extend(1.0), middle.extend(1.0)]
+        };
+        WorldLine {
+            origin: self.origin,
+            offset: self.turned(offset),
+            direction: self.turned(direction),
+            across: self.right / self.scale.x,
+            down: -self.up / self.scale.y,
+        }
     }
 
     /// All texels that may see a part of a box, given two corners in the picture.
