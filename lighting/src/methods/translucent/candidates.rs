@@ -216,7 +216,7 @@ impl Picture {
             }
             Translucent::Grid(grid) => {
                 let first = first_density?;
-                let texels = view.of_box(grid.bounds())?;
+                let texels = view.of_box(grid.occupied_bounds())?;
                 if grid.tint()[*channel] == 0.0 {
                     return None;
                 }
