@@ -10,7 +10,8 @@ use crate::{Error, PhaseFunction, Real, ScatteringAngle};
 /// a sun per unit of `σ_s p E`, in a medium without bounds, which sunlight
 /// reaches undimmed.
 ///
-/// Accurate to a few units of the last digit of the exponent `σ_t x`. An
+/// Accurate to a few units of the last digit of the exponent `σ_t x`, as long
+/// as `exp(−σ_t x)` is a normal number: in f32 up to an exponent of 87. An
 /// infinite length is allowed; without extinction it counts as nothing, as
 /// there nothing is scattered either. What is no extinction, no way or no
 /// length (NaN, or a negative number) gives 0.
@@ -38,7 +39,8 @@ pub fn open_air<T: Real>(sigma_t: T, x: T, length: T) -> T {
 /// bounds.
 ///
 /// Neither depth need be the larger one; no difference of large numbers is
-/// formed but that of the depths. For finite lengths: the part of a ray that
+/// formed but that of the depths. In f32 digits are lost where the smaller depth
+/// is above 87. For finite lengths: the part of a ray that
 /// goes on for ever is [`open_air`]. What is no depth or no length gives 0.
 pub fn between<T: Real>(first: T, last: T, length: T) -> T {
     let zero = T::from(0.0);

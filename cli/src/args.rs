@@ -713,6 +713,10 @@ pub(crate) struct Methods {
 /// where there is smoke, only methods that see it do. Each method has a row with its median and
 /// worst error against a converged reference, and the case of the worst.
 ///
+/// With --large the cases are those that are hard because there is so much of something: ten
+/// million triangles, 100,000 triangles or hairs at one place, smoke of 256³ voxels. They take
+/// gigabytes of memory, and minutes each.
+///
 /// A violation is a pixel that is NaN, infinite or negative, an error above the bound of a
 /// method that has one, or a picture of the GPU that differs from that of the CPU by more than
 /// twice the method's error. Returns 1 if there is a violation.
@@ -725,6 +729,10 @@ pub(crate) struct Stress {
     /// Run only cases whose name contains one of these
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) cases: Vec<String>,
+
+    /// Run the largest cases instead of the small ones
+    #[arg(long)]
+    pub(crate) large: bool,
 
     /// Backends to run on [default: all that are present]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]

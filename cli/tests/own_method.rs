@@ -162,6 +162,11 @@ fn stress_finds_what_is_no_light() {
         "exact,no shadows",
     ]);
     assert_eq!(format!("{bounded:?}"), format!("{:?}", ExitCode::SUCCESS));
-    let unknown = crepuscular(&["stress", "--cases", "no such case"]);
-    assert_eq!(format!("{unknown:?}"), format!("{:?}", ExitCode::from(2)));
+    for unknown in [
+        &["stress", "--cases", "no such case"][..],
+        &["stress", "--large", "--cases", "one pixel"],
+    ] {
+        let found = crepuscular(unknown);
+        assert_eq!(format!("{found:?}"), format!("{:?}", ExitCode::from(2)));
+    }
 }

@@ -130,6 +130,17 @@ pub trait Backend {
     /// # Errors
     /// [`Error::TooLarge`] if the device cannot hold a buffer of that size.
     fn zeros<T: Element>(&self, len: usize) -> Result<BufferOf<Self, T>, Error>;
+
+    /// Fails if the device has gone. The CPU is always there.
+    ///
+    /// The error of a step may wrap that of another one. Whoever wants to know whether
+    /// anything else can still run on the device asks this instead of unwrapping it.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`].
+    fn check_alive(&self) -> Result<(), Error> {
+        Ok(())
+    }
 }
 
 /// A backend that can finish its work now and give the result back.

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::Instant;
 
 use gpu_backend::gpu::Gpu;
-use gpu_backend::{BufferOf, Cpu, Download, Error};
+use gpu_backend::{BufferOf, Cpu, Download};
 use lighting::methods::{
     Frame, FrameInputs, MethodBackend, MethodError, Selection, Store, Used, Work,
 };
@@ -346,8 +346,8 @@ impl<'a, B: MethodBackend + Download> On<'a, B> {
 
     /// The reason why a candidate is left out; a lost device ends the comparison.
     fn reason(&self, error: MethodError) -> Result<String, Failure> {
+        self.backend.check_alive()?;
         match error {
-            MethodError::Backend(error @ Error::DeviceLost { .. }) => Err(error.into()),
             MethodError::Stopped { .. } => Ok(format!(
                 "{NO_TIME}: it went into the shadows of {} (--lights, --map)",
                 count(self.job.emitters.len(), "emitter")

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use gpu_backend::{Buffer, Download, Error, Host};
+use gpu_backend::{Buffer, Download, Host};
 use lighting::methods::{
     Entry, Frame, FrameInputs, MethodBackend, MethodError, Selection, Store, Verdict,
 };
@@ -88,10 +88,10 @@ impl Case {
             };
             let outcome = match self.image(backend, &store, entry, quality) {
                 Ok(image) => Outcome::of(entry, quality, &image, &self.truth),
-                Err(MethodError::Backend(error @ Error::DeviceLost { .. })) => {
-                    return Err(error.into());
+                Err(error) => {
+                    backend.check_alive()?;
+                    Outcome::refused(Failure::from(error).to_string())
                 }
-                Err(error) => Outcome::refused(Failure::from(error).to_string()),
             };
             findings.push(Finding {
                 case: self.scene.name,

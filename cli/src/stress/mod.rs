@@ -10,7 +10,7 @@ use std::sync::atomic::Ordering;
 use gpu_backend::Cpu;
 use gpu_backend::gpu::{Gpu, Queued};
 use lighting::methods::{Entry, Registry};
-use reference::hard_cases::{FrameCase, frame_cases};
+use reference::hard_cases::{FrameCase, LargeCase, frame_cases, large_frame_cases};
 
 use crate::args::Stress;
 use crate::devices;
@@ -20,12 +20,38 @@ use crate::{interrupt, progress};
 use case::Case;
 use check::Finding;
 
+/// A case, whose scene is made when its turn comes if it is large.
+struct Named {
+    name: &'static str,
+    make: Box<dyn FnOnce() -> FrameCase>,
+}
+
+impl Named {
+    fn small(case: FrameCase) -> Self {
+        Self {
+            name: case.name,
+            make: Box::new(move || case),
+        }
+    }
+
+    fn large(case: LargeCase) -> Self {
+        Self {
+            name: case.name,
+            make: Box::new(move || case.make()),
+        }
+    }
+}
+
 /// Runs `crepuscular stress`.
 pub(crate) fn run(methods: &Registry, args: &Stress) -> Result<(), Failure> {
+    let cases: Vec<Named> = match args.large {
+        false => frame_cases().into_iter().map(Named::small).collect(),
+        true => large_frame_cases().into_iter().map(Named::large).collect(),
+    };
     let cases = chosen(
-        frame_cases().into_iter(),
+        cases.into_iter(),
         &args.cases,
-        |case: &FrameCase, part| case.name.contains(part),
+        |case: &Named, part| case.name.contains(part),
         "--cases",
     )?;
     let entries = chosen(
@@ -43,7 +69,7 @@ pub(crate) fn run(methods: &Registry, args: &Stress) -> Result<(), Failure> {
         if stop.load(Ordering::Relaxed) {
             break;
         }
-        let case = Case::new(case, args.map);
+        let case = Case::new((case.make)(), args.map);
         for device in &devices {
             match &device.context {
                 None => {

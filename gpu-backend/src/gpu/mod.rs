@@ -167,6 +167,10 @@ impl<E: Encode> Backend for Gpu<E> {
     fn zeros<T: Element>(&self, len: usize) -> Result<BufferOf<Self, T>, Error> {
         GpuBuffer::new(&self.context, len, None)
     }
+
+    fn check_alive(&self) -> Result<(), Error> {
+        self.context.check_alive()
+    }
 }
 
 /// Nothing that is locked here is left half-changed by a panic.

@@ -340,6 +340,14 @@ pub enum SceneError {
     /// The phase function has invalid parameters.
     #[error("medium: {0}")]
     PhaseFunction(#[from] airlight::Error),
+    /// The machine has less memory than something takes.
+    #[error("there is no memory for {what}, which takes {bytes} bytes")]
+    OutOfMemory {
+        /// What would have been made.
+        what: &'static str,
+        /// The memory that it takes while it is made.
+        bytes: u64,
+    },
 }
 
 impl SceneError {

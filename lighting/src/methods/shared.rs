@@ -38,9 +38,10 @@ pub struct OfDynamic<K>(pub K);
 /// The BVH of the triangles, which a store on the host keeps.
 ///
 /// # Errors
-/// Making it cannot fail; the type of the result is that of the store.
+/// Those of [`Tracer::try_new`].
 pub fn tracer(host: &Store<Host>, geometry: &Geometry) -> Result<Arc<Tracer>, MethodError> {
-    host.get("BVH", OfScene, |_| 0, || Ok(Tracer::new(geometry)))
+    let make = || Tracer::try_new(geometry).map_err(MethodError::resource("exact visibility"));
+    host.get("BVH", OfScene, |_| 0, make)
 }
 
 /// Puts a BVH that was made elsewhere into a store.

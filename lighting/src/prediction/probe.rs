@@ -1,6 +1,6 @@
 //! The probe, which runs methods on a part of a picture.
 
-use gpu_backend::{BufferOf, Download, Error};
+use gpu_backend::{Backend, BufferOf, Download};
 
 use super::error::{Estimate, estimate};
 use super::interpolate::along_logarithms;
@@ -158,7 +158,7 @@ impl Probe<'_> {
         for (setting, is_timed) in chosen(&groups, &costs, self.seconds) {
             match self.first(&mut frames, (setting, is_timed), &settings[setting]) {
                 Ok(run) => runs.push(run),
-                Err(error) => skipped.push(skip(setting, settings, error)?),
+                Err(error) => skipped.push(skip(backend, setting, settings, &error)?),
             }
         }
         for _ in 0..REPETITIONS {
@@ -174,7 +174,7 @@ impl Probe<'_> {
                     }
                     Err(error) => {
                         run.times = None;
-                        skipped.push(skip(run.setting, settings, error)?);
+                        skipped.push(skip(backend, run.setting, settings, &error)?);
                     }
                 }
             }
@@ -434,15 +434,18 @@ impl<'a, B: MethodBackend> Frames<'a, B> {
 }
 
 /// Why a setting that failed is skipped; a lost device is an error for all settings.
-fn skip(setting: usize, settings: &[Setting], error: MethodError) -> Result<Skipped, MethodError> {
-    match error {
-        MethodError::Backend(error @ Error::DeviceLost { .. }) => Err(error.into()),
-        error => Ok(Skipped {
-            setting,
-            what: name(&settings[setting]),
-            why: said(&error),
-        }),
-    }
+fn skip<B: Backend>(
+    backend: &B,
+    setting: usize,
+    settings: &[Setting],
+    error: &MethodError,
+) -> Result<Skipped, MethodError> {
+    backend.check_alive()?;
+    Ok(Skipped {
+        setting,
+        what: name(&settings[setting]),
+        why: said(error),
+    })
 }
 
 fn takes_parts(setting: &Setting) -> bool {

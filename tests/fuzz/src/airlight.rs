@@ -2,6 +2,9 @@
 
 use std::sync::LazyLock;
 
+use airlight::directional::{between, open_air};
+use airlight::surface::exact::Lobe;
+use airlight::surface::{GlossTable, LobeTable};
 use airlight::{Evaluator, Exact, PhaseFunction, Quadrature, Segment, Segment64, Table};
 
 use super::Bytes;
@@ -40,6 +43,90 @@ static ALL: LazyLock<Vec<Evaluators>> = LazyLock::new(|| {
         })
         .collect()
 });
+
+/// Lobes of surfaces, and their tables.
+static LOBES: LazyLock<Vec<(f32, Lobe, LobeTable)>> = LazyLock::new(|| {
+    let lobe = |exponent: f32| {
+        let exact = Lobe::new(f64::from(exponent)).expect("an exponent");
+        let table = LobeTable::new(exponent).expect("an exponent");
+        (exponent, exact, table)
+    };
+    [1.0, 2.5, 40.0, 200.0].map(lobe).into()
+});
+
+static GLOSS: LazyLock<GlossTable> = LazyLock::new(GlossTable::new);
+
+/// Any number at all, or one of a magnitude that occurs.
+fn number(bytes: &mut Bytes<'_>) -> f32 {
+    let extremes = [
+        0.0,
+        -0.0,
+        f32::INFINITY,
+        f32::MAX,
+        f32::NAN,
+        f32::MIN_POSITIVE,
+    ];
+    match bytes.below(8) {
+        0 => bytes.one_of(&extremes),
+        1 => bytes.any(),
+        2 => bytes.unit(),
+        _ => bytes.magnitude(-30.0, 20.0),
+    }
+}
+
+/// Sunlight in single precision is that in double precision, to the rounding of exponents.
+fn of_sun(bytes: &mut Bytes<'_>) {
+    let is_close = |single: f32, double: f64, exponent: f32, what: [f32; 3]| {
+        assert!(single >= 0.0, "{single} of {what:?}");
+        let error = f64::from(f32::EPSILON) * (8.0 + 2.0 * f64::from(exponent));
+        // Beyond, the exponential alone is no normal number in single precision.
+        let is_normal = exponent < 87.0 && (1e-37..1e38).contains(&double);
+        let is_close = (f64::from(single) / double - 1.0).abs() <= error;
+        assert!(
+            !is_normal || is_close,
+            "{single:e} for {double:e} of {what:?}"
+        );
+    };
+    for _ in 0..8 {
+        let of = [(); 3].map(|()| number(bytes));
+        let [a, b, length] = of;
+        let [c, d, long] = of.map(f64::from);
+        is_close(open_air(a, b, length), open_air(c, d, long), a * b, of);
+        is_close(between(a, b, length), between(c, d, long), a.min(b), of);
+    }
+}
+
+/// Tables of the light that surfaces receive keep their bound against quadrature.
+fn of_surfaces(bytes: &mut Bytes<'_>) {
+    for _ in 0..4 {
+        let (exponent, exact, table) = &LOBES[bytes.below(LOBES.len())];
+        let optical_distance = match bytes.below(4) {
+            0 => number(bytes),
+            1 => bytes.between(0.0, 90.0),
+            _ => bytes.magnitude(-24.0, 6.0),
+        };
+        let cosine = match bytes.below(4) {
+            0 => number(bytes),
+            1 => bytes.one_of(&[1.0, -1.0, 0.0, 1e-7]),
+            _ => bytes.between(-1.0, 1.0),
+        };
+        let truth = exact.value(f64::from(optical_distance), f64::from(cosine).acos());
+        let values = [
+            table.value(optical_distance, cosine),
+            GLOSS.value(*exponent, optical_distance, cosine),
+        ];
+        let is_sound = optical_distance >= 0.0 && (-1.0..=1.0).contains(&cosine);
+        for value in values {
+            assert!(value >= 0.0, "{value} at {optical_distance:e}, {cosine}");
+            let error = (f64::from(value) / truth - 1.0).abs();
+            let is_normal = truth >= f64::from(f32::MIN_POSITIVE);
+            assert!(
+                !(is_sound && is_normal) || error < 1e-4,
+                "{value:e} for {truth:e} at {optical_distance:e}, {cosine}, exponent {exponent}"
+            );
+        }
+    }
+}
 
 /// Extinction and a part of a ray. Some are any numbers at all.
 fn case(bytes: &mut Bytes<'_>) -> (f32, Segment) {
@@ -128,13 +215,18 @@ fn check(name: &str, value: f32, truth: f64, bound: f64, case: (f32, Segment)) {
 }
 
 /// Tables and quadratures keep their bounds against the exact value, of single parts and
-/// of batches; no number makes a result negative or NaN.
+/// of batches, closed forms and tables of surfaces theirs; no number makes a result negative
+/// or NaN.
 ///
 /// # Panics
 /// If not.
 pub fn run(data: &[u8]) {
     let mut bytes = Bytes::new(data);
-    let evaluators = &ALL[bytes.below(ALL.len())];
+    let evaluators = match bytes.below(ALL.len() + 2) {
+        0 => return of_sun(&mut bytes),
+        1 => return of_surfaces(&mut bytes),
+        evaluators => &ALL[evaluators - 2],
+    };
     let mut cases = Vec::new();
     while cases.len() < 9 && !bytes.is_empty() {
         cases.push(case(&mut bytes));
@@ -192,9 +284,9 @@ pub fn run(data: &[u8]) {
 
 /// Cases of every kind for every phase function.
 pub fn seeds() -> Vec<Vec<u8>> {
-    (0..28_u8)
+    (0..36_u8)
         .map(|seed| {
-            let mut bytes = vec![(seed % 7) * 37];
+            let mut bytes = vec![(seed % 9) * 29];
             for i in 0..150_u8 {
                 bytes.push(i.wrapping_mul(83) ^ seed.wrapping_mul(29).rotate_left(3));
             }

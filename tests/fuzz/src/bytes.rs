@@ -94,3 +94,15 @@ impl<'a> Bytes<'a> {
         }
     }
 }
+
+/// The checksum CRC-32.
+pub(super) fn crc32(bytes: &[u8]) -> u32 {
+    let mut sum = u32::MAX;
+    for byte in bytes {
+        sum ^= u32::from(*byte);
+        for _ in 0..8 {
+            sum = sum >> 1 ^ (0xEDB8_8320 * (sum & 1));
+        }
+    }
+    !sum
+}

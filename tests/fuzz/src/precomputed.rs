@@ -8,18 +8,7 @@ use shadow_dag::{
 };
 
 use super::Bytes;
-
-/// The checksum of files (CRC-32), which would keep almost all changes from being read.
-fn checksum(bytes: &[u8]) -> u32 {
-    let mut sum = u32::MAX;
-    for byte in bytes {
-        sum ^= u32::from(*byte);
-        for _ in 0..8 {
-            sum = sum >> 1 ^ (0xEDB8_8320 * (sum & 1));
-        }
-    }
-    !sum
-}
+use super::bytes::crc32;
 
 /// Where in a file of several grids the grids are, if its directory can be believed.
 fn grids(file: &[u8]) -> Vec<std::ops::Range<usize>> {
@@ -40,11 +29,12 @@ fn grids(file: &[u8]) -> Vec<std::ops::Range<usize>> {
     read().unwrap_or_default()
 }
 
-/// Gives a file the checksums that its content has.
+/// Gives a file the checksums that its content has: they would keep almost all changes from
+/// being read.
 fn seal(file: &mut [u8]) {
     fn grid(bytes: &mut [u8]) {
         if bytes.len() > 16 {
-            let sum = checksum(&bytes[16..]);
+            let sum = crc32(&bytes[16..]);
             bytes[12..16].copy_from_slice(&sum.to_le_bytes());
         }
     }
@@ -58,7 +48,7 @@ fn seal(file: &mut [u8]) {
         }
     }
     if let Some(first) = places.first().filter(|first| first.start <= file.len()) {
-        let sum = checksum(&file[16..first.start]);
+        let sum = crc32(&file[16..first.start]);
         file[12..16].copy_from_slice(&sum.to_le_bytes());
     }
 }
@@ -108,6 +98,18 @@ fn ask<B: AsRef<[u8]> + Sync>(dag: &ShadowDag<B>, bytes: &mut Bytes<'_>) {
         if let Ok(ray) = ray {
             let parts = dag.lit_intervals(&ray);
             assert!(parts.iter().flatten().is_sorted(), "{parts:?}");
+        }
+    }
+    if let Some(light) = dag.light() {
+        for place in &places {
+            let voxel = light.voxel(dag.resolution(), *place);
+            assert!(voxel.is_none_or(|voxel| voxel.is_finite()), "{place}");
+            let normal = light.normal(*place, Vec3::Y);
+            let is_unit = normal == Vec3::ZERO || normal.is_normalized();
+            assert!(is_unit, "{normal} at {place} of {light:?}");
+            if let Some(voxel) = voxel {
+                let _ = dag.filter(size.bias(voxel, normal), size);
+            }
         }
     }
     let _ = dag.sizes();

@@ -5,7 +5,7 @@ mod casters;
 mod frames;
 
 pub use casters::{CasterCase, caster_cases};
-pub use frames::{FrameCase, frame_cases};
+pub use frames::{FrameCase, LargeCase, frame_cases, large_frame_cases};
 
 use std::f32::consts::FRAC_PI_4;
 

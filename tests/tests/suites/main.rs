@@ -9,6 +9,7 @@ mod agreement;
 mod area;
 mod casters;
 mod culling;
+mod devices;
 mod dynamic;
 mod evaluators;
 // What is fuzzed is a library of its own elsewhere.

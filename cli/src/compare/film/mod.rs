@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{Cpu, Download};
-use lighting::methods::{Entry, MethodError, Role, Store, share_tracer};
+use lighting::methods::{Entry, Role, Store, share_tracer};
 
 use super::budget::Budget;
 use super::prepare::Prepared;
@@ -289,9 +289,11 @@ fn filmed_on(
     };
     match taken {
         Ok(taken) => Ok(taken),
-        Err(MethodError::Backend(error @ gpu_backend::Error::DeviceLost { .. })) => {
-            Err(error.into())
+        Err(error) => {
+            if let Some(context) = &device.context {
+                context.check_alive()?;
+            }
+            Ok(Err(Failure::from(error).to_string()))
         }
-        Err(error) => Ok(Err(Failure::from(error).to_string())),
     }
 }

@@ -6,7 +6,8 @@ use std::f32::consts::PI;
 use glam::{Affine3A, Quat, Vec3};
 use scene::{
     AreaLight, AreaShape, Bounds, Camera, Cone, DensityGrid, DirectionalLight, HeightFog, Instance,
-    Interpolation, Light, Medium, Mesh, PhaseFunction, PointLight, Scene, SpotLight,
+    Interpolation, Light, Medium, Mesh, PhaseFunction, PointLight, Scene, SpotLight, StrandPoint,
+    Strands,
 };
 
 use super::casters::solid_room;
@@ -35,6 +36,43 @@ pub fn frame_cases() -> Vec<FrameCase> {
     smoke(&mut list);
     pictures(&mut list);
     list.0
+}
+
+/// A case that is hard because there is so much of something: its scene takes minutes and
+/// gigabytes, and is made only when it is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct LargeCase {
+    /// What there is so much of.
+    pub name: &'static str,
+    scene: fn() -> Scene,
+}
+
+impl LargeCase {
+    /// Makes the scene.
+    pub fn make(&self) -> FrameCase {
+        FrameCase {
+            name: self.name,
+            scene: (self.scene)(),
+            size: SIZE,
+        }
+    }
+}
+
+/// All of those, for release builds: the library of the hierarchy of triangles checks chains of
+/// nodes by recursion in debug builds.
+pub fn large_frame_cases() -> Vec<LargeCase> {
+    let cases: [(_, fn() -> Scene); 4] = [
+        ("ten million triangles", || hills(2237)),
+        ("a triangle 100,000 times at one place", || {
+            behind(TRIANGLE.to_vec(), vec![[0, 1, 2]; 100_000])
+        }),
+        ("100,000 hairs at one place", || hairs(100_000)),
+        ("smoke of 256³ voxels", || {
+            in_smoke(256, 1.0, Interpolation::Linear)
+        }),
+    ];
+    let case = |(name, scene)| LargeCase { name, scene };
+    cases.map(case).into()
 }
 
 const SIZE: [u32; 2] = [13, 7];
@@ -279,12 +317,45 @@ fn behind(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Scene {
     scene
 }
 
+/// Hills of `side`² squares of two triangles, over the floor and under the lamp.
+fn hills(side: u32) -> Scene {
+    let row = side + 1;
+    let place = |i: u32| i as f32 / side as f32;
+    let positions = (0..row * row).map(|i| {
+        let (x, z) = (place(i % row), place(i / row));
+        let height = 0.3 * (40.0 * x).sin() * (30.0 * z).cos() + 0.02 * (900.0 * (x + z)).sin();
+        Vec3::new(6.0 * x - 3.0, height - 1.0, 5.0 * z - 4.0)
+    });
+    let squares = (0..side).flat_map(|z| (0..side).map(move |x| z * row + x));
+    let triangles = squares.flat_map(|i| [[i, i + 1, i + row], [i + 1, i + row + 1, i + row]]);
+    behind(positions.collect(), triangles.collect())
+}
+
+/// As many hairs before the wall, all at one place, which together hold back most of the light.
+fn hairs(count: u32) -> Scene {
+    let point = |y: f32| StrandPoint {
+        position: Vec3::new(0.2, y, -1.5),
+        thickness: 0.2,
+        opacity: 3.0 / count as f32,
+    };
+    let points = (0..count).flat_map(|_| [point(-1.0), point(1.5)]);
+    let ends = (1..=count).map(|strand| 2 * strand);
+    let strands = Strands::new(points.collect(), ends.collect());
+    Scene {
+        translucent: vec![strands.expect("hairs").into()],
+        ..lamp()
+    }
+}
+
+/// Between the lamp and the wall.
+const TRIANGLE: [Vec3; 3] = [
+    Vec3::new(-0.5, 0.0, -1.5),
+    Vec3::new(1.0, 0.2, -1.2),
+    Vec3::new(0.2, 1.2, -1.8),
+];
+
 fn casters(list: &mut List) {
-    let (a, b, c) = (
-        Vec3::new(-0.5, 0.0, -1.5),
-        Vec3::new(1.0, 0.2, -1.2),
-        Vec3::new(0.2, 1.2, -1.8),
-    );
+    let [a, b, c] = TRIANGLE;
     list.add("a triangle", {
         let mut scene = behind(vec![a, b, c], vec![[0, 1, 2]]);
         scene.instances.drain(..scene.instances.len() - 1);
@@ -483,8 +554,19 @@ fn pictures(list: &mut List) {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
     use crate::scenes::TestScene;
+
+    #[test]
+    fn names_are_unique() {
+        let small = frame_cases();
+        let large = large_frame_cases();
+        let names = small.iter().map(|case| case.name);
+        let names: HashSet<_> = names.chain(large.iter().map(|case| case.name)).collect();
+        assert_eq!(names.len(), small.len() + large.len());
+    }
 
     #[test]
     fn every_case_is_sound_and_its_picture_has_a_bound() {
