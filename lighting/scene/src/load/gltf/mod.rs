@@ -178,7 +178,9 @@ impl<'a> Builder<'a> {
             .instances
             .iter()
             .map(|i| &self.scene.meshes[i.mesh]);
-        if meshes.all(|mesh| mesh.triangles.is_empty()) {
+        // Smoke alone is a scene, as it is in a file of its own.
+        let has_smoke = !self.scene.translucent.is_empty();
+        if !has_smoke && meshes.all(|mesh| mesh.triangles.is_empty()) {
             return Err(SceneError::Empty.into());
         }
         Ok(())

@@ -456,17 +456,16 @@ fn smoke_in_a_file_of_its_own_stands_where_its_node_does() {
         vol.extend(number.to_le_bytes());
     }
     let (draft, mesh) = tetrahedron();
-    let read = |smoke: &str, bytes: &[u8]| {
+    let read_among = |nodes: &str, smoke: &str, bytes: &[u8]| {
         let node =
             format!(r#"{{"translation":[10,0,0],"scale":[2,2,2],"extras":{{"smoke":{smoke}}}}}"#);
-        let document = draft.glb(&format!(
-            r#"{mesh},"nodes":[{{"mesh":0}},{node}],"scenes":[{{"nodes":[0,1]}}]"#
-        ));
+        let document = draft.glb(&format!(r#"{mesh},"nodes":[{nodes}{node}]"#));
         gltf_from_slice(&document, &mut |path| {
             assert_eq!(path, "plume.vol");
             Ok(bytes.to_vec())
         })
     };
+    let read = |smoke: &str, bytes: &[u8]| read_among(r#"{"mesh":0},"#, smoke, bytes);
     let smoke = r#"{"uri":"plume.vol","albedo":[0.9,0.8,0.7],"phase":"henyey-greenstein","g":0.5}"#;
     let loaded = read(smoke, &vol).unwrap();
     let [Translucent::Grid(grid)] = &loaded.scene.translucent[..] else {
@@ -481,6 +480,9 @@ fn smoke_in_a_file_of_its_own_stands_where_its_node_does() {
     let at = |x: f64| media.extinction_at(glam::DVec3::new(x, 1.0, 1.0)).x;
     // Per metre of the world, whatever the size.
     assert!((at(11.0) - 4.0).abs() < 1e-6 && (at(11.5) - 6.0).abs() < 1e-6);
+    // Nothing else needs to be there.
+    let alone = read_among("", smoke, &vol).unwrap().scene;
+    assert!(alone.instances.is_empty() && alone.translucent == loaded.scene.translucent);
     // Of colours in files of their own; the densities serve as both.
     let smoke = r#"{"uri":"plume.vol","emission":{"uri":"plume.vol","scale":[2,1,0.5]}}"#;
     let loaded = read(smoke, &vol).unwrap();
