@@ -63,8 +63,8 @@ const OPAQUE: f64 = 750.0;
 /// numbers that are no lengths or no extinction: NaN, an infinite `x`, `s` or
 /// `h`, and a negative `h`, `length` or extinction.
 ///
-/// It takes a fraction of a microsecond, and a few where the light is next to the
-/// ray and the fog is dense.
+/// It takes as long as 1000 to 1600 steps of a march with vector instructions (the groups `easy`
+/// and `stiff` of the bench `evaluators`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact<P = PhaseFunction> {
     phase: P,
