@@ -179,7 +179,7 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) methods: Vec<String>,
 
-    /// Carry out only these studies, which are called like their files (voxels, hair), or "none"
+    /// Carry out only these studies, named after their CSV files (voxels, hair), or "none"
     /// [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) studies: Vec<String>,
@@ -715,7 +715,7 @@ pub(crate) struct Methods {
 ///
 /// With --large the cases are those that are hard because there is so much of something: ten
 /// million triangles, 100,000 triangles or hairs at one place, smoke of 256³ voxels. They take
-/// gigabytes of memory, and minutes each.
+/// much more memory and time than the small ones.
 ///
 /// A violation is a pixel that is NaN, infinite or negative, an error above the bound of a
 /// method that has one, or a picture of the GPU that differs from that of the CPU by more than

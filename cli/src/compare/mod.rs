@@ -299,7 +299,8 @@ fn measure_all(
     Ok(found)
 }
 
-/// Carries out the studies that were asked for, until the first Ctrl-C: then the finished parts of them are reported.
+/// Carries out the studies that were asked for, until the first Ctrl-C: then the finished parts
+/// of them are reported.
 fn study(
     args: &Compare,
     asked: &Asked<'_>,
