@@ -4,19 +4,19 @@
 //! are implemented here, in f64, and are watertight: a ray through the common edge of two
 //! triangles hits at least one of them.
 
+mod build;
 mod preorder;
 
 use std::fmt;
-use std::time::Duration;
 
 use glam::{DVec3, Vec3};
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 
 use crate::{Caster, Coatings, Geometry, Ray, SceneError};
 
+/// For the oracle of this workspace, which has boxes of its own.
+#[doc(hidden)]
+pub use build::hierarchy;
 pub use preorder::{Preorder, PreorderNode};
 
 /// The triangles of a scene, arranged for tracing.
@@ -62,9 +62,9 @@ pub struct Pane {
 }
 
 /// Bytes for each triangle that the builder of the library takes at most at the same time: five
-/// lists of nodes of 48 bytes, two for each triangle or one, with boxes, keys to sort by and
-/// indices.
-const BUILD: usize = 384;
+/// lists of nodes of 48 bytes, two for each triangle or one, with boxes, those that it is told
+/// of, keys to sort by and indices.
+const BUILD: usize = 416;
 
 /// Whether there is memory to build the BVH of so many triangles: the library panics if there
 /// is not.
@@ -95,19 +95,7 @@ impl Tracer {
     /// # Panics
     /// If there is not enough memory; [`Tracer::try_new`] does not panic.
     pub fn new(geometry: &Geometry) -> Self {
-        let boxes: Vec<Aabb> = geometry
-            .triangles()
-            .iter()
-            .map(|corners| {
-                let [a, b, c] = corners.map(glam::Vec3A::from);
-                Aabb::new(a.min(b).min(c), a.max(b).max(c))
-            })
-            .collect();
-        let bvh = build_bvh2(
-            &boxes,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
+        let bvh = build::build(geometry.triangles());
         Self {
             triangles: bvh
                 .primitive_indices

@@ -1,12 +1,10 @@
 //! The triangles near a planar region, by a bounding volume hierarchy.
 
-use std::time::Duration;
-
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
+use scene::trace::hierarchy;
 
 use super::span::Dark;
 use super::visibility::Region;
@@ -32,9 +30,8 @@ impl Tree {
         let scale = triangles.iter().flatten().fold(0.0_f64, |scale, corner| {
             scale.max(corner.abs().max_element())
         });
-        let mut build_time = Duration::default();
         Self {
-            bvh: build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut build_time),
+            bvh: hierarchy(&boxes, BvhBuildParams::fast_build()),
             scale,
         }
     }
