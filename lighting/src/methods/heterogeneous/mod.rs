@@ -17,9 +17,12 @@
 //! whatever its density, and the mean of `1/d²` over it is an angle at the light, divided by
 //! the length and by h. So the density needs no step size, and opaque smoke is no special case.
 //! Pieces are joined and cut to parts that are at most 0.4 mean free paths deep and no longer
-//! than 0.15 of the distance of the light, and the light is evaluated once on each part. V is
-//! asked once for each *step*, which is a run of parts, at the centroid of the light that the
-//! step would scatter unshadowed.
+//! than 0.15 of the distance of the light, and the light is evaluated once on each part. Where
+//! there is even fog alone all factors but V are smooth: it is cut to stretches that are at most
+//! 0.6 mean free paths deep and 16° wide at the light, and the light is evaluated at the two
+//! nodes of Gauss's rule in that angle; of a sun, in the distance. V is asked once for each
+//! *step*, which is a run of parts or stretches, at the centroid of the light that the step
+//! would scatter unshadowed.
 //!
 //! # Steps
 //!
@@ -31,10 +34,11 @@
 //!
 //! # Error and cost
 //!
-//! Unshadowed light is of second order in the lengths of parts. Shadows are sampled N times;
-//! their error is of first order at their edges and of second order elsewhere. A ray visits
-//! each cell on its way in which there is anything once for every light, which takes most of
-//! the time if steps are few. Empty cells are passed over: a bit for each cell tells.
+//! Unshadowed light is of second order in the lengths of parts, and of fourth order in those of
+//! stretches. Shadows are sampled N times; their error is of first order at their edges and of
+//! second order elsewhere. A ray visits each cell on its way in which there is anything once
+//! for every light, which takes most of the time if steps are few. Empty cells are passed over:
+//! a bit for each cell tells.
 //!
 //! # Emission
 //!

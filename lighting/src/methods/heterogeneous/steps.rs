@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{MediaPiece, PhaseFunction, ScatteringAngle};
+use crate::scene::{MediaPiece, PhaseFunction, Scattering, ScatteringAngle};
 
 /// The line of an eye ray in relation to one light.
 #[derive(Debug, Clone, Copy)]
@@ -55,22 +55,70 @@ impl Line {
         })
     }
 
-    /// The position at which the angle at the light, measured from `from`, reaches `angle`;
-    /// infinite if it never does.
-    fn turned(&self, from: f64, angle: f64) -> f64 {
+    /// The position at which the angle at the light, measured from `from`, has had this turn;
+    /// infinite if it never has.
+    fn turned(&self, from: f64, turn: Turn) -> f64 {
         let Some([foot, h]) = self.lamp else {
             return f64::INFINITY;
         };
-        if angle >= std::f64::consts::PI {
-            return f64::INFINITY;
-        }
         // h tan(η + Δ), where tan η = a/h.
-        let (a, (sin, cos)) = (from - foot, angle.sin_cos());
+        let (a, Turn { sin, cos }) = (from - foot, turn);
         let below = h * cos - a * sin;
         if below <= 0.0 {
             return f64::INFINITY;
         }
         foot + h * ((a * cos + h * sin) / below)
+    }
+
+    /// The nodes of Gauss's rule in the angle at the light; of a sun, in the distance. There is
+    /// one on a short stretch, else there are two.
+    fn nodes(&self, [from, to]: [f64; 2], is_short: bool) -> ([Node; 2], usize) {
+        let length = to - from;
+        let weight = self.falloff(from, to) * length;
+        // Weights of the two ends for the node next to the start: d sin(tΔ), where Δ is the
+        // angle of the stretch, and the sines have a ratio of t/(1−t) (1 + (1−2t) Δ²/6) up to
+        // the fourth order.
+        let ([d_from, d_to], bend) = self.lamp.map_or(([1.0; 2], 1.0), |[foot, h]| {
+            let (a, b) = (from - foot, to - foot);
+            let tangent = h * length / (h * h + a * b);
+            let bend = 1.0 + (1.0 - 2.0 * NODE) / 6.0 * tangent * tangent;
+            ([a, b].map(|x| (x * x + h * h).sqrt()), bend)
+        });
+        let between = |near: f64, far: f64| length * near / (near + far);
+        if is_short {
+            let x = from + between(d_from, d_to);
+            return ([Node { x, weight }; 2], 1);
+        }
+        let weight = 0.5 * weight;
+        let (less, more) = (NODE * bend, 1.0 - NODE);
+        let first = from + between(less * d_from, more * d_to);
+        let last = to - between(less * d_to, more * d_from);
+        ([first, last].map(|x| Node { x, weight }), 2)
+    }
+}
+
+/// A node on a stretch, and its share of the integral of `1/d²`, or of the length for a sun.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    x: f64,
+    weight: f64,
+}
+
+/// The first node of Gauss's rule with two, as a share of the interval: `1/2 − 1/√12`.
+const NODE: f64 = 0.211_324_865_405_187_13;
+
+/// An angle of less than a half turn.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turn {
+    sin: f64,
+    cos: f64,
+}
+
+impl Turn {
+    /// `None` for an angle of no less than a half turn, or of 0.
+    fn new(angle: f64) -> Option<Self> {
+        let (sin, cos) = angle.sin_cos();
+        (0.0 < angle && angle < std::f64::consts::PI).then_some(Self { sin, cos })
     }
 }
 
@@ -82,8 +130,8 @@ const SMALL: f64 = 0.05;
 pub(super) struct Limits {
     /// Its length within smoke, and within fog, m.
     lengths: [f64; 2],
-    /// The angle at the light.
-    pub(super) angle: f64,
+    /// The angle at the light; `None` where it is no limit.
+    turn: Option<Turn>,
     /// The share of the light that its media take.
     pub(super) transmittance: f64,
     /// The relative growth of a step's length per metre from the first step: where one colour
@@ -112,11 +160,7 @@ impl Limits {
         };
         Self {
             lengths: each.map(|length| length / share),
-            angle: if angle > 0.0 {
-                angle / share
-            } else {
-                f64::INFINITY
-            },
+            turn: Turn::new(angle / share),
             transmittance: 1.0 / share,
             growth: 1.0 / share,
         }
@@ -206,6 +250,23 @@ const NOTHING: f64 = 1e-7;
 const PART_LENGTH: f64 = 0.15;
 const PART_DEPTH: f64 = 0.4;
 
+/// The largest angle at the light, and the largest optical depth, of a stretch of even fog with
+/// two nodes, and of one with one node.
+const STRETCH_TURN: Turn = Turn {
+    sin: 7.0 / 25.0,
+    cos: 24.0 / 25.0,
+};
+const STRETCH_DEPTH: f64 = 0.6;
+const SHORT_TURN: Turn = Turn {
+    sin: 33.0 / 545.0,
+    cos: 544.0 / 545.0,
+};
+const SHORT_DEPTH: f64 = 0.05;
+
+/// Colours of which less than this share is left, beside the one of which most is left, do not
+/// shorten stretches.
+const SEEN: f64 = 1e-3;
+
 impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
     pub(super) fn new(line: Line, limits: Limits, light: L, visit: V) -> Self {
         Self {
@@ -238,6 +299,9 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             (end, left) if end == start => left,
             _ => exp(-depth),
         };
+        if !piece.has_smoke() && piece.is_even() {
+            return self.add_even(piece, [from, to], depth, before);
+        }
         let all = piece.depth_to(to);
         if to - start > LONG * length {
             start = self.first_seen(piece, [start, to], (depth, before), length);
@@ -277,6 +341,106 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             self.behind = (start, before);
         }
         true
+    }
+
+    /// The same for a piece of even fog alone, at whose start the optical depth is `depth` and
+    /// the share of light that is left is `before`.
+    ///
+    /// All is smooth there: stretches are long, and Gauss's rule takes the place of centroids.
+    fn add_even(
+        &mut self,
+        piece: &MediaPiece<'_>,
+        [from, to]: [f64; 2],
+        mut depth: DVec3,
+        mut before: DVec3,
+    ) -> bool {
+        let [fog] = piece.parts() else {
+            return true;
+        };
+        self.finish_part();
+        let fog = piece.scattering(fog, from);
+        let length = self.limits.length(piece);
+        let mut start = from;
+        while start < to {
+            if before.max_element() < NOTHING {
+                return false;
+            }
+            // In no colour is anything left to be seen of the piece.
+            let taken = DVec3::select(
+                fog.extinction.cmpgt(DVec3::ZERO),
+                (fog.extinction * (to - start)).min(DVec3::ONE),
+                DVec3::ZERO,
+            );
+            if (before * taken).max_element() < NOTHING {
+                return to < f64::INFINITY;
+            }
+            self.begin_step(start, depth, before, length);
+            // The channel in which most is left has the least depth, and comes last.
+            let room = (self.step.deepest - depth) / fog.extinction;
+            let deepest = start + room.x.max(room.y).max(room.z);
+            let mut end = to.min(self.step.last).min(deepest);
+            if end == f64::INFINITY {
+                end = start + OPAQUE / fog.extinction.max_element();
+            }
+            end = end.max(start.next_up());
+            before = self.scatter_along([start, end], before, &fog);
+            depth += (end - start) * fog.extinction;
+            if self.step.is_full(end, depth.min_element()) {
+                self.finish_step();
+            }
+            start = end;
+            self.behind = (start, before);
+        }
+        true
+    }
+
+    /// Adds to the step what even fog scatters between two positions. `left` is the share of
+    /// light that is left at the first; returns the share at the second.
+    fn scatter_along(
+        &mut self,
+        [mut start, end]: [f64; 2],
+        mut left: DVec3,
+        fog: &Scattering,
+    ) -> DVec3 {
+        while start < end && left.max_element() >= NOTHING {
+            let is_seen = left.cmpge(DVec3::splat(SEEN * left.max_element()));
+            let most = DVec3::select(is_seen, fog.extinction, DVec3::ZERO).max_element();
+            let limit = self.line.turned(start, STRETCH_TURN);
+            let limit = limit.min(start + STRETCH_DEPTH / most);
+            // A sliver would have nodes of its own.
+            let is_last = end - start < 1.1 * (limit - start);
+            let stop = if is_last {
+                end
+            } else {
+                limit.max(start.next_up())
+            };
+            let depth = (stop - start) * fog.extinction;
+            if most * (stop - start) > 2.0 * STRETCH_DEPTH {
+                // No float is nearer.
+                let lost = left * -exp_m1(-depth);
+                let scattered = share(fog.scattering, fog.extinction) * lost;
+                self.add_light(start, self.line.falloff(start, stop) * scattered, fog.phase);
+            } else {
+                let is_short = stop <= self.line.turned(start, SHORT_TURN)
+                    && most * (stop - start) < SHORT_DEPTH;
+                let (nodes, count) = self.line.nodes([start, stop], is_short);
+                for Node { x, weight } in &nodes[..count] {
+                    let before = left * exp((start - x) * fog.extinction);
+                    self.add_light(*x, weight * fog.scattering * before, fog.phase);
+                }
+            }
+            left *= exp(-depth);
+            start = stop;
+        }
+        left
+    }
+
+    /// Adds to the step the light that arrives at a position, of which this share is scattered.
+    fn add_light(&mut self, x: f64, share: DVec3, phase: PhaseFunction) {
+        let Arriving { light, angle } = (self.light)(x);
+        let radiance = f64::from(phase.value(angle)) * share * light;
+        self.radiance += radiance;
+        self.step.add(radiance.max_element(), x);
     }
 
     /// Where a long piece begins to be visible: fog may begin far below the eye.
@@ -327,12 +491,21 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
 
     /// Begins a step and a part if there are none.
     fn begin(&mut self, start: f64, depth: DVec3, before: DVec3, length: f64) {
+        self.begin_step(start, depth, before, length);
+        if !self.part.is_open {
+            let least = depth.min_element();
+            let last = start + PART_LENGTH * self.line.distance(start);
+            self.part = Run::new(start, last, [least, least + PART_DEPTH]);
+        }
+    }
+
+    /// Begins a step if there is none.
+    fn begin_step(&mut self, start: f64, depth: DVec3, before: DVec3, length: f64) {
         let Limits {
-            angle,
+            turn,
             transmittance,
             ..
         } = self.limits;
-        let least = depth.min_element();
         self.first.get_or_insert(start);
         let length = self.grown(length, start);
         if !self.step.is_open {
@@ -342,12 +515,9 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             } else {
                 f64::INFINITY
             };
-            let last = self.line.turned(start, angle).min(start + length);
-            self.step = Run::new(start, last, [least, deepest]);
-        }
-        if !self.part.is_open {
-            let last = start + PART_LENGTH * self.line.distance(start);
-            self.part = Run::new(start, last, [least, least + PART_DEPTH]);
+            let turned = turn.map_or(f64::INFINITY, |turn| self.line.turned(start, turn));
+            let last = turned.min(start + length);
+            self.step = Run::new(start, last, [depth.min_element(), deepest]);
         }
     }
 

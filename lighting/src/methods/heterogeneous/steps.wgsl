@@ -1,6 +1,6 @@
 // The steps of a ray through media: the shader's side of `steps.rs`, with the same
-// constants. The light is evaluated once on each part, and visibility is asked once for each
-// step, which is a run of parts.
+// constants. The light is evaluated once on each part, in even fog at the nodes of Gauss's
+// rule, and visibility is asked once for each step, which is a run of these.
 //
 // Needs walk.wgsl, the parts NUMERIC, PHASE and PATH, and the slot of the point visibility,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
@@ -16,6 +16,20 @@ const light_media_NOTHING: f32 = 1e-7;
 const light_media_PART_LENGTH: f32 = 0.15;
 const light_media_PART_DEPTH: f32 = 0.4;
 
+// The largest angle at the light, and the largest optical depth, of a stretch of even fog with
+// two nodes, and of one with one node.
+const light_media_STRETCH_TURN: vec2<f32> = vec2(7.0, 24.0) / 25.0;
+const light_media_STRETCH_DEPTH: f32 = 0.6;
+const light_media_SHORT_TURN: vec2<f32> = vec2(33.0, 544.0) / 545.0;
+const light_media_SHORT_DEPTH: f32 = 0.05;
+
+// Colours of which less than this share is left, beside the one of which most is left, do not
+// shorten stretches.
+const light_media_SEEN: f32 = 1e-3;
+
+// The first node of Gauss's rule with two, as a share of the interval.
+const light_media_NODE: f32 = 0.21132487;
+
 // A piece counts as homogeneous unless its optical depth is more than this many times that
 // which is left to a part.
 const light_media_UNEVEN: f32 = 4.0;
@@ -27,9 +41,9 @@ const light_media_OPAQUE: f32 = 16.2;
 struct light_media_Limits {
     // Its length on pieces with smoke, and on others, m.
     lengths: vec2<f32>,
-    // The angle at the light, at most a half turn; `has_angle` is false where it is no limit.
-    sin: f32,
-    cos: f32,
+    // Sine and cosine of the angle at the light, at most a half turn; `has_angle` is false where
+    // it is no limit.
+    turn: vec2<f32>,
     has_angle: bool,
     // The share of the light that its media take.
     transmittance: f32,
@@ -110,18 +124,20 @@ fn light_media_falloff(
     return light_angle(rise, run) / rise;
 }
 
-// The position at which a step that begins at `start` has had its share of the angle.
-fn light_media_turned(path: light_Path, steps: ptr<function, light_media_Steps>, start: f32) -> f32 {
-    let limits = (*steps).limits;
-    if !limits.has_angle {
-        return light_media_END;
-    }
+// The position at which the angle at a lamp, measured from `start`, has had this turn, by its
+// sine and cosine.
+fn light_media_turned(
+    path: light_Path,
+    steps: ptr<function, light_media_Steps>,
+    start: f32,
+    turn: vec2<f32>,
+) -> f32 {
     let a = start - (*steps).foot;
-    let below = path.h * limits.cos - a * limits.sin;
-    if below <= 0.0 {
+    let below = path.h * turn.y - a * turn.x;
+    if !(*steps).has_lamp || below <= 0.0 {
         return light_media_END;
     }
-    let ahead = (*steps).foot + path.h * ((a * limits.cos + path.h * limits.sin) / below);
+    let ahead = (*steps).foot + path.h * ((a * turn.y + path.h * turn.x) / below);
     return min(ahead, light_media_END);
 }
 
@@ -201,8 +217,8 @@ fn light_media_steps(
     angle /= share;
     steps.limits.has_angle = angle > 0.0 && angle < light_PI;
     let sin = light_sin(0.5 * angle);
-    steps.limits.sin = 2.0 * sin * light_sin(0.5 * light_PI - 0.5 * angle);
-    steps.limits.cos = 1.0 - 2.0 * sin * sin;
+    let cos = light_sin(0.5 * light_PI - 0.5 * angle);
+    steps.limits.turn = vec2(2.0 * sin * cos, 1.0 - 2.0 * sin * sin);
     return steps;
 }
 
@@ -218,8 +234,8 @@ fn light_media_grown(steps: ptr<function, light_media_Steps>, length: f32, at: f
     return max(length, (at - first) * (*steps).limits.growth);
 }
 
-// Begins a step and a part if there are none.
-fn light_media_begin(
+// Begins a step if there is none.
+fn light_media_begin_step(
     path: light_Path,
     steps: ptr<function, light_media_Steps>,
     start: f32,
@@ -228,7 +244,6 @@ fn light_media_begin(
     step_length: f32,
 ) {
     let limits = (*steps).limits;
-    let least = light_media_least(depth);
     if !(*steps).has_first {
         (*steps).has_first = true;
         (*steps).first = start;
@@ -240,10 +255,26 @@ fn light_media_begin(
         if left > 0.0 {
             deepest = -log(left);
         }
-        let last = min(light_media_turned(path, steps, start), start + length);
-        (*steps).step = light_media_run(start, last, least, deepest);
+        var last = start + length;
+        if limits.has_angle {
+            last = min(last, light_media_turned(path, steps, start, limits.turn));
+        }
+        (*steps).step = light_media_run(start, last, light_media_least(depth), deepest);
     }
+}
+
+// Begins a step and a part if there are none.
+fn light_media_begin(
+    path: light_Path,
+    steps: ptr<function, light_media_Steps>,
+    start: f32,
+    depth: vec3<f32>,
+    before: vec3<f32>,
+    step_length: f32,
+) {
+    light_media_begin_step(path, steps, start, depth, before, step_length);
     if !(*steps).part.is_open {
+        let least = light_media_least(depth);
         var last = light_media_END;
         if (*steps).has_lamp {
             let away = length(vec2(start - (*steps).foot, path.h));
@@ -294,8 +325,12 @@ fn light_media_end_of_part(
         // The piece counts as homogeneous.
         end = start + (end - start) * (most / grown);
     }
-    // At least to the next float.
-    return max(end, start + max(1.2e-7 * start, 1e-30));
+    return light_media_next(start, end);
+}
+
+// `end`, but at least the next float after `start`.
+fn light_media_next(start: f32, end: f32) -> f32 {
+    return max(end, start + max(1.2e-7 * abs(start), 1e-30));
 }
 
 // 1/τ − 1/(e^τ − 1): the mean position at which a homogeneous piece of this optical depth
@@ -412,6 +447,68 @@ fn light_media_even_depth(at: vec3<f32>, to_light: vec3<f32>, distance: f32) -> 
     return depth;
 }
 
+// Light that arrives at a point of the line, after the extinction by fog on the way.
+struct light_media_Arriving {
+    light: vec3<f32>,
+    to_light: vec3<f32>,
+    // The position as measured from the point nearest to a lamp.
+    s: f32,
+}
+
+fn light_media_arriving(
+    path: light_Path,
+    walk: ptr<function, light_MediaWalk>,
+    steps: ptr<function, light_media_Steps>,
+    x: f32,
+) -> light_media_Arriving {
+    let emitter = light_emitter();
+    var light = emitter.intensity;
+    var to_light = -emitter.position;
+    var distance = light_media_END;
+    var s = 0.0;
+    if (*steps).has_lamp {
+        s = x - (*steps).foot;
+        let from_light = light_from_light(path, s);
+        distance = from_light.w;
+        to_light = -from_light.xyz;
+        light *= light_factor(emitter, from_light.xyz) * light_window_at(emitter, distance);
+    }
+    let at = (*walk).origin + x * (*walk).direction;
+    light *= light_media_exp(light_media_even_depth(at, to_light, distance));
+    return light_media_Arriving(light, to_light, s);
+}
+
+// The value of a phase function for arriving light.
+fn light_media_phase_of(
+    path: light_Path,
+    steps: ptr<function, light_media_Steps>,
+    number: u32,
+    arriving: light_media_Arriving,
+) -> f32 {
+    let record = light_media.first_phase + 2u * number;
+    let kind = light_media_records[record].x;
+    let parameters = bitcast<vec4<f32>>(light_media_records[record + 1u]);
+    if (*steps).has_lamp {
+        return air_phase_from_foot(kind, parameters, arriving.s, path.h);
+    }
+    let cos = dot(path.direction, arriving.to_light);
+    return air_phase(kind, parameters, 1.0 - cos, 1.0 + cos);
+}
+
+// Adds light to the step that is scattered at a distance.
+fn light_media_add_radiance(
+    steps: ptr<function, light_media_Steps>,
+    radiance: vec3<f32>,
+    x: f32,
+) {
+    let weight = light_media_most(radiance);
+    if weight > 0.0 {
+        (*steps).radiance += radiance;
+        (*steps).step.weight += weight;
+        (*steps).step.moment += weight * x;
+    }
+}
+
 // Evaluates the light on the part, adds it to the step and closes the part.
 fn light_media_finish_part(
     path: light_Path,
@@ -421,47 +518,20 @@ fn light_media_finish_part(
     let part = (*steps).part;
     (*steps).part = light_media_Run();
     if part.weight > 0.0 {
-        let emitter = light_emitter();
         var x = part.moment / part.weight;
-        var light = emitter.intensity;
-        var to_light = -emitter.position;
-        var distance = light_media_END;
-        var s = 0.0;
         if (*steps).has_lamp {
             // The centroid shifts by the variance of x times the slope of log(1/d²).
             let length = part.end - part.start;
-            s = x - (*steps).foot;
+            let s = x - (*steps).foot;
             x -= length * length / 6.0 * s / (s * s + path.h * path.h);
-            s = x - (*steps).foot;
-            let from_light = light_from_light(path, s);
-            distance = from_light.w;
-            to_light = -from_light.xyz;
-            light *= light_factor(emitter, from_light.xyz) * light_window_at(emitter, distance);
         }
-        let at = (*walk).origin + x * (*walk).direction;
-        light *= light_media_exp(light_media_even_depth(at, to_light, distance));
+        let arriving = light_media_arriving(path, walk, steps, x);
         var scattered = vec3(0.0);
         for (var i = 0u; i < light_media.phases; i++) {
-            let record = light_media.first_phase + 2u * i;
-            let kind = light_media_records[record].x;
-            let parameters = bitcast<vec4<f32>>(light_media_records[record + 1u]);
-            var phase: f32;
-            if (*steps).has_lamp {
-                phase = air_phase_from_foot(kind, parameters, s, path.h);
-            } else {
-                let cos = dot(path.direction, to_light);
-                phase = air_phase(kind, parameters, 1.0 - cos, 1.0 + cos);
-            }
-            scattered += phase * (*steps).scattered[i];
+            scattered += light_media_phase_of(path, steps, i, arriving) * (*steps).scattered[i];
         }
         let falloff = light_media_falloff(path, steps, part.start, part.end);
-        let radiance = falloff * light * scattered;
-        let weight = light_media_most(radiance);
-        if weight > 0.0 {
-            (*steps).radiance += radiance;
-            (*steps).step.weight += weight;
-            (*steps).step.moment += weight * x;
-        }
+        light_media_add_radiance(steps, falloff * arriving.light * scattered, x);
     }
     for (var i = 0u; i < light_media.phases; i++) {
         (*steps).scattered[i] = vec3(0.0);
@@ -528,6 +598,128 @@ fn light_media_is_seen(
     return light_media_most(before * light_media_taken(depth)) >= light_media_NOTHING;
 }
 
+// Whether even fog alone is on the piece.
+fn light_media_is_even(walk: ptr<function, light_MediaWalk>) -> bool {
+    return !(*walk).has_smoke && all(light_media.height.sigma_t == vec3(0.0));
+}
+
+// Adds to the step what even fog scatters between two distances. `left` is the share of light
+// that is left at the first; returns the share at the second.
+fn light_media_scatter_along(
+    path: light_Path,
+    walk: ptr<function, light_MediaWalk>,
+    steps: ptr<function, light_media_Steps>,
+    begin: f32,
+    end: f32,
+    left_at_begin: vec3<f32>,
+) -> vec3<f32> {
+    let even = light_media.even;
+    var start = begin;
+    var left = left_at_begin;
+    while start < end && light_media_most(left) >= light_media_NOTHING {
+        let is_seen = left >= vec3(light_media_SEEN * light_media_most(left));
+        let sigma = light_media_most(select(vec3(0.0), even.sigma_t, is_seen));
+        var limit = light_media_turned(path, steps, start, light_media_STRETCH_TURN);
+        // The depth could be 0.
+        if sigma * (limit - start) > light_media_STRETCH_DEPTH {
+            limit = start + light_media_STRETCH_DEPTH / sigma;
+        }
+        // A sliver would have nodes of its own.
+        let stop = select(light_media_next(start, limit), end, end - start < 1.1 * (limit - start));
+        let span = stop - start;
+        let is_short = stop <= light_media_turned(path, steps, start, light_media_SHORT_TURN)
+            && sigma * span < light_media_SHORT_DEPTH;
+        // The nodes are those of the angle at the light, as `nodes` says.
+        var near = 1.0;
+        var far = 1.0;
+        var bend = 1.0;
+        if (*steps).has_lamp {
+            let a = start - (*steps).foot;
+            let b = stop - (*steps).foot;
+            let tangent = path.h * span / (path.h * path.h + a * b);
+            bend += (1.0 - 2.0 * light_media_NODE) / 6.0 * tangent * tangent;
+            near = length(vec2(a, path.h));
+            far = length(vec2(b, path.h));
+        }
+        var nodes = vec2(span * near / (near + far));
+        if !is_short {
+            let less = light_media_NODE * bend;
+            let more = 1.0 - light_media_NODE;
+            nodes = span * vec2(
+                less * near / (less * near + more * far),
+                more * near / (more * near + less * far),
+            );
+        }
+        let falloff = light_media_falloff(path, steps, start, stop);
+        // No float may be near enough.
+        let is_opaque = sigma * span > 2.0 * light_media_STRETCH_DEPTH;
+        for (var i = 0u; i < select(2u, 1u, is_short || is_opaque); i++) {
+            let x = start + select(nodes[i], 0.0, is_opaque);
+            let arriving = light_media_arriving(path, walk, steps, x);
+            let phase = light_media_phase_of(path, steps, light_media.even_phase, arriving);
+            var scattered = select(0.5, 1.0, is_short) * span * even.sigma_s
+                * light_media_exp(nodes[i] * even.sigma_t);
+            if is_opaque {
+                let whole = select(vec3(1.0), even.sigma_t, even.sigma_t > vec3(0.0));
+                scattered = even.sigma_s / whole * light_media_taken(span * even.sigma_t);
+            }
+            let radiance = falloff * phase * left * scattered * arriving.light;
+            light_media_add_radiance(steps, radiance, x);
+        }
+        left *= light_media_exp(span * even.sigma_t);
+        start = stop;
+    }
+    return left;
+}
+
+// The same as `light_media_add` for even fog alone.
+fn light_media_add_even(
+    path: light_Path,
+    walk: ptr<function, light_MediaWalk>,
+    steps: ptr<function, light_media_Steps>,
+    begin: f32,
+    stop: f32,
+    step_length: f32,
+) -> bool {
+    light_media_finish_part(path, walk, steps);
+    let sigma = light_media.even.sigma_t;
+    let has_fog = sigma > vec3(0.0);
+    var start = begin;
+    var own = sigma * (start - (*walk).start);
+    var before = light_media_exp((*walk).depth + own);
+    while start < stop {
+        if light_media_most(before) < light_media_NOTHING {
+            return false;
+        }
+        // In no colour is anything left to be seen of the piece.
+        let taken = select(vec3(0.0), min(sigma * (stop - start), vec3(1.0)), has_fog);
+        if light_media_most(before * taken) < light_media_NOTHING {
+            return stop < light_media_END;
+        }
+        let depth = (*walk).depth + own;
+        light_media_begin_step(path, steps, start, depth, before, step_length);
+        let step = (*steps).step;
+        // The channel in which most is left has the least depth, and comes last.
+        let room = light_media_most(select(
+            vec3(light_media_END),
+            (vec3(step.deepest) - depth) / sigma,
+            has_fog,
+        ));
+        var end = min(min(stop, step.last), start + room);
+        if end >= light_media_END {
+            end = start + light_media_OPAQUE / light_media_most(sigma);
+        }
+        end = light_media_next(start, end);
+        before = light_media_scatter_along(path, walk, steps, start, end, before);
+        own = sigma * (end - (*walk).start);
+        if end >= step.last || light_media_least((*walk).depth + own) >= step.full {
+            light_media_finish_step(walk, steps);
+        }
+        start = end;
+    }
+    return true;
+}
+
 // Adds the part of the piece between two distances on the line. False once nothing behind can
 // be seen.
 fn light_media_add(
@@ -544,6 +736,9 @@ fn light_media_add(
     let length = select((*steps).limits.lengths.y, (*steps).limits.lengths.x, (*walk).has_smoke);
     // Smoke may need shorter steps than the fog in front of it.
     (*steps).step.last = min((*steps).step.last, begin + light_media_grown(steps, length, begin));
+    if light_media_is_even(walk) {
+        return light_media_add_even(path, walk, steps, begin, stop, length);
+    }
     // From here on distances are on the piece.
     var start = begin - (*walk).start;
     let to = select(stop - (*walk).start, light_media_END, stop >= light_media_END);
