@@ -9,10 +9,10 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
 /// How far a box may be moved for the builder, as a share of its own size.
-const OF_ITSELF: f64 = 1.0 / 1024.0;
+const OF_ITSELF: f64 = 1.0 / (1 << 16) as f64;
 
 /// The same as a share of the size of the scene: some steps of an f32.
-const OF_ALL: f64 = 1.0 / (1 << 21) as f64;
+const OF_ALL: f64 = 1.0 / (1 << 22) as f64;
 
 /// Builds the hierarchy of these triangles.
 pub(super) fn build(triangles: &[[Vec3; 3]]) -> Bvh2 {
