@@ -206,6 +206,40 @@ mod tests {
     }
 
     #[test]
+    fn single_precision_keeps_its_digits_up_to_an_optical_depth_of_87_and_is_sound_beyond() {
+        // Lengths up to the largest: beyond the domain, the product of one with an exponential
+        // that is no normal number is one again, with the few digits that are left.
+        for depth in [0.0, 1.0, 86.5, 87.0_f32] {
+            for further in [0.0, 1e-3, 1.0, 1e3] {
+                for length in [1e-3, 1.0, 1e30_f32] {
+                    let ends = [f64::from(depth), f64::from(depth) + further];
+                    let truth = between(ends[0], ends[1], length.into());
+                    let found = between(ends[1] as f32, depth, length);
+                    let error = f64::from(f32::EPSILON) * (8.0 + 2.0 * ends[0]);
+                    // Numbers that are not normal have fewer digits.
+                    let is_normal = truth >= f64::from(f32::MIN_POSITIVE);
+                    assert!(
+                        !is_normal || (f64::from(found) / truth - 1.0).abs() <= error,
+                        "{found:e} for {truth:e}, {depth} {further} {length:e}"
+                    );
+                    assert_eq!(found, between(depth, ends[1] as f32, length));
+                }
+            }
+        }
+        for depth in [87.5_f32, 100.0, 104.0, 1e4, f32::MAX] {
+            let found = between(depth, depth, f32::MAX);
+            let truth = between(f64::from(depth), f64::from(depth), f32::MAX.into());
+            // Two of the steps of numbers below the normal ones, times the length.
+            let step = f64::from(f32::from_bits(1)) * f64::from(f32::MAX);
+            assert!(
+                (f64::from(found) - truth).abs() <= 2.0 * step,
+                "{found:e} for {truth:e}"
+            );
+            assert!(found >= 0.0 && between(depth, f32::INFINITY, f32::MAX) == 0.0);
+        }
+    }
+
+    #[test]
     fn daylight_is_the_sum_of_both_scatterers() {
         let air = Daylight::new([5.8e-6, 13.5e-6, 33.1e-6], [2e-5; 3], 0.8).unwrap();
         let angle = ScatteringAngle::from_cos(0.3);
