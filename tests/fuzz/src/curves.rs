@@ -8,10 +8,20 @@ use transmittance::{
 
 use super::Bytes;
 
-/// As many blockers as a stream has: their products in f64 take the most time.
-const MOST: usize = 48;
+/// What is asked of a curve besides its values and their bounds.
+#[derive(Debug, Clone, Copy)]
+enum Question {
+    /// Nothing.
+    Values,
+    /// What is left of it in fewer bits.
+    Packed,
+    /// Where it reaches a value.
+    Inverse,
+}
 
 fn stream<const C: usize>(bytes: &mut Bytes<'_>) -> Vec<BlockerSegment<C>> {
+    // Each is asked about at its ends and between them: long streams take the most time.
+    let most = bytes.one_of(&[8, 12, 16, 48]);
     let (shift, scale) = bytes.one_of(&[
         (0.0, 1.0),
         (0.0, 1.0),
@@ -23,7 +33,7 @@ fn stream<const C: usize>(bytes: &mut Bytes<'_>) -> Vec<BlockerSegment<C>> {
         (0.0, f32::from_bits(1)),
     ]);
     let mut segments = Vec::new();
-    while !bytes.is_empty() && segments.len() < MOST {
+    while !bytes.is_empty() && segments.len() < most {
         let kind = bytes.byte();
         let entry = match kind & 3 {
             0 => f32::from(bytes.byte()) - 128.0,
@@ -90,6 +100,7 @@ fn streamed<const N: usize, M: Metric, L: Lookup, const C: usize, const W: usize
 fn keeps_its_promises<const N: usize, L: Lookup, const C: usize>(
     curve: &Curve<N, L, C>,
     segments: &[BlockerSegment<C>],
+    question: Question,
 ) -> Vec<f32> {
     assert!(curve.points().len() <= N);
     let largest = curve.max_error_bound();
@@ -114,6 +125,18 @@ fn keeps_its_promises<const N: usize, L: Lookup, const C: usize>(
             );
         }
     }
+    if matches!(question, Question::Packed) {
+        survives_packing(curve, segments, &depths);
+    }
+    depths
+}
+
+/// Packed, it has the same values, and in halves values next to them, which never rise.
+fn survives_packing<const N: usize, L: Lookup, const C: usize>(
+    curve: &Curve<N, L, C>,
+    segments: &[BlockerSegment<C>],
+    depths: &[f32],
+) {
     let packed = Packed::from(*curve);
     let half = PackedHalf::from(*curve);
     let sums = (0..C).map(|channel| -> f64 {
@@ -123,7 +146,7 @@ fn keeps_its_promises<const N: usize, L: Lookup, const C: usize>(
     let fits_halves = sums.fold(0.0, f64::max) < 65504.0;
     let share = if fits_halves { 65536_f64 } else { 4096.0 }.recip();
     let mut before = [1.0; C];
-    for &depth in &depths {
+    for &depth in depths {
         assert_eq!(packed.evaluate(depth), curve.transmittances(depth));
         let values = half.evaluate(depth);
         let falls = |channel: usize| {
@@ -134,7 +157,6 @@ fn keeps_its_promises<const N: usize, L: Lookup, const C: usize>(
         before = values;
         is_near(curve, share, (depth, values));
     }
-    depths
 }
 
 /// What halves of a curve give at a depth is what the curve gives at most `share` of its length
@@ -162,8 +184,16 @@ fn is_near<const N: usize, L: Lookup, const C: usize>(
 }
 
 /// The same of one channel, and the inverse.
-fn keeps_all_promises<const N: usize, L: Lookup>(curve: &Curve<N, L>, segments: &[BlockerSegment]) {
-    for depth in keeps_its_promises(curve, segments) {
+fn keeps_all_promises<const N: usize, L: Lookup>(
+    curve: &Curve<N, L>,
+    segments: &[BlockerSegment],
+    question: Question,
+) {
+    let depths = keeps_its_promises(curve, segments, question);
+    if !matches!(question, Question::Inverse) {
+        return;
+    }
+    for depth in depths {
         let value = curve.transmittance(depth);
         let reached = curve.depth_at(value);
         assert!(
@@ -174,47 +204,75 @@ fn keeps_all_promises<const N: usize, L: Lookup>(curve: &Curve<N, L>, segments: 
 }
 
 /// By both rules, in colours.
-fn of_colours(which: u8, bytes: &mut Bytes<'_>) {
+fn of_colours(which: u8, question: Question, bytes: &mut Bytes<'_>) {
     let segments = stream::<3>(bytes);
     match which % 3 {
-        0 => keeps_its_promises(&by_papers_rule::<6, Exponential, 3>(&segments), &segments),
-        1 => keeps_its_promises(&streamed::<8, Area, Linear, 3, 4>(&segments), &segments),
+        0 => keeps_its_promises(
+            &by_papers_rule::<6, Exponential, 3>(&segments),
+            &segments,
+            question,
+        ),
+        1 => keeps_its_promises(
+            &streamed::<8, Area, Linear, 3, 4>(&segments),
+            &segments,
+            question,
+        ),
         _ => keeps_its_promises(
             &streamed::<4, Maximum, Exponential, 3, 4>(&segments),
             &segments,
+            question,
         ),
     };
 }
 
-/// Every rule of removal and both lookups keep what [a curve](Curve) promises; curves
-/// of sorted streams do not depend on the order.
+/// Every rule of removal and both lookups keep what [a curve](Curve) promises, packed and
+/// unpacked, values and inverse; curves of sorted streams do not depend on the order.
 ///
 /// # Panics
 /// If not.
 pub fn run(data: &[u8]) {
     let mut bytes = Bytes::new(data);
     let (which, split) = (bytes.byte(), bytes.unit());
+    let question = bytes.one_of(&[Question::Values, Question::Packed, Question::Inverse]);
     if which >= 192 {
-        return of_colours(which, &mut bytes);
+        return of_colours(which, question, &mut bytes);
     }
     let segments = stream::<1>(&mut bytes);
     match which % 8 {
-        0 => keeps_all_promises(&by_papers_rule::<8, Linear, 1>(&segments), &segments),
-        1 => keeps_all_promises(&by_papers_rule::<4, Exponential, 1>(&segments), &segments),
+        0 => keeps_all_promises(
+            &by_papers_rule::<8, Linear, 1>(&segments),
+            &segments,
+            question,
+        ),
+        1 => keeps_all_promises(
+            &by_papers_rule::<4, Exponential, 1>(&segments),
+            &segments,
+            question,
+        ),
         2 => keeps_all_promises(
             &streamed::<8, Area, Exponential, 1, 4>(&segments),
             &segments,
+            question,
         ),
         3 => keeps_all_promises(
             &streamed::<4, Maximum, Exponential, 1, 4>(&segments),
             &segments,
+            question,
         ),
-        4 => keeps_all_promises(&streamed::<5, Area, Linear, 1, 3>(&segments), &segments),
-        5 => keeps_all_promises(&streamed::<2, Maximum, Linear, 1, 2>(&segments), &segments),
+        4 => keeps_all_promises(
+            &streamed::<5, Area, Linear, 1, 3>(&segments),
+            &segments,
+            question,
+        ),
+        5 => keeps_all_promises(
+            &streamed::<2, Maximum, Linear, 1, 2>(&segments),
+            &segments,
+            question,
+        ),
         6 => {
             let (front, back) = segments.split_at((split * segments.len() as f32) as usize);
             let [front, back] = [front, back].map(by_papers_rule::<8, Exponential, 1>);
-            keeps_all_promises(&front.merged(&back), &segments);
+            keeps_all_promises(&front.merged(&back), &segments, question);
         }
         _ => {
             let sorted = |segments: &mut dyn Iterator<Item = &BlockerSegment>| {
@@ -224,7 +282,7 @@ pub fn run(data: &[u8]) {
             };
             let curve = sorted(&mut segments.iter());
             assert_eq!(curve, sorted(&mut segments.iter().rev()));
-            keeps_all_promises(&curve, &segments);
+            keeps_all_promises(&curve, &segments, question);
         }
     }
 }
@@ -234,7 +292,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
     (0..30_u8)
         .map(|seed| {
             let which = if seed < 24 { seed } else { 192 + seed };
-            let mut bytes = vec![which, 0, 128, seed / 8 * 32];
+            let mut bytes = vec![which, 0, 128, seed * 8, seed << 5, seed / 8 * 32];
             for i in 0..40_u8 {
                 let kind = [0xff, 0x65, 0x0a, 0x2e][usize::from((i ^ seed) % 4)];
                 bytes.extend([kind, i.wrapping_mul(37) ^ seed, i, 9, seed, 5, i]);

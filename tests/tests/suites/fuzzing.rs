@@ -79,10 +79,10 @@ macro_rules! targets_hold {
 }
 
 targets_hold!(
-    airlight: 1000,
-    atlas: 300,
-    curves: 1000,
-    depths: 100,
+    airlight: 3000,
+    atlas: 900,
+    curves: 2000,
+    depths: 800,
     epipolar: 2000,
     plan: 300,
     precomputed: 1000,
